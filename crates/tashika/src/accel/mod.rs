@@ -1,0 +1,44 @@
+//! Rays: the closest hit, and the visibility of *batches* of segments.
+//!
+//! # The interface
+//! * [`Tracer::closest_hit`]: the first surface along a ray.
+//! * [`Tracer::visibility`]: for each segment of a [`SegmentBatch`] the share of light that passes,
+//!   `V ∈ [0, 1]`. Segments come as *fans*: one end is common to all segments of a fan (a VPL, or a gather point,
+//!   or a direction to infinity), the other ends are its targets. What does not depend on the target is then
+//!   computed once a fan, and the order of targets decides the speed: neighbours should be close.
+//!
+//! Nothing outside this module names a ray tracer or asks about a single segment in a loop.
+//!
+//! # When does a triangle block a segment
+//! For a segment from `o` to `x` and a triangle `(v₀, v₁, v₂)` with `n = (v₁ − v₀) × (v₂ − v₀)`:
+//!
+//! 1. *Ends on opposite sides, certainly.* `T₀ = (v₀ − o)·n` and `T₁ = (v₀ − x)·n` have opposite signs and
+//!    each is larger than the bound of its own rounding error (`triangle::plane_error`). For a segment to
+//!    infinity, `T₁ = −d·n`.
+//! 2. *The line passes inside.* `d·(b × c)`, `d·(c × a)`, `d·(a × b)` with `a, b, c = vᵢ − o` all have the sign of
+//!    `T₀`, or are zero. Two triangles with a common edge compute the very same number for it, negated, so that
+//!    no segment slips between them (edge functions as in Plücker coordinates). Where several edges meet in a
+//!    corner the signs are independent: a segment that passes a corner within rounding error may slip.
+//!
+//! Points on surfaces leave them by [`math::offset_from_surface`](crate::math::offset_from_surface), after which the
+//! true plane of their triangle is certainly behind. By rule 1 that triangle, and any other in the same
+//! plane, then never blocks the segment: not at grazing angles, not far from the origin, not for slivers.
+//! What is lost are blockers closer to an end than the arithmetic can tell. Held to this by `accel::tests`.
+//!
+//! # Same bits everywhere
+//! The answer for a segment is a function of the scene and its two ends: boxes only cull what the triangle test
+//! would refuse, a lane visits exactly the nodes that its own segment meets, in a fixed order, and the
+//! arithmetic is plain IEEE operations without contraction. Grouping, threads and instruction sets do not enter.
+
+mod bvh;
+mod closest;
+mod kernel;
+mod segments;
+mod tracer;
+mod triangle;
+
+#[cfg(test)]
+mod tests;
+
+pub use segments::{Apex, Fan, SegmentBatch};
+pub use tracer::{Hit, Tracer, TracerSize};

@@ -1,0 +1,341 @@
+//! The tracer of a scene: one tree over what is placed once, and one a shared mesh below a tree of instances.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::bvh::{Bvh, INNER};
+use super::closest::{TreeHit, closest_hit};
+use super::kernel::{self, Bundle, LANES};
+use super::segments::{Apex, SegmentBatch};
+use super::triangle::{Triangle, flag};
+use crate::math::{Aabb, GAMMA_4, Ray};
+use crate::rng::{self, Purpose};
+use crate::scene::{Instance, InstanceId, Scene, has_normal};
+
+/// A surface met by a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: f32,
+    /// What was met.
+    pub instance: InstanceId,
+    /// Its triangle.
+    pub triangle: u32,
+    /// Barycentric weights of the triangle's corners, summing to 1.
+    pub barycentric: [f32; 3],
+}
+
+/// What the tracer holds in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TracerSize {
+    /// Triangles, counted once a tree that holds them.
+    pub triangles: u64,
+    /// Trees of shared meshes.
+    pub shared_trees: u64,
+    /// Bytes of nodes and triangles.
+    pub bytes: u64,
+}
+
+/// Answers where rays and segments meet a scene.
+#[derive(Debug)]
+pub struct Tracer {
+    scene: Arc<Scene>,
+    world: Tree,
+    /// Trees of meshes that are placed more than once.
+    shared: Vec<Tree>,
+    /// Leaves hold positions in `placed`.
+    top: Bvh,
+    placed: Vec<Placed>,
+}
+
+#[derive(Debug)]
+struct Tree {
+    bvh: Bvh,
+    triangles: Vec<Triangle>,
+}
+
+/// An instance of a shared tree.
+#[derive(Debug)]
+struct Placed {
+    instance: u32,
+    tree: u32,
+}
+
+impl Tree {
+    fn build(triangles: Vec<Triangle>) -> Self {
+        let boxes: Vec<Aabb> = triangles.par_iter().map(|t| Aabb::of_points(t.v)).collect();
+        let (bvh, order) = Bvh::build(&boxes);
+        Self { bvh, triangles: order.iter().map(|&i| triangles[i as usize]).collect() }
+    }
+}
+
+impl Tracer {
+    /// Builds the trees of `scene`, in parallel on the current thread pool; the result does not depend on it.
+    pub fn new(scene: Arc<Scene>) -> Self {
+        let mut world = Vec::new();
+        let mut tree_of_mesh = vec![u32::MAX; scene.meshes().len()];
+        let mut shared = Vec::new();
+        let mut placed = Vec::new();
+        for (number, instance) in scene.instances().iter().enumerate() {
+            let id = InstanceId(number as u32);
+            let mesh = instance.mesh.index();
+            let flags =
+                if scene.material_of(id).may_be_transparent() { flag::TRANSPARENT } else { 0 };
+            let count = scene.meshes()[mesh].triangles().len() as u32;
+            if instance.is_baked() {
+                // Rounding far from the origin may flatten what was a triangle.
+                let corners = (0..count).map(|index| (index, scene.world_corners(id, index)));
+                world.extend(corners.filter(|(_, v)| has_normal(v)).map(|(index, v)| Triangle {
+                    v,
+                    instance: id.0,
+                    index,
+                    flags,
+                }));
+                continue;
+            }
+            if tree_of_mesh[mesh] == u32::MAX {
+                tree_of_mesh[mesh] = shared.len() as u32;
+                let m = &scene.meshes()[mesh];
+                let triangles = (0..count)
+                    .map(|index| Triangle { v: m.corners(index), instance: u32::MAX, index, flags })
+                    .collect();
+                shared.push(Tree::build(triangles));
+            }
+            placed.push(Placed { instance: id.0, tree: tree_of_mesh[mesh] });
+        }
+        let boxes: Vec<Aabb> =
+            placed.par_iter().map(|p| world_box(&scene.instances()[p.instance as usize], &scene)).collect();
+        let (top, order) = Bvh::build(&boxes);
+        let placed = order.iter().map(|&i| Placed { ..placed[i as usize] }).collect();
+        Self { world: Tree::build(world), scene, shared, top, placed }
+    }
+
+    /// The scene that is traced.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// What is held in memory.
+    pub fn size(&self) -> TracerSize {
+        let trees = || self.shared.iter().chain([&self.world]);
+        let bytes = |t: &Tree| size_of_val(&t.bvh.nodes[..]) + size_of_val(&t.triangles[..]);
+        TracerSize {
+            triangles: trees().map(|t| t.triangles.len() as u64).sum(),
+            shared_trees: self.shared.len() as u64,
+            bytes: trees().map(|t| bytes(t) as u64).sum(),
+        }
+    }
+
+    /// The first surface along `ray`.
+    ///
+    /// A surface of opacity `o < 1` is met with probability `o`; the decision is a function of `key`, the instance and
+    /// the triangle alone, so equal keys see the same holes.
+    pub fn closest_hit(&self, ray: &Ray, key: u64) -> Option<Hit> {
+        let mut ray = *ray;
+        let mut best: Option<Hit> = None;
+        let hit_of = |h: TreeHit, instance: u32, t: &Triangle| Hit {
+            t: h.t,
+            instance: InstanceId(instance),
+            triangle: t.index,
+            barycentric: h.barycentric,
+        };
+        let tree = &self.world;
+        let accept = |t: &Triangle, b| self.stops(t, t.instance, b, key);
+        if let Some(h) = closest_hit(&tree.bvh.nodes, &tree.triangles, ray, 0.0, accept) {
+            ray.t_max = h.t;
+            let t = &tree.triangles[h.slot as usize];
+            best = Some(hit_of(h, t.instance, t));
+        }
+        self.for_placed(&ray, &mut |number, t_max| {
+            let p = &self.placed[number];
+            let instance = &self.scene.instances()[p.instance as usize];
+            let (origin, error) = to_object(instance, ray.origin);
+            let direction = instance.to_object.transform_vector3(ray.direction);
+            let local = Ray { origin, direction, t_max };
+            let tree = &self.shared[p.tree as usize];
+            let accept = |t: &Triangle, b| self.stops(t, p.instance, b, key);
+            let hit = closest_hit(&tree.bvh.nodes, &tree.triangles, local, error, accept)?;
+            best = Some(hit_of(hit, p.instance, &tree.triangles[hit.slot as usize]));
+            Some(hit.t)
+        });
+        best
+    }
+
+    /// Whether a surface that a ray with `key` meets is there for it.
+    fn stops(&self, t: &Triangle, instance: u32, b: [f32; 3], key: u64) -> bool {
+        if t.flags & flag::TRANSPARENT == 0 {
+            return true;
+        }
+        let opacity = self.scene.opacity(InstanceId(instance), t.index, b);
+        let place = u64::from(instance) << 32 | u64::from(t.index);
+        let u = (rng::key(key, Purpose::Opacity, place) >> 40) as f32 * (1.0 / (1 << 24) as f32);
+        u < opacity
+    }
+
+    /// Calls `visit(position in placed, t_max)` for instances that the ray may meet; it returns a smaller `t_max`.
+    fn for_placed(&self, ray: &Ray, visit: &mut dyn FnMut(usize, f32) -> Option<f32>) {
+        if self.placed.is_empty() {
+            return;
+        }
+        let (o, r) = (ray.origin.to_array(), ray.direction.to_array().map(kernel::reciprocal));
+        let mut t_max = ray.t_max;
+        let mut stack = vec![0u32];
+        while let Some(number) = stack.pop() {
+            let node = &self.top.nodes[number as usize];
+            for slot in [0, 1] {
+                let (near, far) = kernel::slabs(node.lo[slot], node.hi[slot], o, r);
+                if near > far || far < 0.0 || near > t_max * 1.000_001 {
+                    continue;
+                }
+                let first = node.first[slot];
+                if node.count[slot] == INNER {
+                    stack.push(first);
+                } else {
+                    for item in first..first + node.count[slot] {
+                        t_max = visit(item as usize, t_max).unwrap_or(t_max);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The share of light that passes along each segment of `batch`, in order: 0 blocked, 1 free, between where
+    /// surfaces are partly transparent. `visibility` is overwritten.
+    pub fn visibility(&self, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
+        visibility.clear();
+        visibility.reserve(batch.len());
+        for fan in batch.fans() {
+            let targets = &batch.targets()[fan.targets.start as usize..fan.targets.end as usize];
+            for group in targets.chunks(LANES) {
+                if let [target] = group {
+                    visibility.push(self.visible::<1>(fan.apex, &[*target])[0]);
+                } else {
+                    let v = self.visible::<LANES>(fan.apex, group);
+                    visibility.extend_from_slice(&v[..group.len()]);
+                }
+            }
+        }
+    }
+
+    fn visible<const N: usize>(&self, apex: Apex, targets: &[Vec3]) -> [f32; N]
+    where
+        Bundle<N>: Occlude<N>,
+    {
+        let mut visible = [1.0; N];
+        let bounded = matches!(apex, Apex::Point(_));
+        let mut bundle = match apex {
+            Apex::Point(p) => Bundle::from_point(p, targets, 0.0),
+            Apex::Direction(d) => Bundle::to_infinity(d, targets, 0.0),
+        };
+        let opacity = |instance: u32, triangle: u32, b| self.scene.opacity(InstanceId(instance), triangle, b);
+        bundle.occlude(bounded, &self.world, &mut visible, &opacity);
+        if self.placed.is_empty() {
+            return visible;
+        }
+        let mut stack = vec![0u32];
+        while let Some(number) = stack.pop() {
+            if bundle.active == 0 {
+                break;
+            }
+            let node = &self.top.nodes[number as usize];
+            for slot in [1, 0] {
+                let met = bundle.active & bundle.meets(bounded, node.lo[slot], node.hi[slot]);
+                if met == 0 {
+                    continue;
+                }
+                let first = node.first[slot];
+                if node.count[slot] == INNER {
+                    stack.push(first);
+                    continue;
+                }
+                for p in &self.placed[first as usize..(first + node.count[slot]) as usize] {
+                    self.visible_placed(apex, targets, p, met, &mut bundle, &mut visible);
+                }
+            }
+        }
+        visible
+    }
+
+    /// What one instance lets pass of the lanes `met`.
+    fn visible_placed<const N: usize>(
+        &self,
+        apex: Apex,
+        targets: &[Vec3],
+        p: &Placed,
+        met: u32,
+        bundle: &mut Bundle<N>,
+        visible: &mut [f32; N],
+    ) where
+        Bundle<N>: Occlude<N>,
+    {
+        let instance = &self.scene.instances()[p.instance as usize];
+        let mut local = [Vec3::ZERO; N];
+        let mut error = 0.0f32;
+        for (l, t) in local.iter_mut().zip(targets) {
+            let (q, e) = to_object(instance, *t);
+            *l = q;
+            error = error.max(e);
+        }
+        let local = &local[..targets.len()];
+        let mut inside = match apex {
+            Apex::Point(a) => {
+                let (q, e) = to_object(instance, a);
+                Bundle::from_point(q, local, error.max(e))
+            }
+            Apex::Direction(d) => {
+                Bundle::to_infinity(instance.to_object.transform_vector3(d), local, error)
+            }
+        };
+        inside.active = bundle.active & met;
+        let before = inside.active;
+        let opacity = |_, triangle: u32, b| self.scene.opacity(InstanceId(p.instance), triangle, b);
+        let bounded = matches!(apex, Apex::Point(_));
+        inside.occlude(bounded, &self.shared[p.tree as usize], visible, &opacity);
+        bundle.active &= inside.active | !before;
+    }
+}
+
+/// The kernels for each number of lanes.
+trait Occlude<const N: usize> {
+    fn occlude(&mut self, bounded: bool, tree: &Tree, visible: &mut [f32; N], opacity: kernel::Opacity<'_>);
+    /// Lanes that meet a box.
+    fn meets(&self, bounded: bool, lo: Vec3, hi: Vec3) -> u32;
+}
+
+impl Occlude<LANES> for Bundle<LANES> {
+    fn occlude(&mut self, bounded: bool, tree: &Tree, visible: &mut [f32; LANES], opacity: kernel::Opacity<'_>) {
+        let kernel = if bounded { kernel::occlude_from_point } else { kernel::occlude_to_infinity };
+        kernel(&tree.bvh.nodes, &tree.triangles, self, visible, opacity);
+    }
+
+    fn meets(&self, _bounded: bool, lo: Vec3, hi: Vec3) -> u32 {
+        kernel::meets_box_any(self, lo, hi)
+    }
+}
+
+impl Occlude<1> for Bundle<1> {
+    fn occlude(&mut self, bounded: bool, tree: &Tree, visible: &mut [f32; 1], opacity: kernel::Opacity<'_>) {
+        let kernel = if bounded { kernel::occlude_one } else { kernel::occlude_one_to_infinity };
+        kernel(&tree.bvh.nodes, &tree.triangles, self, visible, opacity);
+    }
+
+    fn meets(&self, _bounded: bool, lo: Vec3, hi: Vec3) -> u32 {
+        kernel::meets_box_any(self, lo, hi)
+    }
+}
+
+/// A world point in object space (m), and the bound of the error of its components, `γ₄ (|M⁻¹| |p| + |t|)`.
+fn to_object(instance: &Instance, p: Vec3) -> (Vec3, f32) {
+    let m = instance.to_object;
+    let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis].map(|c| Vec3::from(c).abs());
+    let a = p.abs();
+    let largest = columns[0] * a.x + columns[1] * a.y + columns[2] * a.z + Vec3::from(m.translation).abs();
+    (m.transform_point3(p), GAMMA_4 * largest.max_element())
+}
+
+/// World box of an instance (m), around the transformed corners of its mesh's box.
+fn world_box(instance: &Instance, scene: &Scene) -> Aabb {
+    scene.meshes()[instance.mesh.index()].bounds().transformed(&instance.to_world)
+}

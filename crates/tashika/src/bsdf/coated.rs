@@ -1,0 +1,102 @@
+//! A rough dielectric coat over a diffuse base.
+//!
+//! ```text
+//! f_r = s F(ω_i·h) D G₂ / (4 c_o c_i)  +  ρ/π · T(c_o) T(c_i) / (η² (1 − ρ F_int))          (sr⁻¹)
+//! ```
+//!
+//! The first term is reflection at the coat (GGX, Fresnel equations). The second is light that enters
+//! through the coat, is scattered by the base, and leaves, possibly after being thrown back by the
+//! coat's inside any number of times (Saunderson 1942, "Calculation of the color of pigmented plastics"):
+//! `T = 1 − F` of the smooth boundary on the way in and out, `F_int` its reflectance for diffuse light from
+//! inside, `1 / η²` the spreading of the radiance on leaving.
+//!
+//! With `1 − F_int = (1 − F_ext) / η²` the denominator is `η² (1 − ρ) + ρ (1 − F_ext)`, and the albedo of
+//! the second term `ρ T(c_o) (1 − F_ext) / (η² (1 − ρ) + ρ (1 − F_ext))`: exactly `T(c_o)` for a white
+//! base, so that a smooth white surface reflects everything.
+//!
+//! # Assumption
+//! The base is lit through the *smooth* boundary, whatever `α`. So the two terms of a white surface do not sum
+//! to 1 exactly: to at most 1.001 (near `α = 0.1`), and for rough coats to much less at grazing angles, where
+//! `T` vanishes although a rough boundary would let light in.
+//!
+//! Tested by `bsdf::tests::energy` and by `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
+
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use crate::color::Rgb;
+use crate::math::Vec3;
+use crate::warp;
+use microfacet::HalfVector;
+
+/// A rough dielectric coat over a diffuse base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coated {
+    /// Reflectance of the base, without the coat; each channel in `[0, 1]`.
+    pub reflectance: Rgb,
+    /// Factor on the reflection of the coat, each channel in `[0, 1]`; 1 is physical.
+    pub specular: Rgb,
+    /// Index of refraction of the coat relative to the outside, from 1.0001 to 5.
+    pub ior: f32,
+    /// Roughness `α` of the coat in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
+    pub alpha: f32,
+}
+
+impl Coated {
+    #[inline]
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        let half = HalfVector::between(wo, wi);
+        let facets = microfacet::distribution(half, self.alpha);
+        let coat = facets
+            * microfacet::visibility(wo.z, wi.z, self.alpha)
+            * fresnel::dielectric(half.cos_incidence(), self.ior);
+        let passed = self.transmittance(wo.z) * self.transmittance(wi.z);
+        diffuse_brdf(self.base()) * passed + self.specular * coat
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let Some(p) = self.coat_probability(wo.z) else { return 0.0 };
+        let coat = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi), self.alpha);
+        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * coat
+    }
+
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+        let direction = [u[1], u[2]];
+        Some(if u[0] < self.coat_probability(wo.z)? {
+            (microfacet::sample_reflection(wo, self.alpha, direction), Lobe::Glossy)
+        } else {
+            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
+        })
+    }
+
+    /// Albedo of the diffuse part for light at cosine `cos_o`.
+    pub(super) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
+        self.base() * (self.transmittance(cos_o) * (1.0 - fresnel::dielectric_average(self.ior)))
+    }
+
+    /// `ρ / (η² (1 − ρ F_int))`.
+    #[inline]
+    fn base(&self) -> Rgb {
+        let eta2 = self.ior * self.ior;
+        let entering = 1.0 - fresnel::dielectric_average(self.ior);
+        self.reflectance.map(|r| r / (eta2 * (1.0 - r) + r * entering))
+    }
+
+    /// What the smooth boundary lets through at cosine `cos`.
+    #[inline]
+    fn transmittance(&self, cos: f32) -> f32 {
+        1.0 - fresnel::dielectric(cos, self.ior)
+    }
+
+    /// Probability of drawing from the coat's lobe; `None` if the surface is black.
+    fn coat_probability(&self, cos_o: f32) -> Option<f32> {
+        let coat = self.specular.max_channel() * fresnel::dielectric(cos_o, self.ior);
+        glossy_probability(coat, self.diffuse_albedo(cos_o).max_channel())
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        validate::fraction("reflectance", self.reflectance)?;
+        validate::fraction("specular", self.specular)?;
+        validate::ior(self.ior)?;
+        validate::alpha(self.alpha)
+    }
+}

@@ -1,0 +1,88 @@
+//! Rough metal.
+//!
+//! ```text
+//! f_r = F(ω_i·h) D(h) G₂(ω_o, ω_i) / (4 c_o c_i)          (sr⁻¹)
+//! ```
+//!
+//! (Cook and Torrance 1982; Walter et al. 2007, equation 20) with the GGX terms of
+//! [`microfacet`] and `F` either from the complex index of refraction or by Schlick
+//! from `F₀`. Light that meets a second facet is lost (single scattering), so that rough metals reflect
+//! less than `F`: with `F = 1` and `α = 1` only `1 − ln 2 = 0.31` at normal incidence. Drawn by visible normals,
+//! which leaves the weight `F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
+
+use super::{Lobe, fresnel, microfacet, validate};
+use crate::color::Rgb;
+use crate::math::Vec3;
+use microfacet::HalfVector;
+
+/// Largest component of a complex index of refraction; metals reach about 10 in visible light.
+const MAX_INDEX: f32 = 100.0;
+
+/// Smallest real part of the index. Silver has 0.05.
+const MIN_ETA: f32 = 1e-3;
+
+/// Rough metal with GGX microfacets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conductor {
+    /// What a facet reflects.
+    pub fresnel: ConductorFresnel,
+    /// Roughness `α` in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
+    pub alpha: f32,
+}
+
+/// What a smooth piece of metal reflects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConductorFresnel {
+    /// Schlick's approximation.
+    Schlick {
+        /// Reflectance at normal incidence; each channel in `[0, 1]`.
+        f0: Rgb,
+    },
+    /// The Fresnel equations for the complex index `η + i k`, relative to the medium outside.
+    Exact {
+        /// Real part `η`, from 0.001 to 100.
+        eta: Rgb,
+        /// Imaginary part `k`, from 0 to 100.
+        k: Rgb,
+    },
+}
+
+impl ConductorFresnel {
+    /// The reflectance at an angle of incidence of cosine `cos` in `[0, 1]`.
+    #[inline]
+    pub fn at(&self, cos: f32) -> Rgb {
+        match *self {
+            Self::Schlick { f0 } => fresnel::schlick(f0, cos),
+            Self::Exact { eta, k } => fresnel::conductor(cos, eta, k),
+        }
+    }
+}
+
+impl Conductor {
+    #[inline]
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        let half = HalfVector::between(wo, wi);
+        let facets = microfacet::distribution(half, self.alpha);
+        self.fresnel.at(half.cos_incidence()) * (facets * microfacet::visibility(wo.z, wi.z, self.alpha))
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi), self.alpha)
+    }
+
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+        (microfacet::sample_reflection(wo, self.alpha, [u[1], u[2]]), Lobe::Glossy)
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        match self.fresnel {
+            ConductorFresnel::Schlick { f0 } => validate::fraction("f0", f0)?,
+            ConductorFresnel::Exact { eta, k } => {
+                validate::channels_in_range("eta", eta, MIN_ETA, MAX_INDEX)?;
+                validate::channels_in_range("k", k, 0.0, MAX_INDEX)?;
+            }
+        }
+        validate::alpha(self.alpha)
+    }
+}

@@ -1,0 +1,308 @@
+//! How surfaces scatter light: a closed family of BSDFs in the local shading frame.
+//!
+//! The renderer needs the material term `M = f_r(ω_o, ω_i) cos⁺θ_i` (sr⁻¹) of a pair of directions,
+//! and paths need a direction `ω_i` drawn with a known density (sr⁻¹). With `c = cos θ`, `h` the half
+//! vector and `α` the GGX roughness:
+//!
+//! | variant | `f_r` (sr⁻¹) | drawn from | source |
+//! |---|---|---|---|
+//! | [`Lambert`] | `ρ / π` | `cos θ / π` | Lambert 1760 |
+//! | [`Phong`] | `ρ_d / π + ρ_s (n + 2) / 2π · cosⁿ∠(mirror, ω_i)` | both lobes | Lafortune, Willems 1994 |
+//! | [`Conductor`] | `F(ω_i·h) D G₂ / 4 c_i c_o` | visible normals | Walter et al. 2007; Heitz 2014 |
+//! | [`Coated`] | the same with a dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` | both lobes | Saunderson 1942 |
+//! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
+//! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
+//! | [`Glass`] | `F` on reflection, `1 − F` on refraction | `F` against `1 − F` | |
+//!
+//! # Conventions
+//! * All directions are unit vectors that point *away* from the surface; the shading normal is `+z`.
+//! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
+//!   `+z` first. Light passes from one side to the other in [`Glass`] only.
+//! * A direction within [`MIN_COSINE`] of the horizon neither receives nor sends light.
+//! * Every opaque BSDF is reciprocal: `f_r(a, b) = f_r(b, a)`. For [`Glass`] see there.
+//!
+//! # Guarantee
+//! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and not
+//! negative. [`Bsdf::sample`] draws exactly from [`Bsdf::pdf`]. No surface reflects more than it
+//! receives, but for a thousandth in [`Coated`] and for [`MetallicRoughness`] at grazing angles.
+//!
+//! # Held to this by
+//! `bsdf::tests`: every case of a closed list and of a random sweep, times every property.
+
+use std::f32::consts::FRAC_1_PI;
+
+use crate::color::Rgb;
+use crate::math::Vec3;
+
+mod coated;
+mod conductor;
+pub mod fresnel;
+mod lambert;
+mod metallic_roughness;
+pub mod microfacet;
+mod phong;
+mod specular;
+#[cfg(test)]
+mod tests;
+mod validate;
+
+pub use coated::Coated;
+pub use conductor::{Conductor, ConductorFresnel};
+pub use lambert::Lambert;
+pub use metallic_roughness::MetallicRoughness;
+pub use microfacet::MIN_ALPHA;
+pub use phong::Phong;
+pub use specular::{Glass, Mirror};
+
+/// Directions whose cosine with the normal is not above this count as lying in the surface.
+///
+/// Components of a unit vector in `f32` are rounded at `6·10⁻⁸`, so that a smaller cosine says nothing
+/// about the side on which the direction lies.
+pub const MIN_COSINE: f32 = 1e-7;
+
+/// Of two lobes that both reflect, each is drawn at least this often, so that a poor estimate of their
+/// shares costs a factor of at most ten in the weights. Chosen.
+const MIN_LOBE_PROBABILITY: f32 = 0.1;
+
+/// How a surface scatters light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// Ideal diffuse reflection.
+    Lambert(Lambert),
+    /// Diffuse reflection and a lobe about the mirror direction.
+    Phong(Phong),
+    /// Rough metal.
+    Conductor(Conductor),
+    /// Rough dielectric coat on a diffuse base.
+    Coated(Coated),
+    /// The core material of glTF 2.0.
+    MetallicRoughness(MetallicRoughness),
+    /// Perfect mirror.
+    Mirror(Mirror),
+    /// Smooth dielectric.
+    Glass(Glass),
+}
+
+/// Which part of a BSDF a sampled direction comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lobe {
+    /// The diffuse part.
+    Diffuse,
+    /// A lobe of finite width.
+    Glossy,
+    /// The mirror direction alone.
+    SpecularReflection,
+    /// The refracted direction alone.
+    SpecularTransmission,
+}
+
+impl Lobe {
+    /// Whether the lobe is a single direction, with a probability instead of a density.
+    pub fn is_specular(self) -> bool {
+        match self {
+            Self::Diffuse | Self::Glossy => false,
+            Self::SpecularReflection | Self::SpecularTransmission => true,
+        }
+    }
+}
+
+/// A direction drawn by [`Bsdf::sample`].
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    /// The direction, unit length, pointing away from the surface.
+    pub wi: Vec3,
+    /// `f_r cos θ_i / pdf` of the *whole* BSDF (unitless); for a specular lobe its coefficient divided
+    /// by the probability of choosing it.
+    pub weight: Rgb,
+    /// Density of the whole BSDF at `wi` (sr⁻¹); for a specular lobe the probability of choosing it.
+    pub pdf: f32,
+    /// The part of the BSDF that the direction was drawn from.
+    pub lobe: Lobe,
+}
+
+impl Bsdf {
+    /// `f_r(ω_o, ω_i)` (sr⁻¹), without the cosine.
+    ///
+    /// Zero for specular lobes and for directions on different sides.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        match above_horizon(wo, wi) {
+            Some((wo, wi)) => self.eval_above(wo, wi),
+            None => Rgb::BLACK,
+        }
+    }
+
+    /// The material term `M = f_r(ω_o, ω_i) cos⁺θ_i` (sr⁻¹).
+    #[inline]
+    pub fn eval_cos(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        match above_horizon(wo, wi) {
+            Some((wo, wi)) => self.eval_above(wo, wi) * wi.z,
+            None => Rgb::BLACK,
+        }
+    }
+
+    /// Density with which [`Bsdf::sample`] draws `wi` (sr⁻¹); zero for specular lobes.
+    ///
+    /// It integrates to 1 less the probability that a draw ends below the horizon.
+    #[inline]
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match above_horizon(wo, wi) {
+            Some((wo, wi)) => self.pdf_above(wo, wi),
+            None => 0.0,
+        }
+    }
+
+    /// Draws `ω_i` for a path that arrives along `−ω_o`.
+    ///
+    /// * `u`: uniform in `[0, 1)³`; `u[0]` chooses the lobe, the others the direction.
+    ///
+    /// `None` if the path ends: the direction drawn is below the horizon, or nothing goes along it.
+    pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        let side = 1.0_f32.copysign(wo.z);
+        let up = Vec3::new(wo.x, wo.y, wo.z * side);
+        if up.z.is_nan() || up.z <= MIN_COSINE {
+            return None;
+        }
+        let (wi, lobe) = match self {
+            Self::Lambert(b) => b.draw(u),
+            Self::Phong(b) => b.draw(up, u)?,
+            Self::Conductor(b) => b.draw(up, u),
+            Self::Coated(b) => b.draw(up, u)?,
+            Self::MetallicRoughness(b) => b.draw(up, u),
+            Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
+            Self::Glass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
+        };
+        if wi.z <= MIN_COSINE {
+            return None;
+        }
+        let pdf = self.pdf_above(up, wi);
+        if pdf <= 0.0 {
+            return None;
+        }
+        let weight = self.eval_above(up, wi) * (wi.z / pdf);
+        let wi = Vec3::new(wi.x, wi.y, wi.z * side);
+        Some(BsdfSample { wi, weight, pdf, lobe }).filter(carries_light)
+    }
+
+    /// Whether the BSDF consists of specular lobes only.
+    pub fn is_specular(&self) -> bool {
+        match self {
+            Self::Lambert(_)
+            | Self::Phong(_)
+            | Self::Conductor(_)
+            | Self::Coated(_)
+            | Self::MetallicRoughness(_) => false,
+            Self::Mirror(_) | Self::Glass(_) => true,
+        }
+    }
+
+    /// `ρ(ω_o) = ∫ f_d cos θ_i dω_i`, the directional albedo (unitless) of the diffuse part `f_d`.
+    ///
+    /// Light of flux `Φ` that arrives from `wo` leaves a virtual point light of intensity `Φ ρ / π`
+    /// along the normal. Zero for surfaces without a diffuse part.
+    pub fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
+        match self {
+            Self::Lambert(b) => b.reflectance,
+            Self::Phong(b) => b.diffuse,
+            Self::Coated(b) => b.diffuse_albedo(wo.z.abs()),
+            Self::MetallicRoughness(b) => b.diffuse_albedo(wo.z.abs()),
+            Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) => Rgb::BLACK,
+        }
+    }
+
+    /// A rough overall reflectance, each channel in `[0, 1]`, for the albedo image of a denoiser.
+    ///
+    /// The albedo of a smooth surface of the kind at normal incidence; for [`Glass`] what it reflects
+    /// and transmits.
+    pub fn albedo(&self) -> Rgb {
+        match self {
+            Self::Lambert(b) => b.reflectance,
+            Self::Phong(b) => b.diffuse + b.specular,
+            Self::Conductor(b) => b.fresnel.at(1.0),
+            Self::Coated(b) => b.diffuse_albedo(1.0) + b.specular * fresnel::dielectric(1.0, b.ior),
+            Self::MetallicRoughness(b) => b.diffuse_albedo(1.0) + b.f0,
+            Self::Mirror(b) => b.reflectance,
+            Self::Glass(b) => b.transmittance.lerp(b.reflectance, fresnel::dielectric(1.0, b.ior)),
+        }
+        .map(|a| a.min(1.0))
+    }
+
+    /// Whether all parameters are in range; if not, which one, its value, and the range.
+    pub fn validate(&self) -> Result<(), String> {
+        match self {
+            Self::Lambert(b) => b.validate(),
+            Self::Phong(b) => b.validate(),
+            Self::Conductor(b) => b.validate(),
+            Self::Coated(b) => b.validate(),
+            Self::MetallicRoughness(b) => b.validate(),
+            Self::Mirror(b) => b.validate(),
+            Self::Glass(b) => b.validate(),
+        }
+    }
+
+    /// [`Bsdf::eval`] for two directions above the horizon.
+    #[inline]
+    fn eval_above(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        match self {
+            Self::Lambert(b) => b.eval(),
+            Self::Phong(b) => b.eval(wo, wi),
+            Self::Conductor(b) => b.eval(wo, wi),
+            Self::Coated(b) => b.eval(wo, wi),
+            Self::MetallicRoughness(b) => b.eval(wo, wi),
+            Self::Mirror(_) | Self::Glass(_) => Rgb::BLACK,
+        }
+    }
+
+    /// [`Bsdf::pdf`] for two directions above the horizon.
+    #[inline]
+    fn pdf_above(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self {
+            Self::Lambert(b) => b.pdf(wi),
+            Self::Phong(b) => b.pdf(wo, wi),
+            Self::Conductor(b) => b.pdf(wo, wi),
+            Self::Coated(b) => b.pdf(wo, wi),
+            Self::MetallicRoughness(b) => b.pdf(wo, wi),
+            Self::Mirror(_) | Self::Glass(_) => 0.0,
+        }
+    }
+}
+
+/// Both directions with `wo` mirrored to `+z`; `None` unless they lie on the same side.
+#[inline]
+fn above_horizon(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
+    let side = 1.0_f32.copysign(wo.z);
+    let (cos_o, cos_i) = (wo.z * side, wi.z * side);
+    (cos_o > MIN_COSINE && cos_i > MIN_COSINE)
+        .then(|| (Vec3::new(wo.x, wo.y, cos_o), Vec3::new(wi.x, wi.y, cos_i)))
+}
+
+/// Probability of drawing from the glossy of two lobes, given estimates of what each reflects.
+///
+/// `None` if neither reflects anything.
+fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
+    match (glossy > 0.0, diffuse > 0.0) {
+        (true, true) => {
+            Some((glossy / (glossy + diffuse)).clamp(MIN_LOBE_PROBABILITY, 1.0 - MIN_LOBE_PROBABILITY))
+        }
+        (true, false) => Some(1.0),
+        (false, true) => Some(0.0),
+        (false, false) => None,
+    }
+}
+
+/// The mirror direction of `w` about the normal.
+#[inline]
+fn mirror_direction(w: Vec3) -> Vec3 {
+    Vec3::new(-w.x, -w.y, w.z)
+}
+
+/// Whether anything goes along the direction drawn.
+fn carries_light(sample: &BsdfSample) -> bool {
+    !sample.weight.is_black()
+}
+
+/// `f_r` of an ideal diffuse surface (sr⁻¹).
+#[inline]
+fn diffuse_brdf(reflectance: Rgb) -> Rgb {
+    reflectance * FRAC_1_PI
+}

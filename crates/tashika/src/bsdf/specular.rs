@@ -1,0 +1,172 @@
+//! Surfaces without roughness: a perfect mirror, and glass.
+//!
+//! Their BSDFs are Dirac distributions, so that [`Bsdf::eval`](super::Bsdf::eval) and
+//! [`Bsdf::pdf`](super::Bsdf::pdf) are zero and only sampling reaches them.
+//!
+//! # What crosses a boundary
+//! Radiance in a medium of index `η` grows with `η²`, because refraction squeezes its solid angle; the
+//! flux of a light path does not. [`Glass`] leaves the factor out in both directions: paths from the
+//! camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux, and both get the
+//! same weight, so that one function serves both. The two factors of a path that enters and leaves
+//! a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance wherever camera, lights and
+//! lit surfaces are in the outer medium. A surface or a light *inside* the glass would need the factor
+//! `η²` (Veach 1997, section 5.2).
+//!
+//! # Held to this by
+//! The tests below.
+
+use super::{BsdfSample, Lobe, fresnel, mirror_direction, validate};
+use crate::color::Rgb;
+use crate::math::Vec3;
+
+/// Perfect mirror; both sides reflect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mirror {
+    /// Fraction of the light that is reflected; each channel in `[0, 1]`.
+    pub reflectance: Rgb,
+}
+
+impl Mirror {
+    pub(super) fn sample(&self, wo: Vec3) -> BsdfSample {
+        BsdfSample {
+            wi: mirror_direction(wo),
+            weight: self.reflectance,
+            pdf: 1.0,
+            lobe: Lobe::SpecularReflection,
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        validate::fraction("reflectance", self.reflectance)
+    }
+}
+
+/// Smooth boundary of a dielectric: the glass is at negative `z`.
+///
+/// Reflects with probability `F` and weight `reflectance`, else refracts with weight `transmittance`.
+/// Refraction has no factor `η²` in either direction; the documentation of this file says why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    /// Index of refraction of the inside (`z < 0`) relative to the outside, from 1.0001 to 5.
+    pub ior: f32,
+    /// Factor on what is reflected, each channel in `[0, 1]`; 1 is physical.
+    pub reflectance: Rgb,
+    /// Factor on what is refracted, each channel in `[0, 1]`; 1 is clear glass.
+    pub transmittance: Rgb,
+}
+
+impl Glass {
+    /// Reflects if `u` in `[0, 1)` is below `F`, else refracts.
+    pub(super) fn sample(&self, wo: Vec3, u: f32) -> BsdfSample {
+        let eta = if wo.z > 0.0 { self.ior } else { self.ior.recip() };
+        let reflected = fresnel::dielectric(wo.z.abs().min(1.0), eta);
+        if u < reflected {
+            let lobe = Lobe::SpecularReflection;
+            return BsdfSample { wi: mirror_direction(wo), weight: self.reflectance, pdf: reflected, lobe };
+        }
+        BsdfSample {
+            wi: refract(wo, eta),
+            weight: self.transmittance,
+            pdf: 1.0 - reflected,
+            lobe: Lobe::SpecularTransmission,
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        validate::ior(self.ior)?;
+        validate::fraction("reflectance", self.reflectance)?;
+        validate::fraction("transmittance", self.transmittance)
+    }
+}
+
+/// Snell's law: the direction on the other side of a boundary of relative index `eta`.
+///
+/// Not to be called beyond the critical angle.
+fn refract(w: Vec3, eta: f32) -> Vec3 {
+    let tangential = Vec3::new(-w.x, -w.y, 0.0) / eta;
+    let cos = (1.0 - tangential.length_squared()).max(0.0).sqrt();
+    Vec3::new(tangential.x, tangential.y, -cos.copysign(w.z)).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::elementary::{acos, sin_cos};
+
+    fn glass() -> Glass {
+        Glass { ior: 1.5, reflectance: Rgb::gray(0.9), transmittance: Rgb::new(0.2, 0.4, 0.6) }
+    }
+
+    fn direction(angle: f32, side: f32) -> Vec3 {
+        let (sin, cos) = sin_cos(angle);
+        Vec3::new(sin * 0.6, sin * 0.8, cos * side)
+    }
+
+    /// Just below 1: the last value of `u` that a stream can give.
+    const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
+
+    #[test]
+    fn the_two_ways_have_all_the_probability() {
+        for (side, steps) in [(1.0, 15), (-1.0, 7)] {
+            for step in 0..steps {
+                let wo = direction(step as f32 * 0.1, side);
+                let (reflected, refracted) = (glass().sample(wo, 0.0), glass().sample(wo, LAST));
+                assert_eq!(reflected.lobe, Lobe::SpecularReflection);
+                assert_eq!(refracted.lobe, Lobe::SpecularTransmission);
+                assert!((reflected.pdf + refracted.pdf - 1.0).abs() < 1e-6);
+                assert_eq!(
+                    (reflected.weight, refracted.weight),
+                    (glass().reflectance, glass().transmittance)
+                );
+                assert_eq!(reflected.wi, Vec3::new(-wo.x, -wo.y, wo.z));
+            }
+        }
+    }
+
+    #[test]
+    fn refraction_obeys_snell_in_the_plane_of_incidence() {
+        for (side, eta, steps) in [(1.0, 1.5, 15), (-1.0, 1.0 / 1.5, 7)] {
+            for step in 1..steps {
+                let wo = direction(step as f32 * 0.1, side);
+                let wi = glass().sample(wo, LAST).wi;
+                assert!(wi.z * wo.z < 0.0 && (wi.length() - 1.0).abs() < 1e-6);
+                let (sin_o, sin_i) = (wo.truncate().length(), wi.truncate().length());
+                assert!((sin_o - eta * sin_i).abs() < 1e-6, "{sin_o} against {eta} · {sin_i}");
+                assert!((wi.truncate() * sin_o + wo.truncate() * sin_i).length() < 1e-6, "turned aside");
+            }
+        }
+    }
+
+    /// A light path that goes in and comes out again retraces itself with the same probabilities.
+    #[test]
+    fn refraction_can_be_reversed() {
+        for step in 0..15 {
+            let wo = direction(step as f32 * 0.1, 1.0);
+            let inward = glass().sample(wo, LAST);
+            let outward = glass().sample(inward.wi, LAST);
+            assert!((outward.wi - wo).length() < 2e-6, "{} against {wo}", outward.wi);
+            assert!((outward.pdf - inward.pdf).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn inside_beyond_the_critical_angle_everything_is_reflected() {
+        let critical = acos((1.0_f32 - 1.0 / 2.25).sqrt());
+        let beyond = glass().sample(direction(critical + 1e-3, -1.0), LAST);
+        assert_eq!((beyond.lobe, beyond.pdf), (Lobe::SpecularReflection, 1.0));
+        assert!(beyond.wi.z < 0.0);
+        let within = glass().sample(direction(critical - 1e-3, -1.0), LAST);
+        assert_eq!(within.lobe, Lobe::SpecularTransmission);
+    }
+
+    #[test]
+    fn a_mirror_reflects_on_both_sides() {
+        let mirror = Mirror { reflectance: Rgb::gray(0.8) };
+        for side in [1.0, -1.0] {
+            let wo = direction(0.5, side);
+            let sample = mirror.sample(wo);
+            assert_eq!(sample.wi, Vec3::new(-wo.x, -wo.y, wo.z));
+            assert_eq!((sample.weight, sample.pdf), (Rgb::gray(0.8), 1.0));
+        }
+    }
+}

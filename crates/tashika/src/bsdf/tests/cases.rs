@@ -1,0 +1,131 @@
+//! The list of BSDFs under test.
+
+use std::mem::discriminant;
+
+use super::super::{
+    Bsdf, Coated, Conductor, ConductorFresnel, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong,
+};
+use crate::color::Rgb;
+use crate::math::elementary::powf;
+use crate::rng::Stream;
+
+/// A BSDF with the name by which failures are reported.
+pub struct Case {
+    pub name: String,
+    pub bsdf: Bsdf,
+}
+
+/// How many random BSDFs join the list.
+const RANDOM: u64 = 12;
+
+const ORANGE: Rgb = Rgb::new(0.8, 0.5, 0.2);
+const BLUE: Rgb = Rgb::new(0.1, 0.2, 0.7);
+
+/// Lists the corners of every variant, then the random sweep.
+pub fn all() -> Vec<Case> {
+    let mut bsdfs: Vec<(String, Bsdf)> = Vec::new();
+    let mut add = |name: String, bsdf: Bsdf| bsdfs.push((name, bsdf));
+    for reflectance in [ORANGE, Rgb::WHITE, Rgb::gray(1e-3)] {
+        add(format!("Lambert {reflectance:?}"), lambert(reflectance));
+    }
+    for exponent in [0.0, 1.0, 20.0, 1e3, 1e6] {
+        add(format!("Phong n = {exponent}"), phong(BLUE, Rgb::gray(0.3), exponent));
+        add(format!("Phong white lobe, n = {exponent}"), phong(Rgb::BLACK, Rgb::WHITE, exponent));
+    }
+    add("Phong diffuse only".into(), phong(ORANGE, Rgb::BLACK, 50.0));
+    for alpha in [MIN_ALPHA, 0.05, 0.4, 1.0] {
+        let white = ConductorFresnel::Schlick { f0: Rgb::WHITE };
+        add(format!("Conductor white, alpha = {alpha}"), conductor(white, alpha));
+        add(format!("Conductor gold, alpha = {alpha}"), conductor(gold(), alpha));
+        add(format!("Coated, alpha = {alpha}"), coated(ORANGE, Rgb::WHITE, 1.5, alpha));
+        add(
+            format!("MetallicRoughness, alpha = {alpha}"),
+            metallic_roughness(ORANGE, Rgb::gray(0.04), alpha),
+        );
+    }
+    let dark = ConductorFresnel::Schlick { f0: Rgb::BLACK };
+    add("Conductor black but for grazing light".into(), conductor(dark, 0.2));
+    for ior in [1.0001, 5.0] {
+        add(format!("Coated white, ior = {ior}"), coated(Rgb::WHITE, Rgb::WHITE, ior, 0.2));
+        add(format!("Coated black, ior = {ior}"), coated(Rgb::BLACK, Rgb::WHITE, ior, 0.2));
+    }
+    add("Coated without reflection".into(), coated(ORANGE, Rgb::BLACK, 1.5, 0.2));
+    add("MetallicRoughness metal".into(), metallic_roughness(Rgb::BLACK, ORANGE, 0.3));
+    add("MetallicRoughness white".into(), metallic_roughness(Rgb::WHITE, Rgb::gray(0.04), 0.1));
+    add("MetallicRoughness, f0 = 0".into(), metallic_roughness(BLUE, Rgb::BLACK, 0.7));
+    add("Mirror".into(), Bsdf::Mirror(Mirror { reflectance: ORANGE }));
+    add("Glass".into(), glass(1.5, Rgb::WHITE, ORANGE));
+    add("Glass, ior = 1.0001".into(), glass(1.0001, Rgb::WHITE, Rgb::WHITE));
+    let mut stream = super::stream(0);
+    for index in 0..RANDOM {
+        add(format!("random {index}"), random(&mut stream));
+    }
+    bsdfs.into_iter().map(|(name, bsdf)| Case { name, bsdf }).collect()
+}
+
+/// The cases whose density is a function.
+pub fn smooth() -> Vec<Case> {
+    all().into_iter().filter(|case| !case.bsdf.is_specular()).collect()
+}
+
+/// A BSDF of a random kind; roughnesses and exponents are uniform in the logarithm.
+pub fn random(stream: &mut Stream) -> Bsdf {
+    let mut colour = || Rgb::from(stream.uniform_3());
+    let (a, b) = (colour(), colour());
+    let alpha = powf(MIN_ALPHA, stream.uniform()).max(MIN_ALPHA);
+    let ior = 1.0001 + 3.9 * stream.uniform() * stream.uniform();
+    match stream.below(8) {
+        0 => lambert(a),
+        1 => phong(a * (Rgb::WHITE - b), b, powf(1e6, stream.uniform())),
+        2 => conductor(ConductorFresnel::Schlick { f0: a }, alpha),
+        3 => conductor(ConductorFresnel::Exact { eta: a * 3.0 + Rgb::gray(0.05), k: b * 8.0 }, alpha),
+        4 => coated(a, b, ior, alpha),
+        5 => metallic_roughness(a, b, alpha),
+        6 => Bsdf::Mirror(Mirror { reflectance: a }),
+        _ => glass(ior, a, b),
+    }
+}
+
+pub fn lambert(reflectance: Rgb) -> Bsdf {
+    Bsdf::Lambert(Lambert { reflectance })
+}
+
+pub fn phong(diffuse: Rgb, specular: Rgb, exponent: f32) -> Bsdf {
+    Bsdf::Phong(Phong { diffuse, specular, exponent })
+}
+
+pub fn conductor(fresnel: ConductorFresnel, alpha: f32) -> Bsdf {
+    Bsdf::Conductor(Conductor { fresnel, alpha })
+}
+
+pub fn coated(reflectance: Rgb, specular: Rgb, ior: f32, alpha: f32) -> Bsdf {
+    Bsdf::Coated(Coated { reflectance, specular, ior, alpha })
+}
+
+pub fn metallic_roughness(diffuse: Rgb, f0: Rgb, alpha: f32) -> Bsdf {
+    Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, alpha })
+}
+
+pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
+    Bsdf::Glass(Glass { ior, reflectance, transmittance })
+}
+
+/// Gold at about 630, 530 and 460 nm (Johnson and Christy 1972, rounded).
+fn gold() -> ConductorFresnel {
+    ConductorFresnel::Exact { eta: Rgb::new(0.18, 0.5, 1.4), k: Rgb::new(3.1, 2.2, 1.9) }
+}
+
+#[test]
+fn the_list_has_every_variant_and_only_valid_parameters() {
+    let list = all();
+    for case in &list {
+        assert_eq!(case.bsdf.validate(), Ok(()), "{}", case.name);
+    }
+    let mut kinds: Vec<_> = Vec::new();
+    for case in &list {
+        if !kinds.contains(&discriminant(&case.bsdf)) {
+            kinds.push(discriminant(&case.bsdf));
+        }
+    }
+    assert_eq!(kinds.len(), 7, "a variant of `Bsdf` has no case, or this count is old");
+}

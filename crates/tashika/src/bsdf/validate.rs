@@ -1,0 +1,53 @@
+//! Ranges of parameters, and the message for a value outside.
+//!
+//! Messages read `field = value; expected low to high`, so that whoever loads a material only adds the
+//! file and the name of the material. Tested by `bsdf::tests::limits`.
+
+use crate::color::Rgb;
+
+/// Range of the index of refraction, relative to the medium outside.
+///
+/// Below the lower end the boundary reflects less than `3·10⁻⁹` and `f32` no longer resolves it; the
+/// upper end is above that of any transparent solid, and of the fit of
+/// [`fresnel::dielectric_average`](super::fresnel::dielectric_average).
+const IOR: (f32, f32) = (1.0001, 5.0);
+
+/// A few roundings of 1.
+const SUM_SLACK: f32 = 4.0 * f32::EPSILON;
+
+/// `value` in `[low, high]`; never true of NaN.
+pub(super) fn in_range(field: &str, value: f32, low: f32, high: f32) -> Result<(), String> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("{field} = {value}; expected {low} to {high}"))
+    }
+}
+
+/// Every channel in `[low, high]`.
+pub(super) fn channels_in_range(field: &str, value: Rgb, low: f32, high: f32) -> Result<(), String> {
+    in_range(&format!("{field}.r"), value.r, low, high)?;
+    in_range(&format!("{field}.g"), value.g, low, high)?;
+    in_range(&format!("{field}.b"), value.b, low, high)
+}
+
+/// A reflectance or transmittance: every channel in `[0, 1]`.
+pub(super) fn fraction(field: &str, value: Rgb) -> Result<(), String> {
+    channels_in_range(field, value, 0.0, 1.0)
+}
+
+/// Reflectances whose sum is at most 1 in every channel, but for the rounding of colours that were
+/// scaled to sum to it.
+pub(super) fn fraction_of_sum(field: &str, sum: Rgb) -> Result<(), String> {
+    fraction(field, sum.map(|s| if s > 1.0 && s <= 1.0 + SUM_SLACK { 1.0 } else { s }))
+}
+
+/// A GGX roughness.
+pub(super) fn alpha(value: f32) -> Result<(), String> {
+    in_range("alpha", value, super::MIN_ALPHA, 1.0)
+}
+
+/// A relative index of refraction.
+pub(super) fn ior(value: f32) -> Result<(), String> {
+    in_range("ior", value, IOR.0, IOR.1)
+}

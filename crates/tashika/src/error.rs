@@ -1,0 +1,128 @@
+//! What can go wrong, and whose fault it is.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Result of everything that reads or writes files.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Where in the input something was found.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Location {
+    /// File as the user named it, or as another file refers to it.
+    pub file: PathBuf,
+    /// Line, from 1, for text formats.
+    pub line: Option<u32>,
+    /// Item inside the file: `meshes[3].primitives[0]`, `newmtl floor`.
+    pub item: Option<String>,
+}
+
+impl Location {
+    /// A whole file.
+    pub fn file(file: impl Into<PathBuf>) -> Self {
+        Self { file: file.into(), line: None, item: None }
+    }
+
+    /// A line of a text file, counted from 1.
+    pub fn line(file: impl Into<PathBuf>, line: u32) -> Self {
+        Self { file: file.into(), line: Some(line), item: None }
+    }
+
+    /// The same place, naming the item there.
+    #[must_use]
+    pub fn item(mut self, item: impl Into<String>) -> Self {
+        self.item = Some(item.into());
+        self
+    }
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        if let Some(item) = &self.item {
+            write!(f, ": {item}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Everything that the library refuses.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The system could not read or write a file.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The input says something that cannot be.
+    #[error("{at}: {found}; expected {expected}")]
+    Invalid {
+        /// Where.
+        at: Location,
+        /// Field and value as found.
+        found: String,
+        /// What would be accepted.
+        expected: String,
+    },
+    /// The input is sound, but asks for what this program does not do.
+    #[error("{at}: {what} is not supported; {instead}")]
+    Unsupported {
+        /// Where.
+        at: Location,
+        /// The feature.
+        what: String,
+        /// What the user can do.
+        instead: String,
+    },
+    /// An option of the caller is out of range.
+    #[error("{option} = {value}; expected {expected}")]
+    Option {
+        /// Name of the option as the caller writes it.
+        option: String,
+        /// Value as given.
+        value: String,
+        /// What would be accepted.
+        expected: String,
+    },
+}
+
+impl Error {
+    /// The system could not read or write `path`.
+    pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
+        Self::Io { path: path.into(), source }
+    }
+
+    /// The input at `at` says `found` where `expected` was expected.
+    pub fn invalid(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Invalid { at, found: found.into(), expected: expected.into() }
+    }
+
+    /// The input at `at` asks for `what`; the user can do `instead`.
+    pub fn unsupported(at: Location, what: impl Into<String>, instead: impl Into<String>) -> Self {
+        Self::Unsupported { at, what: what.into(), instead: instead.into() }
+    }
+
+    /// The caller's `option` has an unusable `value`.
+    pub fn option(option: impl Into<String>, value: impl fmt::Display, expected: impl Into<String>) -> Self {
+        Self::Option { option: option.into(), value: value.to_string(), expected: expected.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_name_file_line_item_value_and_what_is_allowed() {
+        let at = Location::line("box.mtl", 14).item("newmtl floor");
+        let e = Error::invalid(at, "Ns = -3", "a number from 0 to 100000");
+        assert_eq!(e.to_string(), "box.mtl:14: newmtl floor: Ns = -3; expected a number from 0 to 100000");
+    }
+}

@@ -1,0 +1,272 @@
+//! The film: named planes of samples with units, for a window of an image.
+//!
+//! A film covers the pixels of a [`Window`] of an image of `size` pixels; the origin is the top left
+//! pixel, `x` to the right, `y` down, and pixels are always named in coordinates of the full image. A
+//! [`Plane`] holds one quantity: the plane without a name is the radiance, others carry half-widths,
+//! claims, costs. Samples are stored pixel by pixel in rows, channels side by side.
+//!
+//! # Guarantee
+//! Two films are equal (`==`) exactly if sizes, names, units, metadata and all sample *bits* are equal.
+//!
+//! # Assumption
+//! Samples are not NaN (checked in debug builds when they are set). A pixel outside the window, a plane
+//! without the asked kind of sample, a wrong number of channels are programming errors and panic.
+
+mod metadata;
+mod plane;
+
+pub use metadata::{Metadata, Value};
+pub use plane::{Plane, PlaneSpec, SampleKind, Samples};
+
+use crate::color::Rgb;
+use crate::error::{Error, Result};
+
+/// Most pixels along one side of an image.
+pub const MAX_SIDE: u32 = 65_536;
+
+/// Most pixels in a window: 2²⁸, a 16,384 × 16,384 image.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// The part of the full image that is rendered (pixels).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Leftmost column.
+    pub x: u32,
+    /// Topmost row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Window {
+    /// The whole image.
+    pub const fn full(size: [u32; 2]) -> Self {
+        Self { x: 0, y: 0, width: size[0], height: size[1] }
+    }
+
+    /// Number of pixels.
+    pub const fn area(&self) -> u64 {
+        self.width as u64 * self.height as u64
+    }
+
+    /// Whether the pixel lies inside.
+    pub const fn contains(&self, x: u32, y: u32) -> bool {
+        x >= self.x && y >= self.y && x - self.x < self.width && y - self.y < self.height
+    }
+
+    /// Whether the window is not empty and lies inside an image of `size` pixels.
+    pub const fn fits(&self, size: [u32; 2]) -> bool {
+        self.area() > 0
+            && self.x as u64 + self.width as u64 <= size[0] as u64
+            && self.y as u64 + self.height as u64 <= size[1] as u64
+    }
+
+    /// All pixels, row by row, in coordinates of the full image.
+    pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let w = *self;
+        (w.y..w.y + w.height).flat_map(move |y| (w.x..w.x + w.width).map(move |x| (x, y)))
+    }
+
+    /// Position of a pixel in the order of [`Self::pixels`].
+    ///
+    /// # Panics
+    /// If the pixel is outside.
+    #[inline]
+    pub fn index(&self, x: u32, y: u32) -> usize {
+        assert!(self.contains(x, y), "pixel ({x}, {y}) is outside {self:?}");
+        (y - self.y) as usize * self.width as usize + (x - self.x) as usize
+    }
+}
+
+/// Named planes for a window of an image, with provenance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    size: [u32; 2],
+    window: Window,
+    planes: Vec<Plane>,
+    metadata: Metadata,
+}
+
+impl Film {
+    /// A film of zeros for `window` of an image of `size` pixels.
+    ///
+    /// # Errors
+    /// [`Error::Option`] naming `size` or `crop` if a side is zero or above [`MAX_SIDE`], if the window
+    /// is empty or not inside the image, or if it has more than [`MAX_PIXELS`] pixels.
+    ///
+    /// # Panics
+    /// If two specs have the same name, or one has no channels.
+    pub fn new(size: [u32; 2], window: Window, specs: &[PlaneSpec]) -> Result<Self> {
+        Self::check(size, window)?;
+        let planes = specs.iter().map(|spec| Plane::zeros(spec, window)).collect();
+        Ok(Self::from_planes(size, window, planes, Metadata::default()))
+    }
+
+    /// A film of given planes; sizes must have been checked.
+    pub(crate) fn from_planes(
+        size: [u32; 2],
+        window: Window,
+        planes: Vec<Plane>,
+        metadata: Metadata,
+    ) -> Self {
+        for (i, plane) in planes.iter().enumerate() {
+            assert!(planes[..i].iter().all(|p| p.name() != plane.name()), "two planes {:?}", plane.name());
+        }
+        Self { size, window, planes, metadata }
+    }
+
+    /// What [`Self::new`] checks, without taking memory.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn check(size: [u32; 2], window: Window) -> Result<()> {
+        let [width, height] = size;
+        let Window { x, y, width: w, height: h } = window;
+        if size.iter().any(|side| !(1..=MAX_SIDE).contains(side)) {
+            return Err(Error::option(
+                "size",
+                format!("{width}x{height}"),
+                format!("1 to {MAX_SIDE} pixels a side"),
+            ));
+        }
+        if !window.fits(size) {
+            return Err(Error::option(
+                "crop",
+                format!("{x},{y},{w},{h}"),
+                format!("X,Y,W,H: at least one pixel, inside the image of {width}x{height}"),
+            ));
+        }
+        if window.area() > MAX_PIXELS {
+            return Err(Error::option(
+                "size",
+                format!("{w}x{h}"),
+                format!("at most {MAX_PIXELS} pixels at a time; render a larger image in parts with a crop"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Size of the full image (pixels).
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// The part of the image that the film holds.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// All planes, in the order of their specs.
+    pub fn planes(&self) -> &[Plane] {
+        &self.planes
+    }
+
+    /// All planes, to be filled.
+    pub fn planes_mut(&mut self) -> &mut [Plane] {
+        &mut self.planes
+    }
+
+    /// The plane of that name; the main one has the empty name.
+    pub fn plane(&self, name: &str) -> Option<&Plane> {
+        self.planes.iter().find(|p| p.name() == name)
+    }
+
+    /// The plane of that name, to be filled.
+    pub fn plane_mut(&mut self, name: &str) -> Option<&mut Plane> {
+        self.planes.iter_mut().find(|p| p.name() == name)
+    }
+
+    /// Provenance.
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// Provenance, to be filled.
+    pub fn metadata_mut(&mut self) -> &mut Metadata {
+        &mut self.metadata
+    }
+
+    /// Colours of the main plane in the order of [`Window::pixels`]: channels `R`, `G`, `B`, or one
+    /// channel as gray; `None` if the film has no such plane.
+    pub fn colors(&self) -> Option<impl Iterator<Item = Rgb> + '_> {
+        let plane = self.plane("")?;
+        let samples = plane.f32_samples()?;
+        let channel = |name: &str| plane.channels().iter().position(|c| c == name);
+        let [r, g, b] = match (channel("R"), channel("G"), channel("B")) {
+            (Some(r), Some(g), Some(b)) => [r, g, b],
+            _ if plane.channels().len() == 1 => [0; 3],
+            _ => return None,
+        };
+        Some(samples.chunks_exact(plane.channels().len()).map(move |p| Rgb::new(p[r], p[g], p[b])))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPECS: &[PlaneSpec] = &[
+        PlaneSpec {
+            name: "",
+            channels: &["R", "G", "B"],
+            unit: "W·m⁻²·sr⁻¹",
+            kind: SampleKind::F32,
+            doc: "radiance",
+        },
+        PlaneSpec {
+            name: "cost",
+            channels: &["pairs", "rays"],
+            unit: "1",
+            kind: SampleKind::U32,
+            doc: "work",
+        },
+    ];
+    const WINDOW: Window = Window { x: 3, y: 1, width: 4, height: 2 };
+
+    #[test]
+    fn pixels_are_named_in_coordinates_of_the_full_image() {
+        let mut film = Film::new([10, 5], WINDOW, SPECS).unwrap();
+        for (i, (x, y)) in WINDOW.pixels().enumerate() {
+            assert_eq!(WINDOW.index(x, y), i);
+            film.plane_mut("").unwrap().set_f32(x, y, &[x as f32, y as f32, 0.5]);
+            film.plane_mut("cost").unwrap().set_u32(x, y, &[x, y * 100]);
+        }
+        assert_eq!(film.plane("cost").unwrap().u32_at(6, 2), [6, 200]);
+        let colors: Vec<Rgb> = film.colors().unwrap().collect();
+        assert_eq!(colors[0], Rgb::new(3.0, 1.0, 0.5));
+        assert_eq!(colors[7], Rgb::new(6.0, 2.0, 0.5));
+        assert!(film.plane("half_width").is_none());
+    }
+
+    #[test]
+    fn equality_sees_every_bit() {
+        let film = Film::new([10, 5], WINDOW, SPECS).unwrap();
+        let mut other = film.clone();
+        other.plane_mut("").unwrap().set_f32(3, 1, &[-0.0, 0.0, 0.0]);
+        assert_ne!(film, other, "minus zero is another bit pattern");
+        let mut other = film.clone();
+        other.metadata_mut().set("seed", 1_u32);
+        assert_ne!(film, other);
+        assert_eq!(film, film.clone());
+    }
+
+    #[test]
+    fn sizes_are_refused_by_name_and_value() {
+        let message = |size, window| Film::new(size, window, SPECS).unwrap_err().to_string();
+        let full = Window::full;
+        assert!(message([0, 5], full([0, 5])).starts_with("size = 0x5; expected 1 to 65536"));
+        assert!(message([70_000, 1], full([70_000, 1])).starts_with("size = 70000x1"));
+        assert!(message([40_000, 40_000], full([40_000, 40_000])).contains("in parts with a crop"));
+        let beyond = Window { x: u32::MAX, y: 0, width: 2, height: 1 };
+        assert!(message([10, 5], beyond).starts_with("crop = 4294967295,0,2,1; expected"));
+        assert!(message([10, 5], Window { width: 0, ..WINDOW }).starts_with("crop = 3,1,0,2"));
+    }
+
+    #[test]
+    #[should_panic(expected = "is outside")]
+    fn a_pixel_beside_the_window_is_a_bug() {
+        WINDOW.index(2, 1);
+    }
+}

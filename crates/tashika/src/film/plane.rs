@@ -1,0 +1,187 @@
+//! One quantity of a film.
+
+use super::Window;
+
+/// How a sample is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleKind {
+    /// 32-bit floating point.
+    F32,
+    /// 32-bit unsigned integer: counts and codes.
+    U32,
+}
+
+/// What a plane holds; integrators declare theirs as constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaneSpec {
+    /// Name in lower case, without a point; empty for the main plane.
+    pub name: &'static str,
+    /// Names of the channels, at least one: `["R", "G", "B"]`, `["Y"]`.
+    pub channels: &'static [&'static str],
+    /// Unit of all channels: `W·m⁻²·sr⁻¹`, or `1` for counts.
+    pub unit: &'static str,
+    /// How the samples are stored.
+    pub kind: SampleKind,
+    /// What the numbers mean, in one sentence.
+    pub doc: &'static str,
+}
+
+/// Samples of a plane: pixel by pixel in rows, channels side by side.
+#[derive(Clone, Debug)]
+pub enum Samples {
+    /// Floating point.
+    F32(Vec<f32>),
+    /// Counts and codes.
+    U32(Vec<u32>),
+}
+
+impl PartialEq for Samples {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::F32(a), Self::F32(b)) => {
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+            }
+            (Self::U32(a), Self::U32(b)) => a == b,
+            (Self::F32(_) | Self::U32(_), _) => false,
+        }
+    }
+}
+
+/// One quantity for each pixel of a window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane {
+    name: String,
+    channels: Vec<String>,
+    unit: String,
+    doc: String,
+    window: Window,
+    samples: Samples,
+}
+
+impl Plane {
+    /// A plane of zeros.
+    pub(super) fn zeros(spec: &PlaneSpec, window: Window) -> Self {
+        let count = window.area() as usize * spec.channels.len();
+        let samples = match spec.kind {
+            SampleKind::F32 => Samples::F32(vec![0.0; count]),
+            SampleKind::U32 => Samples::U32(vec![0; count]),
+        };
+        let channels = spec.channels.iter().map(|&c| c.to_owned()).collect();
+        Self::from_samples([spec.name, spec.unit, spec.doc].map(str::to_owned), channels, window, samples)
+    }
+
+    /// A plane of given samples, as many as the window and the channels say. `words`: name, unit, doc.
+    pub(crate) fn from_samples(
+        words: [String; 3],
+        channels: Vec<String>,
+        window: Window,
+        samples: Samples,
+    ) -> Self {
+        let [name, unit, doc] = words;
+        let count = match &samples {
+            Samples::F32(s) => s.len(),
+            Samples::U32(s) => s.len(),
+        };
+        assert!(!channels.is_empty(), "plane {name:?} has no channels");
+        assert_eq!(count as u64, window.area() * channels.len() as u64, "samples of plane {name:?}");
+        Self { name, channels, unit, doc, window, samples }
+    }
+
+    /// Name; empty for the main plane.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Names of the channels.
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+
+    /// Unit of all channels.
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// What the numbers mean.
+    pub fn doc(&self) -> &str {
+        &self.doc
+    }
+
+    /// All samples.
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// How the samples are stored.
+    pub fn kind(&self) -> SampleKind {
+        match self.samples {
+            Samples::F32(_) => SampleKind::F32,
+            Samples::U32(_) => SampleKind::U32,
+        }
+    }
+
+    /// All samples, if they are floating point.
+    pub fn f32_samples(&self) -> Option<&[f32]> {
+        match &self.samples {
+            Samples::F32(samples) => Some(samples),
+            Samples::U32(_) => None,
+        }
+    }
+
+    /// All samples, if they are counts or codes.
+    pub fn u32_samples(&self) -> Option<&[u32]> {
+        match &self.samples {
+            Samples::U32(samples) => Some(samples),
+            Samples::F32(_) => None,
+        }
+    }
+
+    /// The channels of one pixel.
+    ///
+    /// # Panics
+    /// If the pixel is outside the window or the plane holds counts.
+    pub fn f32_at(&self, x: u32, y: u32) -> &[f32] {
+        let range = self.range(x, y);
+        &self.f32_samples().expect("a plane of floating point samples")[range]
+    }
+
+    /// The channels of one pixel.
+    ///
+    /// # Panics
+    /// If the pixel is outside the window or the plane holds floating point samples.
+    pub fn u32_at(&self, x: u32, y: u32) -> &[u32] {
+        let range = self.range(x, y);
+        &self.u32_samples().expect("a plane of counts or codes")[range]
+    }
+
+    /// Sets the channels of one pixel.
+    ///
+    /// # Panics
+    /// If the pixel is outside the window, the plane holds counts, or the number of channels differs.
+    pub fn set_f32(&mut self, x: u32, y: u32, channels: &[f32]) {
+        debug_assert!(channels.iter().all(|v| !v.is_nan()), "NaN in {:?} at ({x}, {y})", self.name);
+        let range = self.range(x, y);
+        match &mut self.samples {
+            Samples::F32(samples) => samples[range].copy_from_slice(channels),
+            Samples::U32(_) => panic!("plane {:?} holds counts or codes", self.name),
+        }
+    }
+
+    /// Sets the channels of one pixel.
+    ///
+    /// # Panics
+    /// If the pixel is outside the window, the plane holds floating point samples, or the number of
+    /// channels differs.
+    pub fn set_u32(&mut self, x: u32, y: u32, channels: &[u32]) {
+        let range = self.range(x, y);
+        match &mut self.samples {
+            Samples::U32(samples) => samples[range].copy_from_slice(channels),
+            Samples::F32(_) => panic!("plane {:?} holds floating point samples", self.name),
+        }
+    }
+
+    fn range(&self, x: u32, y: u32) -> std::ops::Range<usize> {
+        let start = self.window.index(x, y) * self.channels.len();
+        start..start + self.channels.len()
+    }
+}

@@ -1,0 +1,127 @@
+//! The whole sum: every VPL against every gather point. The reference of all methods.
+//!
+//!     L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i
+//!
+//! Summed in `f64`, in the order (VPL, gather point), so that the result does not depend on tiles. Work goes VPL by VPL: all points
+//! of a tile make one fan of segments to it, the order in which rays are fastest.
+
+use super::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
+use crate::accel::SegmentBatch;
+use crate::color::RgbSum;
+use crate::film::{Metadata, Window};
+use crate::gather::{GatherPoint, PixelSum};
+use crate::transport::Transport;
+use crate::vpl::VplSet;
+
+/// The exact integrator.
+#[derive(Clone, Copy, Debug)]
+pub struct Exact<'a> {
+    lights: &'a VplSet,
+    transport: Transport,
+}
+
+/// Segments that are traced together. More need more memory, fewer cost calls.
+const BATCH: usize = 8192;
+
+impl<'a> Exact<'a> {
+    /// The exact sum over `lights`, clamped as these say.
+    pub fn new(lights: &'a VplSet) -> Self {
+        Self { lights, transport: Transport::new(lights.provenance().clamp_distance) }
+    }
+}
+
+impl Integrator for Exact<'_> {
+    fn name(&self) -> &'static str {
+        "exact"
+    }
+
+    fn describe(&self, metadata: &mut Metadata) {
+        let p = self.lights.provenance();
+        metadata.set("vpls", self.lights.len() as u64);
+        metadata.set("vpls.requested", p.requested);
+        metadata.set("vpls.direct", p.direct);
+        metadata.set("vpls.indirect", p.indirect);
+        metadata.set("vpls.paths", p.paths);
+        metadata.set("vpls.seed", p.seed);
+        metadata.set("vpls.max_depth", p.max_depth);
+        metadata.set("vpls.scene", p.scene.as_str());
+        metadata.set("vpls.clamp_distance_m", f64::from(p.clamp_distance));
+        metadata.set("vpls.glossy_share", f64::from(p.glossy_share));
+    }
+
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+        let pixels: Vec<PixelSum> =
+            tile.pixels().map(|(x, y)| setting.view.pixel(setting.tracer, [x, y])).collect();
+        let mut sums = Sums::new(&pixels);
+        let mut batch = SegmentBatch::default();
+        // For each segment its gather point, and for each fan its light and its number of segments.
+        let mut points: Vec<u32> = Vec::new();
+        let mut fans: Vec<(u32, u32)> = Vec::new();
+        let mut visibility = Vec::new();
+        for (number, light) in self.lights.lights().iter().enumerate() {
+            let start = points.len();
+            points.extend((0u32..).zip(&sums.points).filter(|(_, p)| self.transport.facing(p, light)).map(|(j, _)| j));
+            batch.push_fan(light.apex(), points[start..].iter().map(|&j| sums.points[j as usize].position));
+            fans.push((number as u32, (points.len() - start) as u32));
+            if batch.len() >= BATCH || number + 1 == self.lights.len() {
+                setting.tracer.visibility(&batch, &mut visibility);
+                let mut segments = points.iter().zip(&visibility);
+                for &(light, count) in &fans {
+                    let light = &self.lights.lights()[light as usize];
+                    for (&j, &v) in segments.by_ref().take(count as usize) {
+                        sums.rays[sums.pixel_of[j as usize] as usize] += 1;
+                        if v > 0.0 {
+                            let term = self.transport.unoccluded(&sums.points[j as usize], light) * v;
+                            sums.totals[sums.pixel_of[j as usize] as usize].add(term);
+                        }
+                    }
+                }
+                batch.clear();
+                points.clear();
+                fans.clear();
+            }
+        }
+        pixels
+            .iter()
+            .enumerate()
+            .map(|(i, pixel)| {
+                let mut total = sums.totals[i];
+                total.add(pixel.background);
+                PixelEstimate {
+                    radiance: total.total(),
+                    standard_error: 0.0,
+                    claim: ErrorClaim::Exact,
+                    stop: StopReason::Complete,
+                    pairs: self.lights.len() as u64 * pixel.points.len() as u64,
+                    rays: sums.rays[i],
+                    features: pixel.features,
+                }
+            })
+            .collect()
+    }
+}
+
+/// All gather points of a tile, and what has come to its pixels so far.
+struct Sums {
+    points: Vec<GatherPoint>,
+    pixel_of: Vec<u32>,
+    totals: Vec<RgbSum>,
+    rays: Vec<u64>,
+}
+
+impl Sums {
+    fn new(pixels: &[PixelSum]) -> Self {
+        let mut points = Vec::new();
+        let mut pixel_of = Vec::new();
+        for (i, pixel) in (0u32..).zip(pixels) {
+            points.extend_from_slice(&pixel.points);
+            pixel_of.resize(points.len(), i);
+        }
+        Self {
+            points,
+            pixel_of,
+            totals: vec![RgbSum::default(); pixels.len()],
+            rays: vec![0; pixels.len()],
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Unidirectional path tracing: an independent estimate of light transport itself, to hold the many-light sum against.
+//!
+//! At each surface light is sampled in two ways, by drawing a point of the emitters and by following the BSDF, weighted by the
+//! balance heuristic (Veach 1997, section 9.2). Emitters, BSDFs and cameras are those of the other integrators; the
+//! estimator has nothing in common with them. No clamp.
+//!
+//! The estimate is the mean of `samples` independent paths, its standard error that of the mean. No claim is made: the
+//! interval that one would compute from it breaks on heavy-tailed samples.
+
+use super::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
+use crate::accel::{SegmentBatch, Tracer};
+use crate::color::{Rgb, RgbSum};
+use crate::error::{Error, Result};
+use crate::film::{Metadata, Window};
+use crate::gather::{Features, gather_point, specular_step};
+use crate::math::Ray;
+use crate::rng::{self, Purpose, Stream};
+use crate::stats::Moments;
+use crate::transport::Transport;
+use crate::vpl::{EmitterSampler, VplKind};
+
+/// The path tracer.
+#[derive(Debug)]
+pub struct Path<'s> {
+    emitters: EmitterSampler<'s>,
+    samples: u32,
+    max_depth: u32,
+}
+
+/// Surfaces after which a path may end by Russian roulette.
+const CERTAIN_DEPTH: u32 = 3;
+/// Highest probability of going on: a closed white room would keep paths for ever.
+const MAX_SURVIVAL: f32 = 0.98;
+
+impl<'s> Path<'s> {
+    /// A path tracer with `samples` paths a pixel that meet at most `max_depth` surfaces.
+    ///
+    /// # Errors
+    /// `samples` or `max_depth` of zero.
+    pub fn new(tracer: &'s Tracer, samples: u32, max_depth: u32) -> Result<Self> {
+        if samples == 0 {
+            return Err(Error::option("paths", samples, "at least 1"));
+        }
+        if max_depth == 0 {
+            return Err(Error::option("max depth", max_depth, "at least 1"));
+        }
+        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), samples, max_depth })
+    }
+}
+
+impl Integrator for Path<'_> {
+    fn name(&self) -> &'static str {
+        "path"
+    }
+
+    fn describe(&self, metadata: &mut Metadata) {
+        metadata.set("paths", self.samples);
+        metadata.set("max_depth", self.max_depth);
+    }
+
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+        let mut tracing = Tracing {
+            tracer: setting.tracer,
+            emitters: &self.emitters,
+            max_depth: self.max_depth,
+            batch: SegmentBatch::default(),
+            visibility: Vec::new(),
+            rays: 0,
+        };
+        tile.pixels()
+            
+            .map(|(x, y)| {
+                let pixel = [x, y];
+                let mut sum = RgbSum::default();
+                let mut moments = Moments::default();
+                tracing.rays = 0;
+                let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
+                let mut stream = Stream::new(setting.view.seed, Purpose::CameraPath, index);
+                for k in 0..self.samples {
+                    let [u, v] = stream.uniform_2();
+                    let [s, t] = stream.uniform_2();
+                    let ray = setting.view.ray_through(pixel, [u, v, s, t]);
+                    let key = rng::key(setting.view.seed ^ index, Purpose::CameraPath, u64::from(k));
+                    let radiance = tracing.radiance(ray, key, &mut stream);
+                    sum.add(radiance);
+                    moments.push(f64::from(radiance.luminance()));
+                }
+                PixelEstimate {
+                    radiance: sum.total() / self.samples as f32,
+                    standard_error: moments.standard_error() as f32,
+                    claim: ErrorClaim::None,
+                    stop: StopReason::SampleCount,
+                    pairs: u64::from(self.samples),
+                    rays: tracing.rays,
+                    features: Features::default(),
+                }
+            })
+            .collect()
+    }
+}
+
+struct Tracing<'a> {
+    tracer: &'a Tracer,
+    emitters: &'a EmitterSampler<'a>,
+    max_depth: u32,
+    batch: SegmentBatch,
+    visibility: Vec<f32>,
+    rays: u64,
+}
+
+/// Weight of a strategy of density `this` beside another of density `other`.
+fn balance(this: f32, other: f32) -> f32 {
+    if this.is_infinite() { 1.0 } else { this / (this + other) }
+}
+
+impl Tracing<'_> {
+    fn radiance(&mut self, mut ray: Ray, key: u64, stream: &mut Stream) -> Rgb {
+        let scene = self.tracer.scene();
+        let transport = Transport::default();
+        let mut radiance = Rgb::BLACK;
+        let mut weight = Rgb::WHITE;
+        // Density of the last direction, if drawing from the emitters could have found it too.
+        let mut density: Option<f32> = None;
+        for depth in 0..=self.max_depth {
+            self.rays += 1;
+            let Some(hit) = self.tracer.closest_hit(&ray, key.wrapping_add(u64::from(depth))) else {
+                if let Some(e) = scene.environment() {
+                    let d = ray.direction.normalize();
+                    let mis = density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
+                    radiance += weight * e.radiance(d) * mis;
+                }
+                break;
+            };
+            let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+            let outgoing = -ray.direction;
+            let emitted = scene.emitted(&surface, outgoing);
+            if !emitted.is_black() {
+                let mis = density.map_or(1.0, |p| {
+                    let distance = ray.origin.distance_squared(surface.position);
+                    let cos = surface.geometric_normal.dot(outgoing).abs();
+                    let on_area = self.emitters.pdf_on_triangle(hit.instance, hit.triangle);
+                    balance(p, on_area * distance / cos.max(f32::MIN_POSITIVE))
+                });
+                radiance += weight * emitted * mis;
+            }
+            if depth == self.max_depth {
+                break;
+            }
+            let bsdf = scene.bsdf(&surface);
+            if bsdf.is_specular() {
+                let u = stream.uniform_3();
+                let Some((next, factor)) = specular_step(&surface, outgoing, &bsdf, [u[0], u[1], u[2], 0.0]) else {
+                    break;
+                };
+                weight *= factor;
+                ray = next;
+                density = None;
+            } else {
+                let point = gather_point(&surface, outgoing, bsdf, weight);
+                if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
+                    let light = &sample.light;
+                    if transport.facing(&point, light) && !light.intensity.is_black() {
+                        let mis = sample.pdf.map_or(1.0, |pdf| {
+                            let (towards, jacobian) = if light.kind == VplKind::Directional {
+                                (-light.direction, 1.0)
+                            } else {
+                                let d = light.position - point.position;
+                                let towards = d.normalize();
+                                (towards, d.length_squared() / -light.direction.dot(towards))
+                            };
+                            balance(pdf * jacobian, point.bsdf.pdf(point.wo, point.frame.to_local(towards)))
+                        });
+                        let free = self.visible(light.apex(), point.position);
+                        radiance += transport.unoccluded(&point, light) * (mis * free);
+                    }
+                }
+                let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
+                let direction = point.frame.to_world(next.wi).normalize();
+                if point.geometric_normal.dot(direction) <= 0.0 {
+                    break;
+                }
+                weight *= next.weight;
+                density = Some(next.pdf);
+                ray = Ray::new(point.position, direction);
+            }
+            if depth >= CERTAIN_DEPTH {
+                let survival = weight.max_channel().min(MAX_SURVIVAL);
+                if stream.uniform() >= survival {
+                    break;
+                }
+                weight = weight / survival;
+            }
+        }
+        radiance
+    }
+
+    fn visible(&mut self, apex: crate::accel::Apex, target: glam::Vec3) -> f32 {
+        self.rays += 1;
+        self.batch.clear();
+        self.batch.push_fan(apex, [target]);
+        self.tracer.visibility(&self.batch, &mut self.visibility);
+        self.visibility[0]
+    }
+}

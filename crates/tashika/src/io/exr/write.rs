@@ -1,0 +1,120 @@
+//! A film to the bytes of an OpenEXR file.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use ::exr::image::write::WritableImage;
+use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer};
+use ::exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, LineOrder, Text};
+use ::exr::meta::header::{ImageAttributes, LayerAttributes};
+use ::exr::prelude::{Compression, Vec2};
+
+use super::{PLANES, PREFIX, PlaneRecord, at, channel_name};
+use crate::error::Result;
+use crate::film::{Film, Samples, Value};
+use crate::io::output::write_file;
+
+/// Rec. 709 / sRGB primaries and white.
+const PRIMARIES: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.3, 0.6),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.329),
+};
+
+/// Writes a film; an earlier file is replaced only when the new one is complete.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be written.
+pub fn write_exr(path: &Path, film: &Film) -> Result<()> {
+    let bytes = encode(film).map_err(|e| at(path, e))?;
+    write_file(path, &bytes)
+}
+
+pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
+    let mut channels = smallvec::SmallVec::new();
+    let mut records = Vec::new();
+    for plane in film.planes() {
+        let count = plane.channels().len();
+        for (c, channel) in plane.channels().iter().enumerate() {
+            let samples = match plane.samples() {
+                Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
+                Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
+            };
+            channels.push(AnyChannel::new(text(&channel_name(plane.name(), channel)), samples));
+        }
+        records.push(PlaneRecord {
+            name: plane.name().to_owned(),
+            channels: plane.channels().to_vec(),
+            unit: plane.unit().to_owned(),
+            doc: plane.doc().to_owned(),
+        });
+    }
+    let window = film.window();
+    let mut attributes = LayerAttributes {
+        layer_position: Vec2(window.x as i32, window.y as i32),
+        software_name: Some(text(concat!("tashika ", env!("CARGO_PKG_VERSION")))),
+        ..LayerAttributes::default()
+    };
+    let planes = serde_json::to_string(&records).expect("words and lists of words");
+    attributes.other.insert(text(PLANES), AttributeValue::Text(text(&planes)));
+    for (name, value) in film.metadata().iter() {
+        attributes.other.insert(text(&format!("{PREFIX}{name}")), attribute(value));
+    }
+    let [width, height] = film.size();
+    let display = IntegerBounds::new(Vec2(0, 0), Vec2(width as usize, height as usize));
+    let mut shared = ImageAttributes::new(display);
+    shared.chromaticities = Some(PRIMARIES);
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let size = Vec2(window.width as usize, window.height as usize);
+    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
+    let mut bytes = Cursor::new(Vec::new());
+    Image::empty(shared).with_layer(layer).write().to_buffered(&mut bytes)?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+/// Sorts the attributes of a single-part file by name.
+///
+/// The writer keeps custom attributes in a hash table, whose order is another one each time. A
+/// permutation leaves the length of the header, and so all offsets, as they are.
+fn sort_attributes(file: &mut [u8]) {
+    // Magic number and version; then name, type (each ended by a zero), length and bytes of each
+    // attribute; then a zero.
+    let start = 8;
+    let mut end = start;
+    let mut attributes = Vec::new();
+    while file[end] != 0 {
+        let begin = end;
+        for _ in 0..2 {
+            end += file[end..].iter().position(|&b| b == 0).expect("a name ends with a zero") + 1;
+        }
+        let length = u32::from_le_bytes(file[end..end + 4].try_into().expect("four bytes"));
+        end += 4 + length as usize;
+        attributes.push(file[begin..end].to_vec());
+    }
+    attributes.sort();
+    file[start..end].copy_from_slice(&attributes.concat());
+}
+
+fn attribute(value: &Value) -> AttributeValue {
+    let short = |number: &i64| i32::try_from(*number).ok();
+    match value {
+        Value::Text(words) => AttributeValue::Text(text(words)),
+        Value::Int(number) => {
+            short(number).map_or_else(|| AttributeValue::Text(text(&number.to_string())), AttributeValue::I32)
+        }
+        Value::Float(number) => AttributeValue::F64(*number),
+        Value::Bool(yes) => AttributeValue::Text(text(&yes.to_string())),
+    }
+}
+
+/// UTF-8 as it is: the format leaves the encoding open, and its own library has said UTF-8 since 3.0.
+fn text(words: &str) -> Text {
+    Text::from_slice_unchecked(words.as_bytes())
+}

@@ -1,0 +1,257 @@
+//! From the bytes of a file to a checked glTF document.
+//!
+//! Input: the bytes of a `.gltf` (JSON) or `.glb` (binary container, glTF 2.0 section 4) file. Output: the
+//! document as the `gltf` crate's plain data types, and the container's binary chunk.
+//!
+//! # Guarantee
+//! No byte string makes this panic. In what is returned, every index of one list into another is in
+//! range, and every enumerated value is one that glTF 2.0 knows.
+//!
+//! # Differences from the `gltf` crate's own loader
+//! * The container is split here: the crate's reader subtracts the header's size from a length that may
+//!   be smaller.
+//! * Version and required extensions are read first, so that a file that needs what is not there is told so
+//!   before anything else about it can be wrong.
+//! * Animations are skipped, not parsed.
+//! * `POSITION` accessors are looked up before the crate's validator does so without checking.
+//! * Forgiven, because nothing here depends on it: missing or wrong `min` and `max`, missing
+//!   `POSITION`, accessors without a buffer view, textures without a source, unknown attribute names,
+//!   scenes without nodes.
+//!
+//! # Held to this by
+//! `damaged_gltf`: truncation at each length, mutations, deep nesting, indices out of range.
+
+use gltf::json::mesh::Semantic;
+use gltf::json::validation::{Checked, Error as Fault, Validate};
+use gltf::json::{self, Index, Path, Root};
+use serde::Deserialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
+
+use super::extensions;
+use crate::error::{Error, Location, Result};
+
+/// A parsed file.
+pub(super) struct Parsed<'a> {
+    /// Everything but animations.
+    pub root: Root,
+    /// Number of animations.
+    pub animations: usize,
+    /// The binary chunk of a `.glb`.
+    pub binary: Option<&'a [u8]>,
+}
+
+/// What decides whether the rest can be understood.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Head {
+    asset: Asset,
+    #[serde(default)]
+    extensions_used: Vec<String>,
+    #[serde(default)]
+    extensions_required: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Asset {
+    version: String,
+    min_version: Option<String>,
+}
+
+/// The rest.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+#[derive(Default)]
+struct Body {
+    accessors: Vec<json::Accessor>,
+    animations: Vec<IgnoredAny>,
+    buffers: Vec<json::Buffer>,
+    buffer_views: Vec<json::buffer::View>,
+    cameras: Vec<json::Camera>,
+    extensions: Option<json::extensions::Root>,
+    images: Vec<json::Image>,
+    materials: Vec<json::Material>,
+    meshes: Vec<json::Mesh>,
+    nodes: Vec<json::Node>,
+    samplers: Vec<json::texture::Sampler>,
+    scene: Option<Index<json::Scene>>,
+    scenes: Vec<SceneNodes>,
+    skins: Vec<json::Skin>,
+    textures: Vec<json::Texture>,
+}
+
+#[derive(Deserialize)]
+struct SceneNodes {
+    #[serde(default)]
+    nodes: Vec<Index<json::Node>>,
+}
+
+/// Parses and checks a file.
+pub(super) fn parse<'a>(bytes: &'a [u8], file: &Location) -> Result<Parsed<'a>> {
+    let (text, binary) = if bytes.starts_with(b"glTF") { split_binary(bytes, file)? } else { (bytes, None) };
+    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
+    let head: Head = from_json(text, file)?;
+    check_version(&head.asset, file)?;
+    extensions::refuse_unhandled(&head.extensions_required, file)?;
+    let body: Body = from_json(text, file)?;
+    let scenes = body.scenes.into_iter().map(|s| json::Scene {
+        extensions: None,
+        extras: None,
+        name: None,
+        nodes: s.nodes,
+    });
+    let root = Root {
+        accessors: body.accessors,
+        buffers: body.buffers,
+        buffer_views: body.buffer_views,
+        cameras: body.cameras,
+        extensions: body.extensions,
+        extensions_used: head.extensions_used,
+        images: body.images,
+        materials: body.materials,
+        meshes: body.meshes,
+        nodes: body.nodes,
+        samplers: body.samplers,
+        scene: body.scene,
+        scenes: scenes.collect(),
+        skins: body.skins,
+        textures: body.textures,
+        ..Root::default()
+    };
+    validate(&root, text, file)?;
+    Ok(Parsed { root, animations: body.animations.len(), binary })
+}
+
+/// The JSON and the binary chunk of a `.glb`; both lie inside `bytes`.
+fn split_binary<'a>(bytes: &'a [u8], file: &Location) -> Result<(&'a [u8], Option<&'a [u8]>)> {
+    const HEADER: usize = 12;
+    let at = |item: &str| file.clone().item(item);
+    let word = |offset: usize| {
+        let word = bytes.get(offset..)?.first_chunk::<4>()?;
+        Some(u32::from_le_bytes(*word))
+    };
+    let (Some(version), Some(length)) = (word(4), word(8)) else {
+        let found = format!("{} bytes", bytes.len());
+        return Err(Error::invalid(at("GLB header"), found, format!("a header of {HEADER} bytes")));
+    };
+    if version != 2 {
+        return Err(Error::unsupported(
+            at("GLB header"),
+            format!("version {version}"),
+            "convert the file to glTF 2.0",
+        ));
+    }
+    let length = length as usize;
+    if length < HEADER || length > bytes.len() {
+        let expected = format!("{HEADER} to {}, the bytes that are there", bytes.len());
+        return Err(Error::invalid(at("GLB header"), format!("length = {length}"), expected));
+    }
+    let mut chunks: [Option<&[u8]>; 2] = [None, None];
+    let mut offset = HEADER;
+    // Chunks after the first two, and of unknown kind, are for others.
+    for (chunk, (kind, name)) in chunks.iter_mut().zip([(*b"JSON", "GLB JSON chunk"), (*b"BIN\0", "GLB BIN chunk")]) {
+        if offset == length {
+            break;
+        }
+        let (Some(size), Some(found_kind)) = (word(offset), word(offset + 4)) else {
+            let found = format!("{} bytes", length - offset);
+            return Err(Error::invalid(at(name), found, "a chunk header of 8 bytes"));
+        };
+        let start = offset + 8;
+        let end = start.checked_add(size as usize).filter(|&end| end <= length);
+        let Some(end) = end else {
+            let expected = format!("at most {}, the bytes that are left", length.saturating_sub(start));
+            return Err(Error::invalid(at(name), format!("length = {size}"), expected));
+        };
+        if found_kind == u32::from_le_bytes(kind) {
+            *chunk = Some(&bytes[start..end]);
+        }
+        offset = end;
+    }
+    match chunks {
+        [Some(text), binary] => Ok((text, binary)),
+        [None, _] => Err(Error::invalid(at("GLB"), "no JSON chunk", "JSON as the first chunk")),
+    }
+}
+
+fn from_json<T: DeserializeOwned>(text: &[u8], file: &Location) -> Result<T> {
+    json::deserialize::from_slice(text).map_err(|e| {
+        let mut at = file.clone();
+        at.line = u32::try_from(e.line()).ok().filter(|&line| line > 0);
+        Error::invalid(at, format!("JSON that is no glTF ({e})"), "a glTF 2.0 document")
+    })
+}
+
+fn check_version(asset: &Asset, file: &Location) -> Result<()> {
+    let needed = asset.min_version.as_deref().unwrap_or(&asset.version);
+    let (major, minor) = needed.split_once('.').unwrap_or((needed, "0"));
+    if major == "2" && (asset.min_version.is_none() || minor == "0") {
+        return Ok(());
+    }
+    let what = format!("glTF {}", super::shown(needed));
+    Err(Error::unsupported(file.clone().item("asset"), what, "convert the file to glTF 2.0"))
+}
+
+fn validate(root: &Root, text: &[u8], file: &Location) -> Result<()> {
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let index = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map(Index::value);
+            if let Some(index) = index.filter(|&i| i >= root.accessors.len()) {
+                let at = file.clone().item(format!("meshes[{m}].primitives[{p}].attributes.POSITION"));
+                let expected = format!("an index below {}", root.accessors.len());
+                return Err(Error::invalid(at, format!("accessor {index}"), expected));
+            }
+        }
+    }
+    let mut first: Option<(Path, Fault)> = None;
+    root.validate(root, Path::new, &mut |path, fault| {
+        if first.is_none() {
+            let path = path();
+            if !is_forgiven(path.as_str(), fault) {
+                first = Some((path, fault));
+            }
+        }
+    });
+    let Some((path, fault)) = first else { return Ok(()) };
+    let (found, expected) = match fault {
+        Fault::IndexOutOfBounds => ("an index out of range", "the index of something in this file"),
+        Fault::Invalid => ("a value that glTF 2.0 does not know", "one that it knows"),
+        Fault::Missing => ("nothing", "a value: the field is required"),
+        Fault::Oversize => ("a size beyond this machine's memory", "a smaller one"),
+        Fault::Unsupported => ("an extension that is not supported", "another file"),
+    };
+    let found = value_at(text, path.as_str()).map_or_else(|| found.to_owned(), |value| format!("{value}, {found}"));
+    Err(Error::invalid(file.clone().item(path.to_string()), found, expected))
+}
+
+/// Faults that do not matter to this loader; see the module's list.
+fn is_forgiven(path: &str, fault: Fault) -> bool {
+    match fault {
+        // Required extensions have been checked by name.
+        Fault::Unsupported => true,
+        Fault::Missing => {
+            path.contains(".attributes[\"POSITION\"]")
+                || path.starts_with("accessors[") && path.ends_with(".bufferView")
+                || path.starts_with("textures[") && path.ends_with(".source")
+        }
+        Fault::Invalid => {
+            path.ends_with(".attributes[\"POSITION\"].min")
+                || path.ends_with(".attributes[\"POSITION\"].max")
+                || path.ends_with(".attributes[\"<invalid semantic name>\"]")
+        }
+        Fault::IndexOutOfBounds | Fault::Oversize => false,
+    }
+}
+
+/// What stands at a path such as `nodes[0].mesh`, if it is a single value.
+fn value_at(text: &[u8], path: &str) -> Option<String> {
+    let document: serde_json::Value = json::deserialize::from_slice(text).ok()?;
+    let mut value = &document;
+    for step in path.split(['.', '[', ']', '"']).filter(|s| !s.is_empty()) {
+        value = match value {
+            serde_json::Value::Array(items) => items.get(step.parse::<usize>().ok()?)?,
+            other => other.get(step)?,
+        };
+    }
+    (value.is_number() || value.is_string() || value.is_boolean()).then(|| super::shown(&value.to_string()))
+}

@@ -1,0 +1,216 @@
+//! Meshes: each primitive becomes one mesh of the scene.
+//!
+//! Input: a mesh of the document. Output: the ids of its primitives' meshes, read once however many nodes
+//! show them. Only the range of vertices between the smallest and the largest index is read, so that
+//! primitives that share one large vertex buffer do not each copy all of it.
+//!
+//! Triangle `i` of a strip is `(i, i + 1 + i mod 2, i + 2 − i mod 2)`, of a fan `(i + 1, i + 2, 0)` (glTF 2.0
+//! section 3.7.2.1). Triangles of a strip that use a vertex twice only steer it and are left out silently.
+//!
+//! # Held to this by
+//! The tests below; `gltf::a_mesh_is_read_once_and_placed_twice`, `gltf::strips_fans_and_ranges_of_vertices`.
+
+use std::ops::Range;
+
+use gltf::json;
+use gltf::json::accessor::Type;
+use gltf::json::mesh::{Mode, Semantic};
+use gltf::json::validation::Checked;
+
+use super::materials::Materials;
+use super::source::Source;
+use crate::error::{Error, Result};
+use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
+
+/// The meshes read so far.
+pub(super) struct Meshes {
+    read: Vec<Option<Vec<MeshId>>>,
+    materials: Materials,
+}
+
+impl Meshes {
+    /// None read yet.
+    pub fn new(source: &Source<'_>) -> Self {
+        Self { read: vec![None; source.root.meshes.len()], materials: Materials::new(source) }
+    }
+
+    /// The meshes that the primitives of mesh `index` became.
+    pub fn get(&mut self, source: &Source<'_>, builder: &mut SceneBuilder, index: usize) -> Result<&[MeshId]> {
+        let read = match self.read[index].take() {
+            Some(read) => read,
+            None => {
+                let mut read = Vec::new();
+                for primitive in 0..source.root.meshes[index].primitives.len() {
+                    read.extend(self.primitive(source, builder, index, primitive)?);
+                }
+                read
+            }
+        };
+        Ok(self.read[index].insert(read))
+    }
+
+    /// One primitive; nothing, with a note, if it has no triangles.
+    fn primitive(
+        &mut self,
+        source: &Source<'_>,
+        builder: &mut SceneBuilder,
+        mesh: usize,
+        index: usize,
+    ) -> Result<Option<MeshId>> {
+        let document = &source.root.meshes[mesh];
+        let primitive = &document.primitives[index];
+        let item = format!("meshes[{mesh}].primitives[{index}]");
+        let at = |field: &str| source.at(format!("{item}{field}"));
+        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+        if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
+            builder.note(NoteKind::Ignored, "morph targets: the base mesh is shown", at(".targets"));
+        }
+        if attribute(Semantic::Colors(0)).is_some() {
+            builder.note(NoteKind::Ignored, "vertex colours: left out", at(".attributes.COLOR_0"));
+        }
+        let Some(assembly) = Assembly::of(primitive.mode) else {
+            builder.note(NoteKind::Ignored, "points and lines: left out", at(".mode"));
+            return Ok(None);
+        };
+        let Some(positions) = attribute(Semantic::Positions) else {
+            builder.note(NoteKind::Ignored, "primitives without POSITION: left out", at(".attributes"));
+            return Ok(None);
+        };
+        let positions = source.accessor(positions, Type::Vec3, at(".attributes.POSITION"))?;
+        let indices = match primitive.indices {
+            Some(i) => Some(source.accessor(i, Type::Scalar, at(".indices"))?.indices()?),
+            None => None,
+        };
+        let corners = indices.as_ref().map_or(positions.count(), Vec::len);
+        if u32::try_from(corners).is_err() {
+            return Err(Error::invalid(at(""), format!("{corners} corners"), "less than 2³²"));
+        }
+        if assembly.triangles(corners) == 0 {
+            builder.note(NoteKind::Ignored, "primitives without a triangle: left out", at(""));
+            return Ok(None);
+        }
+        if assembly == Assembly::Separate && !corners.is_multiple_of(3) {
+            builder.note(NoteKind::Repaired, "corners after the last whole triangle: left out", at(""));
+        }
+        let range = vertex_range(indices.as_deref(), corners);
+        if range.end > positions.count() {
+            let found = format!("vertex index {}", range.end - 1);
+            return Err(Error::invalid(at(".indices"), found, format!("an index below {}", positions.count())));
+        }
+
+        let material = self.materials.get(source, builder, primitive.material.map(|m| m.value()))?;
+        let uvs = material.uv_set.and_then(|set| attribute(Semantic::TexCoords(set)).map(|uvs| (set, uvs)));
+        if material.uv_set.is_some() && uvs.is_none() {
+            let message = "textured primitives without the texture coordinates that their material wants: one texel is used";
+            builder.note(NoteKind::Approximated, message, at(".attributes"));
+        }
+        let normals = attribute(Semantic::Normals);
+        let floats = 3 + if normals.is_some() { 3 } else { 0 } + if uvs.is_some() { 2 } else { 0 };
+        let numbers = range.len() as u64 * floats + assembly.triangles(corners) as u64 * 3;
+        source.geometry_budget.take(numbers * 4, &at(""))?;
+
+        let count = positions.count();
+        let normals = match normals {
+            Some(normals) => {
+                let normals = source.accessor(normals, Type::Vec3, at(".attributes.NORMAL"))?;
+                normals.expect_count(count)?.vectors(range.clone())?
+            }
+            None => Vec::new(),
+        };
+        let uvs = match uvs {
+            Some((set, uvs)) => {
+                let uvs = source.accessor(uvs, Type::Vec2, at(&format!(".attributes.TEXCOORD_{set}")))?;
+                uvs.expect_count(count)?.vectors(range.clone())?
+            }
+            None => Vec::new(),
+        };
+        let first = range.start as u32;
+        let triangles = match &indices {
+            Some(indices) => assembly.assemble(corners, |i| indices[i] - first),
+            None => assembly.assemble(corners, |i| i as u32),
+        };
+        let data = MeshData {
+            name: name(document, mesh, index),
+            positions: positions.vectors(range)?.into_iter().map(glam::Vec3::from_array).collect(),
+            normals: normals.into_iter().map(glam::Vec3::from_array).collect(),
+            uvs: uvs.into_iter().map(glam::Vec2::from_array).collect(),
+            triangles,
+        };
+        builder.add_mesh(data, material.id).map(Some)
+    }
+}
+
+fn name(mesh: &json::Mesh, index: usize, primitive: usize) -> String {
+    let name = mesh.name.as_deref().filter(|n| !n.is_empty());
+    let name = name.map_or_else(|| format!("meshes[{index}]"), super::shown);
+    if mesh.primitives.len() == 1 { name } else { format!("{name}.primitives[{primitive}]") }
+}
+
+/// From the smallest to the largest vertex in use.
+fn vertex_range(indices: Option<&[u32]>, corners: usize) -> Range<usize> {
+    let Some(indices) = indices else { return 0..corners };
+    let (first, last) = indices.iter().fold((u32::MAX, 0), |(lo, hi), &i| (lo.min(i), hi.max(i)));
+    first as usize..last as usize + 1
+}
+
+/// How corners make triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Assembly {
+    Separate,
+    Strip,
+    Fan,
+}
+
+impl Assembly {
+    fn of(mode: Checked<Mode>) -> Option<Self> {
+        match mode {
+            Checked::Valid(Mode::Triangles) => Some(Self::Separate),
+            Checked::Valid(Mode::TriangleStrip) => Some(Self::Strip),
+            Checked::Valid(Mode::TriangleFan) => Some(Self::Fan),
+            Checked::Valid(Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) | Checked::Invalid => None,
+        }
+    }
+
+    /// Number of triangles of so many corners.
+    fn triangles(self, corners: usize) -> usize {
+        match self {
+            Self::Separate => corners / 3,
+            Self::Strip | Self::Fan => corners.saturating_sub(2),
+        }
+    }
+
+    /// The triangles of so many corners, `vertex(i)` being the vertex of corner `i`.
+    fn assemble(self, corners: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
+        let triangles = (0..self.triangles(corners)).map(|i| match self {
+            Self::Separate => [3 * i, 3 * i + 1, 3 * i + 2],
+            Self::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Self::Fan => [i + 1, i + 2, 0],
+        });
+        let triangles = triangles.map(|corners| corners.map(&vertex));
+        let steers = |[a, b, c]: &[u32; 3]| a == b || b == c || c == a;
+        triangles.filter(|t| self != Self::Strip || !steers(t)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_of_a_strip_face_the_same_way() {
+        assert_eq!(Assembly::Strip.assemble(5, |i| i as u32), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        let steering = [0, 1, 2, 2, 3, 3, 4, 5];
+        assert_eq!(Assembly::Strip.assemble(8, |i| steering[i]), [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(Assembly::Fan.assemble(5, |i| i as u32), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);
+        assert_eq!(Assembly::Separate.assemble(7, |i| i as u32), [[0, 1, 2], [3, 4, 5]]);
+        for assembly in [Assembly::Separate, Assembly::Strip, Assembly::Fan] {
+            assert_eq!([0, 1, 2].map(|corners| assembly.assemble(corners, |i| i as u32).len()), [0; 3]);
+        }
+    }
+
+    #[test]
+    fn the_range_holds_the_vertices_in_use() {
+        assert_eq!(vertex_range(Some(&[7, 5, 9]), 3), 5..10);
+        assert_eq!(vertex_range(None, 3), 0..3);
+    }
+}

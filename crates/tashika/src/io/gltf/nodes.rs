@@ -1,0 +1,133 @@
+//! The node graph: which nodes are in the scene, and where.
+//!
+//! A node's world transform is the product of the local ones from the root down to it (glTF 2.0 section
+//! 3.5.2), each a matrix or `T · R · S`; products are formed in `f64`.
+//!
+//! # Guarantee
+//! The graph is a forest: a node with two parents, or one that is its own ancestor, is an error. Depth is
+//! limited by memory only; nothing here recurses.
+//!
+//! # Held to this by
+//! `gltf::nodes_multiply_from_the_root_down`, `damaged_gltf::nodes_that_form_no_forest_are_refused`,
+//! `damaged_gltf::a_deep_chain_of_nodes_is_no_problem`.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use gltf::json;
+
+use super::source::Source;
+use crate::error::{Error, Result};
+use crate::scene::{NoteKind, SceneBuilder};
+
+/// A node of the scene.
+pub(super) struct PlacedNode {
+    /// Its index in the document.
+    pub index: usize,
+    /// Node to world.
+    pub to_world: DAffine3,
+}
+
+/// The nodes of the scene to be rendered, parents before children, in the order of the file: the default
+/// scene, else the first, else everything.
+pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Vec<PlacedNode>> {
+    let root = &source.root;
+    let parents = parents(source)?;
+    let roots = (0..root.nodes.len()).filter(|&i| parents[i].is_none());
+    refuse_cycles(source, roots.clone())?;
+    let chosen = root.scene.map(|s| s.value()).or_else(|| (!root.scenes.is_empty()).then_some(0));
+    for other in (0..root.scenes.len()).filter(|&i| Some(i) != chosen) {
+        let at = source.at(format!("scenes[{other}]"));
+        builder.note(NoteKind::Ignored, "scenes other than the default one: left out", at);
+    }
+    let first: Vec<usize> = match chosen {
+        Some(scene) => {
+            let mut listed = vec![false; root.nodes.len()];
+            for (i, node) in root.scenes[scene].nodes.iter().enumerate() {
+                let (node, at) = (node.value(), || source.at(format!("scenes[{scene}].nodes[{i}]")));
+                if let Some(parent) = parents[node] {
+                    let found = format!("{node}, a child of node {parent}");
+                    return Err(Error::invalid(at(), found, "a node without parent"));
+                }
+                if std::mem::replace(&mut listed[node], true) {
+                    return Err(Error::invalid(at(), format!("{node}, listed before"), "each node once"));
+                }
+            }
+            root.scenes[scene].nodes.iter().map(|n| n.value()).collect()
+        }
+        None => roots.collect(),
+    };
+    let mut placed = Vec::new();
+    let mut to_visit: Vec<(usize, DAffine3)> = first.iter().rev().map(|&i| (i, DAffine3::IDENTITY)).collect();
+    while let Some((index, parent)) = to_visit.pop() {
+        let to_world = parent * local(source, index, builder);
+        placed.push(PlacedNode { index, to_world });
+        to_visit.extend(children(&root.nodes[index]).rev().map(|child| (child, to_world)));
+    }
+    Ok(placed)
+}
+
+fn children(node: &json::Node) -> impl DoubleEndedIterator<Item = usize> {
+    node.children.iter().flatten().map(|c| c.value())
+}
+
+/// The parent of each node.
+fn parents(source: &Source<'_>) -> Result<Vec<Option<usize>>> {
+    let nodes = &source.root.nodes;
+    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
+    for (parent, node) in nodes.iter().enumerate() {
+        for child in children(node) {
+            if let Some(other) = parents[child].replace(parent) {
+                let at = source.at(format!("nodes[{child}]"));
+                let found = format!("a child of node {other} and again of node {parent}");
+                return Err(Error::invalid(at, found, "at most one parent"));
+            }
+        }
+    }
+    Ok(parents)
+}
+
+/// With at most one parent each, the nodes that cannot be reached from any root are those on or below a
+/// cycle.
+fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Result<()> {
+    let nodes = &source.root.nodes;
+    let mut reached = vec![false; nodes.len()];
+    let mut to_visit: Vec<usize> = roots.collect();
+    while let Some(node) = to_visit.pop() {
+        reached[node] = true;
+        to_visit.extend(children(&nodes[node]));
+    }
+    match reached.iter().position(|&r| !r) {
+        Some(node) => {
+            let at = source.at(format!("nodes[{node}]"));
+            Err(Error::invalid(at, "a node on or below a cycle of nodes", "a tree"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Node to parent.
+fn local(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> DAffine3 {
+    let node = &source.root.nodes[index];
+    let mut repaired = |field: &str, message: &str| {
+        builder.note(NoteKind::Repaired, message, source.at(format!("nodes[{index}].{field}")));
+    };
+    if let Some(m) = node.matrix {
+        let column = |c: usize| DVec3::new(f64::from(m[4 * c]), f64::from(m[4 * c + 1]), f64::from(m[4 * c + 2]));
+        if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
+            repaired("matrix", "node matrices whose last row is not 0 0 0 1: taken as if it were");
+        }
+        let matrix3 = DMat3::from_cols(column(0), column(1), column(2));
+        return DAffine3 { matrix3, translation: column(3) };
+    }
+    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let translation = vector(node.translation.unwrap_or([0.0; 3]));
+    let scale = vector(node.scale.unwrap_or([1.0; 3]));
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
+    let length = rotation.length();
+    let rotation = if length.is_finite() && length > 1e-6 {
+        rotation / length
+    } else {
+        repaired("rotation", "node rotations that are no quaternion: left out");
+        DQuat::IDENTITY
+    };
+    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+}

@@ -1,0 +1,176 @@
+//! Textures: images decoded once for each encoding they are used with, samplers, coordinate transforms.
+//!
+//! `KHR_texture_transform` maps texture coordinates by `T · R · S` with
+//!
+//!     R = | cos  sin |
+//!         | −sin cos |
+//!
+//! which turns counter-clockwise where `v` runs down. (The sample code in early versions of the extension
+//! turns the other way and contradicts its own example, which is the test here.)
+//!
+//! Filters are not read: every lookup is bilinear.
+//!
+//! # Held to this by
+//! The tests below; `gltf::textures_are_decoded_once_for_each_encoding`,
+//! `damaged_gltf::a_texture_that_cannot_be_read_is_left_out`.
+
+use std::collections::BTreeMap;
+
+use glam::{Mat3, Vec3};
+use gltf::json;
+use gltf::json::texture::WrappingMode;
+use gltf::json::validation::Checked;
+
+use super::source::Source;
+use super::{shown, uri};
+use crate::error::{Error, Result};
+use crate::io::images::{self, Encoding};
+use crate::math::elementary::sin_cos;
+use crate::scene::{ImageId, NoteKind, Pixels, SceneBuilder, Texture, UvTransform, Wrap};
+
+/// Largest coefficient of a texture transform; beyond it neighbouring texels cannot be told apart in
+/// `f32`.
+const MAX_COEFFICIENT: f32 = 1e6;
+
+/// A texture in use.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UsedTexture {
+    /// The lookup.
+    pub texture: Texture,
+    /// Which of the mesh's sets of texture coordinates it wants.
+    pub uv_set: u32,
+    /// Whether every texel is opaque.
+    pub opaque: bool,
+}
+
+/// The images decoded so far; nothing where that failed.
+#[derive(Debug, Default)]
+pub(super) struct Textures {
+    images: BTreeMap<(usize, Encoding), Option<(ImageId, bool)>>,
+}
+
+impl Textures {
+    /// The texture that `info`, found at `item`, refers to; nothing, with a note, if its image cannot be read.
+    pub fn get(
+        &mut self,
+        source: &Source<'_>,
+        builder: &mut SceneBuilder,
+        info: &json::texture::Info,
+        encoding: Encoding,
+        item: &str,
+    ) -> Option<UsedTexture> {
+        let index = info.index.value();
+        let texture = &source.root.textures[index];
+        if texture.source.value() >= source.root.images.len() {
+            let message = "textures without an image in a format that is read: their factor is used alone";
+            builder.note(NoteKind::Repaired, message, source.at(format!("textures[{index}].source")));
+            return None;
+        };
+        let image = texture.source.value();
+        let decoded = self.images.entry((image, encoding)).or_insert_with(|| {
+            let decoded = decode(source, builder, image, encoding);
+            decoded.map_err(|error| note_unreadable(source, builder, image, &error)).ok()
+        });
+        let (image, opaque) = (*decoded)?;
+        let wrap = texture.sampler.map_or([Wrap::Repeat; 2], |sampler| {
+            let sampler = &source.root.samplers[sampler.value()];
+            [wrap(sampler.wrap_s), wrap(sampler.wrap_t)]
+        });
+        let extension = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let transform = extension.map_or(Some(UvTransform::default()), transform).unwrap_or_else(|| {
+            let message = "texture transforms that are not finite or huge: left out";
+            builder.note(NoteKind::Repaired, message, source.at(item));
+            UvTransform::default()
+        });
+        let uv_set = extension.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
+        Some(UsedTexture { texture: Texture { image, wrap, transform }, uv_set, opaque })
+    }
+}
+
+/// Decodes an image of the document and adds it; also tells whether it is opaque.
+fn decode(
+    source: &Source<'_>,
+    builder: &mut SceneBuilder,
+    index: usize,
+    encoding: Encoding,
+) -> Result<(ImageId, bool)> {
+    let at = source.at(format!("images[{index}]"));
+    let bytes = source.image(index)?;
+    let image = images::decode(&bytes, &image_name(source, index), encoding, source.options(), &at)?;
+    source.image_budget.take(image.bytes() as u64, &at)?;
+    let opaque = match &image.pixels {
+        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => texels.iter().all(|t| t[3] == u8::MAX),
+        Pixels::Float(_) => true,
+    };
+    Ok((builder.add_image(image)?, opaque))
+}
+
+/// The image's file, else its name, else its place.
+fn image_name(source: &Source<'_>, index: usize) -> String {
+    let image = &source.root.images[index];
+    let file = image.uri.as_deref().filter(|uri| image.buffer_view.is_none() && !uri::is_data(uri));
+    file.or(image.name.as_deref()).map_or_else(|| format!("images[{index}]"), shown)
+}
+
+fn note_unreadable(source: &Source<'_>, builder: &mut SceneBuilder, index: usize, error: &Error) {
+    let why = match error {
+        Error::Io { source, .. } => source.to_string(),
+        Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
+        Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
+        Error::Option { .. } => error.to_string(),
+    };
+    let name = image_name(source, index);
+    let message = format!("image {name} could not be read ({why}): its colour factor is used alone");
+    builder.note(NoteKind::Repaired, message, source.at(format!("images[{index}]")));
+}
+
+fn wrap(mode: Checked<WrappingMode>) -> Wrap {
+    match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
+    }
+}
+
+/// The map, unless its coefficients are unusable.
+fn transform(t: &json::extensions::texture::TextureTransform) -> Option<UvTransform> {
+    let ([x, y], [sx, sy]) = (t.offset.0, t.scale.0);
+    let (sin, cos) = sin_cos(t.rotation.0);
+    let columns = [Vec3::new(cos * sx, -sin * sx, 0.0), Vec3::new(sin * sy, cos * sy, 0.0), Vec3::new(x, y, 1.0)];
+    let usable = columns.iter().all(|c| c.abs().max_element() <= MAX_COEFFICIENT && c.is_finite());
+    usable.then(|| UvTransform(Mat3::from_cols(columns[0], columns[1], columns[2])))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+
+    fn map(json: &str, uv: [f32; 2]) -> Option<Vec2> {
+        let t = transform(&json::deserialize::from_str(json).unwrap());
+        t.map(|t| t.0.transform_point2(Vec2::from_array(uv)))
+    }
+
+    #[test]
+    fn the_extensions_example_shows_the_lower_left_quadrant_turned_clockwise() {
+        let example = r#"{"offset":[0,1],"rotation":1.57079632679,"scale":[0.5,0.5]}"#;
+        // Corners of the quad from the top left, clockwise, see the corners of the quadrant turned by
+        // a quarter: its top left comes to the top right.
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let expected = [[0.0, 1.0], [0.0, 0.5], [0.5, 0.5], [0.5, 1.0]];
+        for (uv, seen) in corners.into_iter().zip(expected) {
+            let mapped = map(example, uv).unwrap();
+            assert!((mapped - Vec2::from_array(seen)).length() < 1e-6, "{uv:?} sees {mapped}");
+        }
+    }
+
+    #[test]
+    fn defaults_change_nothing_and_unusable_transforms_are_refused() {
+        assert_eq!(map("{}", [0.3, 0.7]), Some(Vec2::new(0.3, 0.7)));
+        assert_eq!(map(r#"{"offset":[0,1],"scale":[1,-1]}"#, [0.25, 0.25]), Some(Vec2::new(0.25, 0.75)));
+        assert_eq!(map(r#"{"scale":[1e300,1]}"#, [0.0; 2]), None, "infinite in f32");
+        assert_eq!(map(r#"{"offset":[0,1e9]}"#, [0.0; 2]), None);
+        assert_eq!(map(r#"{"rotation":1e300}"#, [0.0; 2]), None);
+    }
+}

@@ -1,0 +1,260 @@
+//! What the definitions of an MTL file mean here.
+//!
+//! The format describes lighting formulas of 1995, chosen by `illum`, and every exporter uses them in its
+//! own way. The first of these rules that applies decides:
+//!
+//! | if | then |
+//! |---|---|
+//! | `illum` 4, 6, 7 or 9, and `d` < 1 or a `Tf` that is not black, and `Ni` > 1 (or none: 1.5) | smooth glass of index `Ni`, transmittance `Tf` (or white); approximated |
+//! | `Pr`, `Pm` or a map of them is given | glTF's metallic-roughness: base `Kd`, `f₀` of `Ni` |
+//! | `illum` 5, or 3 without `Ns`, and `Ks` brighter than `Kd` | mirror of reflectance `Ks`; approximated |
+//! | `illum` 0 or 1, or `Ks` black or absent | Lambert of reflectance `Kd` |
+//! | otherwise | Phong: diffuse `Kd`, specular `Ks`, exponent `Ns` |
+//!
+//! * `K*` is multiplied by `map_K*`, if there is one that can be read; it is 1 if only the map is given.
+//!   A black `Kd` under a map counts as 1: nobody maps a texture to make it invisible.
+//! * Opacity is `d`, else `1 − Tr`, times `map_d` (its alpha channel if it has one, else red). It is the
+//!   fraction of light that is stopped, and does not apply to glass, apart from `map_d`.
+//! * `Ke` times `map_Ke` is the radiance emitted by both sides (W·m⁻²·sr⁻¹): the format knows no
+//!   sides, and its faces wind as they please.
+//! * `Ns` is taken as the exponent about the mirror direction. With the half vector of the specification
+//!   the same exponent makes a highlight twice as wide.
+//! * Materials that are used and not defined are grey, reflectance [`GREY`].
+//!
+//! # Guarantee
+//! Whatever the numbers are, the material is one that
+//! [`SceneBuilder`] accepts; what had to be changed is noted.
+//!
+//! Source: the Wavefront MTL specification, version 4.2 (1995). Tested by `suite::obj::materials_*`,
+//! `suite::damaged_obj::absurd_*`.
+
+use std::ops::RangeInclusive;
+
+use super::map::Map;
+use super::mtl::Definition;
+use super::references::{Content, Textures};
+use crate::color::Rgb;
+use crate::error::Location;
+use crate::scene::{
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NoteKind, Notes, SceneBuilder, Surface,
+    Texture,
+};
+
+/// Reflectance of what has none: chosen, a middling value for interiors.
+pub(super) const GREY: f32 = 0.5;
+
+/// Exponent of highlights without one: chosen, a broad highlight.
+const DEFAULT_EXPONENT: f32 = 10.0;
+
+/// Roughness of physically based materials without one: chosen, as other renderers do.
+const DEFAULT_ROUGHNESS: f32 = 0.5;
+
+/// Refractive index where there is none: window glass.
+const DEFAULT_IOR: f32 = 1.5;
+
+/// Largest refractive index that is rendered; diamond has 2.4.
+const MAX_IOR: f32 = 5.0;
+
+/// Largest radiance (W·m⁻²·sr⁻¹): far above the sun's 2·10⁷, far below what overflows.
+const MAX_RADIANCE: f32 = 1e12;
+
+/// Adds what a definition refers to and returns what it describes.
+pub(super) fn convert(
+    name: &str,
+    definition: &Definition,
+    textures: &mut Textures<'_>,
+    builder: &mut SceneBuilder,
+    notes: &mut Notes,
+) -> Material {
+    let mut converter = Converter { definition, textures, builder, notes };
+    let surface = converter.surface();
+    let glass = matches!(surface, Surface::Glass { .. });
+    Material { name: name.to_owned(), surface, emission: converter.emission(), alpha: converter.alpha(glass) }
+}
+
+/// A material that nothing is known of.
+pub(super) fn grey(name: &str) -> Material {
+    Material::new(name, Surface::Lambert { reflectance: Rgb::gray(GREY).into() })
+}
+
+struct Converter<'a, 'f> {
+    definition: &'a Definition,
+    textures: &'a mut Textures<'f>,
+    builder: &'a mut SceneBuilder,
+    notes: &'a mut Notes,
+}
+
+impl Converter<'_, '_> {
+    fn at(&self) -> Location {
+        self.definition.at.clone()
+    }
+
+    fn note(&mut self, kind: NoteKind, message: impl Into<String>) {
+        let at = self.at();
+        self.notes.push(kind, message, at);
+    }
+
+    fn surface(&mut self) -> Surface {
+        let d = self.definition;
+        if let Some(glass) = self.glass() {
+            return glass;
+        }
+        if d.pr.is_some() || d.pm.is_some() || d.map_pr.is_some() || d.map_pm.is_some() {
+            return self.metallic_roughness();
+        }
+        let luminance = |c: Option<Rgb>| c.unwrap_or(Rgb::BLACK).luminance();
+        let mirror = d.illum == Some(5) || (d.illum == Some(3) && d.ns.is_none());
+        if mirror && luminance(d.ks) > luminance(d.kd) {
+            self.note(NoteKind::Approximated, "reflecting materials (illum 3, 5): a perfect mirror of Ks");
+            return Surface::Mirror { reflectance: self.specular() };
+        }
+        let diffuse = self.diffuse();
+        if matches!(d.illum, Some(0 | 1)) {
+            if luminance(d.ks) > 0.0 {
+                self.note(NoteKind::Ignored, "Ks of materials without highlights (illum 0, 1)");
+            }
+            return Surface::Lambert { reflectance: diffuse };
+        }
+        let specular = self.specular();
+        if specular.factor.is_black() {
+            return Surface::Lambert { reflectance: diffuse };
+        }
+        if d.ns.is_none() {
+            self.note(NoteKind::Defaulted, format!("materials with Ks but without Ns: exponent {DEFAULT_EXPONENT}"));
+        }
+        Surface::Phong { diffuse, specular, exponent: self.number("Ns", d.ns, DEFAULT_EXPONENT, 0.0..=1e6) }
+    }
+
+    fn glass(&mut self) -> Option<Surface> {
+        let d = self.definition;
+        let transmits = d.tf.map_or(self.opacity() < 1.0, |tf| !tf.is_black());
+        let bends = d.ni.is_none_or(|ni| ni > 1.0 || ni.is_nan());
+        if !matches!(d.illum, Some(4 | 6 | 7 | 9)) || !transmits || !bends {
+            return None;
+        }
+        self.note(NoteKind::Approximated, "refracting materials (illum 4, 6, 7, 9): smooth glass");
+        Some(Surface::Glass {
+            ior: self.number("Ni", d.ni, DEFAULT_IOR, 1.0_f32.next_up()..=MAX_IOR),
+            reflectance: Rgb::WHITE,
+            transmittance: self.reflectance("Tf", d.tf.unwrap_or(Rgb::WHITE), false),
+        })
+    }
+
+    fn metallic_roughness(&mut self) -> Surface {
+        let d = self.definition;
+        let default = |map: &Option<Map>, without| if map.is_some() { 1.0 } else { without };
+        let metallic = self.number("Pm", d.pm, default(&d.map_pm, 0.0), 0.0..=1.0);
+        let roughness = self.number("Pr", d.pr, default(&d.map_pr, DEFAULT_ROUGHNESS), 0.0..=1.0);
+        let ior = self.number("Ni", d.ni.filter(|&ni| ni > 1.0), DEFAULT_IOR, 1.0..=MAX_IOR);
+        let f0 = (ior - 1.0) / (ior + 1.0);
+        Surface::MetallicRoughness {
+            base_color: self.diffuse(),
+            metallic: self.mapped_number(metallic, d.map_pm.as_ref()),
+            roughness: self.mapped_number(roughness, d.map_pr.as_ref()),
+            dielectric_f0: Rgb::gray(f0 * f0),
+        }
+    }
+
+    fn diffuse(&mut self) -> ColorInput {
+        let d = self.definition;
+        let texture = self.color_map(d.map_kd.as_ref());
+        let mut factor = d.kd.unwrap_or(Rgb::gray(if texture.is_some() { 1.0 } else { GREY }));
+        if d.kd.is_none() && texture.is_none() {
+            self.note(NoteKind::Defaulted, format!("materials without Kd: reflectance {GREY}"));
+        }
+        if texture.is_some() && factor.is_black() {
+            self.note(NoteKind::Approximated, "materials with a map_Kd and a black Kd: the map alone is used");
+            factor = Rgb::WHITE;
+        }
+        ColorInput { factor: self.reflectance("Kd", factor, texture.is_some()), texture }
+    }
+
+    fn specular(&mut self) -> ColorInput {
+        let d = self.definition;
+        let texture = self.color_map(d.map_ks.as_ref());
+        let factor = d.ks.unwrap_or(if texture.is_some() { Rgb::WHITE } else { Rgb::BLACK });
+        ColorInput { factor: self.reflectance("Ks", factor, texture.is_some()), texture }
+    }
+
+    fn emission(&mut self) -> Option<Emission> {
+        let d = self.definition;
+        let texture = self.color_map(d.map_ke.as_ref());
+        let factor = d.ke.unwrap_or(if texture.is_some() { Rgb::WHITE } else { Rgb::BLACK });
+        let factor = self.color("Ke", factor, MAX_RADIANCE);
+        if factor.is_black() {
+            return None;
+        }
+        Some(Emission { radiance: ColorInput { factor, texture }, two_sided: true })
+    }
+
+    fn alpha(&mut self, glass: bool) -> Option<Alpha> {
+        let d = self.definition;
+        let factor = if glass {
+            1.0
+        } else if d.d.is_some() {
+            self.number("d", d.d, 1.0, 0.0..=1.0)
+        } else {
+            self.number("Tr", d.tr.map(|tr| 1.0 - tr), 1.0, 0.0..=1.0)
+        };
+        let texture = d.map_d.as_ref().and_then(|map| {
+            let content = if matches!(map.channel, None | Some(Channel::A)) { Content::Opacity } else { Content::Number };
+            let (texture, has_alpha) = self.textures.load(map, d, content, self.builder, self.notes)?;
+            Some((texture, map.channel.unwrap_or(if has_alpha { Channel::A } else { Channel::R })))
+        });
+        if factor == 0.0 {
+            self.note(NoteKind::Approximated, "materials that are wholly transparent (d = 0 or Tr = 1): not seen");
+        }
+        let value = FloatInput { factor, texture };
+        (value != FloatInput::from(1.0)).then_some(Alpha { value, mode: AlphaMode::Blend })
+    }
+
+    /// `d`, or what `Tr` says about it.
+    fn opacity(&self) -> f32 {
+        let d = self.definition;
+        d.d.or(d.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0)
+    }
+
+    fn color_map(&mut self, map: Option<&Map>) -> Option<Texture> {
+        let loaded = self.textures.load(map?, self.definition, Content::Color, self.builder, self.notes)?;
+        Some(loaded.0)
+    }
+
+    fn mapped_number(&mut self, factor: f32, map: Option<&Map>) -> FloatInput {
+        let texture = map.and_then(|map| {
+            let loaded = self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
+            Some((loaded.0, map.channel.unwrap_or(Channel::R)))
+        });
+        FloatInput { factor, texture }
+    }
+
+    /// A number in `range`; `default` if it is not there or not a number.
+    fn number(&mut self, keyword: &str, value: Option<f32>, default: f32, range: RangeInclusive<f32>) -> f32 {
+        let Some(value) = value else { return default };
+        if range.contains(&value) {
+            return value;
+        }
+        let (least, most) = (*range.start(), *range.end());
+        self.note(NoteKind::Repaired, format!("{keyword} outside {least} to {most}: limited to that"));
+        if value.is_nan() { default } else { value.clamp(least, most) }
+    }
+
+    /// A reflectance or transmittance. Above 1 only under a texture, whose product is limited later.
+    fn reflectance(&mut self, keyword: &str, color: Rgb, textured: bool) -> Rgb {
+        self.color(keyword, color, if textured { f32::MAX } else { 1.0 })
+    }
+
+    /// A colour with channels of 0 to `most`.
+    fn color(&mut self, keyword: &str, color: Rgb, most: f32) -> Rgb {
+        // NaN becomes 0.
+        let limited = color.map(|c| if c > 0.0 { c.min(most) } else { 0.0 });
+        if limited != color {
+            let message = if most == f32::MAX {
+                format!("{keyword} with channels below 0 or not finite: limited")
+            } else {
+                format!("{keyword} with channels outside 0 to {most}: limited to that")
+            };
+            self.note(NoteKind::Repaired, message);
+        }
+        limited
+    }
+}

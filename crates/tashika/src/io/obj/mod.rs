@@ -1,0 +1,113 @@
+//! Wavefront OBJ with MTL materials.
+//!
+//! Input: a text file of polygons and, beside it, material libraries and images. Output: a [`Scene`] in
+//! the file's own coordinates, taken as metres, with one mesh a material.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`text`] | encodings, lines, words, numbers |
+//! | [`parse`] | OBJ statements into lists, indices checked |
+//! | [`shading_normals`] | smoothing groups, flat faces |
+//! | [`polygon`] | polygons into triangles |
+//! | [`meshes`] | faces into meshes by material |
+//! | [`mtl`], [`map`] | MTL statements into lists |
+//! | [`references`] | finding libraries and images |
+//! | [`materials`] | what an MTL definition means here |
+//! | [`tally`] | notes by the million |
+//!
+//! # Guarantee
+//! Any bytes give a scene or an error with file and line; memory and time are bounded by a multiple of
+//! the sizes of the files. The same files give the same scene.
+//!
+//! # Limits
+//! No vertex colours, lines, points, curves, free-form surfaces, bump or reflection maps; each is noted. The
+//! format has neither cameras nor lights apart from emitting materials.
+//!
+//! Sources: the Wavefront Advanced Visualizer manual, appendix B1 (OBJ); the MTL specification, version 4.2
+//! (1995). Held to this by `suite::obj`, `suite::damaged_obj`.
+
+mod map;
+mod materials;
+mod meshes;
+mod mtl;
+mod parse;
+mod polygon;
+mod references;
+mod shading_normals;
+mod tally;
+mod text;
+
+use glam::Affine3A;
+
+use super::SceneFiles;
+use crate::error::{Location, Result};
+use crate::scene::{Material, NoteKind, Notes, Scene, SceneBuilder};
+use mtl::Definitions;
+use parse::Reference;
+use references::Textures;
+use tally::Named;
+
+/// How many different materials that are not defined are named.
+const MAX_UNDEFINED: usize = 100;
+
+/// Reads an OBJ file and what it refers to.
+///
+/// # Errors
+/// [`Error::Io`](crate::error::Error::Io) if the file itself cannot be read; otherwise what cannot be meant
+/// as it stands, with its line: numbers that are none, indices out of range, bytes that are not text.
+pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
+    let path = files.path();
+    let mut notes = Notes::default();
+    let mut geometry = {
+        let bytes = files.read_scene()?;
+        parse::parse(&text::decode(&bytes, path)?, path, &mut notes)?
+    };
+    shading_normals::complete(&mut geometry, path)?;
+    let definitions = references::read_libraries(files, &geometry.libraries, &mut notes)?;
+    let meshes = meshes::build(&geometry, path, &mut notes);
+    let names = std::mem::take(&mut geometry.materials);
+    drop(geometry);
+
+    let mut builder = SceneBuilder::new(files.name(), Location::file(path));
+    let mut materials = Materials {
+        definitions,
+        textures: Textures::new(files),
+        undefined: Named::new(NoteKind::Repaired, MAX_UNDEFINED, "further materials are not defined: grey"),
+        files,
+    };
+    for mesh in meshes {
+        let reference = &names[mesh.material as usize];
+        let material = materials.material(reference, &mut builder, &mut notes);
+        let material = builder.add_material(material)?;
+        let mesh = builder.add_mesh(mesh.data, material)?;
+        builder.add_instance(mesh, Affine3A::IDENTITY)?;
+    }
+    builder.extend_notes(notes.iter());
+    builder.build()
+}
+
+struct Materials<'a> {
+    definitions: Definitions,
+    textures: Textures<'a>,
+    undefined: Named,
+    files: &'a SceneFiles,
+}
+
+impl Materials<'_> {
+    fn material(&mut self, used: &Reference, builder: &mut SceneBuilder, notes: &mut Notes) -> Material {
+        let Reference { name, line } = used;
+        if let Some(definition) = self.definitions.get(name) {
+            return materials::convert(name, definition, &mut self.textures, builder, notes);
+        }
+        let at = Location::line(self.files.path(), *line);
+        let grey = materials::GREY;
+        if name.is_empty() {
+            let message = format!("faces without material: grey of reflectance {grey}");
+            notes.push(NoteKind::Defaulted, message, at);
+            return materials::grey("without material");
+        }
+        let message = format!("material {name:?} is not defined: grey of reflectance {grey}");
+        self.undefined.add(message, at, notes);
+        materials::grey(name)
+    }
+}

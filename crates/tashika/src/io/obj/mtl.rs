@@ -1,0 +1,230 @@
+//! The statements of MTL files, as lists; what they mean is decided in [`materials`](super::materials).
+//!
+//! Read are colours (`Kd`, `Ks`, `Ke`, `Tf`), numbers (`Ns`, `Ni`, `d`, `Tr`, `illum`, and `Pr`, `Pm` of the
+//! physically based extension) and texture statements (`map_Kd`, `map_Ks`, `map_Ke`, `map_d`, `map_Pr`,
+//! `map_Pm`), with keywords in any case of letters. Everything else of the format is left out and noted,
+//! except for the ambient terms, which global illumination replaces.
+//!
+//! Sources: the Wavefront MTL specification, version 4.2 (1995); the extension by Exocortex/Clara.io.
+//!
+//! # Guarantee
+//! Of several definitions of a name the first counts, as the first of several libraries does.
+//!
+//! Tested by `suite::obj` and `suite::damaged_obj`.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::map::Map;
+use super::parse::MAX_UNKNOWN;
+use super::tally::{Named, Tally};
+use super::text::{Lines, excerpt, name, number, split_keyword, values, words};
+use crate::color::Rgb;
+use crate::error::{Error, Location, Result};
+use crate::scene::{NoteKind, Notes};
+
+/// One `newmtl`, as it is written.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Definition {
+    /// Where it starts.
+    pub(super) at: Location,
+    /// Folder of the library, as the start of a reference: empty, or ending in a separator.
+    pub(super) folder: String,
+    pub(super) kd: Option<Rgb>,
+    pub(super) ks: Option<Rgb>,
+    pub(super) ke: Option<Rgb>,
+    pub(super) tf: Option<Rgb>,
+    pub(super) ns: Option<f32>,
+    pub(super) ni: Option<f32>,
+    pub(super) d: Option<f32>,
+    pub(super) tr: Option<f32>,
+    pub(super) pr: Option<f32>,
+    pub(super) pm: Option<f32>,
+    /// Rounded; the specification has 0 to 10.
+    pub(super) illum: Option<u32>,
+    pub(super) map_kd: Option<Map>,
+    pub(super) map_ks: Option<Map>,
+    pub(super) map_ke: Option<Map>,
+    pub(super) map_d: Option<Map>,
+    pub(super) map_pr: Option<Map>,
+    pub(super) map_pm: Option<Map>,
+}
+
+/// The definitions of all libraries of a scene, by name.
+pub(super) type Definitions = HashMap<String, Definition>;
+
+/// Adds the definitions in `text`.
+///
+/// * `file`: the library, for messages.
+/// * `folder`: see [`Definition::folder`].
+///
+/// # Errors
+/// [`Error::Invalid`] with line and material for numbers that are none.
+pub(super) fn parse(
+    text: &[u8],
+    file: &Path,
+    folder: &str,
+    definitions: &mut Definitions,
+    notes: &mut Notes,
+) -> Result<()> {
+    let mut parser = Parser {
+        file,
+        folder,
+        current: None,
+        definitions,
+        tally: Tally::default(),
+        unknown: Named::new(NoteKind::Ignored, MAX_UNKNOWN, "further material statements that are not known"),
+    };
+    let mut lines = Lines::new(text);
+    while let Some((line, statement)) = lines.next() {
+        if !statement.is_empty() && statement[0] != b'#' {
+            parser.statement(line, statement, notes)?;
+        }
+    }
+    parser.close();
+    parser.tally.report(file, notes);
+    Ok(())
+}
+
+struct Parser<'a> {
+    file: &'a Path,
+    folder: &'a str,
+    current: Option<(String, Definition)>,
+    definitions: &'a mut Definitions,
+    tally: Tally,
+    unknown: Named,
+}
+
+impl Parser<'_> {
+    fn close(&mut self) {
+        if let Some((name, definition)) = self.current.take() {
+            let line = definition.at.line.unwrap_or(1);
+            match self.definitions.entry(name) {
+                std::collections::hash_map::Entry::Vacant(slot) => {
+                    slot.insert(definition);
+                }
+                std::collections::hash_map::Entry::Occupied(_) => {
+                    self.tally.add(NoteKind::Ignored, "materials defined again: the first definition counts", line);
+                }
+            }
+        }
+    }
+
+    fn statement(&mut self, line: u32, statement: &[u8], notes: &mut Notes) -> Result<()> {
+        let (keyword, rest) = split_keyword(statement);
+        let lower = keyword.to_ascii_lowercase();
+        if lower == b"newmtl" {
+            self.close();
+            let name = name(rest);
+            let at = Location::line(self.file, line).item(format!("newmtl {name}"));
+            self.current =
+                Some((name, Definition { at, folder: self.folder.to_owned(), ..Definition::default() }));
+            return Ok(());
+        }
+        let Some((material, definition)) = &mut self.current else {
+            self.tally.add(NoteKind::Ignored, "material statements before the first newmtl", line);
+            return Ok(());
+        };
+        let reader = Reader { file: self.file, line, material, keyword, rest };
+        let mut ignore = |message| self.tally.add(NoteKind::Ignored, message, line);
+        match lower.as_slice() {
+            b"kd" | b"ks" | b"ke" | b"tf" => {
+                let slot = match lower.as_slice() {
+                    b"kd" => &mut definition.kd,
+                    b"ks" => &mut definition.ks,
+                    b"ke" => &mut definition.ke,
+                    _ => &mut definition.tf,
+                };
+                match reader.color()? {
+                    Some(color) => *slot = Some(color),
+                    None => ignore("spectral and CIE XYZ colours: the default is used"),
+                }
+            }
+            b"ns" => definition.ns = Some(reader.number()?),
+            b"ni" => definition.ni = Some(reader.number()?),
+            b"d" => definition.d = Some(reader.number()?),
+            b"tr" => definition.tr = Some(reader.number()?),
+            b"pr" => definition.pr = Some(reader.number()?),
+            b"pm" => definition.pm = Some(reader.number()?),
+            // Numbers that are not finite become 0, the largest or the smallest.
+            b"illum" => definition.illum = Some(reader.number()?.round() as u32),
+            b"map_kd" | b"map_ks" | b"map_ke" | b"map_d" | b"map_pr" | b"map_pm" => {
+                let slot = match lower.as_slice() {
+                    b"map_kd" => &mut definition.map_kd,
+                    b"map_ks" => &mut definition.map_ks,
+                    b"map_ke" => &mut definition.map_ke,
+                    b"map_d" => &mut definition.map_d,
+                    b"map_pr" => &mut definition.map_pr,
+                    _ => &mut definition.map_pm,
+                };
+                match Map::parse(rest) {
+                    None => ignore("texture statements without a file name"),
+                    Some(map) => {
+                        if map.modified {
+                            ignore("texture options -mm, -t, -bm, -boost and -cc");
+                        }
+                        *slot = Some(map);
+                    }
+                }
+            }
+            b"ka" | b"map_ka" | b"map_aat" | b"sharpness" => {}
+            b"bump" | b"map_bump" | b"norm" | b"map_norm" | b"map_kn" | b"disp" | b"map_disp" => {
+                ignore("bump, normal and displacement maps");
+            }
+            b"refl" | b"map_refl" => ignore("reflection maps"),
+            b"decal" => ignore("decals"),
+            b"map_ns" => ignore("maps of specular exponents"),
+            b"ps" | b"pc" | b"pcr" | b"aniso" | b"anisor" | b"map_ps" | b"map_pc" | b"map_pcr" | b"map_aniso"
+            | b"map_anisor" | b"map_rma" | b"map_orm" => {
+                ignore("sheen, clear coat, anisotropy and packed maps of the physically based extension");
+            }
+            _ => {
+                let message = format!("material statements {:?}, which are not known", excerpt(keyword));
+                self.unknown.add(message, Location::line(self.file, line), notes);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One statement, for its arguments.
+struct Reader<'a> {
+    file: &'a Path,
+    line: u32,
+    material: &'a str,
+    keyword: &'a [u8],
+    rest: &'a [u8],
+}
+
+impl Reader<'_> {
+    fn invalid(&self, expected: &str) -> Error {
+        let found = format!("{} {}", name(self.keyword), excerpt(self.rest));
+        let at = Location::line(self.file, self.line).item(format!("newmtl {}", self.material));
+        Error::invalid(at, found.trim_end(), expected)
+    }
+
+    /// The first argument, options aside (`d -halo 0.5`).
+    fn number(&self) -> Result<f32> {
+        let word = values(self.rest).find(|word| *word != b"-halo");
+        word.and_then(number).ok_or_else(|| self.invalid("a number"))
+    }
+
+    /// Red, green and blue, or one number for all; nothing if it is given in another way.
+    fn color(&self) -> Result<Option<Rgb>> {
+        if words(self.rest).next().is_some_and(|w| w == b"spectral" || w == b"xyz") {
+            return Ok(None);
+        }
+        let expected = "one number, or three";
+        let mut channels = [0.0; 3];
+        let mut given = 0;
+        for (slot, word) in channels.iter_mut().zip(values(self.rest)) {
+            *slot = number(word).ok_or_else(|| self.invalid(expected))?;
+            given += 1;
+        }
+        match given {
+            1 => Ok(Some(Rgb::gray(channels[0]))),
+            3 => Ok(Some(channels.into())),
+            _ => Err(self.invalid(expected)),
+        }
+    }
+}

@@ -1,0 +1,454 @@
+//! The statements of an OBJ file, as lists.
+//!
+//! Read are `v`, `vt`, `vn`, `f` (and its old name `fo`), `usemtl`, `mtllib`, `s`; `o` and `g` only name
+//! parts. Everything else of the format is left out and noted once a kind, as is what is not of the
+//! format. Source: the Wavefront Advanced Visualizer manual, appendix B1.
+//!
+//! # Guarantee
+//! Every index of every [`Corner`] is in range of its list or [`NONE`]; every face has at least three
+//! corners. Memory is proportional to the text.
+//!
+//! Indices may point forward, so that they are checked at the end, with the line of the face kept until
+//! then.
+//!
+//! Tested by `suite::obj` and `suite::damaged_obj`.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+
+use super::tally::{Named, Tally};
+use super::text::{Lines, excerpt, name, number, split_keyword, values};
+use crate::error::{Error, Location, Result};
+use crate::scene::{NoteKind, Notes};
+
+/// An attribute that a corner does not have.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// How many different unknown keywords are named.
+pub(super) const MAX_UNKNOWN: usize = 20;
+
+/// One corner of a face: positions in the lists of [`Geometry`], from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Corner {
+    pub(super) position: u32,
+    pub(super) uv: u32,
+    pub(super) normal: u32,
+}
+
+/// A polygon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Face {
+    /// First of its corners.
+    first: u32,
+    /// How many.
+    count: u32,
+    /// Line in the file.
+    pub(super) line: u32,
+    /// Position in [`Geometry::materials`].
+    pub(super) material: u32,
+    /// Smoothing group; 0 is none.
+    pub(super) smoothing: u32,
+}
+
+impl Face {
+    /// Its part of [`Geometry::corners`].
+    pub(super) fn range(&self) -> std::ops::Range<usize> {
+        self.first as usize..self.first as usize + self.count as usize
+    }
+}
+
+/// A name with the line of its first use.
+#[derive(Clone, Debug)]
+pub(super) struct Reference {
+    pub(super) name: String,
+    pub(super) line: u32,
+}
+
+/// What an OBJ file holds.
+#[derive(Default)]
+pub(super) struct Geometry {
+    /// Of `v` (m).
+    pub(super) positions: Vec<Vec3>,
+    /// Of `vt`, with `v` up.
+    pub(super) uvs: Vec<Vec2>,
+    /// Of `vn`; of any length.
+    pub(super) normals: Vec<Vec3>,
+    pub(super) corners: Vec<Corner>,
+    pub(super) faces: Vec<Face>,
+    /// Of `usemtl`; the first, without name, stands for faces before any.
+    pub(super) materials: Vec<Reference>,
+    /// Of `mtllib`: the rest of the line, different ones only.
+    pub(super) libraries: Vec<Reference>,
+}
+
+/// Reads the statements of `text`; `file` is for messages.
+///
+/// # Errors
+/// [`Error::Invalid`] with the line for numbers that are none and indices out of range, and for text
+/// without a single OBJ statement.
+pub(super) fn parse(text: &[u8], file: &Path, notes: &mut Notes) -> Result<Geometry> {
+    let mut parser = Parser::new(file);
+    let mut lines = Lines::new(text);
+    while let Some((line, statement)) = lines.next() {
+        if !statement.is_empty() && statement[0] != b'#' {
+            parser.statement(line, statement, notes)?;
+        }
+    }
+    parser.finish(notes)
+}
+
+struct Parser<'a> {
+    file: &'a Path,
+    geometry: Geometry,
+    material_ids: HashMap<String, u32>,
+    library_names: HashSet<String>,
+    material: u32,
+    smoothing: u32,
+    tally: Tally,
+    unknown: Named,
+    first_unknown: Option<(u32, String)>,
+    known_statements: bool,
+}
+
+impl<'a> Parser<'a> {
+    fn new(file: &'a Path) -> Self {
+        let before_any = Reference { name: String::new(), line: 1 };
+        Self {
+            file,
+            geometry: Geometry { materials: vec![before_any], ..Geometry::default() },
+            material_ids: HashMap::from([(String::new(), 0)]),
+            library_names: HashSet::new(),
+            material: 0,
+            smoothing: 0,
+            tally: Tally::default(),
+            unknown: Named::new(NoteKind::Ignored, MAX_UNKNOWN, "further statements that are not of the format"),
+            first_unknown: None,
+            known_statements: false,
+        }
+    }
+
+    fn invalid(&self, line: u32, found: impl Into<String>, expected: impl Into<String>) -> Error {
+        Error::invalid(Location::line(self.file, line), found, expected)
+    }
+
+    fn statement(&mut self, line: u32, statement: &[u8], notes: &mut Notes) -> Result<()> {
+        let (keyword, rest) = split_keyword(statement);
+        let mut ignore = |message| self.tally.add(NoteKind::Ignored, message, line);
+        match keyword {
+            b"v" => {
+                let (xyz, more) = self.numbers::<3>("v", line, rest, 3)?;
+                // Four are x y z w, where w matters to rational curves only.
+                if more >= 3 {
+                    self.tally.add(NoteKind::Ignored, "vertex colours", line);
+                }
+                self.geometry.positions.push(xyz.into());
+            }
+            b"vt" => {
+                let (uv, _) = self.numbers::<2>("vt", line, rest, 1)?;
+                self.geometry.uvs.push(uv.into());
+            }
+            b"vn" => {
+                let (n, _) = self.numbers::<3>("vn", line, rest, 3)?;
+                self.geometry.normals.push(n.into());
+            }
+            b"f" | b"fo" => self.face(line, rest)?,
+            b"usemtl" => self.use_material(line, rest),
+            b"mtllib" => self.library(line, rest),
+            b"s" => self.smoothing_group(line, rest),
+            b"o" | b"g" | b"mg" => {}
+            b"p" => ignore("points"),
+            b"l" => ignore("line elements"),
+            b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm" | b"trim"
+            | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"bzp" | b"bsp" | b"cdc" | b"cdp" | b"res" => {
+                ignore("free-form curves and surfaces");
+            }
+            b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" => {
+                ignore("display and render attributes");
+            }
+            b"maplib" | b"usemap" => ignore("texture maps outside materials (maplib, usemap)"),
+            b"call" | b"csh" => ignore("other files and commands (call, csh)"),
+            _ => {
+                let word = excerpt(keyword);
+                let at = Location::line(self.file, line);
+                self.unknown.add(format!("statements {word:?}, which are not of the format"), at, notes);
+                self.first_unknown.get_or_insert((line, word));
+                return Ok(());
+            }
+        }
+        self.known_statements = true;
+        Ok(())
+    }
+
+    /// The first `N` numbers of a statement, of which the last `N − required` may be missing, and how many
+    /// words follow them.
+    fn numbers<const N: usize>(
+        &self,
+        keyword: &str,
+        line: u32,
+        rest: &[u8],
+        required: usize,
+    ) -> Result<([f32; N], usize)> {
+        let mut words = values(rest);
+        let mut numbers = [0.0; N];
+        for (i, slot) in numbers.iter_mut().enumerate() {
+            match words.next() {
+                Some(word) => {
+                    *slot = number(word).ok_or_else(|| {
+                        self.invalid(line, format!("{keyword} with {:?}", excerpt(word)), "a number")
+                    })?;
+                }
+                None if i >= required => break,
+                None => {
+                    let found = format!("{keyword} with {i} numbers");
+                    return Err(self.invalid(line, found, format!("at least {required}")));
+                }
+            }
+        }
+        Ok((numbers, words.count()))
+    }
+
+    fn face(&mut self, line: u32, rest: &[u8]) -> Result<()> {
+        let first = self.geometry.corners.len();
+        for word in values(rest) {
+            let corner = self.corner(line, word)?;
+            self.geometry.corners.push(corner);
+        }
+        let corners = self.geometry.corners.len();
+        if corners - first < 3 {
+            self.geometry.corners.truncate(first);
+            self.tally.add(NoteKind::Repaired, "faces of fewer than three corners: left out", line);
+            return Ok(());
+        }
+        // One below the largest, so that the number of any list made of corners fits as well.
+        if corners >= NONE as usize {
+            return Err(Error::unsupported(
+                Location::line(self.file, line),
+                "more than 4294967294 face corners",
+                "split the file",
+            ));
+        }
+        self.geometry.faces.push(Face {
+            first: first as u32,
+            count: (corners - first) as u32,
+            line,
+            material: self.material,
+            smoothing: self.smoothing,
+        });
+        Ok(())
+    }
+
+    /// `v`, `v/t`, `v//n` or `v/t/n`; a trailing slash with nothing behind it is tolerated.
+    fn corner(&self, line: u32, word: &[u8]) -> Result<Corner> {
+        let g = &self.geometry;
+        let mut parts = word.split(|&b| b == b'/');
+        let mut next = |kind: Kind, available: usize| match parts.next() {
+            None | Some(b"") => Ok(NONE),
+            Some(digits) => self.index(line, word, digits, kind, available),
+        };
+        let corner = Corner {
+            position: next(Kind::Position, g.positions.len())?,
+            uv: next(Kind::Uv, g.uvs.len())?,
+            normal: next(Kind::Normal, g.normals.len())?,
+        };
+        if corner.position == NONE || parts.next().is_some() {
+            return Err(self.malformed(line, word));
+        }
+        Ok(corner)
+    }
+
+    fn malformed(&self, line: u32, word: &[u8]) -> Error {
+        self.invalid(line, format!("face corner {:?}", excerpt(word)), "v, v/t, v//n or v/t/n with whole numbers")
+    }
+
+    /// An index from 0. Positive ones count from 1 and may point forward; negative ones count back from
+    /// the `available` elements so far.
+    fn index(&self, line: u32, word: &[u8], digits: &[u8], kind: Kind, available: usize) -> Result<u32> {
+        let index = integer(digits).ok_or_else(|| self.malformed(line, word))?;
+        let resolved = if index > 0 { index - 1 } else { available as i64 + index };
+        let so_far = "so far";
+        if index == 0 {
+            return Err(self.invalid(
+                line,
+                format!("{} index 0 in {:?}", kind.name(), excerpt(word)),
+                "an index from 1, or from -1 backwards",
+            ));
+        }
+        if resolved < 0 {
+            return Err(self.invalid(
+                line,
+                format!("{} index {} in {:?}", kind.name(), excerpt(digits), excerpt(word)),
+                match available {
+                    0 => format!("a positive index, as there are no {} {so_far}", kind.elements()),
+                    n => format!("-1 to -{n}, as there are {n} {} {so_far}", kind.elements()),
+                },
+            ));
+        }
+        u32::try_from(resolved).ok().filter(|&i| i != NONE).ok_or_else(|| {
+            let found = format!("{} index {}", kind.name(), excerpt(digits));
+            self.invalid(line, found, "an index of at most 4294967295")
+        })
+    }
+
+    fn use_material(&mut self, line: u32, rest: &[u8]) {
+        let materials = &mut self.geometry.materials;
+        self.material = *self.material_ids.entry(name(rest)).or_insert_with_key(|name| {
+            materials.push(Reference { name: name.clone(), line });
+            materials.len() as u32 - 1
+        });
+    }
+
+    fn library(&mut self, line: u32, rest: &[u8]) {
+        /// Files beyond this number are not looked for; chosen.
+        const MAX_LIBRARIES: usize = 1000;
+        let libraries = &mut self.geometry.libraries;
+        let name = name(rest);
+        if name.is_empty() || self.library_names.contains(&name) {
+            return;
+        }
+        if libraries.len() < MAX_LIBRARIES {
+            self.library_names.insert(name.clone());
+            libraries.push(Reference { name, line });
+        } else {
+            self.tally.add(NoteKind::Ignored, "material libraries after the thousandth", line);
+        }
+    }
+
+    fn smoothing_group(&mut self, line: u32, rest: &[u8]) {
+        let word = values(rest).next().unwrap_or_default();
+        self.smoothing = match integer(word).map(u32::try_from) {
+            Some(Ok(group)) => group,
+            _ if word.eq_ignore_ascii_case(b"on") => 1,
+            _ => {
+                if !word.eq_ignore_ascii_case(b"off") {
+                    self.tally.add(NoteKind::Repaired, "smoothing groups that are no number: off", line);
+                }
+                0
+            }
+        };
+    }
+
+    /// Checks what could not be checked before the end.
+    fn finish(mut self, notes: &mut Notes) -> Result<Geometry> {
+        if let (false, Some((line, word))) = (self.known_statements, &self.first_unknown) {
+            return Err(self.invalid(
+                *line,
+                format!("{word:?}, and no OBJ statement in the whole file"),
+                "v, vt, vn, f, g, o, s, usemtl or mtllib",
+            ));
+        }
+        // Whoever strips a file of its normals need not have touched the faces.
+        for kind in [Kind::Uv, Kind::Normal] {
+            if kind.count(&self.geometry) == 0 {
+                self.strip(kind);
+            }
+        }
+        self.check_indices()?;
+        self.tally.report(self.file, notes);
+        Ok(self.geometry)
+    }
+
+    fn strip(&mut self, kind: Kind) {
+        let g = &mut self.geometry;
+        for face in &g.faces {
+            for corner in &mut g.corners[face.range()] {
+                let index = kind.of_mut(corner);
+                if *index != NONE {
+                    *index = NONE;
+                    let message = match kind {
+                        Kind::Normal => "normal indices in a file without any vn",
+                        _ => "texture coordinate indices in a file without any vt",
+                    };
+                    self.tally.add(NoteKind::Ignored, message, face.line);
+                }
+            }
+        }
+    }
+
+    fn check_indices(&self) -> Result<()> {
+        let g = &self.geometry;
+        let kinds = [Kind::Position, Kind::Uv, Kind::Normal];
+        let counts = kinds.map(|kind| kind.count(g));
+        for face in &g.faces {
+            for corner in &g.corners[face.range()] {
+                let indices = [corner.position, corner.uv, corner.normal];
+                for ((kind, count), index) in kinds.into_iter().zip(counts).zip(indices) {
+                    if index != NONE && index as usize >= count {
+                        return Err(self.invalid(
+                            face.line,
+                            format!("{} index {}", kind.name(), u64::from(index) + 1),
+                            match count {
+                                0 => format!("{} in the file", kind.elements()),
+                                n => format!("1 to {n}, as the file has {n} {}", kind.elements()),
+                            },
+                        ));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a part of a corner indexes.
+#[derive(Clone, Copy)]
+enum Kind {
+    Position,
+    Uv,
+    Normal,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Position => "vertex",
+            Self::Uv => "texture coordinate",
+            Self::Normal => "normal",
+        }
+    }
+
+    fn elements(self) -> &'static str {
+        match self {
+            Self::Position => "vertices (v)",
+            Self::Uv => "texture coordinates (vt)",
+            Self::Normal => "normals (vn)",
+        }
+    }
+
+    fn count(self, geometry: &Geometry) -> usize {
+        match self {
+            Self::Position => geometry.positions.len(),
+            Self::Uv => geometry.uvs.len(),
+            Self::Normal => geometry.normals.len(),
+        }
+    }
+
+    fn of_mut(self, corner: &mut Corner) -> &mut u32 {
+        match self {
+            Self::Position => &mut corner.position,
+            Self::Uv => &mut corner.uv,
+            Self::Normal => &mut corner.normal,
+        }
+    }
+}
+
+/// A decimal integer; those that do not fit are the largest of their sign.
+fn integer(word: &[u8]) -> Option<i64> {
+    let (negative, digits) = match word {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    if digits.is_empty() {
+        return None;
+    }
+    let mut value = 0_i64;
+    for &digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        value = value.saturating_mul(10).saturating_add(i64::from(digit - b'0'));
+    }
+    Some(if negative { -value } else { value })
+}

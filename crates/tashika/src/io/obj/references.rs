@@ -1,0 +1,278 @@
+//! What OBJ and MTL files refer to: material libraries and images.
+//!
+//! A name is looked for, in this order: in the folder of the file that names it, in the folder of the
+//! scene, in both with `\ ` read as a blank, and last, because exporters write paths of their own
+//! machine, under its last part in the folder of the scene.
+//!
+//! What is not found is noted, and the scene goes on without it. Tested by `suite::obj`,
+//! `suite::damaged_obj`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::map::Map;
+use super::mtl::{self, Definition, Definitions};
+use super::parse::Reference;
+use super::tally::Named;
+use super::text::decode;
+use crate::error::{Error, Location, Result};
+use crate::io::SceneFiles;
+use crate::io::images::{self, Encoding};
+use crate::scene::{Image, ImageId, NoteKind, Notes, Pixels, SceneBuilder, Texture};
+
+/// A file that was found.
+struct Found {
+    /// The spelling that led to it.
+    reference: String,
+    /// Canonical.
+    path: PathBuf,
+    /// Whether it was not where the name says.
+    moved: bool,
+}
+
+/// Finds `name`, written in a file in `folder` (a start of references, see [`Definition::folder`]).
+fn find(files: &SceneFiles, folder: &str, name: &str, at: &Location) -> Result<Found> {
+    let mut spellings = vec![name.to_owned()];
+    if name.contains("\\ ") {
+        spellings.push(name.replace("\\ ", " "));
+    }
+    let mut candidates: Vec<(String, bool)> = Vec::new();
+    for spelling in &spellings {
+        if !folder.is_empty() && !is_absolute(spelling) {
+            candidates.push((format!("{folder}{spelling}"), false));
+        }
+        candidates.push((spelling.clone(), false));
+    }
+    for spelling in &spellings {
+        let last = spelling.rsplit(['/', '\\']).next().unwrap_or_default();
+        if !last.is_empty() && last.len() < spelling.len() {
+            candidates.push((last.to_owned(), true));
+        }
+    }
+    for (reference, moved) in candidates {
+        if let Ok(path) = files.resolve(&reference, at)
+            && path.is_file()
+        {
+            return Ok(Found { reference, path, moved });
+        }
+    }
+    match files.resolve(name, at) {
+        Err(error) => Err(error),
+        Ok(_) => Err(Error::invalid(at.clone(), format!("{name:?}, which is no file"), "a file")),
+    }
+}
+
+fn is_absolute(name: &str) -> bool {
+    name.starts_with(['/', '\\']) || name.as_bytes().get(1) == Some(&b':')
+}
+
+/// Why something could not be read, without the place, which its note has.
+fn reason(error: &Error) -> String {
+    match error {
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => "no such file".to_owned(),
+        Error::Io { source, .. } => source.kind().to_string(),
+        Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
+        Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
+        other => other.to_string(),
+    }
+}
+
+/// How many different files that could not be read are named.
+const MAX_UNREADABLE: usize = 100;
+
+/// Reads the material libraries.
+///
+/// A statement's whole line is one name if there is such a file, else a list of names.
+///
+/// # Errors
+/// What [`mtl::parse`] refuses in a library that was found.
+pub(super) fn read_libraries(
+    files: &SceneFiles,
+    references: &[Reference],
+    notes: &mut Notes,
+) -> Result<Definitions> {
+    let mut definitions = Definitions::new();
+    let mut seen = BTreeSet::new();
+    let mut unreadable =
+        Named::new(NoteKind::Repaired, MAX_UNREADABLE, "further material libraries could not be read");
+    for Reference { name, line } in references {
+        let at = Location::line(files.path(), *line);
+        let whole = find(files, "", name, &at);
+        let names = split_names(name);
+        let found = if whole.is_err() && names.len() > 1 {
+            names.iter().map(|name| (name.as_str(), find(files, "", name, &at))).collect()
+        } else {
+            vec![(name.as_str(), whole)]
+        };
+        for (name, found) in found {
+            let library = found.and_then(|found| files.read(&found.reference, &at).map(|bytes| (found, bytes)));
+            match library {
+                Ok((found, bytes)) => {
+                    if found.moved {
+                        note_moved(notes, name, &found.reference, at.clone());
+                    }
+                    if seen.insert(found.path) {
+                        let file = beside(files, &found.reference);
+                        let folder = folder_of(&found.reference);
+                        mtl::parse(&decode(&bytes, &file)?, &file, folder, &mut definitions, notes)?;
+                    }
+                }
+                Err(error) => {
+                    let message = format!("material library {name:?} could not be read ({})", reason(&error));
+                    unreadable.add(message, at.clone(), notes);
+                }
+            }
+        }
+    }
+    Ok(definitions)
+}
+
+/// Names of a list: blanks part them, unless a `\` stands before.
+fn split_names(list: &str) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for word in list.split([' ', '\t']).filter(|word| !word.is_empty()) {
+        match names.last_mut() {
+            Some(last) if last.ends_with('\\') => {
+                last.pop();
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => names.push(word.to_owned()),
+        }
+    }
+    names
+}
+
+/// A reference as a path for messages: relative to where the user named the scene.
+fn beside(files: &SceneFiles, reference: &str) -> PathBuf {
+    files.path().parent().unwrap_or(Path::new("")).join(reference)
+}
+
+fn folder_of(reference: &str) -> &str {
+    reference.rfind(['/', '\\']).map_or("", |separator| &reference[..=separator])
+}
+
+fn note_moved(notes: &mut Notes, name: &str, reference: &str, at: Location) {
+    let message = format!("file {name:?} is not there: {reference:?} in the folder of the scene is used");
+    notes.push(NoteKind::Repaired, message, at);
+}
+
+/// What a texture is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Content {
+    /// Colours, through the sRGB curve.
+    Color,
+    /// Numbers, linear.
+    Number,
+    /// The alpha channel, or numbers if there is none.
+    Opacity,
+}
+
+/// Loads each image once.
+pub(super) struct Textures<'a> {
+    files: &'a SceneFiles,
+    /// By folder and name as written.
+    by_name: BTreeMap<(String, String, Content), Result<Loaded, String>>,
+    by_path: BTreeMap<(PathBuf, Encoding), Loaded>,
+    unreadable: Named,
+}
+
+#[derive(Clone, Copy)]
+struct Loaded {
+    image: ImageId,
+    has_alpha: bool,
+}
+
+impl<'a> Textures<'a> {
+    pub(super) fn new(files: &'a SceneFiles) -> Self {
+        let unreadable = Named::new(NoteKind::Repaired, MAX_UNREADABLE, "further images could not be read");
+        Self { files, by_name: BTreeMap::new(), by_path: BTreeMap::new(), unreadable }
+    }
+
+    /// The texture of a statement, if its image can be read, and whether that has opacities.
+    pub(super) fn load(
+        &mut self,
+        map: &Map,
+        definition: &Definition,
+        content: Content,
+        builder: &mut SceneBuilder,
+        notes: &mut Notes,
+    ) -> Option<(Texture, bool)> {
+        let key = (definition.folder.clone(), map.name.clone(), content);
+        let loaded = match self.by_name.get(&key) {
+            Some(known) => known.clone(),
+            None => {
+                let loaded = self.read(map, definition, content, builder, notes).map_err(|e| reason(&e));
+                self.by_name.insert(key, loaded.clone());
+                loaded
+            }
+        };
+        match loaded {
+            Ok(Loaded { image, has_alpha }) => {
+                Some((Texture { image, wrap: map.wrap(), transform: map.transform() }, has_alpha))
+            }
+            Err(reason) => {
+                let message =
+                    format!("image {:?} could not be read ({reason}): its colour factor is used alone", map.name);
+                self.unreadable.add(message, definition.at.clone(), notes);
+                None
+            }
+        }
+    }
+
+    fn read(
+        &mut self,
+        map: &Map,
+        definition: &Definition,
+        content: Content,
+        builder: &mut SceneBuilder,
+        notes: &mut Notes,
+    ) -> Result<Loaded> {
+        let at = &definition.at;
+        let Found { reference, path, moved } = find(self.files, &definition.folder, &map.name, at)?;
+        if moved {
+            note_moved(notes, &map.name, &reference, at.clone());
+        }
+        let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };
+        if content == Content::Opacity
+            && let Some(color) = self.by_path.get(&(path.clone(), Encoding::Srgb))
+            && color.has_alpha
+        {
+            // Alpha is linear in either encoding: no second copy of the image for it.
+            return Ok(*color);
+        }
+        if let Some(known) = self.by_path.get(&(path.clone(), encoding)) {
+            return Ok(*known);
+        }
+        let bytes = self.files.read(&reference, at)?;
+        let image = images::decode(&bytes, &reference, encoding, self.files.options(), at)?;
+        let has_alpha = has_alpha(&image);
+        let loaded = Loaded { image: builder.add_image(image)?, has_alpha };
+        self.by_path.insert((path, encoding), loaded);
+        Ok(loaded)
+    }
+}
+
+fn has_alpha(image: &Image) -> bool {
+    match &image.pixels {
+        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => texels.iter().any(|t| t[3] < 255),
+        Pixels::Float(_) => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_names_are_split_at_blanks_without_a_backslash() {
+        assert_eq!(split_names("a.mtl  b\\ c.mtl d"), ["a.mtl", "b c.mtl", "d"]);
+        assert_eq!(split_names("  "), [""; 0]);
+    }
+
+    #[test]
+    fn folders_are_starts_of_references() {
+        assert_eq!([folder_of("a.mtl"), folder_of("m/n\\a.mtl")], ["", "m/n\\"]);
+        assert!(is_absolute("C:/a") && is_absolute("\\a") && !is_absolute("a/b"));
+    }
+}

@@ -1,0 +1,201 @@
+//! VPL sets as files, so that all methods and machines render the same lights.
+//!
+//! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the provenance as JSON, number of VPLs
+//! (u64), then 48 bytes each: position, direction, intensity (3 × f32), kind (u32: 0 omni, 1 oriented, 2 spot,
+//! 3 directional), cosines of the inner and outer cone (f32, zero unless spot). The length must be exactly that.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::output::write_file;
+use crate::color::Rgb;
+use crate::error::{Error, Location, Result};
+use crate::scene::Falloff;
+use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
+
+const MAGIC: &[u8; 8] = b"TASHIKAV";
+const VERSION: u32 = 1;
+const RECORD: usize = 48;
+/// Longest provenance that is read (bytes).
+const MAX_PROVENANCE: u32 = 1 << 20;
+
+/// Writes a VPL set; the file appears whole or not at all.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be written.
+pub fn save_vpls(path: &Path, set: &VplSet) -> Result<()> {
+    let provenance = serde_json::to_vec(set.provenance()).map_err(|e| Error::io(path, e.into()))?;
+    let mut bytes = Vec::with_capacity(24 + provenance.len() + RECORD * set.len());
+    bytes.extend_from_slice(MAGIC);
+    bytes.extend_from_slice(&VERSION.to_le_bytes());
+    bytes.extend_from_slice(&(provenance.len() as u32).to_le_bytes());
+    bytes.extend_from_slice(&provenance);
+    bytes.extend_from_slice(&(set.len() as u64).to_le_bytes());
+    for l in set.lights() {
+        bytes.extend_from_slice(&record(l));
+    }
+    write_file(path, &bytes)
+}
+
+/// Reads a VPL set.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be read, [`Error::Invalid`] if it is not a VPL set, of another version, cut off, or holds
+/// numbers that no VPL has.
+pub fn load_vpls(path: &Path) -> Result<VplSet> {
+    let io = |e| Error::io(path, e);
+    let file = File::open(path).map_err(io)?;
+    let length = file.metadata().map_err(io)?.len();
+    let mut input = BufReader::new(file);
+    let at = || Location::file(path);
+    let mut head = [0; 16];
+    let cut = |what: &str| {
+        let what = what.to_owned();
+        move |e: std::io::Error| match e.kind() {
+            std::io::ErrorKind::UnexpectedEof => Error::invalid(at(), format!("the file ends in its {what}"), "a whole VPL file"),
+            _ => Error::io(path, e),
+        }
+    };
+    input.read_exact(&mut head).map_err(cut("header"))?;
+    if head[..8] != MAGIC[..] {
+        return Err(Error::invalid(at(), "other content", "a VPL file, which begins with TASHIKAV"));
+    }
+    let word = |i: usize| u32::from_le_bytes([head[i], head[i + 1], head[i + 2], head[i + 3]]);
+    let (version, provenance_length) = (word(8), word(12));
+    if version != VERSION {
+        return Err(Error::invalid(at(), format!("version {version}"), format!("version {VERSION}")));
+    }
+    if provenance_length > MAX_PROVENANCE {
+        return Err(Error::invalid(
+            at(),
+            format!("a provenance of {provenance_length} bytes"),
+            format!("at most {MAX_PROVENANCE}"),
+        ));
+    }
+    let mut provenance = vec![0; provenance_length as usize];
+    input.read_exact(&mut provenance).map_err(cut("provenance"))?;
+    let provenance: Provenance = serde_json::from_slice(&provenance)
+        .map_err(|e| Error::invalid(at(), format!("a provenance that is not understood ({e})"), "that of a VPL file"))?;
+    if !(provenance.clamp_distance >= 0.0 && provenance.clamp_distance.is_finite()) {
+        return Err(Error::invalid(at(), format!("clamp distance = {}", provenance.clamp_distance), "0 or more metres"));
+    }
+    let mut count = [0; 8];
+    input.read_exact(&mut count).map_err(cut("number of VPLs"))?;
+    let count = u64::from_le_bytes(count);
+    let expected = u128::from(count) * RECORD as u128 + 24 + u128::from(provenance_length);
+    if expected != u128::from(length) {
+        return Err(Error::invalid(at(), format!("{length} bytes for {count} VPLs"), format!("{expected} bytes")));
+    }
+    let mut lights = Vec::with_capacity(count as usize);
+    let mut bytes = [0; RECORD];
+    for i in 0..count {
+        input.read_exact(&mut bytes).map_err(cut("VPLs"))?;
+        lights.push(light(&bytes).ok_or_else(|| {
+            Error::invalid(
+                at().item(format!("VPL {i}")),
+                "a position, direction, intensity or kind that no VPL has",
+                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 3",
+            )
+        })?);
+    }
+    Ok(VplSet::new(lights, provenance))
+}
+
+fn record(l: &Vpl) -> [u8; RECORD] {
+    let (kind, inner, outer) = match l.kind {
+        VplKind::Omni => (0u32, 0.0, 0.0),
+        VplKind::Oriented => (1, 0.0, 0.0),
+        VplKind::Spot(f) => (2, f.cos_inner, f.cos_outer),
+        VplKind::Directional => (3, 0.0f32, 0.0f32),
+    };
+    let mut bytes = [0; RECORD];
+    let numbers = l.position.to_array().into_iter().chain(l.direction.to_array()).chain(l.intensity.to_array());
+    for (slot, v) in bytes.chunks_exact_mut(4).zip(numbers) {
+        slot.copy_from_slice(&v.to_le_bytes());
+    }
+    bytes[36..40].copy_from_slice(&kind.to_le_bytes());
+    bytes[40..44].copy_from_slice(&inner.to_le_bytes());
+    bytes[44..48].copy_from_slice(&outer.to_le_bytes());
+    bytes
+}
+
+/// The VPL of a record; `None` if there is no such VPL.
+fn light(bytes: &[u8; RECORD]) -> Option<Vpl> {
+    let word = |i: usize| [bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]];
+    let number = |i: usize| f32::from_le_bytes(word(i));
+    let vector = |i: usize| Vec3::new(number(i), number(i + 1), number(i + 2));
+    let (position, direction) = (vector(0), vector(3));
+    let intensity = Rgb::new(number(6), number(7), number(8));
+    let kind = match u32::from_le_bytes(word(9)) {
+        0 => VplKind::Omni,
+        1 => VplKind::Oriented,
+        2 => VplKind::Spot(Falloff { cos_inner: number(10), cos_outer: number(11) }),
+        3 => VplKind::Directional,
+        _ => return None,
+    };
+    let directed = match kind {
+        VplKind::Omni => direction == Vec3::ZERO,
+        VplKind::Oriented | VplKind::Directional => direction.is_normalized(),
+        VplKind::Spot(f) => direction.is_normalized() && -1.0 <= f.cos_outer && f.cos_outer < f.cos_inner && f.cos_inner <= 1.0,
+    };
+    (position.is_finite() && intensity.is_valid() && directed).then_some(Vpl { position, direction, intensity, kind })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set() -> VplSet {
+        let light = |kind, direction| Vpl {
+            position: Vec3::new(1.0, -2.0, 3.5),
+            direction,
+            intensity: Rgb::new(0.1, 2.0, 30.0),
+            kind,
+        };
+        let lights = vec![
+            light(VplKind::Omni, Vec3::ZERO),
+            light(VplKind::Oriented, Vec3::Y),
+            light(VplKind::Spot(Falloff { cos_inner: 0.9, cos_outer: 0.5 }), Vec3::NEG_Z),
+            light(VplKind::Directional, Vec3::X),
+        ];
+        VplSet::new(lights, Provenance { scene: "s".into(), seed: 7, clamp_distance: 0.25, ..Provenance::default() })
+    }
+
+    #[test]
+    fn sets_come_back_bit_by_bit() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.vpl");
+        save_vpls(&path, &set()).unwrap();
+        assert_eq!(load_vpls(&path).unwrap(), set());
+    }
+
+    #[test]
+    fn damage_is_an_error_and_never_a_panic() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.vpl");
+        save_vpls(&path, &set()).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        for length in 0..whole.len() {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            assert!(load_vpls(&path).is_err(), "cut to {length} bytes");
+        }
+        for i in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[i] ^= 0xff;
+            std::fs::write(&path, &bytes).unwrap();
+            // Some bytes may hold any value; what must not happen is a panic or a number that is not finite.
+            if let Ok(set) = load_vpls(&path) {
+                assert!(set.lights().iter().all(|l| l.position.is_finite() && l.intensity.is_valid()), "byte {i}");
+            }
+        }
+        let mut claims = whole.clone();
+        let at = claims.len() - 4 * RECORD - 8;
+        claims[at..at + 8].copy_from_slice(&u64::MAX.to_le_bytes());
+        std::fs::write(&path, &claims).unwrap();
+        let message = load_vpls(&path).unwrap_err().to_string();
+        assert!(message.contains("18446744073709551615 VPLs"), "{message}");
+    }
+}

@@ -1,0 +1,31 @@
+//! # tashika: a many-light renderer that knows its own error
+//!
+//! Layers, from the bottom; a module uses only those above it in this list (kept by the test `tidy`).
+//!
+//! | layer | modules |
+//! |---|---|
+//! | 0 | [`math`], [`color`], [`rng`], [`warp`], [`stats`], [`error`] |
+//! | 1 | [`bsdf`], [`film`] |
+//! | 2 | [`scene`], [`accel`] |
+//! | 3 | [`vpl`], [`gather`], [`transport`] |
+//! | 7 | [`integrator`] |
+//! | 8 | [`render`] |
+//! | 9 | [`io`] |
+#![forbid(unsafe_code)]
+
+pub mod accel;
+pub mod bsdf;
+pub mod color;
+pub mod error;
+pub mod film;
+pub mod gather;
+pub mod integrator;
+pub mod io;
+pub mod math;
+pub mod render;
+pub mod rng;
+pub mod scene;
+pub mod stats;
+pub mod transport;
+pub mod vpl;
+pub mod warp;

@@ -1,0 +1,13 @@
+//! Geometry that knows nothing of scenes: boxes, frames, rays, and the error of floating-point sums.
+
+mod aabb;
+pub mod elementary;
+mod frame;
+mod ray;
+mod rounding;
+
+pub use aabb::Aabb;
+pub use frame::Frame;
+pub use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
+pub use ray::Ray;
+pub use rounding::{GAMMA_3, GAMMA_4, GAMMA_7, UNIT_ROUNDOFF, gamma, offset_from_surface};

@@ -1,0 +1,211 @@
+//! From a setting and an integrator to a film: tiles, threads, progress, cancellation.
+//!
+//! Tiles are independent and the estimate of a pixel depends on neither, so films are equal bit by bit for any number of threads,
+//! any window and any share of the tiles.
+
+mod tiles;
+
+pub use tiles::TileShare;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use crate::color::{Rgb, RgbSum};
+use crate::error::{Error, Result};
+use crate::film::{Film, PlaneSpec, SampleKind, Window};
+use crate::integrator::{ErrorClaim, Integrator, PixelEstimate, Setting};
+
+/// What is rendered of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// The part of the image.
+    pub window: Window,
+    /// The share of its tiles.
+    pub share: TileShare,
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Pixels finished.
+    pub pixels: u64,
+    /// Pixels to do in all.
+    pub of: u64,
+    /// Rays and segments traced for them.
+    pub rays: u64,
+}
+
+/// Sums over the pixels that were rendered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Pixels.
+    pub pixels: u64,
+    /// Pixels whose estimate is exact or keeps what it claims.
+    pub promise_met: u64,
+    /// Pixels that ran out of budget.
+    pub budget_hit: u64,
+    /// Terms of sums that were looked at, or paths.
+    pub pairs: u64,
+    /// Rays and segments traced.
+    pub rays: u64,
+    /// Mean radiance (W·m⁻²·sr⁻¹).
+    pub mean: Rgb,
+}
+
+/// A film and how it came to be.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The planes; pixels that were not rendered are zero and say so in `stop`.
+    pub film: Film,
+    /// Whether every pixel of the share was rendered.
+    pub complete: bool,
+    /// Sums over the rendered pixels.
+    pub totals: Totals,
+}
+
+const PLANES: &[PlaneSpec] = &[
+    plane("", &["R", "G", "B"], "W·m⁻²·sr⁻¹", SampleKind::F32, "estimated radiance, linear Rec. 709"),
+    plane("standard_error", &["Y"], "W·m⁻²·sr⁻¹", SampleKind::F32, "standard error of the luminance, 0 if exact"),
+    plane("claim", &["id"], "1", SampleKind::U32, "what is claimed: 0 nothing, 1 exact"),
+    plane("stop", &["id"], "1", SampleKind::U32, "why work ended: 0 not rendered, 1 complete, 2 sample count"),
+    plane("pairs", &["n"], "1", SampleKind::F32, "terms of the sum that were looked at, or paths"),
+    plane("rays", &["n"], "1", SampleKind::F32, "rays and segments traced"),
+    plane("depth", &["Z"], "m", SampleKind::F32, "mean distance to the first surface, 0 where there is none"),
+    plane("normal", &["X", "Y", "Z"], "1", SampleKind::F32, "mean shading normal of the first surface, world"),
+    plane("albedo", &["R", "G", "B"], "1", SampleKind::F32, "mean rough reflectance of the surface that gathers"),
+    plane("coverage", &["A"], "1", SampleKind::F32, "share of camera samples that met a surface"),
+];
+
+const fn plane(
+    name: &'static str,
+    channels: &'static [&'static str],
+    unit: &'static str,
+    kind: SampleKind,
+    doc: &'static str,
+) -> PlaneSpec {
+    PlaneSpec { name, channels, unit, kind, doc }
+}
+
+/// Runs `work` on a pool of that many threads; zero is one a core.
+///
+/// # Errors
+/// If the system gives no threads, or more are asked for than make sense.
+pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    const MOST: usize = 4096;
+    if threads > MOST {
+        return Err(Error::option("threads", threads, format!("0 (one a core) to {MOST}")));
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Error::option("threads", threads, format!("a number that the system allows ({e})")))?;
+    Ok(pool.install(work))
+}
+
+/// Renders on the current thread pool.
+///
+/// `progress` is called after each tile, from any thread, one call at a time. When `cancel` becomes true no further tile is
+/// begun; the film then holds what is finished.
+///
+/// # Errors
+/// A window outside the image, a share out of range, unusable gather options.
+pub fn render(
+    setting: &Setting<'_>,
+    integrator: &dyn Integrator,
+    options: &RenderOptions,
+    progress: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<Rendered> {
+    setting.view.gather.validate()?;
+    let mut film = Film::new(setting.view.size, options.window, PLANES)?;
+    let tiles = options.share.tiles(&options.window, setting.view.gather.points)?;
+    let of = tiles.iter().map(Window::area).sum();
+
+    struct Shared {
+        film: Film,
+        progress: Progress,
+        totals: Totals,
+        sum: RgbSum,
+    }
+    describe(setting, integrator, options, &mut film);
+    let shared = Mutex::new(Shared {
+        film,
+        progress: Progress { of, ..Progress::default() },
+        totals: Totals::default(),
+        sum: RgbSum::default(),
+    });
+    let sums: Vec<Option<RgbSum>> = tiles
+        .par_iter()
+        .map(|tile| {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let estimates = integrator.estimate(setting, tile);
+            let mut sum = RgbSum::default();
+            let mut shared = shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            for ((x, y), e) in tile.pixels().zip(&estimates) {
+                store(&mut shared.film, x, y, e);
+                sum.add(e.radiance);
+                let t = &mut shared.totals;
+                t.pixels += 1;
+                t.promise_met += u64::from(e.claim != ErrorClaim::None);
+                t.pairs += e.pairs;
+                t.rays += e.rays;
+                shared.progress.pixels += 1;
+                shared.progress.rays += e.rays;
+            }
+            progress(&shared.progress);
+            Some(sum)
+        })
+        .collect();
+    let Shared { mut film, mut totals, mut sum, .. } =
+        shared.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    // In the order of the tiles: the sum must not depend on which thread was faster.
+    for s in sums.iter().flatten() {
+        sum.merge(s);
+    }
+    totals.mean = if totals.pixels > 0 {
+        let n = totals.pixels as f64;
+        let [r, g, b] = sum.channels().map(|c| (c / n) as f32);
+        Rgb::new(r, g, b)
+    } else {
+        Rgb::BLACK
+    };
+    let complete = sums.iter().all(Option::is_some);
+    film.metadata_mut().set("complete", complete);
+    Ok(Rendered { film, complete, totals })
+}
+
+/// Everything that the film is a function of, as far as this layer knows it.
+fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, options: &RenderOptions, film: &mut Film) {
+    let m = film.metadata_mut();
+    m.set("version", env!("CARGO_PKG_VERSION"));
+    m.set("scene", setting.tracer.scene().name());
+    m.set("camera", setting.view.camera.name.as_str());
+    m.set("method", integrator.name());
+    m.set("seed", setting.view.seed);
+    m.set("gather.points", setting.view.gather.points);
+    m.set("gather.filter", format!("{:?}", setting.view.gather.filter).to_lowercase());
+    m.set("tiles", options.share.to_string());
+    integrator.describe(m);
+}
+
+fn store(film: &mut Film, x: u32, y: u32, e: &PixelEstimate) {
+    let f = &e.features;
+    // In the order of PLANES.
+    let [color, error, claim, stop, pairs, rays, depth, normal, albedo, coverage] = film.planes_mut() else {
+        unreachable!("the film was made from PLANES")
+    };
+    color.set_f32(x, y, &e.radiance.to_array());
+    error.set_f32(x, y, &[e.standard_error]);
+    claim.set_u32(x, y, &[e.claim.id()]);
+    stop.set_u32(x, y, &[e.stop.id()]);
+    pairs.set_f32(x, y, &[e.pairs as f32]);
+    rays.set_f32(x, y, &[e.rays as f32]);
+    depth.set_f32(x, y, &[f.depth]);
+    normal.set_f32(x, y, &f.normal.to_array());
+    albedo.set_f32(x, y, &f.albedo.to_array());
+    coverage.set_f32(x, y, &[f.coverage]);
+}

@@ -1,0 +1,319 @@
+//! Putting a scene together, with every check that lets the rest of the program trust it.
+
+use glam::{Affine3A, Vec3};
+
+use super::mesh::MeshRepairs;
+use super::{
+    Camera, Emitter, Environment, Image, ImageId, Instance, InstanceId, Lens, Material, MaterialId, Mesh, MeshData,
+    MeshId, Note, NoteKind, Notes, Pixels, Scene, Surface,
+};
+use crate::color::Rgb;
+use crate::error::{Error, Location, Result};
+use crate::math::Aabb;
+
+/// Collects the parts of a [`Scene`].
+///
+/// Parts refer to each other by the ids that the `add_*` methods return, so they are added bottom up:
+/// images, materials, meshes, instances.
+#[derive(Debug)]
+pub struct SceneBuilder {
+    scene: Scene,
+    origin: Location,
+}
+
+impl SceneBuilder {
+    /// An empty scene. `name` is for reports, `origin` is what notes and errors point to.
+    pub fn new(name: impl Into<String>, origin: Location) -> Self {
+        let scene = Scene {
+            name: name.into(),
+            meshes: Vec::new(),
+            instances: Vec::new(),
+            materials: Vec::new(),
+            images: Vec::new(),
+            emitters: Vec::new(),
+            environment: None,
+            cameras: Vec::new(),
+            bounds: Aabb::EMPTY,
+            notes: Notes::default(),
+        };
+        Self { scene, origin }
+    }
+
+    /// Tells the user what was done with the input.
+    pub fn note(&mut self, kind: NoteKind, message: impl Into<String>, at: Location) {
+        self.scene.notes.push(kind, message, at);
+    }
+
+    /// Takes over notes made elsewhere.
+    pub fn extend_notes(&mut self, notes: impl IntoIterator<Item = Note>) {
+        for n in notes {
+            self.scene.notes.push_many(n.kind, n.message, n.first, n.count);
+        }
+    }
+
+    /// Adds an image; it must have `width · height > 0` texels.
+    pub fn add_image(&mut self, image: Image) -> Result<ImageId> {
+        let texels = match &image.pixels {
+            Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len(),
+            Pixels::Float(p) => p.len(),
+        };
+        if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
+            return Err(Error::invalid(
+                self.origin.clone().item(format!("image {}", image.name)),
+                format!("{texels} texels for {}×{}", image.width, image.height),
+                "width × height texels, more than none",
+            ));
+        }
+        self.scene.images.push(image);
+        Ok(ImageId(self.scene.images.len() as u32 - 1))
+    }
+
+    /// Adds a material; factors must be finite and not negative, indices of refraction above 1.
+    pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
+        let at = || self.origin.clone().item(format!("material {}", material.name));
+        check_surface(&material.surface).map_err(|(found, expected)| Error::invalid(at(), found, expected))?;
+        if let Some(e) = &material.emission
+            && !e.radiance.factor.is_valid()
+        {
+            return Err(Error::invalid(
+                at(),
+                format!("emission = {:?}", e.radiance.factor.to_array()),
+                "finite radiances of at least 0",
+            ));
+        }
+        if let Some(t) = material.textures().find(|t| t.image.index() >= self.scene.images.len()) {
+            return Err(Error::invalid(at(), format!("image {}", t.image.index()), "an image of this scene"));
+        }
+        self.scene.materials.push(material);
+        Ok(MaterialId(self.scene.materials.len() as u32 - 1))
+    }
+
+    /// Adds a mesh.
+    ///
+    /// Wrong indices and attribute counts are errors; triangles that cannot be rendered are left out and
+    /// noted.
+    pub fn add_mesh(&mut self, data: MeshData, material: MaterialId) -> Result<MeshId> {
+        let at = self.origin.clone().item(format!("mesh {}", data.name));
+        let vertices = data.positions.len();
+        if let Some(i) = data.triangles.iter().flatten().find(|&&i| i as usize >= vertices) {
+            return Err(Error::invalid(at, format!("vertex index {i}"), format!("an index below {vertices}")));
+        }
+        for (attribute, count) in [("normals", data.normals.len()), ("texture coordinates", data.uvs.len())] {
+            if count != 0 && count != vertices {
+                return Err(Error::invalid(
+                    at,
+                    format!("{count} {attribute} for {vertices} vertices"),
+                    "none, or one a vertex",
+                ));
+            }
+        }
+        if material.index() >= self.scene.materials.len() {
+            return Err(Error::invalid(at, format!("material {}", material.index()), "a material of this scene"));
+        }
+        let (mesh, repairs) = Mesh::repair(data, material);
+        let MeshRepairs { not_finite, degenerate, normals, uvs } = repairs;
+        let repaired = NoteKind::Repaired;
+        let notes = &mut self.scene.notes;
+        notes.push_many(repaired, "triangles with vertices that are not finite: left out", at.clone(), not_finite);
+        notes.push_many(repaired, "triangles without area: left out", at.clone(), degenerate);
+        notes.push_many(repaired, "vertex normals without direction: the face's is used", at.clone(), normals);
+        notes.push_many(repaired, "texture coordinates that are not finite: set to 0", at, uvs);
+        self.scene.meshes.push(mesh);
+        Ok(MeshId(self.scene.meshes.len() as u32 - 1))
+    }
+
+    /// Places a mesh. The transform must be finite and invertible; one that flattens the mesh is left out and noted.
+    pub fn add_instance(&mut self, mesh: MeshId, to_world: Affine3A) -> Result<Option<InstanceId>> {
+        let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
+        if mesh.index() >= self.scene.meshes.len() {
+            return Err(Error::invalid(at, format!("mesh {}", mesh.index()), "a mesh of this scene"));
+        }
+        let to_object = to_world.inverse();
+        if !to_world.is_finite() || !to_object.is_finite() {
+            self.note(NoteKind::Repaired, "instances with a transform that cannot be inverted: left out", at);
+            return Ok(None);
+        }
+        let mirrored = to_world.matrix3.determinant() < 0.0;
+        self.scene.instances.push(Instance { mesh, to_world, to_object, mirrored, baked: false });
+        Ok(Some(InstanceId(self.scene.instances.len() as u32 - 1)))
+    }
+
+    /// Adds an emitter without surface; black ones are dropped.
+    pub fn add_emitter(&mut self, emitter: Emitter) -> Result<()> {
+        let color = emitter.color();
+        let geometry = match emitter {
+            Emitter::Point { position, .. } => position.is_finite(),
+            Emitter::Spot { position, axis, falloff, .. } => {
+                position.is_finite() && axis.is_normalized() && falloff.cos_outer < falloff.cos_inner
+            }
+            Emitter::Directional { direction, .. } => direction.is_normalized(),
+        };
+        if !color.is_valid() || !geometry {
+            return Err(Error::invalid(
+                self.origin.clone().item(format!("emitter {}", self.scene.emitters.len())),
+                format!("{emitter:?}"),
+                "finite positions, unit directions, colours of at least 0, an inner cone inside the outer",
+            ));
+        }
+        if !color.is_black() {
+            self.scene.emitters.push(emitter);
+        }
+        Ok(())
+    }
+
+    /// Sets what is seen where no surface is.
+    pub fn set_environment(&mut self, environment: Environment) {
+        self.scene.environment = (!environment.is_black()).then_some(environment);
+    }
+
+    /// Adds a camera; the first one is the default.
+    pub fn add_camera(&mut self, camera: Camera) -> Result<()> {
+        let sound = camera.to_world.is_finite()
+            && camera.to_world.matrix3.determinant().abs() > 0.0
+            && camera.vertical_fov > 0.0
+            && camera.vertical_fov < std::f32::consts::PI
+            && camera.lens.radius >= 0.0
+            && camera.lens.radius.is_finite()
+            && (camera.lens.radius == 0.0 || (camera.lens.focus_distance > 0.0 && camera.lens.focus_distance.is_finite()));
+        if !sound {
+            return Err(Error::invalid(
+                self.origin.clone().item(format!("camera {}", camera.name)),
+                format!("{camera:?}"),
+                "a finite, invertible transform, a field of view between 0° and 180°, a lens radius of at least 0 and a focus distance above 0",
+            ));
+        }
+        self.scene.cameras.push(camera);
+        Ok(())
+    }
+
+    /// Whether anything emits light so far.
+    pub fn has_light(&self) -> bool {
+        let s = &self.scene;
+        !s.emitters.is_empty()
+            || s.environment.is_some()
+            || s.area_emitters().any(|(_, e)| !e.radiance.factor.is_black())
+    }
+
+    /// World box of what has been placed so far (m).
+    pub fn bounds(&self) -> Aabb {
+        let s = &self.scene;
+        s.instances.iter().fold(Aabb::EMPTY, |all, i| {
+            all.union(s.meshes[i.mesh.index()].bounds().transformed(&i.to_world))
+        })
+    }
+
+    /// The scene. Without a camera it gets one that sees all of it; without light, a white sky. Both
+    /// are noted.
+    pub fn build(mut self) -> Result<Scene> {
+        let bounds = self.bounds();
+        if !bounds.is_empty() && !(bounds.size().is_finite() && bounds.diagonal() < MAX_EXTENT) {
+            return Err(Error::invalid(
+                self.origin,
+                format!("scene bounds from {:?} to {:?}", bounds.lo.to_array(), bounds.hi.to_array()),
+                format!("a scene of less than {MAX_EXTENT:e} m"),
+            ));
+        }
+        self.scene.bounds =
+            if bounds.is_empty() { Aabb { lo: Vec3::splat(-0.5), hi: Vec3::splat(0.5) } } else { bounds };
+        if bounds.is_empty() {
+            let at = self.origin.clone();
+            self.note(NoteKind::Defaulted, "no triangle to render: the image shows the background only", at);
+        }
+        if self.scene.cameras.is_empty() {
+            let at = self.origin.clone();
+            self.note(NoteKind::Defaulted, "no camera: one that sees the whole scene is used", at);
+            let camera = overview(self.scene.bounds);
+            self.add_camera(camera)?;
+        }
+        if !self.has_light() {
+            let at = self.origin.clone();
+            self.note(NoteKind::Defaulted, "no light: a white sky of radiance 1 is used", at);
+            self.scene.environment = Some(Environment::constant(Rgb::WHITE));
+        }
+        self.bake();
+        Ok(self.scene)
+    }
+
+    /// Decides which instances live in world space: those whose copies take little memory.
+    fn bake(&mut self) {
+        let s = &mut self.scene;
+        let mut uses = vec![0u64; s.meshes.len()];
+        for i in &s.instances {
+            uses[i.mesh.index()] += 1;
+        }
+        for i in &mut s.instances {
+            let mesh = i.mesh.index();
+            i.baked = (uses[mesh] - 1) * s.meshes[mesh].triangles.len() as u64 <= BAKED_TRIANGLES;
+        }
+    }
+}
+
+/// Instances of a mesh are baked if that adds at most this many triangles beyond the first copy (4 MB in the tracer).
+const BAKED_TRIANGLES: u64 = 1 << 16;
+
+/// Largest diagonal (m) at which products of four lengths still fit into `f32`.
+const MAX_EXTENT: f32 = 1e9;
+
+/// A camera that sees all of `bounds` from the front, a little from above.
+fn overview(bounds: Aabb) -> Camera {
+    const FOV: f32 = 0.8;
+    let radius = (0.5 * bounds.diagonal()).max(1e-6);
+    let direction = Vec3::new(0.45, 0.35, 1.0).normalize();
+    let distance = radius / crate::math::elementary::tan(0.5 * FOV) * 1.2;
+    let eye = bounds.center() + direction * distance;
+    let mut camera = Camera::look_at("overview", eye, bounds.center(), Vec3::Y, FOV);
+    camera.lens = Lens { radius: 0.0, focus_distance: distance };
+    camera
+}
+
+/// Field and value that is out of range, with what is expected.
+fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
+    let color = |name: &str, c: Rgb| {
+        if c.is_valid() { Ok(()) } else { Err((format!("{name} = {:?}", c.to_array()), "finite numbers of at least 0")) }
+    };
+    let number = |name: &str, v: f32| {
+        if v.is_finite() && v >= 0.0 { Ok(()) } else { Err((format!("{name} = {v}"), "a finite number of at least 0")) }
+    };
+    let index = |ior: f32| {
+        if ior > 1.0 && ior <= 5.0 { Ok(()) } else { Err((format!("ior = {ior}"), "a number above 1, up to 5")) }
+    };
+    match surface {
+        Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => color("reflectance", reflectance.factor),
+        Surface::Phong { diffuse, specular, exponent } => {
+            color("diffuse", diffuse.factor)?;
+            color("specular", specular.factor)?;
+            if (0.0..=1e6).contains(exponent) {
+                Ok(())
+            } else {
+                Err((format!("exponent = {exponent}"), "a number from 0 to 1000000"))
+            }
+        }
+        Surface::Conductor { fresnel, alpha } => {
+            number("alpha", alpha.factor)?;
+            match fresnel {
+                crate::bsdf::ConductorFresnel::Schlick { f0 } => color("f0", *f0),
+                crate::bsdf::ConductorFresnel::Exact { eta, k } => {
+                    color("eta", *eta)?;
+                    color("k", *k)
+                }
+            }
+        }
+        Surface::Coated { reflectance, specular, ior, alpha } => {
+            color("reflectance", reflectance.factor)?;
+            color("specular", specular.factor)?;
+            number("alpha", alpha.factor)?;
+            index(*ior)
+        }
+        Surface::MetallicRoughness { base_color, metallic, roughness, dielectric_f0 } => {
+            color("base colour", base_color.factor)?;
+            number("metallic", metallic.factor)?;
+            number("roughness", roughness.factor)?;
+            color("dielectric f0", *dielectric_f0)
+        }
+        Surface::Glass { ior, reflectance, transmittance } => {
+            color("reflectance", *reflectance)?;
+            color("transmittance", *transmittance)?;
+            index(*ior)
+        }
+    }
+}

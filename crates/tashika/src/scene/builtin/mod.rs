@@ -1,0 +1,26 @@
+//! Scenes made by code: they need no file, and are the same bits on every machine.
+//!
+//! | scene | what it is for |
+//! |---|---|
+//! | [`room`] | a furnished glossy room, the default picture: many lights, many Phong exponents, supersampled detail |
+//! | [`tiny`] | a box with two blocks and one light, for tests that must be fast |
+//!
+//! Lengths in metres, `y` up, radiance in W·m⁻²·sr⁻¹.
+//!
+//! # Guarantee
+//! Two calls give equal scenes: randomness comes from [`rng`](crate::rng) with fixed keys, elementary
+//! functions from [`math::elementary`](crate::math::elementary). Nothing has to be repaired or defaulted:
+//! [`Scene::notes`](crate::scene::Scene::notes) is empty.
+//!
+//! # Held to this by
+//! `builtin::tests`.
+
+mod room;
+mod shapes;
+mod stage;
+#[cfg(test)]
+mod tests;
+mod tiny;
+
+pub use room::room;
+pub use tiny::tiny;

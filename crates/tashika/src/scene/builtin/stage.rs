@@ -1,0 +1,74 @@
+//! A [`SceneBuilder`] that takes [`Shape`]s.
+
+use glam::Affine3A;
+
+use super::shapes::Shape;
+use crate::color::Rgb;
+use crate::error::{Location, Result};
+use crate::scene::{
+    Camera, ColorInput, Emission, Emitter, Image, Material, MaterialId, Scene, SceneBuilder, Surface, Texture,
+};
+
+/// Where the parts of a built-in scene are put together.
+pub struct Stage {
+    builder: SceneBuilder,
+}
+
+impl Stage {
+    /// An empty scene.
+    pub fn new(name: &str) -> Self {
+        Self { builder: SceneBuilder::new(name, Location::file(format!("built-in scene {name}"))) }
+    }
+
+    /// A texture of the whole of `image`, repeated.
+    pub fn texture(&mut self, image: Image) -> Result<Texture> {
+        Ok(Texture::new(self.builder.add_image(image)?))
+    }
+
+    /// A material that only scatters.
+    pub fn material(&mut self, name: &str, surface: Surface) -> Result<MaterialId> {
+        self.builder.add_material(Material::new(name, surface))
+    }
+
+    /// A black surface whose front emits `radiance` (W·m⁻²·sr⁻¹).
+    pub fn emissive(&mut self, name: &str, radiance: Rgb) -> Result<MaterialId> {
+        let surface = Surface::Lambert { reflectance: Rgb::BLACK.into() };
+        let emission = Emission { radiance: ColorInput::from(radiance), two_sided: false };
+        self.builder.add_material(Material { emission: Some(emission), ..Material::new(name, surface) })
+    }
+
+    /// Adds `shape` where it is.
+    pub fn put(&mut self, name: &str, material: MaterialId, shape: Shape) -> Result<()> {
+        self.repeat(name, material, shape, &[Affine3A::IDENTITY])
+    }
+
+    /// Adds an instance of `shape` at each of `places`.
+    pub fn repeat(
+        &mut self,
+        name: &str,
+        material: MaterialId,
+        shape: Shape,
+        places: &[Affine3A],
+    ) -> Result<()> {
+        let mesh = self.builder.add_mesh(shape.into_mesh(name), material)?;
+        for &place in places {
+            self.builder.add_instance(mesh, place)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a light without a surface.
+    pub fn emitter(&mut self, emitter: Emitter) -> Result<()> {
+        self.builder.add_emitter(emitter)
+    }
+
+    /// Adds a camera; the first is the default.
+    pub fn camera(&mut self, camera: Camera) -> Result<()> {
+        self.builder.add_camera(camera)
+    }
+
+    /// The finished scene.
+    pub fn build(self) -> Result<Scene> {
+        self.builder.build()
+    }
+}

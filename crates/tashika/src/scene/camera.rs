@@ -1,0 +1,113 @@
+//! The perspective camera, pinhole or thin lens.
+
+use glam::{Affine3A, Mat3, Vec2, Vec3};
+
+use crate::math::Ray;
+use crate::math::elementary::tan;
+use crate::warp;
+
+/// A lens with an opening: what is not at the focus distance blurs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Radius of the opening (m); zero is a pinhole.
+    pub radius: f32,
+    /// Distance along the axis at which the image is sharp (m).
+    pub focus_distance: f32,
+}
+
+/// A perspective camera looking along its own `−z`, with `+y` up and `+x` to the right.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Name by which the user chooses it.
+    pub name: String,
+    /// Camera to world; a rigid motion, or one with a mirror.
+    pub to_world: Affine3A,
+    /// Vertical field of view (radians), between 0 and π.
+    pub vertical_fov: f32,
+    /// The lens.
+    pub lens: Lens,
+    /// Image size that the file asks for (pixels).
+    pub resolution: Option<[u32; 2]>,
+}
+
+/// Where on the film and on the lens a camera ray starts.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraSample {
+    /// Position on the film (pixels, `[0, width] × [0, height]`, from the top left).
+    pub film: Vec2,
+    /// Uniform numbers for the lens.
+    pub lens: [f32; 2],
+}
+
+impl Camera {
+    /// A pinhole at `eye` looking at `target`, `up` being up.
+    pub fn look_at(name: impl Into<String>, eye: Vec3, target: Vec3, up: Vec3, vertical_fov: f32) -> Self {
+        let back = (eye - target).normalize();
+        let right = up.cross(back).normalize_or(Vec3::X);
+        let axes = Mat3::from_cols(right, back.cross(right), back);
+        Self {
+            name: name.into(),
+            to_world: Affine3A::from_mat3_translation(axes, eye),
+            vertical_fov,
+            lens: Lens { radius: 0.0, focus_distance: 1.0 },
+            resolution: None,
+        }
+    }
+
+    /// Position of the lens' centre (m, world).
+    pub fn position(&self) -> Vec3 {
+        self.to_world.translation.into()
+    }
+
+    /// The world ray through a point of a film of `size` pixels; its direction has unit length.
+    pub fn ray(&self, sample: &CameraSample, size: [u32; 2]) -> Ray {
+        let size = Vec2::new(size[0] as f32, size[1] as f32);
+        let half = tan(0.5 * self.vertical_fov);
+        let x = (2.0 * sample.film.x - size.x) / size.y * half;
+        let y = (size.y - 2.0 * sample.film.y) / size.y * half;
+        let mut origin = Vec3::ZERO;
+        let mut direction = Vec3::new(x, y, -1.0);
+        if self.lens.radius > 0.0 {
+            let focus = direction * self.lens.focus_distance;
+            origin = (warp::disk(sample.lens) * self.lens.radius).extend(0.0);
+            direction = focus - origin;
+        }
+        Ray::new(
+            self.to_world.transform_point3(origin),
+            self.to_world.transform_vector3(direction).normalize(),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera::look_at("c", Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, -7.0), Vec3::Y, 1.0)
+    }
+
+    #[test]
+    fn corners_of_the_film_see_the_field_of_view() {
+        let c = camera();
+        let ray = |x, y| c.ray(&CameraSample { film: Vec2::new(x, y), lens: [0.5; 2] }, [200, 100]).direction;
+        assert!((ray(100.0, 50.0) - Vec3::NEG_Z).length() < 1e-6);
+        let (top, bottom) = (ray(100.0, 0.0), ray(100.0, 100.0));
+        assert!((top.angle_between(bottom) - 1.0).abs() < 1e-5, "vertical field of view");
+        assert!(top.y > 0.0 && ray(200.0, 50.0).x > 0.0, "y down on the film, x to the right");
+    }
+
+    #[test]
+    fn all_rays_of_a_lens_meet_at_the_focus() {
+        let mut c = camera();
+        c.lens = Lens { radius: 0.2, focus_distance: 4.0 };
+        let at_focus = |lens| {
+            let r = c.ray(&CameraSample { film: Vec2::new(30.0, 20.0), lens }, [200, 100]);
+            r.at((3.0 - 4.0 - r.origin.z) / r.direction.z)
+        };
+        let p = at_focus([0.5, 0.5]);
+        for lens in [[0.0, 0.0], [0.9, 0.1], [0.3, 1.0]] {
+            assert!((at_focus(lens) - p).length() < 1e-5);
+        }
+    }
+}

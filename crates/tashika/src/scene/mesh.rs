@@ -1,0 +1,193 @@
+//! Triangle meshes and their instances.
+
+use glam::{Affine3A, Vec2, Vec3};
+
+use super::{MaterialId, MeshId};
+use crate::math::Aabb;
+
+/// A mesh as a loader hands it over: anything may be wrong with it.
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    /// Name for messages.
+    pub name: String,
+    /// Vertex positions (m, object space).
+    pub positions: Vec<Vec3>,
+    /// Vertex normals: none, or one a vertex. Need not be unit vectors; zero or non-finite ones are
+    /// replaced by the normal of the face.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates: none, or one a vertex.
+    pub uvs: Vec<Vec2>,
+    /// Vertex indices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A sound mesh: finite vertices, indices in range, no degenerate triangle, unit normals.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    pub(super) name: String,
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Vec<Vec3>,
+    pub(super) uvs: Vec<Vec2>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) bounds: Aabb,
+    /// Material of all its triangles.
+    pub material: MaterialId,
+}
+
+/// What [`Mesh::repair`] had to leave out or replace.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct MeshRepairs {
+    /// Triangles with a vertex that is not finite.
+    pub not_finite: u64,
+    /// Triangles without a usable area.
+    pub degenerate: u64,
+    /// Vertex normals that are zero or not finite.
+    pub normals: u64,
+    /// Texture coordinates that are not finite.
+    pub uvs: u64,
+}
+
+/// Smallest `‖n‖ / (‖e₁‖·‖e₂‖)` (the sine of the angle at a corner) at which the normal `e₁ × e₂` of a
+/// triangle is still known to better than 60° in `f32`: its rounding error is below `8 γ₄ ‖e₁‖·‖e₂‖`.
+const MIN_SINE: f32 = 16.0 * crate::math::GAMMA_4;
+
+/// Whether a triangle's normal is known well enough to tell its sides apart.
+pub(crate) fn has_normal(v: &[Vec3; 3]) -> bool {
+    let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
+    let area = e1.cross(e2).length();
+    area.is_normal() && area >= MIN_SINE * e1.length() * e2.length()
+}
+
+impl Mesh {
+    /// Vertex positions (m, object space).
+    pub fn positions(&self) -> &[Vec3] {
+        &self.positions
+    }
+
+    /// Unit vertex normals; empty if the mesh is flat-shaded.
+    pub fn normals(&self) -> &[Vec3] {
+        &self.normals
+    }
+
+    /// Texture coordinates; empty if there are none.
+    pub fn uvs(&self) -> &[Vec2] {
+        &self.uvs
+    }
+
+    /// Vertex indices of each triangle.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Name for messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Box around the vertices that triangles use (m, object space).
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Corners of a triangle (m, object space).
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// Takes over `data`, leaving out what cannot be rendered; indices must be in range.
+    pub(super) fn repair(data: MeshData, material: MaterialId) -> (Self, MeshRepairs) {
+        let mut repairs = MeshRepairs::default();
+        let MeshData { name, positions, mut normals, mut uvs, mut triangles } = data;
+        triangles.retain(|t| {
+            let v = t.map(|i| positions[i as usize]);
+            if !v.iter().all(|p| p.is_finite()) {
+                repairs.not_finite += 1;
+                return false;
+            }
+            repairs.degenerate += u64::from(!has_normal(&v));
+            has_normal(&v)
+        });
+        for n in &mut normals {
+            let unit = n.normalize_or_zero();
+            repairs.normals += u64::from(unit == Vec3::ZERO || !unit.is_finite());
+            // A zero normal stands for the face's, see `Scene::surface_point`.
+            *n = if unit.is_finite() { unit } else { Vec3::ZERO };
+        }
+        for uv in &mut uvs {
+            if !uv.is_finite() {
+                repairs.uvs += 1;
+                *uv = Vec2::ZERO;
+            }
+        }
+        let bounds = Aabb::of_points(triangles.iter().flatten().map(|&i| positions[i as usize]));
+        (Self { name, positions, normals, uvs, triangles, bounds, material }, repairs)
+    }
+}
+
+/// A mesh placed in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Instance {
+    /// What is placed.
+    pub mesh: MeshId,
+    /// Object to world.
+    pub to_world: Affine3A,
+    /// World to object.
+    pub(crate) to_object: Affine3A,
+    /// Whether `to_world` turns the orientation of triangles around.
+    pub(crate) mirrored: bool,
+    /// See [`Instance::is_baked`].
+    pub(crate) baked: bool,
+}
+
+impl Instance {
+    /// Whether object and world coordinates are the same.
+    pub fn is_identity(&self) -> bool {
+        self.to_world == Affine3A::IDENTITY
+    }
+
+    /// Whether its surface is that of the world corners, each transformed and rounded once, as it is for meshes that are placed
+    /// once; otherwise it is the mesh's own, met by transforming rays.
+    pub fn is_baked(&self) -> bool {
+        self.baked
+    }
+
+    /// World to object.
+    pub fn to_object(&self) -> Affine3A {
+        self.to_object
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn data(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> MeshData {
+        MeshData {
+            positions: positions.iter().map(|&p| p.into()).collect(),
+            triangles: triangles.to_vec(),
+            ..MeshData::default()
+        }
+    }
+
+    #[test]
+    fn unusable_triangles_are_left_out_and_counted() {
+        let positions =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [f32::NAN, 0.0, 0.0], [2.0, 0.0, 0.0]];
+        let d = data(&positions, &[[0, 1, 2], [0, 1, 3], [0, 1, 4], [2, 2, 1]]);
+        let (mesh, repairs) = Mesh::repair(d, MaterialId(0));
+        assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+        assert_eq!(repairs, MeshRepairs { not_finite: 1, degenerate: 2, ..MeshRepairs::default() });
+        assert_eq!(mesh.bounds().hi, Vec3::new(1.0, 1.0, 0.0), "unused vertices do not count");
+    }
+
+    #[test]
+    fn tiny_and_huge_triangles_are_sound() {
+        for scale in [1e-6_f32, 1.0, 1e6] {
+            let s = scale;
+            let d = data(&[[0.0, 0.0, 0.0], [s, 0.0, 0.0], [0.0, 1e-3 * s, 0.0]], &[[0, 1, 2]]);
+            let (mesh, _) = Mesh::repair(d, MaterialId(0));
+            assert_eq!(mesh.triangles().len(), 1, "scale {scale}");
+        }
+    }
+}

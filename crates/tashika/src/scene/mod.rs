@@ -1,0 +1,164 @@
+//! The scene: what is there, what it is made of, where the light comes from, who looks.
+//!
+//! A [`Scene`] is immutable. It is put together by a [`SceneBuilder`], which validates and, where that is
+//! safe, repairs what it is given: past [`SceneBuilder::build`] every number is finite, every index
+//! is in range and no triangle is degenerate. What was repaired, approximated or added is kept as
+//! [`Note`]s, so that the program can say so.
+//!
+//! Units: lengths in metres, radiance in W·m⁻²·sr⁻¹, intensity in W·sr⁻¹, irradiance in W·m⁻².
+
+mod builder;
+pub mod builtin;
+mod camera;
+mod emitter;
+mod environment;
+mod material;
+mod mesh;
+mod note;
+mod surface;
+mod texture;
+
+pub use builder::SceneBuilder;
+pub use camera::{Camera, CameraSample, Lens};
+pub use emitter::{Emitter, Falloff};
+pub use environment::Environment;
+pub use material::{Alpha, AlphaMode, ColorInput, Emission, FloatInput, Material, Surface};
+pub(crate) use mesh::has_normal;
+pub use mesh::{Instance, Mesh, MeshData};
+pub use note::{Note, NoteKind, Notes};
+pub use surface::SurfacePoint;
+pub use texture::{Channel, Image, Pixels, Texture, UvTransform, Wrap};
+
+use crate::math::Aabb;
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub(crate) u32);
+
+        impl $name {
+            /// Position in the scene's list.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+id!(
+    /// A mesh of a scene.
+    MeshId
+);
+id!(
+    /// An instance of a scene.
+    InstanceId
+);
+id!(
+    /// A material of a scene.
+    MaterialId
+);
+id!(
+    /// An image of a scene.
+    ImageId
+);
+
+/// An immutable scene.
+#[derive(Debug)]
+pub struct Scene {
+    name: String,
+    meshes: Vec<Mesh>,
+    instances: Vec<Instance>,
+    materials: Vec<Material>,
+    images: Vec<Image>,
+    emitters: Vec<Emitter>,
+    environment: Option<Environment>,
+    cameras: Vec<Camera>,
+    bounds: Aabb,
+    notes: Notes,
+}
+
+impl Scene {
+    /// Name for reports, usually the file's.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// All meshes.
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// All instances; a mesh without one is not in the picture.
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// All materials.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// All images, shared by the textures of the materials.
+    pub fn images(&self) -> &[Image] {
+        &self.images
+    }
+
+    /// Point, spot and directional emitters. Emissive meshes are instances whose material emits.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    /// What is seen where no surface is, if it emits.
+    pub fn environment(&self) -> Option<&Environment> {
+        self.environment.as_ref()
+    }
+
+    /// All cameras; never empty.
+    pub fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// The camera of that name.
+    pub fn camera(&self, name: &str) -> Option<&Camera> {
+        self.cameras.iter().find(|c| c.name == name)
+    }
+
+    /// World box around all instances (m); a unit box about the origin if there are none.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// What was repaired, approximated, ignored or added.
+    pub fn notes(&self) -> &Notes {
+        &self.notes
+    }
+
+    /// The mesh of an instance.
+    pub fn mesh_of(&self, instance: InstanceId) -> &Mesh {
+        &self.meshes[self.instances[instance.index()].mesh.index()]
+    }
+
+    /// The material of an instance.
+    pub fn material_of(&self, instance: InstanceId) -> &Material {
+        &self.materials[self.mesh_of(instance).material.index()]
+    }
+
+    /// Triangles held in memory: each mesh once.
+    pub fn stored_triangles(&self) -> u64 {
+        self.meshes.iter().map(|m| m.triangles().len() as u64).sum()
+    }
+
+    /// Triangles in the picture: each mesh once an instance.
+    pub fn instanced_triangles(&self) -> u64 {
+        self.instances.iter().map(|i| self.meshes[i.mesh.index()].triangles().len() as u64).sum()
+    }
+
+    /// Instances whose material emits, with their emission.
+    pub fn area_emitters(&self) -> impl Iterator<Item = (InstanceId, &Emission)> {
+        self.instances.iter().enumerate().filter_map(|(i, instance)| {
+            let material = &self.materials[self.meshes[instance.mesh.index()].material.index()];
+            material.emission.as_ref().map(|e| (InstanceId(i as u32), e))
+        })
+    }
+}

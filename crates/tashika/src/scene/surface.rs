@@ -1,0 +1,132 @@
+//! Points on surfaces, with the error of their position.
+
+use glam::{Vec2, Vec3, Vec3A};
+
+use super::{InstanceId, Scene};
+use crate::bsdf::Bsdf;
+use crate::color::Rgb;
+use crate::math::{GAMMA_4, GAMMA_7, offset_from_surface};
+
+/// A point on a triangle of an instance.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Position (m, world).
+    pub position: Vec3,
+    /// Bound of the absolute error of each component of `position` (m).
+    pub error: Vec3,
+    /// Unit geometric normal, on the front side: that of the shading normals where the mesh has some, else
+    /// the side from which the corners run counter-clockwise.
+    pub geometric_normal: Vec3,
+    /// Unit shading normal, in the hemisphere of the geometric one.
+    pub shading_normal: Vec3,
+    /// Texture coordinates; zero if the mesh has none.
+    pub uv: Vec2,
+    /// Where it is.
+    pub instance: InstanceId,
+}
+
+impl SurfacePoint {
+    /// The position moved off the surface to the side into which `direction` points: where a ray or
+    /// segment in that direction starts.
+    pub fn leave(&self, direction: Vec3) -> Vec3 {
+        let n = self.geometric_normal;
+        offset_from_surface(self.position, self.error, if direction.dot(n) < 0.0 { -n } else { n })
+    }
+
+    /// Both normals, turned to the side of `direction`.
+    pub fn normals_towards(&self, direction: Vec3) -> (Vec3, Vec3) {
+        if self.geometric_normal.dot(direction) < 0.0 {
+            (-self.geometric_normal, -self.shading_normal)
+        } else {
+            (self.geometric_normal, self.shading_normal)
+        }
+    }
+}
+
+impl Scene {
+    /// World corners of a triangle (m): the surface itself of a baked instance.
+    pub(crate) fn world_corners(&self, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
+        let placed = &self.instances[instance.index()];
+        let corners = self.mesh_of(instance).corners(triangle);
+        if placed.is_identity() { corners } else { corners.map(|v| placed.to_world.transform_point3(v)) }
+    }
+
+    /// The point with barycentric coordinates `b` (summing to 1) of a triangle.
+    ///
+    /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`, and
+    /// `γ₄ (|M| |vᵢ| + |t|)` for the corners themselves if the instance is transformed.
+    pub fn surface_point(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> SurfacePoint {
+        let placed = &self.instances[instance.index()];
+        let mesh = self.mesh_of(instance);
+        let indices = mesh.triangles[triangle as usize].map(|i| i as usize);
+        let w = self.world_corners(instance, triangle);
+        let position = w[0] * b[0] + w[1] * b[1] + w[2] * b[2];
+        let mut error = GAMMA_7 * ((w[0] * b[0]).abs() + (w[1] * b[1]).abs() + (w[2] * b[2]).abs());
+        if !placed.is_identity() {
+            let m = placed.to_world.matrix3;
+            let largest = indices.iter().map(|&i| mesh.positions[i].abs()).reduce(Vec3::max).unwrap_or(Vec3::ZERO);
+            let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| Vec3::from(c).abs());
+            let moved = columns[0] * largest.x + columns[1] * largest.y + columns[2] * largest.z;
+            error += GAMMA_4 * (moved + Vec3::from(placed.to_world.translation).abs());
+        }
+        // Normals transform with the transposed inverse.
+        let normal_to_world = |n: Vec3| Vec3::from(placed.to_object.matrix3.transpose() * Vec3A::from(n));
+        // Turning corners around turns their cross product around; transforming a normal does not.
+        let mut n = if placed.baked {
+            (w[1] - w[0]).cross(w[2] - w[0]) * if placed.mirrored { -1.0 } else { 1.0 }
+        } else {
+            let v = mesh.corners(triangle);
+            normal_to_world((v[1] - v[0]).cross(v[2] - v[0]))
+        }
+        .normalize_or(Vec3::Z);
+        let mut shading_normal = n;
+        if !mesh.normals.is_empty() {
+            let object: Vec3 = indices.iter().zip(b).map(|(&i, b)| mesh.normals[i] * b).sum();
+            let unit = normal_to_world(object).normalize_or_zero();
+            if unit != Vec3::ZERO {
+                shading_normal = unit;
+                if n.dot(unit) < 0.0 {
+                    n = -n;
+                }
+            }
+        }
+        let uv = if mesh.uvs.is_empty() {
+            Vec2::ZERO
+        } else {
+            indices.iter().zip(b).map(|(&i, b)| mesh.uvs[i] * b).sum()
+        };
+        SurfacePoint { position, error, geometric_normal: n, shading_normal, uv, instance }
+    }
+
+    /// The BSDF at a point.
+    pub fn bsdf(&self, point: &SurfacePoint) -> Bsdf {
+        self.material_of(point.instance).bsdf(&self.images, point.uv)
+    }
+
+    /// Radiance emitted from a point in direction `outgoing` (W·m⁻²·sr⁻¹).
+    pub fn emitted(&self, point: &SurfacePoint, outgoing: Vec3) -> Rgb {
+        match &self.material_of(point.instance).emission {
+            Some(e) if e.two_sided || point.geometric_normal.dot(outgoing) > 0.0 => {
+                e.radiance.at(&self.images, point.uv)
+            }
+            _ => Rgb::BLACK,
+        }
+    }
+
+    /// Fraction of light that a surface stops at a point, 0 to 1.
+    pub fn opacity(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> f32 {
+        match &self.material_of(instance).alpha {
+            None => 1.0,
+            Some(alpha) => {
+                let mesh = self.mesh_of(instance);
+                let uv = if mesh.uvs.is_empty() {
+                    Vec2::ZERO
+                } else {
+                    let t = mesh.triangles[triangle as usize];
+                    t.iter().zip(b).map(|(&i, b)| mesh.uvs[i as usize] * b).sum()
+                };
+                alpha.at(&self.images, uv)
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Choosing from a list, or from a table, in proportion to weights.
+
+/// A distribution over `0..len` in proportion to weights.
+#[derive(Clone, Debug)]
+pub struct Discrete {
+    /// `cumulative[i]` is the sum of weights below `i`; one entry more than there are weights.
+    cumulative: Vec<f64>,
+}
+
+impl Discrete {
+    /// The distribution of `weights`, which must be finite and not negative; `None` if they sum to zero.
+    pub fn new(weights: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut cumulative = vec![0.0];
+        let mut sum = 0.0;
+        for w in weights {
+            debug_assert!(w >= 0.0 && w.is_finite());
+            sum += w;
+            cumulative.push(sum);
+        }
+        (sum > 0.0).then_some(Self { cumulative })
+    }
+
+    /// How many items there are.
+    pub fn len(&self) -> usize {
+        self.cumulative.len() - 1
+    }
+
+    /// Whether there are no items; never, since weights sum to more than zero.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Sum of the weights.
+    pub fn total(&self) -> f64 {
+        self.cumulative[self.len()]
+    }
+
+    /// Probability of item `i`.
+    pub fn probability(&self, i: usize) -> f64 {
+        (self.cumulative[i + 1] - self.cumulative[i]) / self.total()
+    }
+
+    /// The item that `u` in `[0, 1)` falls into, its probability, and where in it `u` lies (`[0, 1)`, to be
+    /// used again). Items of zero weight are never chosen.
+    pub fn sample(&self, u: f64) -> (usize, f64, f64) {
+        let x = u * self.total();
+        // The last boundary that is not beyond x; x < total, so it has a successor that is.
+        let mut i = self.cumulative.partition_point(|&c| c <= x).saturating_sub(1).min(self.len() - 1);
+        while self.cumulative[i + 1] <= self.cumulative[i] && i > 0 {
+            i -= 1;
+        }
+        let width = self.cumulative[i + 1] - self.cumulative[i];
+        let rest = ((x - self.cumulative[i]) / width).clamp(0.0, 1.0 - f64::EPSILON);
+        (i, width / self.total(), rest)
+    }
+}
+
+/// A density over `[0, 1]²`, constant in each cell of a table.
+#[derive(Clone, Debug)]
+pub struct Piecewise2d {
+    rows: Discrete,
+    /// Distribution inside each row; `None` for rows of zero weight.
+    columns: Vec<Option<Discrete>>,
+    width: usize,
+}
+
+impl Piecewise2d {
+    /// The density in proportion to `weights`, row by row; `None` if they sum to zero.
+    pub fn new(weights: &[f64], width: usize) -> Option<Self> {
+        let columns: Vec<Option<Discrete>> =
+            weights.chunks(width).map(|row| Discrete::new(row.iter().copied())).collect();
+        let rows = Discrete::new(columns.iter().map(|c| c.as_ref().map_or(0.0, Discrete::total)))?;
+        Some(Self { rows, columns, width })
+    }
+
+    /// A point of `[0, 1)²` as `(x, y)`, and its density.
+    pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
+        let (y, row_probability, in_row) = self.rows.sample(u[1]);
+        let row = self.columns[y].as_ref().expect("a chosen row has weight");
+        let (x, probability, in_column) = row.sample(u[0]);
+        let height = self.columns.len() as f64;
+        let point = [(x as f64 + in_column) / self.width as f64, (y as f64 + in_row) / height];
+        (point, row_probability * probability * self.width as f64 * height)
+    }
+
+    /// Density at a point of `[0, 1)²`.
+    pub fn pdf(&self, point: [f64; 2]) -> f64 {
+        let height = self.columns.len();
+        let cell = |v: f64, n: usize| ((v * n as f64) as usize).min(n - 1);
+        let (x, y) = (cell(point[0], self.width), cell(point[1], height));
+        self.columns[y].as_ref().map_or(0.0, |row| {
+            self.rows.probability(y) * row.probability(x) * (self.width * height) as f64
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_are_chosen_in_proportion_and_empty_ones_never() {
+        let d = Discrete::new([0.0, 1.0, 0.0, 3.0, 0.0]).unwrap();
+        let n = 4000;
+        let mut counts = [0; 5];
+        for k in 0..n {
+            let (i, p, rest) = d.sample((f64::from(k) + 0.5) / f64::from(n));
+            assert!((0.0..1.0).contains(&rest));
+            assert_eq!(p, d.probability(i));
+            counts[i] += 1;
+        }
+        assert_eq!(counts, [0, 1000, 0, 3000, 0]);
+        assert_eq!(d.sample(1.0).0, 3, "a rounded-up u stays inside");
+        assert!(Discrete::new([0.0]).is_none() && Discrete::new([]).is_none());
+    }
+
+    #[test]
+    fn a_table_is_sampled_with_its_own_density() {
+        let t = Piecewise2d::new(&[1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 1.0, 1.0], 3).unwrap();
+        let mut mass = 0.0;
+        let n = 300;
+        for a in 0..n {
+            for b in 0..n {
+                let u = [(f64::from(a) + 0.5) / f64::from(n), (f64::from(b) + 0.5) / f64::from(n)];
+                let (p, pdf) = t.sample(u);
+                assert!((t.pdf(p) - pdf).abs() < 1e-12 && pdf > 0.0);
+                mass += t.pdf(u) / f64::from(n * n);
+            }
+        }
+        assert!((mass - 1.0).abs() < 1e-9, "the density integrates to one");
+    }
+}

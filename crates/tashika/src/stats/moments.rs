@@ -1,0 +1,56 @@
+//! Running mean and variance.
+
+/// Mean and variance of a stream of numbers in one pass (Welford 1962), in `f64`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    count: u64,
+    mean: f64,
+    /// Sum of squared deviations from the mean.
+    deviation: f64,
+}
+
+impl Moments {
+    /// Takes in one number.
+    pub fn push(&mut self, x: f64) {
+        self.count += 1;
+        let d = x - self.mean;
+        self.mean += d / self.count as f64;
+        self.deviation += d * (x - self.mean);
+    }
+
+    /// How many numbers were taken in.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Their mean; zero if there were none.
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// Unbiased sample variance; zero for fewer than two numbers.
+    pub fn variance(&self) -> f64 {
+        if self.count < 2 { 0.0 } else { self.deviation / (self.count - 1) as f64 }
+    }
+
+    /// Standard error of the mean; zero for fewer than two numbers.
+    pub fn standard_error(&self) -> f64 {
+        if self.count < 2 { 0.0 } else { (self.variance() / self.count as f64).sqrt() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn agrees_with_the_two_pass_formula_far_from_zero() {
+        let data = [1e9 + 4.0, 1e9 + 7.0, 1e9 + 13.0, 1e9 + 16.0];
+        let mut m = Moments::default();
+        data.iter().for_each(|&x| m.push(x));
+        assert_eq!(m.mean(), 1e9 + 10.0);
+        assert!((m.variance() - 30.0).abs() < 1e-6);
+        assert!((m.standard_error() - (30.0f64 / 4.0).sqrt()).abs() < 1e-6);
+        assert_eq!(Moments::default().standard_error(), 0.0);
+    }
+}

@@ -1,0 +1,217 @@
+//! Choosing points and directions of the scene's emitters in proportion to their power.
+
+use std::collections::BTreeMap;
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::{Vpl, VplKind};
+use crate::color::Rgb;
+use crate::scene::{Emitter, InstanceId, Scene};
+use crate::stats::Discrete;
+use crate::warp;
+
+/// A light drawn from the emitters: an unbiased estimate, by one VPL, of all light they emit.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// The light, its intensity already divided by the density.
+    pub light: Vpl,
+    /// Density: per area (m⁻²) on surfaces, per solid angle (sr⁻¹) for the environment; `None` where no ray can arrive by
+    /// chance.
+    pub pdf: Option<f32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Triangle { instance: InstanceId, triangle: u32, area: f32, two_sided: bool },
+    Punctual(Emitter),
+    Environment,
+}
+
+/// Draws lights from all emitters of a scene, in proportion to their power.
+///
+/// Power (W, luminance): `π A L` a side for triangles, `4π I` for points, `I ∫ falloff` for spots, `π R² E` for
+/// directional light and `4π · π R² L̄` for the environment, `R` being the radius of the scene's sphere.
+#[derive(Debug)]
+pub struct EmitterSampler<'s> {
+    scene: &'s Scene,
+    sources: Vec<Source>,
+    /// Over `sources`; `None` if nothing shines.
+    all: Option<Discrete>,
+    /// Over `sources`, without those that are points or single directions.
+    extended: Option<Discrete>,
+    /// First source of each emissive instance.
+    first: BTreeMap<InstanceId, usize>,
+    environment: Option<usize>,
+    center: Vec3,
+    radius: f32,
+}
+
+/// Places in a triangle at which a textured emission is looked up to estimate its power: corners, centre and midpoints.
+const PROBES: [[f32; 3]; 7] = [
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
+    [0.5, 0.5, 0.0],
+    [0.0, 0.5, 0.5],
+    [0.5, 0.0, 0.5],
+];
+
+/// Weight that a triangle keeps, as a share of its mesh's brightest probe, when all its own probes are dark: a texture may
+/// shine between them.
+const DARK_TRIANGLE_SHARE: f32 = 0.02;
+
+impl<'s> EmitterSampler<'s> {
+    /// The sampler of a scene's emitters.
+    pub fn new(scene: &'s Scene) -> Self {
+        let bounds = scene.bounds();
+        let radius = 0.5 * bounds.diagonal();
+        let mut sources = Vec::new();
+        let mut weights = Vec::new();
+        let mut first = BTreeMap::new();
+        for (instance, emission) in scene.area_emitters() {
+            if emission.radiance.factor.is_black() {
+                continue;
+            }
+            first.insert(instance, sources.len());
+            let count = scene.mesh_of(instance).triangles().len() as u32;
+            let luminances: Vec<f32> = (0..count)
+                .map(|t| {
+                    let at = |b| {
+                        let p = scene.surface_point(instance, t, b);
+                        scene.emitted(&p, p.geometric_normal).luminance()
+                    };
+                    if emission.radiance.texture.is_none() {
+                        at(PROBES[3])
+                    } else {
+                        PROBES.iter().map(|&b| at(b)).sum::<f32>() / PROBES.len() as f32
+                    }
+                })
+                .collect();
+            let floor = DARK_TRIANGLE_SHARE * luminances.iter().copied().fold(0.0, f32::max);
+            for (triangle, luminance) in luminances.into_iter().enumerate() {
+                let w = scene.world_corners(instance, triangle as u32);
+                let area = 0.5 * (w[1] - w[0]).cross(w[2] - w[0]).length();
+                let sides = if emission.two_sided { 2.0 } else { 1.0 };
+                weights.push(f64::from(PI * area * sides * luminance.max(floor)));
+                let two_sided = emission.two_sided;
+                sources.push(Source::Triangle { instance, triangle: triangle as u32, area, two_sided });
+            }
+        }
+        let surfaces = sources.len();
+        for e in scene.emitters() {
+            weights.push(f64::from(match e {
+                Emitter::Point { intensity, .. } => 4.0 * PI * intensity.luminance(),
+                Emitter::Spot { intensity, falloff, .. } => falloff.solid_angle() * intensity.luminance(),
+                Emitter::Directional { irradiance, .. } => PI * radius * radius * irradiance.luminance(),
+            }));
+            sources.push(Source::Punctual(*e));
+        }
+        let environment = scene.environment().map(|e| {
+            weights.push(f64::from(4.0 * PI * PI * radius * radius * e.mean().luminance()));
+            sources.push(Source::Environment);
+            sources.len() - 1
+        });
+        let is_extended = |i: usize| i < surfaces || Some(i) == environment;
+        let extended =
+            Discrete::new(weights.iter().enumerate().map(|(i, &w)| if is_extended(i) { w } else { 0.0 }));
+        Self {
+            scene,
+            all: Discrete::new(weights),
+            extended,
+            sources,
+            first,
+            environment,
+            center: bounds.center(),
+            radius,
+        }
+    }
+
+    /// Centre and radius of the sphere about the scene (m).
+    pub fn sphere(&self) -> (Vec3, f32) {
+        (self.center, self.radius)
+    }
+
+    /// Draws from all emitters; `u` chooses the emitter, `v` the place on it. `None` if nothing shines.
+    pub fn sample(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
+        self.all.as_ref().map(|d| self.draw(d, u, v))
+    }
+
+    /// Draws from surfaces and the environment only.
+    pub fn sample_extended(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
+        self.extended.as_ref().map(|d| self.draw(d, u, v))
+    }
+
+    /// The points, spots and directional lights: each is one VPL, exactly.
+    pub fn punctual(&self) -> impl Iterator<Item = Vpl> + '_ {
+        self.scene.emitters().iter().map(punctual)
+    }
+
+    /// Density with which [`EmitterSampler::sample`] draws a point on the side `outgoing` of a triangle (m⁻²).
+    pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
+        let (Some(all), Some(first)) = (&self.all, self.first.get(&instance)) else { return 0.0 };
+        let i = first + triangle as usize;
+        match self.sources[i] {
+            Source::Triangle { area, two_sided, .. } => {
+                all.probability(i) as f32 / (area * if two_sided { 2.0 } else { 1.0 })
+            }
+            Source::Punctual(_) | Source::Environment => 0.0,
+        }
+    }
+
+    /// Density with which [`EmitterSampler::sample`] draws a direction of the environment (sr⁻¹).
+    pub fn pdf_of_environment(&self, direction: Vec3) -> f32 {
+        match (&self.all, self.environment, self.scene.environment()) {
+            (Some(all), Some(i), Some(e)) => all.probability(i) as f32 * e.pdf(direction),
+            _ => 0.0,
+        }
+    }
+
+    fn draw(&self, distribution: &Discrete, u: f64, v: [f32; 2]) -> LightSample {
+        let (i, probability, rest) = distribution.sample(u);
+        let probability = probability as f32;
+        match self.sources[i] {
+            Source::Triangle { instance, triangle, area, two_sided } => {
+                let p = self.scene.surface_point(instance, triangle, warp::triangle(v));
+                let back = two_sided && rest < 0.5;
+                let normal = if back { -p.geometric_normal } else { p.geometric_normal };
+                let pdf = probability / (area * if two_sided { 2.0 } else { 1.0 });
+                let light = Vpl {
+                    position: p.leave(normal),
+                    direction: normal,
+                    intensity: self.scene.emitted(&p, normal) / pdf,
+                    kind: VplKind::Oriented,
+                };
+                LightSample { light, pdf: Some(pdf) }
+            }
+            Source::Punctual(e) => {
+                let mut light = punctual(&e);
+                light.intensity = light.intensity / probability;
+                LightSample { light, pdf: None }
+            }
+            Source::Environment => {
+                let e = self.scene.environment().expect("a source of this kind needs one");
+                let (towards, pdf) = e.sample(v);
+                let pdf = probability * pdf;
+                let intensity = if pdf > 0.0 { e.radiance(towards) / pdf } else { Rgb::BLACK };
+                let light = Vpl { position: Vec3::ZERO, direction: -towards, intensity, kind: VplKind::Directional };
+                LightSample { light, pdf: Some(pdf) }
+            }
+        }
+    }
+}
+
+fn punctual(e: &Emitter) -> Vpl {
+    match *e {
+        Emitter::Point { position, intensity } => {
+            Vpl { position, direction: Vec3::ZERO, intensity, kind: VplKind::Omni }
+        }
+        Emitter::Spot { position, axis, intensity, falloff } => {
+            Vpl { position, direction: axis, intensity, kind: VplKind::Spot(falloff) }
+        }
+        Emitter::Directional { direction, irradiance } => {
+            Vpl { position: Vec3::ZERO, direction, intensity: irradiance, kind: VplKind::Directional }
+        }
+    }
+}

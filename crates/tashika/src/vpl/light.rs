@@ -1,0 +1,70 @@
+//! One virtual point light.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::color::Rgb;
+use crate::math::{Frame, Ray};
+use crate::scene::Falloff;
+use crate::warp;
+
+/// How a light shines.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum VplKind {
+    /// Equally in all directions: intensity `I`.
+    Omni,
+    /// With a cosine lobe about its normal: intensity `I cos⁺ φ`.
+    Oriented,
+    /// With a cone about its axis: intensity `I · falloff(cos φ)`.
+    Spot(Falloff),
+    /// From infinity: irradiance `I` on a surface that faces it.
+    Directional,
+}
+
+/// A virtual point light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vpl {
+    /// Position (m), already moved off the surface it lies on. Zero for directional lights.
+    pub position: Vec3,
+    /// Unit normal or axis, or the direction in which directional light travels. Zero for omni lights.
+    pub direction: Vec3,
+    /// Intensity `I` (W·sr⁻¹); irradiance (W·m⁻²) for directional lights.
+    pub intensity: Rgb,
+    /// How it shines.
+    pub kind: VplKind,
+}
+
+impl Vpl {
+    /// The end that all segments to this light share.
+    pub fn apex(&self) -> crate::accel::Apex {
+        match self.kind {
+            VplKind::Directional => crate::accel::Apex::Direction(-self.direction),
+            VplKind::Omni | VplKind::Oriented | VplKind::Spot(_) => crate::accel::Apex::Point(self.position),
+        }
+    }
+
+    /// A ray of the light and the flux it carries (W): intensity over the density of the direction.
+    ///
+    /// Directional light enters through a disk that covers the sphere about the scene (`center`, `radius`, m).
+    pub fn emit(&self, u: [f32; 2], center: Vec3, radius: f32) -> (Ray, Rgb) {
+        let from_frame = |local: Vec3| Frame::about(self.direction).to_world(local);
+        match self.kind {
+            VplKind::Omni => (Ray::new(self.position, warp::sphere(u)), self.intensity * (4.0 * PI)),
+            VplKind::Oriented => {
+                (Ray::new(self.position, from_frame(warp::cosine_hemisphere(u))), self.intensity * PI)
+            }
+            VplKind::Spot(falloff) => {
+                let local = warp::cone(u, falloff.cos_outer);
+                let flux = self.intensity * (falloff.at(local.z) * 2.0 * PI * (1.0 - falloff.cos_outer));
+                (Ray::new(self.position, from_frame(local)), flux)
+            }
+            VplKind::Directional => {
+                let d = warp::disk(u);
+                let origin = center + from_frame(Vec3::new(d.x, d.y, -1.0)) * radius;
+                (Ray::new(origin, self.direction), self.intensity * (PI * radius * radius))
+            }
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Virtual point lights: the finite set of lights that stands for all light in the scene.
+//!
+//! A [`VplSet`] is traced from the emitters (Keller 1997) or loaded from a file; all methods share it. It
+//! knows where it came from ([`Provenance`]).
+
+mod clamp;
+mod emitters;
+mod light;
+mod trace;
+
+pub use clamp::Clamp;
+pub use emitters::{EmitterSampler, LightSample};
+pub use light::{Vpl, VplKind};
+pub use trace::VplOptions;
+
+use serde::{Deserialize, Serialize};
+
+/// Where a set of VPLs came from, and what belongs to it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Name of the scene.
+    pub scene: String,
+    /// Seed of the light paths.
+    pub seed: u64,
+    /// Number of VPLs that was asked for.
+    pub requested: u64,
+    /// VPLs on or towards emitters.
+    pub direct: u64,
+    /// VPLs left by light paths on surfaces.
+    pub indirect: u64,
+    /// Light paths traced.
+    pub paths: u64,
+    /// Longest light path, in surfaces met.
+    pub max_depth: u32,
+    /// Distance below which the geometric term no longer grows (m); zero for no clamp.
+    pub clamp_distance: f32,
+    /// Share of the flux reflected by surfaces that glossy lobes reflected: VPLs shine with cosine lobes only,
+    /// so they carry this flux on to further surfaces, but not towards the eye's.
+    pub glossy_share: f32,
+}
+
+/// A finite set of lights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VplSet {
+    lights: Vec<Vpl>,
+    provenance: Provenance,
+}
+
+impl VplSet {
+    /// A set made elsewhere.
+    pub fn new(lights: Vec<Vpl>, provenance: Provenance) -> Self {
+        Self { lights, provenance }
+    }
+
+    /// The lights. Neighbours in this order are near each other in space.
+    pub fn lights(&self) -> &[Vpl] {
+        &self.lights
+    }
+
+    /// Where they came from.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// How many lights there are.
+    pub fn len(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.lights.is_empty()
+    }
+}

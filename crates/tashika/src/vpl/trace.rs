@@ -1,0 +1,268 @@
+//! Light tracing: from the emitters over the surfaces, leaving a VPL wherever light is reflected diffusely.
+//!
+//! # What is computed
+//! *Direct* VPLs: every point, spot and directional emitter is one, exactly; surfaces and the environment are sampled in
+//! proportion to power. *Indirect* VPLs: `P` light paths start on emitters; where one with flux `Φ` (W) meets a surface with
+//! diffuse reflectance `ρ`, it leaves an oriented VPL of intensity
+//!
+//!     I = Φ ρ / (π P) · |n_s·ω| / |n_g·ω|        W·sr⁻¹
+//!
+//! (`n_s`, `n_g` shading and geometric normal, `ω` towards where the light came from: Veach 1997, section 5.3), and goes on by
+//! sampling the *whole* BSDF, with Russian roulette by the flux that is left. The expected sum over the VPLs, unclamped, is the
+//! light transported by all paths whose last surface before the receiver reflects diffusely.
+//!
+//! # Number
+//! Stopping at a number would bias the set: a long last path would be cut more often than a short one. So the VPLs left by a
+//! path are counted on an independent pilot, and `P` is fixed from that before tracing. The set then has the number that was
+//! asked for to within a few percent.
+//!
+//! # Guarantee
+//! The set is a function of scene and options; threads do not enter. Unbiased but for paths longer than `max_depth`.
+//! Held to this by `vpl::tests` and `furnace`.
+
+use std::f32::consts::PI;
+
+use rayon::prelude::*;
+
+use super::{Clamp, EmitterSampler, Provenance, Vpl, VplKind, VplSet};
+use crate::accel::Tracer;
+use crate::bsdf::Lobe;
+use crate::color::Rgb;
+use crate::error::{Error, Result};
+use crate::math::{Aabb, Frame, Ray};
+use crate::rng::{self, Purpose, Stream};
+
+/// How a set of VPLs is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VplOptions {
+    /// How many VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping. Default: 10 000.
+    pub count: u64,
+    /// Seed of the light paths.
+    pub seed: u64,
+    /// Longest light path, in surfaces met; 0 to 1000. Zero: direct light only. Default: 64.
+    pub max_depth: u32,
+    /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1. Default: 0.25.
+    pub direct_share: f32,
+    /// Distance below which the geometric term no longer grows.
+    pub clamp: Clamp,
+}
+
+impl Default for VplOptions {
+    fn default() -> Self {
+        Self { count: 10_000, seed: 1, max_depth: 64, direct_share: 0.25, clamp: Clamp::Auto }
+    }
+}
+
+/// Largest number of VPLs (4.8 GB).
+const MAX_COUNT: u64 = 100_000_000;
+/// Light paths of the pilot.
+const PILOT_PATHS: u64 = 4096;
+/// Light paths traced as one piece of parallel work.
+const CHUNK: u64 = 1024;
+
+impl VplOptions {
+    /// # Errors
+    /// Names the option that is out of range, and the range.
+    pub fn validate(&self) -> Result<()> {
+        if !(1..=MAX_COUNT).contains(&self.count) {
+            return Err(Error::option("vpls", self.count, format!("1 to {MAX_COUNT}")));
+        }
+        if self.max_depth > 1000 {
+            return Err(Error::option("max depth", self.max_depth, "0 to 1000"));
+        }
+        if !(0.0..=1.0).contains(&self.direct_share) {
+            return Err(Error::option("direct share", self.direct_share, "0 to 1"));
+        }
+        self.clamp.validate()
+    }
+}
+
+/// VPLs of one or more paths, and what became of the flux.
+#[derive(Default)]
+struct Trail {
+    lights: Vec<Vpl>,
+    /// Flux that VPLs send out (W, luminance).
+    diffuse: f64,
+    /// Flux that glossy lobes reflect.
+    glossy: f64,
+}
+
+impl VplSet {
+    /// Traces a set from the emitters of the tracer's scene, in parallel on the current thread pool.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn trace(tracer: &Tracer, options: &VplOptions) -> Result<Self> {
+        options.validate()?;
+        let scene = tracer.scene();
+        let emitters = EmitterSampler::new(scene);
+        let mut lights: Vec<Vpl> = emitters.punctual().collect();
+        let rest = options.count.saturating_sub(lights.len() as u64);
+        let has_extended = emitters.sample_extended(0.0, [0.5; 2]).is_some();
+        let mut direct = if has_extended { (rest as f64 * f64::from(options.direct_share)).round() as u64 } else { 0 };
+
+        let per_path = if options.max_depth > 0 {
+            let pilot = trace_paths(tracer, &emitters, options, Purpose::LightPathPilot, PILOT_PATHS);
+            pilot.lights.len() as f64 / PILOT_PATHS as f64
+        } else {
+            0.0
+        };
+        let mut paths = 0;
+        if per_path > 0.0 {
+            paths = ((rest - direct) as f64 / per_path).round() as u64;
+        } else if has_extended {
+            direct = rest;
+        }
+        lights.par_extend((0..direct).into_par_iter().flat_map_iter(|i| {
+            let mut s = Stream::new(options.seed, Purpose::DirectLight, i);
+            let u = (i as f64 + s.uniform_f64()) / direct as f64;
+            let mut light = emitters.sample_extended(u, s.uniform_2())?.light;
+            light.intensity = light.intensity / direct as f32;
+            Some(light)
+        }));
+        lights.retain(|l| !l.intensity.is_black());
+        let direct = lights.len() as u64;
+        let trail = trace_paths(tracer, &emitters, options, Purpose::LightPath, paths);
+        lights.extend(trail.lights);
+        sort_by_place(&mut lights, scene.bounds());
+        debug_assert!(lights.iter().all(|l| l.intensity.is_valid()));
+
+        let provenance = Provenance {
+            scene: scene.name().to_owned(),
+            seed: options.seed,
+            requested: options.count,
+            direct,
+            indirect: lights.len() as u64 - direct,
+            paths,
+            max_depth: options.max_depth,
+            clamp_distance: options.clamp.distance(&lights, options.seed),
+            glossy_share: if trail.glossy > 0.0 {
+                (trail.glossy / (trail.glossy + trail.diffuse)) as f32
+            } else {
+                0.0
+            },
+        };
+        Ok(Self::new(lights, provenance))
+    }
+}
+
+fn trace_paths(
+    tracer: &Tracer,
+    emitters: &EmitterSampler<'_>,
+    options: &VplOptions,
+    purpose: Purpose,
+    paths: u64,
+) -> Trail {
+    let chunks: Vec<Trail> = (0..paths.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let mut trail = Trail::default();
+            for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(paths) {
+                let mut s = Stream::new(options.seed, purpose, i);
+                // Stratified over the emitters.
+                let u = (i as f64 + s.uniform_f64()) / paths as f64;
+                if let Some(sample) = emitters.sample(u, s.uniform_2()) {
+                    let (center, radius) = emitters.sphere();
+                    let (ray, flux) = sample.light.emit(s.uniform_2(), center, radius);
+                    let key = rng::key(options.seed, purpose, i);
+                    walk(tracer, ray, flux / paths as f32, options.max_depth, key, &mut s, &mut trail);
+                }
+            }
+            trail
+        })
+        .collect();
+    // In the order of the paths, whichever thread traced them.
+    chunks.into_iter().fold(Trail::default(), |mut all, t| {
+        all.lights.extend(t.lights);
+        all.diffuse += t.diffuse;
+        all.glossy += t.glossy;
+        all
+    })
+}
+
+/// Follows one light path and leaves VPLs.
+fn walk(
+    tracer: &Tracer,
+    mut ray: Ray,
+    mut flux: Rgb,
+    max_depth: u32,
+    key: u64,
+    s: &mut Stream,
+    trail: &mut Trail,
+) {
+    let scene = tracer.scene();
+    for depth in 0..max_depth {
+        if flux.is_black() {
+            return;
+        }
+        let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(u64::from(depth))) else { return };
+        let point = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+        let incoming = -ray.direction;
+        let (ng, ns) = (point.geometric_normal, point.shading_normal);
+        let (cos_ng, cos_ns) = (ng.dot(incoming), ns.dot(incoming));
+        // Light that arrives at the back of the shading normal is reflected by neither normal's rule.
+        if cos_ng * cos_ns <= 0.0 {
+            return;
+        }
+        let bsdf = scene.bsdf(&point);
+        let frame = Frame::about(ns);
+        let wo = frame.to_local(incoming);
+        let adjoint = cos_ns / cos_ng;
+        let reflectance = bsdf.vpl_reflectance(wo);
+        if !reflectance.is_black() {
+            let normal = if cos_ng > 0.0 { ng } else { -ng };
+            let intensity = flux * reflectance * (adjoint / PI);
+            trail.diffuse += f64::from(intensity.luminance() * PI);
+            trail.lights.push(Vpl {
+                position: point.leave(normal),
+                direction: normal,
+                intensity,
+                kind: VplKind::Oriented,
+            });
+        }
+        let Some(sample) = bsdf.sample(wo, s.uniform_3()) else { return };
+        let direction = frame.to_world(sample.wi).normalize();
+        let (out_ng, out_ns) = (ng.dot(direction), ns.dot(direction));
+        if out_ng * out_ns <= 0.0 {
+            return;
+        }
+        let next = flux * sample.weight * (adjoint * out_ng / out_ns);
+        if sample.lobe == Lobe::Glossy {
+            trail.glossy += f64::from(next.luminance());
+        }
+        let survival = (next.max_channel() / flux.max_channel()).min(1.0);
+        if s.uniform() >= survival {
+            return;
+        }
+        flux = next / survival;
+        ray = Ray::new(point.leave(direction), direction);
+    }
+}
+
+/// Sorts lights by kind, then along a Z-order curve through `bounds` (directional ones through the directions).
+fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
+    let size = bounds.size().max_element().max(f32::MIN_POSITIVE);
+    let code = |l: &Vpl| {
+        let (kind, unit) = match l.kind {
+            VplKind::Omni => (0, (l.position - bounds.lo) / size),
+            VplKind::Spot(_) => (1, (l.position - bounds.lo) / size),
+            VplKind::Directional => (2, l.direction * 0.5 + 0.5),
+            VplKind::Oriented => (3, (l.position - bounds.lo) / size),
+        };
+        (kind, morton(unit.to_array()))
+    };
+    lights.par_sort_by_key(code);
+}
+
+/// 20 bits of each coordinate in `[0, 1]`, interleaved.
+fn morton(unit: [f32; 3]) -> u64 {
+    let spread = |v: f32| {
+        let mut x = (v.clamp(0.0, 1.0) * ((1 << 20) - 1) as f32) as u64;
+        x = (x | x << 32) & 0x001f_0000_0000_ffff;
+        x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+        x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+        x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+        (x | x << 2) & 0x1249_2492_4924_9249
+    };
+    spread(unit[0]) | spread(unit[1]) << 1 | spread(unit[2]) << 2
+}

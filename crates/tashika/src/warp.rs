@@ -1,0 +1,83 @@
+//! Uniform squares to the shapes that a renderer samples.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use glam::{Vec2, Vec3};
+
+use crate::math::elementary::sin_cos;
+
+/// Unit disk, uniform, by the concentric map of Shirley and Chiu (1997). Density `1/π`.
+pub fn disk(u: [f32; 2]) -> Vec2 {
+    let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
+    if a == 0.0 && b == 0.0 {
+        return Vec2::ZERO;
+    }
+    let (r, phi) = if a.abs() > b.abs() {
+        (a, PI / 4.0 * (b / a))
+    } else {
+        (b, PI / 2.0 - PI / 4.0 * (a / b))
+    };
+    { let (sin, cos) = sin_cos(phi); Vec2::new(r * cos, r * sin) }
+}
+
+/// Upper hemisphere about `+z`, density `cos θ / π` per steradian.
+pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
+    let d = disk(u);
+    // The floor keeps grazing directions off the plane, where their density would be zero.
+    d.extend((1.0 - d.length_squared()).max(1e-12).sqrt())
+}
+
+/// Density of [`cosine_hemisphere`] (sr⁻¹).
+pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
+    cos.max(0.0) * FRAC_1_PI
+}
+
+/// Whole sphere, uniform. Density `1/4π` per steradian.
+pub fn sphere(u: [f32; 2]) -> Vec3 {
+    let z = 1.0 - 2.0 * u[0];
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = sin_cos(2.0 * PI * u[1]);
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Cone about `+z` with half-angle `acos(cos_max)`, uniform. Density `1/(2π(1 − cos_max))`.
+pub fn cone(u: [f32; 2], cos_max: f32) -> Vec3 {
+    let z = 1.0 - u[0] * (1.0 - cos_max);
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = sin_cos(2.0 * PI * u[1]);
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Barycentric coordinates of a triangle, uniform by area.
+pub fn triangle(u: [f32; 2]) -> [f32; 3] {
+    let r = u[0].sqrt();
+    [1.0 - r, r * (1.0 - u[1]), r * u[1]]
+}
+
+/// The tent `1 − |x|` on `[−1, 1]`.
+pub fn tent(u: f32) -> f32 {
+    if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    fn mean(n: u32, mut f: impl FnMut([f32; 2]) -> f32) -> f64 {
+        let mut s = Stream::new(11, Purpose::Test, 0);
+        (0..n).map(|_| f64::from(f(s.uniform_2()))).sum::<f64>() / f64::from(n)
+    }
+
+    /// First and second moments against their integrals; standard errors are below 0.001.
+    #[test]
+    fn moments_agree_with_the_densities() {
+        let n = 400_000;
+        assert!((mean(n, |u| cosine_hemisphere(u).z) - 2.0 / 3.0).abs() < 0.004);
+        assert!((mean(n, |u| sphere(u).z * sphere(u).z) - 1.0 / 3.0).abs() < 0.004);
+        assert!((mean(n, |u| cone(u, 0.5).z) - 0.75).abs() < 0.004);
+        assert!((mean(n, |u| disk(u).length_squared()) - 0.5).abs() < 0.004);
+        assert!((mean(n, |u| triangle(u)[1]) - 1.0 / 3.0).abs() < 0.004);
+        assert!((mean(n, |u| tent(u[0]) * tent(u[0])) - 1.0 / 6.0).abs() < 0.004);
+    }
+}

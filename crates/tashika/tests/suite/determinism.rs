@@ -1,0 +1,92 @@
+//! Same seed, same bits: threads, windows and shares are not inputs.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use tashika::accel::Tracer;
+use tashika::film::{Film, Window};
+use tashika::gather::{GatherOptions, View};
+use tashika::integrator::{Exact, Integrator, Path, Setting};
+use tashika::render::{RenderOptions, TileShare, render, with_threads};
+use tashika::scene::builtin;
+use tashika::vpl::{VplOptions, VplSet};
+
+const SIZE: [u32; 2] = [37, 23];
+
+/// Everything from the tracer to the film, on a pool of `threads`.
+fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film, VplSet) {
+    with_threads(threads, || {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let set = VplSet::trace(&tracer, &VplOptions { count: 3000, seed: 9, ..VplOptions::default() }).unwrap();
+        let scene = tracer.scene().clone();
+        let view = View {
+            camera: &scene.cameras()[0],
+            size: SIZE,
+            gather: GatherOptions { points: 3, ..GatherOptions::default() },
+            seed: 5,
+        };
+        let exact = Exact::new(&set);
+        let path = Path::new(&tracer, 8, 16).unwrap();
+        let integrator: &dyn Integrator = if method == "path" { &path } else { &exact };
+        let setting = Setting { tracer: &tracer, view };
+        let film =
+            render(&setting, integrator, &RenderOptions { window, share }, &|_| (), &AtomicBool::new(false))
+                .unwrap()
+                .film;
+        (film, set)
+    })
+    .unwrap()
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    for method in ["exact", "path"] {
+        let all = Window::full(SIZE);
+        let (one, lights) = run(1, method, all, TileShare::default());
+        for threads in [2, 5] {
+            let (film, set) = run(threads, method, all, TileShare::default());
+            assert_eq!(set, lights, "VPLs with {threads} threads");
+            assert_eq!(film, one, "{method} with {threads} threads");
+        }
+        assert!(one.colors().unwrap().any(|c| !c.is_black()));
+    }
+}
+
+#[test]
+fn windows_and_shares_are_parts_of_the_same_image() {
+    for method in ["exact", "path"] {
+        let (whole, _) = run(2, method, Window::full(SIZE), TileShare::default());
+        let window = Window { x: 5, y: 3, width: 18, height: 13 };
+        let (part, _) = run(2, method, window, TileShare::default());
+        let at = |f: &Film, x, y| f.plane("").unwrap().f32_at(x, y).to_vec();
+        for (x, y) in window.pixels() {
+            assert_eq!(at(&part, x, y), at(&whole, x, y), "{method} at {x}, {y}");
+        }
+        let mut covered = 0;
+        for number in 1..=3 {
+            let (share, _) = run(1, method, Window::full(SIZE), TileShare { number, of: 3 });
+            for (x, y) in Window::full(SIZE).pixels() {
+                if share.plane("stop").unwrap().u32_at(x, y) != [0] {
+                    covered += 1;
+                    assert_eq!(at(&share, x, y), at(&whole, x, y));
+                }
+            }
+        }
+        assert_eq!(covered, 37 * 23);
+    }
+}
+
+#[test]
+fn a_cancelled_render_says_which_pixels_it_has() {
+    let tracer = Tracer::new(Arc::new(builtin::tiny()));
+    let set = VplSet::trace(&tracer, &VplOptions { count: 100, ..VplOptions::default() }).unwrap();
+    let scene = tracer.scene().clone();
+    let view = View { camera: &scene.cameras()[0], size: [96, 96], gather: GatherOptions::default(), seed: 5 };
+    let cancel = AtomicBool::new(false);
+    let options = RenderOptions { window: Window::full([96, 96]), share: TileShare::default() };
+    let stop_after_first = |_: &tashika::render::Progress| cancel.store(true, std::sync::atomic::Ordering::Relaxed);
+    let r = render(&Setting { tracer: &tracer, view }, &Exact::new(&set), &options, &stop_after_first, &cancel).unwrap();
+    assert!(!r.complete && r.film.metadata().bool("complete") == Some(false));
+    let done = r.film.plane("stop").unwrap().u32_samples().unwrap().iter().filter(|s| **s != 0).count() as u64;
+    assert!(done > 0 && done < 96 * 96 && done == r.totals.pixels, "{done}");
+}

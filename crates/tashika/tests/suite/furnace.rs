@@ -1,0 +1,109 @@
+//! Closed rooms whose walls all emit `L_e` and reflect `ρ`: the radiance is `L_e / (1 − ρ)` everywhere, whatever the shape.
+//!
+//! The mean over independent VPL sets is held to that by a z-test. In a sphere every VPL contributes the same, since
+//! `cos θ cos φ / d²` is constant there, so the test is sharp to a few parts in ten thousand; in a box the unclamped sum varies.
+
+use std::f32::consts::PI;
+
+use tashika::accel::Tracer;
+use tashika::integrator::{Exact, Path};
+use tashika::math::Vec3;
+use tashika::math::elementary::sin_cos;
+use tashika::scene::{Camera, MeshData};
+use tashika::stats::Moments;
+use tashika::vpl::{Clamp, VplOptions, VplSet};
+
+use crate::cases::{builder, cuboid, film, glowing, lambert, luminances, place, tracer};
+
+const EMITTED: f32 = 0.8;
+const REFLECTANCE: f32 = 0.6;
+const EXPECTED: f64 = 2.0;
+
+fn sphere(rows: u32, columns: u32) -> MeshData {
+    let mut positions = Vec::new();
+    for i in 0..=rows {
+        for j in 0..columns {
+            let (sin_theta, cos_theta) = sin_cos(PI * i as f32 / rows as f32);
+            let (sin_phi, cos_phi) = sin_cos(2.0 * PI * j as f32 / columns as f32);
+            let pole = i == 0 || i == rows;
+            let r = if pole { 0.0 } else { sin_theta };
+            positions.push(Vec3::new(r * cos_phi, if pole { cos_theta.signum() } else { cos_theta }, r * sin_phi));
+        }
+    }
+    let mut triangles = Vec::new();
+    for i in 0..rows {
+        for j in 0..columns {
+            let at = |i: u32, j: u32| i * columns + j % columns;
+            if i > 0 {
+                triangles.push([at(i, j), at(i + 1, j), at(i, j + 1)]);
+            }
+            if i + 1 < rows {
+                triangles.push([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    MeshData { positions, triangles, ..MeshData::default() }
+}
+
+fn furnace(mut mesh: MeshData) -> Tracer {
+    let centroid = |m: &MeshData, t: &[u32; 3]| t.iter().map(|&i| m.positions[i as usize]).sum::<Vec3>() / 3.0;
+    // All normals inward, whatever the generator did.
+    for k in 0..mesh.triangles.len() {
+        let t = mesh.triangles[k];
+        let v = t.map(|i| mesh.positions[i as usize]);
+        if (v[1] - v[0]).cross(v[2] - v[0]).dot(centroid(&mesh, &t)) > 0.0 {
+            mesh.triangles[k].swap(1, 2);
+        }
+    }
+    let mut b = builder();
+    place(&mut b, mesh, glowing("wall", lambert(REFLECTANCE), EMITTED));
+    b.add_camera(Camera::look_at("c", Vec3::new(0.1, 0.0, 0.2), Vec3::new(0.3, 0.2, -1.0), Vec3::Y, 0.9)).unwrap();
+    tracer(b)
+}
+
+/// Mean and standard error of each pixel over independent sets.
+fn over_sets(tracer: &Tracer, sets: u64, count: u64, seed: u64) -> Vec<Moments> {
+    let mut pixels = vec![Moments::default(); 16];
+    for k in 0..sets {
+        let options =
+            VplOptions { count, seed: seed + k, clamp: Clamp::Off, max_depth: 1000, ..VplOptions::default() };
+        let set = VplSet::trace(tracer, &options).unwrap();
+        for (m, l) in pixels.iter_mut().zip(luminances(&film(tracer, &Exact::new(&set), [4, 4], 2, k))) {
+            m.push(l);
+        }
+    }
+    pixels
+}
+
+/// Largest |z| allowed: two-sided level 10⁻⁵ for each of 16 pixels.
+const Z: f64 = 4.42;
+
+#[test]
+fn a_sphere_is_filled_with_constant_radiance() {
+    let tracer = furnace(sphere(48, 96));
+    for (i, m) in over_sets(&tracer, 60, 400, 100).iter().enumerate() {
+        assert!(m.standard_error() < 0.02, "sharp: {}", m.standard_error());
+        let z = (m.mean() - EXPECTED) / m.standard_error();
+        assert!(z.abs() < Z, "pixel {i}: {} ± {}", m.mean(), m.standard_error());
+    }
+}
+
+#[test]
+fn a_box_is_filled_with_constant_radiance() {
+    let tracer = furnace(cuboid(Vec3::new(-1.0, -1.2, -1.5), Vec3::new(1.1, 1.0, 1.3), true));
+    for (i, m) in over_sets(&tracer, 60, 400, 1000).iter().enumerate() {
+        assert!(m.standard_error() < 0.1);
+        let z = (m.mean() - EXPECTED) / m.standard_error();
+        assert!(z.abs() < Z, "pixel {i}: {} ± {}", m.mean(), m.standard_error());
+    }
+}
+
+#[test]
+fn the_path_tracer_finds_the_same() {
+    let tracer = furnace(sphere(24, 48));
+    let film = film(&tracer, &Path::new(&tracer, 2000, 1000).unwrap(), [4, 4], 1, 1);
+    let errors = film.plane("standard_error").unwrap().f32_samples().unwrap();
+    for (l, e) in luminances(&film).iter().zip(errors) {
+        assert!(*e < 0.05 && (l - EXPECTED).abs() < Z * f64::from(*e), "{l} ± {e}");
+    }
+}
