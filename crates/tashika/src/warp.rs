@@ -12,12 +12,12 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
     if a == 0.0 && b == 0.0 {
         return Vec2::ZERO;
     }
-    let (r, phi) = if a.abs() > b.abs() {
-        (a, PI / 4.0 * (b / a))
-    } else {
-        (b, PI / 2.0 - PI / 4.0 * (a / b))
-    };
-    { let (sin, cos) = sin_cos(phi); Vec2::new(r * cos, r * sin) }
+    let (r, phi) =
+        if a.abs() > b.abs() { (a, PI / 4.0 * (b / a)) } else { (b, PI / 2.0 - PI / 4.0 * (a / b)) };
+    {
+        let (sin, cos) = sin_cos(phi);
+        Vec2::new(r * cos, r * sin)
+    }
 }
 
 /// Upper hemisphere about `+z`, density `cos θ / π` per steradian.

@@ -1,6 +1,6 @@
-//! Binary trees of boxes, built by `obvhs` (PLOC with reinsertion) and laid out for traversal.
+//! Trees of boxes, built by `obvhs` (PLOC with reinsertion) and collapsed to eight children a node: what their boxes have to do with
+//! a ray is decided for all eight at once.
 
-use glam::Vec3;
 use obvhs::aabb::Aabb as BuilderAabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
@@ -12,25 +12,45 @@ use crate::math::Aabb;
 const LEAF_ITEMS: u32 = 4;
 
 /// Below this depth items are split in halves: coincident boxes make the builder's tree as deep as there are boxes.
-const BUILDER_DEPTH: usize = 64;
+const BUILDER_DEPTH: usize = 32;
 
-/// No tree is deeper: `BUILDER_DEPTH` and one level a bit of the number of items.
-pub(super) const MAX_DEPTH: usize = BUILDER_DEPTH + 33;
+/// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than `BUILDER_DEPTH` and one level a bit
+/// of the number of items, and each level leaves at most `WIDTH - 1` nodes behind.
+pub(super) const MAX_WAITING: usize = (BUILDER_DEPTH + 33) * (WIDTH - 1) + 1;
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 8;
 
 /// [`Node::count`] of an inner child.
 pub(super) const INNER: u32 = u32::MAX;
 
-/// An inner node: the boxes of two children and where these are.
+/// An inner node: the boxes of up to [`WIDTH`] children, component by component, and where these are.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Boxes of the two children, grown by the build's margin.
-    pub lo: [Vec3; 2],
-    pub hi: [Vec3; 2],
+    /// Boxes of the children, grown by the build's margin. Absent ones are inverted and have no items.
+    pub lo: [[f32; WIDTH]; 3],
+    pub hi: [[f32; WIDTH]; 3],
     /// First item of a leaf, or number of an inner node.
-    pub first: [u32; 2],
+    pub first: [u32; WIDTH],
     /// Items of a leaf, or [`INNER`].
-    pub count: [u32; 2],
+    pub count: [u32; WIDTH],
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        lo: [[f32::INFINITY; WIDTH]; 3],
+        hi: [[f32::NEG_INFINITY; WIDTH]; 3],
+        first: [0; WIDTH],
+        count: [0; WIDTH],
+    };
+
+    fn set_box(&mut self, slot: usize, b: &Aabb, margin: f32) {
+        for axis in 0..3 {
+            self.lo[axis][slot] = b.lo[axis] - margin;
+            self.hi[axis][slot] = b.hi[axis] + margin;
+        }
+    }
 }
 
 /// A tree over items, which its owner keeps in the order that the build returned.
@@ -79,71 +99,47 @@ impl Bvh {
             if let Some((parent, slot)) = parent {
                 bvh.nodes[parent as usize].first[slot] = number;
             }
-            let children = match source {
-                Source::Builder(n) => {
-                    let first = tree.nodes[n as usize].first_index;
-                    // The larger child is met first: it is the likelier blocker.
-                    let area = |i: u32| tree.nodes[i as usize].aabb().half_area();
-                    let (large, small) =
-                        if area(first) < area(first + 1) { (first + 1, first) } else { (first, first + 1) };
-                    [large, small].map(|c| {
-                        let node = &tree.nodes[c as usize];
-                        if node.is_leaf() || depth >= BUILDER_DEPTH {
-                            Source::Items(items_below(&tree, c))
-                        } else {
-                            Source::Builder(c)
-                        }
-                    })
+            let mut node = Node::EMPTY;
+            let mut inner = Vec::new();
+            for (slot, child) in opened(source, &tree, boxes, depth).into_iter().enumerate() {
+                node.set_box(slot, &child.bounds(&tree, boxes), margin);
+                match child {
+                    Source::Items(items) if items.len() <= LEAF_ITEMS as usize => {
+                        node.first[slot] = order.len() as u32;
+                        node.count[slot] = items.len() as u32;
+                        order.extend(items);
+                    }
+                    source => {
+                        node.count[slot] = INNER;
+                        inner.push(Pending { source, parent: Some((number, slot)), depth: depth + 1 });
+                    }
                 }
-                Source::Items(items) => halves(items, boxes).map(Source::Items),
-            };
-            let mut node = Node { lo: [Vec3::ZERO; 2], hi: [Vec3::ZERO; 2], first: [0; 2], count: [INNER; 2] };
-            for (slot, child) in children.iter().enumerate() {
-                let b = match child {
-                    Source::Builder(c) => {
-                        let b = tree.nodes[*c as usize].aabb();
-                        Aabb { lo: b.min.into(), hi: b.max.into() }
-                    }
-                    Source::Items(items) => {
-                        if items.len() <= LEAF_ITEMS as usize {
-                            node.first[slot] = order.len() as u32;
-                            node.count[slot] = items.len() as u32;
-                            order.extend_from_slice(items);
-                        }
-                        items.iter().fold(Aabb::EMPTY, |all, &i| all.union(boxes[i as usize]))
-                    }
-                };
-                (node.lo[slot], node.hi[slot]) = (b.lo - margin, b.hi + margin);
             }
-            let inner = node.count.map(|c| c == INNER);
             bvh.nodes.push(node);
-            for (slot, source) in children.into_iter().enumerate().rev() {
-                if inner[slot] {
-                    stack.push(Pending { source, parent: Some((number, slot)), depth: depth + 1 });
-                }
-            }
+            stack.extend(inner.into_iter().rev());
         }
         (bvh, order)
     }
 
-    /// A root whose first child holds everything and whose second child is empty.
+    /// A root whose first child holds everything.
     fn single_leaf(items: u32, bounds: Aabb, margin: f32) -> (Self, Vec<u32>) {
-        let nodes = if items == 0 {
-            Vec::new()
-        } else {
-            let (lo, hi) = (bounds.lo - margin, bounds.hi + margin);
-            vec![Node { lo: [lo; 2], hi: [hi; 2], first: [0; 2], count: [items, 0] }]
-        };
+        let mut nodes = Vec::new();
+        if items > 0 {
+            let mut root = Node::EMPTY;
+            root.set_box(0, &bounds, margin);
+            root.count[0] = items;
+            nodes.push(root);
+        }
         let depth = nodes.len();
         (Self { nodes, depth }, (0..items).collect())
     }
 }
 
-/// What becomes a node.
+/// What becomes a child.
 enum Source {
     /// An inner node of the builder's tree.
     Builder(u32),
-    /// Items that are split in halves until they fit into leaves.
+    /// Items: a leaf if they are few, else to be split in halves.
     Items(Vec<u32>),
 }
 
@@ -151,6 +147,58 @@ struct Pending {
     source: Source,
     parent: Option<(u32, usize)>,
     depth: usize,
+}
+
+impl Source {
+    fn bounds(&self, tree: &Bvh2, boxes: &[Aabb]) -> Aabb {
+        match self {
+            Self::Builder(n) => {
+                let b = tree.nodes[*n as usize].aabb();
+                Aabb { lo: b.min.into(), hi: b.max.into() }
+            }
+            Self::Items(items) => items.iter().fold(Aabb::EMPTY, |all, &i| all.union(boxes[i as usize])),
+        }
+    }
+
+    fn is_leaf(&self) -> bool {
+        matches!(self, Self::Items(items) if items.len() <= LEAF_ITEMS as usize)
+    }
+
+    /// The two parts of what is not a leaf.
+    fn parts(self, tree: &Bvh2, boxes: &[Aabb], depth: usize) -> [Self; 2] {
+        match self {
+            Self::Items(items) => halves(items, boxes).map(Self::Items),
+            Self::Builder(n) => {
+                let first = tree.nodes[n as usize].first_index;
+                [first, first + 1].map(|c| {
+                    if tree.nodes[c as usize].is_leaf() || depth >= BUILDER_DEPTH {
+                        Self::Items(items_below(tree, c))
+                    } else {
+                        Self::Builder(c)
+                    }
+                })
+            }
+        }
+    }
+}
+
+/// The children of a node: the largest part is opened until there are [`WIDTH`], and the larger come first, since they are the
+/// likelier blockers.
+fn opened(source: Source, tree: &Bvh2, boxes: &[Aabb], depth: usize) -> Vec<Source> {
+    let half_area = |s: &Source| {
+        let e = s.bounds(tree, boxes).size();
+        e.x * e.y + e.y * e.z + e.z * e.x
+    };
+    let mut children: Vec<(f32, Source)> =
+        source.parts(tree, boxes, depth).into_iter().map(|s| (half_area(&s), s)).collect();
+    while children.len() < WIDTH {
+        let open = (0..children.len()).filter(|&i| !children[i].1.is_leaf());
+        let Some(largest) = open.max_by(|&a, &b| children[a].0.total_cmp(&children[b].0)) else { break };
+        let (_, source) = children.swap_remove(largest);
+        children.extend(source.parts(tree, boxes, depth).into_iter().map(|s| (half_area(&s), s)));
+    }
+    children.sort_by(|a, b| b.0.total_cmp(&a.0));
+    children.into_iter().map(|(_, s)| s).collect()
 }
 
 /// All items below a node of the builder's tree.

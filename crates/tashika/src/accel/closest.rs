@@ -1,7 +1,7 @@
 //! The closest hit of one ray in one tree.
 
-use super::bvh::{INNER, MAX_DEPTH, Node};
-use super::kernel::{barycentric, reciprocal, slabs};
+use super::bvh::{INNER, MAX_WAITING, Node, WIDTH};
+use super::kernel::{Beam, barycentric};
 use super::triangle::{Planes, Triangle, cross, dot, sub};
 use crate::math::Ray;
 
@@ -49,29 +49,35 @@ pub(super) fn closest_hit(
         return None;
     }
     let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-    let r = d.map(reciprocal);
+    let mut beam = Beam::of_ray(o, d, ray.t_max);
     let mut best = None;
-    let mut stack = [(0u32, 0.0f32); MAX_DEPTH];
+    let mut waiting = [(0u32, 0.0f32); MAX_WAITING];
     let mut top = 1;
+    let mut entry = [0.0; WIDTH];
     while top > 0 {
         top -= 1;
-        let (number, near) = stack[top];
-        if near > ray.t_max {
+        let (number, near) = waiting[top];
+        if beam.is_beyond(near) {
             continue;
         }
         let node = &nodes[number as usize];
-        let mut inner = [(0u32, f32::INFINITY); 2];
-        for slot in [0, 1] {
-            let (near, far) = slabs(node.lo[slot], node.hi[slot], o, r);
-            // The slack on the far end covers the far end only; the near end is compared with a hit.
-            if near > far || far < 0.0 || near > ray.t_max * 1.000_001 {
-                continue;
-            }
-            if node.count[slot] == INNER {
-                inner[slot] = (node.first[slot], near * 0.999_999);
-                continue;
-            }
+        let mut met = beam.meets_children(node, &mut entry);
+        let base = top;
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize;
+            met &= met - 1;
             let first = node.first[slot];
+            if node.count[slot] == INNER {
+                // Sorted, so that the nearest is on top.
+                let mut at = top;
+                while at > base && waiting[at - 1].1 < entry[slot] {
+                    waiting[at] = waiting[at - 1];
+                    at -= 1;
+                }
+                waiting[at] = (first, entry[slot]);
+                top += 1;
+                continue;
+            }
             for k in first..first + node.count[slot] {
                 let t = &triangles[k as usize];
                 if let Some(at) = meets(&ray, point_error, t)
@@ -80,17 +86,10 @@ pub(super) fn closest_hit(
                     let b = barycentric(o, d, t);
                     if accept(t, b) {
                         ray.t_max = at;
+                        beam.set_t_max(at);
                         best = Some(TreeHit { t: at, slot: k, barycentric: b });
                     }
                 }
-            }
-        }
-        // The nearer child is popped first.
-        let (nearer, farther) = if inner[0].1 <= inner[1].1 { (inner[0], inner[1]) } else { (inner[1], inner[0]) };
-        for child in [farther, nearer] {
-            if child.1 < f32::INFINITY {
-                stack[top] = child;
-                top += 1;
             }
         }
     }

@@ -1,13 +1,20 @@
-//! Visibility of up to [`LANES`] segments at once: one tree, one instruction stream, a mask of lanes.
+//! Visibility of up to [`LANES`] segments at once: one walk through the tree for all of them.
 //!
-//! The code is written for `N` lanes as loops over arrays, which the compiler turns into vector instructions; it is
-//! compiled for several instruction sets and the best is chosen at run time (`multiversion`). With one lane it is its own
-//! scalar twin: `accel::tests` compare the two on random segments, bit by bit.
+//! Inner nodes are judged for the whole group: intervals around the segments' origins and reciprocal directions bound
+//! the parameters at which any of them can be inside a box, for the eight children of a node at once. Boxes of leaves
+//! and triangles are judged lane by lane. Segments whose directions differ in sign have no useful intervals; they walk alone.
+//!
+//! The intervals are made of the same roundings as the lanes' own, which are monotone: a group enters every box that one of its
+//! lanes would enter alone, and a lane that meets the box of a leaf meets those of all its ancestors. So the triangles that are
+//! tested against a lane, and their order, do not depend on its group (`accel::tests::grouping_does_not_change_a_bit`).
+//!
+//! The code is written as loops over arrays, which the compiler turns into vector instructions; it is compiled for several
+//! instruction sets and the best is chosen at run time (`multiversion`).
 
 use glam::Vec3;
 use multiversion::multiversion;
 
-use super::bvh::{INNER, MAX_DEPTH, Node};
+use super::bvh::{INNER, MAX_WAITING, Node, WIDTH};
 use super::triangle::{Planes, Triangle, cross, dot, flag, sub};
 use crate::math::gamma;
 
@@ -85,6 +92,33 @@ impl<const N: usize> Bundle<N> {
         }
     }
 
+    /// One lane by itself.
+    #[inline(always)]
+    fn lane(&self, i: usize) -> Bundle<1> {
+        let one = |v: &[[f32; N]; 3]| [[v[0][i]], [v[1][i]], [v[2][i]]];
+        Bundle {
+            apex: self.apex,
+            origin: one(&self.origin),
+            target: one(&self.target),
+            direction: one(&self.direction),
+            reciprocal: one(&self.reciprocal),
+            t_max: self.t_max,
+            point_error: self.point_error,
+            active: 1,
+        }
+    }
+
+    /// Lanes that may meet children of a node: all or none, judged for the group.
+    pub fn beams(&self) -> Vec<(Beam, u32)> {
+        match Beam::of_bundle(self) {
+            Some(beam) => vec![(beam, self.active)],
+            None => (0..N)
+                .filter(|i| self.active & 1 << i != 0)
+                .filter_map(|i| Some((Beam::of_bundle(&self.lane(i))?, 1 << i)))
+                .collect(),
+        }
+    }
+
     #[inline(always)]
     fn start<const SHARED: bool>(&self, lane: usize) -> [f32; 3] {
         if SHARED { self.apex } else { [self.origin[0][lane], self.origin[1][lane], self.origin[2][lane]] }
@@ -97,51 +131,134 @@ pub(super) fn reciprocal(d: f32) -> f32 {
     1.0 / if d.abs() < SMALLEST_DIRECTION { SMALLEST_DIRECTION.copysign(d) } else { d }
 }
 
-/// Range of parameters in which a line is inside a slab box: `(nearest, farthest)`, not yet clipped.
 #[inline(always)]
-pub(super) fn slabs(lo: Vec3, hi: Vec3, o: [f32; 3], r: [f32; 3]) -> (f32, f32) {
-    let min = |a: f32, b: f32| if a < b { a } else { b };
-    let max = |a: f32, b: f32| if a > b { a } else { b };
-    let (x0, x1) = ((lo.x - o[0]) * r[0], (hi.x - o[0]) * r[0]);
-    let (y0, y1) = ((lo.y - o[1]) * r[1], (hi.y - o[1]) * r[1]);
-    let (z0, z1) = ((lo.z - o[2]) * r[2], (hi.z - o[2]) * r[2]);
-    let near = max(max(min(x0, x1), min(y0, y1)), min(z0, z1));
-    let far = min(min(max(x0, x1), max(y0, y1)), max(z0, z1));
-    (near, far * SLAB_SLACK)
+fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
-/// Lanes whose segment meets a box.
 #[inline(always)]
-fn meets_box<const N: usize, const SHARED: bool>(b: &Bundle<N>, lo: Vec3, hi: Vec3) -> u32 {
-    let mut hit = [0u32; N];
+fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// Intervals around the origins and reciprocal directions of segments whose directions have the same signs.
+#[derive(Clone, Copy)]
+pub(super) struct Beam {
+    /// The end of the origins' interval that bounds the parameter of the near plane from below, and of the far plane from above.
+    origin: [[f32; 2]; 3],
+    /// Smallest and largest magnitude of the reciprocal direction, with its sign.
+    reciprocal: [[f32; 2]; 3],
+    /// Whether the near plane is the upper one.
+    negative: [bool; 3],
+    /// Largest parameter, with slack.
+    limit: f32,
+}
+
+impl Beam {
+    /// The beam of a single ray.
+    pub fn of_ray(origin: [f32; 3], direction: [f32; 3], t_max: f32) -> Self {
+        let r = direction.map(reciprocal);
+        Self {
+            origin: origin.map(|o| [o; 2]),
+            reciprocal: r.map(|r| [r; 2]),
+            negative: r.map(|r| r < 0.0),
+            limit: t_max * SLAB_SLACK,
+        }
+    }
+
+    /// The same beam up to a smaller parameter.
+    pub fn set_t_max(&mut self, t_max: f32) {
+        self.limit = t_max * SLAB_SLACK;
+    }
+
+    /// Whether a parameter of entry lies beyond the end.
+    pub fn is_beyond(&self, entry: f32) -> bool {
+        entry > self.limit
+    }
+
+    /// The beam around the active lanes of a bundle; `None` if their directions differ in sign.
+    fn of_bundle<const N: usize>(b: &Bundle<N>) -> Option<Self> {
+        let mut beam = Self::of_ray([0.0; 3], [1.0; 3], b.t_max);
+        for axis in 0..3 {
+            let mut origin = [f32::INFINITY, f32::NEG_INFINITY];
+            let mut r = [f32::INFINITY, f32::NEG_INFINITY];
+            for i in (0..N).filter(|i| b.active & 1 << i != 0) {
+                let (o, k) = (b.origin[axis][i], b.reciprocal[axis][i]);
+                origin = [min(o, origin[0]), max(o, origin[1])];
+                r = [min(k, r[0]), max(k, r[1])];
+            }
+            if r[0] < 0.0 && r[1] > 0.0 {
+                return None;
+            }
+            beam.negative[axis] = r[0] < 0.0;
+            // Magnitudes and ends, such that slot 0 makes the entry early and slot 1 the exit late.
+            beam.origin[axis] = if beam.negative[axis] { origin } else { [origin[1], origin[0]] };
+            beam.reciprocal[axis] = if beam.negative[axis] { [r[1], r[0]] } else { r };
+        }
+        Some(beam)
+    }
+
+    /// Children of a node that some segment may meet, as a mask; and the parameters at which it may enter them.
+    #[inline(always)]
+    pub fn meets_children(&self, node: &Node, entry: &mut [f32; WIDTH]) -> u32 {
+        let mut near = [0.0f32; WIDTH];
+        let mut far = [self.limit; WIDTH];
+        for axis in 0..3 {
+            let (lower, upper) = if self.negative[axis] {
+                (&node.hi[axis], &node.lo[axis])
+            } else {
+                (&node.lo[axis], &node.hi[axis])
+            };
+            let ([o_in, o_out], [r_small, r_large]) = (self.origin[axis], self.reciprocal[axis]);
+            for i in 0..WIDTH {
+                let (into, out) = (lower[i] - o_in, upper[i] - o_out);
+                // A product with either end of the interval; the smaller is early, the larger late.
+                near[i] = max(min(into * r_small, into * r_large), near[i]);
+                far[i] = min(max(out * r_small, out * r_large) * SLAB_SLACK, far[i]);
+            }
+        }
+        let mut met = 0;
+        for i in 0..WIDTH {
+            entry[i] = near[i];
+            met |= lane_if(near[i] <= far[i], i);
+        }
+        met
+    }
+}
+
+/// Lanes whose segment meets one child's box; the same arithmetic as [`Beam::meets_children`] on a beam of one.
+#[inline(always)]
+fn meets_box<const N: usize, const SHARED: bool>(b: &Bundle<N>, node: &Node, slot: usize) -> u32 {
+    let mut met = 0;
     let limit = b.t_max * SLAB_SLACK;
     for i in 0..N {
-        let r = [b.reciprocal[0][i], b.reciprocal[1][i], b.reciprocal[2][i]];
-        let (near, far) = slabs(lo, hi, b.start::<SHARED>(i), r);
-        hit[i] = u32::from(near <= far) & u32::from(far >= 0.0) & u32::from(near <= limit);
+        let o = b.start::<SHARED>(i);
+        let (mut near, mut far) = (0.0f32, limit);
+        for (axis, o) in o.into_iter().enumerate() {
+            let r = b.reciprocal[axis][i];
+            let (lo, hi) = ((node.lo[axis][slot] - o) * r, (node.hi[axis][slot] - o) * r);
+            near = max(min(lo, hi), near);
+            far = min(max(lo, hi) * SLAB_SLACK, far);
+        }
+        met |= lane_if(near <= far, i);
     }
-    mask(&hit)
+    met
 }
 
-/// Lanes whose segment meets a box, whatever kind of bundle it is.
-pub(super) fn meets_box_any<const N: usize>(b: &Bundle<N>, lo: Vec3, hi: Vec3) -> u32 {
-    meets_box::<N, false>(b, lo, hi)
-}
-
+/// The bit of a lane, or nothing: a selection of constants, which vectorises where a shift by the lane does not.
 #[inline(always)]
-fn mask<const N: usize>(hit: &[u32; N]) -> u32 {
-    let mut m = 0;
-    for (i, h) in hit.iter().enumerate() {
-        m |= h << i;
-    }
-    m
+fn lane_if(yes: bool, lane: usize) -> u32 {
+    if yes { 1 << lane } else { 0 }
 }
 
 /// Lanes whose segment a triangle blocks, by the two rules of [`accel`](crate::accel).
 #[inline(always)]
-fn meets_triangle<const N: usize, const SHARED: bool, const BOUNDED: bool>(b: &Bundle<N>, t: &Triangle) -> u32 {
+fn meets_triangle<const N: usize, const SHARED: bool, const BOUNDED: bool>(
+    b: &Bundle<N>,
+    t: &Triangle,
+) -> u32 {
     let planes = Planes::new(t);
-    let mut hit = [0u32; N];
+    let mut hit = 0;
     if SHARED {
         // No lane can be blocked if the common end is not certainly off the plane.
         let a = sub(t.v[0], b.apex);
@@ -165,13 +282,10 @@ fn meets_triangle<const N: usize, const SHARED: bool, const BOUNDED: bool>(b: &B
         } else {
             (sign * planes.volume(d), planes.error(d, 0.0))
         };
-        hit[i] = u32::from(u >= 0.0)
-            & u32::from(v >= 0.0)
-            & u32::from(w >= 0.0)
-            & u32::from(sign * start > start_error)
-            & u32::from(end > end_error);
+        let inside = (u >= 0.0) & (v >= 0.0) & (w >= 0.0);
+        hit |= lane_if(inside & (sign * start > start_error) & (end > end_error), i);
     }
-    mask(&hit)
+    hit
 }
 
 /// Barycentric weights of the point at which the line of one lane passes a triangle.
@@ -194,105 +308,165 @@ fn traverse<const N: usize, const SHARED: bool, const BOUNDED: bool>(
     nodes: &[Node],
     triangles: &[Triangle],
     bundle: &mut Bundle<N>,
+    beam: &Beam,
     visible: &mut [f32; N],
     opacity: Opacity<'_>,
 ) {
     if nodes.is_empty() || bundle.active == 0 {
         return;
     }
-    let mut stack = [(0u32, 0u32); MAX_DEPTH];
-    stack[0] = (0, bundle.active);
+    let mut waiting = [0u32; MAX_WAITING];
     let mut top = 1;
-    while top > 0 {
+    let mut entry = [0.0; WIDTH];
+    while top > 0 && bundle.active != 0 {
         top -= 1;
-        let (number, lanes) = stack[top];
-        let lanes = lanes & bundle.active;
-        if lanes == 0 {
-            continue;
-        }
-        let node = &nodes[number as usize];
-        let met = [0, 1].map(|slot| lanes & meets_box::<N, SHARED>(bundle, node.lo[slot], node.hi[slot]));
-        for slot in [0, 1] {
-            if met[slot] == 0 || node.count[slot] == INNER {
+        let node = &nodes[waiting[top] as usize];
+        let met = beam.meets_children(node, &mut entry);
+        let mut rest = met;
+        while rest != 0 {
+            let slot = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            if node.count[slot] == INNER {
+                continue;
+            }
+            let lanes = bundle.active & meets_box::<N, SHARED>(bundle, node, slot);
+            if lanes == 0 {
                 continue;
             }
             let first = node.first[slot] as usize;
             for t in &triangles[first..first + node.count[slot] as usize] {
-                let mut hit = met[slot] & bundle.active & meets_triangle::<N, SHARED, BOUNDED>(bundle, t);
-                if hit == 0 {
-                    continue;
-                }
-                if t.flags & flag::TRANSPARENT == 0 {
-                    bundle.active &= !hit;
-                    while hit != 0 {
-                        visible[hit.trailing_zeros() as usize] = 0.0;
-                        hit &= hit - 1;
-                    }
-                } else {
-                    while hit != 0 {
-                        let i = hit.trailing_zeros() as usize;
-                        hit &= hit - 1;
-                        let d = [bundle.direction[0][i], bundle.direction[1][i], bundle.direction[2][i]];
-                        let b = barycentric(bundle.start::<SHARED>(i), d, t);
-                        visible[i] *= 1.0 - opacity(t.instance, t.index, b);
-                        if visible[i] <= 0.0 {
-                            bundle.active &= !(1 << i);
-                        }
-                    }
+                let hit = lanes & bundle.active & meets_triangle::<N, SHARED, BOUNDED>(bundle, t);
+                if hit != 0 {
+                    block::<N, SHARED>(bundle, t, hit, visible, opacity);
                 }
             }
         }
-        for slot in [1, 0] {
-            if met[slot] != 0 && node.count[slot] == INNER {
-                stack[top] = (node.first[slot], met[slot]);
+        // The first child is on top, so that leaves are met in the same order by every group.
+        for slot in (0..WIDTH).rev() {
+            if met & 1 << slot != 0 && node.count[slot] == INNER {
+                waiting[top] = node.first[slot];
                 top += 1;
             }
         }
     }
 }
 
-/// Fans that meet in a point.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "x86_64+sse4.2"))]
-pub(super) fn occlude_from_point(
-    nodes: &[Node],
-    triangles: &[Triangle],
-    bundle: &mut Bundle<LANES>,
-    visible: &mut [f32; LANES],
+/// Takes in that a triangle is in the way of the lanes `hit`.
+#[inline(always)]
+fn block<const N: usize, const SHARED: bool>(
+    bundle: &mut Bundle<N>,
+    t: &Triangle,
+    mut hit: u32,
+    visible: &mut [f32; N],
     opacity: Opacity<'_>,
 ) {
-    traverse::<LANES, true, true>(nodes, triangles, bundle, visible, opacity);
+    while hit != 0 {
+        let i = hit.trailing_zeros() as usize;
+        hit &= hit - 1;
+        let stopped = if t.flags & flag::TRANSPARENT == 0 {
+            1.0
+        } else {
+            let d = [bundle.direction[0][i], bundle.direction[1][i], bundle.direction[2][i]];
+            opacity(t.instance, t.index, barycentric(bundle.start::<SHARED>(i), d, t))
+        };
+        visible[i] *= 1.0 - stopped;
+        if visible[i] <= 0.0 {
+            bundle.active &= !(1 << i);
+        }
+    }
+}
+
+/// Everything that walks through a tree together.
+pub(super) struct Walk<'a, const N: usize> {
+    pub nodes: &'a [Node],
+    pub triangles: &'a [Triangle],
+    pub bundle: &'a mut Bundle<N>,
+    pub visible: &'a mut [f32; N],
+    pub opacity: Opacity<'a>,
+}
+
+impl<const N: usize> Walk<'_, N> {
+    /// Walks together if the directions allow it; otherwise does nothing and says so.
+    #[inline(always)]
+    fn together<const SHARED: bool, const BOUNDED: bool>(&mut self) -> bool {
+        let Some(beam) = Beam::of_bundle(self.bundle) else { return false };
+        traverse::<N, SHARED, BOUNDED>(
+            self.nodes,
+            self.triangles,
+            self.bundle,
+            &beam,
+            self.visible,
+            self.opacity,
+        );
+        true
+    }
+
+    /// One lane after the other.
+    #[inline(always)]
+    fn alone<const SHARED: bool, const BOUNDED: bool>(&mut self) {
+        let mut rest = self.bundle.active;
+        while rest != 0 {
+            let i = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let mut lane = self.bundle.lane(i);
+            let mut visible = [self.visible[i]];
+            let beam = Beam::of_ray(lane.origin.map(|v| v[0]), lane.direction.map(|v| v[0]), lane.t_max);
+            traverse::<1, SHARED, BOUNDED>(
+                self.nodes,
+                self.triangles,
+                &mut lane,
+                &beam,
+                &mut visible,
+                self.opacity,
+            );
+            self.visible[i] = visible[0];
+            if lane.active == 0 {
+                self.bundle.active &= !(1 << i);
+            }
+        }
+    }
+}
+
+/// Fans that meet in a point.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma",
+    "x86_64+avx2+fma",
+    "x86_64+sse4.2"
+))]
+pub(super) fn walk_from_point(mut walk: Walk<'_, LANES>) {
+    if !walk.together::<true, true>() {
+        walk.alone::<true, true>();
+    }
 }
 
 /// Fans of parallel segments to infinity.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma", "x86_64+avx2+fma", "x86_64+sse4.2"))]
-pub(super) fn occlude_to_infinity(
-    nodes: &[Node],
-    triangles: &[Triangle],
-    bundle: &mut Bundle<LANES>,
-    visible: &mut [f32; LANES],
-    opacity: Opacity<'_>,
-) {
-    traverse::<LANES, false, false>(nodes, triangles, bundle, visible, opacity);
+#[multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma",
+    "x86_64+avx2+fma",
+    "x86_64+sse4.2"
+))]
+pub(super) fn walk_to_infinity(mut walk: Walk<'_, LANES>) {
+    if !walk.together::<false, false>() {
+        walk.alone::<false, false>();
+    }
 }
 
 /// A single segment between points.
-pub(super) fn occlude_one(
-    nodes: &[Node],
-    triangles: &[Triangle],
-    bundle: &mut Bundle<1>,
-    visible: &mut [f32; 1],
-    opacity: Opacity<'_>,
-) {
-    traverse::<1, true, true>(nodes, triangles, bundle, visible, opacity);
+#[multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma",
+    "x86_64+avx2+fma",
+    "x86_64+sse4.2"
+))]
+pub(super) fn walk_one_from_point(mut walk: Walk<'_, 1>) {
+    walk.alone::<true, true>();
 }
 
 /// A single segment to infinity.
-pub(super) fn occlude_one_to_infinity(
-    nodes: &[Node],
-    triangles: &[Triangle],
-    bundle: &mut Bundle<1>,
-    visible: &mut [f32; 1],
-    opacity: Opacity<'_>,
-) {
-    traverse::<1, false, false>(nodes, triangles, bundle, visible, opacity);
+#[multiversion(targets(
+    "x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+fma",
+    "x86_64+avx2+fma",
+    "x86_64+sse4.2"
+))]
+pub(super) fn walk_one_to_infinity(mut walk: Walk<'_, 1>) {
+    walk.alone::<false, false>();
 }

@@ -8,6 +8,7 @@ use super::{Apex, SegmentBatch, Tracer};
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::math::Ray;
+use crate::math::elementary::powf;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{Alpha, AlphaMode, Material, MeshData, SceneBuilder, Surface, has_normal};
 
@@ -121,7 +122,9 @@ fn closest_hits_agree_with_brute_force() {
         let exact = triangles
             .iter()
             .enumerate()
-            .filter_map(|(i, c)| meets_exactly(ray.origin.as_dvec3(), ray.direction.as_dvec3(), c).map(|h| (h, i)))
+            .filter_map(|(i, c)| {
+                meets_exactly(ray.origin.as_dvec3(), ray.direction.as_dvec3(), c).map(|h| (h, i))
+            })
             .filter(|((at, _), _)| *at > 0.0)
             .min_by(|a, b| a.0.0.total_cmp(&b.0.0));
         let found = t.closest_hit(&ray, 0);
@@ -187,8 +190,8 @@ fn threads_do_not_change_the_tree() {
 fn no_surface_blocks_what_starts_on_it() {
     let mut s = Stream::new(5, Purpose::Test, 0);
     for round in 0..60 {
-        let scale = 10f32.powf(8.0 * s.uniform() - 4.0);
-        let away = if round % 3 == 0 { 0.0 } else { 10f32.powf(4.0 * s.uniform()) };
+        let scale = powf(10.0, 8.0 * s.uniform() - 4.0);
+        let away = if round % 3 == 0 { 0.0 } else { powf(10.0, 4.0 * s.uniform()) };
         let center = point(&mut s, scale * away);
         let turn = Quat::from_scaled_axis(point(&mut s, 3.0));
         // Columns of very different width: slivers of up to 1 : 500, beside each other.
@@ -217,9 +220,10 @@ fn no_surface_blocks_what_starts_on_it() {
         // The second place is far away: it only makes the mesh a shared one when there are enough copies.
         let mut places = vec![place];
         if round % 4 == 1 {
-            places.extend((0..60).map(|k| {
-                Affine3A::from_translation(Vec3::splat((9.0 * scale) * (k + 2) as f32)) * place
-            }));
+            places
+                .extend((0..60).map(|k| {
+                    Affine3A::from_translation(Vec3::splat((9.0 * scale) * (k + 2) as f32)) * place
+                }));
         }
         let t = tracer(mesh(&triangles), &places, 1.0);
         assert_eq!(t.size().shared_trees > 0, round % 4 == 1);
@@ -231,9 +235,10 @@ fn no_surface_blocks_what_starts_on_it() {
             let b = crate::warp::triangle(s.uniform_2());
             let p = scene.surface_point(crate::scene::InstanceId(0), triangle, b);
             let n = p.geometric_normal;
-            let tangent = crate::math::Frame::about(n).to_world(crate::warp::sphere(s.uniform_2()) * Vec3::new(1.0, 1.0, 0.0));
+            let tangent = crate::math::Frame::about(n)
+                .to_world(crate::warp::sphere(s.uniform_2()) * Vec3::new(1.0, 1.0, 0.0));
             // Elevations down to a millionth of a radian above the true plane.
-            let direction = tangent.normalize_or(n) + n * 10f32.powf(-6.0 * s.uniform());
+            let direction = tangent.normalize_or(n) + n * powf(10.0, -6.0 * s.uniform());
             let start = p.leave(direction);
             let corners = scene.world_corners(crate::scene::InstanceId(0), triangle);
             let baked = scene.instances()[0].is_baked();
@@ -254,7 +259,11 @@ fn no_surface_blocks_what_starts_on_it() {
             assert!(side(start) * towards > 0.0, "round {round}: on the wrong side of its own plane");
             if baked && side(end) * side(start) > 0.0 {
                 let own = tracer(mesh(&[corners]), &[Affine3A::IDENTITY], 1.0);
-                assert_eq!(visible(&own, Apex::Point(start), &[end; 2]), [1.0; 2], "round {round}: own triangle");
+                assert_eq!(
+                    visible(&own, Apex::Point(start), &[end; 2]),
+                    [1.0; 2],
+                    "round {round}: own triangle"
+                );
                 assert!(own.closest_hit(&Ray::new(start, end - start), 0).is_none());
             }
             // Far from the origin rounding buckles the plane by more than the width of a sliver.
@@ -265,7 +274,11 @@ fn no_surface_blocks_what_starts_on_it() {
             let start = p.leave(steep);
             let end = start + steep * (scale * 3.0);
             assert_eq!(visible(&t, Apex::Point(start), &[end])[0], 1.0, "round {round}: neighbours");
-            assert_eq!(visible(&t, Apex::Point(end), &[start; 3])[2], 1.0, "round {round}: seen from the other end");
+            assert_eq!(
+                visible(&t, Apex::Point(end), &[start; 3])[2],
+                1.0,
+                "round {round}: seen from the other end"
+            );
             assert_eq!(visible(&t, Apex::Direction(steep), &[start])[0], 1.0, "round {round}: to infinity");
             assert!(t.closest_hit(&Ray::new(start, steep), 0).is_none(), "round {round}: ray");
         }
@@ -287,7 +300,13 @@ fn closed_surfaces_do_not_leak() {
     let mut positions = Vec::new();
     for i in 0..=rows {
         for j in 0..columns {
-            positions.push(if i == 0 { at(0, 0) } else if i == rows { at(rows, 0) } else { at(i, j) });
+            positions.push(if i == 0 {
+                at(0, 0)
+            } else if i == rows {
+                at(rows, 0)
+            } else {
+                at(i, j)
+            });
         }
     }
     for i in 0..rows {
@@ -343,7 +362,8 @@ fn instances_are_where_their_transforms_say() {
     for _ in 0..200 {
         let apex = point(&mut s, 2.0);
         let targets: Vec<Vec3> = (0..16).map(|_| point(&mut s, 2.0)).collect();
-        let (a, b) = (visible(&shared, Apex::Point(apex), &targets), visible(&flat, Apex::Point(apex), &targets));
+        let (a, b) =
+            (visible(&shared, Apex::Point(apex), &targets), visible(&flat, Apex::Point(apex), &targets));
         differ += a.iter().zip(&b).filter(|(a, b)| a != b).count();
         blocked += b.iter().filter(|v| **v == 0.0).count();
         let ray = Ray::new(apex, targets[0] - apex);
@@ -359,9 +379,7 @@ fn instances_are_where_their_transforms_say() {
 
 #[test]
 fn transparency_multiplies_and_rays_see_it_with_its_probability() {
-    let wall = |x: f32| {
-        [Vec3::new(x, -9.0, -9.0), Vec3::new(x, 9.0, -9.0), Vec3::new(x, 0.0, 18.0)]
-    };
+    let wall = |x: f32| [Vec3::new(x, -9.0, -9.0), Vec3::new(x, 9.0, -9.0), Vec3::new(x, 0.0, 18.0)];
     let t = tracer(mesh(&[wall(1.0), wall(2.0)]), &[Affine3A::IDENTITY], 0.25);
     let v = visible(&t, Apex::Point(Vec3::ZERO), &[Vec3::X * 3.0, Vec3::X * 1.5, Vec3::X * 0.5]);
     assert_eq!(v, [0.5625, 0.75, 1.0]);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::bvh::{Bvh, INNER};
+use super::bvh::{Bvh, INNER, WIDTH};
 use super::closest::{TreeHit, closest_hit};
-use super::kernel::{self, Bundle, LANES};
+use super::kernel::{self, Beam, Bundle, LANES, Walk};
 use super::segments::{Apex, SegmentBatch};
 use super::triangle::{Triangle, flag};
 use crate::math::{Aabb, GAMMA_4, Ray};
@@ -69,6 +69,23 @@ impl Tree {
         let (bvh, order) = Bvh::build(&boxes);
         Self { bvh, triangles: order.iter().map(|&i| triangles[i as usize]).collect() }
     }
+
+    /// Multiplies what is visible along each active lane by what passes through this tree.
+    fn walk<'a, const N: usize>(
+        &'a self,
+        apex: Apex,
+        bundle: &'a mut Bundle<N>,
+        visible: &'a mut [f32; N],
+        opacity: kernel::Opacity<'a>,
+    ) where
+        Walk<'a, N>: Go,
+    {
+        let walk = Walk { nodes: &self.bvh.nodes, triangles: &self.triangles, bundle, visible, opacity };
+        match apex {
+            Apex::Point(_) => walk.go_from_point(),
+            Apex::Direction(_) => walk.go_to_infinity(),
+        }
+    }
 }
 
 impl Tracer {
@@ -81,8 +98,7 @@ impl Tracer {
         for (number, instance) in scene.instances().iter().enumerate() {
             let id = InstanceId(number as u32);
             let mesh = instance.mesh.index();
-            let flags =
-                if scene.material_of(id).may_be_transparent() { flag::TRANSPARENT } else { 0 };
+            let flags = if scene.material_of(id).may_be_transparent() { flag::TRANSPARENT } else { 0 };
             let count = scene.meshes()[mesh].triangles().len() as u32;
             if instance.is_baked() {
                 // Rounding far from the origin may flatten what was a triangle.
@@ -179,22 +195,23 @@ impl Tracer {
         if self.placed.is_empty() {
             return;
         }
-        let (o, r) = (ray.origin.to_array(), ray.direction.to_array().map(kernel::reciprocal));
+        let mut beam = Beam::of_ray(ray.origin.to_array(), ray.direction.to_array(), ray.t_max);
         let mut t_max = ray.t_max;
-        let mut stack = vec![0u32];
-        while let Some(number) = stack.pop() {
+        let mut entry = [0.0; WIDTH];
+        let mut waiting = vec![0u32];
+        while let Some(number) = waiting.pop() {
             let node = &self.top.nodes[number as usize];
-            for slot in [0, 1] {
-                let (near, far) = kernel::slabs(node.lo[slot], node.hi[slot], o, r);
-                if near > far || far < 0.0 || near > t_max * 1.000_001 {
-                    continue;
-                }
+            let met = beam.meets_children(node, &mut entry);
+            for slot in (0..WIDTH).filter(|slot| met & 1 << slot != 0) {
                 let first = node.first[slot];
                 if node.count[slot] == INNER {
-                    stack.push(first);
-                } else {
-                    for item in first..first + node.count[slot] {
-                        t_max = visit(item as usize, t_max).unwrap_or(t_max);
+                    waiting.push(first);
+                    continue;
+                }
+                for item in first..first + node.count[slot] {
+                    if let Some(nearer) = visit(item as usize, t_max) {
+                        t_max = nearer;
+                        beam.set_t_max(t_max);
                     }
                 }
             }
@@ -221,54 +238,53 @@ impl Tracer {
 
     fn visible<const N: usize>(&self, apex: Apex, targets: &[Vec3]) -> [f32; N]
     where
-        Bundle<N>: Occlude<N>,
+        for<'a> Walk<'a, N>: Go,
     {
         let mut visible = [1.0; N];
-        let bounded = matches!(apex, Apex::Point(_));
         let mut bundle = match apex {
             Apex::Point(p) => Bundle::from_point(p, targets, 0.0),
             Apex::Direction(d) => Bundle::to_infinity(d, targets, 0.0),
         };
         let opacity = |instance: u32, triangle: u32, b| self.scene.opacity(InstanceId(instance), triangle, b);
-        bundle.occlude(bounded, &self.world, &mut visible, &opacity);
-        if self.placed.is_empty() {
+        self.world.walk(apex, &mut bundle, &mut visible, &opacity);
+        if self.placed.is_empty() || bundle.active == 0 {
             return visible;
         }
-        let mut stack = vec![0u32];
-        while let Some(number) = stack.pop() {
-            if bundle.active == 0 {
-                break;
-            }
-            let node = &self.top.nodes[number as usize];
-            for slot in [1, 0] {
-                let met = bundle.active & bundle.meets(bounded, node.lo[slot], node.hi[slot]);
-                if met == 0 {
-                    continue;
-                }
-                let first = node.first[slot];
-                if node.count[slot] == INNER {
-                    stack.push(first);
-                    continue;
-                }
-                for p in &self.placed[first as usize..(first + node.count[slot]) as usize] {
-                    self.visible_placed(apex, targets, p, met, &mut bundle, &mut visible);
+        let mut entry = [0.0; WIDTH];
+        for (beam, lanes) in bundle.beams() {
+            let mut waiting = vec![0u32];
+            while let Some(number) = waiting.pop() {
+                let node = &self.top.nodes[number as usize];
+                let met = beam.meets_children(node, &mut entry);
+                for slot in (0..WIDTH).rev().filter(|slot| met & 1 << slot != 0) {
+                    let first = node.first[slot];
+                    if node.count[slot] == INNER {
+                        waiting.push(first);
+                        continue;
+                    }
+                    for p in &self.placed[first as usize..(first + node.count[slot]) as usize] {
+                        let entered = lanes & bundle.active;
+                        if entered != 0 {
+                            self.pass_placed(apex, targets, p, entered, &mut bundle, &mut visible);
+                        }
+                    }
                 }
             }
         }
         visible
     }
 
-    /// What one instance lets pass of the lanes `met`.
-    fn visible_placed<const N: usize>(
+    /// What one instance lets pass of some lanes.
+    fn pass_placed<const N: usize>(
         &self,
         apex: Apex,
         targets: &[Vec3],
         p: &Placed,
-        met: u32,
+        lanes: u32,
         bundle: &mut Bundle<N>,
         visible: &mut [f32; N],
     ) where
-        Bundle<N>: Occlude<N>,
+        for<'a> Walk<'a, N>: Go,
     {
         let instance = &self.scene.instances()[p.instance as usize];
         let mut local = [Vec3::ZERO; N];
@@ -284,45 +300,38 @@ impl Tracer {
                 let (q, e) = to_object(instance, a);
                 Bundle::from_point(q, local, error.max(e))
             }
-            Apex::Direction(d) => {
-                Bundle::to_infinity(instance.to_object.transform_vector3(d), local, error)
-            }
+            Apex::Direction(d) => Bundle::to_infinity(instance.to_object.transform_vector3(d), local, error),
         };
-        inside.active = bundle.active & met;
-        let before = inside.active;
+        inside.active = lanes;
         let opacity = |_, triangle: u32, b| self.scene.opacity(InstanceId(p.instance), triangle, b);
-        let bounded = matches!(apex, Apex::Point(_));
-        inside.occlude(bounded, &self.shared[p.tree as usize], visible, &opacity);
-        bundle.active &= inside.active | !before;
+        self.shared[p.tree as usize].walk(apex, &mut inside, visible, &opacity);
+        bundle.active &= !(lanes & !inside.active);
     }
 }
 
-/// The kernels for each number of lanes.
-trait Occlude<const N: usize> {
-    fn occlude(&mut self, bounded: bool, tree: &Tree, visible: &mut [f32; N], opacity: kernel::Opacity<'_>);
-    /// Lanes that meet a box.
-    fn meets(&self, bounded: bool, lo: Vec3, hi: Vec3) -> u32;
+/// The walks for each number of lanes.
+trait Go {
+    fn go_from_point(self);
+    fn go_to_infinity(self);
 }
 
-impl Occlude<LANES> for Bundle<LANES> {
-    fn occlude(&mut self, bounded: bool, tree: &Tree, visible: &mut [f32; LANES], opacity: kernel::Opacity<'_>) {
-        let kernel = if bounded { kernel::occlude_from_point } else { kernel::occlude_to_infinity };
-        kernel(&tree.bvh.nodes, &tree.triangles, self, visible, opacity);
+impl Go for Walk<'_, LANES> {
+    fn go_from_point(self) {
+        kernel::walk_from_point(self);
     }
 
-    fn meets(&self, _bounded: bool, lo: Vec3, hi: Vec3) -> u32 {
-        kernel::meets_box_any(self, lo, hi)
+    fn go_to_infinity(self) {
+        kernel::walk_to_infinity(self);
     }
 }
 
-impl Occlude<1> for Bundle<1> {
-    fn occlude(&mut self, bounded: bool, tree: &Tree, visible: &mut [f32; 1], opacity: kernel::Opacity<'_>) {
-        let kernel = if bounded { kernel::occlude_one } else { kernel::occlude_one_to_infinity };
-        kernel(&tree.bvh.nodes, &tree.triangles, self, visible, opacity);
+impl Go for Walk<'_, 1> {
+    fn go_from_point(self) {
+        kernel::walk_one_from_point(self);
     }
 
-    fn meets(&self, _bounded: bool, lo: Vec3, hi: Vec3) -> u32 {
-        kernel::meets_box_any(self, lo, hi)
+    fn go_to_infinity(self) {
+        kernel::walk_one_to_infinity(self);
     }
 }
 

@@ -31,7 +31,9 @@ pub(super) struct Triangle {
 /// `2 γ₄ M` (differences of inputs, one product each, one difference). Multiplied by `v₀ − p` (one rounding), and
 /// summed (three more), the error of the volume is at most
 ///
-///     ‖v₀ − p‖₁ · M · (2 γ₄ + 2 γ₄ (1 + γ₄)) < 17 u ‖v₀ − p‖₁ M
+/// ```text
+/// ‖v₀ − p‖₁ · M · (2 γ₄ + 2 γ₄ (1 + γ₄)) < 17 u ‖v₀ − p‖₁ M
+/// ```
 ///
 /// and for a point that is itself wrong by `e` in each component, `6 M e` more, as `‖n‖₁ ≤ 6 M`. The constants
 /// below are rounded up, which pays for the rounding of the bound itself.
@@ -48,11 +50,7 @@ impl Planes {
     #[inline(always)]
     pub fn new(t: &Triangle) -> Self {
         let (e1, e2) = (t.v[1] - t.v[0], t.v[2] - t.v[0]);
-        let n = Vec3::new(
-            e1.y * e2.z - e1.z * e2.y,
-            e1.z * e2.x - e1.x * e2.z,
-            e1.x * e2.y - e1.y * e2.x,
-        );
+        let n = Vec3::new(e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z, e1.x * e2.y - e1.y * e2.x);
         let m = largest(e1) * largest(e2);
         Self { n, per_length: m * gamma(20), per_error: m * 7.0 }
     }

@@ -3,7 +3,9 @@
 //! A pixel is the sum over its gather points (METHOD of the family: Walter et al. 2006), each weighted by pixel filter,
 //! lens and the specular surfaces on the way:
 //!
-//!     L = B + Σ_j w_j Σ_i M_ji G_ji V_ji I_i        B = background: emission seen directly or through mirrors and glass
+//! ```text
+//! L = B + Σ_j w_j Σ_i M_ji G_ji V_ji I_i        B = background: emission seen directly or through mirrors and glass
+//! ```
 //!
 //! Camera samples are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley 2020, `sobol_burley`): film and
 //! lens in the first four dimensions, four more at each specular surface. Output is a function of scene, camera, size,

@@ -75,7 +75,9 @@ mod tests {
             let (sum, squares) = values.fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
             (sum / f64::from(n), squares / f64::from(n))
         };
-        for (filter, variance) in [(Filter::Box, 1.0 / 12.0), (Filter::Tent, 1.0 / 6.0), (Filter::Gaussian, 0.25)] {
+        for (filter, variance) in
+            [(Filter::Box, 1.0 / 12.0), (Filter::Tent, 1.0 / 6.0), (Filter::Gaussian, 0.25)]
+        {
             let (mean, v) = moments(filter);
             assert!(mean.abs() < 1e-3 && (v / variance - 1.0).abs() < 0.01, "{filter:?}: {mean} {v}");
         }

@@ -1,6 +1,8 @@
 //! The whole sum: every VPL against every gather point. The reference of all methods.
 //!
-//!     L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i
+//! ```text
+//! L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i
+//! ```
 //!
 //! Summed in `f64`, in the order (VPL, gather point), so that the result does not depend on tiles. Work goes VPL by VPL: all points
 //! of a tile make one fan of segments to it, the order in which rays are fastest.
@@ -10,7 +12,7 @@ use crate::accel::SegmentBatch;
 use crate::color::RgbSum;
 use crate::film::{Metadata, Window};
 use crate::gather::{GatherPoint, PixelSum};
-use crate::transport::Transport;
+use crate::transport::{Receivers, Transport};
 use crate::vpl::VplSet;
 
 /// The exact integrator.
@@ -60,7 +62,7 @@ impl Integrator for Exact<'_> {
         let mut visibility = Vec::new();
         for (number, light) in self.lights.lights().iter().enumerate() {
             let start = points.len();
-            points.extend((0u32..).zip(&sums.points).filter(|(_, p)| self.transport.facing(p, light)).map(|(j, _)| j));
+            sums.receivers.facing(light, &mut points);
             batch.push_fan(light.apex(), points[start..].iter().map(|&j| sums.points[j as usize].position));
             fans.push((number as u32, (points.len() - start) as u32));
             if batch.len() >= BATCH || number + 1 == self.lights.len() {
@@ -104,6 +106,7 @@ impl Integrator for Exact<'_> {
 /// All gather points of a tile, and what has come to its pixels so far.
 struct Sums {
     points: Vec<GatherPoint>,
+    receivers: Receivers,
     pixel_of: Vec<u32>,
     totals: Vec<RgbSum>,
     rays: Vec<u64>,
@@ -118,6 +121,7 @@ impl Sums {
             pixel_of.resize(points.len(), i);
         }
         Self {
+            receivers: Receivers::new(&points),
             points,
             pixel_of,
             totals: vec![RgbSum::default(); pixels.len()],

@@ -68,7 +68,6 @@ impl Integrator for Path<'_> {
             rays: 0,
         };
         tile.pixels()
-            
             .map(|(x, y)| {
                 let pixel = [x, y];
                 let mut sum = RgbSum::default();
@@ -149,7 +148,8 @@ impl Tracing<'_> {
             let bsdf = scene.bsdf(&surface);
             if bsdf.is_specular() {
                 let u = stream.uniform_3();
-                let Some((next, factor)) = specular_step(&surface, outgoing, &bsdf, [u[0], u[1], u[2], 0.0]) else {
+                let Some((next, factor)) = specular_step(&surface, outgoing, &bsdf, [u[0], u[1], u[2], 0.0])
+                else {
                     break;
                 };
                 weight *= factor;
@@ -159,7 +159,8 @@ impl Tracing<'_> {
                 let point = gather_point(&surface, outgoing, bsdf, weight);
                 if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
                     let light = &sample.light;
-                    if transport.facing(&point, light) && !light.intensity.is_black() {
+                    let unoccluded = transport.unoccluded(&point, light);
+                    if !unoccluded.is_black() {
                         let mis = sample.pdf.map_or(1.0, |pdf| {
                             let (towards, jacobian) = if light.kind == VplKind::Directional {
                                 (-light.direction, 1.0)
@@ -171,7 +172,7 @@ impl Tracing<'_> {
                             balance(pdf * jacobian, point.bsdf.pdf(point.wo, point.frame.to_local(towards)))
                         });
                         let free = self.visible(light.apex(), point.position);
-                        radiance += transport.unoccluded(&point, light) * (mis * free);
+                        radiance += unoccluded * (mis * free);
                     }
                 }
                 let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };

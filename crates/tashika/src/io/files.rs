@@ -85,7 +85,8 @@ impl SceneFiles {
     /// [`Error::Invalid`] if the reference leads out of the folder and that is not permitted,
     /// [`Error::Io`] if nothing is there.
     pub fn resolve(&self, reference: &str, at: &Location) -> Result<PathBuf> {
-        let refuse = |expected: &str| Error::invalid(at.clone(), format!("reference {reference:?}"), expected);
+        let refuse =
+            |expected: &str| Error::invalid(at.clone(), format!("reference {reference:?}"), expected);
         let outside = || {
             refuse("a path inside the folder of the scene file (the option --allow-outside permits others)")
         };
@@ -194,7 +195,9 @@ mod tests {
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir_all(folder.path().join("scene/Textures")).unwrap();
-        for (name, text) in [("scene/s.gltf", "{}"), ("scene/Textures/Wood.png", "wood"), ("secret.txt", "secret")] {
+        for (name, text) in
+            [("scene/s.gltf", "{}"), ("scene/Textures/Wood.png", "wood"), ("secret.txt", "secret")]
+        {
             fs::write(folder.path().join(name), text).unwrap();
         }
         folder
@@ -234,9 +237,11 @@ mod tests {
     fn paths_out_of_the_folder_are_refused_unless_permitted() {
         let folder = folder();
         let secret = folder.path().join("secret.txt");
-        let references = ["../secret.txt", "Textures/../../secret.txt", "..\\secret.txt", secret.to_str().unwrap()];
+        let references =
+            ["../secret.txt", "Textures/../../secret.txt", "..\\secret.txt", secret.to_str().unwrap()];
         let at = Location::file("s.gltf").item("images[0]");
-        let (strict, free) = (LoadOptions::default(), LoadOptions { allow_outside: true, ..Default::default() });
+        let (strict, free) =
+            (LoadOptions::default(), LoadOptions { allow_outside: true, ..Default::default() });
         for reference in references {
             let error = open(&folder, &strict).read(reference, &at).unwrap_err();
             let text = error.to_string();
@@ -280,6 +285,9 @@ mod tests {
         assert!(files.read("Textures", &at).unwrap_err().to_string().contains("a folder; expected a file"));
         let none = SceneFiles::open(&folder.path().join("none.gltf"), &LoadOptions::default());
         assert!(matches!(none, Err(Error::Io { .. })));
-        assert!(matches!(SceneFiles::open(folder.path(), &LoadOptions::default()), Err(Error::Invalid { .. })));
+        assert!(matches!(
+            SceneFiles::open(folder.path(), &LoadOptions::default()),
+            Err(Error::Invalid { .. })
+        ));
     }
 }

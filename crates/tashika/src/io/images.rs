@@ -112,7 +112,8 @@ mod tests {
 
     #[test]
     fn every_format_gives_its_texels_from_the_top_row() {
-        let picture = DynamicImage::from(ImageBuffer::from_fn(3, 2, |x, y| Rgb([x as u8 * 100, y as u8 * 200, 7])));
+        let picture =
+            DynamicImage::from(ImageBuffer::from_fn(3, 2, |x, y| Rgb([x as u8 * 100, y as u8 * 200, 7])));
         for (format, name) in [
             (ImageFormat::Png, "a.png"),
             (ImageFormat::Bmp, "wrong-ending.jpg"),
@@ -147,7 +148,10 @@ mod tests {
         assert!(matches!(image.pixels, Pixels::Float(t) if t == [[0.5, 8.0, 0.0]]));
         let error = decoded(&encoded(&float(f32::NAN), ImageFormat::Tiff), "a").unwrap_err();
         assert!(error.to_string().contains("not finite"), "{error}");
-        let hdr = encoded(&DynamicImage::from(ImageBuffer::from_pixel(2, 1, Rgb([2.0_f32, 0.5, 0.0]))), ImageFormat::Hdr);
+        let hdr = encoded(
+            &DynamicImage::from(ImageBuffer::from_pixel(2, 1, Rgb([2.0_f32, 0.5, 0.0]))),
+            ImageFormat::Hdr,
+        );
         assert!(matches!(decoded(&hdr, "a").unwrap().pixels, Pixels::Float(t) if t == [[2.0, 0.5, 0.0]; 2]));
     }
 

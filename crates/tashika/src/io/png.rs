@@ -2,11 +2,13 @@
 //!
 //! With radiance `c`, luminance `L(c)` and exposure `e` in stops, a pixel becomes
 //!
-//!     c′ = 2ᵉ c      L′ = L(c′)
-//!     f(L′) = L′                                    up to the knee K = 0.6
-//!     f(L′) = K + (1 − K)(1 − exp(−(L′ − K)/(1 − K)))   above
-//!     c″ = c′ f(L′)/L′, moved towards the gray f(L′) until no channel exceeds 1
-//!     8 bits = round(255 · sRGB(c″))
+//! ```text
+//! c′ = 2ᵉ c      L′ = L(c′)
+//! f(L′) = L′                                    up to the knee K = 0.6
+//! f(L′) = K + (1 − K)(1 − exp(−(L′ − K)/(1 − K)))   above
+//! c″ = c′ f(L′)/L′, moved towards the gray f(L′) until no channel exceeds 1
+//! 8 bits = round(255 · sRGB(c″))
+//! ```
 //!
 //! so that pictures are proportional to radiance up to the knee, which the shoulder meets with the same
 //! slope, and hue and luminance are those of the radiance where the gamut allows.
@@ -67,7 +69,7 @@ impl ToneMap {
     /// [`Error::Option`] for an exposure out of range.
     pub fn validate(&self) -> Result<()> {
         match self.exposure {
-            Exposure::Stops(stops) if !(stops.abs() <= 64.0) => {
+            Exposure::Stops(stops) if stops.is_nan() || stops.abs() > 64.0 => {
                 Err(Error::option("exposure", stops, "auto, or stops from -64 to 64"))
             }
             Exposure::Auto | Exposure::Stops(_) => Ok(()),

@@ -55,7 +55,9 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
     let cut = |what: &str| {
         let what = what.to_owned();
         move |e: std::io::Error| match e.kind() {
-            std::io::ErrorKind::UnexpectedEof => Error::invalid(at(), format!("the file ends in its {what}"), "a whole VPL file"),
+            std::io::ErrorKind::UnexpectedEof => {
+                Error::invalid(at(), format!("the file ends in its {what}"), "a whole VPL file")
+            }
             _ => Error::io(path, e),
         }
     };
@@ -77,17 +79,26 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
     }
     let mut provenance = vec![0; provenance_length as usize];
     input.read_exact(&mut provenance).map_err(cut("provenance"))?;
-    let provenance: Provenance = serde_json::from_slice(&provenance)
-        .map_err(|e| Error::invalid(at(), format!("a provenance that is not understood ({e})"), "that of a VPL file"))?;
+    let provenance: Provenance = serde_json::from_slice(&provenance).map_err(|e| {
+        Error::invalid(at(), format!("a provenance that is not understood ({e})"), "that of a VPL file")
+    })?;
     if !(provenance.clamp_distance >= 0.0 && provenance.clamp_distance.is_finite()) {
-        return Err(Error::invalid(at(), format!("clamp distance = {}", provenance.clamp_distance), "0 or more metres"));
+        return Err(Error::invalid(
+            at(),
+            format!("clamp distance = {}", provenance.clamp_distance),
+            "0 or more metres",
+        ));
     }
     let mut count = [0; 8];
     input.read_exact(&mut count).map_err(cut("number of VPLs"))?;
     let count = u64::from_le_bytes(count);
     let expected = u128::from(count) * RECORD as u128 + 24 + u128::from(provenance_length);
     if expected != u128::from(length) {
-        return Err(Error::invalid(at(), format!("{length} bytes for {count} VPLs"), format!("{expected} bytes")));
+        return Err(Error::invalid(
+            at(),
+            format!("{length} bytes for {count} VPLs"),
+            format!("{expected} bytes"),
+        ));
     }
     let mut lights = Vec::with_capacity(count as usize);
     let mut bytes = [0; RECORD];
@@ -112,7 +123,8 @@ fn record(l: &Vpl) -> [u8; RECORD] {
         VplKind::Directional => (3, 0.0f32, 0.0f32),
     };
     let mut bytes = [0; RECORD];
-    let numbers = l.position.to_array().into_iter().chain(l.direction.to_array()).chain(l.intensity.to_array());
+    let numbers =
+        l.position.to_array().into_iter().chain(l.direction.to_array()).chain(l.intensity.to_array());
     for (slot, v) in bytes.chunks_exact_mut(4).zip(numbers) {
         slot.copy_from_slice(&v.to_le_bytes());
     }
@@ -139,9 +151,19 @@ fn light(bytes: &[u8; RECORD]) -> Option<Vpl> {
     let directed = match kind {
         VplKind::Omni => direction == Vec3::ZERO,
         VplKind::Oriented | VplKind::Directional => direction.is_normalized(),
-        VplKind::Spot(f) => direction.is_normalized() && -1.0 <= f.cos_outer && f.cos_outer < f.cos_inner && f.cos_inner <= 1.0,
+        VplKind::Spot(f) => {
+            direction.is_normalized()
+                && -1.0 <= f.cos_outer
+                && f.cos_outer < f.cos_inner
+                && f.cos_inner <= 1.0
+        }
     };
-    (position.is_finite() && intensity.is_valid() && directed).then_some(Vpl { position, direction, intensity, kind })
+    (position.is_finite() && intensity.is_valid() && directed).then_some(Vpl {
+        position,
+        direction,
+        intensity,
+        kind,
+    })
 }
 
 #[cfg(test)]
@@ -161,7 +183,10 @@ mod tests {
             light(VplKind::Spot(Falloff { cos_inner: 0.9, cos_outer: 0.5 }), Vec3::NEG_Z),
             light(VplKind::Directional, Vec3::X),
         ];
-        VplSet::new(lights, Provenance { scene: "s".into(), seed: 7, clamp_distance: 0.25, ..Provenance::default() })
+        VplSet::new(
+            lights,
+            Provenance { scene: "s".into(), seed: 7, clamp_distance: 0.25, ..Provenance::default() },
+        )
     }
 
     #[test]
@@ -188,7 +213,10 @@ mod tests {
             std::fs::write(&path, &bytes).unwrap();
             // Some bytes may hold any value; what must not happen is a panic or a number that is not finite.
             if let Ok(set) = load_vpls(&path) {
-                assert!(set.lights().iter().all(|l| l.position.is_finite() && l.intensity.is_valid()), "byte {i}");
+                assert!(
+                    set.lights().iter().all(|l| l.position.is_finite() && l.intensity.is_valid()),
+                    "byte {i}"
+                );
             }
         }
         let mut claims = whole.clone();

@@ -43,7 +43,8 @@ mod tests {
 
     #[test]
     fn frames_are_orthonormal_in_every_octant_and_at_the_poles() {
-        for v in [[1.0, 2.0, 3.0], [-1.0, 0.5, -2.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1e-4, -1e-4, -1.0]] {
+        for v in [[1.0, 2.0, 3.0], [-1.0, 0.5, -2.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1e-4, -1e-4, -1.0]]
+        {
             let n = Vec3::from(v).normalize();
             let f = Frame::about(n);
             assert!(f.t.dot(f.b).abs() < 1e-6 && f.t.dot(f.n).abs() < 1e-6 && f.b.dot(f.n).abs() < 1e-6);

@@ -67,14 +67,38 @@ pub struct Rendered {
 
 const PLANES: &[PlaneSpec] = &[
     plane("", &["R", "G", "B"], "W·m⁻²·sr⁻¹", SampleKind::F32, "estimated radiance, linear Rec. 709"),
-    plane("standard_error", &["Y"], "W·m⁻²·sr⁻¹", SampleKind::F32, "standard error of the luminance, 0 if exact"),
+    plane(
+        "standard_error",
+        &["Y"],
+        "W·m⁻²·sr⁻¹",
+        SampleKind::F32,
+        "standard error of the luminance, 0 if exact",
+    ),
     plane("claim", &["id"], "1", SampleKind::U32, "what is claimed: 0 nothing, 1 exact"),
-    plane("stop", &["id"], "1", SampleKind::U32, "why work ended: 0 not rendered, 1 complete, 2 sample count"),
+    plane(
+        "stop",
+        &["id"],
+        "1",
+        SampleKind::U32,
+        "why work ended: 0 not rendered, 1 complete, 2 sample count",
+    ),
     plane("pairs", &["n"], "1", SampleKind::F32, "terms of the sum that were looked at, or paths"),
     plane("rays", &["n"], "1", SampleKind::F32, "rays and segments traced"),
     plane("depth", &["Z"], "m", SampleKind::F32, "mean distance to the first surface, 0 where there is none"),
-    plane("normal", &["X", "Y", "Z"], "1", SampleKind::F32, "mean shading normal of the first surface, world"),
-    plane("albedo", &["R", "G", "B"], "1", SampleKind::F32, "mean rough reflectance of the surface that gathers"),
+    plane(
+        "normal",
+        &["X", "Y", "Z"],
+        "1",
+        SampleKind::F32,
+        "mean shading normal of the first surface, world",
+    ),
+    plane(
+        "albedo",
+        &["R", "G", "B"],
+        "1",
+        SampleKind::F32,
+        "mean rough reflectance of the surface that gathers",
+    ),
     plane("coverage", &["A"], "1", SampleKind::F32, "share of camera samples that met a surface"),
 ];
 

@@ -4,8 +4,8 @@ use glam::{Affine3A, Vec3};
 
 use super::mesh::MeshRepairs;
 use super::{
-    Camera, Emitter, Environment, Image, ImageId, Instance, InstanceId, Lens, Material, MaterialId, Mesh, MeshData,
-    MeshId, Note, NoteKind, Notes, Pixels, Scene, Surface,
+    Camera, Emitter, Environment, Image, ImageId, Instance, InstanceId, Lens, Material, MaterialId, Mesh,
+    MeshData, MeshId, Note, NoteKind, Notes, Pixels, Scene, Surface,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -71,7 +71,8 @@ impl SceneBuilder {
     /// Adds a material; factors must be finite and not negative, indices of refraction above 1.
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
         let at = || self.origin.clone().item(format!("material {}", material.name));
-        check_surface(&material.surface).map_err(|(found, expected)| Error::invalid(at(), found, expected))?;
+        check_surface(&material.surface)
+            .map_err(|(found, expected)| Error::invalid(at(), found, expected))?;
         if let Some(e) = &material.emission
             && !e.radiance.factor.is_valid()
         {
@@ -96,7 +97,11 @@ impl SceneBuilder {
         let at = self.origin.clone().item(format!("mesh {}", data.name));
         let vertices = data.positions.len();
         if let Some(i) = data.triangles.iter().flatten().find(|&&i| i as usize >= vertices) {
-            return Err(Error::invalid(at, format!("vertex index {i}"), format!("an index below {vertices}")));
+            return Err(Error::invalid(
+                at,
+                format!("vertex index {i}"),
+                format!("an index below {vertices}"),
+            ));
         }
         for (attribute, count) in [("normals", data.normals.len()), ("texture coordinates", data.uvs.len())] {
             if count != 0 && count != vertices {
@@ -108,15 +113,29 @@ impl SceneBuilder {
             }
         }
         if material.index() >= self.scene.materials.len() {
-            return Err(Error::invalid(at, format!("material {}", material.index()), "a material of this scene"));
+            return Err(Error::invalid(
+                at,
+                format!("material {}", material.index()),
+                "a material of this scene",
+            ));
         }
         let (mesh, repairs) = Mesh::repair(data, material);
         let MeshRepairs { not_finite, degenerate, normals, uvs } = repairs;
         let repaired = NoteKind::Repaired;
         let notes = &mut self.scene.notes;
-        notes.push_many(repaired, "triangles with vertices that are not finite: left out", at.clone(), not_finite);
+        notes.push_many(
+            repaired,
+            "triangles with vertices that are not finite: left out",
+            at.clone(),
+            not_finite,
+        );
         notes.push_many(repaired, "triangles without area: left out", at.clone(), degenerate);
-        notes.push_many(repaired, "vertex normals without direction: the face's is used", at.clone(), normals);
+        notes.push_many(
+            repaired,
+            "vertex normals without direction: the face's is used",
+            at.clone(),
+            normals,
+        );
         notes.push_many(repaired, "texture coordinates that are not finite: set to 0", at, uvs);
         self.scene.meshes.push(mesh);
         Ok(MeshId(self.scene.meshes.len() as u32 - 1))
@@ -174,7 +193,8 @@ impl SceneBuilder {
             && camera.vertical_fov < std::f32::consts::PI
             && camera.lens.radius >= 0.0
             && camera.lens.radius.is_finite()
-            && (camera.lens.radius == 0.0 || (camera.lens.focus_distance > 0.0 && camera.lens.focus_distance.is_finite()));
+            && (camera.lens.radius == 0.0
+                || (camera.lens.focus_distance > 0.0 && camera.lens.focus_distance.is_finite()));
         if !sound {
             return Err(Error::invalid(
                 self.origin.clone().item(format!("camera {}", camera.name)),
@@ -197,16 +217,17 @@ impl SceneBuilder {
     /// World box of what has been placed so far (m).
     pub fn bounds(&self) -> Aabb {
         let s = &self.scene;
-        s.instances.iter().fold(Aabb::EMPTY, |all, i| {
-            all.union(s.meshes[i.mesh.index()].bounds().transformed(&i.to_world))
-        })
+        s.instances
+            .iter()
+            .fold(Aabb::EMPTY, |all, i| all.union(s.meshes[i.mesh.index()].bounds().transformed(&i.to_world)))
     }
 
     /// The scene. Without a camera it gets one that sees all of it; without light, a white sky. Both
     /// are noted.
     pub fn build(mut self) -> Result<Scene> {
         let bounds = self.bounds();
-        if !bounds.is_empty() && !(bounds.size().is_finite() && bounds.diagonal() < MAX_EXTENT) {
+        let fits = bounds.size().is_finite() && bounds.diagonal() < MAX_EXTENT;
+        if !(bounds.is_empty() || fits) {
             return Err(Error::invalid(
                 self.origin,
                 format!("scene bounds from {:?} to {:?}", bounds.lo.to_array(), bounds.hi.to_array()),
@@ -269,16 +290,30 @@ fn overview(bounds: Aabb) -> Camera {
 /// Field and value that is out of range, with what is expected.
 fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
     let color = |name: &str, c: Rgb| {
-        if c.is_valid() { Ok(()) } else { Err((format!("{name} = {:?}", c.to_array()), "finite numbers of at least 0")) }
+        if c.is_valid() {
+            Ok(())
+        } else {
+            Err((format!("{name} = {:?}", c.to_array()), "finite numbers of at least 0"))
+        }
     };
     let number = |name: &str, v: f32| {
-        if v.is_finite() && v >= 0.0 { Ok(()) } else { Err((format!("{name} = {v}"), "a finite number of at least 0")) }
+        if v.is_finite() && v >= 0.0 {
+            Ok(())
+        } else {
+            Err((format!("{name} = {v}"), "a finite number of at least 0"))
+        }
     };
     let index = |ior: f32| {
-        if ior > 1.0 && ior <= 5.0 { Ok(()) } else { Err((format!("ior = {ior}"), "a number above 1, up to 5")) }
+        if ior > 1.0 && ior <= 5.0 {
+            Ok(())
+        } else {
+            Err((format!("ior = {ior}"), "a number above 1, up to 5"))
+        }
     };
     match surface {
-        Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => color("reflectance", reflectance.factor),
+        Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
+            color("reflectance", reflectance.factor)
+        }
         Surface::Phong { diffuse, specular, exponent } => {
             color("diffuse", diffuse.factor)?;
             color("specular", specular.factor)?;

@@ -62,12 +62,15 @@ impl Environment {
         // The mean of the bilinear interpolation over a texel, which is what a lookup in it returns on average, mixes in an
         // eighth of each neighbour.
         let at = |x: usize, y: usize| luminance[y * w + x];
-        let across = |x: usize, y: usize| (at((x + w - 1) % w, y) + 6.0 * at(x, y) + at((x + 1) % w, y)) / 8.0;
+        let across =
+            |x: usize, y: usize| (at((x + w - 1) % w, y) + 6.0 * at(x, y) + at((x + 1) % w, y)) / 8.0;
         let mut weights = Vec::with_capacity(w * h);
         for y in 0..h {
             let sin = f64::from(sin_cos(PI * (y as f32 + 0.5) / h as f32).0);
             let (above, below) = (y.saturating_sub(1), (y + 1).min(h - 1));
-            weights.extend((0..w).map(|x| (across(x, above) + 6.0 * across(x, y) + across(x, below)) / 8.0 * sin));
+            weights.extend(
+                (0..w).map(|x| (across(x, above) + 6.0 * across(x, y) + across(x, below)) / 8.0 * sin),
+            );
         }
         match Piecewise2d::new(&weights, w) {
             None => Self::constant(Rgb::BLACK),
@@ -131,8 +134,8 @@ impl Environment {
                 let [u, v] = self.to_map(direction);
                 let local = self.to_local * direction;
                 let sin_theta = horizontal(local).max(SMALLEST_SINE);
-                (density.pdf([f64::from(u), f64::from(v)]) / (2.0 * f64::from(PI * PI) * f64::from(sin_theta)))
-                    as f32
+                (density.pdf([f64::from(u), f64::from(v)])
+                    / (2.0 * f64::from(PI * PI) * f64::from(sin_theta))) as f32
             }
         }
     }

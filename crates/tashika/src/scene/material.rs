@@ -186,7 +186,8 @@ impl Material {
             Surface::Phong { diffuse, specular, exponent } => {
                 let (d, s) = (unit(diffuse.at(images, uv)), unit(specular.at(images, uv)));
                 // The next number below keeps rounded sums from exceeding one.
-                let scale = if (d + s).max_channel() > 1.0 { (1.0 / (d + s).max_channel()).next_down() } else { 1.0 };
+                let scale =
+                    if (d + s).max_channel() > 1.0 { (1.0 / (d + s).max_channel()).next_down() } else { 1.0 };
                 Bsdf::Phong(Phong { diffuse: d * scale, specular: s * scale, exponent: *exponent })
             }
             Surface::Conductor { fresnel, alpha } => {
@@ -228,14 +229,20 @@ impl Material {
     pub(super) fn textures(&self) -> impl Iterator<Item = Texture> {
         let mut all: Vec<Option<Texture>> = Vec::new();
         match &self.surface {
-            Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => all.push(reflectance.texture),
+            Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
+                all.push(reflectance.texture)
+            }
             Surface::Phong { diffuse, specular, .. } => all.extend([diffuse.texture, specular.texture]),
             Surface::Conductor { alpha, .. } => all.push(alpha.texture.map(|t| t.0)),
             Surface::Coated { reflectance, specular, alpha, .. } => {
                 all.extend([reflectance.texture, specular.texture, alpha.texture.map(|t| t.0)]);
             }
             Surface::MetallicRoughness { base_color, metallic, roughness, .. } => {
-                all.extend([base_color.texture, metallic.texture.map(|t| t.0), roughness.texture.map(|t| t.0)]);
+                all.extend([
+                    base_color.texture,
+                    metallic.texture.map(|t| t.0),
+                    roughness.texture.map(|t| t.0),
+                ]);
             }
             Surface::Glass { .. } => {}
         }

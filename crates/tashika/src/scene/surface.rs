@@ -64,7 +64,8 @@ impl Scene {
         let mut error = GAMMA_7 * ((w[0] * b[0]).abs() + (w[1] * b[1]).abs() + (w[2] * b[2]).abs());
         if !placed.is_identity() {
             let m = placed.to_world.matrix3;
-            let largest = indices.iter().map(|&i| mesh.positions[i].abs()).reduce(Vec3::max).unwrap_or(Vec3::ZERO);
+            let largest =
+                indices.iter().map(|&i| mesh.positions[i].abs()).reduce(Vec3::max).unwrap_or(Vec3::ZERO);
             let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| Vec3::from(c).abs());
             let moved = columns[0] * largest.x + columns[1] * largest.y + columns[2] * largest.z;
             error += GAMMA_4 * (moved + Vec3::from(placed.to_world.translation).abs());

@@ -88,9 +88,9 @@ impl Piecewise2d {
         let height = self.columns.len();
         let cell = |v: f64, n: usize| ((v * n as f64) as usize).min(n - 1);
         let (x, y) = (cell(point[0], self.width), cell(point[1], height));
-        self.columns[y].as_ref().map_or(0.0, |row| {
-            self.rows.probability(y) * row.probability(x) * (self.width * height) as f64
-        })
+        self.columns[y]
+            .as_ref()
+            .map_or(0.0, |row| self.rows.probability(y) * row.probability(x) * (self.width * height) as f64)
     }
 }
 

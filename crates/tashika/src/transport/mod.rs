@@ -1,6 +1,8 @@
 //! The one place that evaluates what a VPL contributes to a gather point.
 //!
-//!     w · M · G · V · I        M = f_r(ω_o, ω_i) cos⁺ θ   (sr⁻¹)
+//! ```text
+//! w · M · G · V · I        M = f_r(ω_o, ω_i) cos⁺ θ   (sr⁻¹)
+//! ```
 //!
 //! | light | G | unit of G | unit of I |
 //! |---|---|---|---|
@@ -11,6 +13,10 @@
 //!
 //! `d_c` is the clamp distance; zero is none. Visibility `V` comes from [`accel`](crate::accel). Nothing is reflected by the
 //! back of either normal: M is zero unless the light is above both the geometric and the shading plane.
+
+mod receivers;
+
+pub use receivers::Receivers;
 
 use glam::Vec3;
 
@@ -54,20 +60,6 @@ impl Transport {
             VplKind::Directional => unreachable!("handled above"),
         };
         Link { towards_light, geometric: shape / squared.max(self.clamp_squared).max(f32::MIN_POSITIVE) }
-    }
-
-    /// Whether a contribution can be more than zero: both are in front of each other. Cheap, and exact where it says no.
-    #[inline]
-    pub fn facing(&self, point: &GatherPoint, light: &Vpl) -> bool {
-        let d = match light.kind {
-            VplKind::Directional => -light.direction,
-            VplKind::Omni | VplKind::Oriented | VplKind::Spot(_) => light.position - point.position,
-        };
-        let lit = match light.kind {
-            VplKind::Oriented => light.direction.dot(d) < 0.0,
-            VplKind::Omni | VplKind::Spot(_) | VplKind::Directional => true,
-        };
-        lit && point.geometric_normal.dot(d) > 0.0 && point.frame.n.dot(d) > 0.0
     }
 
     /// `w M G I`: the contribution if nothing is in between (W·m⁻²·sr⁻¹).

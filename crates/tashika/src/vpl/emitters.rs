@@ -195,7 +195,8 @@ impl<'s> EmitterSampler<'s> {
                 let (towards, pdf) = e.sample(v);
                 let pdf = probability * pdf;
                 let intensity = if pdf > 0.0 { e.radiance(towards) / pdf } else { Rgb::BLACK };
-                let light = Vpl { position: Vec3::ZERO, direction: -towards, intensity, kind: VplKind::Directional };
+                let light =
+                    Vpl { position: Vec3::ZERO, direction: -towards, intensity, kind: VplKind::Directional };
                 LightSample { light, pdf: Some(pdf) }
             }
         }

@@ -5,7 +5,9 @@
 //! proportion to power. *Indirect* VPLs: `P` light paths start on emitters; where one with flux `Φ` (W) meets a surface with
 //! diffuse reflectance `ρ`, it leaves an oriented VPL of intensity
 //!
-//!     I = Φ ρ / (π P) · |n_s·ω| / |n_g·ω|        W·sr⁻¹
+//! ```text
+//! I = Φ ρ / (π P) · |n_s·ω| / |n_g·ω|        W·sr⁻¹
+//! ```
 //!
 //! (`n_s`, `n_g` shading and geometric normal, `ω` towards where the light came from: Veach 1997, section 5.3), and goes on by
 //! sampling the *whole* BSDF, with Russian roulette by the flux that is left. The expected sum over the VPLs, unclamped, is the
@@ -35,7 +37,7 @@ use crate::rng::{self, Purpose, Stream};
 /// How a set of VPLs is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VplOptions {
-    /// How many VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping. Default: 10 000.
+    /// How many VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping. Default: 5000.
     pub count: u64,
     /// Seed of the light paths.
     pub seed: u64,
@@ -49,7 +51,7 @@ pub struct VplOptions {
 
 impl Default for VplOptions {
     fn default() -> Self {
-        Self { count: 10_000, seed: 1, max_depth: 64, direct_share: 0.25, clamp: Clamp::Auto }
+        Self { count: 5000, seed: 1, max_depth: 64, direct_share: 0.25, clamp: Clamp::Auto }
     }
 }
 
@@ -99,7 +101,8 @@ impl VplSet {
         let mut lights: Vec<Vpl> = emitters.punctual().collect();
         let rest = options.count.saturating_sub(lights.len() as u64);
         let has_extended = emitters.sample_extended(0.0, [0.5; 2]).is_some();
-        let mut direct = if has_extended { (rest as f64 * f64::from(options.direct_share)).round() as u64 } else { 0 };
+        let mut direct =
+            if has_extended { (rest as f64 * f64::from(options.direct_share)).round() as u64 } else { 0 };
 
         let per_path = if options.max_depth > 0 {
             let pilot = trace_paths(tracer, &emitters, options, Purpose::LightPathPilot, PILOT_PATHS);

@@ -20,7 +20,11 @@ fn plane(with_block: bool) -> Tracer {
     let floor = parallelogram(Vec3::new(-50.0, 0.0, -50.0), Vec3::Z * 100.0, Vec3::X * 100.0);
     place(&mut b, floor, Material::new("floor", lambert(REFLECTANCE)));
     if with_block {
-        place(&mut b, cuboid(Vec3::new(-9.0, 1.0, -9.0), Vec3::new(0.0, 1.2, 9.0), false), Material::new("b", lambert(0.0)));
+        place(
+            &mut b,
+            cuboid(Vec3::new(-9.0, 1.0, -9.0), Vec3::new(0.0, 1.2, 9.0), false),
+            Material::new("b", lambert(0.0)),
+        );
     }
     b.add_camera(Camera::look_at("c", Vec3::new(0.0, 0.9, 0.0), Vec3::ZERO, Vec3::Z, 1.5)).unwrap();
     tracer(b)
@@ -69,7 +73,8 @@ fn one_light_over_a_plane_follows_the_inverse_square_and_cosine_laws() {
                 let d = l.position - x;
                 let (distance, cos_floor) = (d.length(), d.y / d.length());
                 let cos_light = -d.dot(l.direction) / distance;
-                let squared = distance.max(clamp).powi(2);
+                let held = distance.max(clamp);
+                let squared = held * held;
                 let received = match l.kind {
                     VplKind::Omni => cos_floor / squared,
                     VplKind::Oriented => cos_light.max(0.0) * cos_floor / squared,
@@ -112,7 +117,10 @@ fn light_from_behind_or_below_adds_nothing() {
 #[test]
 fn shadows_fall_where_geometry_says() {
     let tracer = plane(true);
-    let lights = [light(VplKind::Omni, Vec3::ZERO), light(VplKind::Directional, Vec3::new(-0.3, -1.0, 0.0).normalize())];
+    let lights = [
+        light(VplKind::Omni, Vec3::ZERO),
+        light(VplKind::Directional, Vec3::new(-0.3, -1.0, 0.0).normalize()),
+    ];
     for l in lights {
         let mut counts = [0; 2];
         for (x, e) in pixels(&tracer, vec![l], 0.0) {

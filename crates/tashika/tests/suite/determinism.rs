@@ -17,7 +17,8 @@ const SIZE: [u32; 2] = [37, 23];
 fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film, VplSet) {
     with_threads(threads, || {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));
-        let set = VplSet::trace(&tracer, &VplOptions { count: 3000, seed: 9, ..VplOptions::default() }).unwrap();
+        let set =
+            VplSet::trace(&tracer, &VplOptions { count: 3000, seed: 9, ..VplOptions::default() }).unwrap();
         let scene = tracer.scene().clone();
         let view = View {
             camera: &scene.cameras()[0],
@@ -81,12 +82,17 @@ fn a_cancelled_render_says_which_pixels_it_has() {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let set = VplSet::trace(&tracer, &VplOptions { count: 100, ..VplOptions::default() }).unwrap();
     let scene = tracer.scene().clone();
-    let view = View { camera: &scene.cameras()[0], size: [96, 96], gather: GatherOptions::default(), seed: 5 };
+    let view =
+        View { camera: &scene.cameras()[0], size: [96, 96], gather: GatherOptions::default(), seed: 5 };
     let cancel = AtomicBool::new(false);
     let options = RenderOptions { window: Window::full([96, 96]), share: TileShare::default() };
-    let stop_after_first = |_: &tashika::render::Progress| cancel.store(true, std::sync::atomic::Ordering::Relaxed);
-    let r = render(&Setting { tracer: &tracer, view }, &Exact::new(&set), &options, &stop_after_first, &cancel).unwrap();
+    let stop_after_first =
+        |_: &tashika::render::Progress| cancel.store(true, std::sync::atomic::Ordering::Relaxed);
+    let r =
+        render(&Setting { tracer: &tracer, view }, &Exact::new(&set), &options, &stop_after_first, &cancel)
+            .unwrap();
     assert!(!r.complete && r.film.metadata().bool("complete") == Some(false));
-    let done = r.film.plane("stop").unwrap().u32_samples().unwrap().iter().filter(|s| **s != 0).count() as u64;
+    let done =
+        r.film.plane("stop").unwrap().u32_samples().unwrap().iter().filter(|s| **s != 0).count() as u64;
     assert!(done > 0 && done < 96 * 96 && done == r.totals.pixels, "{done}");
 }

@@ -37,7 +37,10 @@ impl Document {
         let mut d = Self::empty();
         let positions = d.vec3(&CORNERS);
         let indices = d.view(&[0, 1, 2]);
-        let indices = d.push("accessors", json!({ "bufferView": indices, "componentType": 5121, "count": 3, "type": "SCALAR" }));
+        let indices = d.push(
+            "accessors",
+            json!({ "bufferView": indices, "componentType": 5121, "count": 3, "type": "SCALAR" }),
+        );
         let primitive = json!({ "attributes": { "POSITION": positions }, "indices": indices, "material": 0 });
         d.push("meshes", json!({ "primitives": [primitive] }));
         d.push("nodes", json!({ "mesh": 0 }));
@@ -68,21 +71,28 @@ impl Document {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes);
         let count = values.len();
-        self.push("accessors", json!({ "bufferView": view, "componentType": 5126, "count": count, "type": "VEC3" }))
+        self.push(
+            "accessors",
+            json!({ "bufferView": view, "componentType": 5126, "count": count, "type": "VEC3" }),
+        )
     }
 
     /// Texture coordinates for the triangle's corners: its positions without the third.
     pub fn add_uvs(&mut self, attribute: &str) {
         let bytes: Vec<u8> = CORNERS.iter().flat_map(|c| &c[..2]).flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes);
-        let uvs = self.push("accessors", json!({ "bufferView": view, "componentType": 5126, "count": 3, "type": "VEC2" }));
+        let uvs = self.push(
+            "accessors",
+            json!({ "bufferView": view, "componentType": 5126, "count": 3, "type": "VEC2" }),
+        );
         self.json["meshes"][0]["primitives"][0]["attributes"][attribute] = json!(uvs);
     }
 
     /// A texture of an embedded 2 × 1 PNG: the given texels.
     pub fn add_texture(&mut self, texels: [[u8; 4]; 2]) -> usize {
         let view = self.view(&png(texels));
-        let image = self.push("images", json!({ "bufferView": view, "mimeType": "image/png", "name": "two" }));
+        let image =
+            self.push("images", json!({ "bufferView": view, "mimeType": "image/png", "name": "two" }));
         self.push("textures", json!({ "source": image }))
     }
 
@@ -120,7 +130,10 @@ pub fn glb(text: &[u8], binary: &[u8]) -> Vec<u8> {
 /// A PNG of two texels, left and right.
 pub fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
-    image::RgbaImage::from_raw(2, 1, texels.concat()).unwrap().write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    image::RgbaImage::from_raw(2, 1, texels.concat())
+        .unwrap()
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .unwrap();
     bytes.into_inner()
 }
 
@@ -133,8 +146,14 @@ pub fn load(bytes: &[u8]) -> Result<Scene> {
 /// Writes a file into a folder and loads it.
 pub fn load_in(folder: &Path, name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Scene> {
     let path = folder.join(name);
-    std::fs::write(&path, bytes).unwrap();
+    write(&path, bytes);
     load_scene(&path, options)
+}
+
+/// Writes a new file. Overwriting one makes some file systems wait for the disk.
+pub fn write(path: &Path, bytes: &[u8]) {
+    let _ = std::fs::remove_file(path);
+    std::fs::write(path, bytes).unwrap();
 }
 
 /// Kinds and messages of all notes that are not about defaults.
@@ -263,7 +282,10 @@ fn strips_fans_and_ranges_of_vertices() {
     let positions = d.vec3(&square);
     let mut indices = |list: &[u16]| {
         let view = d.view(&list.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>());
-        d.push("accessors", json!({ "bufferView": view, "componentType": 5123, "count": list.len(), "type": "SCALAR" }))
+        d.push(
+            "accessors",
+            json!({ "bufferView": view, "componentType": 5123, "count": list.len(), "type": "SCALAR" }),
+        )
     };
     let (strip, fan) = (indices(&[2, 3, 4, 5]), indices(&[2, 3, 5, 4]));
     let lines = json!({ "attributes": { "POSITION": positions }, "mode": 1 });
@@ -365,10 +387,13 @@ fn lights_have_position_direction_and_intensity() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
     for light in 0..4 {
         // A quarter turn about x: −z comes to +y... and is then stretched.
-        d.push("nodes", json!({
-            "extensions": { "KHR_lights_punctual": { "light": light } },
-            "translation": [light, 2, 3], "rotation": [half, 0, 0, half], "scale": [1, 5, 9],
-        }));
+        d.push(
+            "nodes",
+            json!({
+                "extensions": { "KHR_lights_punctual": { "light": light } },
+                "translation": [light, 2, 3], "rotation": [half, 0, 0, half], "scale": [1, 5, 9],
+            }),
+        );
     }
     let scene = d.load().unwrap();
     assert!(notes(&scene).is_empty());
@@ -422,7 +447,10 @@ fn metallic_roughness_with_index_and_specular() {
     assert!(near(f0(json!({ "KHR_materials_ior": { "ior": 2.0 } })), [1.0 / 9.0; 3]));
     assert!(near(f0(json!({ "KHR_materials_ior": { "ior": 0.0 } })), [1.0; 3]), "zero asks for one");
     let specular = json!({ "specularFactor": 0.5, "specularColorFactor": [2, 1, 100] });
-    assert!(near(f0(json!({ "KHR_materials_specular": specular })), [0.04, 0.02, 0.5]), "limited, then scaled");
+    assert!(
+        near(f0(json!({ "KHR_materials_specular": specular })), [0.04, 0.02, 0.5]),
+        "limited, then scaled"
+    );
 
     let mut d = Document::triangle();
     d.add_uvs("TEXCOORD_0");
@@ -432,7 +460,8 @@ fn metallic_roughness_with_index_and_specular() {
         "metallicRoughnessTexture": { "index": texture },
     });
     let scene = d.load().unwrap();
-    let Surface::MetallicRoughness { base_color, metallic, roughness, .. } = scene.materials()[0].surface else {
+    let Surface::MetallicRoughness { base_color, metallic, roughness, .. } = scene.materials()[0].surface
+    else {
         panic!("{:?}", scene.materials()[0])
     };
     assert_eq!(base_color.factor, Rgb::new(0.1, 0.2, 0.3));
@@ -441,18 +470,24 @@ fn metallic_roughness_with_index_and_specular() {
     let at = |input: tashika::scene::FloatInput| input.at(scene.images(), Vec2::splat(0.5));
     assert!((at(metallic) - 0.5 * 0.8).abs() < 1e-6 && (at(roughness) - 0.25 * 0.4).abs() < 1e-6, "linear");
     let (default, _) = surface_of(json!({}));
-    let Surface::MetallicRoughness { base_color, metallic, roughness, .. } = default else { panic!("{default:?}") };
+    let Surface::MetallicRoughness { base_color, metallic, roughness, .. } = default else {
+        panic!("{default:?}")
+    };
     assert_eq!((base_color.factor, metallic.factor, roughness.factor), (Rgb::WHITE, 1.0, 1.0));
 }
 
 #[test]
 fn transmission_unlit_and_diffuse_surfaces() {
     let base = json!({ "baseColorFactor": [0.5, 0.6, 0.7, 1], "metallicFactor": 0, "roughnessFactor": 0.05 });
-    let with = |extensions: Value| surface_of(json!({ "pbrMetallicRoughness": base, "extensions": extensions }));
+    let with =
+        |extensions: Value| surface_of(json!({ "pbrMetallicRoughness": base, "extensions": extensions }));
     let color = Rgb::new(0.5, 0.6, 0.7);
 
     let (diffuse, notes) = with(json!({ "KHR_materials_specular": { "specularFactor": 0 } }));
-    assert!(matches!(diffuse, Surface::Lambert { reflectance } if reflectance.factor == color) && notes.is_empty());
+    assert!(
+        matches!(diffuse, Surface::Lambert { reflectance } if reflectance.factor == color)
+            && notes.is_empty()
+    );
 
     let (unlit, notes) = with(json!({ "KHR_materials_unlit": {} }));
     assert!(matches!(unlit, Surface::Lambert { reflectance } if reflectance.factor == color));
@@ -491,9 +526,12 @@ fn alpha_modes() {
     assert_eq!(alpha("BLEND", 0.5, Some(texture)), Some((AlphaMode::Blend, [0.2, 0.5])));
     assert_eq!(alpha("BLEND", 0.5, None), Some((AlphaMode::Blend, [0.5, 0.5])));
     assert_eq!(alpha("MASK", 0.2, None), Some((mask, [0.0, 0.0])));
-    for (mode, factor, texture) in
-        [("OPAQUE", 0.5, Some(texture)), ("MASK", 1.0, None), ("BLEND", 1.0, None), ("BLEND", 1.0, Some(opaque))]
-    {
+    for (mode, factor, texture) in [
+        ("OPAQUE", 0.5, Some(texture)),
+        ("MASK", 1.0, None),
+        ("BLEND", 1.0, None),
+        ("BLEND", 1.0, Some(opaque)),
+    ] {
         assert_eq!(alpha(mode, factor, texture), None, "{mode}: nothing to see through");
     }
 }
@@ -517,11 +555,15 @@ fn textures_are_decoded_once_for_each_encoding() {
     });
     let scene = d.load().unwrap();
     assert!(notes(&scene).is_empty());
-    let [srgb, linear] = scene.images() else { panic!("{} images: unused ones are not decoded", scene.images().len()) };
+    let [srgb, linear] = scene.images() else {
+        panic!("{} images: unused ones are not decoded", scene.images().len())
+    };
     assert!(matches!(&srgb.pixels, Pixels::Srgb8(p) if p[1] == [10, 20, 30, 255]));
     assert!(matches!(&linear.pixels, Pixels::Linear8(p) if p[1] == [10, 20, 30, 255]));
     assert_eq!((srgb.name.as_str(), srgb.width, srgb.height), ("two", 2, 1));
-    let Surface::MetallicRoughness { base_color, roughness, .. } = scene.materials()[0].surface else { panic!() };
+    let Surface::MetallicRoughness { base_color, roughness, .. } = scene.materials()[0].surface else {
+        panic!()
+    };
     let base = base_color.texture.unwrap();
     assert_eq!((base.image.index(), base.wrap), (0, [Wrap::Repeat; 2]));
     assert_eq!(roughness.texture.unwrap().0.image.index(), 1);
@@ -535,7 +577,8 @@ fn the_set_of_texture_coordinates_is_the_one_that_the_material_wants() {
     let mut d = Document::triangle();
     d.add_uvs("TEXCOORD_1");
     let texture = d.add_texture([[255; 4]; 2]);
-    d.json["materials"][0]["pbrMetallicRoughness"] = json!({ "baseColorTexture": { "index": texture, "texCoord": 1 } });
+    d.json["materials"][0]["pbrMetallicRoughness"] =
+        json!({ "baseColorTexture": { "index": texture, "texCoord": 1 } });
     let scene = d.load().unwrap();
     assert!(notes(&scene).is_empty());
     assert_eq!(scene.meshes()[0].uvs()[1], Vec2::new(2.0, 0.0));
@@ -548,7 +591,11 @@ fn the_set_of_texture_coordinates_is_the_one_that_the_material_wants() {
     let texture = json!({ "index": texture, "extensions": { "KHR_texture_transform": { "texCoord": 7 } } });
     d.json["materials"][0]["pbrMetallicRoughness"] = json!({ "baseColorTexture": texture });
     let scene = d.load().unwrap();
-    assert!(only_note(&scene, NoteKind::Approximated, "without the texture coordinates"), "{:?}", notes(&scene));
+    assert!(
+        only_note(&scene, NoteKind::Approximated, "without the texture coordinates"),
+        "{:?}",
+        notes(&scene)
+    );
     assert!(scene.meshes()[0].uvs().is_empty());
 }
 
@@ -556,17 +603,20 @@ fn the_set_of_texture_coordinates_is_the_one_that_the_material_wants() {
 fn what_is_left_out_is_noted_once() {
     let mut d = Document::triangle();
     d.json["extensionsUsed"] = json!(["KHR_materials_clearcoat", "KHR_lights_punctual", "EXT_nobody_knows"]);
-    d.json["animations"] = json!([{ "channels": [{ "target": { "path": "pointer" } }] }, "not even an object"]);
+    d.json["animations"] =
+        json!([{ "channels": [{ "target": { "path": "pointer" } }] }, "not even an object"]);
     d.json["skins"] = json!([{ "joints": [0] }]);
     d.json["nodes"][0]["skin"] = json!(0);
     let texture = d.add_texture([[128, 128, 255, 255]; 2]);
-    d.json["materials"][0] = json!({ "normalTexture": { "index": texture }, "occlusionTexture": { "index": texture } });
+    d.json["materials"][0] =
+        json!({ "normalTexture": { "index": texture }, "occlusionTexture": { "index": texture } });
     let primitive = &mut d.json["meshes"][0]["primitives"][0];
     primitive["targets"] = json!([{ "POSITION": 0 }]);
     primitive["attributes"]["COLOR_0"] = json!(0);
     primitive["attributes"]["UNKNOWN"] = json!(0);
     let scene = d.load().unwrap();
-    let messages: Vec<String> = scene.notes().iter().filter(|n| n.kind == NoteKind::Ignored).map(|n| n.message).collect();
+    let messages: Vec<String> =
+        scene.notes().iter().filter(|n| n.kind == NoteKind::Ignored).map(|n| n.message).collect();
     assert_eq!(
         messages,
         [
@@ -603,7 +653,10 @@ fn extensions_that_a_file_requires_are_read_or_refused_by_name() {
         let error = d.load().unwrap_err();
         let text = error.to_string();
         assert!(matches!(error, Error::Unsupported { .. }), "{text}");
-        assert!(text.contains("extensionsRequired[1]") && text.contains(name) && text.contains(advice), "{text}");
+        assert!(
+            text.contains("extensionsRequired[1]") && text.contains(name) && text.contains(advice),
+            "{text}"
+        );
     }
     d.json["asset"]["version"] = json!("1.0");
     assert!(d.load().unwrap_err().to_string().contains("glTF 1.0 is not supported"));

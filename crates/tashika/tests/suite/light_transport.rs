@@ -16,7 +16,8 @@ fn sky() -> Environment {
     let (w, h) = (32, 16);
     let mut pixels = vec![[0.3, 0.5, 0.9]; w * h];
     pixels[5 * w + 17] = [90.0, 80.0, 60.0];
-    let image = Image { name: "sky".into(), width: w as u32, height: h as u32, pixels: Pixels::Float(pixels) };
+    let image =
+        Image { name: "sky".into(), width: w as u32, height: h as u32, pixels: Pixels::Float(pixels) };
     Environment::lat_long(image, Rgb::WHITE, Mat3::from_rotation_y(1.4))
 }
 
@@ -43,9 +44,8 @@ fn agree(b: SceneBuilder, what: &str) {
         assert!((m.mean() - l).abs() < 4.42 * error, "{what}, pixel {i}: {found:?} for {l} ± {e}");
     }
     let mean = expected.iter().sum::<f64>() / 36.0;
-    let error = image.standard_error().hypot(
-        errors.iter().map(|e| f64::from(*e).powi(2)).sum::<f64>().sqrt() / 36.0,
-    );
+    let error =
+        image.standard_error().hypot(errors.iter().map(|e| f64::from(*e).powi(2)).sum::<f64>().sqrt() / 36.0);
     assert!(error < 0.03 * mean, "{what}: the comparison is sharp: {error} of {mean}");
     assert!((image.mean() - mean).abs() < 4.42 * error, "{what}: {} ± {error} for {mean}", image.mean());
 }
@@ -60,7 +60,8 @@ fn an_area_light_in_a_diffuse_room() {
 #[test]
 fn point_spot_and_directional_lights() {
     let mut b = diffuse_room();
-    b.add_emitter(Emitter::Point { position: Vec3::new(-0.5, 1.6, 0.5), intensity: Rgb::new(0.5, 0.4, 0.3) }).unwrap();
+    b.add_emitter(Emitter::Point { position: Vec3::new(-0.5, 1.6, 0.5), intensity: Rgb::new(0.5, 0.4, 0.3) })
+        .unwrap();
     b.add_emitter(Emitter::Spot {
         position: Vec3::new(0.5, 1.8, 0.6),
         axis: Vec3::new(-0.3, -1.0, -0.4).normalize(),

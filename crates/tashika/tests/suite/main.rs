@@ -2,10 +2,11 @@
 
 mod cases;
 mod closed_forms;
+mod damaged_gltf;
+mod damaged_obj;
 mod determinism;
 mod furnace;
-mod light_transport;
 mod gltf;
-mod damaged_gltf;
+mod light_transport;
 mod obj;
-mod damaged_obj;
+mod tidy;

@@ -55,7 +55,14 @@ struct Strided<'s> {
 
 impl<'s> Strided<'s> {
     /// `count` elements of `size` bytes from byte `offset` of a view; `what` is for messages.
-    fn new(view: (&'s [u8], Option<usize>), offset: u64, count: u64, size: usize, what: &str, at: &Location) -> Result<Self> {
+    fn new(
+        view: (&'s [u8], Option<usize>),
+        offset: u64,
+        count: u64,
+        size: usize,
+        what: &str,
+        at: &Location,
+    ) -> Result<Self> {
         let (bytes, stride) = view;
         let stride = stride.unwrap_or(size);
         let length = match count.checked_sub(1) {
@@ -66,7 +73,9 @@ impl<'s> Strided<'s> {
         if stride < size || end.is_none_or(|end| end > bytes.len() as u64) {
             return Err(Error::invalid(
                 at.clone(),
-                format!("{what}: {count} elements of {size} bytes, each {stride} after the last, from byte {offset}"),
+                format!(
+                    "{what}: {count} elements of {size} bytes, each {stride} after the last, from byte {offset}"
+                ),
                 format!("them not to overlap and to fit into the {} bytes of their buffer view", bytes.len()),
             ));
         }
@@ -81,10 +90,20 @@ impl<'s> Strided<'s> {
 
 impl Source<'_> {
     /// The accessor, if it holds elements of type `expected`; `at` is where the file names it.
-    pub fn accessor(&self, index: json::Index<json::Accessor>, expected: Type, at: Location) -> Result<Accessor<'_>> {
+    pub fn accessor(
+        &self,
+        index: json::Index<json::Accessor>,
+        expected: Type,
+        at: Location,
+    ) -> Result<Accessor<'_>> {
         let accessor = &self.root.accessors[index.value()];
-        let (Checked::Valid(component), Checked::Valid(found)) = (accessor.component_type, accessor.type_) else {
-            return Err(Error::invalid(at, format!("accessors[{index}] of unknown type"), format!("{expected:?}")));
+        let (Checked::Valid(component), Checked::Valid(found)) = (accessor.component_type, accessor.type_)
+        else {
+            return Err(Error::invalid(
+                at,
+                format!("accessors[{index}] of unknown type"),
+                format!("{expected:?}"),
+            ));
         };
         let component = component.0;
         if found != expected {
@@ -110,7 +129,11 @@ impl Source<'_> {
             None => None,
         };
         let Ok(count) = usize::try_from(count) else {
-            return Err(Error::invalid(at, format!("{what}: {count} elements"), "as many as fit into memory"));
+            return Err(Error::invalid(
+                at,
+                format!("{what}: {count} elements"),
+                "as many as fit into memory",
+            ));
         };
         Ok(Accessor { count, component, normalized: accessor.normalized, elements, sparse, at })
     }
@@ -124,7 +147,11 @@ impl Source<'_> {
     ) -> Result<Sparse<'_>> {
         let json::accessor::sparse::Sparse { count, indices, values, .. } = sparse;
         let Checked::Valid(index_type) = indices.component_type else {
-            return Err(Error::invalid(at.clone(), format!("{what}.sparse.indices of unknown type"), "U8, U16 or U32"));
+            return Err(Error::invalid(
+                at.clone(),
+                format!("{what}.sparse.indices of unknown type"),
+                "U8, U16 or U32",
+            ));
         };
         let index_type = index_type.0;
         // The specification packs both tightly, whatever the views say.
@@ -133,7 +160,14 @@ impl Source<'_> {
         let names = [format!("{what}.sparse.indices"), format!("{what}.sparse.values")];
         Ok(Sparse {
             index_type,
-            indices: Strided::new(index_view, indices.byte_offset.0, count.0, index_type.size(), &names[0], at)?,
+            indices: Strided::new(
+                index_view,
+                indices.byte_offset.0,
+                count.0,
+                index_type.size(),
+                &names[0],
+                at,
+            )?,
             values: Strided::new(value_view, values.byte_offset.0, count.0, size, &names[1], at)?,
             // As many bytes are there.
             count: count.0 as usize,
@@ -152,7 +186,11 @@ impl Accessor<'_> {
         if self.count == count {
             return Ok(self);
         }
-        Err(Error::invalid(self.at, format!("{} elements", self.count), format!("{count}, one for each POSITION")))
+        Err(Error::invalid(
+            self.at,
+            format!("{} elements", self.count),
+            format!("{count}, one for each POSITION"),
+        ))
     }
 
     /// The vectors of `range`, which must lie below [`Self::count`]; `N` must match the type asked for.
@@ -258,7 +296,9 @@ mod tests {
         assert!(new(Some(16), 1, 2, 12).is_err());
         assert!(new(Some(8), 0, 2, 12).is_err(), "overlap");
         assert!(new(None, 28, 0, 12).is_ok());
-        for (offset, count) in [(0, u64::MAX), (u64::MAX, 1), (u64::MAX, u64::MAX), (29, 0), (0, 4_000_000_000)] {
+        for (offset, count) in
+            [(0, u64::MAX), (u64::MAX, 1), (u64::MAX, u64::MAX), (29, 0), (0, 4_000_000_000)]
+        {
             assert!(new(None, offset, count, 12).is_err(), "{count} from {offset}");
         }
         assert_eq!(new(Some(16), 0, 2, 12).map(|s| s.element(1).len()).unwrap_or_default(), 12);

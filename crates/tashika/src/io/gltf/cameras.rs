@@ -43,7 +43,11 @@ pub(super) fn add(
     let up = back.and_then(|back| (axes.y_axis - back * axes.y_axis.dot(back)).try_normalize());
     let (Some(back), Some(up)) = (back, up) else {
         let at = source.at(format!("nodes[{}]", placed.index));
-        return Err(Error::invalid(at, "a camera with a transform of rank below 2", "one that keeps directions"));
+        return Err(Error::invalid(
+            at,
+            "a camera with a transform of rank below 2",
+            "one that keeps directions",
+        ));
     };
     let rotation = DMat3::from_cols(up.cross(back), up, back);
     let name = camera.name.as_deref().or(node.name.as_deref()).filter(|n| !n.is_empty());

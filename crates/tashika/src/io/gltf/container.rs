@@ -5,7 +5,8 @@
 //!
 //! # Guarantee
 //! No byte string makes this panic. In what is returned, every index of one list into another is in
-//! range, and every enumerated value is one that glTF 2.0 knows.
+//! range but for textures' sources, and every enumerated value but for attribute names is one that glTF 2.0
+//! knows.
 //!
 //! # Differences from the `gltf` crate's own loader
 //! * The container is split here: the crate's reader subtracts the header's size from a length that may
@@ -15,8 +16,8 @@
 //! * Animations are skipped, not parsed.
 //! * `POSITION` accessors are looked up before the crate's validator does so without checking.
 //! * Forgiven, because nothing here depends on it: missing or wrong `min` and `max`, missing
-//!   `POSITION`, accessors without a buffer view, textures without a source, unknown attribute names,
-//!   scenes without nodes.
+//!   `POSITION`, accessors without a buffer view, textures whose source is missing or out of range, unknown
+//!   attribute names, scenes without nodes.
 //!
 //! # Held to this by
 //! `damaged_gltf`: truncation at each length, mutations, deep nesting, indices out of range.
@@ -149,7 +150,9 @@ fn split_binary<'a>(bytes: &'a [u8], file: &Location) -> Result<(&'a [u8], Optio
     let mut chunks: [Option<&[u8]>; 2] = [None, None];
     let mut offset = HEADER;
     // Chunks after the first two, and of unknown kind, are for others.
-    for (chunk, (kind, name)) in chunks.iter_mut().zip([(*b"JSON", "GLB JSON chunk"), (*b"BIN\0", "GLB BIN chunk")]) {
+    for (chunk, (kind, name)) in
+        chunks.iter_mut().zip([(*b"JSON", "GLB JSON chunk"), (*b"BIN\0", "GLB BIN chunk")])
+    {
         if offset == length {
             break;
         }
@@ -220,7 +223,8 @@ fn validate(root: &Root, text: &[u8], file: &Location) -> Result<()> {
         Fault::Oversize => ("a size beyond this machine's memory", "a smaller one"),
         Fault::Unsupported => ("an extension that is not supported", "another file"),
     };
-    let found = value_at(text, path.as_str()).map_or_else(|| found.to_owned(), |value| format!("{value}, {found}"));
+    let found =
+        value_at(text, path.as_str()).map_or_else(|| found.to_owned(), |value| format!("{value}, {found}"));
     Err(Error::invalid(file.clone().item(path.to_string()), found, expected))
 }
 
@@ -232,15 +236,21 @@ fn is_forgiven(path: &str, fault: Fault) -> bool {
         Fault::Missing => {
             path.contains(".attributes[\"POSITION\"]")
                 || path.starts_with("accessors[") && path.ends_with(".bufferView")
-                || path.starts_with("textures[") && path.ends_with(".source")
+                || is_texture_source(path)
         }
         Fault::Invalid => {
             path.ends_with(".attributes[\"POSITION\"].min")
                 || path.ends_with(".attributes[\"POSITION\"].max")
                 || path.ends_with(".attributes[\"<invalid semantic name>\"]")
         }
-        Fault::IndexOutOfBounds | Fault::Oversize => false,
+        Fault::IndexOutOfBounds => is_texture_source(path),
+        Fault::Oversize => false,
     }
+}
+
+/// `textures[i].source`: checked where it is used, because a texture without an image is only noted.
+fn is_texture_source(path: &str) -> bool {
+    path.starts_with("textures[") && path.ends_with(".source")
 }
 
 /// What stands at a path such as `nodes[0].mesh`, if it is a single value.

@@ -23,7 +23,8 @@ const HANDLED: [&str; 8] = [
 
 /// Refuses a file that requires what is not here.
 pub(super) fn refuse_unhandled(required: &[String], file: &Location) -> Result<()> {
-    let Some((i, name)) = required.iter().enumerate().find(|(_, name)| !HANDLED.contains(&name.as_str())) else {
+    let Some((i, name)) = required.iter().enumerate().find(|(_, name)| !HANDLED.contains(&name.as_str()))
+    else {
         return Ok(());
     };
     let advice = match name.as_str() {

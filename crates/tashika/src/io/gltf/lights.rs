@@ -66,14 +66,17 @@ pub(super) fn add(source: &Source<'_>, placed: &PlacedNode, builder: &mut SceneB
             }
             Emitter::Spot { position, axis: axis()?, intensity: color, falloff }
         }
-        Checked::Invalid => return Err(Error::invalid(at(".type"), "an unknown type", "point, spot or directional")),
+        Checked::Invalid => {
+            return Err(Error::invalid(at(".type"), "an unknown type", "point, spot or directional"));
+        }
     };
     builder.add_emitter(emitter)
 }
 
 /// The falloff, and whether the angles were as the extension asks: `0 ≤ inner < outer ≤ π/2`.
 fn falloff(light: &Light) -> (Falloff, bool) {
-    let (inner, outer) = light.spot.as_ref().map_or((0.0, FRAC_PI_2 / 2.0), |s| (s.inner_cone_angle, s.outer_cone_angle));
+    let (inner, outer) =
+        light.spot.as_ref().map_or((0.0, FRAC_PI_2 / 2.0), |s| (s.inner_cone_angle, s.outer_cone_angle));
     // Exporters write π/2 rounded either way.
     let in_order = 0.0 <= inner && inner < outer && outer <= FRAC_PI_2 + 1e-5;
     let outer = outer.clamp(0.0, FRAC_PI_2);
@@ -88,7 +91,8 @@ mod tests {
     use super::*;
 
     fn spot(inner: f32, outer: f32) -> (Falloff, bool) {
-        let json = format!(r#"{{"type":"spot","spot":{{"innerConeAngle":{inner},"outerConeAngle":{outer}}}}}"#);
+        let json =
+            format!(r#"{{"type":"spot","spot":{{"innerConeAngle":{inner},"outerConeAngle":{outer}}}}}"#);
         falloff(&gltf::json::deserialize::from_str(&json).unwrap())
     }
 

@@ -2,7 +2,9 @@
 //!
 //! A dielectric's reflectance at normal incidence is
 //!
-//!     F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularFactor
+//! ```text
+//! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularFactor
+//! ```
 //!
 //! with `n` from `KHR_materials_ior` (default 1.5, so 0.04) and the factors from
 //! `KHR_materials_specular` (default 1).
@@ -25,7 +27,8 @@ use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::io::images::Encoding;
 use crate::scene::{
-    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NoteKind, SceneBuilder, Surface,
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NoteKind,
+    SceneBuilder, Surface,
 };
 
 /// Transmission from which a smooth surface becomes glass; below, it stays opaque.
@@ -69,7 +72,8 @@ impl Materials {
         let default = json::Material::default();
         let material = index.map_or(&default, |i| &source.root.materials[i]);
         let item = index.map_or_else(|| "default material".to_owned(), |i| format!("materials[{i}]"));
-        let mut reader = Reader { source, builder, textures: &mut self.textures, material, item, uv_set: None };
+        let mut reader =
+            Reader { source, builder, textures: &mut self.textures, material, item, uv_set: None };
         let material = reader.read()?;
         let used = UsedMaterial { uv_set: reader.uv_set, id: builder.add_material(material)? };
         self.used[place] = Some(used);
@@ -95,7 +99,11 @@ impl Reader<'_, '_> {
         let [r, g, b, a] = pbr.base_color_factor.0;
         let factor = self.color("pbrMetallicRoughness.baseColorFactor", [r, g, b], 1.0)?;
         let opacity = self.number("pbrMetallicRoughness.baseColorFactor[3]", a, 1.0)?;
-        let base = self.texture("pbrMetallicRoughness.baseColorTexture", pbr.base_color_texture.as_ref(), Encoding::Srgb);
+        let base = self.texture(
+            "pbrMetallicRoughness.baseColorTexture",
+            pbr.base_color_texture.as_ref(),
+            Encoding::Srgb,
+        );
         let base_color = ColorInput { factor, texture: base.map(|t| t.texture) };
         let read = Material {
             surface: self.surface(base_color)?,
@@ -128,7 +136,8 @@ impl Reader<'_, '_> {
         let ior = self.ior()?;
         if let Some(transmission) = extensions.and_then(|e| e.transmission.as_ref()) {
             let field = "extensions.KHR_materials_transmission";
-            let factor = self.number(&format!("{field}.transmissionFactor"), transmission.transmission_factor.0, 1.0)?;
+            let factor =
+                self.number(&format!("{field}.transmissionFactor"), transmission.transmission_factor.0, 1.0)?;
             if factor >= MIN_GLASS_TRANSMISSION && roughness < MAX_GLASS_ROUGHNESS {
                 let message = "smooth transmitting materials: rendered as clear solid glass, with the base colour's factor as transmittance";
                 self.note(NoteKind::Approximated, message, field);
@@ -137,7 +146,11 @@ impl Reader<'_, '_> {
                 return Ok(Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: base_color.factor });
             }
             if factor > 0.0 {
-                self.note(NoteKind::Ignored, "transmission that is rough or partial: rendered as opaque", field);
+                self.note(
+                    NoteKind::Ignored,
+                    "transmission that is rough or partial: rendered as opaque",
+                    field,
+                );
             }
         }
         let from_index = (ior - 1.0) / (ior + 1.0);
@@ -146,10 +159,18 @@ impl Reader<'_, '_> {
         if let Some(specular) = extensions.and_then(|e| e.specular.as_ref()) {
             let field = "extensions.KHR_materials_specular";
             strength = self.number(&format!("{field}.specularFactor"), specular.specular_factor.0, 1.0)?;
-            let tint = self.color(&format!("{field}.specularColorFactor"), specular.specular_color_factor.0, f32::MAX)?;
+            let tint = self.color(
+                &format!("{field}.specularColorFactor"),
+                specular.specular_color_factor.0,
+                f32::MAX,
+            )?;
             f0 = (f0 * tint).map(|v| v.min(1.0)) * strength;
             if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
-                self.note(NoteKind::Ignored, "textures of KHR_materials_specular: their factors are used alone", field);
+                self.note(
+                    NoteKind::Ignored,
+                    "textures of KHR_materials_specular: their factors are used alone",
+                    field,
+                );
             }
         }
         if strength == 0.0 && metallic == 0.0 {
@@ -157,7 +178,8 @@ impl Reader<'_, '_> {
         }
         let field = "pbrMetallicRoughness.metallicRoughnessTexture";
         let texture = self.texture(field, pbr.metallic_roughness_texture.as_ref(), Encoding::Linear);
-        let textured = |factor, channel| FloatInput { factor, texture: texture.map(|t| (t.texture, channel)) };
+        let textured =
+            |factor, channel| FloatInput { factor, texture: texture.map(|t| (t.texture, channel)) };
         Ok(Surface::MetallicRoughness {
             base_color,
             metallic: textured(metallic, Channel::B),
@@ -169,7 +191,9 @@ impl Reader<'_, '_> {
     /// The index of refraction. Zero is the extension's way of asking for a reflectance of one, which the
     /// formula gives.
     fn ior(&mut self) -> Result<f32> {
-        let Some(ior) = self.material.extensions.as_ref().and_then(|e| e.ior.as_ref()) else { return Ok(1.5) };
+        let Some(ior) = self.material.extensions.as_ref().and_then(|e| e.ior.as_ref()) else {
+            return Ok(1.5);
+        };
         let field = "extensions.KHR_materials_ior.ior";
         let ior = self.number(field, ior.ior.0, 1e3)?;
         if ior > 0.0 && ior < 1.0 {
@@ -193,7 +217,11 @@ impl Reader<'_, '_> {
         let factor = self.color("emissiveFactor", material.emissive_factor.0, f32::MAX)? * strength;
         if !factor.is_finite() {
             let at = self.source.at(format!("{}.emissiveFactor", self.item));
-            return Err(Error::invalid(at, "an emission beyond all numbers", "a finite product of factor and strength"));
+            return Err(Error::invalid(
+                at,
+                "an emission beyond all numbers",
+                "a finite product of factor and strength",
+            ));
         }
         if factor.is_black() {
             return Ok(None);
@@ -208,7 +236,8 @@ impl Reader<'_, '_> {
         let material = self.material;
         let mode = match material.alpha_mode {
             Checked::Valid(FileAlphaMode::Mask) => {
-                let cutoff = self.number("alphaCutoff", material.alpha_cutoff.map_or(0.5, |c| c.0), f32::MAX)?;
+                let cutoff =
+                    self.number("alphaCutoff", material.alpha_cutoff.map_or(0.5, |c| c.0), f32::MAX)?;
                 AlphaMode::Mask { cutoff }
             }
             Checked::Valid(FileAlphaMode::Blend) => AlphaMode::Blend,
@@ -227,7 +256,12 @@ impl Reader<'_, '_> {
         Ok(Some(Alpha { value: FloatInput { factor, texture }, mode }))
     }
 
-    fn texture(&mut self, field: &str, info: Option<&json::texture::Info>, encoding: Encoding) -> Option<UsedTexture> {
+    fn texture(
+        &mut self,
+        field: &str,
+        info: Option<&json::texture::Info>,
+        encoding: Encoding,
+    ) -> Option<UsedTexture> {
         let item = format!("{}.{field}", self.item);
         let used = self.textures.get(self.source, self.builder, info?, encoding, &item)?;
         if *self.uv_set.get_or_insert(used.uv_set) != used.uv_set {
@@ -252,7 +286,11 @@ impl Reader<'_, '_> {
             return Err(Error::invalid(at, format!("{value}"), "a number that fits into 32 bits"));
         }
         if !(0.0..=max).contains(&value) {
-            self.note(NoteKind::Repaired, "factors of materials that are out of range: the nearest allowed is used", field);
+            self.note(
+                NoteKind::Repaired,
+                "factors of materials that are out of range: the nearest allowed is used",
+                field,
+            );
         }
         Ok(value.clamp(0.0, max))
     }

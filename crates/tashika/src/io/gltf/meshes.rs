@@ -12,6 +12,7 @@
 
 use std::ops::Range;
 
+use glam::{Vec2, Vec3};
 use gltf::json;
 use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Semantic};
@@ -21,6 +22,10 @@ use super::materials::Materials;
 use super::source::Source;
 use crate::error::{Error, Result};
 use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
+
+/// Largest texture coordinate: far beyond where `f32` still tells texels apart, and small enough for
+/// a texture transform to keep it finite.
+const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
 /// The meshes read so far.
 pub(super) struct Meshes {
@@ -35,7 +40,12 @@ impl Meshes {
     }
 
     /// The meshes that the primitives of mesh `index` became.
-    pub fn get(&mut self, source: &Source<'_>, builder: &mut SceneBuilder, index: usize) -> Result<&[MeshId]> {
+    pub fn get(
+        &mut self,
+        source: &Source<'_>,
+        builder: &mut SceneBuilder,
+        index: usize,
+    ) -> Result<&[MeshId]> {
         let read = match self.read[index].take() {
             Some(read) => read,
             None => {
@@ -95,7 +105,11 @@ impl Meshes {
         let range = vertex_range(indices.as_deref(), corners);
         if range.end > positions.count() {
             let found = format!("vertex index {}", range.end - 1);
-            return Err(Error::invalid(at(".indices"), found, format!("an index below {}", positions.count())));
+            return Err(Error::invalid(
+                at(".indices"),
+                found,
+                format!("an index below {}", positions.count()),
+            ));
         }
 
         let material = self.materials.get(source, builder, primitive.material.map(|m| m.value()))?;
@@ -131,9 +145,12 @@ impl Meshes {
         };
         let data = MeshData {
             name: name(document, mesh, index),
-            positions: positions.vectors(range)?.into_iter().map(glam::Vec3::from_array).collect(),
-            normals: normals.into_iter().map(glam::Vec3::from_array).collect(),
-            uvs: uvs.into_iter().map(glam::Vec2::from_array).collect(),
+            positions: positions.vectors(range)?.into_iter().map(Vec3::from_array).collect(),
+            normals: normals.into_iter().map(Vec3::from_array).collect(),
+            uvs: uvs
+                .into_iter()
+                .map(|uv: [f32; 2]| Vec2::from_array(uv).clamp(-FARTHEST_UV, FARTHEST_UV))
+                .collect(),
             triangles,
         };
         builder.add_mesh(data, material.id).map(Some)
@@ -167,7 +184,8 @@ impl Assembly {
             Checked::Valid(Mode::Triangles) => Some(Self::Separate),
             Checked::Valid(Mode::TriangleStrip) => Some(Self::Strip),
             Checked::Valid(Mode::TriangleFan) => Some(Self::Fan),
-            Checked::Valid(Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) | Checked::Invalid => None,
+            Checked::Valid(Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip)
+            | Checked::Invalid => None,
         }
     }
 
@@ -199,8 +217,8 @@ mod tests {
     #[test]
     fn triangles_of_a_strip_face_the_same_way() {
         assert_eq!(Assembly::Strip.assemble(5, |i| i as u32), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
-        let steering = [0, 1, 2, 2, 3, 3, 4, 5];
-        assert_eq!(Assembly::Strip.assemble(8, |i| steering[i]), [[0, 1, 2], [3, 4, 5]]);
+        let steering = [0, 1, 2, 2, 3, 3, 3, 4, 5];
+        assert_eq!(Assembly::Strip.assemble(9, |i| steering[i]), [[0, 1, 2], [3, 4, 5]]);
         assert_eq!(Assembly::Fan.assemble(5, |i| i as u32), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);
         assert_eq!(Assembly::Separate.assemble(7, |i| i as u32), [[0, 1, 2], [3, 4, 5]]);
         for assembly in [Assembly::Separate, Assembly::Strip, Assembly::Fan] {

@@ -111,7 +111,8 @@ fn local(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> DAffi
         builder.note(NoteKind::Repaired, message, source.at(format!("nodes[{index}].{field}")));
     };
     if let Some(m) = node.matrix {
-        let column = |c: usize| DVec3::new(f64::from(m[4 * c]), f64::from(m[4 * c + 1]), f64::from(m[4 * c + 2]));
+        let column =
+            |c: usize| DVec3::new(f64::from(m[4 * c]), f64::from(m[4 * c + 1]), f64::from(m[4 * c + 2]));
         if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
             repaired("matrix", "node matrices whose last row is not 0 0 0 1: taken as if it were");
         }

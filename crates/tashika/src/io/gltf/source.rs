@@ -112,7 +112,9 @@ impl<'a> Source<'a> {
         let image = &self.root.images[index];
         match (&image.uri, image.buffer_view) {
             (_, Some(view)) => Ok(Cow::Borrowed(self.view(view)?.0)),
-            (Some(uri), None) => Ok(Cow::Owned(uri::fetch(self.files, uri, &self.at(format!("images[{index}]")))?)),
+            (Some(uri), None) => {
+                Ok(Cow::Owned(uri::fetch(self.files, uri, &self.at(format!("images[{index}]")))?))
+            }
             (None, None) => {
                 let at = self.at(format!("images[{index}]"));
                 Err(Error::invalid(at, "neither uri nor bufferView", "one of them"))
@@ -140,12 +142,20 @@ impl<'a> Source<'a> {
             }
             (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
             (None, _) => {
-                return Err(Error::invalid(at, "no uri", "a uri, or to be the first buffer of a .glb with a BIN chunk"));
+                return Err(Error::invalid(
+                    at,
+                    "no uri",
+                    "a uri, or to be the first buffer of a .glb with a BIN chunk",
+                ));
             }
         };
         let Some(length) = usize::try_from(buffer.byte_length.0).ok().filter(|&n| n <= bytes.len()) else {
             let found = format!("byteLength = {}", buffer.byte_length.0);
-            return Err(Error::invalid(at, found, format!("at most {}, the bytes that are there", bytes.len())));
+            return Err(Error::invalid(
+                at,
+                found,
+                format!("at most {}, the bytes that are there", bytes.len()),
+            ));
         };
         match &mut bytes {
             Cow::Borrowed(slice) => *slice = &slice[..length],

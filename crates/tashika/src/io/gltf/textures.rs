@@ -2,8 +2,10 @@
 //!
 //! `KHR_texture_transform` maps texture coordinates by `T · R · S` with
 //!
-//!     R = | cos  sin |
-//!         | −sin cos |
+//! ```text
+//! R = | cos  sin |
+//!     | −sin cos |
+//! ```
 //!
 //! which turns counter-clockwise where `v` runs down. (The sample code in early versions of the extension
 //! turns the other way and contradicts its own example, which is the test here.)
@@ -136,7 +138,8 @@ fn wrap(mode: Checked<WrappingMode>) -> Wrap {
 fn transform(t: &json::extensions::texture::TextureTransform) -> Option<UvTransform> {
     let ([x, y], [sx, sy]) = (t.offset.0, t.scale.0);
     let (sin, cos) = sin_cos(t.rotation.0);
-    let columns = [Vec3::new(cos * sx, -sin * sx, 0.0), Vec3::new(sin * sy, cos * sy, 0.0), Vec3::new(x, y, 1.0)];
+    let columns =
+        [Vec3::new(cos * sx, -sin * sx, 0.0), Vec3::new(sin * sy, cos * sy, 0.0), Vec3::new(x, y, 1.0)];
     let usable = columns.iter().all(|c| c.abs().max_element() <= MAX_COEFFICIENT && c.is_finite());
     usable.then(|| UvTransform(Mat3::from_cols(columns[0], columns[1], columns[2])))
 }

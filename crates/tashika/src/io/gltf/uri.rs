@@ -28,7 +28,11 @@ pub(super) fn fetch(files: &SceneFiles, uri: &str, at: &Location) -> Result<Vec<
     }
     if let Some(scheme) = scheme(uri) {
         let what = format!("reading from {:?}", shown(scheme));
-        return Err(Error::unsupported(at.clone(), what, "put the file beside the scene and refer to it by its name"));
+        return Err(Error::unsupported(
+            at.clone(),
+            what,
+            "put the file beside the scene and refer to it by its name",
+        ));
     }
     let decoded = String::from_utf8(percent_decode(uri)).unwrap_or_else(|_| uri.to_owned());
     match files.read(&decoded, at) {
@@ -167,7 +171,8 @@ mod tests {
         for name in ["a b.bin", "50%25.bin", "s.gltf"] {
             std::fs::write(folder.path().join(name), name).unwrap();
         }
-        let files = SceneFiles::open(&folder.path().join("s.gltf"), &crate::io::LoadOptions::default()).unwrap();
+        let files =
+            SceneFiles::open(&folder.path().join("s.gltf"), &crate::io::LoadOptions::default()).unwrap();
         let at = Location::default();
         for uri in ["a%20b.bin", "a b.bin"] {
             assert_eq!(fetch(&files, uri, &at).unwrap(), b"a b.bin");

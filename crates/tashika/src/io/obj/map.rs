@@ -3,7 +3,9 @@
 //! Options come before the name, which is the rest of the line and may contain blanks; some exporters
 //! put options behind it. With `s` and `o` of `-s u v w` and `-o u v w`, coordinates are mapped by
 //!
-//!     u′ = s_u u + o_u,   v′ = s_v v + o_v        (v up)
+//! ```text
+//! u′ = s_u u + o_u,   v′ = s_v v + o_v        (v up)
+//! ```
 //!
 //! which is what exporters mean by them; the specification describes the inverse scale, and
 //! nobody writes that. With `v` running down, `ṽ = 1 − v`, the second becomes
@@ -192,7 +194,10 @@ mod tests {
     #[test]
     fn options_mean_what_they_say() {
         let map = parse("-clamp on -imfchan m -o 0.25 -s 2 3 4 a.png");
-        assert_eq!((map.offset, map.scale, map.clamp, map.channel), ([0.25, 0.0], [2.0, 3.0], true, Some(Channel::A)));
+        assert_eq!(
+            (map.offset, map.scale, map.clamp, map.channel),
+            ([0.25, 0.0], [2.0, 3.0], true, Some(Channel::A))
+        );
         assert!(!map.modified && !parse("-mm 0 1 -t 0 0 -cc off a.png").modified);
         for changed in ["-mm 0 2 a", "-t 0 0.1 a", "-cc on a", "-bm 2 a", "-boost 1 a"] {
             assert!(parse(changed).modified, "{changed}");

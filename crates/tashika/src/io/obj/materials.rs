@@ -36,8 +36,8 @@ use super::references::{Content, Textures};
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::scene::{
-    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NoteKind, Notes, SceneBuilder, Surface,
-    Texture,
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NoteKind, Notes, SceneBuilder,
+    Surface, Texture,
 };
 
 /// Reflectance of what has none: chosen, a middling value for interiors.
@@ -120,7 +120,10 @@ impl Converter<'_, '_> {
             return Surface::Lambert { reflectance: diffuse };
         }
         if d.ns.is_none() {
-            self.note(NoteKind::Defaulted, format!("materials with Ks but without Ns: exponent {DEFAULT_EXPONENT}"));
+            self.note(
+                NoteKind::Defaulted,
+                format!("materials with Ks but without Ns: exponent {DEFAULT_EXPONENT}"),
+            );
         }
         Surface::Phong { diffuse, specular, exponent: self.number("Ns", d.ns, DEFAULT_EXPONENT, 0.0..=1e6) }
     }
@@ -163,7 +166,10 @@ impl Converter<'_, '_> {
             self.note(NoteKind::Defaulted, format!("materials without Kd: reflectance {GREY}"));
         }
         if texture.is_some() && factor.is_black() {
-            self.note(NoteKind::Approximated, "materials with a map_Kd and a black Kd: the map alone is used");
+            self.note(
+                NoteKind::Approximated,
+                "materials with a map_Kd and a black Kd: the map alone is used",
+            );
             factor = Rgb::WHITE;
         }
         ColorInput { factor: self.reflectance("Kd", factor, texture.is_some()), texture }
@@ -197,12 +203,19 @@ impl Converter<'_, '_> {
             self.number("Tr", d.tr.map(|tr| 1.0 - tr), 1.0, 0.0..=1.0)
         };
         let texture = d.map_d.as_ref().and_then(|map| {
-            let content = if matches!(map.channel, None | Some(Channel::A)) { Content::Opacity } else { Content::Number };
+            let content = if matches!(map.channel, None | Some(Channel::A)) {
+                Content::Opacity
+            } else {
+                Content::Number
+            };
             let (texture, has_alpha) = self.textures.load(map, d, content, self.builder, self.notes)?;
             Some((texture, map.channel.unwrap_or(if has_alpha { Channel::A } else { Channel::R })))
         });
         if factor == 0.0 {
-            self.note(NoteKind::Approximated, "materials that are wholly transparent (d = 0 or Tr = 1): not seen");
+            self.note(
+                NoteKind::Approximated,
+                "materials that are wholly transparent (d = 0 or Tr = 1): not seen",
+            );
         }
         let value = FloatInput { factor, texture };
         (value != FloatInput::from(1.0)).then_some(Alpha { value, mode: AlphaMode::Blend })
@@ -221,7 +234,8 @@ impl Converter<'_, '_> {
 
     fn mapped_number(&mut self, factor: f32, map: Option<&Map>) -> FloatInput {
         let texture = map.and_then(|map| {
-            let loaded = self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
+            let loaded =
+                self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
             Some((loaded.0, map.channel.unwrap_or(Channel::R)))
         });
         FloatInput { factor, texture }

@@ -108,8 +108,9 @@ impl MeshBuilder {
             data.positions.push(geometry.positions[position as usize]);
             self.has_uvs |= uv != NONE;
             self.has_normals |= normal != NONE;
-            data.uvs.push(geometry.uvs.get(uv as usize).map_or(Vec2::ZERO, |uv| Vec2::new(uv.x, 1.0 - uv.y)));
-            data.normals.push(geometry.normals.get(normal as usize).copied().unwrap_or(Vec3::ZERO));
+            let uv = if uv == NONE { None } else { Some(geometry.uvs[uv as usize]) };
+            data.uvs.push(uv.map_or(Vec2::ZERO, |uv| Vec2::new(uv.x, 1.0 - uv.y)));
+            data.normals.push(if normal == NONE { Vec3::ZERO } else { geometry.normals[normal as usize] });
         }
         id
     }

@@ -13,6 +13,7 @@
 //! Tested by `suite::obj` and `suite::damaged_obj`.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use super::map::Map;
@@ -24,7 +25,7 @@ use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Notes};
 
 /// One `newmtl`, as it is written.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Definition {
     /// Where it starts.
     pub(super) at: Location,
@@ -97,14 +98,17 @@ struct Parser<'a> {
 
 impl Parser<'_> {
     fn close(&mut self) {
-        if let Some((name, definition)) = self.current.take() {
-            let line = definition.at.line.unwrap_or(1);
-            match self.definitions.entry(name) {
-                std::collections::hash_map::Entry::Vacant(slot) => {
-                    slot.insert(definition);
-                }
-                std::collections::hash_map::Entry::Occupied(_) => {
-                    self.tally.add(NoteKind::Ignored, "materials defined again: the first definition counts", line);
+        let Some((name, definition)) = self.current.take() else { return };
+        match self.definitions.entry(name) {
+            Entry::Vacant(slot) => {
+                slot.insert(definition);
+            }
+            Entry::Occupied(slot) => {
+                // Exporters that write a material once a use repeat it word by word.
+                let first = Definition { at: definition.at.clone(), ..slot.get().clone() };
+                if first != definition {
+                    let message = "materials defined again in another way: the first definition counts";
+                    self.tally.add(NoteKind::Ignored, message, definition.at.line.unwrap_or(1));
                 }
             }
         }
@@ -174,8 +178,8 @@ impl Parser<'_> {
             b"refl" | b"map_refl" => ignore("reflection maps"),
             b"decal" => ignore("decals"),
             b"map_ns" => ignore("maps of specular exponents"),
-            b"ps" | b"pc" | b"pcr" | b"aniso" | b"anisor" | b"map_ps" | b"map_pc" | b"map_pcr" | b"map_aniso"
-            | b"map_anisor" | b"map_rma" | b"map_orm" => {
+            b"ps" | b"pc" | b"pcr" | b"aniso" | b"anisor" | b"map_ps" | b"map_pc" | b"map_pcr"
+            | b"map_aniso" | b"map_anisor" | b"map_rma" | b"map_orm" => {
                 ignore("sheen, clear coat, anisotropy and packed maps of the physically based extension");
             }
             _ => {

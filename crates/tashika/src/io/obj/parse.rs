@@ -123,7 +123,11 @@ impl<'a> Parser<'a> {
             material: 0,
             smoothing: 0,
             tally: Tally::default(),
-            unknown: Named::new(NoteKind::Ignored, MAX_UNKNOWN, "further statements that are not of the format"),
+            unknown: Named::new(
+                NoteKind::Ignored,
+                MAX_UNKNOWN,
+                "further statements that are not of the format",
+            ),
             first_unknown: None,
             known_statements: false,
         }
@@ -160,11 +164,13 @@ impl<'a> Parser<'a> {
             b"o" | b"g" | b"mg" => {}
             b"p" => ignore("points"),
             b"l" => ignore("line elements"),
-            b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm" | b"trim"
-            | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"bzp" | b"bsp" | b"cdc" | b"cdp" | b"res" => {
+            b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm"
+            | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"bzp" | b"bsp" | b"cdc" | b"cdp"
+            | b"res" => {
                 ignore("free-form curves and surfaces");
             }
-            b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" => {
+            b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" | b"ctech"
+            | b"stech" => {
                 ignore("display and render attributes");
             }
             b"maplib" | b"usemap" => ignore("texture maps outside materials (maplib, usemap)"),
@@ -259,7 +265,11 @@ impl<'a> Parser<'a> {
     }
 
     fn malformed(&self, line: u32, word: &[u8]) -> Error {
-        self.invalid(line, format!("face corner {:?}", excerpt(word)), "v, v/t, v//n or v/t/n with whole numbers")
+        self.invalid(
+            line,
+            format!("face corner {:?}", excerpt(word)),
+            "v, v/t, v//n or v/t/n with whole numbers",
+        )
     }
 
     /// An index from 0. Positive ones count from 1 and may point forward; negative ones count back from
@@ -267,7 +277,6 @@ impl<'a> Parser<'a> {
     fn index(&self, line: u32, word: &[u8], digits: &[u8], kind: Kind, available: usize) -> Result<u32> {
         let index = integer(digits).ok_or_else(|| self.malformed(line, word))?;
         let resolved = if index > 0 { index - 1 } else { available as i64 + index };
-        let so_far = "so far";
         if index == 0 {
             return Err(self.invalid(
                 line,
@@ -280,8 +289,9 @@ impl<'a> Parser<'a> {
                 line,
                 format!("{} index {} in {:?}", kind.name(), excerpt(digits), excerpt(word)),
                 match available {
-                    0 => format!("a positive index, as there are no {} {so_far}", kind.elements()),
-                    n => format!("-1 to -{n}, as there are {n} {} {so_far}", kind.elements()),
+                    0 => format!("a positive index, as there are no {} so far", kind.elements()),
+                    1 => format!("-1, as there is 1 of the {} so far", kind.elements()),
+                    n => format!("-1 to -{n}, as there are {n} {} so far", kind.elements()),
                 },
             ));
         }
@@ -300,18 +310,10 @@ impl<'a> Parser<'a> {
     }
 
     fn library(&mut self, line: u32, rest: &[u8]) {
-        /// Files beyond this number are not looked for; chosen.
-        const MAX_LIBRARIES: usize = 1000;
-        let libraries = &mut self.geometry.libraries;
         let name = name(rest);
-        if name.is_empty() || self.library_names.contains(&name) {
-            return;
-        }
-        if libraries.len() < MAX_LIBRARIES {
-            self.library_names.insert(name.clone());
-            libraries.push(Reference { name, line });
-        } else {
-            self.tally.add(NoteKind::Ignored, "material libraries after the thousandth", line);
+        // Exporters repeat the statement for each object.
+        if !name.is_empty() && self.library_names.insert(name.clone()) {
+            self.geometry.libraries.push(Reference { name, line });
         }
     }
 
@@ -380,6 +382,7 @@ impl<'a> Parser<'a> {
                             format!("{} index {}", kind.name(), u64::from(index) + 1),
                             match count {
                                 0 => format!("{} in the file", kind.elements()),
+                                1 => format!("1, as the file has 1 of the {}", kind.elements()),
                                 n => format!("1 to {n}, as the file has {n} {}", kind.elements()),
                             },
                         ));

@@ -69,7 +69,9 @@ fn is_absolute(name: &str) -> bool {
 /// Why something could not be read, without the place, which its note has.
 fn reason(error: &Error) -> String {
     match error {
-        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => "no such file".to_owned(),
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            "no such file".to_owned()
+        }
         Error::Io { source, .. } => source.kind().to_string(),
         Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
         Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
@@ -77,8 +79,15 @@ fn reason(error: &Error) -> String {
     }
 }
 
-/// How many different files that could not be read are named.
-const MAX_UNREADABLE: usize = 100;
+/// How many different files that could not be read, or not where they should be, are named.
+const MAX_NAMED: usize = 100;
+
+/// How many material libraries are looked for; chosen.
+const MAX_LIBRARIES: usize = 1000;
+const TOO_MANY_LIBRARIES: &str = "material libraries after the thousandth";
+
+/// After so many images that could not be read no further ones are looked for; chosen.
+const MAX_FAILURES: usize = 1000;
 
 /// Reads the material libraries.
 ///
@@ -94,22 +103,37 @@ pub(super) fn read_libraries(
     let mut definitions = Definitions::new();
     let mut seen = BTreeSet::new();
     let mut unreadable =
-        Named::new(NoteKind::Repaired, MAX_UNREADABLE, "further material libraries could not be read");
+        Named::new(NoteKind::Repaired, MAX_NAMED, "further material libraries could not be read");
+    let mut moved = moved_notes();
+    let mut budget = MAX_LIBRARIES;
     for Reference { name, line } in references {
         let at = Location::line(files.path(), *line);
+        if budget == 0 {
+            notes.push(NoteKind::Ignored, TOO_MANY_LIBRARIES, at);
+            continue;
+        }
         let whole = find(files, "", name, &at);
-        let names = split_names(name);
-        let found = if whole.is_err() && names.len() > 1 {
-            names.iter().map(|name| (name.as_str(), find(files, "", name, &at))).collect()
-        } else {
-            vec![(name.as_str(), whole)]
+        let mut names = split_names(name);
+        let is_there = |name: &String| find(files, "", name, &at).is_ok_and(|found| !found.moved);
+        let is_one = match &whole {
+            _ if names.len() == 1 => true,
+            Ok(found) => !found.moved || !names.iter().take(budget).any(is_there),
+            Err(_) => false,
         };
-        for (name, found) in found {
-            let library = found.and_then(|found| files.read(&found.reference, &at).map(|bytes| (found, bytes)));
-            match library {
+        if is_one {
+            names = vec![name.clone()];
+        }
+        for name in names {
+            if budget == 0 {
+                notes.push(NoteKind::Ignored, TOO_MANY_LIBRARIES, at.clone());
+                continue;
+            }
+            budget -= 1;
+            let found = find(files, "", &name, &at);
+            match found.and_then(|found| files.read(&found.reference, &at).map(|bytes| (found, bytes))) {
                 Ok((found, bytes)) => {
                     if found.moved {
-                        note_moved(notes, name, &found.reference, at.clone());
+                        moved.add(moved_message(&name, &found.reference), at.clone(), notes);
                     }
                     if seen.insert(found.path) {
                         let file = beside(files, &found.reference);
@@ -152,9 +176,12 @@ fn folder_of(reference: &str) -> &str {
     reference.rfind(['/', '\\']).map_or("", |separator| &reference[..=separator])
 }
 
-fn note_moved(notes: &mut Notes, name: &str, reference: &str, at: Location) {
-    let message = format!("file {name:?} is not there: {reference:?} in the folder of the scene is used");
-    notes.push(NoteKind::Repaired, message, at);
+fn moved_notes() -> Named {
+    Named::new(NoteKind::Repaired, MAX_NAMED, "further files were found in the folder of the scene only")
+}
+
+fn moved_message(name: &str, reference: &str) -> String {
+    format!("file {name:?} is not there: {reference:?} in the folder of the scene is used")
 }
 
 /// What a texture is used for.
@@ -174,7 +201,10 @@ pub(super) struct Textures<'a> {
     /// By folder and name as written.
     by_name: BTreeMap<(String, String, Content), Result<Loaded, String>>,
     by_path: BTreeMap<(PathBuf, Encoding), Loaded>,
+    /// How many different names led to nothing.
+    failures: usize,
     unreadable: Named,
+    moved: Named,
 }
 
 #[derive(Clone, Copy)]
@@ -185,8 +215,14 @@ struct Loaded {
 
 impl<'a> Textures<'a> {
     pub(super) fn new(files: &'a SceneFiles) -> Self {
-        let unreadable = Named::new(NoteKind::Repaired, MAX_UNREADABLE, "further images could not be read");
-        Self { files, by_name: BTreeMap::new(), by_path: BTreeMap::new(), unreadable }
+        Self {
+            files,
+            by_name: BTreeMap::new(),
+            by_path: BTreeMap::new(),
+            failures: 0,
+            unreadable: Named::new(NoteKind::Repaired, MAX_NAMED, "further images could not be read"),
+            moved: moved_notes(),
+        }
     }
 
     /// The texture of a statement, if its image can be read, and whether that has opacities.
@@ -201,8 +237,10 @@ impl<'a> Textures<'a> {
         let key = (definition.folder.clone(), map.name.clone(), content);
         let loaded = match self.by_name.get(&key) {
             Some(known) => known.clone(),
+            None if self.failures >= MAX_FAILURES => Err("a thousand others could not be read".to_owned()),
             None => {
                 let loaded = self.read(map, definition, content, builder, notes).map_err(|e| reason(&e));
+                self.failures += usize::from(loaded.is_err());
                 self.by_name.insert(key, loaded.clone());
                 loaded
             }
@@ -212,8 +250,10 @@ impl<'a> Textures<'a> {
                 Some((Texture { image, wrap: map.wrap(), transform: map.transform() }, has_alpha))
             }
             Err(reason) => {
-                let message =
-                    format!("image {:?} could not be read ({reason}): its colour factor is used alone", map.name);
+                let message = format!(
+                    "image {:?} could not be read ({reason}): its colour factor is used alone",
+                    map.name
+                );
                 self.unreadable.add(message, definition.at.clone(), notes);
                 None
             }
@@ -231,7 +271,7 @@ impl<'a> Textures<'a> {
         let at = &definition.at;
         let Found { reference, path, moved } = find(self.files, &definition.folder, &map.name, at)?;
         if moved {
-            note_moved(notes, &map.name, &reference, at.clone());
+            self.moved.add(moved_message(&map.name, &reference), at.clone(), notes);
         }
         let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };
         if content == Content::Opacity

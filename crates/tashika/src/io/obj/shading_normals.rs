@@ -4,7 +4,9 @@
 //!   about its vertex, weighted with their angles there, so that it does not depend on how the surface is
 //!   cut into faces:
 //!
-//!       n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
+//! ```text
+//!   n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
+//! ```
 //!
 //!   (Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", JGT 3(1), 1998, equation 1.)
 //! * Any other corner is flat. Where other faces of its material have normals it gets its face's, as a

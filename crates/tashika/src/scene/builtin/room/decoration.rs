@@ -78,8 +78,8 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
         [0.17, 0.29],
         [0.0, 0.29],
     ];
-    let terracotta = stage.material("pot", coated(Rgb::new(0.66, 0.64, 0.60), 0.3))?;
-    stage.put("pot", terracotta, lathe(&pot.map(Vec2::from), 48).at(at))?;
+    let glaze = stage.material("pot", coated(Rgb::new(0.66, 0.64, 0.60), 0.3))?;
+    stage.put("pot", glaze, lathe(&pot.map(Vec2::from), 48).at(at))?;
 
     let mut stream = Stream::new(0, Purpose::Modelling, 4);
     let (mut stems, mut places) = (Shape::default(), Vec::new());
@@ -124,7 +124,6 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("soil", soil, disk(0.172, 48).at(at + Vec3::Y * 0.30))?;
     // A tray keeps the floor dry.
     let tray = [[0.0, 0.0], [0.2, 0.0], [0.21, 0.02], [0.205, 0.02], [0.195, 0.006], [0.0, 0.006]];
-    let _ = palette;
     stage.put("tray", palette.black, lathe(&tray.map(Vec2::from), 48).at(at + Vec3::Y * 0.0002))
 }
 

@@ -9,13 +9,13 @@ use super::{HEIGHT, LAMP};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::math::elementary::{powf, sin_cos};
-use crate::scene::builtin::shapes::{Ends, Shape, cylinder, grid, lathe, sphere, torus};
+use crate::scene::builtin::shapes::{Ends, Shape, cylinder, grid, lathe, sphere, torus, tube};
 use crate::scene::builtin::stage::Stage;
 
 /// Radiance of the bulb (W·m⁻²·sr⁻¹).
-const BULB: Rgb = Rgb::new(440.0, 300.0, 160.0);
+const BULB: Rgb = Rgb::new(560.0, 385.0, 215.0);
 /// Radius of the bulb (m).
-const BULB_RADIUS: f32 = 0.06;
+const BULB_RADIUS: f32 = 0.08;
 /// Number of slats around the shade.
 const SLATS: usize = 30;
 /// Half the height of the shade (m).
@@ -36,10 +36,9 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
         let (s, t) = (0.5 * i as f32 - 0.5, j as f32 / 14.0 - 1.0);
         // Narrower where the shade is, so that the gaps keep their share.
         let radius = shade_radius(t);
-        Vec3::new(radius, HALF_HEIGHT * t, -0.62 * TAU * radius / SLATS as f32 * s)
+        Vec3::new(radius, HALF_HEIGHT * t, -0.5 * TAU * radius / SLATS as f32 * s)
     });
     let turns = (0..SLATS).map(|k| Quat::from_rotation_y(TAU * k as f32 / SLATS as f32));
-    // Each slat stands at an angle to the circle, as a louvre does.
     let places: Vec<Affine3A> = turns.map(|turn| Affine3A::from_rotation_translation(turn, LAMP)).collect();
     let veneer = stage.material("veneer", matte(Rgb::new(0.68, 0.50, 0.30)))?;
     stage.repeat("lamp slat", veneer, slat, &places)?;
@@ -49,7 +48,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
         let (sin, cos) = sin_cos(angle);
         let top = LAMP + Vec3::Y * HALF_HEIGHT;
         let rim = top + Vec3::new(cos, 0.0, sin) * shade_radius(1.0);
-        crate::scene::builtin::shapes::tube(&[top, rim], Ends::Open, 8, |_| 0.003)
+        tube(&[top, rim], Ends::Open, 8, |_| 0.003)
     };
     let cord = cylinder(0.0035, HEIGHT - LAMP.y - BULB_RADIUS, 10).at(LAMP + Vec3::Y * BULB_RADIUS);
     let socket = [

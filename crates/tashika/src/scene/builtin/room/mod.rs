@@ -38,14 +38,15 @@ pub const WALL: f32 = 0.16;
 const FLOOR: f32 = 0.0122;
 
 /// Hole in the wall `x = 0`.
-struct Opening {
+pub struct Opening {
     /// Lowest and highest `y` (m).
-    height: [f32; 2],
+    pub height: [f32; 2],
     /// Lowest and highest `z` (m).
-    along: [f32; 2],
+    pub along: [f32; 2],
 }
 
-const WINDOW: Opening = Opening { height: [0.80, 2.45], along: [0.95, 3.05] };
+/// The window.
+pub const WINDOW: Opening = Opening { height: [0.80, 2.45], along: [0.95, 3.05] };
 /// Centre of the table's top (m).
 const TABLE: Vec3 = Vec3::new(3.75, 0.74, 2.25);
 /// Middle of the rear edge of the sideboard's top (m).

@@ -43,6 +43,18 @@ fn spline(points: &[[f32; 2]], steps: usize) -> Vec<Vec2> {
     curve
 }
 
+/// The profile of something open at the top: smooth outside and inside, with a flat rim between.
+fn vessel(outside: &[[f32; 2]], inside: &[[f32; 2]], steps: usize) -> Vec<Vec2> {
+    let (mut profile, inner) = (spline(outside, steps), spline(inside, steps));
+    // Points given twice are creases: at the rim, and around the foot.
+    profile.extend(profile.last().copied());
+    profile.insert(0, Vec2::new(0.0, outside[0][1]));
+    profile.insert(1, profile[1]);
+    profile.push(inner[0]);
+    profile.extend(inner);
+    profile
+}
+
 /// A point of the cubic with end points `b[0]`, `b[3]` and handles `b[1]`, `b[2]` (Bézier).
 fn bezier(b: [Vec3; 4], t: f32) -> Vec3 {
     let s = 1.0 - t;
@@ -85,35 +97,18 @@ fn teapot() -> Shape {
 
 /// A cup with its saucer.
 fn cup() -> Shape {
-    let saucer = [
-        [0.0, 0.004],
-        [0.03, 0.004],
-        [0.055, 0.009],
-        [0.068, 0.016],
-        [0.069, 0.0145],
-        [0.055, 0.005],
-        [0.03, 0.0],
-        [0.0, 0.0],
-    ];
-    let mut outline = spline(&saucer, 3);
-    outline.reverse();
-    let bowl = [
-        [0.0, 0.006],
-        [0.018, 0.006],
-        [0.024, 0.012],
-        [0.036, 0.035],
-        [0.041, 0.060],
-        [0.0395, 0.060],
-        [0.034, 0.036],
-        [0.022, 0.016],
-        [0.0, 0.012],
-    ];
+    let (under, upper) = (
+        [[0.03, 0.0], [0.055, 0.005], [0.069, 0.0145]],
+        [[0.068, 0.016], [0.055, 0.009], [0.03, 0.004], [0.0, 0.004]],
+    );
+    let outside = [[0.018, 0.0045], [0.024, 0.012], [0.036, 0.035], [0.041, 0.060]];
+    let inside = [[0.0395, 0.060], [0.034, 0.036], [0.022, 0.016], [0.0, 0.012]];
     let handle = [[0.036, 0.05], [0.066, 0.055], [0.062, 0.02], [0.031, 0.025]]
         .map(|p: [f32; 2]| Vec3::new(p[0], p[1], 0.0));
     let path: Vec<Vec3> = (0..=24).map(|k| bezier(handle, k as f32 / 24.0)).collect();
     Shape::merged([
-        lathe(&outline, 48),
-        lathe(&spline(&bowl, 5), 48),
+        lathe(&vessel(&under, &upper, 3), 40),
+        lathe(&vessel(&outside, &inside, 4), 40),
         tube(&path, Ends::Open, 10, |_| 0.0035),
     ])
 }
@@ -133,18 +128,9 @@ fn tea(stage: &mut Stage, palette: &Palette) -> Result<()> {
 /// A bowl of plastic apples.
 fn fruit(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let at = TABLE + Vec3::new(-0.38, 0.0, -0.05);
-    let bowl = [
-        [0.0, 0.0],
-        [0.05, 0.0],
-        [0.06, 0.006],
-        [0.12, 0.04],
-        [0.155, 0.085],
-        [0.150, 0.085],
-        [0.115, 0.045],
-        [0.06, 0.014],
-        [0.0, 0.010],
-    ];
-    stage.put("bowl", palette.porcelain, lathe(&spline(&bowl, 5), 56).at(at))?;
+    let outside = [[0.055, 0.0], [0.06, 0.006], [0.12, 0.04], [0.155, 0.085]];
+    let inside = [[0.150, 0.085], [0.115, 0.045], [0.06, 0.014], [0.0, 0.010]];
+    stage.put("bowl", palette.porcelain, lathe(&vessel(&outside, &inside, 6), 56).at(at))?;
 
     let apple = lathe(
         &(0..=28)
@@ -184,9 +170,8 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("golden knot", gold, knot.at(stand + Vec3::Y * (0.03 + 0.128)))?;
 
     let satin = stage.material("satin", glossy(Rgb::new(0.40, 0.30, 0.08), 0.35, 20.0))?;
-    let ring =
-        torus(0.062, 0.020, 72, 24).turned(Quat::from_rotation_z(0.18)).turned(Quat::from_rotation_y(0.4));
-    stage.put("ring", satin, ring.at(TABLE + Vec3::new(0.16, 0.0325, 0.25)))?;
+    let ring = torus(0.062, 0.020, 72, 24);
+    stage.put("ring", satin, ring.at(TABLE + Vec3::new(0.16, 0.0202, 0.25)))?;
 
     let cloth = stage.material("table books", glossy(Rgb::new(0.42, 0.08, 0.05), 0.08, 40.0))?;
     let books = TABLE + Vec3::new(0.60, 0.0, 0.14);
@@ -204,9 +189,9 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
 /// Five equal balls that differ in their Phong exponent only, each on a ring, and two vases beside them.
 fn row_of_exponents(stage: &mut Stage, palette: &Palette) -> Result<()> {
-    const RADIUS: f32 = 0.085;
+    const RADIUS: f32 = 0.1;
     let ball = sphere(RADIUS, 48, 24);
-    let place = |k: usize| SIDEBOARD + Vec3::new(-0.44 + 0.22 * k as f32, 0.0, 0.24);
+    let place = |k: usize| SIDEBOARD + Vec3::new(-0.46 + 0.24 * k as f32, 0.0, 0.24);
     for (k, exponent) in EXPONENTS.into_iter().enumerate() {
         let name = format!("ball of exponent {exponent}");
         let material = stage.material(&name, glossy(Rgb::new(0.13, 0.16, 0.20), 0.55, exponent))?;
@@ -215,29 +200,19 @@ fn row_of_exponents(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let places = [0, 1, 2, 3, 4].map(|k| Affine3A::from_translation(place(k) + Vec3::Y * 0.012));
     stage.repeat("stand", palette.brass, torus(0.052, 0.012, 48, 12), &places)?;
 
-    let tall = [
-        [0.0, 0.0],
-        [0.055, 0.0],
-        [0.06, 0.01],
-        [0.075, 0.10],
-        [0.055, 0.20],
-        [0.028, 0.28],
-        [0.034, 0.34],
-        [0.030, 0.34],
-        [0.022, 0.28],
-        [0.0, 0.27],
-    ];
-    let ribbed = lathe(&spline(&tall, 6), 64);
+    let outside = [[0.055, 0.0], [0.062, 0.012], [0.075, 0.10], [0.055, 0.20], [0.028, 0.28], [0.034, 0.34]];
+    let inside = [[0.030, 0.34], [0.022, 0.28], [0.012, 0.272], [0.0, 0.27]];
+    let vase = lathe(&vessel(&outside, &inside, 6), 64);
     let glaze = stage.material("vase glaze", glossy(Rgb::new(0.10, 0.22, 0.16), 0.35, 300.0))?;
-    stage.put("vase", glaze, ribbed.at(SIDEBOARD + Vec3::new(-0.70, 0.0, 0.20)))?;
-    twigs(stage, SIDEBOARD + Vec3::new(-0.70, 0.27, 0.20))?;
+    stage.put("vase", glaze, vase.at(SIDEBOARD + Vec3::new(-0.71, 0.0, 0.20)))?;
+    twigs(stage, SIDEBOARD + Vec3::new(-0.71, 0.27, 0.20))?;
 
     let body = superellipsoid(Vec3::new(0.075, 0.05, 0.055), [0.3, 0.3], 48, 24).at(Vec3::Y * 0.05);
     let dial =
         cylinder(0.03, 0.004, 48).turned(Quat::from_rotation_x(0.5 * PI)).at(Vec3::new(0.02, 0.055, 0.053));
     let radio = Affine3A::from_rotation_translation(
         Quat::from_rotation_y(-0.3),
-        SIDEBOARD + Vec3::new(0.68, 0.0, 0.2),
+        SIDEBOARD + Vec3::new(0.72, 0.0, 0.2),
     );
     stage.put("radio", palette.porcelain, body.moved(radio))?;
     stage.put("dial", palette.brass, dial.moved(radio))

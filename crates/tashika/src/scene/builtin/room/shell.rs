@@ -16,11 +16,11 @@ const PLANK: f32 = 0.012;
 const PLANK_WIDTH: f32 = 0.15;
 /// Colours of the planks.
 const PLANK_COLORS: [Rgb; 5] = [
-    Rgb::new(0.60, 0.41, 0.25),
-    Rgb::new(0.54, 0.36, 0.21),
-    Rgb::new(0.63, 0.45, 0.29),
-    Rgb::new(0.50, 0.32, 0.18),
-    Rgb::new(0.57, 0.37, 0.22),
+    Rgb::new(0.46, 0.30, 0.18),
+    Rgb::new(0.41, 0.26, 0.15),
+    Rgb::new(0.48, 0.33, 0.21),
+    Rgb::new(0.37, 0.23, 0.13),
+    Rgb::new(0.44, 0.27, 0.16),
 ];
 
 /// Adds the shell of the room.
@@ -85,7 +85,7 @@ fn planks(stage: &mut Stage, palette: &Palette) -> Result<()> {
     }
     for (i, (shape, color)) in shapes.into_iter().zip(PLANK_COLORS).enumerate() {
         let name = format!("planks {i}");
-        let material = stage.material(&name, glossy(tinted(color, palette.grain), 0.25, 80.0))?;
+        let material = stage.material(&name, glossy(tinted(color, palette.grain), 0.30, 90.0))?;
         stage.put(&name, material, shape)?;
     }
     Ok(())

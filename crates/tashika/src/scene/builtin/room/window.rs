@@ -14,21 +14,21 @@ use crate::scene::builtin::stage::Stage;
 use crate::scene::{Emitter, Falloff};
 
 /// Radiance of the panel that stands for the sky (W·m⁻²·sr⁻¹).
-const SKY: Rgb = Rgb::new(6.6, 8.0, 10.0);
+const SKY: Rgb = Rgb::new(3.7, 5.2, 7.4);
 /// Distance of the panel from the inner side of the wall (m).
 const SKY_DISTANCE: f32 = 1.4;
 /// Irradiance of a surface in the window that faces the sun (W·m⁻²).
-const SUN: Rgb = Rgb::new(38.0, 30.0, 20.0);
+const SUN: Rgb = Rgb::new(44.0, 34.0, 22.5);
 /// Direction from the window to the sun.
 const TO_SUN: Vec3 = Vec3::new(-0.77, 0.64, 0.10);
 /// Distance of the sun (m): far enough for nearly parallel stripes, near enough for a narrow cone.
 const SUN_DISTANCE: f32 = 9.0;
 /// Angle between a slat and the horizon (radians), the outer edge up.
-const SLAT_TILT: f32 = 0.42;
+const SLAT_TILT: f32 = 0.50;
 /// Distance of the slats (m).
 const SLAT_PITCH: f32 = 0.062;
 /// Width of a slat (m).
-const SLAT_WIDTH: f32 = 0.060;
+const SLAT_WIDTH: f32 = 0.066;
 
 /// Adds the window and what hangs in front of it.
 pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
@@ -46,7 +46,7 @@ fn frame(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const BAR: f32 = 0.05;
     let middle = 0.5 * (lo_z + hi_z);
     let sill = bevelled_box(
-        Vec3::new(-0.01, lo_y - 0.035, lo_z - 0.06),
+        Vec3::new(0.0, lo_y - 0.035, lo_z - 0.06),
         Vec3::new(0.07, lo_y + 0.002, hi_z + 0.06),
         0.006,
     );

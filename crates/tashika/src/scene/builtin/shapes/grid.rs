@@ -1,8 +1,9 @@
 //! The one tessellator: a rectangle of vertices, sewn at its ends where asked.
 //!
 //! Vertex `(i, j)` of `(columns + 1) × (rows + 1)` is `position(i, j)`; its texture coordinates are
-//! `(i / columns, j / rows)`. The front is the side of `∂p/∂i × ∂p/∂j`. Vertex normals are the sums of
-//! the normals of the cells around them, weighted by area (half the cross product of the diagonals).
+//! `(i / columns, j / rows)`. The front is the side of `∂p/∂i × ∂p/∂j`. A vertex normal is the mean
+//! direction of the unit normals of the cells around it (cross products of their diagonals), exact to second
+//! order in the size of the cells where neighbours are of equal size.
 
 use glam::{Vec2, Vec3};
 
@@ -42,7 +43,8 @@ pub fn grid(cells: [usize; 2], ends: [Ends; 2], position: impl Fn(usize, usize) 
         for i in 0..columns {
             let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
             let p = corners.map(|(i, j)| shape.positions[at(i, j)]);
-            let normal = (p[2] - p[0]).cross(p[3] - p[1]);
+            // A cell without area, as at a crease, has no say.
+            let normal = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
             for (i, j) in corners {
                 let (a, b) = source(i, j);
                 sums[at(a, b)] += normal;

@@ -1,0 +1,212 @@
+//! What was typed. The doc comments are the texts of `--help`.
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use tashika::film::Window;
+use tashika::gather::GatherOptions;
+use tashika::io::Exposure;
+use tashika::render::TileShare;
+use tashika::vpl::{Clamp, VplOptions};
+
+use crate::values;
+
+/// A many-light renderer that knows its own error
+#[derive(Debug, Parser)]
+#[command(version, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to an OpenEXR image with a PNG beside it
+    Render(RenderArgs),
+    /// Say what is in a scene, and what of it was approximated or ignored
+    Info(InfoArgs),
+    /// Trace the virtual point lights of a scene to a file, or say what is in such a file
+    Vpl(VplArgs),
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done
+  2    usage: an option or its value cannot be
+  3    files: an input cannot be used, or an output cannot be written
+  4    done, but some pixels ran out of budget
+  130  interrupted (Ctrl-C); a render writes what is finished, a second Ctrl-C ends it at once";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  tashika render                                   the built-in room: render.exr, render.png
+  tashika render kitchen.glb -o kitchen.exr --vpls 55k --gather 16
+  tashika render kitchen.glb --size 320x180 --crop 100,50,64,64 --camera top
+  tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
+  tashika render kitchen.glb --method path --paths 1024  the independent reference";
+
+const VPL_EXAMPLES: &str = "\
+Examples:
+  tashika vpl kitchen.glb --vpls 55k -o kitchen.vpl
+  tashika vpl kitchen.vpl
+  tashika render kitchen.glb --vpl-file kitchen.vpl";
+
+/// The scene, shared by all commands.
+#[derive(Debug, ClapArgs)]
+pub struct SceneArgs {
+    /// Let the scene read files outside its own folder
+    #[arg(long, help_heading = "Scene")]
+    pub allow_outside: bool,
+}
+
+#[derive(Debug, ClapArgs)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub struct RenderArgs {
+    /// Scene file (.gltf, .glb, .obj), or builtin:room, builtin:tiny [default: builtin:room]
+    pub scene: Option<String>,
+
+    /// Camera, by name [default: the scene's first]
+    #[arg(long, value_name = "NAME", help_heading = "Scene")]
+    pub camera: Option<String>,
+
+    /// Refuse a scene that cannot be rendered as its file says: what `info` lists as repaired,
+    /// approximated or ignored becomes an error
+    #[arg(long, help_heading = "Scene")]
+    pub strict: bool,
+
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
+
+    /// Image size in pixels [default: the camera's, or 640x360]
+    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Image")]
+    pub size: Option<[u32; 2]>,
+
+    /// Render only this part of the image, in pixels from the top left
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Image")]
+    pub crop: Option<Window>,
+
+    /// Render only the K-th of N shares of the image's tiles, for N machines
+    #[arg(long, value_name = "K/N", value_parser = values::tiles, help_heading = "Image")]
+    pub tiles: Option<TileShare>,
+
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Image",
+        help = format!("Gather points a pixel, 1 to 1024; more: smoother edges, depth of field, mirrors \
+            [default: {}]", GatherOptions::default().points))]
+    pub gather: Option<u64>,
+
+    #[command(flatten)]
+    pub lights: LightArgs,
+
+    /// Virtual point lights from a file that `tashika vpl` wrote, instead of tracing them
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
+    pub vpl_file: Option<PathBuf>,
+
+    /// How pixels are computed: exact is the whole sum over all virtual point lights, path is path
+    /// tracing, an independent estimate of light transport itself
+    #[arg(long, value_enum, default_value_t = Method::Exact, help_heading = "Method")]
+    pub method: Method,
+
+    /// Paths a pixel, with --method path [default: 64]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
+    pub paths: Option<u64>,
+
+    /// Seed of all random numbers; the same seed gives the same image on any machine
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
+    pub seed: u64,
+
+    /// Image to write; its PNG goes beside it
+    #[arg(short, long, value_name = "FILE.exr", default_value = "render.exr", help_heading = "Output")]
+    pub output: PathBuf,
+
+    /// Brightness of the PNG: auto (log-average at middle gray) or stops; 0 shows radiance as it is
+    #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
+        allow_negative_numbers = true, help_heading = "Output")]
+    pub exposure: Exposure,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct LightArgs {
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light",
+        help = format!("Virtual point lights, about; 55k and 55_000 are accepted; more: less noise, less \
+            clamping [default: {}]", VplOptions::default().count))]
+    pub vpls: Option<u64>,
+
+    /// Distance in metres below which a virtual point light grows no brighter; auto follows their
+    /// spacing, off leaves bright spots [default: auto]
+    #[arg(long, value_name = "auto|off|METRES", value_parser = values::clamp, allow_negative_numbers = true,
+        help_heading = "Light")]
+    pub clamp: Option<Clamp>,
+}
+
+/// What every command has.
+#[derive(Debug, ClapArgs)]
+pub struct CommonArgs {
+    /// Write what the summary says as JSON, for scripts
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub json: Option<PathBuf>,
+
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Output")]
+    pub quiet: bool,
+
+    /// Threads; 0 is one a core. The image does not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Machine")]
+    pub threads: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    Exact,
+    Path,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct InfoArgs {
+    /// Scene file (.gltf, .glb, .obj), or builtin:room, builtin:tiny [default: builtin:room]
+    pub scene: Option<String>,
+
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+#[command(after_help = VPL_EXAMPLES)]
+pub struct VplArgs {
+    /// Scene to trace (as for `render`), or a .vpl file to tell about [default: builtin:room]
+    #[arg(value_name = "SCENE|FILE.vpl")]
+    pub input: Option<String>,
+
+    #[command(flatten)]
+    pub scene_args: SceneArgs,
+
+    #[command(flatten)]
+    pub lights: LightArgs,
+
+    /// Seed of the light paths [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Light")]
+    pub seed: Option<u64>,
+
+    /// File to write
+    #[arg(short, long, value_name = "FILE.vpl", help_heading = "Output")]
+    pub output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Args::command().debug_assert();
+    }
+}

@@ -1,0 +1,76 @@
+//! How the program ends: the exit codes that scripts rely on.
+
+use std::fmt;
+use std::process::ExitCode;
+
+use tashika::error::Error;
+
+/// Everything was written; says whether the promise was kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done (0).
+    Done,
+    /// Done, but some pixels ran out of budget (4).
+    BudgetHit,
+    /// Ctrl-C: what was finished is written and says that it is not complete (130).
+    Interrupted,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        Self::from(match outcome {
+            Outcome::Done => 0,
+            Outcome::BudgetHit => 4,
+            Outcome::Interrupted => INTERRUPTED,
+        })
+    }
+}
+
+/// What a shell says of a program that Ctrl-C ended: 128 and the number of the signal.
+pub const INTERRUPTED: u8 = 130;
+
+/// Nothing useful was written.
+#[derive(Debug)]
+pub struct Failure {
+    code: u8,
+    message: String,
+}
+
+impl Failure {
+    /// The command line asks for what cannot be (2).
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self { code: 2, message: message.into() }
+    }
+
+    /// An option has an unusable value (2); worded as the library words it.
+    pub fn option(option: &str, value: impl fmt::Display, expected: impl Into<String>) -> Self {
+        Error::option(option, value, expected).into()
+    }
+
+    /// A file could not be used (3).
+    pub fn file(message: impl Into<String>) -> Self {
+        Self { code: 3, message: message.into() }
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        match error {
+            // The library calls an option by the words that are its name here.
+            Error::Option { .. } => Self::usage(format!("--{error}")),
+            _ => Self::file(error.to_string()),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl From<Failure> for ExitCode {
+    fn from(failure: Failure) -> Self {
+        Self::from(failure.code)
+    }
+}

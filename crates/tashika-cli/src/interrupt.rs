@@ -1,0 +1,33 @@
+//! Ctrl-C: the first asks a running render to finish, the second ends the program.
+
+use std::io::IsTerminal;
+use std::process;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::exit::INTERRUPTED;
+
+/// Whether a render runs that can be asked to finish.
+static RENDERING: AtomicBool = AtomicBool::new(false);
+/// Whether it was asked.
+static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// Takes over Ctrl-C; to be called once. Outside [`with_flag`] it still ends the program.
+pub fn listen() {
+    // Without a handler Ctrl-C ends the program at once, which is no reason not to render.
+    let _ = ctrlc::set_handler(|| {
+        if !RENDERING.load(Ordering::SeqCst) || ASKED.swap(true, Ordering::SeqCst) {
+            process::exit(i32::from(INTERRUPTED));
+        }
+        // On a terminal there is a progress line to leave.
+        let leave = if std::io::stderr().is_terminal() { "\n" } else { "" };
+        eprintln!("{leave}interrupted: finishing the tiles in work; press Ctrl-C again to end at once");
+    });
+}
+
+/// Runs `work` with a flag that the first Ctrl-C sets.
+pub fn with_flag<T>(work: impl FnOnce(&AtomicBool) -> T) -> T {
+    RENDERING.store(true, Ordering::SeqCst);
+    let result = work(&ASKED);
+    RENDERING.store(false, Ordering::SeqCst);
+    result
+}

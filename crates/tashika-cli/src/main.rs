@@ -1,0 +1,45 @@
+//! The program `tashika`.
+//!
+//! In two steps: [`args`] is what was typed, [`plan`] what is to be done, with every value checked; then one
+//! module for each command. All computing is in the library: each of its public operations is one call here.
+//!
+//! Results go to standard output, progress and errors to standard error.
+#![forbid(unsafe_code)]
+// Printing is what a program is for; the lint keeps the library silent.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod args;
+mod exit;
+mod info;
+mod interrupt;
+mod plan;
+mod progress;
+mod render;
+mod summary;
+mod values;
+mod vpl;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+use exit::{Failure, Outcome};
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(outcome) => outcome.into(),
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.into()
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<Outcome, Failure> {
+    match &args.command {
+        Command::Render(typed) => render::run(&plan::RenderPlan::new(typed)?),
+        Command::Info(typed) => info::run(&plan::InfoPlan::new(typed)?),
+        Command::Vpl(typed) => vpl::run(&plan::VplPlan::new(typed)?),
+    }
+}

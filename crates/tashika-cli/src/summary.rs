@@ -1,0 +1,222 @@
+//! What a command says at its end: rows for people, JSON for scripts, both of the same numbers.
+
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use indicatif::HumanCount;
+use serde::Serialize;
+use tashika::io::write_file;
+
+use crate::exit::Failure;
+use crate::progress::rate;
+
+/// Rows of a label and a text.
+#[derive(Default)]
+pub struct Rows(Vec<(&'static str, String)>);
+
+impl Rows {
+    /// Adds a row; an empty label continues the row above.
+    pub fn push(&mut self, label: &'static str, text: impl Into<String>) {
+        self.0.push((label, text.into()));
+    }
+
+    /// Prints the rows to standard output, labels in a column.
+    pub fn print(&self) -> Result<(), Failure> {
+        let width = self.0.iter().map(|(label, _)| label.len()).max().unwrap_or(0);
+        let lines: String = self.0.iter().map(|(label, text)| format!("{label:width$}  {text}\n")).collect();
+        match std::io::stdout().write_all(lines.as_bytes()) {
+            // Whoever reads may have seen enough: `tashika info | head`.
+            Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+                Err(Failure::file(format!("cannot write to standard output: {e}")))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Writes a report for scripts.
+pub fn write_json(path: &Path, report: &impl Serialize) -> Result<(), Failure> {
+    let mut json = serde_json::to_string_pretty(report).expect("reports are plain data");
+    json.push('\n');
+    Ok(write_file(path, json.as_bytes())?)
+}
+
+/// A count with separators, and its noun in the right number.
+pub fn counted(n: u64, one: &str, many: &str) -> String {
+    format!("{} {}", HumanCount(n), if n == 1 { one } else { many })
+}
+
+/// Where the lights of a render came from.
+#[derive(Debug, Serialize)]
+pub struct LightsReport {
+    /// How many.
+    pub count: u64,
+    /// On or towards emitters.
+    pub direct: u64,
+    /// Left by light paths.
+    pub indirect: u64,
+    /// Distance below which they grow no brighter (m); zero for no clamp.
+    pub clamp_m: f32,
+    /// Seed of their paths.
+    pub seed: u64,
+    /// The file that they were read from.
+    pub file: Option<PathBuf>,
+}
+
+/// Triangles of a scene.
+#[derive(Debug, Serialize)]
+pub struct Triangles {
+    /// In memory.
+    pub stored: u64,
+    /// In the picture.
+    pub instanced: u64,
+}
+
+/// Seconds that each part took.
+#[derive(Debug, Default, Serialize)]
+pub struct Seconds {
+    /// Reading the scene.
+    pub load: f64,
+    /// Building the tree for rays.
+    pub ray_tree: f64,
+    /// Tracing or reading the VPLs.
+    pub vpls: f64,
+    /// Building light trees.
+    pub trees: f64,
+    /// Rendering.
+    pub render: f64,
+    /// Writing the files.
+    pub write: f64,
+}
+
+/// Everything that is told about a render.
+#[derive(Debug, Serialize)]
+pub struct RenderReport {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Name of the scene.
+    pub scene: String,
+    /// Its triangles.
+    pub triangles: Triangles,
+    /// Notes on what was repaired, approximated, ignored or defaulted.
+    pub notes: usize,
+    /// Name of the camera.
+    pub camera: String,
+    /// Size of the full image (pixels).
+    pub size: [u32; 2],
+    /// The part that was rendered: x, y, width, height.
+    pub window: [u32; 4],
+    /// Share of the tiles.
+    pub tiles: String,
+    /// Method.
+    pub method: &'static str,
+    /// Paths a pixel, if the method traces them.
+    pub paths: Option<u32>,
+    /// Gather points a pixel, if the method has them.
+    pub gather: Option<u32>,
+    /// The lights, if the method has them.
+    pub lights: Option<LightsReport>,
+    /// Seed.
+    pub seed: u64,
+    /// Pixels rendered.
+    pub pixels: u64,
+    /// Pixels that were to be rendered.
+    pub pixels_asked: u64,
+    /// Whether all of them were.
+    pub complete: bool,
+    /// Pixels that keep what they claim.
+    pub promise_met: u64,
+    /// Pixels that ran out of budget.
+    pub budget_hit: u64,
+    /// Mean over the pixels rendered.
+    pub rays_per_pixel: f64,
+    /// Mean over the pixels rendered.
+    pub pairs_per_pixel: f64,
+    /// Mean radiance, RGB (W·m⁻²·sr⁻¹).
+    pub mean_radiance: [f32; 3],
+    /// Rays a second while rendering.
+    pub rays_per_second: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Time.
+    pub seconds: Seconds,
+    /// The audit, if one was asked for.
+    pub audit: Option<()>,
+    /// Stops by which the picture was exposed.
+    pub exposure_stops: f32,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+}
+
+impl RenderReport {
+    /// The same for people.
+    pub fn rows(&self) -> Rows {
+        let mut rows = Rows::default();
+        let Triangles { stored, instanced } = self.triangles;
+        let stored =
+            if stored == instanced { String::new() } else { format!(" ({} stored)", HumanCount(stored)) };
+        rows.push(
+            "scene",
+            format!("{}: {}{stored}", self.scene, counted(instanced, "triangle", "triangles")),
+        );
+        let [width, height] = self.size;
+        let [x, y, w, h] = self.window;
+        let part = if [w, h] == self.size { String::new() } else { format!(", part {x},{y},{w},{h}") };
+        rows.push("image", format!("{width}x{height}{part}, camera {}", self.camera));
+        if let Some(lights) = &self.lights {
+            let clamp =
+                if lights.clamp_m > 0.0 { format!("{:.3} m", lights.clamp_m) } else { "off".to_owned() };
+            rows.push(
+                "lights",
+                format!(
+                    "{}, {} direct and {} indirect; clamp {clamp}",
+                    counted(lights.count, "VPL", "VPLs"),
+                    HumanCount(lights.direct),
+                    HumanCount(lights.indirect)
+                ),
+            );
+        }
+        let samples = match (self.gather, self.paths) {
+            (Some(n), _) => format!(", {} a pixel", counted(n.into(), "gather point", "gather points")),
+            (_, Some(n)) => format!(", {} a pixel", counted(n.into(), "path", "paths")),
+            (None, None) => String::new(),
+        };
+        rows.push("method", format!("{}{samples}, seed {}", self.method, self.seed));
+        let state = if self.complete {
+            String::new()
+        } else {
+            format!(" of {}: NOT COMPLETE", HumanCount(self.pixels_asked))
+        };
+        let share = if self.tiles == "1/1" { String::new() } else { format!(" (tiles {})", self.tiles) };
+        rows.push("pixels", format!("{}{share}{state}", HumanCount(self.pixels)));
+        if self.budget_hit > 0 {
+            rows.push("", format!("{} of them ran out of budget", HumanCount(self.budget_hit)));
+        }
+        let [r, g, b] = self.mean_radiance;
+        rows.push("radiance", format!("mean {r:.4} {g:.4} {b:.4} W/m2/sr (R G B)"));
+        rows.push(
+            "work",
+            format!(
+                "a pixel: {} pairs, {} rays; {}",
+                HumanCount(self.pairs_per_pixel.round() as u64),
+                HumanCount(self.rays_per_pixel.round() as u64),
+                rate(self.rays_per_second)
+            ),
+        );
+        let s = &self.seconds;
+        rows.push(
+            "seconds",
+            format!(
+                "load {:.2}, ray tree {:.2}, VPLs {:.2}, render {:.2}; {}",
+                s.load,
+                s.ray_tree,
+                s.vpls,
+                s.render,
+                counted(self.threads as u64, "thread", "threads")
+            ),
+        );
+        let files: Vec<String> = self.files.iter().map(|f| f.display().to_string()).collect();
+        rows.push("files", format!("{} (picture at {:+.2} stops)", files.join(", "), self.exposure_stops));
+        rows
+    }
+}

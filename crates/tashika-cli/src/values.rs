@@ -1,0 +1,116 @@
+//! Values of options as people type them; each error says what would be accepted.
+
+use tashika::film::Window;
+use tashika::io::Exposure;
+use tashika::render::TileShare;
+use tashika::vpl::Clamp;
+
+/// A count: `10000`, `55_000`, `10k`, `1.5M`.
+pub fn count(typed: &str) -> Result<u64, String> {
+    let wrong = || "expected a whole number, such as 55000, 55_000 or 55k".to_owned();
+    let (digits, unit) = match typed.char_indices().last() {
+        Some((at, 'k' | 'K')) => (&typed[..at], 1e3),
+        Some((at, 'M')) => (&typed[..at], 1e6),
+        _ => (typed, 1.0),
+    };
+    let digits = digits.replace('_', "");
+    if !digits.starts_with(|c: char| c.is_ascii_digit()) {
+        return Err(wrong());
+    }
+    let number = digits.parse::<f64>().map_err(|_| wrong())? * unit;
+    // Up to here every whole number has its own `f64`.
+    let exact = number.fract() == 0.0 && number < (1_u64 << 53) as f64;
+    if exact { Ok(number as u64) } else { Err(wrong()) }
+}
+
+/// A size: `640x480`.
+pub fn size(typed: &str) -> Result<[u32; 2], String> {
+    let sides = typed.split_once(['x', 'X', '×']);
+    sides
+        .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]))
+        .ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 640x480".to_owned())
+}
+
+/// A part of the image: `X,Y,W,H`.
+pub fn crop(typed: &str) -> Result<Window, String> {
+    let numbers: Result<Vec<u32>, _> = typed.split(',').map(|n| n.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, width, height]) => Ok(Window { x, y, width, height }),
+        _ => Err("expected X,Y,W,H in pixels from the top left, such as 0,0,320,240".to_owned()),
+    }
+}
+
+/// A share of the tiles: `K/N`.
+pub fn tiles(typed: &str) -> Result<TileShare, String> {
+    let share = typed.split_once('/').and_then(|(number, of)| {
+        let (number, of) = (number.parse().ok()?, of.parse().ok()?);
+        (1 <= number && number <= of).then_some(TileShare { number, of })
+    });
+    share.ok_or_else(|| "expected K/N with K from 1 to N, such as 1/4".to_owned())
+}
+
+/// A clamp: `auto`, `off` or metres.
+pub fn clamp(typed: &str) -> Result<Clamp, String> {
+    match typed {
+        "auto" => Ok(Clamp::Auto),
+        "off" => Ok(Clamp::Off),
+        metres => metres
+            .parse()
+            .map(Clamp::Distance)
+            .map_err(|_| "expected auto, off, or a distance in metres, such as 0.1".to_owned()),
+    }
+}
+
+/// An exposure: `auto` or stops.
+pub fn exposure(typed: &str) -> Result<Exposure, String> {
+    match typed {
+        "auto" => Ok(Exposure::Auto),
+        stops => stops
+            .parse()
+            .map(Exposure::Stops)
+            .map_err(|_| "expected auto, or a number of stops, such as -1.5".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_read_as_people_write_them() {
+        let good = [
+            ("0", 0),
+            ("55_000", 55_000),
+            ("10k", 10_000),
+            ("1.5M", 1_500_000),
+            ("2K", 2_000),
+            ("1e5", 100_000),
+        ];
+        for (typed, number) in good {
+            assert_eq!(count(typed), Ok(number), "{typed}");
+        }
+        for typed in ["", "k", "-3", "1.5", "1.2345k", "ten", "1kk", "inf", "nan", "9007199254740993", "_"] {
+            assert!(count(typed).is_err(), "{typed}");
+        }
+    }
+
+    #[test]
+    fn pairs_and_quadruples_are_whole() {
+        assert_eq!(size("640x480"), Ok([640, 480]));
+        assert_eq!(crop("1, 2,30,40"), Ok(Window { x: 1, y: 2, width: 30, height: 40 }));
+        assert_eq!(tiles("2/3"), Ok(TileShare { number: 2, of: 3 }));
+        for typed in ["640", "640x", "x480", "640x480x3", "-1x5", "64.0x48"] {
+            assert!(size(typed).is_err(), "{typed}");
+        }
+        assert!(crop("1,2,3").is_err() && crop("1,2,3,4,5").is_err());
+        assert!(tiles("0/2").is_err() && tiles("3/2").is_err() && tiles("2").is_err());
+    }
+
+    #[test]
+    fn words_and_numbers_share_an_option() {
+        assert_eq!((clamp("auto"), clamp("off")), (Ok(Clamp::Auto), Ok(Clamp::Off)));
+        assert_eq!(clamp("0.25"), Ok(Clamp::Distance(0.25)));
+        assert_eq!((exposure("auto"), exposure("-1.5")), (Ok(Exposure::Auto), Ok(Exposure::Stops(-1.5))));
+        assert!(clamp("far").is_err() && exposure("bright").is_err());
+    }
+}

@@ -1,0 +1,326 @@
+//! The program as its users meet it: what it prints, what it writes, how it ends.
+
+use std::fs;
+use std::path::PathBuf;
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tashika::film::Film;
+use tashika::io::read_exr;
+use tempfile::TempDir;
+
+/// A floor under a square light, with a camera-less OBJ's default view; 4 triangles.
+const OBJ: &str = "\
+mtllib scene.mtl
+v -1 0 -1
+v -1 0 1
+v 1 0 1
+v 1 0 -1
+v -0.3 1.5 -0.3
+v 0.3 1.5 -0.3
+v 0.3 1.5 0.3
+v -0.3 1.5 0.3
+usemtl white
+f 1 2 3 4
+usemtl light
+f 5 6 7 8
+";
+
+const MTL: &str = "\
+newmtl white
+Kd 0.7 0.7 0.7
+newmtl light
+Kd 0 0 0
+Ke 5 5 5
+";
+
+/// A folder with the scene above.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("scene.obj"), OBJ).unwrap();
+        fs::write(folder.path().join("scene.mtl"), MTL).unwrap();
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Runs the program in the folder.
+    fn run(&self, line: &str) -> Run {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
+        let output = command.current_dir(self.0.path()).args(line.split_whitespace()).output().unwrap();
+        Run {
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
+    fn film(&self, name: &str) -> Film {
+        read_exr(&self.path(name)).unwrap()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+struct Run {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+impl Run {
+    /// It failed with this code and said this.
+    #[track_caller]
+    fn fails(&self, code: i32, said: &[&str]) {
+        assert_eq!(self.code, Some(code), "{}", self.stderr);
+        for words in said {
+            assert!(self.stderr.contains(words), "{words:?} is not in: {}", self.stderr);
+        }
+    }
+
+    #[track_caller]
+    fn succeeds(&self) -> &Self {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        self
+    }
+}
+
+/// Pixels whose plane `stop` says that they were rendered.
+fn rendered(film: &Film) -> Vec<bool> {
+    film.plane("stop").unwrap().u32_samples().unwrap().iter().map(|&reason| reason != 0).collect()
+}
+
+#[test]
+fn help_names_every_command_and_has_examples() {
+    let folder = Folder::new();
+    let help = folder.run("--help");
+    for words in ["render", "info", "vpl", "Exit codes"] {
+        assert!(help.succeeds().stdout.contains(words), "{words}");
+    }
+    let help = folder.run("render --help");
+    for words in ["--vpl-file", "--exposure", "Examples:", "[default: exact]"] {
+        assert!(help.succeeds().stdout.contains(words), "{words}");
+    }
+    assert_eq!(folder.run("").code, Some(2), "no command is a usage error");
+}
+
+#[test]
+fn typing_errors_are_answered_with_what_would_be_accepted() {
+    let folder = Folder::new();
+    folder.run("render --gathr 4").fails(2, &["'--gathr'", "'--gather'"]);
+    folder.run("rendr").fails(2, &["'render'"]);
+    folder.run("render --method pth").fails(2, &["'pth'", "'path'"]);
+    folder.run("render --size 12").fails(2, &["'12'", "--size", "640x480"]);
+    folder.run("render --gather 0").fails(2, &["--gather = 0; expected 1 to 1024"]);
+    folder.run("render --vpls ten").fails(2, &["'ten'", "--vpls", "55k"]);
+    folder.run("render --clamp -1").fails(2, &["--clamp = -1; expected"]);
+    folder.run("render --tiles 3/2").fails(2, &["'3/2'", "K from 1 to N"]);
+    folder.run("render --size 9x9 --crop 0,0,10,9").fails(2, &["--crop = 0,0,10,9", "9x9"]);
+    folder.run("render --vpls 5 --vpl-file a.vpl").fails(2, &["--vpls", "--vpl-file", "cannot be used"]);
+    folder.run("render -o picture.png").fails(2, &["--output = picture.png", ".exr"]);
+    folder.run("render scene.obj --camera top").fails(2, &["--camera = top; expected one of"]);
+    folder.run("render builtin:hall").fails(2, &["builtin:hall", "builtin:room"]);
+    assert_eq!(folder.names(), ["scene.mtl", "scene.obj"], "nothing was written");
+}
+
+#[test]
+fn unusable_files_are_named() {
+    let folder = Folder::new();
+    folder.run("render none.obj").fails(3, &["none.obj"]);
+    folder.run("render scene.mtl").fails(3, &["scene.mtl", "mtl"]);
+    folder.run("info none.glb").fails(3, &["none.glb"]);
+    folder.run("vpl scene.vpl").fails(3, &["scene.vpl"]);
+    fs::write(folder.path("bad.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").unwrap();
+    let run = folder.run("render bad.obj --strict");
+    run.fails(3, &["bad.obj:4"]);
+}
+
+#[test]
+fn outputs_are_tried_before_anything_is_rendered() {
+    let folder = Folder::new();
+    let run = folder.run("render scene.obj -o none/a.exr");
+    run.fails(3, &["none/a.exr", "no folder none"]);
+    assert!(!run.stderr.contains("reading"), "it had begun: {}", run.stderr);
+    folder.run("render scene.obj --json .").fails(3, &["is a folder"]);
+    folder.run("render scene.obj -o a.exr --json a.exr").fails(2, &["a.exr would be written twice"]);
+    folder.run("render scene.obj --json scene.obj").fails(2, &["scene.obj is an input"]);
+    assert_eq!(folder.names(), ["scene.mtl", "scene.obj"], "no trace of the trial");
+}
+
+#[test]
+fn a_render_writes_image_picture_and_numbers() {
+    let folder = Folder::new();
+    let run =
+        folder.run("render scene.obj --size 12x8 --crop 2,1,9,5 --vpls 60 --gather 2 --seed 5 --json a.json");
+    assert_eq!(folder.names(), ["a.json", "render.exr", "render.png", "scene.mtl", "scene.obj"]);
+    for words in ["4 triangles", "exact", "45", "render.exr, render.png"] {
+        assert!(run.succeeds().stdout.contains(words), "{words:?} is not in: {}", run.stdout);
+    }
+    let film = folder.film("render.exr");
+    assert_eq!((film.size(), film.window().area()), ([12, 8], 45));
+    let metadata = film.metadata();
+    assert_eq!((metadata.number("seed"), metadata.bool("complete")), (Some(5.0), Some(true)));
+    let png = fs::read(folder.path("render.png")).unwrap();
+    assert_eq!(png[16..24], [0, 0, 0, 9, 0, 0, 0, 5], "width and height of the PNG header");
+
+    let json = folder.json("a.json");
+    assert_eq!(
+        (&json["pixels"], &json["promise_met"], &json["budget_hit"]),
+        (&45.into(), &45.into(), &0.into())
+    );
+    assert!(json["audit"].is_null() && json["complete"] == Value::Bool(true));
+    let sum_of_rays: f64 =
+        film.plane("rays").unwrap().f32_samples().unwrap().iter().map(|r| f64::from(*r)).sum();
+    assert!(sum_of_rays > 0.0);
+    assert_eq!(json["rays_per_pixel"].as_f64().unwrap(), sum_of_rays / 45.0);
+    assert!(json["pairs_per_pixel"].as_f64().unwrap() > 0.0);
+    for part in ["load", "vpls", "trees", "render"] {
+        assert!(json["seconds"][part].is_number(), "{part}");
+    }
+}
+
+#[test]
+fn quiet_is_silent() {
+    let folder = Folder::new();
+    let run = folder.run("render scene.obj --size 2x2 --vpls 5 -q");
+    assert_eq!((&*run.succeeds().stdout, &*run.stderr), ("", ""));
+}
+
+#[test]
+fn threads_do_not_change_a_byte() {
+    let folder = Folder::new();
+    for (name, options) in [("exact", "--vpls 50 --gather 3"), ("path", "--method path --paths 3")] {
+        for threads in [1, 2] {
+            let file = format!("{name}{threads}.exr");
+            folder
+                .run(&format!("render scene.obj --size 70x9 {options} --threads {threads} -o {file}"))
+                .succeeds();
+        }
+        let bytes = |n| fs::read(folder.path(&format!("{name}{n}.exr"))).unwrap();
+        assert!(bytes(1) == bytes(2), "{name}");
+    }
+}
+
+#[test]
+fn shares_of_the_tiles_cover_each_pixel_once() {
+    let folder = Folder::new();
+    let render =
+        |more: &str| folder.run(&format!("render scene.obj --size 70x50 --vpls 20 --gather 1 {more}"));
+    render("-o whole.exr").succeeds();
+    render("--tiles 1/2 -o a.exr").succeeds();
+    render("--tiles 2/2 -o b.exr").succeeds();
+    let [whole, a, b] = ["whole.exr", "a.exr", "b.exr"].map(|name| folder.film(name));
+    let (in_a, in_b) = (rendered(&a), rendered(&b));
+    assert!(in_a.iter().zip(&in_b).all(|(a, b)| a != b), "each pixel in one share");
+    let colors = |film: &Film| film.colors().unwrap().collect::<Vec<_>>();
+    let (whole, a, b) = (colors(&whole), colors(&a), colors(&b));
+    for (i, color) in whole.iter().enumerate() {
+        assert_eq!(*color, if in_a[i] { a[i] } else { b[i] });
+    }
+}
+
+#[test]
+fn lights_are_shared_by_a_file() {
+    let folder = Folder::new();
+    let traced = folder.run("vpl scene.obj --vpls 80 --seed 9 -o lights.vpl --json traced.json");
+    assert!(traced.succeeds().stdout.contains("lights.vpl"));
+    let told = folder.run("vpl lights.vpl --json told.json");
+    told.succeeds();
+    let (traced, told) = (folder.json("traced.json"), folder.json("told.json"));
+    assert_eq!((&traced["count"], &traced["provenance"]), (&told["count"], &told["provenance"]));
+    assert_eq!(told["provenance"]["seed"], 9);
+    folder.run("vpl lights.vpl --vpls 5").fails(2, &["--vpls is for tracing", "lights.vpl"]);
+
+    let common = "render scene.obj --size 6x6 --gather 1 --seed 9";
+    folder.run(&format!("{common} --vpls 80 -o own.exr")).succeeds();
+    folder.run(&format!("{common} --vpl-file lights.vpl -o file.exr")).succeeds();
+    assert_eq!(folder.film("own.exr"), folder.film("file.exr"));
+    folder.run(&format!("{common} --vpl-file scene.mtl")).fails(3, &["scene.mtl", "VPL file"]);
+    let other = folder.run("render builtin:tiny --size 2x2 --vpl-file lights.vpl");
+    assert!(other.succeeds().stderr.contains("not in tiny"), "{}", other.stderr);
+}
+
+#[test]
+fn info_counts_what_is_there() {
+    let folder = Folder::new();
+    let run = folder.run("info scene.obj --json info.json");
+    for words in ["Wavefront OBJ", "4 stored, 4 instanced", "(2 triangles)"] {
+        assert!(run.succeeds().stdout.contains(words), "{words:?} is not in: {}", run.stdout);
+    }
+    let json = folder.json("info.json");
+    assert_eq!(json["triangles"]["stored"], 4);
+    assert_eq!(json["emitters"]["area_triangles"], 2);
+    assert_eq!(json["materials"]["count"], 2);
+    assert_eq!(json["bounds"][1][1], 1.5);
+    assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
+}
+
+#[test]
+fn what_departs_from_the_file_is_told_and_refused_when_strict() {
+    let folder = Folder::new();
+    fs::write(folder.path("lines.obj"), format!("{OBJ}l 1 2 3\n")).unwrap();
+    let info = folder.run("info lines.obj");
+    assert!(info.succeeds().stdout.contains("lines.obj:14"), "{}", info.stdout);
+    let small = "--size 2x2 --vpls 5";
+    let told = folder.run(&format!("render lines.obj {small}"));
+    assert!(told.succeeds().stderr.contains("note: lines.obj:14"), "{}", told.stderr);
+    folder.run(&format!("render lines.obj {small} --strict")).fails(3, &["lines.obj:14", "--strict"]);
+    folder.run(&format!("render builtin:tiny {small} --strict")).succeeds();
+}
+
+#[test]
+fn options_that_mean_nothing_to_the_method_are_told() {
+    let folder = Folder::new();
+    let run = folder.run("render scene.obj --size 2x2 --method path --paths 2 --vpls 7");
+    assert!(run.succeeds().stderr.contains("--vpls means nothing"), "{}", run.stderr);
+    assert!(run.stdout.contains("2 paths a pixel"), "{}", run.stdout);
+}
+
+/// Waits until the render begins, then sends the signal that Ctrl-C sends.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_valid_partial_image() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let folder = Folder::new();
+    // The render would take many minutes, each of its tiles a fraction of a second.
+    let mut child = Command::new(env!("CARGO_BIN_EXE_tashika"))
+        .current_dir(folder.0.path())
+        .args("render scene.obj --size 600x600 --vpls 2000 --gather 64 --json a.json".split(' '))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut lines = stderr.lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("rendering 600x600")));
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+    assert!(lines.any(|line| line.contains("interrupted")));
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("NOT COMPLETE"));
+    let film = folder.film("render.exr");
+    assert_eq!(film.metadata().bool("complete"), Some(false));
+    let done = rendered(&film).iter().filter(|rendered| **rendered).count();
+    let json = folder.json("a.json");
+    assert_eq!((&json["pixels"], &json["complete"]), (&done.into(), &false.into()));
+    assert!(done < 360_000 && folder.path("render.png").exists());
+}

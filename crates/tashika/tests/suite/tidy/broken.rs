@@ -1,0 +1,94 @@
+//! Snippets that break each rule, so that none is kept only because it sees nothing.
+
+use super::rules::*;
+use super::tables::*;
+use super::workspace::File;
+
+/// A file of the library's module `name`.
+fn snippet(name: &str, text: &str) -> File {
+    let module = name.split("::").map(str::to_owned).collect();
+    File::new(&format!("crates/tashika/src/{}.rs", name.replace("::", "/")), text, Some(module), false)
+}
+
+#[test]
+fn a_broken_layer_is_seen_in_every_pair_of_modules() {
+    for user in MODULES {
+        for used in MODULES {
+            let n = used.name;
+            let ways = [
+                format!("//! Doc.\nuse crate::{n}::Thing;"),
+                format!("//! Doc.\nuse crate::{{\n    {n}::{{self, Thing}},\n}};"),
+                format!("//! Doc.\nfn f() -> crate::{n}::Thing {{ super::super::{n}::make() }}"),
+            ];
+            let allowed = user.name == n || row_allows(user, used);
+            for text in ways {
+                let wrong = layers(&snippet(&format!("{}::part", user.name), &text));
+                assert_eq!(wrong.is_empty(), allowed, "{} using {n}: {wrong:?}", user.name);
+                assert!(
+                    wrong.iter().all(|w| w.starts_with("crates/tashika/src/") && w.contains("must not use"))
+                );
+            }
+        }
+        let below = MODULES.iter().filter(|m| m.layer > user.layer);
+        assert!(below.into_iter().all(|m| !row_allows(user, m)), "{} may use a higher layer", user.name);
+    }
+    assert_eq!(layers(&snippet("film", "use crate::*;")).len(), 1, "the root hides what is named");
+    assert_eq!(layers(&snippet("film", "#[cfg(test)] mod tests { use crate::io::read_exr; }")).len(), 0);
+    assert_eq!(layers(&snippet("newcomer", "")).len(), 1, "a module needs a layer");
+}
+
+fn row_allows(user: &Module, used: &Module) -> bool {
+    user.layers.contains(&used.layer) || user.beside.contains(&used.name)
+}
+
+#[test]
+fn broken_rules_are_seen() {
+    let owner = snippet("integrator", "mod exact; mod path; pub use exact::Exact; pub struct Setting;");
+    let sibling = |text| side_by_side(&snippet("integrator::path", text), &owner).len();
+    assert_eq!(sibling("use super::{Exact, Setting};"), 1);
+    assert_eq!(sibling("fn f() { crate::integrator::exact::g() }"), 1);
+    assert_eq!(sibling("use super::{Path, Setting, path::g};"), 0);
+
+    let names = |module, text| foreign(&snippet(module, text)).len();
+    assert_eq!(names("scene", "use obvhs::bvh2::Bvh2;"), 1);
+    assert_eq!(names("integrator::exact", "use rayon::prelude::*;"), 1);
+    assert_eq!(names("scene", "fn f() { std::fs::read(image) }"), 1);
+    assert_eq!(names("film", "use std::{env, net::TcpStream};"), 2);
+    assert_eq!(
+        names("io::files", "use std::fs::File; use ::image::load; const P: f64 = std::f64::consts::PI;"),
+        0
+    );
+
+    let found = |module, text| words(&snippet(module, text)).len();
+    assert_eq!(found("render", r#"fn f() { eprintln!("{}", Instant::now().elapsed()); }"#), 2);
+    assert_eq!(found("vpl", "use std::collections::{BTreeMap, HashMap, HashSet};"), 2);
+    assert_eq!(
+        found("io::obj::mtl", "use std::collections::HashMap; #[cfg(test)] mod t { fn f() { dbg!(1); } }"),
+        0
+    );
+    let differs = |text| elementary(&snippet("scene", text)).len();
+    assert_eq!(
+        differs("let y = x.to_radians().sin(); let q = Quat::from_rotation_y(y); v.iter().map(f64::cos)"),
+        3
+    );
+    assert_eq!(differs("let y = sin(x); let exp = log.sqrt(); impl Log { fn log(&self) {} }"), 0);
+    assert_eq!(unsafe_code(&snippet("rng", "#[cfg(test)] mod t { unsafe fn f() {} }")).len(), 1);
+
+    let kept = |text: &str| upkeep(&snippet("rng", text)).len();
+    assert_eq!(kept("use std::fmt;"), 1);
+    assert_eq!(kept(&format!("//! Doc.\n// A {}: later.", UNFINISHED[0])), 1);
+    assert_eq!(kept(&format!("//! Doc.\n{}", "\n".repeat(MOST_LINES))), 1);
+    assert_eq!(kept("//! Doc.\nconst A_HACKNEY_CARRIAGE: u8 = 1; // nothing left"), 0);
+
+    let entries = bibliography(
+        "# R\n\n- **noether1918** Noether, E. 1918.\n  \"Title.\"\n- **ito2001** Itō, A., O'Hara, B. 2001.\n",
+    );
+    let cited = |text| references(&snippet("rng", text), &entries).len();
+    assert_eq!(
+        cited(
+            "//! As Noether 1918, (Itō and O'Hara\n//! 2001), [^ito2001]; Itō et al. (2001); in 1999, of 2.5 2010."
+        ),
+        0
+    );
+    assert_eq!(cited("//! Gauss 1801, Noether 1919, Gauss et al.\n//! 1801, [^gauss1801]"), 4);
+}

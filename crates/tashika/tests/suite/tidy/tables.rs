@@ -1,0 +1,121 @@
+//! What is allowed: the layers, and the lists of exceptions, each entry with its reason.
+//!
+//! The layers are also in the documentation of `lib.rs`; a test compares the two. Entries of [`DEPENDENCIES`]
+//! and [`HASHED`] that are no longer needed fail a test.
+
+/// A module of the library and what it may use.
+pub(super) struct Module {
+    pub(super) name: &'static str,
+    pub(super) layer: u8,
+    /// Layers of which it may use every module.
+    pub(super) layers: &'static [u8],
+    /// Modules of its own layer that it may use.
+    pub(super) beside: &'static [&'static str],
+}
+
+const fn module(
+    name: &'static str,
+    layer: u8,
+    layers: &'static [u8],
+    beside: &'static [&'static str],
+) -> Module {
+    Module { name, layer, layers, beside }
+}
+
+/// The layers, as in the documentation of `lib.rs`. Their numbers leave room for what is planned.
+pub(super) const MODULES: &[Module] = &[
+    module("math", 0, &[], &[]),
+    module("color", 0, &[], &["math"]),
+    module("rng", 0, &[], &[]),
+    module("warp", 0, &[], &["math"]),
+    module("stats", 0, &[], &[]),
+    module("error", 0, &[], &[]),
+    module("bsdf", 1, &[0], &[]),
+    module("film", 1, &[0], &[]),
+    module("scene", 2, &[0, 1], &[]),
+    module("accel", 2, &[0, 1], &["scene"]),
+    module("vpl", 3, &[0, 1, 2], &[]),
+    module("gather", 3, &[0, 1, 2], &[]),
+    module("transport", 3, &[0, 1, 2], &["vpl", "gather"]),
+    module("integrator", 7, &[0, 1, 2, 3], &[]),
+    module("render", 8, &[0, 1, 2, 3, 7], &[]),
+    module("io", 9, &[0, 1, 2, 3, 8], &[]),
+];
+
+/// Modules whose files are alternatives to each other: they share what their `mod.rs` offers, and no more.
+pub(super) const SIDE_BY_SIDE: &[&str] = &["integrator"];
+
+/// Which modules may name a dependency of the library; none: all of them.
+pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
+    ("earcut", &["io"]),
+    ("exr", &["io"]),
+    ("glam", &[]),
+    ("gltf", &["io"]),
+    ("image", &["io"]),
+    ("libm", &["math"]),
+    ("multiversion", &["accel", "transport"]),
+    ("obvhs", &["accel"]),
+    ("rand_core", &["rng"]),
+    ("rand_pcg", &["rng"]),
+    ("rayon", &["accel", "vpl", "render"]),
+    ("serde", &[]),
+    ("serde_json", &["io"]),
+    ("smallvec", &["io"]),
+    ("sobol_burley", &["gather"]),
+    ("thiserror", &["error"]),
+];
+
+/// Parts of `std` that the library's code does not use, except in the modules named, and why.
+pub(super) const STD: &[(&str, &[&str], &str)] = &[
+    ("fs", &["io"], "files are read and written in `io` alone"),
+    ("net", &[], "the library talks to no other machine"),
+    ("env", &[], "the environment of the process is no input; take an option"),
+    ("thread", &[], "parallel work goes through rayon, in the pool of the caller"),
+];
+
+/// Words that the library's code does not use, and why.
+pub(super) const FORBIDDEN: &[(&[&str], &str)] = &[
+    (&["print", "println", "eprint", "eprintln", "dbg"], "the library prints nothing; return it, or note it"),
+    (&["Instant", "SystemTime"], "the library reads no clock; results would hang on it"),
+];
+
+/// Functions of `f32` and `f64` whose last bits differ between machines. (clippy.toml covers `f32`, tests included.)
+pub(super) const ELEMENTARY: &[&str] = &[
+    "sin", "cos", "tan", "sin_cos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2",
+    "exp_m1", "ln", "ln_1p", "log", "log2", "log10", "powf", "powi", "cbrt", "hypot",
+];
+
+/// Functions of `glam` that call those.
+pub(super) const ELEMENTARY_INSIDE: &[&str] = &[
+    "from_rotation_x",
+    "from_rotation_y",
+    "from_rotation_z",
+    "from_axis_angle",
+    "from_scaled_axis",
+    "from_euler",
+    "from_angle",
+    "to_euler",
+    "to_axis_angle",
+    "angle_between",
+    "rotate_axis",
+    "slerp",
+];
+
+/// Files that may use hash tables, and why their order never reaches a result.
+pub(super) const HASHED: &[(&str, &str)] = &[
+    ("io/obj/meshes.rs", "vertices are only looked up; their numbers follow the file"),
+    ("io/obj/mtl.rs", "definitions are only looked up by name"),
+    ("io/obj/parse.rs", "names are only looked up; their numbers follow the file"),
+    ("io/obj/shading_normals.rs", "sums are only looked up; their order follows the file"),
+];
+
+/// Files that may hold `unsafe` code, and why.
+pub(super) const UNSAFE: &[(&str, &str)] = &[];
+
+/// Most lines of a file, and of one that holds tests only.
+pub(super) const MOST_LINES: usize = 700;
+pub(super) const MOST_LINES_OF_TESTS: usize = 900;
+
+/// What marks unfinished work; put together so that this file does not hold them.
+pub(super) const UNFINISHED: &[&str] =
+    &[concat!("TO", "DO"), concat!("FIX", "ME"), concat!("XX", "X"), concat!("HA", "CK")];
