@@ -17,7 +17,7 @@ import xml.etree.ElementTree as ET
 import mitsuba as mi
 import numpy as np
 
-mi.set_variant("llvm_ad_rgb" if "llvm_ad_rgb" in mi.variants() else "scalar_rgb")
+mi.set_variant("scalar_rgb")
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 RECTANGLE = ([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2), (0, 2, 3)])
@@ -126,8 +126,6 @@ def main():
         return planes(target)
 
     scene = mi.load_file(options.scene, resx=options.size, resy=options.size)
-    film = mi.traverse(scene)  # keeps the scene alive and initialised
-    del film
     sensor = mi.load_dict({
         "type": "perspective", "fov": float(root.find("sensor/float[@name='fov']").get("value")),
         "to_world": mi.ScalarTransform4f(np.array(numbers(root.find("sensor/transform/matrix").get("value"))).reshape(4, 4)),

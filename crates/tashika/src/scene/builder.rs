@@ -222,7 +222,7 @@ impl SceneBuilder {
             .fold(Aabb::EMPTY, |all, i| all.union(s.meshes[i.mesh.index()].bounds().transformed(&i.to_world)))
     }
 
-    /// The scene. Without a camera it gets one that sees all of it; without light, a white sky. Both
+    /// The scene. Without a camera it gets one that sees all of it; without light, a white sky and a sun. Both
     /// are noted.
     pub fn build(mut self) -> Result<Scene> {
         let bounds = self.bounds();
@@ -248,8 +248,11 @@ impl SceneBuilder {
         }
         if !self.has_light() {
             let at = self.origin.clone();
-            self.note(NoteKind::Defaulted, "no light: a white sky of radiance 1 is used", at);
-            self.scene.environment = Some(Environment::constant(Rgb::WHITE));
+            let message = "no light: a white sky of radiance 0.5 and a sun of irradiance 3 are used";
+            self.note(NoteKind::Defaulted, message, at);
+            self.scene.environment = Some(Environment::constant(Rgb::gray(0.5)));
+            let direction = Vec3::new(0.5, -1.0, -0.7).normalize();
+            self.scene.emitters.push(Emitter::Directional { direction, irradiance: Rgb::gray(3.0) });
         }
         self.bake();
         Ok(self.scene)
@@ -275,14 +278,23 @@ const BAKED_TRIANGLES: u64 = 1 << 16;
 /// Largest diagonal (m) at which products of four lengths still fit into `f32`.
 const MAX_EXTENT: f32 = 1e9;
 
-/// A camera that sees all of `bounds` from the front, a little from above.
+/// Direction from the scene to the camera that is made for it, before normalisation: from the front, the right and above.
+const OVERVIEW_FROM: Vec3 = Vec3::new(0.45, 0.35, 1.0);
+
+/// A camera that sees all of `bounds` in an image that is at least as wide as high.
 fn overview(bounds: Aabb) -> Camera {
-    const FOV: f32 = 0.8;
-    let radius = (0.5 * bounds.diagonal()).max(1e-6);
-    let direction = Vec3::new(0.45, 0.35, 1.0).normalize();
-    let distance = radius / crate::math::elementary::tan(0.5 * FOV) * 1.2;
-    let eye = bounds.center() + direction * distance;
-    let mut camera = Camera::look_at("overview", eye, bounds.center(), Vec3::Y, FOV);
+    const FOV: f32 = 0.7;
+    const AIR: f32 = 1.05;
+    let center = bounds.center();
+    let back = OVERVIEW_FROM.normalize();
+    let right = Vec3::Y.cross(back).normalize();
+    let up = back.cross(right);
+    let slope = crate::math::elementary::tan(0.5 * FOV);
+    let half = 0.5 * bounds.size();
+    // The farthest that any corner asks for, to be inside the frustum with |x|, |y| <= slope (distance - z).
+    let corner = |axis: Vec3| half.dot(axis.abs());
+    let distance = (corner(back) + corner(right).max(corner(up)) / slope * AIR).max(1e-6);
+    let mut camera = Camera::look_at("overview", center + back * distance, center, Vec3::Y, FOV);
     camera.lens = Lens { radius: 0.0, focus_distance: distance };
     camera
 }
@@ -350,5 +362,72 @@ fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
             color("transmittance", *transmittance)?;
             index(*ior)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::CameraSample;
+
+    fn wall(size: Vec3) -> SceneBuilder {
+        let mut b = SceneBuilder::new("s", Location::file("s.obj"));
+        let material = Material::new("m", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
+        let material = b.add_material(material).unwrap();
+        let positions = vec![Vec3::ZERO, Vec3::new(size.x, 0.0, 0.0), size];
+        let data = MeshData { positions, triangles: vec![[0, 1, 2]], ..MeshData::default() };
+        let mesh = b.add_mesh(data, material).unwrap();
+        b.add_instance(mesh, Affine3A::from_translation((Vec3::splat(7.0) * size).into())).unwrap();
+        b
+    }
+
+    #[test]
+    fn a_scene_without_camera_and_light_gets_both_and_says_so() {
+        for size in [Vec3::new(3.0, 0.2, 0.1), Vec3::new(0.1, 90.0, 2.0), Vec3::new(1e-3, 1e-3, 5e-3)] {
+            let scene = wall(size).build().unwrap();
+            assert!(scene.environment().is_some() && scene.emitters().len() == 1);
+            let said: Vec<String> = scene.notes().iter().map(|n| n.message).collect();
+            assert!(said.len() == 2 && said[0].contains("no camera") && said[1].contains("no light"));
+            // Every corner of the box is inside the frustum of a square image, and the box fills a good part of it.
+            let camera = &scene.cameras()[0];
+            let limit = camera
+                .ray(&CameraSample { film: glam::Vec2::new(0.5, 0.0), lens: [0.5; 2] }, [1, 1])
+                .direction;
+            let to_camera = camera.to_world.inverse();
+            let slope = |v: Vec3| v.x.abs().max(v.y.abs()) / -v.z;
+            let limit = slope(to_camera.transform_vector3(limit));
+            let b = scene.bounds();
+            let widest = (0..8)
+                .map(|k| {
+                    let pick = |bit: i32, axis: usize| if k & bit == 0 { b.lo[axis] } else { b.hi[axis] };
+                    slope(to_camera.transform_point3(Vec3::new(pick(1, 0), pick(2, 1), pick(4, 2))))
+                })
+                .fold(0.0, f32::max);
+            assert!(widest < limit && widest > 0.4 * limit, "{size}: {widest} of {limit}");
+        }
+    }
+
+    #[test]
+    fn wrong_parts_are_refused_with_what_is_allowed() {
+        let mut b = wall(Vec3::ONE);
+        let message = |e: Error| e.to_string();
+        let bad =
+            MeshData { positions: vec![Vec3::ZERO; 3], triangles: vec![[0, 1, 3]], ..MeshData::default() };
+        let said = message(b.add_mesh(bad, MaterialId(0)).unwrap_err());
+        assert!(said.contains("vertex index 3") && said.contains("below 3"), "{said}");
+        let glass = Surface::Glass { ior: 0.5, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE };
+        let said = message(b.add_material(Material::new("g", glass)).unwrap_err());
+        assert!(said.contains("material g: ior = 0.5") && said.contains("above 1"), "{said}");
+        let said = message(b.add_camera(Camera { vertical_fov: 4.0, ..overview(b.bounds()) }).unwrap_err());
+        assert!(said.contains("field of view between"), "{said}");
+        let flat = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
+        assert!(b.add_instance(MeshId(0), flat).unwrap().is_none(), "left out, with a note");
+        assert!(b.add_instance(MeshId(9), Affine3A::IDENTITY).is_err());
+    }
+
+    #[test]
+    fn scenes_too_large_for_single_precision_are_refused() {
+        let said = wall(Vec3::splat(2e9)).build().unwrap_err().to_string();
+        assert!(said.contains("scene bounds"), "{said}");
     }
 }
