@@ -26,9 +26,9 @@
 //! What is lost are blockers closer to an end than the arithmetic can tell. Held to this by `accel::tests`.
 //!
 //! # Same bits everywhere
-//! The answer for a segment is a function of the scene and its two ends: boxes only cull what the triangle test
-//! would refuse, a lane visits exactly the nodes that its own segment meets, in a fixed order, and the
-//! arithmetic is plain IEEE operations without contraction. Grouping, threads and instruction sets do not enter.
+//! The answer for a segment is a function of the scene and its two ends: it is tested against the triangles of exactly those leaves
+//! whose boxes it meets itself, in the order of the tree, and the arithmetic is plain IEEE operations without contraction.
+//! Grouping, threads and instruction sets do not enter.
 
 mod bvh;
 mod closest;

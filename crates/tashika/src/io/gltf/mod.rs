@@ -29,16 +29,17 @@
 //! | other extensions | used: left out, noted; required: refused |
 //!
 //! # Guarantee
-//! No file makes the loader panic, and none makes it allocate much more than the bytes it read justify:
-//! counts are compared with what is there, and sharing is bounded (see `source`). What cannot be read
-//! is an error that names file, item, value and expectation; a texture image that cannot be read is only
-//! noted.
+//! No file makes the loader panic. What it allocates is bounded by the bytes that are there, and where a file
+//! may name the same bytes many times or claim texels, by [`LoadOptions`] (see `source`). What
+//! cannot be read is an error that names file, item, value and expectation; a texture image that cannot be
+//! read is only noted.
 //!
 //! # Held to this by
 //! The test modules `gltf` and `damaged_gltf`.
 //!
 //! [^gltf]: Khronos Group. "glTF 2.0 Specification." ISO/IEC 12113:2022.
 //!
+//! [`LoadOptions`]: super::LoadOptions
 //! [`Alpha`]: crate::scene::Alpha
 //! [`Camera`]: crate::scene::Camera
 //! [`Emission`]: crate::scene::Emission

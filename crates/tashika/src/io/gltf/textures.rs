@@ -111,7 +111,7 @@ fn decode(
 fn image_name(source: &Source<'_>, index: usize) -> String {
     let image = &source.root.images[index];
     let file = image.uri.as_deref().filter(|uri| image.buffer_view.is_none() && !uri::is_data(uri));
-    file.or(image.name.as_deref()).map_or_else(|| format!("images[{index}]"), shown)
+    file.or(image.name.as_deref()).map_or_else(|| format!("images[{index}]"), str::to_owned)
 }
 
 fn note_unreadable(source: &Source<'_>, builder: &mut SceneBuilder, index: usize, error: &Error) {
@@ -121,7 +121,7 @@ fn note_unreadable(source: &Source<'_>, builder: &mut SceneBuilder, index: usize
         Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
         Error::Option { .. } => error.to_string(),
     };
-    let name = image_name(source, index);
+    let name = shown(&image_name(source, index));
     let message = format!("image {name} could not be read ({why}): its colour factor is used alone");
     builder.note(NoteKind::Repaired, message, source.at(format!("images[{index}]")));
 }
