@@ -10,7 +10,7 @@ use tashika::gather::View;
 use tashika::integrator::{Exact, Integrator, Path, Setting};
 use tashika::io::{load_vpls, write_exr, write_png};
 use tashika::render::{RenderOptions, Totals, render, with_threads};
-use tashika::scene::{Camera, NoteKind, Scene};
+use tashika::scene::{Camera, Scene};
 use tashika::vpl::{VplOptions, VplSet};
 
 use crate::exit::{Failure, Outcome};

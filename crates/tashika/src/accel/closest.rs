@@ -49,7 +49,7 @@ pub(super) fn closest_hit(
         return None;
     }
     let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-    let mut beam = Beam::of_ray(o, d, ray.t_max);
+    let mut beam = Beam::of_ray(o, d, ray.t_max, point_error);
     let mut best = None;
     let mut waiting = [(0u32, 0.0f32); MAX_WAITING];
     let mut top = 1;

@@ -24,6 +24,9 @@ pub(super) const LANES: usize = 16;
 /// Factor on the far end of a slab: two bounds of three rounded operations each (Ize 2013), and the rounding of the direction.
 const SLAB_SLACK: f32 = 1.0 + 2.0 * gamma(5);
 
+/// How far boxes reach for segments whose ends are wrong: the start's error, and twice that for the difference of the ends.
+const REACH_PER_ERROR: f32 = 3.0;
+
 /// Directions closer to zero than this are moved away from it, so that no slab is `0 · ∞`.
 const SMALLEST_DIRECTION: f32 = 1e-30;
 
@@ -155,11 +158,13 @@ pub(super) struct Beam {
 }
 
 impl Beam {
-    /// The beam of a single ray.
-    pub fn of_ray(origin: [f32; 3], direction: [f32; 3], t_max: f32) -> Self {
+    /// The beam of a single ray, whose points are wrong by at most `error` (m) in each component.
+    pub fn of_ray(origin: [f32; 3], direction: [f32; 3], t_max: f32, error: f32) -> Self {
         let r = direction.map(reciprocal);
+        let reach = REACH_PER_ERROR * error;
+        let ends = |(o, r): (f32, f32)| if r < 0.0 { [o - reach, o + reach] } else { [o + reach, o - reach] };
         Self {
-            origin: origin.map(|o| [o; 2]),
+            origin: [0, 1, 2].map(|axis| ends((origin[axis], r[axis]))),
             reciprocal: r.map(|r| [r; 2]),
             negative: r.map(|r| r < 0.0),
             limit: t_max * SLAB_SLACK,
@@ -178,7 +183,8 @@ impl Beam {
 
     /// The beam around the active lanes of a bundle; `None` if their directions differ in sign.
     fn of_bundle<const N: usize>(b: &Bundle<N>) -> Option<Self> {
-        let mut beam = Self::of_ray([0.0; 3], [1.0; 3], b.t_max);
+        let mut beam = Self::of_ray([0.0; 3], [1.0; 3], b.t_max, 0.0);
+        let reach = REACH_PER_ERROR * b.point_error;
         for axis in 0..3 {
             let mut origin = [f32::INFINITY, f32::NEG_INFINITY];
             let mut r = [f32::INFINITY, f32::NEG_INFINITY];
@@ -191,6 +197,7 @@ impl Beam {
                 return None;
             }
             beam.negative[axis] = r[0] < 0.0;
+            let origin = [origin[0] - reach, origin[1] + reach];
             // Magnitudes and ends, such that slot 0 makes the entry early and slot 1 the exit late.
             beam.origin[axis] = if beam.negative[axis] { origin } else { [origin[1], origin[0]] };
             beam.reciprocal[axis] = if beam.negative[axis] { [r[1], r[0]] } else { r };
@@ -231,12 +238,14 @@ impl Beam {
 fn meets_box<const N: usize, const SHARED: bool>(b: &Bundle<N>, node: &Node, slot: usize) -> u32 {
     let mut met = 0;
     let limit = b.t_max * SLAB_SLACK;
+    let reach = REACH_PER_ERROR * b.point_error;
     for i in 0..N {
         let o = b.start::<SHARED>(i);
         let (mut near, mut far) = (0.0f32, limit);
         for (axis, o) in o.into_iter().enumerate() {
             let r = b.reciprocal[axis][i];
-            let (lo, hi) = ((node.lo[axis][slot] - o) * r, (node.hi[axis][slot] - o) * r);
+            let lo = (node.lo[axis][slot] - (o + reach)) * r;
+            let hi = (node.hi[axis][slot] - (o - reach)) * r;
             near = max(min(lo, hi), near);
             far = min(max(lo, hi) * SLAB_SLACK, far);
         }
@@ -410,7 +419,8 @@ impl<const N: usize> Walk<'_, N> {
             rest &= rest - 1;
             let mut lane = self.bundle.lane(i);
             let mut visible = [self.visible[i]];
-            let beam = Beam::of_ray(lane.origin.map(|v| v[0]), lane.direction.map(|v| v[0]), lane.t_max);
+            let (origin, direction) = (lane.origin.map(|v| v[0]), lane.direction.map(|v| v[0]));
+            let beam = Beam::of_ray(origin, direction, lane.t_max, lane.point_error);
             traverse::<1, SHARED, BOUNDED>(
                 self.nodes,
                 self.triangles,

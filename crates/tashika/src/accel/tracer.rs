@@ -140,7 +140,7 @@ impl Tracer {
         TracerSize {
             triangles: trees().map(|t| t.triangles.len() as u64).sum(),
             shared_trees: self.shared.len() as u64,
-            bytes: trees().map(|t| bytes(t) as u64).sum(),
+            bytes: trees().map(|t| bytes(t) as u64).sum::<u64>() + size_of_val(&self.top.nodes[..]) as u64,
         }
     }
 
@@ -195,7 +195,7 @@ impl Tracer {
         if self.placed.is_empty() {
             return;
         }
-        let mut beam = Beam::of_ray(ray.origin.to_array(), ray.direction.to_array(), ray.t_max);
+        let mut beam = Beam::of_ray(ray.origin.to_array(), ray.direction.to_array(), ray.t_max, 0.0);
         let mut t_max = ray.t_max;
         let mut entry = [0.0; WIDTH];
         let mut waiting = vec![0u32];
@@ -344,7 +344,15 @@ fn to_object(instance: &Instance, p: Vec3) -> (Vec3, f32) {
     (m.transform_point3(p), GAMMA_4 * largest.max_element())
 }
 
-/// World box of an instance (m), around the transformed corners of its mesh's box.
+/// World box of an instance (m): around the transformed corners of its mesh's box, grown by the rounding of the transform,
+/// forth and back.
 fn world_box(instance: &Instance, scene: &Scene) -> Aabb {
-    scene.meshes()[instance.mesh.index()].bounds().transformed(&instance.to_world)
+    let b = scene.meshes()[instance.mesh.index()].bounds();
+    let grown = b.transformed(&instance.to_world);
+    let m = instance.to_world;
+    let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis].map(|c| Vec3::from(c).abs());
+    let a = b.lo.abs().max(b.hi.abs());
+    let largest = columns[0] * a.x + columns[1] * a.y + columns[2] * a.z + Vec3::from(m.translation).abs();
+    let margin = 4.0 * GAMMA_4 * largest.max_element();
+    Aabb { lo: grown.lo - margin, hi: grown.hi + margin }
 }

@@ -46,7 +46,7 @@ pub struct GatherPoint {
 pub struct Features {
     /// Mean distance to the first surface (m), over the samples that met one.
     pub depth: f32,
-    /// Mean shading normal of the first surface (world).
+    /// Mean shading normal of the first surface (world), over the samples that met one.
     pub normal: Vec3,
     /// Mean rough reflectance of the surface that gathers.
     pub albedo: Rgb,
@@ -109,7 +109,10 @@ impl View<'_> {
         for index in 0..n {
             let (ray, key) = self.camera_ray(pixel, index);
             let seed = self.pixel_key(pixel) as u32;
-            let specular = |bounce: u32| sobol_burley::sample_4d(index, bounce + 1, seed);
+            let specular = |bounce: u32| {
+                let [a, b, c, _] = sobol_burley::sample_4d(index, bounce + 1, seed);
+                [a, b, c]
+            };
             let end = follow(tracer, ray, key, specular);
             sum.background += end.background * weight;
             if let Some(mut point) = end.point {
@@ -125,7 +128,7 @@ impl View<'_> {
         }
         if met > 0 {
             sum.features.depth /= met as f32;
-            sum.features.normal /= n as f32;
+            sum.features.normal /= met as f32;
             sum.features.coverage = met as f32 / n as f32;
         }
         sum
@@ -144,7 +147,7 @@ struct End {
 }
 
 /// Follows a camera ray through specular surfaces to one that is not.
-fn follow(tracer: &Tracer, mut ray: Ray, key: u64, specular: impl Fn(u32) -> [f32; 4]) -> End {
+fn follow(tracer: &Tracer, mut ray: Ray, key: u64, specular: impl Fn(u32) -> [f32; 3]) -> End {
     let scene = tracer.scene();
     let mut weight = Rgb::WHITE;
     let mut end = End { point: None, background: Rgb::BLACK, first: None };
@@ -199,12 +202,12 @@ pub fn gather_point(surface: &SurfacePoint, outgoing: Vec3, bsdf: Bsdf, weight: 
 }
 
 /// The ray after a specular surface, and its weight; `None` where the path ends.
-pub fn specular_step(surface: &SurfacePoint, outgoing: Vec3, bsdf: &Bsdf, u: [f32; 4]) -> Option<(Ray, Rgb)> {
+pub fn specular_step(surface: &SurfacePoint, outgoing: Vec3, bsdf: &Bsdf, u: [f32; 3]) -> Option<(Ray, Rgb)> {
     // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own orientation.
     let (ng, ns) = facing(surface, outgoing);
     let outside = if ng.dot(surface.geometric_normal) > 0.0 { ns } else { -ns };
     let frame = Frame::about(outside);
-    let sample = bsdf.sample(frame.to_local(outgoing), [u[0], u[1], u[2]])?;
+    let sample = bsdf.sample(frame.to_local(outgoing), u)?;
     let direction = frame.to_world(sample.wi).normalize();
     Some((Ray::new(surface.leave(direction), direction), sample.weight))
 }

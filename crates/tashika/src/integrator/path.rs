@@ -75,11 +75,12 @@ impl Integrator for Path<'_> {
                 tracing.rays = 0;
                 let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
                 let mut stream = Stream::new(setting.view.seed, Purpose::CameraPath, index);
+                let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
                 for k in 0..self.samples {
                     let [u, v] = stream.uniform_2();
                     let [s, t] = stream.uniform_2();
                     let ray = setting.view.ray_through(pixel, [u, v, s, t]);
-                    let key = rng::key(setting.view.seed ^ index, Purpose::CameraPath, u64::from(k));
+                    let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
                     let radiance = tracing.radiance(ray, key, &mut stream);
                     sum.add(radiance);
                     moments.push(f64::from(radiance.luminance()));
@@ -147,8 +148,7 @@ impl Tracing<'_> {
             }
             let bsdf = scene.bsdf(&surface);
             if bsdf.is_specular() {
-                let u = stream.uniform_3();
-                let Some((next, factor)) = specular_step(&surface, outgoing, &bsdf, [u[0], u[1], u[2], 0.0])
+                let Some((next, factor)) = specular_step(&surface, outgoing, &bsdf, stream.uniform_3())
                 else {
                     break;
                 };

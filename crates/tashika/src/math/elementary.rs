@@ -4,9 +4,18 @@
 //! between processors on one system. These call `libm`, which is plain Rust arithmetic. The lint
 //! `disallowed_methods` (clippy.toml) keeps the others out of the workspace.
 
+use glam::{Quat, Vec3};
+
 /// `(sin x, cos x)`, `x` in radians.
 pub fn sin_cos(x: f32) -> (f32, f32) {
     libm::sincosf(x)
+}
+
+/// The rotation by `angle` (radians) about the unit vector `axis`.
+pub fn rotation(axis: Vec3, angle: f32) -> Quat {
+    let (sin, cos) = sin_cos(0.5 * angle);
+    let v = axis * sin;
+    Quat::from_xyzw(v.x, v.y, v.z, cos)
 }
 
 /// `tan x`, `x` in radians.
@@ -37,4 +46,18 @@ pub fn exp(x: f32) -> f32 {
 /// Natural logarithm.
 pub fn ln(x: f32) -> f32 {
     libm::logf(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rotations_turn_by_the_right_hand() {
+        let quarter = rotation(Vec3::Y, std::f32::consts::FRAC_PI_2);
+        assert!((quarter * Vec3::Z - Vec3::X).length() < 1e-6);
+        let axis = Vec3::new(1.0, -2.0, 0.5).normalize();
+        assert!((rotation(axis, 0.7) * axis - axis).length() < 1e-6);
+        assert!((rotation(axis, 0.7).angle_between(Quat::IDENTITY) - 0.7).abs() < 1e-5);
+    }
 }

@@ -85,6 +85,11 @@ impl SceneBuilder {
         if let Some(t) = material.textures().find(|t| t.image.index() >= self.scene.images.len()) {
             return Err(Error::invalid(at(), format!("image {}", t.image.index()), "an image of this scene"));
         }
+        // Ranges are those of the BSDF that the material becomes.
+        material.bsdf(&self.scene.images, glam::Vec2::ZERO).validate().map_err(|message| {
+            let (found, expected) = message.split_once("; expected ").unwrap_or((&message, "another value"));
+            Error::invalid(at(), found, expected)
+        })?;
         self.scene.materials.push(material);
         Ok(MaterialId(self.scene.materials.len() as u32 - 1))
     }
@@ -180,9 +185,18 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Sets what is seen where no surface is.
-    pub fn set_environment(&mut self, environment: Environment) {
+    /// Sets what is seen where no surface is; radiances must be finite and not negative.
+    pub fn set_environment(&mut self, environment: Environment) -> Result<()> {
+        if !environment.is_valid() {
+            let at = self.origin.clone().item("environment");
+            return Err(Error::invalid(
+                at,
+                "a radiance that is negative or not finite",
+                "radiances of at least 0",
+            ));
+        }
         self.scene.environment = (!environment.is_black()).then_some(environment);
+        Ok(())
     }
 
     /// Adds a camera; the first one is the default.
@@ -299,7 +313,8 @@ fn overview(bounds: Aabb) -> Camera {
     camera
 }
 
-/// Field and value that is out of range, with what is expected.
+/// Factors that a texture will be multiplied with: field and value that is out of range, with what is expected. What the BSDF
+/// makes of them is checked by [`crate::bsdf::Bsdf::validate`].
 fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
     let color = |name: &str, c: Rgb| {
         if c.is_valid() {
@@ -315,25 +330,13 @@ fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
             Err((format!("{name} = {v}"), "a finite number of at least 0"))
         }
     };
-    let index = |ior: f32| {
-        if ior > 1.0 && ior <= 5.0 {
-            Ok(())
-        } else {
-            Err((format!("ior = {ior}"), "a number above 1, up to 5"))
-        }
-    };
     match surface {
         Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
             color("reflectance", reflectance.factor)
         }
-        Surface::Phong { diffuse, specular, exponent } => {
+        Surface::Phong { diffuse, specular, .. } => {
             color("diffuse", diffuse.factor)?;
-            color("specular", specular.factor)?;
-            if (0.0..=1e6).contains(exponent) {
-                Ok(())
-            } else {
-                Err((format!("exponent = {exponent}"), "a number from 0 to 1000000"))
-            }
+            color("specular", specular.factor)
         }
         Surface::Conductor { fresnel, alpha } => {
             number("alpha", alpha.factor)?;
@@ -345,11 +348,10 @@ fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
                 }
             }
         }
-        Surface::Coated { reflectance, specular, ior, alpha } => {
+        Surface::Coated { reflectance, specular, alpha, .. } => {
             color("reflectance", reflectance.factor)?;
             color("specular", specular.factor)?;
-            number("alpha", alpha.factor)?;
-            index(*ior)
+            number("alpha", alpha.factor)
         }
         Surface::MetallicRoughness { base_color, metallic, roughness, dielectric_f0 } => {
             color("base colour", base_color.factor)?;
@@ -357,10 +359,9 @@ fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
             number("roughness", roughness.factor)?;
             color("dielectric f0", *dielectric_f0)
         }
-        Surface::Glass { ior, reflectance, transmittance } => {
+        Surface::Glass { reflectance, transmittance, .. } => {
             color("reflectance", *reflectance)?;
-            color("transmittance", *transmittance)?;
-            index(*ior)
+            color("transmittance", *transmittance)
         }
     }
 }
@@ -377,7 +378,7 @@ mod tests {
         let positions = vec![Vec3::ZERO, Vec3::new(size.x, 0.0, 0.0), size];
         let data = MeshData { positions, triangles: vec![[0, 1, 2]], ..MeshData::default() };
         let mesh = b.add_mesh(data, material).unwrap();
-        b.add_instance(mesh, Affine3A::from_translation((Vec3::splat(7.0) * size).into())).unwrap();
+        b.add_instance(mesh, Affine3A::from_translation(Vec3::splat(7.0) * size)).unwrap();
         b
     }
 
@@ -417,7 +418,7 @@ mod tests {
         assert!(said.contains("vertex index 3") && said.contains("below 3"), "{said}");
         let glass = Surface::Glass { ior: 0.5, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE };
         let said = message(b.add_material(Material::new("g", glass)).unwrap_err());
-        assert!(said.contains("material g: ior = 0.5") && said.contains("above 1"), "{said}");
+        assert!(said.contains("material g: ior = 0.5; expected 1.0001 to 5"), "{said}");
         let said = message(b.add_camera(Camera { vertical_fov: 4.0, ..overview(b.bounds()) }).unwrap_err());
         assert!(said.contains("field of view between"), "{said}");
         let flat = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));

@@ -125,6 +125,7 @@ impl Image {
 /// The two texels about coordinate `u` of a row of `n`, and the weight of the second.
 fn neighbours(u: f32, n: u32, wrap: Wrap) -> (u32, u32, f32) {
     let size = n as f32;
+    let u = if u.is_finite() { u } else { 0.0 };
     // Whole turns carry no information and would cost precision.
     let u = match wrap {
         Wrap::Repeat => u - u.floor(),

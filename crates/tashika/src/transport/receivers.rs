@@ -9,7 +9,7 @@ use crate::vpl::{Vpl, VplKind};
 /// Points judged at once.
 const LANES: usize = 16;
 
-/// The geometry of gather points, component by component, in groups of [`LANES`].
+/// The geometry of gather points, component by component, in groups of sixteen.
 #[derive(Clone, Debug, Default)]
 pub struct Receivers {
     groups: Vec<Group>,
@@ -50,7 +50,8 @@ impl Receivers {
         Self { groups }
     }
 
-    /// Appends the numbers of the points that face `light` and are faced by it, in order. The others receive exactly nothing.
+    /// Appends the numbers of the points that face `light` and are faced by it, in order. The others
+    /// receive nothing, but for what rounding may add at grazing angles.
     pub fn facing(&self, light: &Vpl, out: &mut Vec<u32>) {
         let from = match light.kind {
             VplKind::Directional => {

@@ -173,14 +173,17 @@ impl<'s> EmitterSampler<'s> {
         let probability = probability as f32;
         match self.sources[i] {
             Source::Triangle { instance, triangle, area, two_sided } => {
-                let p = self.scene.surface_point(instance, triangle, warp::triangle(v));
+                let b = warp::triangle(v);
+                let p = self.scene.surface_point(instance, triangle, b);
+                // A ray meets a partly transparent surface as often as it is opaque there.
+                let opacity = self.scene.opacity(instance, triangle, b);
                 let back = two_sided && rest < 0.5;
                 let normal = if back { -p.geometric_normal } else { p.geometric_normal };
                 let pdf = probability / (area * if two_sided { 2.0 } else { 1.0 });
                 let light = Vpl {
                     position: p.leave(normal),
                     direction: normal,
-                    intensity: self.scene.emitted(&p, normal) / pdf,
+                    intensity: self.scene.emitted(&p, normal) * (opacity / pdf),
                     kind: VplKind::Oriented,
                 };
                 LightSample { light, pdf: Some(pdf) }

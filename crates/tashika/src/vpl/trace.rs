@@ -57,6 +57,8 @@ impl Default for VplOptions {
 
 /// Largest number of VPLs (4.8 GB).
 const MAX_COUNT: u64 = 100_000_000;
+/// Most light paths for each VPL that was asked for: where nearly all light misses the scene, the set stays smaller.
+const MAX_PATHS_PER_VPL: u64 = 256;
 /// Light paths of the pilot.
 const PILOT_PATHS: u64 = 4096;
 /// Light paths traced as one piece of parallel work.
@@ -99,7 +101,8 @@ impl VplSet {
         let scene = tracer.scene();
         let emitters = EmitterSampler::new(scene);
         let mut lights: Vec<Vpl> = emitters.punctual().collect();
-        let rest = options.count.saturating_sub(lights.len() as u64);
+        // However many lights are points: half of the count goes to what has to be sampled.
+        let rest = options.count.saturating_sub(lights.len() as u64).max(options.count.div_ceil(2));
         let has_extended = emitters.sample_extended(0.0, [0.5; 2]).is_some();
         let mut direct =
             if has_extended { (rest as f64 * f64::from(options.direct_share)).round() as u64 } else { 0 };
@@ -112,7 +115,8 @@ impl VplSet {
         };
         let mut paths = 0;
         if per_path > 0.0 {
-            paths = ((rest - direct) as f64 / per_path).round() as u64;
+            let wanted = (rest - direct) as f64 / per_path;
+            paths = (wanted.round() as u64).min(options.count.saturating_mul(MAX_PATHS_PER_VPL));
         } else if has_extended {
             direct = rest;
         }

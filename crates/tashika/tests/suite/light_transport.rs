@@ -80,6 +80,6 @@ fn point_spot_and_directional_lights() {
 #[test]
 fn an_environment_with_a_sun_through_the_open_side() {
     let mut b = diffuse_room();
-    b.set_environment(sky());
+    b.set_environment(sky()).unwrap();
     agree(b, "environment");
 }

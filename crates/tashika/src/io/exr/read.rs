@@ -22,7 +22,7 @@ const MAX_FILE_BYTES: u64 = 1 << 34;
 /// limit is 1032, DWA's 64 times that.
 const MAX_EXPANSION: u64 = 1 << 16;
 
-/// Reads a film: one written by [`write_exr`], or the first flat part of any OpenEXR file.
+/// Reads a film: one written by [`write_exr`](super::write_exr), or the first flat part of any OpenEXR file.
 ///
 /// In other programs' files channels are gathered into planes by what stands before the last point of
 /// their names, 16-bit samples become 32-bit ones, unsigned integers beside floating point are a plane

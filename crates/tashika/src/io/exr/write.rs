@@ -25,7 +25,7 @@ const PRIMARIES: Chromaticities = Chromaticities {
 /// Writes a film; an earlier file is replaced only when the new one is complete.
 ///
 /// # Errors
-/// [`Error::Io`] if the file cannot be written.
+/// [`Error::Io`](crate::error::Error::Io) if the file cannot be written.
 pub fn write_exr(path: &Path, film: &Film) -> Result<()> {
     let bytes = encode(film).map_err(|e| at(path, e))?;
     write_file(path, &bytes)

@@ -1,3 +1,5 @@
+//! The built-in scenes: sizes, soundness, closedness, and that they are the same each time.
+
 use glam::{Vec2, Vec3};
 
 use super::room::{DEPTH, HEIGHT, WALL, WIDTH, WINDOW};

@@ -3,12 +3,13 @@
 
 use std::f32::consts::PI;
 
-use glam::{Affine3A, Quat, Vec3};
+use glam::{Affine3A, Vec3};
 
 use super::shapes::{Shape, box_between, quad};
 use super::stage::Stage;
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::math::elementary::rotation;
 use crate::scene::{Camera, Scene, Surface};
 
 /// Edge of the box (m).
@@ -46,7 +47,7 @@ fn build() -> Result<Scene> {
 
     let block = |half: f32, height: f32, angle: f32, at: Vec3| {
         let shape = box_between(Vec3::new(-half, 0.0, -half), Vec3::new(half, height, half));
-        shape.moved(Affine3A::from_rotation_translation(Quat::from_rotation_y(angle), at))
+        shape.moved(Affine3A::from_rotation_translation(rotation(Vec3::Y, angle), at))
     };
     // A millimetre above the floor, so that no two surfaces lie in each other.
     stage.put("tall block", glossy, block(0.3, 1.2, 0.32, Vec3::new(0.68, 1e-3, 0.7)))?;

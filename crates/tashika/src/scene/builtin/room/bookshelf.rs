@@ -1,15 +1,15 @@
-//! A bookshelf with some two hundred books of different sizes and colours.
+//! A bookshelf with some two hundred and fifty books of different sizes and colours.
 
 use std::f32::consts::PI;
 
-use glam::{Quat, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use super::BOOKSHELF;
 use super::FLOOR;
 use super::materials::{Palette, glossy};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::math::elementary::{powf, sin_cos};
+use crate::math::elementary::{powf, rotation, sin_cos};
 use crate::rng::{Purpose, Stream};
 use crate::scene::builtin::shapes::{Ends, Shape, bevelled_box, box_between, grid, lathe, sphere};
 use crate::scene::builtin::stage::Stage;
@@ -73,7 +73,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
             let front = DEEP - 0.03 - 0.03 * stream.uniform();
             let place = |shape: Shape| {
                 // Leaning to the left about its lower left edge.
-                let turned = shape.turned(Quat::from_rotation_z(angle));
+                let turned = shape.turned(rotation(Vec3::Z, angle));
                 turned.at(BOOKSHELF + Vec3::new(x + foot + 0.0005, base + 0.0005, front))
             };
             covers[stream.below(COVERS.len() as u64) as usize].append(place(book.cover()));

@@ -2,17 +2,19 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 use super::materials::{Palette, coated, glossy, matte, tinted};
 use super::patterns;
 use super::{DEPTH, FLOOR, SIDEBOARD};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::math::elementary::sin_cos;
+use crate::math::elementary::{rotation, sin_cos};
 use crate::rng::{Purpose, Stream};
 use crate::scene::Surface;
-use crate::scene::builtin::shapes::{Ends, Shape, bevelled_box, disk, grid, lathe, quad, torus, tube};
+use crate::scene::builtin::shapes::{
+    Ends, Shape, bevelled_box, creased, disk, grid, lathe, quad, torus, tube,
+};
 use crate::scene::builtin::stage::Stage;
 
 /// Adds all of it.
@@ -27,8 +29,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
 fn rug(stage: &mut Stage) -> Result<()> {
     const SIZE: Vec2 = Vec2::new(1.5, 2.3);
     const CELLS: [usize; 2] = [84, 128];
-    let place =
-        Affine3A::from_rotation_translation(Quat::from_rotation_y(0.12), Vec3::new(2.05, FLOOR, 2.35));
+    let place = Affine3A::from_rotation_translation(rotation(Vec3::Y, 0.12), Vec3::new(2.05, FLOOR, 2.35));
     let weave = grid(CELLS, [Ends::Open; 2], |i, j| {
         let (s, t) = (i as f32 / CELLS[0] as f32, j as f32 / CELLS[1] as f32);
         let at_edge = i == 0 || j == 0 || i == CELLS[0] || j == CELLS[1];
@@ -55,7 +56,7 @@ fn rug(stage: &mut Stage) -> Result<()> {
         .map(|k| {
             let (end, k) = (k / count, k % count);
             let x = ((k as f32 + 0.5) / count as f32 - 0.5) * SIZE.x;
-            let turn = Quat::from_rotation_y(PI * end as f32 + 0.5 * (stream.uniform() - 0.5));
+            let turn = rotation(Vec3::Y, PI * end as f32 + 0.5 * (stream.uniform() - 0.5));
             let z = if end == 0 { 0.5 } else { -0.5 } * SIZE.y;
             place * Affine3A::from_rotation_translation(turn, Vec3::new(x, 0.0, z))
         })
@@ -79,7 +80,7 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
         [0.0, 0.29],
     ];
     let glaze = stage.material("pot", coated(Rgb::new(0.66, 0.64, 0.60), 0.3))?;
-    stage.put("pot", glaze, lathe(&pot.map(Vec2::from), 48).at(at))?;
+    stage.put("pot", glaze, lathe(&creased(&pot), 48).at(at))?;
 
     let mut stream = Stream::new(0, Purpose::Modelling, 4);
     let (mut stems, mut places) = (Shape::default(), Vec::new());
@@ -101,8 +102,8 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
             let t = 0.22 + 0.78 * (i as f32 + 0.5) / leaves as f32;
             let u = stream.uniform_3();
             // The golden angle keeps leaves out of each other's shade.
-            let turn = Quat::from_rotation_y(2.4 * i as f32 + around + 0.5 * u[0]);
-            let lift = Quat::from_rotation_z(0.15 + 0.75 * t + 0.3 * (u[1] - 0.5));
+            let turn = rotation(Vec3::Y, 2.4 * i as f32 + around + 0.5 * u[0]);
+            let lift = rotation(Vec3::Z, 0.15 + 0.75 * t + 0.3 * (u[1] - 0.5));
             let scale = Vec3::splat((1.15 - 0.45 * t) * (0.8 + 0.35 * u[2]));
             places.push(Affine3A::from_scale_rotation_translation(scale, turn * lift, point(t)));
         }
@@ -124,16 +125,14 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("soil", soil, disk(0.172, 48).at(at + Vec3::Y * 0.30))?;
     // A tray keeps the floor dry.
     let tray = [[0.0, 0.0], [0.2, 0.0], [0.21, 0.02], [0.205, 0.02], [0.195, 0.006], [0.0, 0.006]];
-    stage.put("tray", palette.black, lathe(&tray.map(Vec2::from), 48).at(at + Vec3::Y * 0.0002))
+    stage.put("tray", palette.black, lathe(&creased(&tray), 48).at(at + Vec3::Y * 0.0002))
 }
 
 /// A round mirror in a brass ring above the sideboard.
 fn mirror(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const RADIUS: f32 = 0.40;
-    let face = Affine3A::from_rotation_translation(
-        Quat::from_rotation_x(0.5 * PI),
-        Vec3::new(SIDEBOARD.x, 1.62, 0.018),
-    );
+    let face =
+        Affine3A::from_rotation_translation(rotation(Vec3::X, 0.5 * PI), Vec3::new(SIDEBOARD.x, 1.62, 0.018));
     let silver = stage.material("mirror", Surface::Mirror { reflectance: Rgb::gray(0.8).into() })?;
     stage.put("mirror", silver, disk(RADIUS, 96).moved(face))?;
     stage.put("mirror frame", palette.brass, torus(RADIUS, 0.016, 96, 16).moved(face))
@@ -148,9 +147,8 @@ fn pictures(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
     // Pictures hang in the plane z = 0 about the origin, facing +z.
     let back = |x: f32, y: f32| Affine3A::from_translation(Vec3::new(x, y, 0.0));
-    let front = |x: f32, y: f32| {
-        Affine3A::from_rotation_translation(Quat::from_rotation_y(PI), Vec3::new(x, y, DEPTH))
-    };
+    let front =
+        |x: f32, y: f32| Affine3A::from_rotation_translation(rotation(Vec3::Y, PI), Vec3::new(x, y, DEPTH));
     let hung = [
         ("small picture", disks, Vec2::new(0.17, 0.235), back(SIDEBOARD.x + 0.78, 1.62)),
         ("large picture", landscape, Vec2::new(0.60, 0.40), front(2.0, 1.55)),

@@ -2,14 +2,16 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 use super::materials::{Palette, coated, matte, varnished};
 use super::{FLOOR, SIDEBOARD, TABLE};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::math::elementary::sin_cos;
-use crate::scene::builtin::shapes::{Ends, Section, Shape, bevelled_box, lathe, superellipsoid, sweep, tube};
+use crate::math::elementary::{rotation, sin_cos};
+use crate::scene::builtin::shapes::{
+    Ends, Section, Shape, bevelled_box, creased, lathe, superellipsoid, sweep, tube,
+};
 use crate::scene::builtin::stage::Stage;
 
 /// Adds all four.
@@ -34,11 +36,8 @@ fn grain_along_y(p: Vec3, _: Vec3) -> Vec2 {
 /// A round leg from the origin up to `height`, thicker at the top, leaning towards the top by `lean` (m).
 fn leg(height: f32, radii: [f32; 2], lean: Vec2) -> Shape {
     let [foot, top] = radii;
-    let profile: Vec<Vec2> = [(0.0, 0.0), (foot - 0.002, 0.0), (foot, 0.002), (top, height), (0.0, height)]
-        .map(Vec2::from)
-        .to_vec();
-    let mut straight = lathe(&profile, 20);
-    straight = straight.mapped(grain_along_y);
+    let profile = creased(&[[0.0, 0.0], [foot - 0.002, 0.0], [foot, 0.002], [top, height], [0.0, height]]);
+    let straight = lathe(&profile, 20).mapped(grain_along_y);
     let shear = Vec3::new(lean.x / height, 1.0, lean.y / height);
     straight.moved(Affine3A::from_cols(Vec3::X.into(), shear.into(), Vec3::Z.into(), Vec3::ZERO.into()))
 }
@@ -115,7 +114,7 @@ fn chairs(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
     let around = |x: f32, z: f32, angle: f32| {
         let at = Vec3::new(TABLE.x + x, FLOOR, TABLE.z + z);
-        Affine3A::from_rotation_translation(Quat::from_rotation_y(angle), at)
+        Affine3A::from_rotation_translation(rotation(Vec3::Y, angle), at)
     };
     let places = [
         around(-0.38, -0.58, 0.06),
@@ -175,11 +174,10 @@ fn sideboard(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
 /// A rounded armchair with two cushions, facing the table.
 fn armchair(stage: &mut Stage, palette: &Palette) -> Result<()> {
-    let place =
-        Affine3A::from_rotation_translation(Quat::from_rotation_y(0.85), Vec3::new(1.12, FLOOR, 1.25));
+    let place = Affine3A::from_rotation_translation(rotation(Vec3::Y, 0.85), Vec3::new(1.12, FLOOR, 1.25));
     let block = |half: [f32; 3], exponents: [f32; 2], at: [f32; 3], tilt: f32| {
         let shape = superellipsoid(Vec3::from(half), exponents, 48, 24);
-        shape.turned(Quat::from_rotation_x(tilt)).at(Vec3::from(at)).moved(place)
+        shape.turned(rotation(Vec3::X, tilt)).at(Vec3::from(at)).moved(place)
     };
     let shell = Shape::merged([
         block([0.40, 0.10, 0.38], [0.30, 0.25], [0.0, 0.26, 0.0], 0.0),

@@ -2,14 +2,14 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine3A, Vec3};
 
 use super::materials::{Palette, matte};
 use super::{HEIGHT, LAMP};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::math::elementary::{powf, sin_cos};
-use crate::scene::builtin::shapes::{Ends, Shape, cylinder, grid, lathe, sphere, torus, tube};
+use crate::math::elementary::{powf, rotation, sin_cos};
+use crate::scene::builtin::shapes::{Ends, Shape, creased, cylinder, grid, lathe, sphere, torus, tube};
 use crate::scene::builtin::stage::Stage;
 
 /// Radiance of the bulb (W·m⁻²·sr⁻¹).
@@ -38,7 +38,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
         let radius = shade_radius(t);
         Vec3::new(radius, HALF_HEIGHT * t, -0.5 * TAU * radius / SLATS as f32 * s)
     });
-    let turns = (0..SLATS).map(|k| Quat::from_rotation_y(TAU * k as f32 / SLATS as f32));
+    let turns = (0..SLATS).map(|k| rotation(Vec3::Y, TAU * k as f32 / SLATS as f32));
     let places: Vec<Affine3A> = turns.map(|turn| Affine3A::from_rotation_translation(turn, LAMP)).collect();
     let veneer = stage.material("veneer", matte(Rgb::new(0.68, 0.50, 0.30)))?;
     stage.repeat("lamp slat", veneer, slat, &places)?;
@@ -51,18 +51,10 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
         tube(&[top, rim], Ends::Open, 8, |_| 0.003)
     };
     let cord = cylinder(0.0035, HEIGHT - LAMP.y - BULB_RADIUS, 10).at(LAMP + Vec3::Y * BULB_RADIUS);
-    let socket = [
-        [0.0, 0.045],
-        [0.026, 0.045],
-        [0.026, 0.045],
-        [0.03, 0.07],
-        [0.026, 0.12],
-        [0.006, 0.15],
-        [0.0, 0.15],
-    ];
-    let socket = lathe(&socket.map(Vec2::from), 32).at(LAMP);
-    let canopy = [[0.0, -0.03], [0.03, -0.03], [0.055, -0.012], [0.06, 0.0], [0.06, 0.0], [0.0, 0.0]];
-    let canopy = lathe(&canopy.map(Vec2::from), 32).at(LAMP.with_y(HEIGHT));
+    let socket = [[0.0, 0.06], [0.026, 0.06], [0.03, 0.085], [0.026, 0.135], [0.006, 0.165], [0.0, 0.165]];
+    let socket = lathe(&creased(&socket), 32).at(LAMP);
+    let canopy = [[0.0, -0.03], [0.03, -0.03], [0.055, -0.012], [0.06, -0.001], [0.0, -0.001]];
+    let canopy = lathe(&creased(&canopy), 32).at(LAMP.with_y(HEIGHT));
     let fittings =
         [ring(-1.0), ring(1.0), spoke(0.0), spoke(TAU / 3.0), spoke(2.0 * TAU / 3.0), cord, socket, canopy];
     stage.put("lamp fittings", palette.black, Shape::merged(fittings))

@@ -1,9 +1,9 @@
 //! The furnished room.
 //!
 //! A room of 6.0 × 2.8 × 4.5 m, closed but for one window. Daylight comes through venetian blinds, from a
-//! panel of radiance about 8 W·m⁻²·sr⁻¹ and from a low sun; a pendant lamp in a shade of slats adds warm light
+//! panel of luminance about 5 W·m⁻²·sr⁻¹ and from a low sun; a pendant lamp in a shade of slats adds warm light
 //! from inside. Both are seen from most points through gaps only, the floor is glossy (Phong exponent
-//! 80), and exponents from 5 to 1000 stand in a row: many lights matter, most of them for a few pixels
+//! 90), and exponents from 5 to 1000 stand in a row: many lights matter, most of them for a few pixels
 //! each, which is what makes error estimation hard for glossy materials (Iwasaki 2019).
 //!
 //! Axes: `x` from the window's wall to the opposite one, `y` up, `z` from the coloured wall towards the camera.
@@ -56,7 +56,7 @@ const BOOKSHELF: Vec3 = Vec3::new(1.10, 0.0, 0.016);
 /// Centre of the lamp's bulb (m).
 const LAMP: Vec3 = Vec3::new(3.70, 1.72, 2.20);
 
-/// The scene `room`: a furnished glossy room of about 150 000 triangles.
+/// The scene `room`: a furnished glossy room of some 150 000 triangles, 230 000 with all instances.
 ///
 /// Cameras: `main`, the whole room at 640×360 pixels, and `close`, the things on the table with a shallow
 /// depth of field.

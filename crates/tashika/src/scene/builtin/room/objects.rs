@@ -2,13 +2,13 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 use super::materials::{GOLD, Palette, coated, glossy, matte, metal};
 use super::{SIDEBOARD, TABLE};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::math::elementary::{powf, sin_cos};
+use crate::math::elementary::{powf, rotation, sin_cos};
 use crate::scene::Surface;
 use crate::scene::builtin::shapes::{
     Ends, Shape, bevelled_box, cylinder, lathe, sphere, superellipsoid, torus, torus_knot, tube,
@@ -115,11 +115,11 @@ fn cup() -> Shape {
 
 fn tea(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let glaze = stage.material("teapot glaze", glossy(Rgb::new(0.04, 0.13, 0.24), 0.30, 80.0))?;
-    let turn = Quat::from_rotation_y(0.5);
+    let turn = rotation(Vec3::Y, 0.5);
     let at = TABLE + Vec3::new(0.12, 0.0, -0.06);
     stage.put("teapot", glaze, teapot().moved(Affine3A::from_rotation_translation(turn, at)))?;
     let place = |x: f32, z: f32, angle: f32| {
-        Affine3A::from_rotation_translation(Quat::from_rotation_y(angle), TABLE + Vec3::new(x, 0.0, z))
+        Affine3A::from_rotation_translation(rotation(Vec3::Y, angle), TABLE + Vec3::new(x, 0.0, z))
     };
     let places = [place(0.37, 0.12, 0.8), place(-0.10, 0.24, 2.4), place(-0.02, -0.30, -1.9)];
     stage.repeat("cup", palette.porcelain, cup(), &places)
@@ -145,7 +145,7 @@ fn fruit(stage: &mut Stage, palette: &Palette) -> Result<()> {
         36,
     );
     let place = |x: f32, y: f32, z: f32, tilt: f32| {
-        let turn = Quat::from_rotation_x(tilt) * Quat::from_rotation_z(0.7 * tilt);
+        let turn = rotation(Vec3::X, tilt) * rotation(Vec3::Z, 0.7 * tilt);
         Affine3A::from_rotation_translation(turn, at + Vec3::new(x, y, z))
     };
     let red = stage.material("red plastic", coated(Rgb::new(0.52, 0.045, 0.03), 0.06))?;
@@ -166,7 +166,7 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let stand = TABLE + Vec3::new(0.58, 0.0, -0.20);
     let plinth = bevelled_box(Vec3::new(-0.06, 0.0, -0.06), Vec3::new(0.06, 0.03, 0.06), 0.004);
     stage.put("plinth", palette.black, plinth.at(stand))?;
-    let knot = torus_knot([2, 3], [0.075, 0.038], 0.020, [220, 18]).turned(Quat::from_rotation_x(0.5 * PI));
+    let knot = torus_knot([2, 3], [0.075, 0.038], 0.020, [220, 18]).turned(rotation(Vec3::X, 0.5 * PI));
     stage.put("golden knot", gold, knot.at(stand + Vec3::Y * (0.03 + 0.128)))?;
 
     let satin = stage.material("satin", glossy(Rgb::new(0.40, 0.30, 0.08), 0.35, 20.0))?;
@@ -177,7 +177,7 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let books = TABLE + Vec3::new(0.60, 0.0, 0.14);
     let book = |y: f32, half: Vec2, angle: f32| {
         let shape = bevelled_box(Vec3::new(-half.x, 0.0, -half.y), Vec3::new(half.x, 0.028, half.y), 0.002);
-        shape.turned(Quat::from_rotation_y(angle)).at(books + Vec3::Y * y)
+        shape.turned(rotation(Vec3::Y, angle)).at(books + Vec3::Y * y)
     };
     stage.put("table books", cloth, book(0.0, Vec2::new(0.11, 0.08), 0.25))?;
     stage.put("upper book", palette.paper, book(0.0285, Vec2::new(0.095, 0.07), -0.1))?;
@@ -209,11 +209,9 @@ fn row_of_exponents(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
     let body = superellipsoid(Vec3::new(0.075, 0.05, 0.055), [0.3, 0.3], 48, 24).at(Vec3::Y * 0.05);
     let dial =
-        cylinder(0.03, 0.004, 48).turned(Quat::from_rotation_x(0.5 * PI)).at(Vec3::new(0.02, 0.055, 0.053));
-    let radio = Affine3A::from_rotation_translation(
-        Quat::from_rotation_y(-0.3),
-        SIDEBOARD + Vec3::new(0.72, 0.0, 0.2),
-    );
+        cylinder(0.03, 0.004, 48).turned(rotation(Vec3::X, 0.5 * PI)).at(Vec3::new(0.02, 0.055, 0.053));
+    let radio =
+        Affine3A::from_rotation_translation(rotation(Vec3::Y, -0.3), SIDEBOARD + Vec3::new(0.72, 0.0, 0.2));
     stage.put("radio", palette.porcelain, body.moved(radio))?;
     stage.put("dial", palette.brass, dial.moved(radio))
 }

@@ -8,7 +8,7 @@ use super::materials::{Palette, glossy, matte};
 use super::{WALL, WINDOW};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::math::elementary::sin_cos;
+use crate::math::elementary::{rotation, sin_cos};
 use crate::scene::builtin::shapes::{Ends, Shape, bevelled_box, cylinder, grid, quad, sphere, tube};
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{Emitter, Falloff};
@@ -75,7 +75,7 @@ fn blinds(stage: &mut Stage) -> Result<()> {
         // An arch of 3 mm across the slat.
         Vec3::new(SLAT_WIDTH * t, 0.003 * (1.0 - 4.0 * t * t), length * s)
     });
-    let tilt = Quat::from_rotation_z(-SLAT_TILT);
+    let tilt = rotation(Vec3::Z, -SLAT_TILT);
     let places: Vec<Affine3A> = (0..count)
         .flat_map(|k| centers.map(|z| Vec3::new(X, top - SLAT_PITCH * (k as f32 + 0.6), z)))
         .map(|at| Affine3A::from_rotation_translation(tilt, at))

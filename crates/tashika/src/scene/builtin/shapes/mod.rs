@@ -20,7 +20,7 @@ mod tests;
 
 pub use flat::{bevelled_box, box_between, quad};
 pub use grid::{Ends, grid};
-pub use round::{cylinder, disk, lathe, sphere, superellipsoid, torus};
+pub use round::{creased, cylinder, disk, lathe, sphere, superellipsoid, torus};
 pub use sweep::{Section, sweep, torus_knot, tube};
 
 use glam::{Affine3A, Quat, Vec2, Vec3};

@@ -21,11 +21,19 @@ pub fn lathe(profile: &[Vec2], segments: usize) -> Shape {
     })
 }
 
+/// The profile with a crease at every point but its ends.
+pub fn creased(points: &[[f32; 2]]) -> Vec<Vec2> {
+    let last = points.len() - 1;
+    points
+        .iter()
+        .enumerate()
+        .flat_map(|(i, &p)| vec![p.into(); if i == 0 || i == last { 1 } else { 2 }])
+        .collect()
+}
+
 /// A closed cylinder about the `y` axis from height 0 to `height`, with sharp rims.
 pub fn cylinder(radius: f32, height: f32, segments: usize) -> Shape {
-    let rim = |y| Vec2::new(radius, y);
-    let profile = [Vec2::ZERO, rim(0.0), rim(0.0), rim(height), rim(height), Vec2::new(0.0, height)];
-    lathe(&profile, segments)
+    lathe(&creased(&[[0.0, 0.0], [radius, 0.0], [radius, height], [0.0, height]]), segments)
 }
 
 /// A flat disk about the origin; its front is `+y`.

@@ -6,10 +6,10 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Quat, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use super::{Ends, Shape, grid};
-use crate::math::elementary::{atan2, powf, sin_cos};
+use crate::math::elementary::{atan2, powf, rotation, sin_cos};
 
 /// The outline that is swept, around the curve.
 #[derive(Clone, Debug)]
@@ -102,7 +102,7 @@ fn frames(path: &[Vec3], ends: Ends, up: Vec3) -> Vec<(Vec3, Vec3)> {
         let (tangent, back) = transported(path[0] - path[count - 1], frames[count - 1], first);
         let angle = atan2(back.cross(up).dot(tangent), back.dot(up));
         for (k, (tangent, up)) in frames.iter_mut().enumerate() {
-            *up = Quat::from_axis_angle(*tangent, angle * k as f32 / count as f32) * *up;
+            *up = rotation(*tangent, angle * k as f32 / count as f32) * *up;
         }
     }
     frames

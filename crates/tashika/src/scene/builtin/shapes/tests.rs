@@ -1,8 +1,11 @@
+//! Shapes against their volumes, areas and normals.
+
 use std::f64::consts::{PI, TAU};
 
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 use super::*;
+use crate::math::elementary::rotation;
 
 /// Volume inside a closed shape, positive if its triangles face outwards (m³): sum of signed tetrahedra.
 fn signed_volume(shape: &Shape) -> f64 {
@@ -187,7 +190,7 @@ fn smooth_normals_are_those_of_the_surface_and_creases_stay_sharp() {
 fn moving_a_shape_moves_normals_with_the_surface() {
     let map = Affine3A::from_scale_rotation_translation(
         Vec3::new(1.0, -3.0, 0.5),
-        Quat::from_rotation_x(0.7),
+        rotation(Vec3::X, 0.7),
         Vec3::new(4.0, 5.0, 6.0),
     );
     let still = torus(1.0, 0.3, 32, 24);
