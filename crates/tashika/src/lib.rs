@@ -29,3 +29,8 @@ pub mod stats;
 pub mod transport;
 pub mod vpl;
 pub mod warp;
+
+/// The example of the README, compiled and run as a test of the documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+pub struct Readme;
