@@ -1,8 +1,8 @@
 //! Visibility of up to [`LANES`] segments at once: one walk through the tree for all of them.
 //!
 //! Inner nodes are judged for the whole group: intervals around the segments' origins and reciprocal directions bound
-//! the parameters at which any of them can be inside a box, for the eight children of a node at once. Boxes of leaves
-//! and triangles are judged lane by lane. Segments whose directions differ in sign have no useful intervals; they walk alone.
+//! the parameters at which any of them can be inside a box, for the eight children of a node at once. What is left, and
+//! triangles, is judged lane by lane. Segments whose directions differ in sign have no useful intervals; they walk alone.
 //!
 //! The intervals are made of the same roundings as the lanes' own, which are monotone: a group enters every box that one of its
 //! lanes would enter alone, and a lane that meets the box of a leaf meets those of all its ancestors. So the triangles that are
@@ -331,15 +331,18 @@ fn traverse<const N: usize, const SHARED: bool, const BOUNDED: bool>(
         top -= 1;
         let node = &nodes[waiting[top] as usize];
         let met = beam.meets_children(node, &mut entry);
+        let mut inner = 0u32;
         let mut rest = met;
         while rest != 0 {
             let slot = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            if node.count[slot] == INNER {
-                continue;
-            }
+            // A wide beam meets what no lane does: near silhouettes the targets of a fan lie far apart.
             let lanes = bundle.active & meets_box::<N, SHARED>(bundle, node, slot);
             if lanes == 0 {
+                continue;
+            }
+            if node.count[slot] == INNER {
+                inner |= 1 << slot;
                 continue;
             }
             let first = node.first[slot] as usize;
@@ -351,11 +354,11 @@ fn traverse<const N: usize, const SHARED: bool, const BOUNDED: bool>(
             }
         }
         // The first child is on top, so that leaves are met in the same order by every group.
-        for slot in (0..WIDTH).rev() {
-            if met & 1 << slot != 0 && node.count[slot] == INNER {
-                waiting[top] = node.first[slot];
-                top += 1;
-            }
+        while inner != 0 {
+            let slot = WIDTH - 1 - (inner << (u32::BITS - WIDTH as u32)).leading_zeros() as usize;
+            inner &= !(1 << slot);
+            waiting[top] = node.first[slot];
+            top += 1;
         }
     }
 }

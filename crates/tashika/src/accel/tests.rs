@@ -154,10 +154,13 @@ fn grouping_does_not_change_a_bit() {
     let t = tracer(data, &[Affine3A::IDENTITY, far], 0.37);
     assert_eq!(t.size().shared_trees, 1);
     let mut partly = 0;
-    for round in 0..60 {
+    for round in 0..240 {
         let apex = point(&mut s, 1.2);
         let fan = if round % 3 == 2 { Apex::Direction(apex) } else { Apex::Point(apex) };
-        let targets: Vec<Vec3> = (0..37).map(|_| point(&mut s, 1.2)).collect();
+        // Targets all over, which walk alone, and targets near each other, which walk together.
+        let spread = [1.2, 0.3, 0.02][round % 4 % 3];
+        let center = point(&mut s, 1.2 - spread);
+        let targets: Vec<Vec3> = (0..37).map(|_| center + point(&mut s, spread)).collect();
         let together = visible(&t, fan, &targets);
         let alone: Vec<f32> = targets.iter().map(|x| visible(&t, fan, &[*x])[0]).collect();
         let shifted = visible(&t, fan, &targets[5..]);
