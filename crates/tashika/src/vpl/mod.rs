@@ -8,6 +8,9 @@ mod emitters;
 mod light;
 mod trace;
 
+#[cfg(test)]
+mod tests;
+
 pub use clamp::Clamp;
 pub use emitters::{EmitterSampler, LightSample};
 pub use light::{Vpl, VplKind};

@@ -1,0 +1,137 @@
+//! The emitters' sampler against closed forms, and VPL sets against what was asked for.
+
+use std::sync::Arc;
+
+use glam::{Affine3A, Mat3, Vec3};
+
+use super::{EmitterSampler, VplKind, VplOptions, VplSet};
+use crate::accel::Tracer;
+use crate::color::Rgb;
+use crate::error::Location;
+use crate::rng::{Purpose, Stream};
+use crate::scene::{
+    Alpha, AlphaMode, Emission, Emitter, Environment, Image, Material, MeshData, Pixels, Scene, SceneBuilder,
+    Surface, builtin,
+};
+use crate::stats::Moments;
+
+const RADIANCE: f32 = 3.0;
+
+/// A lamp of two triangles, 2 m × 3 m and 2 m × 1 m, and whatever `more` adds.
+fn scene(two_sided: bool, opacity: f32, more: impl FnOnce(&mut SceneBuilder)) -> Scene {
+    let mut b = SceneBuilder::new("lamp", Location::default());
+    let mut material = Material::new("lamp", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
+    material.emission = Some(Emission { radiance: Rgb::gray(RADIANCE).into(), two_sided });
+    if opacity < 1.0 {
+        material.alpha = Some(Alpha { value: opacity.into(), mode: AlphaMode::Blend });
+    }
+    let material = b.add_material(material).unwrap();
+    let positions =
+        [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 3.0], [2.0, 0.0, -1.0]].map(Vec3::from).to_vec();
+    let triangles = vec![[0, 1, 2], [0, 3, 1]];
+    let mesh = b.add_mesh(MeshData { positions, triangles, ..MeshData::default() }, material).unwrap();
+    b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+    more(&mut b);
+    b.build().unwrap()
+}
+
+/// Mean luminance of the sampled intensities of one kind, with its standard error.
+fn mean_intensity(scene: &Scene, kind: VplKind) -> Moments {
+    let emitters = EmitterSampler::new(scene);
+    let mut s = Stream::new(3, Purpose::Test, 0);
+    let mut m = Moments::default();
+    for _ in 0..40_000 {
+        let light = emitters.sample(s.uniform_f64(), s.uniform_2()).unwrap().light;
+        m.push(if light.kind == kind { f64::from(light.intensity.luminance()) } else { 0.0 });
+    }
+    m
+}
+
+fn assert_mean(m: &Moments, expected: f64) {
+    let error = 5.0 * m.standard_error() + 1e-5 * expected;
+    assert!((m.mean() - expected).abs() < error, "{} ± {} for {expected}", m.mean(), m.standard_error());
+    assert!(error < 0.1 * expected, "sharp: {error} of {expected}");
+}
+
+/// One sample stands for all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω` for the sky, `I` for points.
+#[test]
+fn sampled_intensities_add_up_to_the_emitters() {
+    let area = 4.0 * f64::from(RADIANCE);
+    for (two_sided, opacity, expected) in
+        [(false, 1.0, area), (true, 1.0, 2.0 * area), (false, 0.25, 0.25 * area)]
+    {
+        let lamp = scene(two_sided, opacity, |b| {
+            b.add_emitter(Emitter::Point { position: Vec3::Y, intensity: Rgb::gray(2.0) }).unwrap();
+        });
+        assert_mean(&mean_intensity(&lamp, VplKind::Oriented), expected);
+        assert_mean(&mean_intensity(&lamp, VplKind::Omni), 2.0);
+    }
+    let mut pixels = vec![[0.1, 0.2, 0.1]; 64 * 32];
+    pixels[700] = [900.0, 800.0, 500.0];
+    let image = Image { name: "sky".into(), width: 64, height: 32, pixels: Pixels::Float(pixels) };
+    let sky = Environment::lat_long(image, Rgb::gray(1.5), Mat3::IDENTITY);
+    let whole = 4.0 * std::f64::consts::PI * f64::from(sky.mean().luminance());
+    let lit = scene(false, 1.0, |b| b.set_environment(sky).unwrap());
+    assert_mean(&mean_intensity(&lit, VplKind::Directional), whole);
+}
+
+#[test]
+fn densities_are_those_of_the_samples() {
+    let lamp = scene(true, 1.0, |b| b.set_environment(Environment::constant(Rgb::gray(0.7))).unwrap());
+    let emitters = EmitterSampler::new(&lamp);
+    let (instance, _) = lamp.area_emitters().next().unwrap();
+    let mut s = Stream::new(4, Purpose::Test, 0);
+    let mut kinds = [0; 2];
+    for _ in 0..1000 {
+        let sample = emitters.sample(s.uniform_f64(), s.uniform_2()).unwrap();
+        let pdf = sample.pdf.unwrap();
+        let expected = match sample.light.kind {
+            VplKind::Directional => emitters.pdf_of_environment(-sample.light.direction),
+            _ => emitters.pdf_on_triangle(instance, u32::from(sample.light.position.z < 0.0)),
+        };
+        kinds[usize::from(sample.light.kind == VplKind::Directional)] += 1;
+        assert!((pdf / expected - 1.0).abs() < 1e-5, "{pdf} {expected}");
+    }
+    assert!(kinds[0] > 20 && kinds[1] > 20, "{kinds:?}");
+}
+
+#[test]
+fn sets_have_about_the_number_that_was_asked_for() {
+    let tracer = Tracer::new(Arc::new(builtin::tiny()));
+    for count in [1000, 10_000, 100_000] {
+        let set = VplSet::trace(&tracer, &VplOptions { count, ..VplOptions::default() }).unwrap();
+        let ratio = set.len() as f64 / count as f64;
+        // The pilot of 4096 paths knows the mean to 2 %, the set itself adds its own spread.
+        assert!((ratio - 1.0).abs() < 0.12, "{} for {count}", set.len());
+        assert_eq!(set.len() as u64, set.provenance().direct + set.provenance().indirect);
+        assert!((set.provenance().direct as f64 / count as f64 - 0.25).abs() < 0.01);
+    }
+}
+
+/// As many points as VPLs were asked for must not take the place of indirect light.
+#[test]
+fn many_point_lights_leave_room_for_indirect_light() {
+    let lamps = scene(false, 1.0, |b| {
+        for i in 0..50 {
+            let position = Vec3::new(0.02 * i as f32, 1.0, 0.0);
+            b.add_emitter(Emitter::Point { position, intensity: Rgb::gray(1.0) }).unwrap();
+        }
+    });
+    let tracer = Tracer::new(Arc::new(lamps));
+    let set = VplSet::trace(&tracer, &VplOptions { count: 50, ..VplOptions::default() }).unwrap();
+    assert_eq!(
+        set.lights().iter().filter(|l| l.kind == VplKind::Omni).count(),
+        50,
+        "each point is one VPL, exactly"
+    );
+    assert!(set.provenance().indirect > 5, "{:?}", set.provenance());
+}
+
+#[test]
+fn options_out_of_range_are_named() {
+    let tracer = Tracer::new(Arc::new(builtin::tiny()));
+    let said = |o: VplOptions| VplSet::trace(&tracer, &o).unwrap_err().to_string();
+    assert!(said(VplOptions { count: 0, ..VplOptions::default() }).contains("vpls = 0; expected 1 to"));
+    assert!(said(VplOptions { direct_share: 1.5, ..VplOptions::default() }).contains("direct share = 1.5"));
+    assert!(said(VplOptions { max_depth: 5000, ..VplOptions::default() }).contains("max depth = 5000"));
+}
