@@ -13,6 +13,9 @@
 
 mod options;
 
+#[cfg(test)]
+mod tests;
+
 pub use options::{Filter, GatherOptions};
 
 use glam::{Vec2, Vec3};

@@ -30,6 +30,9 @@ pub struct Transport {
     clamp_squared: f32,
 }
 
+/// Points closer than 10⁻¹⁰ m are the same point: keeps the geometric term, and its products with intensities, finite (m²).
+const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
+
 /// The geometry between a point and a light.
 #[derive(Clone, Copy, Debug)]
 struct Link {
@@ -59,7 +62,10 @@ impl Transport {
             VplKind::Spot(falloff) => falloff.at(cos),
             VplKind::Directional => unreachable!("handled above"),
         };
-        Link { towards_light, geometric: shape / squared.max(self.clamp_squared).max(f32::MIN_POSITIVE) }
+        Link {
+            towards_light,
+            geometric: shape / squared.max(self.clamp_squared).max(SMALLEST_SQUARED_DISTANCE),
+        }
     }
 
     /// `w M G I`: the contribution if nothing is in between (W·m⁻²·sr⁻¹).

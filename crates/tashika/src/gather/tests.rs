@@ -1,0 +1,138 @@
+//! Gather points against scenes in which one can say where they must be.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::{Affine3A, Vec3};
+
+use super::{Filter, GatherOptions, View};
+use crate::accel::Tracer;
+use crate::color::Rgb;
+use crate::error::Location;
+use crate::scene::{Camera, Emission, Environment, Material, MeshData, SceneBuilder, Surface};
+
+/// A square of half-width 5 m about `center`, its normal along `a × b`.
+fn square(center: Vec3, a: Vec3, b: Vec3) -> MeshData {
+    let corner = |s: f32, t: f32| center + a * (5.0 * s) + b * (5.0 * t);
+    MeshData {
+        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..MeshData::default()
+    }
+}
+
+fn add(b: &mut SceneBuilder, mesh: MeshData, surface: Surface, radiance: f32) {
+    let mut material = Material::new("m", surface);
+    if radiance > 0.0 {
+        material.emission = Some(Emission { radiance: Rgb::gray(radiance).into(), two_sided: true });
+    }
+    let material = b.add_material(material).unwrap();
+    let mesh = b.add_mesh(mesh, material).unwrap();
+    b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+}
+
+fn lambert() -> Surface {
+    Surface::Lambert { reflectance: Rgb::gray(0.5).into() }
+}
+
+/// A camera at the origin that looks along `−z`.
+fn tracer(fill: impl FnOnce(&mut SceneBuilder)) -> Tracer {
+    let mut b = SceneBuilder::new("gather", Location::default());
+    fill(&mut b);
+    b.add_camera(Camera::look_at("c", Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.4)).unwrap();
+    Tracer::new(Arc::new(b.build().unwrap()))
+}
+
+fn view(tracer: &Tracer, points: u32) -> View<'_> {
+    let gather = GatherOptions { points, filter: Filter::Box };
+    View { camera: &tracer.scene().cameras()[0], size: [16, 16], gather, seed: 3 }
+}
+
+#[test]
+fn a_mirror_shows_what_is_behind_the_camera() {
+    let t = tracer(|b| {
+        let mirror = Surface::Mirror { reflectance: Rgb::new(0.9, 0.5, 0.2).into() };
+        add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), mirror, 0.0);
+        add(b, square(Vec3::Z * 3.0, Vec3::Y, Vec3::X), lambert(), 4.0);
+    });
+    for pixel in [[0, 0], [7, 8], [15, 3]] {
+        let sum = view(&t, 8).pixel(&t, pixel);
+        assert_eq!(sum.points.len(), 8);
+        for p in &sum.points {
+            assert!((p.position.z - 3.0).abs() < 1e-5 && p.position.z < 3.0, "on the wall, in front of it");
+            assert!(p.geometric_normal.z < -0.999 && p.wo.z > 0.9, "seen from the front");
+            assert!((p.weight * 8.0 - Rgb::new(0.9, 0.5, 0.2)).max_channel().abs() < 1e-5);
+        }
+        // The wall's own light, by way of the mirror.
+        assert!((sum.background - Rgb::new(0.9, 0.5, 0.2) * 4.0).max_channel().abs() < 1e-4);
+        assert!((sum.features.depth - 2.0).abs() < 0.1 && sum.features.coverage == 1.0);
+    }
+}
+
+#[test]
+fn glass_is_seen_through_and_no_light_is_made() {
+    let t = tracer(|b| {
+        let glass = || Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.9) };
+        // A pane of two sides, normals outward.
+        add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), glass(), 0.0);
+        add(b, square(Vec3::NEG_Z * 2.1, Vec3::Y, Vec3::X), glass(), 0.0);
+        add(b, square(Vec3::NEG_Z * 4.0, Vec3::X, Vec3::Y), lambert(), 0.0);
+        b.set_environment(Environment::constant(Rgb::gray(1.0))).unwrap();
+    });
+    let n = 1024;
+    let sum = view(&t, n).pixel(&t, [8, 8]);
+    let behind = sum.points.iter().filter(|p| (p.position.z + 4.0).abs() < 1e-4).count();
+    assert_eq!(
+        behind,
+        sum.points.len(),
+        "what gathers is the wall; reflections see the sky behind the camera"
+    );
+    // Two boundaries of reflectance 0.04: 8 % of the samples are reflected, by up to all orders. Standard error 0.9 %.
+    let share = f64::from(sum.points.len() as u32) / f64::from(n);
+    assert!((share - 0.923).abs() < 0.03, "{share}");
+    let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
+    assert!((weight.r / share as f32 - 0.81).abs() < 0.02, "two passages of 0.9: {}", weight.r);
+    // The way straight through a pane of parallel sides keeps its direction.
+    let (ray, _) = view(&t, n).camera_ray([8, 8], 0);
+    assert!(sum.points.iter().any(|p| (p.position.x - ray.at(4.0).x).abs() < 0.1));
+}
+
+#[test]
+fn pixels_have_samples_of_their_own() {
+    let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
+    let v = View { size: [64, 64], ..view(&t, 1) };
+    let mut keys = BTreeSet::new();
+    for y in 0..64 {
+        for x in 0..64 {
+            let (_, key) = v.camera_ray([x, y], 0);
+            assert!(keys.insert(key), "pixel {x}, {y} repeats another's random numbers");
+        }
+    }
+    let (_, other) = View { seed: 4, ..v }.camera_ray([0, 0], 0);
+    assert!(keys.insert(other), "and seeds too");
+}
+
+#[test]
+fn points_fill_the_pixel_evenly() {
+    let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
+    let v = view(&t, 64);
+    let sum = v.pixel(&t, [5, 9]);
+    // Width of a pixel on the plane z = −1, and its top left corner.
+    let width = 2.0 * crate::math::elementary::tan(0.2) / 16.0;
+    let mut cells = BTreeSet::new();
+    for p in &sum.points {
+        let (x, y) = ((p.position.x / width + 8.0) - 5.0, (8.0 - p.position.y / width) - 9.0);
+        assert!((-1e-3..1.001).contains(&x) && (-1e-3..1.001).contains(&y), "{x} {y}");
+        cells.insert(((x * 8.0) as i32, (y * 8.0) as i32));
+    }
+    // 64 Sobol' points have one in each of 64 cells.
+    assert!(cells.len() >= 62, "{} cells", cells.len());
+}
+
+#[test]
+fn a_pixel_that_sees_nothing_is_the_background() {
+    let t = tracer(|b| b.set_environment(Environment::constant(Rgb::new(0.1, 0.2, 0.3))).unwrap());
+    let sum = view(&t, 4).pixel(&t, [1, 1]);
+    assert!(sum.points.is_empty() && sum.features.coverage == 0.0 && sum.features.depth == 0.0);
+    assert!((sum.background - Rgb::new(0.1, 0.2, 0.3)).max_channel().abs() < 1e-6);
+}
