@@ -63,8 +63,14 @@ impl Integrator for Exact<'_> {
         for (number, light) in self.lights.lights().iter().enumerate() {
             let start = points.len();
             sums.receivers.facing(light, &mut points);
-            batch.push_fan(light.apex(), points[start..].iter().map(|&j| sums.points[j as usize].position));
-            fans.push((number as u32, (points.len() - start) as u32));
+            // Lights that nobody faces leave no trace.
+            if points.len() > start {
+                batch.push_fan(
+                    light.apex(),
+                    points[start..].iter().map(|&j| sums.points[j as usize].position),
+                );
+                fans.push((number as u32, (points.len() - start) as u32));
+            }
             if batch.len() >= BATCH || number + 1 == self.lights.len() {
                 setting.tracer.visibility(&batch, &mut visibility);
                 let mut segments = points.iter().zip(&visibility);

@@ -168,7 +168,10 @@ impl SceneBuilder {
         let geometry = match emitter {
             Emitter::Point { position, .. } => position.is_finite(),
             Emitter::Spot { position, axis, falloff, .. } => {
-                position.is_finite() && axis.is_normalized() && falloff.cos_outer < falloff.cos_inner
+                position.is_finite()
+                    && axis.is_normalized()
+                    && (-1.0..falloff.cos_inner).contains(&falloff.cos_outer)
+                    && falloff.cos_inner <= 1.0
             }
             Emitter::Directional { direction, .. } => direction.is_normalized(),
         };

@@ -205,7 +205,7 @@ impl Material {
                 let roughness = roughness.at(images, uv).clamp(0.0, 1.0);
                 Bsdf::MetallicRoughness(MetallicRoughness {
                     diffuse: base * (1.0 - metallic),
-                    f0: dielectric_f0.lerp(base, metallic),
+                    f0: unit(*dielectric_f0).lerp(base, metallic),
                     alpha: rough(roughness * roughness),
                 })
             }

@@ -43,7 +43,8 @@ pub struct VplOptions {
     pub seed: u64,
     /// Longest light path, in surfaces met; 0 to 1000. Zero: direct light only. Default: 64.
     pub max_depth: u32,
-    /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1. Default: 0.25.
+    /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1: at 0 their direct light is left
+    /// out, at 1 all indirect light. Default: 0.25.
     pub direct_share: f32,
     /// Distance below which the geometric term no longer grows.
     pub clamp: Clamp,
@@ -104,8 +105,10 @@ impl VplSet {
         // However many lights are points: half of the count goes to what has to be sampled.
         let rest = options.count.saturating_sub(lights.len() as u64).max(options.count.div_ceil(2));
         let has_extended = emitters.sample_extended(0.0, [0.5; 2]).is_some();
+        let share = f64::from(options.direct_share);
+        // However small the count: neither kind of light is left out, unless the share says so.
         let mut direct =
-            if has_extended { (rest as f64 * f64::from(options.direct_share)).round() as u64 } else { 0 };
+            if has_extended && share > 0.0 { ((rest as f64 * share).round() as u64).max(1) } else { 0 };
 
         let per_path = if options.max_depth > 0 {
             let pilot = trace_paths(tracer, &emitters, options, Purpose::LightPathPilot, PILOT_PATHS);
@@ -116,7 +119,8 @@ impl VplSet {
         let mut paths = 0;
         if per_path > 0.0 {
             let wanted = (rest - direct) as f64 / per_path;
-            paths = (wanted.round() as u64).min(options.count.saturating_mul(MAX_PATHS_PER_VPL));
+            let least = u64::from(share < 1.0);
+            paths = (wanted.round() as u64).max(least).min(options.count.saturating_mul(MAX_PATHS_PER_VPL));
         } else if has_extended {
             direct = rest;
         }
