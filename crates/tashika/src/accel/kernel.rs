@@ -45,15 +45,16 @@ pub(super) struct Bundle<const N: usize> {
     pub reciprocal: [[f32; N]; 3],
     /// Largest parameter: 1, or infinity.
     pub t_max: f32,
-    /// Error of each component of the ends (m), from transforming them into this space.
-    pub point_error: f32,
+    /// Error of each component of a segment's ends (m), from transforming them into this space. A lane's own: that of its
+    /// neighbours must not enter its answer.
+    pub point_error: [f32; N],
     /// Lanes that hold a segment that is not known to be blocked.
     pub active: u32,
 }
 
 impl<const N: usize> Bundle<N> {
     /// Segments from `apex` to `targets`; at most `N`.
-    pub fn from_point(apex: Vec3, targets: &[Vec3], point_error: f32) -> Self {
+    pub fn from_point(apex: Vec3, targets: &[Vec3], point_error: [f32; N]) -> Self {
         let mut b = Self::empty(targets.len(), 1.0, point_error);
         b.apex = apex.to_array();
         for (i, t) in targets.iter().enumerate() {
@@ -63,7 +64,7 @@ impl<const N: usize> Bundle<N> {
     }
 
     /// Segments from `targets` along `direction` to infinity; at most `N`.
-    pub fn to_infinity(direction: Vec3, targets: &[Vec3], point_error: f32) -> Self {
+    pub fn to_infinity(direction: Vec3, targets: &[Vec3], point_error: [f32; N]) -> Self {
         let mut b = Self::empty(targets.len(), f32::INFINITY, point_error);
         for (i, t) in targets.iter().enumerate() {
             b.set(i, *t, *t, direction);
@@ -71,7 +72,7 @@ impl<const N: usize> Bundle<N> {
         b
     }
 
-    fn empty(count: usize, t_max: f32, point_error: f32) -> Self {
+    fn empty(count: usize, t_max: f32, point_error: [f32; N]) -> Self {
         debug_assert!(count <= N && N <= 32);
         Self {
             apex: [0.0; 3],
@@ -106,7 +107,7 @@ impl<const N: usize> Bundle<N> {
             direction: one(&self.direction),
             reciprocal: one(&self.reciprocal),
             t_max: self.t_max,
-            point_error: self.point_error,
+            point_error: [self.point_error[i]],
             active: 1,
         }
     }
@@ -184,7 +185,7 @@ impl Beam {
     /// The beam around the active lanes of a bundle; `None` if their directions differ in sign.
     fn of_bundle<const N: usize>(b: &Bundle<N>) -> Option<Self> {
         let mut beam = Self::of_ray([0.0; 3], [1.0; 3], b.t_max, 0.0);
-        let reach = REACH_PER_ERROR * b.point_error;
+        let reach = REACH_PER_ERROR * b.point_error.into_iter().fold(0.0, f32::max);
         for axis in 0..3 {
             let mut origin = [f32::INFINITY, f32::NEG_INFINITY];
             let mut r = [f32::INFINITY, f32::NEG_INFINITY];
@@ -235,11 +236,11 @@ impl Beam {
 
 /// Lanes whose segment meets one child's box; the same arithmetic as [`Beam::meets_children`] on a beam of one.
 #[inline(always)]
-fn meets_box<const N: usize, const SHARED: bool>(b: &Bundle<N>, node: &Node, slot: usize) -> u32 {
+pub(super) fn meets_box<const N: usize, const SHARED: bool>(b: &Bundle<N>, node: &Node, slot: usize) -> u32 {
     let mut met = 0;
     let limit = b.t_max * SLAB_SLACK;
-    let reach = REACH_PER_ERROR * b.point_error;
     for i in 0..N {
+        let reach = REACH_PER_ERROR * b.point_error[i];
         let o = b.start::<SHARED>(i);
         let (mut near, mut far) = (0.0f32, limit);
         for (axis, o) in o.into_iter().enumerate() {
@@ -271,7 +272,7 @@ fn meets_triangle<const N: usize, const SHARED: bool, const BOUNDED: bool>(
     if SHARED {
         // No lane can be blocked if the common end is not certainly off the plane.
         let a = sub(t.v[0], b.apex);
-        if planes.volume(a).abs() <= planes.error(a, b.point_error) {
+        if planes.volume(a).abs() <= planes.error(a, 0.0) {
             return 0;
         }
     }
@@ -280,14 +281,14 @@ fn meets_triangle<const N: usize, const SHARED: bool, const BOUNDED: bool>(
         let (a, bb, c) = (sub(t.v[0], o), sub(t.v[1], o), sub(t.v[2], o));
         let d = [b.direction[0][i], b.direction[1][i], b.direction[2][i]];
         let start = planes.volume(a);
-        let start_error = planes.error(a, b.point_error);
+        let start_error = planes.error(a, b.point_error[i]);
         // Turned so that the start is on the positive side.
         let sign = 1.0f32.copysign(start);
         let (u, v, w) =
             (sign * dot(cross(bb, c), d), sign * dot(cross(c, a), d), sign * dot(cross(a, bb), d));
         let (end, end_error) = if BOUNDED {
             let e = sub(t.v[0], [b.target[0][i], b.target[1][i], b.target[2][i]]);
-            (-sign * planes.volume(e), planes.error(e, b.point_error))
+            (-sign * planes.volume(e), planes.error(e, b.point_error[i]))
         } else {
             (sign * planes.volume(d), planes.error(d, 0.0))
         };
@@ -423,7 +424,7 @@ impl<const N: usize> Walk<'_, N> {
             let mut lane = self.bundle.lane(i);
             let mut visible = [self.visible[i]];
             let (origin, direction) = (lane.origin.map(|v| v[0]), lane.direction.map(|v| v[0]));
-            let beam = Beam::of_ray(origin, direction, lane.t_max, lane.point_error);
+            let beam = Beam::of_ray(origin, direction, lane.t_max, lane.point_error[0]);
             traverse::<1, SHARED, BOUNDED>(
                 self.nodes,
                 self.triangles,

@@ -242,8 +242,8 @@ impl Tracer {
     {
         let mut visible = [1.0; N];
         let mut bundle = match apex {
-            Apex::Point(p) => Bundle::from_point(p, targets, 0.0),
-            Apex::Direction(d) => Bundle::to_infinity(d, targets, 0.0),
+            Apex::Point(p) => Bundle::from_point(p, targets, [0.0; N]),
+            Apex::Direction(d) => Bundle::to_infinity(d, targets, [0.0; N]),
         };
         let opacity = |instance: u32, triangle: u32, b| self.scene.opacity(InstanceId(instance), triangle, b);
         self.world.walk(apex, &mut bundle, &mut visible, &opacity);
@@ -263,7 +263,8 @@ impl Tracer {
                         continue;
                     }
                     for p in &self.placed[first as usize..(first + node.count[slot]) as usize] {
-                        let entered = lanes & bundle.active;
+                        let own = kernel::meets_box::<N, false>(&bundle, node, slot);
+                        let entered = lanes & bundle.active & own;
                         if entered != 0 {
                             self.pass_placed(apex, targets, p, entered, &mut bundle, &mut visible);
                         }
@@ -288,17 +289,15 @@ impl Tracer {
     {
         let instance = &self.scene.instances()[p.instance as usize];
         let mut local = [Vec3::ZERO; N];
-        let mut error = 0.0f32;
-        for (l, t) in local.iter_mut().zip(targets) {
-            let (q, e) = to_object(instance, *t);
-            *l = q;
-            error = error.max(e);
+        let mut error = [0.0f32; N];
+        for ((l, error), t) in local.iter_mut().zip(&mut error).zip(targets) {
+            (*l, *error) = to_object(instance, *t);
         }
         let local = &local[..targets.len()];
         let mut inside = match apex {
             Apex::Point(a) => {
                 let (q, e) = to_object(instance, a);
-                Bundle::from_point(q, local, error.max(e))
+                Bundle::from_point(q, local, error.map(|own| own.max(e)))
             }
             Apex::Direction(d) => Bundle::to_infinity(instance.to_object.transform_vector3(d), local, error),
         };
