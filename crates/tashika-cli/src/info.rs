@@ -1,11 +1,12 @@
 //! `tashika info`.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use indicatif::{HumanBytes, HumanCount};
 use serde::Serialize;
 use tashika::render::with_threads;
-use tashika::scene::{Emitter, Material, NoteKind, Scene, Surface};
+use tashika::scene::{Emitter, Material, NoteKind, Projection, Scene};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::InfoPlan;
@@ -22,6 +23,9 @@ struct Report {
     triangles: Triangles,
     materials: Materials,
     images: Images,
+    memory_bytes: Memory,
+    /// Seconds from the start of reading to a checked scene.
+    load_seconds: f64,
     emitters: Emitters,
     environment: Option<EnvironmentReport>,
     cameras: Vec<CameraReport>,
@@ -46,6 +50,14 @@ struct Images {
     bytes: u64,
 }
 
+/// What the scene takes up, without the trees that rendering adds.
+#[derive(Debug, Serialize)]
+struct Memory {
+    meshes: u64,
+    instances: u64,
+    images: u64,
+}
+
 #[derive(Debug, Default, Serialize)]
 struct Emitters {
     /// Instances whose material emits.
@@ -68,7 +80,9 @@ struct EnvironmentReport {
 struct CameraReport {
     name: String,
     resolution: Option<[u32; 2]>,
-    vertical_fov_degrees: f32,
+    projection: &'static str,
+    /// Degrees for perspective cameras, metres for orthographic ones.
+    height: f32,
 }
 
 #[derive(Debug, Serialize)]
@@ -84,9 +98,11 @@ struct NoteReport {
 pub fn run(plan: &InfoPlan) -> Result<Outcome, Failure> {
     let meter = Meter::new(plan.common.quiet);
     meter.phase(&format!("reading {}", plan.scene.label()));
+    let started = Instant::now();
     let scene = with_threads(plan.common.threads, || plan.scene.load())?;
+    let seconds = started.elapsed().as_secs_f64();
     meter.finish();
-    let report = report(&scene?, plan.scene.format());
+    let report = report(&scene?, plan.scene.format(), seconds);
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }
@@ -96,7 +112,7 @@ pub fn run(plan: &InfoPlan) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-fn report(scene: &Scene, format: &'static str) -> Report {
+fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
     let bounds = scene.bounds();
     Report {
         scene: scene.name().to_owned(),
@@ -109,6 +125,12 @@ fn report(scene: &Scene, format: &'static str) -> Report {
             count: scene.images().len(),
             bytes: scene.images().iter().map(|i| i.bytes() as u64).sum(),
         },
+        memory_bytes: Memory {
+            meshes: scene.mesh_bytes(),
+            instances: size_of_val(scene.instances()) as u64,
+            images: scene.images().iter().map(|i| i.bytes() as u64).sum(),
+        },
+        load_seconds,
         emitters: emitters(scene),
         environment: scene
             .environment()
@@ -116,10 +138,12 @@ fn report(scene: &Scene, format: &'static str) -> Report {
         cameras: scene
             .cameras()
             .iter()
-            .map(|c| CameraReport {
-                name: c.name.clone(),
-                resolution: c.resolution,
-                vertical_fov_degrees: c.vertical_fov.to_degrees(),
+            .map(|c| {
+                let (projection, height) = match c.projection {
+                    Projection::Perspective { vertical_fov } => ("perspective", vertical_fov.to_degrees()),
+                    Projection::Orthographic { height } => ("orthographic", height),
+                };
+                CameraReport { name: c.name.clone(), resolution: c.resolution, projection, height }
             })
             .collect(),
         bounds: [bounds.lo.to_array(), bounds.hi.to_array()],
@@ -139,35 +163,12 @@ fn report(scene: &Scene, format: &'static str) -> Report {
 fn materials(all: &[Material]) -> Materials {
     let mut report = Materials { count: all.len(), ..Materials::default() };
     for material in all {
-        let (kind, textured) = kind(&material.surface);
-        *report.kinds.entry(kind).or_default() += 1;
-        let glows = material.emission.as_ref().is_some_and(|e| e.radiance.texture.is_some());
-        let cut = material.alpha.as_ref().is_some_and(|a| a.value.texture.is_some());
-        report.textured += usize::from(textured || glows || cut);
+        *report.kinds.entry(material.surface.kind()).or_default() += 1;
+        report.textured += usize::from(material.is_textured());
         report.emissive += usize::from(material.emission.is_some());
         report.transparent += usize::from(material.may_be_transparent());
     }
     report
-}
-
-/// Name of the kind, and whether an image takes part.
-fn kind(surface: &Surface) -> (&'static str, bool) {
-    match surface {
-        Surface::Lambert { reflectance } => ("lambert", reflectance.texture.is_some()),
-        Surface::Phong { diffuse, specular, .. } => {
-            ("phong", diffuse.texture.is_some() || specular.texture.is_some())
-        }
-        Surface::Conductor { alpha, .. } => ("conductor", alpha.texture.is_some()),
-        Surface::Coated { reflectance, specular, alpha, .. } => {
-            ("coated", reflectance.texture.is_some() || specular.texture.is_some() || alpha.texture.is_some())
-        }
-        Surface::MetallicRoughness { base_color, metallic, roughness, .. } => (
-            "metallic-roughness",
-            base_color.texture.is_some() || metallic.texture.is_some() || roughness.texture.is_some(),
-        ),
-        Surface::Mirror { reflectance } => ("mirror", reflectance.texture.is_some()),
-        Surface::Glass { .. } => ("glass", false),
-    }
 }
 
 fn emitters(scene: &Scene) -> Emitters {
@@ -204,6 +205,17 @@ fn rows(report: &Report) -> Rows {
         "images",
         format!("{}, {}", HumanCount(report.images.count as u64), HumanBytes(report.images.bytes)),
     );
+    let memory = &report.memory_bytes;
+    rows.push(
+        "memory",
+        format!(
+            "{} meshes, {} instances, {} images; loaded in {:.1} s",
+            HumanBytes(memory.meshes),
+            HumanBytes(memory.instances),
+            HumanBytes(memory.images),
+            report.load_seconds
+        ),
+    );
     let e = &report.emitters;
     let triangles = counted(e.area_triangles, "triangle", "triangles");
     let others = format!("{} point, {} spot, {} directional", e.point, e.spot, e.directional);
@@ -217,7 +229,8 @@ fn rows(report: &Report) -> Rows {
     for (i, camera) in report.cameras.iter().enumerate() {
         let size = camera.resolution.map_or("no size given".to_owned(), |[w, h]| format!("{w}x{h}"));
         let label = if i == 0 { "cameras" } else { "" };
-        rows.push(label, format!("{}: {size}, {:.1} degrees high", camera.name, camera.vertical_fov_degrees));
+        let unit = if camera.projection == "perspective" { "degrees" } else { "metres" };
+        rows.push(label, format!("{}: {size}, {:.1} {unit} high", camera.name, camera.height));
     }
     if report.notes.is_empty() {
         rows.push("notes", "none: the scene is rendered as its file says");

@@ -7,7 +7,7 @@ use tashika::film::{Film, Window};
 use tashika::gather::GatherOptions;
 use tashika::io::{LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
 use tashika::render::TileShare;
-use tashika::scene::{Scene, builtin};
+use tashika::scene::{Camera, Scene, builtin};
 use tashika::vpl::VplOptions;
 
 use crate::args::{CommonArgs, InfoArgs, LightArgs, Method, RenderArgs, SceneArgs, VplArgs};
@@ -183,9 +183,12 @@ impl RenderPlan {
     }
 
     /// Size of the image and the part that is rendered, once the camera is known.
-    pub fn window(&self, resolution: Option<[u32; 2]>) -> Result<([u32; 2], Window), Failure> {
-        let size = self.size.or(resolution).unwrap_or(DEFAULT_SIZE);
-        let window = self.crop.unwrap_or(Window::full(size));
+    pub fn window(&self, camera: &Camera) -> Result<([u32; 2], Window), Failure> {
+        let size = self.size.or(camera.resolution).unwrap_or(DEFAULT_SIZE);
+        // The file's crop counts pixels of the file's own size.
+        let own = camera.crop.filter(|_| self.size.is_none());
+        let own = own.map(|c| Window { x: c.x, y: c.y, width: c.width, height: c.height });
+        let window = self.crop.or(own).unwrap_or(Window::full(size));
         Film::check(size, window)?;
         Ok((size, window))
     }

@@ -37,7 +37,7 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
     tell_notes(plan, &scene, &meter)?;
     let camera = choose_camera(plan, &scene)?;
-    let (size, window) = plan.window(camera.resolution)?;
+    let (size, window) = plan.window(camera)?;
     meter.phase("building the tree for rays");
     let tracer = timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene)));
     let lights = match stored {

@@ -13,6 +13,8 @@ pub struct Location {
     pub file: PathBuf,
     /// Line, from 1, for text formats.
     pub line: Option<u32>,
+    /// Column in that line, from 1, in characters.
+    pub column: Option<u32>,
     /// Item inside the file: `meshes[3].primitives[0]`, `newmtl floor`.
     pub item: Option<String>,
 }
@@ -20,12 +22,19 @@ pub struct Location {
 impl Location {
     /// A whole file.
     pub fn file(file: impl Into<PathBuf>) -> Self {
-        Self { file: file.into(), line: None, item: None }
+        Self { file: file.into(), line: None, column: None, item: None }
     }
 
     /// A line of a text file, counted from 1.
     pub fn line(file: impl Into<PathBuf>, line: u32) -> Self {
-        Self { file: file.into(), line: Some(line), item: None }
+        Self { file: file.into(), line: Some(line), column: None, item: None }
+    }
+
+    /// The same line, at a column counted from 1.
+    #[must_use]
+    pub fn column(mut self, column: u32) -> Self {
+        self.column = Some(column);
+        self
     }
 
     /// The same place, naming the item there.
@@ -41,6 +50,9 @@ impl fmt::Display for Location {
         write!(f, "{}", self.file.display())?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
+            if let Some(column) = self.column {
+                write!(f, ":{column}")?;
+            }
         }
         if let Some(item) = &self.item {
             write!(f, ": {item}")?;

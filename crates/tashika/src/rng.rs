@@ -29,6 +29,8 @@ pub enum Purpose {
     Modelling = 8,
     /// Whether a ray meets a surface that is partly transparent.
     Opacity = 9,
+    /// Telling equal boxes apart while a tree is built.
+    Build = 10,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes well.

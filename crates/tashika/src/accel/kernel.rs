@@ -306,8 +306,9 @@ pub(super) fn barycentric(origin: [f32; 3], direction: [f32; 3], t: &Triangle) -
     if sum == 0.0 || !sum.is_finite() { [1.0 / 3.0; 3] } else { [u / sum, v / sum, w / sum] }
 }
 
-/// What is asked where light may pass: `(instance of the triangle, triangle, barycentric weights)` to opacity.
-pub(super) type Opacity<'a> = &'a dyn Fn(u32, u32, [f32; 3]) -> f32;
+/// What is asked where light may pass: `(instance of the triangle, triangle, barycentric weights, direction)` to the share that is
+/// stopped.
+pub(super) type Opacity<'a> = &'a dyn Fn(u32, u32, [f32; 3], [f32; 3]) -> f32;
 
 /// Visits every triangle that may block a lane, in the tree's order.
 ///
@@ -380,7 +381,7 @@ fn block<const N: usize, const SHARED: bool>(
             1.0
         } else {
             let d = [bundle.direction[0][i], bundle.direction[1][i], bundle.direction[2][i]];
-            opacity(t.instance, t.index, barycentric(bundle.start::<SHARED>(i), d, t))
+            opacity(t.instance, t.index, barycentric(bundle.start::<SHARED>(i), d, t), d)
         };
         visible[i] *= 1.0 - stopped;
         if visible[i] <= 0.0 {

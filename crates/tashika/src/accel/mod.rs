@@ -25,6 +25,10 @@
 //! plane, then never blocks the segment: not at grazing angles, not far from the origin, not for slivers.
 //! What is lost are blockers closer to an end than the arithmetic can tell. Held to this by `accel::tests`.
 //!
+//! # What lets light pass
+//! Surfaces with opacity pass `1 − α`; glass passes `(1 − F) t` at each face, straight ([`Glass`]). What passes several of them is
+//! the product. Where the line passes an edge exactly, both triangles count.
+//!
 //! # Same bits everywhere
 //! The answer for a segment is a function of the scene and its two ends: it is tested against the triangles of exactly those leaves
 //! whose boxes it meets itself, in the order of the tree, and the arithmetic is plain IEEE operations without contraction.
@@ -40,5 +44,5 @@ mod triangle;
 #[cfg(test)]
 mod tests;
 
-pub use segments::{Apex, Fan, SegmentBatch};
+pub use segments::{Apex, Fan, Glass, SegmentBatch};
 pub use tracer::{Hit, Tracer, TracerSize};

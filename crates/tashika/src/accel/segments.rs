@@ -22,17 +22,34 @@ pub struct Fan {
     pub targets: Range<u32>,
 }
 
+/// What glass does to segments.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Glass {
+    /// Lets pass straight what would be refracted: the light comes through, its caustics do not.
+    #[default]
+    Passes,
+    /// Panes let pass, as they do not bend light; solid glass stops, for those who follow refracted paths.
+    SolidStops,
+}
+
 /// A batch of segments whose visibility is asked for at once.
 ///
 /// Both ends of each segment must have left the surfaces that they lie on
 /// ([`SurfacePoint::leave`](crate::scene::SurfacePoint::leave)).
 #[derive(Clone, Debug, Default)]
 pub struct SegmentBatch {
+    /// What glass does to them.
+    pub glass: Glass,
     fans: Vec<Fan>,
     targets: Vec<Vec3>,
 }
 
 impl SegmentBatch {
+    /// An empty batch.
+    pub fn new(glass: Glass) -> Self {
+        Self { glass, ..Self::default() }
+    }
+
     /// Forgets all segments but keeps the memory.
     pub fn clear(&mut self) {
         self.fans.clear();

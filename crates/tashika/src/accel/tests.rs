@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, DVec3, Quat, Vec3};
 
-use super::{Apex, SegmentBatch, Tracer};
+use super::{Apex, Glass, SegmentBatch, Tracer};
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::math::Ray;
@@ -415,4 +415,57 @@ fn scenes_of_few_triangles_or_none_work() {
     let c = same[0].iter().sum::<Vec3>() / 3.0;
     let n = (same[0][1] - same[0][0]).cross(same[0][2] - same[0][0]);
     assert_eq!(visible(&t, Apex::Point(c + n), &[c - n])[0], 0.0);
+}
+
+/// Glass by the Fresnel equations at the angle of the segment in the world, however the mesh is placed; solid glass also not at all.
+#[test]
+fn glass_lets_pass_straight_what_it_does_not_reflect() {
+    let normal = crate::bsdf::fresnel::dielectric(1.0, 1.5);
+    let oblique = crate::bsdf::fresnel::dielectric(0.5, 1.5);
+    let square = || {
+        let v = [[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [9.0, 9.0, 0.0], [-9.0, 9.0, 0.0]].map(Vec3::from);
+        MeshData { positions: v.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() }
+    };
+    let solid = Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.9) };
+    let pane =
+        Surface::ThinGlass { ior: 1.5, reflectance: Rgb::WHITE.into(), transmittance: Rgb::gray(0.9).into() };
+    let two_faces = |f: f32| (1.0 - f) / (1.0 + f);
+    for (surface, passes) in [(solid, 1.0 - normal), (pane, two_faces(normal))] {
+        // Placed once, and so often that the mesh is shared and stretched, which must not change the angle in the world.
+        for shared in [false, true] {
+            let mut b = SceneBuilder::new("test", Location::default());
+            let material = b.add_material(Material::new("g", surface)).unwrap();
+            let mesh = b.add_mesh(square(), material).unwrap();
+            let here = Affine3A::from_scale(Vec3::new(0.5, 2.0, 7.0));
+            b.add_instance(mesh, if shared { here } else { Affine3A::IDENTITY }).unwrap();
+            if shared {
+                for i in 0..40_000 {
+                    b.add_instance(mesh, Affine3A::from_translation(Vec3::Z * (100.0 + i as f32))).unwrap();
+                }
+            }
+            let t = Tracer::new(Arc::new(b.build().unwrap()));
+            assert_eq!(t.size().shared_trees, u64::from(shared));
+            // Beside the diagonal, where both triangles would be met.
+            let place = Vec3::new(0.3, -0.2, 0.0);
+            let aside = Vec3::X * 3f32.sqrt();
+            let targets = [place - Vec3::Z, place + aside - Vec3::Z];
+            let apex = [place + Vec3::Z, place - aside + Vec3::Z].map(Apex::Point);
+            let straight = visible(&t, apex[0], &targets[..1])[0];
+            assert!((straight - 0.9 * passes).abs() < 1e-5, "{surface:?}, shared {shared}: {straight}");
+            let tilted = visible(&t, apex[1], &targets[1..])[0];
+            let expected = 0.9 * if passes == 1.0 - normal { 1.0 - oblique } else { two_faces(oblique) };
+            assert!(
+                (tilted - expected).abs() < 1e-5,
+                "{surface:?}, shared {shared}: {tilted} for {expected}"
+            );
+            let mut stopped = SegmentBatch::new(Glass::SolidStops);
+            stopped.push_fan(apex[0], targets[..1].iter().copied());
+            let mut out = Vec::new();
+            t.visibility(&stopped, &mut out);
+            let solid = matches!(surface, Surface::Glass { .. });
+            assert_eq!(out[0], if solid { 0.0 } else { straight });
+            // Rays meet glass; it has no holes.
+            assert!(t.closest_hit(&Ray::new(Vec3::Z, Vec3::NEG_Z), 5).is_some());
+        }
+    }
 }

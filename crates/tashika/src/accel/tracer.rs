@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::bvh::{Bvh, INNER, WIDTH};
 use super::closest::{TreeHit, closest_hit};
 use super::kernel::{self, Beam, Bundle, LANES, Walk};
-use super::segments::{Apex, SegmentBatch};
+use super::segments::{Apex, Glass, SegmentBatch};
 use super::triangle::{Triangle, flag};
 use crate::math::{Aabb, GAMMA_4, Ray};
 use crate::rng::{self, Purpose};
@@ -63,6 +63,13 @@ struct Placed {
     tree: u32,
 }
 
+/// Lanes that enter an instance.
+struct Entry<'a> {
+    placed: &'a Placed,
+    lanes: u32,
+    glass: Glass,
+}
+
 impl Tree {
     fn build(triangles: Vec<Triangle>) -> Self {
         let boxes: Vec<Aabb> = triangles.par_iter().map(|t| Aabb::of_points(t.v)).collect();
@@ -98,7 +105,14 @@ impl Tracer {
         for (number, instance) in scene.instances().iter().enumerate() {
             let id = InstanceId(number as u32);
             let mesh = instance.mesh.index();
-            let flags = if scene.material_of(id).may_be_transparent() { flag::TRANSPARENT } else { 0 };
+            let material = scene.material_of(id);
+            let mut flags = 0;
+            if material.may_be_transparent() {
+                flags |= flag::TRANSPARENT;
+            }
+            if material.has_holes() {
+                flags |= flag::HOLES;
+            }
             let count = scene.meshes()[mesh].triangles().len() as u32;
             if instance.is_baked() {
                 // Rounding far from the origin may flatten what was a triangle.
@@ -181,7 +195,7 @@ impl Tracer {
 
     /// Whether a surface that a ray with `key` meets is there for it.
     fn stops(&self, t: &Triangle, instance: u32, b: [f32; 3], key: u64) -> bool {
-        if t.flags & flag::TRANSPARENT == 0 {
+        if t.flags & flag::HOLES == 0 {
             return true;
         }
         let opacity = self.scene.opacity(InstanceId(instance), t.index, b);
@@ -227,16 +241,16 @@ impl Tracer {
             let targets = &batch.targets()[fan.targets.start as usize..fan.targets.end as usize];
             for group in targets.chunks(LANES) {
                 if let [target] = group {
-                    visibility.push(self.visible::<1>(fan.apex, &[*target])[0]);
+                    visibility.push(self.visible::<1>(fan.apex, &[*target], batch.glass)[0]);
                 } else {
-                    let v = self.visible::<LANES>(fan.apex, group);
+                    let v = self.visible::<LANES>(fan.apex, group, batch.glass);
                     visibility.extend_from_slice(&v[..group.len()]);
                 }
             }
         }
     }
 
-    fn visible<const N: usize>(&self, apex: Apex, targets: &[Vec3]) -> [f32; N]
+    fn visible<const N: usize>(&self, apex: Apex, targets: &[Vec3], glass: Glass) -> [f32; N]
     where
         for<'a> Walk<'a, N>: Go,
     {
@@ -245,7 +259,9 @@ impl Tracer {
             Apex::Point(p) => Bundle::from_point(p, targets, [0.0; N]),
             Apex::Direction(d) => Bundle::to_infinity(d, targets, [0.0; N]),
         };
-        let opacity = |instance: u32, triangle: u32, b| self.scene.opacity(InstanceId(instance), triangle, b);
+        let opacity = |instance: u32, triangle: u32, b, d: [f32; 3]| {
+            self.scene.stopped(InstanceId(instance), triangle, b, d.into(), glass == Glass::Passes)
+        };
         self.world.walk(apex, &mut bundle, &mut visible, &opacity);
         if self.placed.is_empty() || bundle.active == 0 {
             return visible;
@@ -266,7 +282,8 @@ impl Tracer {
                         let own = kernel::meets_box::<N, false>(&bundle, node, slot);
                         let entered = lanes & bundle.active & own;
                         if entered != 0 {
-                            self.pass_placed(apex, targets, p, entered, &mut bundle, &mut visible);
+                            let placed = Entry { placed: p, lanes: entered, glass };
+                            self.pass_placed(apex, targets, &placed, &mut bundle, &mut visible);
                         }
                     }
                 }
@@ -280,13 +297,13 @@ impl Tracer {
         &self,
         apex: Apex,
         targets: &[Vec3],
-        p: &Placed,
-        lanes: u32,
+        entry: &Entry<'_>,
         bundle: &mut Bundle<N>,
         visible: &mut [f32; N],
     ) where
         for<'a> Walk<'a, N>: Go,
     {
+        let Entry { placed: p, lanes, glass } = *entry;
         let instance = &self.scene.instances()[p.instance as usize];
         let mut local = [Vec3::ZERO; N];
         let mut error = [0.0f32; N];
@@ -302,7 +319,10 @@ impl Tracer {
             Apex::Direction(d) => Bundle::to_infinity(instance.to_object.transform_vector3(d), local, error),
         };
         inside.active = lanes;
-        let opacity = |_, triangle: u32, b| self.scene.opacity(InstanceId(p.instance), triangle, b);
+        let opacity = |_, triangle: u32, b, d: [f32; 3]| {
+            let direction = instance.to_world.transform_vector3(d.into());
+            self.scene.stopped(InstanceId(p.instance), triangle, b, direction, glass == Glass::Passes)
+        };
         self.shared[p.tree as usize].walk(apex, &mut inside, visible, &opacity);
         bundle.active &= !(lanes & !inside.active);
     }

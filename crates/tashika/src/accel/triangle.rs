@@ -6,8 +6,10 @@ use crate::math::gamma;
 
 /// Bits of [`Triangle::flags`].
 pub(super) mod flag {
-    /// Light may pass: the material has to be asked.
+    /// Light may pass along segments: the material has to be asked.
     pub const TRANSPARENT: u32 = 1;
+    /// Rays may pass as if nothing were there: the material has to be asked.
+    pub const HOLES: u32 = 2;
 }
 
 /// A triangle as the tracer keeps it, in the order of the leaves.

@@ -69,7 +69,7 @@ impl Coated {
     }
 
     /// Albedo of the diffuse part for light at cosine `cos_o`.
-    pub(super) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
+    pub(crate) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
         self.base() * (self.transmittance(cos_o) * (1.0 - fresnel::dielectric_average(self.ior)))
     }
 

@@ -1,14 +1,14 @@
 //! Rough metal.
 //!
 //! ```text
-//! f_r = F(ω_i·h) D(h) G₂(ω_o, ω_i) / (4 c_o c_i)          (sr⁻¹)
+//! f_r = s F(ω_i·h) D(h) G₂(ω_o, ω_i) / (4 c_o c_i)          (sr⁻¹)
 //! ```
 //!
 //! (Cook and Torrance 1982; Walter et al. 2007, equation 20) with the GGX terms of
 //! [`microfacet`] and `F` either from the complex index of refraction or by Schlick
 //! from `F₀`. Light that meets a second facet is lost (single scattering), so that rough metals reflect
 //! less than `F`: with `F = 1` and `α = 1` only `1 − ln 2 = 0.31` at normal incidence. Drawn by visible normals,
-//! which leaves the weight `F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
+//! which leaves the weight `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
 
 use super::{Lobe, fresnel, microfacet, validate};
 use crate::color::Rgb;
@@ -26,6 +26,8 @@ const MIN_ETA: f32 = 1e-3;
 pub struct Conductor {
     /// What a facet reflects.
     pub fresnel: ConductorFresnel,
+    /// Factor `s` on it, each channel in `[0, 1]`; 1 is physical.
+    pub specular: Rgb,
     /// Roughness `α` in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
     pub alpha: f32,
 }
@@ -63,7 +65,8 @@ impl Conductor {
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
         let half = HalfVector::between(wo, wi);
         let facets = microfacet::distribution(half, self.alpha);
-        self.fresnel.at(half.cos_incidence()) * (facets * microfacet::visibility(wo.z, wi.z, self.alpha))
+        let facets = facets * microfacet::visibility(wo.z, wi.z, self.alpha);
+        self.fresnel.at(half.cos_incidence()) * self.specular * facets
     }
 
     #[inline]
@@ -83,6 +86,7 @@ impl Conductor {
                 validate::channels_in_range("k", k, 0.0, MAX_INDEX)?;
             }
         }
+        validate::fraction("specular", self.specular)?;
         validate::alpha(self.alpha)
     }
 }

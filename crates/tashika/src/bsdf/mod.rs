@@ -8,16 +8,18 @@
 //! |---|---|---|---|
 //! | [`Lambert`] | `ρ / π` | `cos θ / π` | Lambert 1760 |
 //! | [`Phong`] | `ρ_d / π + ρ_s (n + 2) / 2π · cosⁿ∠(mirror, ω_i)` | both lobes | Lafortune, Willems 1994 |
-//! | [`Conductor`] | `F(ω_i·h) D G₂ / 4 c_i c_o` | visible normals | Walter et al. 2007; Heitz 2014 |
+//! | [`Plastic`] | `ρ_d / π + k_s F(ω_i·h) D G₂ / 4 c_i c_o` | both lobes | Cook, Torrance 1982 |
+//! | [`Conductor`] | `k_s F(ω_i·h) D G₂ / 4 c_i c_o` | visible normals | Walter et al. 2007; Heitz 2014 |
 //! | [`Coated`] | the same with a dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` | both lobes | Saunderson 1942 |
 //! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
 //! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
 //! | [`Glass`] | `F` on reflection, `1 − F` on refraction | `F` against `1 − F` | |
+//! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through | the same | Stokes 1862 |
 //!
 //! # Conventions
 //! * All directions are unit vectors that point *away* from the surface; the shading normal is `+z`.
 //! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
-//!   `+z` first. Light passes from one side to the other in [`Glass`] only.
+//!   `+z` first. Light passes from one side to the other in [`Glass`] and [`ThinGlass`] only.
 //! * A direction within [`MIN_COSINE`] of the horizon neither receives nor sends light.
 //! * Every opaque BSDF is reciprocal: `f_r(a, b) = f_r(b, a)`. For [`Glass`] see there.
 //!
@@ -41,6 +43,7 @@ mod lambert;
 mod metallic_roughness;
 pub mod microfacet;
 mod phong;
+mod plastic;
 mod specular;
 #[cfg(test)]
 mod tests;
@@ -52,7 +55,8 @@ pub use lambert::Lambert;
 pub use metallic_roughness::MetallicRoughness;
 pub use microfacet::MIN_ALPHA;
 pub use phong::Phong;
-pub use specular::{Glass, Mirror};
+pub use plastic::Plastic;
+pub use specular::{Glass, Mirror, ThinGlass};
 
 /// Directions whose cosine with the normal is not above this count as lying in the surface.
 ///
@@ -71,6 +75,8 @@ pub enum Bsdf {
     Lambert(Lambert),
     /// Diffuse reflection and a lobe about the mirror direction.
     Phong(Phong),
+    /// Diffuse reflection and a lobe with the Fresnel reflectance of a dielectric.
+    Plastic(Plastic),
     /// Rough metal.
     Conductor(Conductor),
     /// Rough dielectric coat on a diffuse base.
@@ -81,6 +87,8 @@ pub enum Bsdf {
     Mirror(Mirror),
     /// Smooth dielectric.
     Glass(Glass),
+    /// Pane of glass.
+    ThinGlass(ThinGlass),
 }
 
 /// Which part of a BSDF a sampled direction comes from.
@@ -166,11 +174,13 @@ impl Bsdf {
         let (wi, lobe) = match self {
             Self::Lambert(b) => b.draw(u),
             Self::Phong(b) => b.draw(up, u)?,
+            Self::Plastic(b) => b.draw(up, u)?,
             Self::Conductor(b) => b.draw(up, u),
             Self::Coated(b) => b.draw(up, u)?,
             Self::MetallicRoughness(b) => b.draw(up, u),
             Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
             Self::Glass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
+            Self::ThinGlass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
         };
         if wi.z <= MIN_COSINE {
             return None;
@@ -189,10 +199,11 @@ impl Bsdf {
         match self {
             Self::Lambert(_)
             | Self::Phong(_)
+            | Self::Plastic(_)
             | Self::Conductor(_)
             | Self::Coated(_)
             | Self::MetallicRoughness(_) => false,
-            Self::Mirror(_) | Self::Glass(_) => true,
+            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => true,
         }
     }
 
@@ -204,9 +215,10 @@ impl Bsdf {
         match self {
             Self::Lambert(b) => b.reflectance,
             Self::Phong(b) => b.diffuse,
+            Self::Plastic(b) => b.diffuse,
             Self::Coated(b) => b.diffuse_albedo(wo.z.abs()),
             Self::MetallicRoughness(b) => b.diffuse_albedo(wo.z.abs()),
-            Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) => Rgb::BLACK,
+            Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
         }
     }
 
@@ -218,11 +230,16 @@ impl Bsdf {
         match self {
             Self::Lambert(b) => b.reflectance,
             Self::Phong(b) => b.diffuse + b.specular,
-            Self::Conductor(b) => b.fresnel.at(1.0),
+            Self::Plastic(b) => b.diffuse + b.specular * fresnel::dielectric(1.0, b.ior),
+            Self::Conductor(b) => b.fresnel.at(1.0) * b.specular,
             Self::Coated(b) => b.diffuse_albedo(1.0) + b.specular * fresnel::dielectric(1.0, b.ior),
             Self::MetallicRoughness(b) => b.diffuse_albedo(1.0) + b.f0,
             Self::Mirror(b) => b.reflectance,
             Self::Glass(b) => b.transmittance.lerp(b.reflectance, fresnel::dielectric(1.0, b.ior)),
+            Self::ThinGlass(b) => {
+                let passed = ThinGlass::passed(1.0, b.ior);
+                b.reflectance.lerp(b.transmittance, passed)
+            }
         }
         .map(|a| a.min(1.0))
     }
@@ -232,11 +249,13 @@ impl Bsdf {
         match self {
             Self::Lambert(b) => b.validate(),
             Self::Phong(b) => b.validate(),
+            Self::Plastic(b) => b.validate(),
             Self::Conductor(b) => b.validate(),
             Self::Coated(b) => b.validate(),
             Self::MetallicRoughness(b) => b.validate(),
             Self::Mirror(b) => b.validate(),
             Self::Glass(b) => b.validate(),
+            Self::ThinGlass(b) => b.validate(),
         }
     }
 
@@ -246,10 +265,11 @@ impl Bsdf {
         match self {
             Self::Lambert(b) => b.eval(),
             Self::Phong(b) => b.eval(wo, wi),
+            Self::Plastic(b) => b.eval(wo, wi),
             Self::Conductor(b) => b.eval(wo, wi),
             Self::Coated(b) => b.eval(wo, wi),
             Self::MetallicRoughness(b) => b.eval(wo, wi),
-            Self::Mirror(_) | Self::Glass(_) => Rgb::BLACK,
+            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
         }
     }
 
@@ -259,10 +279,11 @@ impl Bsdf {
         match self {
             Self::Lambert(b) => b.pdf(wi),
             Self::Phong(b) => b.pdf(wo, wi),
+            Self::Plastic(b) => b.pdf(wo, wi),
             Self::Conductor(b) => b.pdf(wo, wi),
             Self::Coated(b) => b.pdf(wo, wi),
             Self::MetallicRoughness(b) => b.pdf(wo, wi),
-            Self::Mirror(_) | Self::Glass(_) => 0.0,
+            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => 0.0,
         }
     }
 }
@@ -279,7 +300,7 @@ fn above_horizon(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
 /// Probability of drawing from the glossy of two lobes, given estimates of what each reflects.
 ///
 /// `None` if neither reflects anything.
-fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
+pub(crate) fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
     match (glossy > 0.0, diffuse > 0.0) {
         (true, true) => {
             Some((glossy / (glossy + diffuse)).clamp(MIN_LOBE_PROBABILITY, 1.0 - MIN_LOBE_PROBABILITY))

@@ -1,4 +1,4 @@
-//! Surfaces without roughness: a perfect mirror, and glass.
+//! Surfaces without roughness: a perfect mirror, glass, and a pane of glass.
 //!
 //! Their BSDFs are Dirac distributions, so that [`Bsdf::eval`](super::Bsdf::eval) and
 //! [`Bsdf::pdf`](super::Bsdf::pdf) are zero and only sampling reaches them.
@@ -69,6 +69,49 @@ impl Glass {
             weight: self.transmittance,
             pdf: 1.0 - reflected,
             lobe: Lobe::SpecularTransmission,
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        validate::ior(self.ior)?;
+        validate::fraction("reflectance", self.reflectance)?;
+        validate::fraction("transmittance", self.transmittance)
+    }
+}
+
+/// A pane of glass so thin that light leaves where it entered: both faces in one surface.
+///
+/// With `F` the reflectance of one face, the light that goes to and fro inside sums to `R = F + (1 − F)² F / (1 − F²) = 2F / (1 + F)`
+/// on reflection and `1 − R` straight through (Stokes 1862).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinGlass {
+    /// Index of refraction relative to the outside, from 1.0001 to 5.
+    pub ior: f32,
+    /// Factor on what is reflected, each channel in `[0, 1]`; 1 is physical.
+    pub reflectance: Rgb,
+    /// Factor on what passes, each channel in `[0, 1]`; 1 is clear glass.
+    pub transmittance: Rgb,
+}
+
+impl ThinGlass {
+    /// Fraction `1 − R` that passes a clear pane of index `ior` at an angle of incidence of cosine `cos`.
+    pub(crate) fn passed(cos: f32, ior: f32) -> f32 {
+        let face = fresnel::dielectric(cos.min(1.0), ior);
+        (1.0 - face) / (1.0 + face)
+    }
+
+    /// Goes on straight if `u` in `[0, 1)` is below `1 − R`, else reflects.
+    pub(super) fn sample(&self, wo: Vec3, u: f32) -> BsdfSample {
+        let passed = Self::passed(wo.z.abs(), self.ior);
+        if u < passed {
+            let lobe = Lobe::SpecularTransmission;
+            return BsdfSample { wi: -wo, weight: self.transmittance, pdf: passed, lobe };
+        }
+        BsdfSample {
+            wi: mirror_direction(wo),
+            weight: self.reflectance,
+            pdf: 1.0 - passed,
+            lobe: Lobe::SpecularReflection,
         }
     }
 
@@ -157,6 +200,23 @@ mod tests {
         assert!(beyond.wi.z < 0.0);
         let within = glass().sample(direction(critical - 1e-3, -1.0), LAST);
         assert_eq!(within.lobe, Lobe::SpecularTransmission);
+    }
+
+    /// Two interfaces and what goes to and fro between them, summed term by term.
+    #[test]
+    fn a_pane_sums_all_reflections_inside() {
+        for step in 0..15 {
+            let wo = direction(step as f32 * 0.1, if step % 2 == 0 { 1.0 } else { -1.0 });
+            let face = f64::from(fresnel::dielectric(wo.z.abs(), 1.5));
+            let reflected: f64 =
+                face + (0..200).map(|k| (1.0 - face).powi(2) * face.powi(2 * k + 1)).sum::<f64>();
+            let pane = ThinGlass { ior: 1.5, reflectance: Rgb::gray(0.9), transmittance: Rgb::gray(0.7) };
+            let (passes, reflects) = (pane.sample(wo, 0.0), pane.sample(wo, LAST));
+            assert!((f64::from(passes.pdf) - (1.0 - reflected)).abs() < 1e-5, "{step}");
+            assert!((passes.pdf + reflects.pdf - 1.0).abs() < 1e-6);
+            assert_eq!((passes.wi, reflects.wi), (-wo, Vec3::new(-wo.x, -wo.y, wo.z)));
+            assert_eq!((passes.weight, reflects.weight), (Rgb::gray(0.7), Rgb::gray(0.9)));
+        }
     }
 
     #[test]

@@ -8,8 +8,11 @@
 //! ```
 //!
 //! Camera samples are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley 2020, `sobol_burley`): film and
-//! lens in the first four dimensions, four more at each specular surface. Output is a function of scene, camera, size,
+//! lens in the first four dimensions, four more at each surface. Output is a function of scene, camera, size,
 //! options, seed and pixel.
+//!
+//! A surface that both gathers and is specular, scatters to both sides, or is one of two materials, does one of these at random
+//! ([`Scatter`]): the last of the four numbers chooses.
 
 mod options;
 
@@ -21,11 +24,11 @@ pub use options::{Filter, GatherOptions};
 use glam::{Vec2, Vec3};
 
 use crate::accel::Tracer;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
 use crate::math::{Frame, Ray};
 use crate::rng::{self, Purpose};
-use crate::scene::{Camera, CameraSample, SurfacePoint};
+use crate::scene::{Camera, CameraSample, Part, Scene, SurfacePoint};
 
 /// A point that gathers light from all VPLs.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +43,7 @@ pub struct GatherPoint {
     pub wo: Vec3,
     /// How the surface scatters.
     pub bsdf: Bsdf,
-    /// Weight `w_j` (unitless); those of a pixel's points and background sum to at most 1.
+    /// Weight `w_j` (unitless); those of a pixel's points sum to at most 1 in expectation.
     pub weight: Rgb,
 }
 
@@ -112,11 +115,8 @@ impl View<'_> {
         for index in 0..n {
             let (ray, key) = self.camera_ray(pixel, index);
             let seed = self.pixel_key(pixel) as u32;
-            let specular = |bounce: u32| {
-                let [a, b, c, _] = sobol_burley::sample_4d(index, bounce + 1, seed);
-                [a, b, c]
-            };
-            let end = follow(tracer, ray, key, specular);
+            let choices = |bounce: u32| sobol_burley::sample_4d(index, bounce + 1, seed);
+            let end = follow(tracer, ray, key, choices);
             sum.background += end.background * weight;
             if let Some(mut point) = end.point {
                 point.weight *= weight;
@@ -150,7 +150,7 @@ struct End {
 }
 
 /// Follows a camera ray through specular surfaces to one that is not.
-fn follow(tracer: &Tracer, mut ray: Ray, key: u64, specular: impl Fn(u32) -> [f32; 3]) -> End {
+fn follow(tracer: &Tracer, mut ray: Ray, key: u64, choices: impl Fn(u32) -> [f32; 4]) -> End {
     let scene = tracer.scene();
     let mut weight = Rgb::WHITE;
     let mut end = End { point: None, background: Rgb::BLACK, first: None };
@@ -164,21 +164,26 @@ fn follow(tracer: &Tracer, mut ray: Ray, key: u64, specular: impl Fn(u32) -> [f3
         let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
         let outgoing = -ray.direction;
         end.background += weight * scene.emitted(&surface, outgoing);
-        let bsdf = scene.bsdf(&surface);
         if bounce == 0 {
             let (_, normal) = facing(&surface, outgoing);
             end.first = Some(First { distance: hit.t, normal });
         }
-        if !bsdf.is_specular() {
-            end.point = Some(gather_point(&surface, outgoing, bsdf, weight));
-            break;
+        let [a, b, c, choice] = choices(bounce);
+        match Scatter::at(scene, &surface, outgoing, choice) {
+            Scatter::Gathers(mut point) => {
+                point.weight *= weight;
+                end.point = Some(point);
+                break;
+            }
+            Scatter::Specular(specular) => {
+                let Some((next, factor)) = specular.step([a, b, c]) else { break };
+                weight *= factor;
+                if weight.is_black() {
+                    break;
+                }
+                ray = next;
+            }
         }
-        let Some((next, factor)) = specular_step(&surface, outgoing, &bsdf, specular(bounce)) else { break };
-        weight *= factor;
-        if weight.is_black() {
-            break;
-        }
-        ray = next;
     }
     end
 }
@@ -190,27 +195,68 @@ pub fn facing(surface: &SurfacePoint, direction: Vec3) -> (Vec3, Vec3) {
     (ng, if ns.dot(direction) > 0.0 { ns } else { ng })
 }
 
-/// The gather point of a surface seen from `outgoing`.
-pub fn gather_point(surface: &SurfacePoint, outgoing: Vec3, bsdf: Bsdf, weight: Rgb) -> GatherPoint {
-    let (geometric_normal, shading_normal) = facing(surface, outgoing);
-    let frame = Frame::about(shading_normal);
-    GatherPoint {
-        position: surface.leave(outgoing),
-        geometric_normal,
-        wo: frame.to_local(outgoing),
-        frame,
-        bsdf,
-        weight,
+/// What a path does at a surface: one of its [parts](crate::scene::Part).
+#[derive(Clone, Copy, Debug)]
+pub enum Scatter {
+    /// Gathers light; the weight is one over the probability of the choice.
+    Gathers(GatherPoint),
+    /// Goes on in one direction.
+    Specular(SpecularPoint),
+}
+
+/// A surface that sends light on in one direction.
+#[derive(Clone, Copy, Debug)]
+pub struct SpecularPoint {
+    surface: SurfacePoint,
+    outgoing: Vec3,
+    bsdf: Bsdf,
+    weight: f32,
+}
+
+impl Scatter {
+    /// The part of a surface seen from the unit direction `outgoing` that the uniform number `choice` chooses.
+    pub fn at(scene: &Scene, surface: &SurfacePoint, outgoing: Vec3, choice: f32) -> Self {
+        let Part { bsdf, weight, through } = scene.part(surface, outgoing, choice);
+        if bsdf.is_specular() {
+            return Self::Specular(SpecularPoint { surface: *surface, outgoing, bsdf, weight });
+        }
+        let (geometric_normal, shading_normal) = facing(surface, outgoing);
+        // Light that comes through gathers behind the surface; its part is Lambertian, whatever the viewer's direction.
+        let side = if through { -1.0 } else { 1.0 };
+        let frame = Frame::about(shading_normal * side);
+        Self::Gathers(GatherPoint {
+            position: surface.leave(geometric_normal * side),
+            geometric_normal: geometric_normal * side,
+            wo: if through { Vec3::Z } else { frame.to_local(outgoing) },
+            frame,
+            bsdf,
+            weight: Rgb::gray(weight),
+        })
     }
 }
 
-/// The ray after a specular surface, and its weight; `None` where the path ends.
-pub fn specular_step(surface: &SurfacePoint, outgoing: Vec3, bsdf: &Bsdf, u: [f32; 3]) -> Option<(Ray, Rgb)> {
-    // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own orientation.
-    let (ng, ns) = facing(surface, outgoing);
-    let outside = if ng.dot(surface.geometric_normal) > 0.0 { ns } else { -ns };
-    let frame = Frame::about(outside);
-    let sample = bsdf.sample(frame.to_local(outgoing), u)?;
-    let direction = frame.to_world(sample.wi).normalize();
-    Some((Ray::new(surface.leave(direction), direction), sample.weight))
+impl SpecularPoint {
+    /// The ray after the surface, and its weight; `None` where the path ends.
+    pub fn step(&self, u: [f32; 3]) -> Option<(Ray, Rgb)> {
+        // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own orientation.
+        let (ng, ns) = facing(&self.surface, self.outgoing);
+        let outside = if ng.dot(self.surface.geometric_normal) > 0.0 { ns } else { -ns };
+        let frame = Frame::about(outside);
+        let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
+        let mut direction = frame.to_world(sample.wi).normalize();
+        let above = ng.dot(direction) > 0.0;
+        if above != (sample.lobe == Lobe::SpecularReflection) {
+            // A shading normal that leans away sends light to the wrong side; the geometric one never does.
+            let frame = Frame::about(self.surface.geometric_normal);
+            let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
+            direction = frame.to_world(sample.wi).normalize();
+        }
+        Some((Ray::new(self.surface.leave(direction), direction), sample.weight * self.weight))
+    }
+
+    /// Whether a ray that leaves along `direction` has not been bent: it has passed a pane.
+    pub fn passes_straight(&self, direction: Vec3) -> bool {
+        let ng = self.surface.geometric_normal;
+        matches!(self.bsdf, Bsdf::ThinGlass(_)) && ng.dot(direction) * ng.dot(self.outgoing) < 0.0
+    }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
 
-use super::{Filter, GatherOptions, View};
+use super::{Filter, GatherOptions, GatherPoint, View};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
@@ -95,6 +95,47 @@ fn glass_is_seen_through_and_no_light_is_made() {
     // The way straight through a pane of parallel sides keeps its direction.
     let (ray, _) = view(&t, n).camera_ray([8, 8], 0);
     assert!(sum.points.iter().any(|p| (p.position.x - ray.at(4.0).x).abs() < 0.1));
+}
+
+/// The sky in the coat, and the base below it: each as often as it is chosen, each in the mean as bright as it is.
+#[test]
+fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
+    let t = tracer(|b| {
+        let (reflectance, specular) = (Rgb::gray(0.6).into(), Rgb::new(1.0, 0.5, 0.25).into());
+        let coat = Surface::Coated { reflectance, specular, ior: 1.5, alpha: 0.0.into() };
+        add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), coat, 0.0);
+        b.set_environment(Environment::constant(Rgb::gray(1.0))).unwrap();
+    });
+    let n = 1024;
+    let sum = view(&t, n).pixel(&t, [8, 8]);
+    // At nearly normal incidence the coat reflects 0.04. With probability p ≥ 0.1 each sample adds 0.04 / p: standard error of the
+    // mean below 0.04 √(9 / 1024), and far below that for stratified numbers.
+    let mirrored = sum.background;
+    assert!((mirrored.r - 0.04).abs() < 0.002, "{mirrored:?}");
+    assert!((mirrored.g / mirrored.r - 0.5).abs() < 1e-5 && (mirrored.b / mirrored.r - 0.25).abs() < 1e-5);
+    // The base, in the mean with weight 1; it has no lobe of its own.
+    let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
+    assert!((weight.r - 1.0).abs() < 0.02 && sum.points.len() < n as usize, "{weight:?}");
+    let p = &sum.points[0];
+    let (mirror, beside) = (Vec3::new(-p.wo.x, -p.wo.y, p.wo.z), Vec3::new(0.3, 0.0, 0.91f32.sqrt()));
+    let ratio = p.bsdf.eval(p.wo, mirror).g / p.bsdf.eval(p.wo, beside).g;
+    assert!((0.95..1.05).contains(&ratio), "no peak in the mirror direction: {ratio}");
+}
+
+#[test]
+fn a_leaf_gathers_on_both_sides() {
+    let t = tracer(|b| {
+        let (reflectance, transmittance) = (Rgb::gray(0.3).into(), Rgb::gray(0.3).into());
+        let leaf = Surface::Translucent { reflectance, transmittance };
+        add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), leaf, 0.0);
+    });
+    let sum = view(&t, 64).pixel(&t, [8, 8]);
+    type Points<'a> = Vec<&'a GatherPoint>;
+    let (near, far): (Points<'_>, Points<'_>) = sum.points.iter().partition(|p| p.geometric_normal.z > 0.0);
+    assert!(near.iter().all(|p| p.position.z > -2.0 && p.frame.n.z > 0.0 && p.wo.z > 0.0));
+    assert!(far.iter().all(|p| p.position.z < -2.0 && p.frame.n.z < 0.0 && p.wo.z > 0.0));
+    let weight = |points: &[&GatherPoint]| points.iter().map(|p| p.weight.r).sum::<f32>();
+    assert!((weight(&near) - 1.0).abs() < 0.05 && (weight(&far) - 1.0).abs() < 0.05, "one a side");
 }
 
 #[test]

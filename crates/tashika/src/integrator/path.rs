@@ -2,17 +2,18 @@
 //!
 //! At each surface light is sampled in two ways, by drawing a point of the emitters and by following the BSDF, weighted by the
 //! balance heuristic (Veach 1997, section 9.2). Emitters, BSDFs and cameras are those of the other integrators; the
-//! estimator has nothing in common with them. No clamp.
+//! estimator has nothing in common with them. No clamp. Solid glass bends light: what comes through it is found by following paths
+//! only, while panes, which do not bend it, are seen through by both ways.
 //!
 //! The estimate is the mean of `samples` independent paths, its standard error that of the mean. No claim is made: the
 //! interval that one would compute from it breaks on heavy-tailed samples.
 
 use super::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
-use crate::accel::{SegmentBatch, Tracer};
+use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
 use crate::film::{Metadata, Window};
-use crate::gather::{Features, gather_point, specular_step};
+use crate::gather::{Features, Scatter};
 use crate::math::Ray;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
@@ -63,7 +64,7 @@ impl Integrator for Path<'_> {
             tracer: setting.tracer,
             emitters: &self.emitters,
             max_depth: self.max_depth,
-            batch: SegmentBatch::default(),
+            batch: SegmentBatch::new(Glass::SolidStops),
             visibility: Vec::new(),
             rays: 0,
         };
@@ -121,6 +122,8 @@ impl Tracing<'_> {
         let mut weight = Rgb::WHITE;
         // Density of the last direction, if drawing from the emitters could have found it too.
         let mut density: Option<f32> = None;
+        // Where that direction was drawn.
+        let mut drawn_at = ray.origin;
         for depth in 0..=self.max_depth {
             self.rays += 1;
             let Some(hit) = self.tracer.closest_hit(&ray, key.wrapping_add(u64::from(depth))) else {
@@ -136,7 +139,7 @@ impl Tracing<'_> {
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let mis = density.map_or(1.0, |p| {
-                    let distance = ray.origin.distance_squared(surface.position);
+                    let distance = drawn_at.distance_squared(surface.position);
                     let cos = surface.geometric_normal.dot(outgoing).abs();
                     let on_area = self.emitters.pdf_on_triangle(hit.instance, hit.triangle);
                     balance(p, on_area * distance / cos.max(f32::MIN_POSITIVE))
@@ -146,43 +149,47 @@ impl Tracing<'_> {
             if depth == self.max_depth {
                 break;
             }
-            let bsdf = scene.bsdf(&surface);
-            if bsdf.is_specular() {
-                let Some((next, factor)) = specular_step(&surface, outgoing, &bsdf, stream.uniform_3())
-                else {
-                    break;
-                };
-                weight *= factor;
-                ray = next;
-                density = None;
-            } else {
-                let point = gather_point(&surface, outgoing, bsdf, weight);
-                if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
-                    let light = &sample.light;
-                    let unoccluded = transport.unoccluded(&point, light);
-                    if !unoccluded.is_black() {
-                        let mis = sample.pdf.map_or(1.0, |pdf| {
-                            let (towards, jacobian) = if light.kind == VplKind::Directional {
-                                (-light.direction, 1.0)
-                            } else {
-                                let d = light.position - point.position;
-                                let towards = d.normalize();
-                                (towards, d.length_squared() / -light.direction.dot(towards))
-                            };
-                            balance(pdf * jacobian, point.bsdf.pdf(point.wo, point.frame.to_local(towards)))
-                        });
-                        let free = self.visible(light.apex(), point.position);
-                        radiance += unoccluded * (mis * free);
+            match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
+                Scatter::Specular(specular) => {
+                    let Some((next, factor)) = specular.step(stream.uniform_3()) else { break };
+                    if !specular.passes_straight(next.direction) {
+                        density = None;
                     }
+                    weight *= factor;
+                    ray = next;
                 }
-                let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
-                let direction = point.frame.to_world(next.wi).normalize();
-                if point.geometric_normal.dot(direction) <= 0.0 {
-                    break;
+                Scatter::Gathers(mut point) => {
+                    weight *= point.weight;
+                    point.weight = weight;
+                    if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
+                        let light = &sample.light;
+                        let unoccluded = transport.unoccluded(&point, light);
+                        if !unoccluded.is_black() {
+                            let mis = sample.pdf.map_or(1.0, |pdf| {
+                                let (towards, jacobian) = if light.kind == VplKind::Directional {
+                                    (-light.direction, 1.0)
+                                } else {
+                                    let d = light.position - point.position;
+                                    let towards = d.normalize();
+                                    (towards, d.length_squared() / -light.direction.dot(towards))
+                                };
+                                let wi = point.frame.to_local(towards);
+                                balance(pdf * jacobian, point.bsdf.pdf(point.wo, wi))
+                            });
+                            let free = self.visible(light.apex(), point.position);
+                            radiance += unoccluded * (mis * free);
+                        }
+                    }
+                    let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
+                    let direction = point.frame.to_world(next.wi).normalize();
+                    if point.geometric_normal.dot(direction) <= 0.0 {
+                        break;
+                    }
+                    weight *= next.weight;
+                    density = Some(next.pdf);
+                    ray = Ray::new(point.position, direction);
+                    drawn_at = ray.origin;
                 }
-                weight *= next.weight;
-                density = Some(next.pdf);
-                ray = Ray::new(point.position, direction);
             }
             if depth >= CERTAIN_DEPTH {
                 let survival = weight.max_channel().min(MAX_SURVIVAL);

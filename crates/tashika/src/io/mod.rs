@@ -3,18 +3,26 @@
 //! Whatever a file claims is checked before it is believed: sizes against the bytes that are there,
 //! indices against what they index, references against the scene's own folder.
 
+mod assets;
+mod dielectrics;
 mod exr;
+mod features;
 mod files;
 mod gltf;
 mod images;
+mod mitsuba;
 mod obj;
 mod output;
+mod pbrt;
+mod ply;
 mod png;
+mod shapes;
 mod vpl_set;
 
 use std::path::Path;
 
 pub use exr::{read_exr, write_exr};
+pub use features::{Feature, FormatFeatures, Support, features};
 pub use files::SceneFiles;
 pub use output::{check_writable, write_file};
 pub use png::{Exposure, ToneMap, write_png};
@@ -41,8 +49,13 @@ impl Default for LoadOptions {
 }
 
 /// Scene formats by file name ending.
-pub const SCENE_FORMATS: &[(&str, &str)] =
-    &[("gltf", "glTF 2.0"), ("glb", "glTF 2.0, binary"), ("obj", "Wavefront OBJ + MTL")];
+pub const SCENE_FORMATS: &[(&str, &str)] = &[
+    ("gltf", "glTF 2.0"),
+    ("glb", "glTF 2.0, binary"),
+    ("obj", "Wavefront OBJ + MTL"),
+    ("pbrt", "pbrt-v3 and pbrt-v4"),
+    ("xml", "Mitsuba 0.6 and 3"),
+];
 
 /// Reads a scene; the format is chosen by the file's ending, in either case of letters.
 ///
@@ -55,6 +68,8 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     match ending.as_str() {
         "gltf" | "glb" => gltf::load(&files),
         "obj" => obj::load(&files),
+        "pbrt" => pbrt::load(&files),
+        "xml" => mitsuba::load(&files),
         _ => {
             let known: Vec<String> = SCENE_FORMATS.iter().map(|(e, name)| format!(".{e} ({name})")).collect();
             Err(Error::unsupported(

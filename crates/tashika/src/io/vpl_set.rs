@@ -13,7 +13,7 @@ use glam::Vec3;
 use super::output::write_file;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::scene::Falloff;
+use crate::scene::{Falloff, FalloffShape};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
 const MAGIC: &[u8; 8] = b"TASHIKAV";
@@ -108,18 +108,30 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
             Error::invalid(
                 at().item(format!("VPL {i}")),
                 "a position, direction, intensity or kind that no VPL has",
-                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 3",
+                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 5",
             )
         })?);
     }
     Ok(VplSet::new(lights, provenance))
 }
 
+const SPOT_SHAPES: [FalloffShape; 3] =
+    [FalloffShape::Squared, FalloffShape::Smoothstep, FalloffShape::LinearInAngle];
+
+/// The kind of a record of a spot light.
+fn spot_code(shape: FalloffShape) -> u32 {
+    match shape {
+        FalloffShape::Squared => 2,
+        FalloffShape::Smoothstep => 4,
+        FalloffShape::LinearInAngle => 5,
+    }
+}
+
 fn record(l: &Vpl) -> [u8; RECORD] {
     let (kind, inner, outer) = match l.kind {
         VplKind::Omni => (0u32, 0.0, 0.0),
         VplKind::Oriented => (1, 0.0, 0.0),
-        VplKind::Spot(f) => (2, f.cos_inner, f.cos_outer),
+        VplKind::Spot(f) => (spot_code(f.shape), f.cos_inner, f.cos_outer),
         VplKind::Directional => (3, 0.0f32, 0.0f32),
     };
     let mut bytes = [0; RECORD];
@@ -144,9 +156,11 @@ fn light(bytes: &[u8; RECORD]) -> Option<Vpl> {
     let kind = match u32::from_le_bytes(word(9)) {
         0 => VplKind::Omni,
         1 => VplKind::Oriented,
-        2 => VplKind::Spot(Falloff { cos_inner: number(10), cos_outer: number(11) }),
         3 => VplKind::Directional,
-        _ => return None,
+        code => {
+            let shape = SPOT_SHAPES.into_iter().find(|&shape| spot_code(shape) == code)?;
+            VplKind::Spot(Falloff { cos_inner: number(10), cos_outer: number(11), shape })
+        }
     };
     let directed = match kind {
         VplKind::Omni => direction == Vec3::ZERO,
@@ -180,7 +194,10 @@ mod tests {
         let lights = vec![
             light(VplKind::Omni, Vec3::ZERO),
             light(VplKind::Oriented, Vec3::Y),
-            light(VplKind::Spot(Falloff { cos_inner: 0.9, cos_outer: 0.5 }), Vec3::NEG_Z),
+            light(
+                VplKind::Spot(Falloff { cos_inner: 0.9, cos_outer: 0.5, shape: FalloffShape::Squared }),
+                Vec3::NEG_Z,
+            ),
             light(VplKind::Directional, Vec3::X),
         ];
         VplSet::new(

@@ -5,7 +5,7 @@ use glam::{Affine3A, Vec3};
 use super::mesh::MeshRepairs;
 use super::{
     Camera, Emitter, Environment, Image, ImageId, Instance, InstanceId, Lens, Material, MaterialId, Mesh,
-    MeshData, MeshId, Note, NoteKind, Notes, Pixels, Scene, Surface,
+    MeshData, MeshId, Note, NoteKind, Notes, Scene, Texture, TextureId, check,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -14,11 +14,13 @@ use crate::math::Aabb;
 /// Collects the parts of a [`Scene`].
 ///
 /// Parts refer to each other by the ids that the `add_*` methods return, so they are added bottom up:
-/// images, materials, meshes, instances.
+/// images, textures, materials, meshes, instances.
 #[derive(Debug)]
 pub struct SceneBuilder {
     scene: Scene,
     origin: Location,
+    /// For each texture, how many nodes one lookup visits.
+    texture_costs: Vec<u32>,
 }
 
 impl SceneBuilder {
@@ -30,13 +32,14 @@ impl SceneBuilder {
             instances: Vec::new(),
             materials: Vec::new(),
             images: Vec::new(),
+            textures: Vec::new(),
             emitters: Vec::new(),
             environment: None,
             cameras: Vec::new(),
             bounds: Aabb::EMPTY,
             notes: Notes::default(),
         };
-        Self { scene, origin }
+        Self { scene, origin, texture_costs: Vec::new() }
     }
 
     /// Tells the user what was done with the input.
@@ -51,45 +54,44 @@ impl SceneBuilder {
         }
     }
 
-    /// Adds an image; it must have `width · height > 0` texels.
+    /// Adds an image; it must have `width · height > 0` texels, finite and not negative.
     pub fn add_image(&mut self, image: Image) -> Result<ImageId> {
-        let texels = match &image.pixels {
-            Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len(),
-            Pixels::Float(p) => p.len(),
-        };
-        if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
-            return Err(Error::invalid(
-                self.origin.clone().item(format!("image {}", image.name)),
-                format!("{texels} texels for {}×{}", image.width, image.height),
-                "width × height texels, more than none",
-            ));
-        }
+        check::image(&image)
+            .map_err(|wrong| wrong.error(self.origin.clone().item(format!("image {}", image.name))))?;
         self.scene.images.push(image);
         Ok(ImageId(self.scene.images.len() as u32 - 1))
     }
 
-    /// Adds a material; factors must be finite and not negative, indices of refraction above 1.
+    /// Adds a texture; what it is made of must have been added before, and a lookup must not visit more than
+    /// [`MAX_TEXTURE_COST`] nodes.
+    pub fn add_texture(&mut self, texture: Texture) -> Result<TextureId> {
+        let at = || self.origin.clone().item(format!("texture {}", self.scene.textures.len()));
+        check::texture(&texture, self.scene.images.len()).map_err(|wrong| wrong.error(at()))?;
+        let mut cost = 1u32;
+        for operand in texture.operands() {
+            let Some(c) = self.texture_costs.get(operand.index()) else {
+                return Err(Error::invalid(
+                    at(),
+                    format!("texture {}", operand.index()),
+                    "a texture of this scene",
+                ));
+            };
+            cost = cost.saturating_add(*c);
+        }
+        if cost > MAX_TEXTURE_COST {
+            let found = format!("a texture made of {cost} textures");
+            return Err(Error::invalid(at(), found, format!("at most {MAX_TEXTURE_COST}")));
+        }
+        self.texture_costs.push(cost);
+        self.scene.textures.push(texture);
+        Ok(TextureId(self.scene.textures.len() as u32 - 1))
+    }
+
+    /// Adds a material; factors must be finite and not negative, indices of refraction above 1, and the materials of a mix must
+    /// have been added before.
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
-        let at = || self.origin.clone().item(format!("material {}", material.name));
-        check_surface(&material.surface)
-            .map_err(|(found, expected)| Error::invalid(at(), found, expected))?;
-        if let Some(e) = &material.emission
-            && !e.radiance.factor.is_valid()
-        {
-            return Err(Error::invalid(
-                at(),
-                format!("emission = {:?}", e.radiance.factor.to_array()),
-                "finite radiances of at least 0",
-            ));
-        }
-        if let Some(t) = material.textures().find(|t| t.image.index() >= self.scene.images.len()) {
-            return Err(Error::invalid(at(), format!("image {}", t.image.index()), "an image of this scene"));
-        }
-        // Ranges are those of the BSDF that the material becomes.
-        material.bsdf(&self.scene.images, glam::Vec2::ZERO).validate().map_err(|message| {
-            let (found, expected) = message.split_once("; expected ").unwrap_or((&message, "another value"));
-            Error::invalid(at(), found, expected)
-        })?;
+        check::material(&material, &self.scene)
+            .map_err(|wrong| wrong.error(self.origin.clone().item(format!("material {}", material.name))))?;
         self.scene.materials.push(material);
         Ok(MaterialId(self.scene.materials.len() as u32 - 1))
     }
@@ -206,8 +208,8 @@ impl SceneBuilder {
     pub fn add_camera(&mut self, camera: Camera) -> Result<()> {
         let sound = camera.to_world.is_finite()
             && camera.to_world.matrix3.determinant().abs() > 0.0
-            && camera.vertical_fov > 0.0
-            && camera.vertical_fov < std::f32::consts::PI
+            && check::projection(camera.projection)
+            && camera.shift.is_finite()
             && camera.lens.radius >= 0.0
             && camera.lens.radius.is_finite()
             && (camera.lens.radius == 0.0
@@ -216,7 +218,7 @@ impl SceneBuilder {
             return Err(Error::invalid(
                 self.origin.clone().item(format!("camera {}", camera.name)),
                 format!("{camera:?}"),
-                "a finite, invertible transform, a field of view between 0° and 180°, a lens radius of at least 0 and a focus distance above 0",
+                "a finite, invertible transform, a field of view between 0° and 180° or a height above 0, a finite shift, a lens radius of at least 0 and a focus distance above 0",
             ));
         }
         self.scene.cameras.push(camera);
@@ -282,15 +284,30 @@ impl SceneBuilder {
         for i in &s.instances {
             uses[i.mesh.index()] += 1;
         }
+        // Smallest first: as many instances as possible.
+        let added = |mesh: usize| uses[mesh].saturating_sub(1) * s.meshes[mesh].triangles.len() as u64;
+        let mut order: Vec<usize> = (0..s.meshes.len()).collect();
+        order.sort_by_key(|&mesh| (added(mesh), mesh));
+        let mut total = 0u64;
+        let mut baked = vec![false; s.meshes.len()];
+        for mesh in order {
+            total = total.saturating_add(added(mesh));
+            baked[mesh] = added(mesh) <= BAKED_TRIANGLES && total <= ALL_BAKED_TRIANGLES;
+        }
         for i in &mut s.instances {
-            let mesh = i.mesh.index();
-            i.baked = (uses[mesh] - 1) * s.meshes[mesh].triangles.len() as u64 <= BAKED_TRIANGLES;
+            i.baked = baked[i.mesh.index()];
         }
     }
 }
 
 /// Instances of a mesh are baked if that adds at most this many triangles beyond the first copy (4 MB in the tracer).
 const BAKED_TRIANGLES: u64 = 1 << 16;
+
+/// Triangles that baking adds to a scene at most.
+const ALL_BAKED_TRIANGLES: u64 = 1 << 20;
+
+/// Nodes that a lookup of a texture visits at most.
+pub const MAX_TEXTURE_COST: u32 = 256;
 
 /// Largest diagonal (m) at which products of four lengths still fit into `f32`.
 const MAX_EXTENT: f32 = 1e9;
@@ -316,63 +333,10 @@ fn overview(bounds: Aabb) -> Camera {
     camera
 }
 
-/// Factors that a texture will be multiplied with: field and value that is out of range, with what is expected. What the BSDF
-/// makes of them is checked by [`crate::bsdf::Bsdf::validate`].
-fn check_surface(surface: &Surface) -> Result<(), (String, &'static str)> {
-    let color = |name: &str, c: Rgb| {
-        if c.is_valid() {
-            Ok(())
-        } else {
-            Err((format!("{name} = {:?}", c.to_array()), "finite numbers of at least 0"))
-        }
-    };
-    let number = |name: &str, v: f32| {
-        if v.is_finite() && v >= 0.0 {
-            Ok(())
-        } else {
-            Err((format!("{name} = {v}"), "a finite number of at least 0"))
-        }
-    };
-    match surface {
-        Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
-            color("reflectance", reflectance.factor)
-        }
-        Surface::Phong { diffuse, specular, .. } => {
-            color("diffuse", diffuse.factor)?;
-            color("specular", specular.factor)
-        }
-        Surface::Conductor { fresnel, alpha } => {
-            number("alpha", alpha.factor)?;
-            match fresnel {
-                crate::bsdf::ConductorFresnel::Schlick { f0 } => color("f0", *f0),
-                crate::bsdf::ConductorFresnel::Exact { eta, k } => {
-                    color("eta", *eta)?;
-                    color("k", *k)
-                }
-            }
-        }
-        Surface::Coated { reflectance, specular, alpha, .. } => {
-            color("reflectance", reflectance.factor)?;
-            color("specular", specular.factor)?;
-            number("alpha", alpha.factor)
-        }
-        Surface::MetallicRoughness { base_color, metallic, roughness, dielectric_f0 } => {
-            color("base colour", base_color.factor)?;
-            number("metallic", metallic.factor)?;
-            number("roughness", roughness.factor)?;
-            color("dielectric f0", *dielectric_f0)
-        }
-        Surface::Glass { reflectance, transmittance, .. } => {
-            color("reflectance", *reflectance)?;
-            color("transmittance", *transmittance)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::CameraSample;
+    use crate::scene::{CameraSample, Projection, Surface};
 
     fn wall(size: Vec3) -> SceneBuilder {
         let mut b = SceneBuilder::new("s", Location::file("s.obj"));
@@ -422,7 +386,13 @@ mod tests {
         let glass = Surface::Glass { ior: 0.5, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE };
         let said = message(b.add_material(Material::new("g", glass)).unwrap_err());
         assert!(said.contains("material g: ior = 0.5; expected 1.0001 to 5"), "{said}");
-        let said = message(b.add_camera(Camera { vertical_fov: 4.0, ..overview(b.bounds()) }).unwrap_err());
+        let said = message(
+            b.add_camera(Camera {
+                projection: Projection::Perspective { vertical_fov: 4.0 },
+                ..overview(b.bounds())
+            })
+            .unwrap_err(),
+        );
         assert!(said.contains("field of view between"), "{said}");
         let flat = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
         assert!(b.add_instance(MeshId(0), flat).unwrap().is_none(), "left out, with a note");

@@ -1,4 +1,4 @@
-//! The perspective camera, pinhole or thin lens.
+//! The camera: perspective with a pinhole or a thin lens, or orthographic.
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
@@ -15,19 +15,51 @@ pub struct Lens {
     pub focus_distance: f32,
 }
 
-/// A perspective camera looking along its own `−z`, with `+y` up and `+x` to the right.
+/// How the world is projected onto the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Through a point.
+    Perspective {
+        /// Vertical field of view of a film that is centred on the axis (radians), between 0 and π.
+        vertical_fov: f32,
+    },
+    /// Along the axis.
+    Orthographic {
+        /// Height of the film (m).
+        height: f32,
+    },
+}
+
+/// A part of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// First column (pixels).
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// A camera looking along its own `−z`, with `+y` up and `+x` to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name by which the user chooses it.
     pub name: String,
     /// Camera to world; a rigid motion, or one with a mirror.
     pub to_world: Affine3A,
-    /// Vertical field of view (radians), between 0 and π.
-    pub vertical_fov: f32,
-    /// The lens.
+    /// How the world is projected.
+    pub projection: Projection,
+    /// How far the film's centre is off the axis, in film widths to the right and film heights up.
+    pub shift: Vec2,
+    /// The lens; orthographic cameras have none.
     pub lens: Lens,
     /// Image size that the file asks for (pixels).
     pub resolution: Option<[u32; 2]>,
+    /// Part of that image that the file asks for.
+    pub crop: Option<Crop>,
 }
 
 /// Where on the film and on the lens a camera ray starts.
@@ -43,14 +75,16 @@ impl Camera {
     /// A pinhole at `eye` looking at `target`, `up` being up.
     pub fn look_at(name: impl Into<String>, eye: Vec3, target: Vec3, up: Vec3, vertical_fov: f32) -> Self {
         let back = (eye - target).normalize();
-        let right = up.cross(back).normalize_or(Vec3::X);
+        let right = up.cross(back).normalize_or(back.any_orthonormal_vector());
         let axes = Mat3::from_cols(right, back.cross(right), back);
         Self {
             name: name.into(),
             to_world: Affine3A::from_mat3_translation(axes, eye),
-            vertical_fov,
+            projection: Projection::Perspective { vertical_fov },
+            shift: Vec2::ZERO,
             lens: Lens { radius: 0.0, focus_distance: 1.0 },
             resolution: None,
+            crop: None,
         }
     }
 
@@ -62,12 +96,17 @@ impl Camera {
     /// The world ray through a point of a film of `size` pixels; its direction has unit length.
     pub fn ray(&self, sample: &CameraSample, size: [u32; 2]) -> Ray {
         let size = Vec2::new(size[0] as f32, size[1] as f32);
-        let half = tan(0.5 * self.vertical_fov);
-        let x = (2.0 * sample.film.x - size.x) / size.y * half;
-        let y = (size.y - 2.0 * sample.film.y) / size.y * half;
-        let mut origin = Vec3::ZERO;
-        let mut direction = Vec3::new(x, y, -1.0);
-        if self.lens.radius > 0.0 {
+        // In film heights from the axis: x to the right, y up.
+        let x = (sample.film.x - 0.5 * size.x + self.shift.x * size.x) / size.y;
+        let y = 0.5 - sample.film.y / size.y + self.shift.y;
+        let (mut origin, mut direction) = match self.projection {
+            Projection::Perspective { vertical_fov } => {
+                let height = 2.0 * tan(0.5 * vertical_fov);
+                (Vec3::ZERO, Vec3::new(x * height, y * height, -1.0))
+            }
+            Projection::Orthographic { height } => (Vec3::new(x * height, y * height, 0.0), Vec3::NEG_Z),
+        };
+        if self.lens.radius > 0.0 && matches!(self.projection, Projection::Perspective { .. }) {
             let focus = direction * self.lens.focus_distance;
             origin = (warp::disk(sample.lens) * self.lens.radius).extend(0.0);
             direction = focus - origin;
@@ -95,6 +134,30 @@ mod tests {
         let (top, bottom) = (ray(100.0, 0.0), ray(100.0, 100.0));
         assert!((top.angle_between(bottom) - 1.0).abs() < 1e-5, "vertical field of view");
         assert!(top.y > 0.0 && ray(200.0, 50.0).x > 0.0, "y down on the film, x to the right");
+    }
+
+    #[test]
+    fn a_shifted_film_shows_what_a_larger_one_would() {
+        let mut c = camera();
+        let sample = |x, y| CameraSample { film: Vec2::new(x, y), lens: [0.5; 2] };
+        // The right half of the upper half of a film of twice the size.
+        let large = c.ray(&sample(150.0, 20.0), [200, 100]);
+        c.projection = Projection::Perspective {
+            vertical_fov: 2.0 * crate::math::elementary::atan2(0.5 * tan(0.5), 1.0),
+        };
+        c.shift = Vec2::new(0.5, 0.5);
+        let small = c.ray(&sample(50.0, 20.0), [100, 50]);
+        assert!((large.direction - small.direction).length() < 1e-6, "{large:?} {small:?}");
+    }
+
+    #[test]
+    fn orthographic_rays_are_parallel() {
+        let mut c = camera();
+        c.projection = Projection::Orthographic { height: 4.0 };
+        let ray = |x, y| c.ray(&CameraSample { film: Vec2::new(x, y), lens: [0.5; 2] }, [200, 100]);
+        let (corner, centre) = (ray(200.0, 0.0), ray(100.0, 50.0));
+        assert_eq!(corner.direction, centre.direction);
+        assert!((corner.origin - centre.origin - Vec3::new(4.0, 2.0, 0.0)).length() < 1e-6);
     }
 
     #[test]

@@ -3,31 +3,72 @@
 use glam::Vec3;
 
 use crate::color::Rgb;
+use crate::math::elementary::acos;
+
+/// The curve along which a spot light fades.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum FalloffShape {
+    /// `s²` of the cosine's share `s` (glTF, `KHR_lights_punctual`).
+    Squared,
+    /// `s² (3 − 2s)` of the cosine's share (pbrt).
+    Smoothstep,
+    /// The angle's share (Mitsuba).
+    LinearInAngle,
+}
 
 /// How a spot light fades from its axis to its rim.
 ///
-/// With `s = clamp((cos θ − cos_outer) / (cos_inner − cos_outer), 0, 1)` the factor is `s²`, as
-/// the glTF extension `KHR_lights_punctual` defines it.
+/// `s = clamp((x − x_outer) / (x_inner − x_outer), 0, 1)` with `x` the cosine of the angle from the axis, or the angle
+/// itself; the factor is a function of `s` given by the [`FalloffShape`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Falloff {
     /// Cosine of the angle up to which the intensity is full.
     pub cos_inner: f32,
     /// Cosine of the angle from which it is zero; below `cos_inner`.
     pub cos_outer: f32,
+    /// What happens in between.
+    pub shape: FalloffShape,
 }
 
 impl Falloff {
     /// Factor on the intensity at an angle of cosine `cos` from the axis, 0 to 1.
     #[inline]
     pub fn at(&self, cos: f32) -> f32 {
-        let s = ((cos - self.cos_outer) / (self.cos_inner - self.cos_outer)).clamp(0.0, 1.0);
-        s * s
+        let share = |x: f32, inner: f32, outer: f32| ((x - outer) / (inner - outer)).clamp(0.0, 1.0);
+        match self.shape {
+            FalloffShape::Squared => {
+                let s = share(cos, self.cos_inner, self.cos_outer);
+                s * s
+            }
+            FalloffShape::Smoothstep => {
+                let s = share(cos, self.cos_inner, self.cos_outer);
+                s * s * (3.0 - 2.0 * s)
+            }
+            FalloffShape::LinearInAngle => share(angle(cos), angle(self.cos_inner), angle(self.cos_outer)),
+        }
     }
 
-    /// Solid angle weighted by the factor, `∫ at(cos θ) dω` (sr): `2π (1 − c_i + (c_i − c_o)/3)`.
+    /// Solid angle weighted by the factor, `∫ at(cos θ) dω` (sr).
+    ///
+    /// ```text
+    /// 2π (1 − c_i + w)      w = (c_i − c_o)/3, (c_i − c_o)/2, c_i − (sin θ_o − sin θ_i)/(θ_o − θ_i)   by shape
+    /// ```
     pub fn solid_angle(&self) -> f32 {
-        2.0 * std::f32::consts::PI * (1.0 - self.cos_inner + (self.cos_inner - self.cos_outer) / 3.0)
+        let (inner, outer) = (self.cos_inner, self.cos_outer);
+        let fading = match self.shape {
+            FalloffShape::Squared => (inner - outer) / 3.0,
+            FalloffShape::Smoothstep => (inner - outer) / 2.0,
+            FalloffShape::LinearInAngle => {
+                let sin = |cos: f32| (1.0 - cos * cos).max(0.0).sqrt();
+                inner - (sin(outer) - sin(inner)) / (angle(outer) - angle(inner))
+            }
+        };
+        2.0 * std::f32::consts::PI * (1.0 - inner + fading)
     }
+}
+
+fn angle(cos: f32) -> f32 {
+    acos(cos.clamp(-1.0, 1.0))
 }
 
 /// An emitter that no ray can hit.
@@ -76,11 +117,13 @@ mod tests {
 
     #[test]
     fn solid_angle_is_the_integral_of_the_falloff() {
-        let f = Falloff { cos_inner: 0.9, cos_outer: 0.5 };
-        let n = 100_000;
-        let sum: f64 = (0..n).map(|i| f64::from(f.at(-1.0 + 2.0 * (i as f32 + 0.5) / n as f32))).sum();
-        let integral = sum * 2.0 / f64::from(n) * 2.0 * std::f64::consts::PI;
-        assert!((integral - f64::from(f.solid_angle())).abs() < 1e-4 * integral);
-        assert_eq!((f.at(0.95), f.at(0.4)), (1.0, 0.0));
+        for shape in [FalloffShape::Squared, FalloffShape::Smoothstep, FalloffShape::LinearInAngle] {
+            let f = Falloff { cos_inner: 0.9, cos_outer: 0.5, shape };
+            let n = 100_000;
+            let sum: f64 = (0..n).map(|i| f64::from(f.at(-1.0 + 2.0 * (i as f32 + 0.5) / n as f32))).sum();
+            let integral = sum * 2.0 / f64::from(n) * 2.0 * std::f64::consts::PI;
+            assert!((integral - f64::from(f.solid_angle())).abs() < 1e-4 * integral, "{shape:?}");
+            assert_eq!((f.at(0.95), f.at(0.4)), (1.0, 0.0));
+        }
     }
 }

@@ -9,10 +9,12 @@ use crate::color::Rgb;
 use crate::math::elementary::{atan2, sin_cos};
 use crate::stats::Piecewise2d;
 
-/// Radiance by direction.
+/// Radiance by direction: a constant, or an image.
 ///
-/// A latitude-longitude image has its pole at `+y` of its own frame: row `v` in `[0, 1]` from the top is the
-/// polar angle `θ = π v`, column `u` is the azimuth, and `u = 0.5` looks along `−z`, `u = 0.75` along `+x`.
+/// | image | frame | texel `(u, v)`, `v` from the top row |
+/// |---|---|---|
+/// | latitude-longitude | pole `+y` | polar angle `θ = π v`, azimuth `2π u`; `u = 0.5` looks along `−z`, `u = 0.75` along `+x` |
+/// | octahedral | pole `+z` | equal areas (Clarberg 2008): the centre is `+z`, the corners `−z`, `+x` at `u = 1`, `+y` at `v = 1` |
 #[derive(Clone, Debug)]
 pub struct Environment {
     radiance: Radiance,
@@ -25,11 +27,82 @@ pub struct Environment {
 #[derive(Clone, Debug)]
 enum Radiance {
     Constant(Rgb),
-    Map { image: Image, scale: Rgb, density: Box<Piecewise2d> },
+    Map { image: Image, mapping: Mapping, scale: Rgb, density: Box<Piecewise2d> },
 }
 
 /// The solid angle of a texel at the poles does not quite vanish.
 const SMALLEST_SINE: f32 = 1e-5;
+
+/// How the sphere is laid out in an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mapping {
+    LatLong,
+    Octahedral,
+}
+
+impl Mapping {
+    /// How the image goes on beyond its sides and beyond its top and bottom.
+    fn wrap(self) -> [Wrap; 2] {
+        match self {
+            Self::LatLong => [Wrap::Repeat, Wrap::Clamp],
+            Self::Octahedral => [Wrap::Clamp; 2],
+        }
+    }
+
+    /// The place of a unit direction, in the frame of the image.
+    fn place(self, d: Vec3) -> [f32; 2] {
+        match self {
+            Self::LatLong => {
+                let u = atan2(d.x, -d.z) / (2.0 * PI) + 0.5;
+                // Near the poles the arc cosine of a rounded cosine would be noise.
+                [u.rem_euclid(1.0), atan2(horizontal(d), d.y) / PI]
+            }
+            Self::Octahedral => {
+                let (x, y) = (d.x.abs(), d.y.abs());
+                // √(1 − |z|) without its cancellation.
+                let r = ((x * x + y * y) / (1.0 + d.z.abs())).sqrt();
+                let along = atan2(y, x) * (2.0 / PI);
+                let (mut u, mut v) = (r * (1.0 - along), r * along);
+                if d.z < 0.0 {
+                    (u, v) = (1.0 - v, 1.0 - u);
+                }
+                [0.5 + 0.5 * u.copysign(d.x), 0.5 + 0.5 * v.copysign(d.y)].map(|c| c.clamp(0.0, 1.0))
+            }
+        }
+    }
+
+    /// The unit direction of a place.
+    fn direction(self, [u, v]: [f32; 2]) -> Vec3 {
+        match self {
+            Self::LatLong => {
+                let (sin_theta, cos_theta) = sin_cos(PI * v);
+                let sin_theta = sin_theta.max(SMALLEST_SINE);
+                let (sin_phi, cos_phi) = sin_cos(2.0 * PI * (u - 0.5));
+                Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+            }
+            Self::Octahedral => {
+                let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+                let inside = 1.0 - (x.abs() + y.abs());
+                let r = 1.0 - inside.abs();
+                // Within the square's half of this octant, or folded over its diagonal.
+                let (a, b) = if inside >= 0.0 { (x.abs(), y.abs()) } else { (1.0 - y.abs(), 1.0 - x.abs()) };
+                let along = if r > 0.0 { b / (a + b) } else { 0.0 };
+                let (sin, cos) = sin_cos(0.5 * PI * along);
+                let ring = r * (2.0 - r * r).max(0.0).sqrt();
+                let z = (1.0 - r * r).copysign(inside);
+                Vec3::new((ring * cos).copysign(x), (ring * sin).copysign(y), z)
+            }
+        }
+    }
+
+    /// Solid angle of the sphere over the area of the image, at a direction (sr).
+    fn solid_angle(self, d: Vec3) -> f32 {
+        match self {
+            Self::LatLong => 2.0 * PI * PI * horizontal(d).max(SMALLEST_SINE),
+            Self::Octahedral => 4.0 * PI,
+        }
+    }
+}
 
 impl Environment {
     /// The same radiance from everywhere.
@@ -37,45 +110,60 @@ impl Environment {
         Self { radiance: Radiance::Constant(radiance), to_local: Mat3::IDENTITY, mean: radiance }
     }
 
-    /// A latitude-longitude image times `scale`, turned by the rotation `to_world`.
+    /// A latitude-longitude image times `scale`, turned by the rotation (or reflection) `to_world`.
     pub fn lat_long(image: Image, scale: Rgb, to_world: Mat3) -> Self {
+        Self::map(image, Mapping::LatLong, scale, to_world)
+    }
+
+    /// An equal-area octahedral image times `scale`, turned by the rotation (or reflection) `to_world`.
+    pub fn octahedral(image: Image, scale: Rgb, to_world: Mat3) -> Self {
+        Self::map(image, Mapping::Octahedral, scale, to_world)
+    }
+
+    fn map(image: Image, mapping: Mapping, scale: Rgb, to_world: Mat3) -> Self {
         let (w, h) = (image.width as usize, image.height as usize);
         let mut luminance = Vec::with_capacity(w * h);
         let mut mean = [0.0f64; 3];
         let mut solid_angle = 0.0;
+        let size_of_row = |y: usize| match mapping {
+            Mapping::LatLong => f64::from(sin_cos(PI * (y as f32 + 0.5) / h as f32).0),
+            Mapping::Octahedral => 1.0,
+        };
         for y in 0..h {
-            let sin = f64::from(sin_cos(PI * (y as f32 + 0.5) / h as f32).0);
+            let size = size_of_row(y);
             for x in 0..w {
+                // What is no radiance is refused by `is_valid`; it must not break the tables.
                 let c = image.texel(x as u32, y as u32).0 * scale;
+                let c = if c.is_valid() { c } else { Rgb::BLACK };
                 luminance.push(f64::from(c.luminance()));
                 for (m, v) in mean.iter_mut().zip(c.to_array()) {
-                    *m += f64::from(v) * sin;
+                    *m += f64::from(v) * size;
                 }
-                solid_angle += sin;
+                solid_angle += size;
             }
         }
-        let mean = Rgb::new(
-            (mean[0] / solid_angle) as f32,
-            (mean[1] / solid_angle) as f32,
-            (mean[2] / solid_angle) as f32,
-        );
+        let mean = Rgb::from(mean.map(|m| (m / solid_angle) as f32));
         // The mean of the bilinear interpolation over a texel, which is what a lookup in it returns on average, mixes in an
         // eighth of each neighbour.
         let at = |x: usize, y: usize| luminance[y * w + x];
-        let across =
-            |x: usize, y: usize| (at((x + w - 1) % w, y) + 6.0 * at(x, y) + at((x + 1) % w, y)) / 8.0;
+        let sides = |x: usize| match mapping.wrap()[0] {
+            Wrap::Repeat => ((x + w - 1) % w, (x + 1) % w),
+            _ => (x.saturating_sub(1), (x + 1).min(w - 1)),
+        };
+        let across = |x: usize, y: usize| (at(sides(x).0, y) + 6.0 * at(x, y) + at(sides(x).1, y)) / 8.0;
         let mut weights = Vec::with_capacity(w * h);
         for y in 0..h {
-            let sin = f64::from(sin_cos(PI * (y as f32 + 0.5) / h as f32).0);
             let (above, below) = (y.saturating_sub(1), (y + 1).min(h - 1));
             weights.extend(
-                (0..w).map(|x| (across(x, above) + 6.0 * across(x, y) + across(x, below)) / 8.0 * sin),
+                (0..w).map(|x| {
+                    (across(x, above) + 6.0 * across(x, y) + across(x, below)) / 8.0 * size_of_row(y)
+                }),
             );
         }
         match Piecewise2d::new(&weights, w) {
             None => Self::constant(Rgb::BLACK),
             Some(density) => {
-                let radiance = Radiance::Map { image, scale, density: Box::new(density) };
+                let radiance = Radiance::Map { image, mapping, scale, density: Box::new(density) };
                 Self { radiance, to_local: to_world.transpose(), mean }
             }
         }
@@ -103,9 +191,9 @@ impl Environment {
     pub fn radiance(&self, direction: Vec3) -> Rgb {
         match &self.radiance {
             Radiance::Constant(c) => *c,
-            Radiance::Map { image, scale, .. } => {
-                let [u, v] = self.to_map(direction);
-                image.bilinear(glam::Vec2::new(u, v), [Wrap::Repeat, Wrap::Clamp]).0 * *scale
+            Radiance::Map { image, mapping, scale, .. } => {
+                let [u, v] = mapping.place(self.to_local * direction);
+                image.bilinear(glam::Vec2::new(u, v), mapping.wrap()).0 * *scale
             }
         }
     }
@@ -114,14 +202,11 @@ impl Environment {
     pub fn sample(&self, u: [f32; 2]) -> (Vec3, f32) {
         match &self.radiance {
             Radiance::Constant(_) => (crate::warp::sphere(u), 1.0 / (4.0 * PI)),
-            Radiance::Map { density, .. } => {
+            Radiance::Map { density, mapping, .. } => {
                 let ([x, y], pdf) = density.sample(u.map(f64::from));
-                let (sin_theta, cos_theta) = sin_cos(PI * y as f32);
-                let sin_theta = sin_theta.max(SMALLEST_SINE);
-                let (sin_phi, cos_phi) = sin_cos(2.0 * PI * (x as f32 - 0.5));
-                let local = Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+                let local = mapping.direction([x as f32, y as f32]);
                 let direction = (self.to_local.transpose() * local).normalize();
-                (direction, (pdf / (2.0 * f64::from(PI * PI) * f64::from(sin_theta))) as f32)
+                (direction, (pdf / f64::from(mapping.solid_angle(local))) as f32)
             }
         }
     }
@@ -130,21 +215,12 @@ impl Environment {
     pub fn pdf(&self, direction: Vec3) -> f32 {
         match &self.radiance {
             Radiance::Constant(_) => 1.0 / (4.0 * PI),
-            Radiance::Map { density, .. } => {
-                let [u, v] = self.to_map(direction);
+            Radiance::Map { density, mapping, .. } => {
                 let local = self.to_local * direction;
-                let sin_theta = horizontal(local).max(SMALLEST_SINE);
-                (density.pdf([f64::from(u), f64::from(v)])
-                    / (2.0 * f64::from(PI * PI) * f64::from(sin_theta))) as f32
+                let place = mapping.place(local).map(f64::from);
+                (density.pdf(place) / f64::from(mapping.solid_angle(local))) as f32
             }
         }
-    }
-
-    fn to_map(&self, direction: Vec3) -> [f32; 2] {
-        let d = self.to_local * direction;
-        let u = atan2(d.x, -d.z) / (2.0 * PI) + 0.5;
-        // Near the poles the arc cosine of a rounded cosine would be noise.
-        [u.rem_euclid(1.0), atan2(horizontal(d), d.y) / PI]
     }
 
     /// Whether every texel is finite and not negative.
@@ -185,6 +261,44 @@ mod tests {
         Environment::lat_long(image, Rgb::gray(2.0), Mat3::from_rotation_y(0.7))
     }
 
+    fn octahedral_sky() -> Environment {
+        let side = 16;
+        let mut pixels = vec![[0.2, 0.3, 0.4]; side * side];
+        pixels[3 * side + 5] = [300.0, 200.0, 100.0];
+        pixels[15 * side + 9] = [100.0; 3];
+        let (width, height) = (side as u32, side as u32);
+        let image = Image { name: "sky".into(), width, height, pixels: Pixels::Float(pixels) };
+        Environment::octahedral(image, Rgb::gray(2.0), Mat3::from_rotation_x(0.7))
+    }
+
+    #[test]
+    fn places_and_directions_are_each_others_inverse() {
+        let mut s = Stream::new(7, Purpose::Test, 0);
+        for mapping in [Mapping::LatLong, Mapping::Octahedral] {
+            for _ in 0..10_000 {
+                let d = crate::warp::sphere(s.uniform_2());
+                let back = mapping.direction(mapping.place(d));
+                assert!((back - d).length() < 2e-6, "{mapping:?}: {d} {back}");
+            }
+            for d in [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z] {
+                let back = mapping.direction(mapping.place(d));
+                assert!((back - d).length() < 2e-5, "{mapping:?}: {d} {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_octahedral_square_has_its_axes_where_the_convention_says() {
+        let place = |d| Mapping::Octahedral.place(d);
+        let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
+        assert!(near(place(Vec3::Z), [0.5, 0.5]) && near(place(Vec3::X), [1.0, 0.5]));
+        assert!(near(place(Vec3::Y), [0.5, 1.0]) && near(place(-Vec3::X), [0.0, 0.5]));
+        // Equal areas: the upper hemisphere is the inner diamond, and 60° about the pole a half of it.
+        let diagonal = Vec3::new(0.5f32.sqrt() * 0.75f32.sqrt(), 0.5f32.sqrt() * 0.75f32.sqrt(), 0.5);
+        let [u, v] = place(diagonal);
+        assert!(((2.0 * u - 1.0 + 2.0 * v - 1.0) - 0.5f32.sqrt()).abs() < 1e-6);
+    }
+
     #[test]
     fn the_image_is_where_the_convention_says() {
         let mut pixels = vec![[0.0f32; 3]; 4 * 2];
@@ -201,7 +315,11 @@ mod tests {
     /// the luminance, so five standard errors are a sharp test.
     #[test]
     fn sampling_integrates_the_radiance() {
-        let e = sky();
+        sampling_integrates(&sky());
+        sampling_integrates(&octahedral_sky());
+    }
+
+    fn sampling_integrates(e: &Environment) {
         let mut by_density = Moments::default();
         let mut uniform = Moments::default();
         let mut unequal = 0;

@@ -1,11 +1,9 @@
-//! Materials: what a surface is made of, with textures; [`Material::bsdf`] evaluates them at a point.
+//! Materials: what a surface is made of, with textures. [`Part`](super::Part) says what they are at a point.
 
 use glam::Vec2;
 
-use super::{Channel, Image, Texture};
-use crate::bsdf::{
-    Bsdf, Coated, Conductor, ConductorFresnel, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong,
-};
+use super::{Channel, MaterialId, TextureId, Textures};
+use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 
 /// A colour, possibly textured: `factor · texture(uv)`.
@@ -14,7 +12,7 @@ pub struct ColorInput {
     /// Constant factor, linear.
     pub factor: Rgb,
     /// Texture, if any.
-    pub texture: Option<Texture>,
+    pub texture: Option<TextureId>,
 }
 
 /// A number, possibly textured: `factor · texture(uv)`.
@@ -23,13 +21,13 @@ pub struct FloatInput {
     /// Constant factor.
     pub factor: f32,
     /// Texture and the channel that holds the number, if any.
-    pub texture: Option<(Texture, Channel)>,
+    pub texture: Option<(TextureId, Channel)>,
 }
 
 impl ColorInput {
     /// Colour at `uv`.
-    pub fn at(&self, images: &[Image], uv: Vec2) -> Rgb {
-        self.texture.map_or(self.factor, |t| self.factor * t.lookup(images, uv).0)
+    pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> Rgb {
+        self.texture.map_or(self.factor, |t| self.factor * textures.lookup(t, uv).0)
     }
 }
 
@@ -41,8 +39,8 @@ impl From<Rgb> for ColorInput {
 
 impl FloatInput {
     /// Number at `uv`.
-    pub fn at(&self, images: &[Image], uv: Vec2) -> f32 {
-        self.texture.map_or(self.factor, |(t, channel)| self.factor * t.channel(images, uv, channel))
+    pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> f32 {
+        self.texture.map_or(self.factor, |(t, channel)| self.factor * textures.channel(t, uv, channel))
     }
 }
 
@@ -69,14 +67,34 @@ pub enum Surface {
         /// Exponent `n`, 0 to 10⁶.
         exponent: f32,
     },
-    /// Rough metal (GGX).
+    /// Lambertian on both sides: leaves, paper, lamp shades.
+    Translucent {
+        /// Reflectance, 0 to 1. Where the sum with the transmittance exceeds 1, both are scaled.
+        reflectance: ColorInput,
+        /// Transmittance, 0 to 1.
+        transmittance: ColorInput,
+    },
+    /// Diffuse plus a GGX lobe with the Fresnel reflectance of a dielectric, side by side.
+    Plastic {
+        /// Diffuse reflectance, 0 to 1. Where the sum with the factor of the lobe exceeds 1, both are scaled.
+        diffuse: ColorInput,
+        /// Factor on the lobe, 0 to 1.
+        specular: ColorInput,
+        /// Refractive index.
+        ior: f32,
+        /// GGX roughness `α`; 0 is smooth.
+        alpha: FloatInput,
+    },
+    /// Metal (GGX).
     Conductor {
         /// Fresnel reflectance.
         fresnel: ConductorFresnel,
-        /// GGX roughness `α`.
+        /// Factor on it, 0 to 1; 1 is physical.
+        specular: ColorInput,
+        /// GGX roughness `α`; 0 is smooth.
         alpha: FloatInput,
     },
-    /// Rough dielectric coat (GGX) over a diffuse base.
+    /// Dielectric coat (GGX) over a diffuse base.
     Coated {
         /// Reflectance of the base, 0 to 1.
         reflectance: ColorInput,
@@ -84,7 +102,7 @@ pub enum Surface {
         specular: ColorInput,
         /// Refractive index of the coat.
         ior: f32,
-        /// GGX roughness `α`.
+        /// GGX roughness `α`; 0 is smooth.
         alpha: FloatInput,
     },
     /// glTF 2.0 metallic-roughness.
@@ -96,7 +114,7 @@ pub enum Surface {
         /// Perceptual roughness; `α` is its square.
         roughness: FloatInput,
         /// Reflectance at normal incidence of the dielectric part.
-        dielectric_f0: Rgb,
+        specular_f0: ColorInput,
     },
     /// Perfect mirror.
     Mirror {
@@ -112,6 +130,43 @@ pub enum Surface {
         /// Factor on the transmission.
         transmittance: Rgb,
     },
+    /// A pane of glass whose two faces are one surface; light goes through straight.
+    ThinGlass {
+        /// Refractive index.
+        ior: f32,
+        /// Factor on the reflection, 0 to 1.
+        reflectance: ColorInput,
+        /// Factor on the transmission, 0 to 1.
+        transmittance: ColorInput,
+    },
+    /// One of two materials at each point, at random.
+    Mix {
+        /// One.
+        first: MaterialId,
+        /// The other.
+        second: MaterialId,
+        /// Share of the second, 0 to 1.
+        amount: FloatInput,
+    },
+}
+
+impl Surface {
+    /// Name of the kind, for reports.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Lambert { .. } => "lambert",
+            Self::Translucent { .. } => "translucent",
+            Self::Phong { .. } => "phong",
+            Self::Plastic { .. } => "plastic",
+            Self::Conductor { .. } => "conductor",
+            Self::Coated { .. } => "coated",
+            Self::MetallicRoughness { .. } => "metallic-roughness",
+            Self::Mirror { .. } => "mirror",
+            Self::Glass { .. } => "glass",
+            Self::ThinGlass { .. } => "thin glass",
+            Self::Mix { .. } => "mix",
+        }
+    }
 }
 
 /// How opacity is used.
@@ -137,8 +192,8 @@ pub struct Alpha {
 
 impl Alpha {
     /// Fraction of light that is stopped at `uv`, 0 to 1.
-    pub fn at(&self, images: &[Image], uv: Vec2) -> f32 {
-        let value = self.value.at(images, uv);
+    pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> f32 {
+        let value = self.value.at(textures, uv);
         match self.mode {
             AlphaMode::Mask { cutoff } => f32::from(value >= cutoff),
             AlphaMode::Blend => value.clamp(0.0, 1.0),
@@ -155,6 +210,23 @@ pub struct Emission {
     pub two_sided: bool,
 }
 
+/// A perturbation of the shading normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NormalInput {
+    /// A normal in tangent space, `2 · texel − 1`: red along `u`, green along `v` **up**, blue along the normal.
+    Map {
+        /// The texture, not decoded by the sRGB curve.
+        texture: TextureId,
+        /// Factor on red and green.
+        scale: f32,
+    },
+    /// A height above the surface (m).
+    Bump {
+        /// The height.
+        height: FloatInput,
+    },
+}
+
 /// What a mesh is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -166,88 +238,66 @@ pub struct Material {
     pub emission: Option<Emission>,
     /// Opacity, if not opaque everywhere.
     pub alpha: Option<Alpha>,
+    /// Perturbation of the shading normal, if any.
+    pub normal: Option<NormalInput>,
 }
 
 impl Material {
     /// A material that only scatters.
     pub fn new(name: impl Into<String>, surface: Surface) -> Self {
-        Self { name: name.into(), surface, emission: None, alpha: None }
+        Self { name: name.into(), surface, emission: None, alpha: None, normal: None }
     }
 
-    /// The material's BSDF at texture coordinates `uv`; its parameters are in range whatever the
-    /// textures hold.
-    pub fn bsdf(&self, images: &[Image], uv: Vec2) -> Bsdf {
-        let unit = |c: Rgb| c.map(|v| v.clamp(0.0, 1.0));
-        let rough = |a: f32| a.clamp(MIN_ALPHA, 1.0);
-        match &self.surface {
-            Surface::Lambert { reflectance } => {
-                Bsdf::Lambert(Lambert { reflectance: unit(reflectance.at(images, uv)) })
-            }
-            Surface::Phong { diffuse, specular, exponent } => {
-                let (d, s) = (unit(diffuse.at(images, uv)), unit(specular.at(images, uv)));
-                // The next number below keeps rounded sums from exceeding one.
-                let scale =
-                    if (d + s).max_channel() > 1.0 { (1.0 / (d + s).max_channel()).next_down() } else { 1.0 };
-                Bsdf::Phong(Phong { diffuse: d * scale, specular: s * scale, exponent: *exponent })
-            }
-            Surface::Conductor { fresnel, alpha } => {
-                Bsdf::Conductor(Conductor { fresnel: *fresnel, alpha: rough(alpha.at(images, uv)) })
-            }
-            Surface::Coated { reflectance, specular, ior, alpha } => Bsdf::Coated(Coated {
-                reflectance: unit(reflectance.at(images, uv)),
-                specular: unit(specular.at(images, uv)),
-                ior: *ior,
-                alpha: rough(alpha.at(images, uv)),
-            }),
-            Surface::MetallicRoughness { base_color, metallic, roughness, dielectric_f0 } => {
-                let base = unit(base_color.at(images, uv));
-                let metallic = metallic.at(images, uv).clamp(0.0, 1.0);
-                let roughness = roughness.at(images, uv).clamp(0.0, 1.0);
-                Bsdf::MetallicRoughness(MetallicRoughness {
-                    diffuse: base * (1.0 - metallic),
-                    f0: unit(*dielectric_f0).lerp(base, metallic),
-                    alpha: rough(roughness * roughness),
-                })
-            }
-            Surface::Mirror { reflectance } => {
-                Bsdf::Mirror(Mirror { reflectance: unit(reflectance.at(images, uv)) })
-            }
-            Surface::Glass { ior, reflectance, transmittance } => Bsdf::Glass(Glass {
-                ior: *ior,
-                reflectance: unit(*reflectance),
-                transmittance: unit(*transmittance),
-            }),
-        }
-    }
-
-    /// Whether light may pass through: such surfaces are looked at one by one by the tracer.
-    pub fn may_be_transparent(&self) -> bool {
+    /// Whether rays may pass as if nothing were there.
+    pub fn has_holes(&self) -> bool {
         self.alpha.is_some()
     }
 
-    /// Every texture the material looks up.
-    pub(super) fn textures(&self) -> impl Iterator<Item = Texture> {
-        let mut all: Vec<Option<Texture>> = Vec::new();
-        match &self.surface {
-            Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
-                all.push(reflectance.texture)
+    /// Whether it is glass.
+    pub fn lets_light_through(&self) -> bool {
+        matches!(self.surface, Surface::Glass { .. } | Surface::ThinGlass { .. })
+    }
+
+    /// Whether light may pass along a straight segment: such surfaces are looked at one by one by the tracer.
+    pub fn may_be_transparent(&self) -> bool {
+        self.has_holes() || self.lets_light_through()
+    }
+
+    /// Whether any of its inputs is textured.
+    pub fn is_textured(&self) -> bool {
+        self.textures().next().is_some()
+    }
+
+    /// Every texture the material looks up, but for those of the parts of a mix.
+    pub(super) fn textures(&self) -> impl Iterator<Item = TextureId> {
+        let color = |c: &ColorInput| c.texture;
+        let number = |f: &FloatInput| f.texture.map(|t| t.0);
+        let mut all: Vec<Option<TextureId>> = match &self.surface {
+            Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => vec![color(reflectance)],
+            Surface::Translucent { reflectance, transmittance }
+            | Surface::ThinGlass { reflectance, transmittance, .. } => {
+                vec![color(reflectance), color(transmittance)]
             }
-            Surface::Phong { diffuse, specular, .. } => all.extend([diffuse.texture, specular.texture]),
-            Surface::Conductor { alpha, .. } => all.push(alpha.texture.map(|t| t.0)),
+            Surface::Phong { diffuse, specular, .. } => vec![color(diffuse), color(specular)],
+            Surface::Plastic { diffuse, specular, alpha, .. } => {
+                vec![color(diffuse), color(specular), number(alpha)]
+            }
+            Surface::Conductor { specular, alpha, .. } => vec![color(specular), number(alpha)],
             Surface::Coated { reflectance, specular, alpha, .. } => {
-                all.extend([reflectance.texture, specular.texture, alpha.texture.map(|t| t.0)]);
+                vec![color(reflectance), color(specular), number(alpha)]
             }
-            Surface::MetallicRoughness { base_color, metallic, roughness, .. } => {
-                all.extend([
-                    base_color.texture,
-                    metallic.texture.map(|t| t.0),
-                    roughness.texture.map(|t| t.0),
-                ]);
+            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
+                vec![color(base_color), number(metallic), number(roughness), color(specular_f0)]
             }
-            Surface::Glass { .. } => {}
-        }
+            Surface::Glass { .. } => Vec::new(),
+            Surface::Mix { amount, .. } => vec![number(amount)],
+        };
         all.push(self.emission.and_then(|e| e.radiance.texture));
         all.push(self.alpha.and_then(|a| a.value.texture.map(|t| t.0)));
+        all.push(self.normal.and_then(|n| match n {
+            NormalInput::Map { texture, .. } => Some(texture),
+            NormalInput::Bump { height } => height.texture.map(|t| t.0),
+        }));
         all.into_iter().flatten()
     }
 }

@@ -54,8 +54,12 @@ const MIN_SINE: f32 = 16.0 * crate::math::GAMMA_4;
 /// Whether a triangle's normal is known well enough to tell its sides apart.
 pub(crate) fn has_normal(v: &[Vec3; 3]) -> bool {
     let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
-    let area = e1.cross(e2).length();
-    area.is_normal() && area >= MIN_SINE * e1.length() * e2.length()
+    // Edges of length about 1, so that no square leaves the range of `f32`.
+    let (m1, m2) = (e1.abs().max_element(), e2.abs().max_element());
+    let (a, b) = (e1 / m1, e2 / m2);
+    // Beyond this the tracer's products of three lengths would leave it.
+    let in_range = (m1 * m2).is_normal() && (m1.max(m2) * m1 * m2).is_finite();
+    in_range && a.cross(b).length() >= MIN_SINE * a.length() * b.length()
 }
 
 impl Mesh {
@@ -77,6 +81,15 @@ impl Mesh {
     /// Vertex indices of each triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> u64 {
+        let bytes = size_of_val(&self.positions[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.uvs[..])
+            + size_of_val(&self.triangles[..]);
+        bytes as u64
     }
 
     /// Name for messages.
@@ -183,7 +196,7 @@ mod tests {
 
     #[test]
     fn tiny_and_huge_triangles_are_sound() {
-        for scale in [1e-6_f32, 1.0, 1e6] {
+        for scale in [1e-6_f32, 1.0, 1e6, 1e10] {
             let s = scale;
             let d = data(&[[0.0, 0.0, 0.0], [s, 0.0, 0.0], [0.0, 1e-3 * s, 0.0]], &[[0, 1, 2]]);
             let (mesh, _) = Mesh::repair(d, MaterialId(0));

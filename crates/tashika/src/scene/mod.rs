@@ -10,24 +10,31 @@
 mod builder;
 pub mod builtin;
 mod camera;
+mod check;
 mod emitter;
 mod environment;
 mod material;
 mod mesh;
+mod normal_map;
 mod note;
+mod part;
+pub mod sky;
 mod surface;
+mod texels;
 mod texture;
 
-pub use builder::SceneBuilder;
-pub use camera::{Camera, CameraSample, Lens};
-pub use emitter::{Emitter, Falloff};
+pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
+pub use camera::{Camera, CameraSample, Crop, Lens, Projection};
+pub use emitter::{Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
-pub use material::{Alpha, AlphaMode, ColorInput, Emission, FloatInput, Material, Surface};
+pub use material::{Alpha, AlphaMode, ColorInput, Emission, FloatInput, Material, NormalInput, Surface};
 pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};
 pub use note::{Note, NoteKind, Notes};
+pub use part::Part;
 pub use surface::SurfacePoint;
-pub use texture::{Channel, Image, Pixels, Texture, UvTransform, Wrap};
+pub use texels::{Image, Pixels, Sampling, Wrap};
+pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};
 
 use crate::math::Aabb;
 
@@ -62,6 +69,10 @@ id!(
     /// An image of a scene.
     ImageId
 );
+id!(
+    /// A texture of a scene.
+    TextureId
+);
 
 /// An immutable scene.
 #[derive(Debug)]
@@ -71,6 +82,7 @@ pub struct Scene {
     instances: Vec<Instance>,
     materials: Vec<Material>,
     images: Vec<Image>,
+    textures: Vec<Texture>,
     emitters: Vec<Emitter>,
     environment: Option<Environment>,
     cameras: Vec<Camera>,
@@ -102,6 +114,11 @@ impl Scene {
     /// All images, shared by the textures of the materials.
     pub fn images(&self) -> &[Image] {
         &self.images
+    }
+
+    /// The images, and the textures made of them.
+    pub fn textures(&self) -> Textures<'_> {
+        Textures { images: &self.images, nodes: &self.textures }
     }
 
     /// Point, spot and directional emitters. Emissive meshes are instances whose material emits.
@@ -142,6 +159,11 @@ impl Scene {
     /// The material of an instance.
     pub fn material_of(&self, instance: InstanceId) -> &Material {
         &self.materials[self.mesh_of(instance).material.index()]
+    }
+
+    /// Bytes that the meshes take up.
+    pub fn mesh_bytes(&self) -> u64 {
+        self.meshes.iter().map(Mesh::bytes).sum()
     }
 
     /// Triangles held in memory: each mesh once.

@@ -2,8 +2,9 @@
 
 use glam::{Vec2, Vec3, Vec3A};
 
-use super::{InstanceId, Scene};
-use crate::bsdf::Bsdf;
+use super::normal_map::{Corners, perturbed};
+use super::part::Look;
+use super::{InstanceId, Material, Part, Scene, Surface};
 use crate::color::Rgb;
 use crate::math::{GAMMA_4, GAMMA_7, offset_from_surface};
 
@@ -91,43 +92,82 @@ impl Scene {
                 }
             }
         }
-        let uv = if mesh.uvs.is_empty() {
-            Vec2::ZERO
-        } else {
-            indices.iter().zip(b).map(|(&i, b)| mesh.uvs[i] * b).sum()
-        };
+        let uv = self.uv_at(instance, triangle, b);
+        if let Some(input) = &self.material_of(instance).normal
+            && !mesh.uvs.is_empty()
+        {
+            let corners = Corners { positions: w, uvs: indices.map(|i| mesh.uvs[i]) };
+            shading_normal = perturbed(input, self.textures(), uv, &corners, shading_normal, n);
+        }
         SurfacePoint { position, error, geometric_normal: n, shading_normal, uv, instance }
     }
 
-    /// The BSDF at a point.
-    pub fn bsdf(&self, point: &SurfacePoint) -> Bsdf {
-        self.material_of(point.instance).bsdf(&self.images, point.uv)
+    fn uv_at(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> Vec2 {
+        let mesh = self.mesh_of(instance);
+        if mesh.uvs.is_empty() {
+            return Vec2::ZERO;
+        }
+        mesh.triangles[triangle as usize].iter().zip(b).map(|(&i, b)| mesh.uvs[i as usize] * b).sum()
+    }
+
+    /// The part of the surface at a point, seen from the unit direction `outgoing`, that the uniform number `u` in `[0, 1)`
+    /// chooses.
+    pub fn part(&self, point: &SurfacePoint, outgoing: Vec3, u: f32) -> Part {
+        let cos = point.shading_normal.dot(outgoing).abs();
+        self.part_of(self.material_of(point.instance), point.uv, cos, u)
+    }
+
+    /// The same for one of the scene's materials.
+    ///
+    /// * `cos`: absolute cosine between the shading normal and the direction from which it is seen, 0 to 1.
+    pub fn part_of(&self, material: &Material, uv: Vec2, cos: f32, u: f32) -> Part {
+        self.look(uv, cos).part(material, u)
+    }
+
+    fn look(&self, uv: Vec2, cos: f32) -> Look<'_> {
+        Look { materials: &self.materials, textures: self.textures(), uv, cos: cos.min(1.0) }
     }
 
     /// Radiance emitted from a point in direction `outgoing` (W·m⁻²·sr⁻¹).
     pub fn emitted(&self, point: &SurfacePoint, outgoing: Vec3) -> Rgb {
         match &self.material_of(point.instance).emission {
             Some(e) if e.two_sided || point.geometric_normal.dot(outgoing) > 0.0 => {
-                e.radiance.at(&self.images, point.uv)
+                e.radiance.at(self.textures(), point.uv)
             }
             _ => Rgb::BLACK,
         }
     }
 
-    /// Fraction of light that a surface stops at a point, 0 to 1.
+    /// Fraction of a surface that is there at a point, 0 to 1: the rest is holes.
     pub fn opacity(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> f32 {
         match &self.material_of(instance).alpha {
             None => 1.0,
-            Some(alpha) => {
-                let mesh = self.mesh_of(instance);
-                let uv = if mesh.uvs.is_empty() {
-                    Vec2::ZERO
-                } else {
-                    let t = mesh.triangles[triangle as usize];
-                    t.iter().zip(b).map(|(&i, b)| mesh.uvs[i as usize] * b).sum()
-                };
-                alpha.at(&self.images, uv)
-            }
+            Some(alpha) => alpha.at(self.textures(), self.uv_at(instance, triangle, b)),
         }
+    }
+
+    /// Fraction of the light along a straight segment that a surface stops at a point, 0 to 1.
+    ///
+    /// * `direction`: of the segment, world, any length.
+    /// * `solid_glass`: whether solid glass lets pass straight what it would refract, or stops everything.
+    pub(crate) fn stopped(
+        &self,
+        instance: InstanceId,
+        triangle: u32,
+        b: [f32; 3],
+        direction: Vec3,
+        solid_glass: bool,
+    ) -> f32 {
+        let opacity = self.opacity(instance, triangle, b);
+        let material = self.material_of(instance);
+        let solid = matches!(material.surface, Surface::Glass { .. });
+        if !material.lets_light_through() || (solid && !solid_glass) {
+            return opacity;
+        }
+        let w = self.world_corners(instance, triangle);
+        let n = (w[1] - w[0]).cross(w[2] - w[0]).normalize_or_zero();
+        let cos = n.dot(direction.normalize_or_zero()).abs();
+        let uv = self.uv_at(instance, triangle, b);
+        opacity * (1.0 - self.look(uv, cos).straight_through(material))
     }
 }

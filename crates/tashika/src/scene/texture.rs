@@ -1,47 +1,24 @@
-//! Images and how surfaces look them up.
-
-use std::sync::LazyLock;
+//! Textures: a graph of images and simple operations, evaluated at texture coordinates.
+//!
+//! A texture is a function of `(u, v)` with a linear colour and an opacity. `u` runs to the right, `v` runs **down** from
+//! an image's top row; loaders of formats with `v` up flip the coordinates once.
+//!
+//! | node | value |
+//! |---|---|
+//! | [`Texture::Constant`] | `c` |
+//! | [`Texture::Image`] | image at `T (u, v, 1)` |
+//! | [`Texture::Product`] | `a · b` |
+//! | [`Texture::Mix`] | `(1 − m) a + m b` |
+//! | [`Texture::Checkerboard`] | `a` where `⌊u'⌋ + ⌊v'⌋` is even, else `b`, at `(u', v') = T (u, v, 1)` |
+//! | [`Texture::Power`] | `max(a, 0)ᵏ` |
+//!
+//! Channel by channel, opacity included. The operands of a node are older than the node, so that the graph has no cycles.
 
 use glam::{Mat3, Vec2};
 
-use super::ImageId;
-use crate::color::{Rgb, srgb_decode};
-
-/// Texels, row by row from the top, without padding.
-#[derive(Clone, Debug)]
-pub enum Pixels {
-    /// Eight bits a channel, RGBA, encoded with the sRGB curve (alpha is linear).
-    Srgb8(Vec<[u8; 4]>),
-    /// Eight bits a channel, RGBA, linear: roughness, metalness, masks.
-    Linear8(Vec<[u8; 4]>),
-    /// Linear floating point, RGB: radiance.
-    Float(Vec<[f32; 3]>),
-}
-
-/// A decoded image.
-#[derive(Clone, Debug)]
-pub struct Image {
-    /// Name for messages, usually the file's.
-    pub name: String,
-    /// Texels a row; at least 1.
-    pub width: u32,
-    /// Rows; at least 1.
-    pub height: u32,
-    /// The texels, `width · height`.
-    pub pixels: Pixels,
-}
-
-/// What happens outside `[0, 1]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wrap {
-    /// Starts again.
-    #[default]
-    Repeat,
-    /// The edge's texel goes on.
-    Clamp,
-    /// Starts again mirrored.
-    Mirror,
-}
+use super::{Image, ImageId, Sampling, TextureId, Wrap};
+use crate::color::Rgb;
+use crate::math::elementary::powf;
 
 /// A map of texture coordinates: rotation and scale, then offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,20 +31,67 @@ impl Default for UvTransform {
 }
 
 /// A lookup into an image.
-///
-/// `u` runs to the right, `v` runs **down** from the image's top row; loaders of formats with `v` up flip
-/// the coordinates once.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Texture {
+pub struct ImageTexture {
     /// The image.
     pub image: ImageId,
     /// Wrapping of `u` and `v`.
     pub wrap: [Wrap; 2],
     /// Applied to the coordinates first.
     pub transform: UvTransform,
+    /// What is between texels.
+    pub sampling: Sampling,
 }
 
-/// One channel of an image.
+impl ImageTexture {
+    /// The whole image, repeated, interpolated.
+    pub fn new(image: ImageId) -> Self {
+        Self {
+            image,
+            wrap: [Wrap::Repeat; 2],
+            transform: UvTransform::default(),
+            sampling: Sampling::Bilinear,
+        }
+    }
+}
+
+/// A node of the graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Texture {
+    /// The same everywhere, opaque.
+    Constant(Rgb),
+    /// An image.
+    Image(ImageTexture),
+    /// The product of two textures.
+    Product(TextureId, TextureId),
+    /// A blend of two textures.
+    Mix {
+        /// Where the amount is 0.
+        first: TextureId,
+        /// Where the amount is 1.
+        second: TextureId,
+        /// Share of the second, 0 to 1.
+        amount: TextureId,
+    },
+    /// Two textures in turn.
+    Checkerboard {
+        /// In the squares whose indices have an even sum.
+        even: TextureId,
+        /// In the others.
+        odd: TextureId,
+        /// Takes squares to unit squares.
+        transform: UvTransform,
+    },
+    /// A power of a texture.
+    Power {
+        /// The texture; negative values count as 0.
+        base: TextureId,
+        /// The exponent.
+        exponent: f32,
+    },
+}
+
+/// One number of a texture's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// Red.
@@ -78,97 +102,76 @@ pub enum Channel {
     B,
     /// Opacity; one for images without.
     A,
-}
-
-static SRGB_TO_LINEAR: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)));
-
-impl Image {
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        match &self.pixels {
-            Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len() * 4,
-            Pixels::Float(p) => p.len() * 12,
-        }
-    }
-
-    /// One texel, linear, with opacity; coordinates must be in range.
-    pub fn texel(&self, x: u32, y: u32) -> (Rgb, f32) {
-        let i = y as usize * self.width as usize + x as usize;
-        match &self.pixels {
-            Pixels::Srgb8(p) => {
-                let [r, g, b, a] = p[i];
-                let linear = |c: u8| SRGB_TO_LINEAR[usize::from(c)];
-                (Rgb::new(linear(r), linear(g), linear(b)), f32::from(a) / 255.0)
-            }
-            Pixels::Linear8(p) => {
-                let [r, g, b, a] = p[i].map(|c| f32::from(c) / 255.0);
-                (Rgb::new(r, g, b), a)
-            }
-            Pixels::Float(p) => (p[i].into(), 1.0),
-        }
-    }
-
-    /// Bilinear lookup: linear colour and opacity.
-    pub fn bilinear(&self, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
-        let (x0, x1, fx) = neighbours(uv.x, self.width, wrap[0]);
-        let (y0, y1, fy) = neighbours(uv.y, self.height, wrap[1]);
-        let row = |y| {
-            let ((c0, a0), (c1, a1)) = (self.texel(x0, y), self.texel(x1, y));
-            (c0.lerp(c1, fx), a0 + (a1 - a0) * fx)
-        };
-        let ((c0, a0), (c1, a1)) = (row(y0), row(y1));
-        (c0.lerp(c1, fy), a0 + (a1 - a0) * fy)
-    }
-}
-
-/// The two texels about coordinate `u` of a row of `n`, and the weight of the second.
-fn neighbours(u: f32, n: u32, wrap: Wrap) -> (u32, u32, f32) {
-    let size = n as f32;
-    let u = if u.is_finite() { u } else { 0.0 };
-    // Whole turns carry no information and would cost precision.
-    let u = match wrap {
-        Wrap::Repeat => u - u.floor(),
-        Wrap::Mirror => u - 2.0 * (u * 0.5).floor(),
-        Wrap::Clamp => u.clamp(-1.0, 2.0),
-    };
-    let x = u * size - 0.5;
-    let floor = x.floor();
-    let index = |i: i64| -> u32 {
-        let n = i64::from(n);
-        (match wrap {
-            Wrap::Repeat => i.rem_euclid(n),
-            Wrap::Clamp => i.clamp(0, n - 1),
-            Wrap::Mirror => {
-                let j = i.rem_euclid(2 * n);
-                if j < n { j } else { 2 * n - 1 - j }
-            }
-        }) as u32
-    };
-    let i = floor as i64;
-    (index(i), index(i + 1), x - floor)
+    /// Luminance of the colour.
+    Luminance,
 }
 
 impl Texture {
-    /// The whole image, repeated.
-    pub fn new(image: ImageId) -> Self {
-        Self { image, wrap: [Wrap::Repeat; 2], transform: UvTransform::default() }
+    /// The textures that this one is made of.
+    pub fn operands(&self) -> impl Iterator<Item = TextureId> + use<> {
+        let all = match *self {
+            Self::Constant(_) | Self::Image(_) => [None; 3],
+            Self::Product(a, b) => [Some(a), Some(b), None],
+            Self::Mix { first, second, amount } => [Some(first), Some(second), Some(amount)],
+            Self::Checkerboard { even, odd, .. } => [Some(even), Some(odd), None],
+            Self::Power { base, .. } => [Some(base), None, None],
+        };
+        all.into_iter().flatten()
+    }
+}
+
+/// The images and textures of a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Textures<'a> {
+    /// All images.
+    pub images: &'a [Image],
+    /// All textures.
+    pub nodes: &'a [Texture],
+}
+
+impl Textures<'_> {
+    /// Linear colour and opacity of a texture at `uv`.
+    pub fn lookup(&self, texture: TextureId, uv: Vec2) -> (Rgb, f32) {
+        match &self.nodes[texture.index()] {
+            Texture::Constant(c) => (*c, 1.0),
+            Texture::Image(t) => {
+                let (image, uv) = (&self.images[t.image.index()], t.transform.0.transform_point2(uv));
+                match t.sampling {
+                    Sampling::Bilinear => image.bilinear(uv, t.wrap),
+                    Sampling::Nearest => image.nearest(uv, t.wrap),
+                }
+            }
+            Texture::Product(a, b) => {
+                let ((c, o), (d, p)) = (self.lookup(*a, uv), self.lookup(*b, uv));
+                (c * d, o * p)
+            }
+            Texture::Mix { first, second, amount } => {
+                let (m, n) = self.lookup(*amount, uv);
+                let ((c, o), (d, p)) = (self.lookup(*first, uv), self.lookup(*second, uv));
+                (c * (Rgb::WHITE - m) + d * m, o * (1.0 - n) + p * n)
+            }
+            Texture::Checkerboard { even, odd, transform } => {
+                let square = transform.0.transform_point2(uv).floor();
+                let is_even = (square.x + square.y).rem_euclid(2.0) < 0.5;
+                self.lookup(if is_even { *even } else { *odd }, uv)
+            }
+            Texture::Power { base, exponent } => {
+                let (c, o) = self.lookup(*base, uv);
+                let power = |v: f32| powf(v.max(0.0), *exponent);
+                (c.map(power), power(o))
+            }
+        }
     }
 
-    /// Linear colour and opacity at `uv`.
-    pub fn lookup(&self, images: &[Image], uv: Vec2) -> (Rgb, f32) {
-        let uv = self.transform.0.transform_point2(uv);
-        images[self.image.index()].bilinear(uv, self.wrap)
-    }
-
-    /// One channel at `uv`.
-    pub fn channel(&self, images: &[Image], uv: Vec2, channel: Channel) -> f32 {
-        let (color, alpha) = self.lookup(images, uv);
+    /// One channel of a texture at `uv`.
+    pub fn channel(&self, texture: TextureId, uv: Vec2, channel: Channel) -> f32 {
+        let (color, alpha) = self.lookup(texture, uv);
         match channel {
             Channel::R => color.r,
             Channel::G => color.g,
             Channel::B => color.b,
             Channel::A => alpha,
+            Channel::Luminance => color.luminance(),
         }
     }
 }
@@ -176,35 +179,42 @@ impl Texture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Pixels;
 
-    fn ramp() -> Image {
-        let pixels = (0..4u8).map(|i| [i * 50, 0, 255, 255 - i]).collect();
-        Image { name: "ramp".into(), width: 4, height: 1, pixels: Pixels::Linear8(pixels) }
+    const A: Rgb = Rgb::new(0.25, 0.5, 1.0);
+    const B: Rgb = Rgb::new(0.5, 0.5, 0.0);
+
+    fn value(node: Texture, uv: [f32; 2]) -> (Rgb, f32) {
+        let image = Image {
+            name: "i".into(),
+            width: 2,
+            height: 1,
+            pixels: Pixels::Linear8(vec![[0, 0, 0, 255], [255, 255, 255, 51]]),
+        };
+        let mut half = ImageTexture::new(ImageId(0));
+        half.sampling = Sampling::Nearest;
+        let amount = Texture::Constant(Rgb::new(0.0, 0.5, 1.0));
+        let nodes = [Texture::Constant(A), Texture::Constant(B), amount, Texture::Image(half), node];
+        Textures { images: &[image], nodes: &nodes }.lookup(TextureId(4), uv.into())
     }
 
     #[test]
-    fn texel_centres_are_exact_and_midpoints_are_averages() {
-        let image = ramp();
-        let at = |u| image.bilinear(Vec2::new(u, 0.5), [Wrap::Clamp; 2]).0.r * 255.0;
-        assert!((at(0.125) - 0.0).abs() < 1e-4 && (at(0.375) - 50.0).abs() < 1e-4);
-        assert!((at(0.25) - 25.0).abs() < 1e-4);
+    fn nodes_follow_their_formulas() {
+        let [a, b, amount, image] = [0, 1, 2, 3].map(TextureId);
+        assert_eq!(value(Texture::Product(a, b), [0.0; 2]).0, A * B);
+        assert_eq!(value(Texture::Product(a, image), [0.75, 0.0]), (A, 0.2));
+        let mixed = value(Texture::Mix { first: a, second: b, amount }, [0.0; 2]).0;
+        assert_eq!(mixed, Rgb::new(A.r, 0.5, B.b));
+        let root = value(Texture::Power { base: a, exponent: 0.5 }, [0.0; 2]).0;
+        assert_eq!(root, Rgb::new(0.5, 0.5f32.sqrt(), 1.0));
     }
 
     #[test]
-    fn wrapping_continues_repeats_or_mirrors() {
-        let image = ramp();
-        let at = |u, wrap| (image.bilinear(Vec2::new(u, 0.5), [wrap; 2]).0.r * 255.0).round();
-        assert_eq!([at(1.125, Wrap::Clamp), at(9.0, Wrap::Clamp)], [150.0, 150.0]);
-        assert_eq!([at(1.125, Wrap::Repeat), at(-0.125, Wrap::Repeat)], [0.0, 150.0]);
-        assert_eq!([at(1.125, Wrap::Mirror), at(-0.125, Wrap::Mirror)], [150.0, 0.0]);
-        assert_eq!(at(0.0, Wrap::Repeat), 75.0, "first and last texel meet");
-    }
-
-    #[test]
-    fn srgb_is_decoded_and_alpha_is_not() {
-        let image =
-            Image { name: "s".into(), width: 1, height: 1, pixels: Pixels::Srgb8(vec![[188, 0, 255, 128]]) };
-        let (c, a) = image.texel(0, 0);
-        assert!((c.r - 0.5029).abs() < 1e-3 && c.b == 1.0 && (a - 128.0 / 255.0).abs() < 1e-6);
+    fn squares_alternate_on_both_sides_of_zero() {
+        let transform = UvTransform(Mat3::from_scale(Vec2::new(2.0, 4.0)));
+        let board = Texture::Checkerboard { even: TextureId(0), odd: TextureId(1), transform };
+        let is_even = |u, v| value(board, [u, v]).0 == A;
+        assert!(is_even(0.1, 0.1) && !is_even(0.6, 0.1) && !is_even(0.1, 0.3) && is_even(0.6, 0.3));
+        assert!(!is_even(-0.1, 0.1) && is_even(-0.1, -0.1) && is_even(0.6, -0.1));
     }
 }

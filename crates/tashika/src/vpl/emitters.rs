@@ -58,8 +58,8 @@ const PROBES: [[f32; 3]; 7] = [
     [0.5, 0.0, 0.5],
 ];
 
-/// Weight that a triangle keeps, as a share of its mesh's brightest probe, when all its own probes are dark: a texture may
-/// shine between them.
+/// Weight that a triangle keeps, as a share of its mesh's brightest probe (or of the texture's factor where all are dark), when all its
+/// own probes are dark: a texture may shine between them.
 const DARK_TRIANGLE_SHARE: f32 = 0.02;
 
 impl<'s> EmitterSampler<'s> {
@@ -89,7 +89,9 @@ impl<'s> EmitterSampler<'s> {
                     }
                 })
                 .collect();
-            let floor = DARK_TRIANGLE_SHARE * luminances.iter().copied().fold(0.0, f32::max);
+            let brightest = luminances.iter().copied().fold(0.0, f32::max);
+            let whole = emission.radiance.factor.luminance();
+            let floor = DARK_TRIANGLE_SHARE * if brightest > 0.0 { brightest } else { whole };
             for (triangle, luminance) in luminances.into_iter().enumerate() {
                 let w = scene.world_corners(instance, triangle as u32);
                 let area = 0.5 * (w[1] - w[0]).cross(w[2] - w[0]).length();
@@ -148,7 +150,7 @@ impl<'s> EmitterSampler<'s> {
         self.scene.emitters().iter().map(punctual)
     }
 
-    /// Density with which [`EmitterSampler::sample`] draws a point on the side `outgoing` of a triangle (m⁻²).
+    /// Density with which [`EmitterSampler::sample`] draws a point on one emitting side of a triangle (m⁻²).
     pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
         let (Some(all), Some(first)) = (&self.all, self.first.get(&instance)) else { return 0.0 };
         let i = first + triangle as usize;

@@ -7,7 +7,7 @@ use tashika::color::Rgb;
 use tashika::film::Window;
 use tashika::integrator::{ErrorClaim, Exact, Integrator, PixelEstimate, Setting};
 use tashika::math::Vec3;
-use tashika::scene::{Camera, Falloff, Material};
+use tashika::scene::{Camera, Falloff, FalloffShape, Material};
 use tashika::vpl::{Provenance, Vpl, VplKind, VplSet};
 
 use crate::cases::{builder, cuboid, lambert, parallelogram, place, tracer, view};
@@ -59,7 +59,7 @@ fn assert_close(found: Rgb, expected: Rgb, what: &str) {
 fn one_light_over_a_plane_follows_the_inverse_square_and_cosine_laws() {
     let tracer = plane(false);
     let down = Vec3::new(0.2, -1.0, 0.1).normalize();
-    let falloff = Falloff { cos_inner: 0.97, cos_outer: 0.9 };
+    let falloff = Falloff { cos_inner: 0.97, cos_outer: 0.9, shape: FalloffShape::Squared };
     let kinds = [
         light(VplKind::Omni, Vec3::ZERO),
         light(VplKind::Oriented, down),

@@ -36,9 +36,18 @@ fn rich() -> Document {
             "KHR_materials_emissive_strength": { "emissiveStrength": 4 },
             "KHR_materials_ior": { "ior": 1.4 },
             "KHR_materials_specular": { "specularFactor": 0.5, "specularColorFactor": [1, 1, 1] },
-            "KHR_materials_transmission": { "transmissionFactor": 0.25 },
+            "KHR_materials_transmission": { "transmissionFactor": 0.25, "transmissionTexture": { "index": texture } },
+            "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0] },
+            "KHR_materials_clearcoat": { "clearcoatFactor": 0.5, "clearcoatTexture": { "index": texture } },
+            "KHR_materials_anisotropy": { "anisotropyStrength": 0.5 },
+            "KHR_materials_diffuse_transmission": { "diffuseTransmissionFactor": 0.5 },
         },
+        "normalTexture": { "index": texture, "scale": 2, "extensions": { "KHR_texture_transform": { "scale": [2, 2] } } },
     });
+    let glossy = json!({ "glossinessFactor": 0.5, "specularFactor": [0.5, 0.5, 0.5], "specularGlossinessTexture": { "index": texture } });
+    d.push("materials", json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": glossy } }));
+    let second = json!({ "attributes": { "POSITION": 0, "NORMAL": normals, "TEXCOORD_0": 2, "COLOR_0": normals }, "material": 1 });
+    d.push("meshes", json!({ "primitives": [second] }));
     d.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.75, "znear": 0.1 } }]);
     d.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
         { "type": "spot", "intensity": 2, "range": 9, "spot": { "innerConeAngle": 0.25, "outerConeAngle": 0.5 } },
@@ -48,10 +57,24 @@ fn rich() -> Document {
         { "camera": 0, "children": [0], "translation": [0, 0, 4] },
         { "extensions": { "KHR_lights_punctual": { "light": 0 } }, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] },
     ]);
-    d.json["scenes"] = json!([{ "nodes": [1, 2] }]);
+    d.push("nodes", json!({ "mesh": 1, "camera": 1, "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": normals } } } }));
+    d.push(
+        "cameras",
+        json!({ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0.1, "zfar": 9 } }),
+    );
+    d.json["scenes"] = json!([{ "nodes": [1, 2, 3] }]);
     d.json["scene"] = json!(0);
     d.json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_materials_sheen"]);
     d
+}
+
+/// The opaque surface of the first mesh, below all layers.
+fn opaque(scene: &Scene) -> Surface {
+    let mut material = scene.meshes()[0].material;
+    while let Surface::Mix { first, .. } = scene.materials()[material.index()].surface {
+        material = first;
+    }
+    scene.materials()[material.index()].surface
 }
 
 /// The rich document with one value replaced.
@@ -89,10 +112,12 @@ impl Numbers {
 #[test]
 fn the_undamaged_file_is_sound() {
     let scene = rich().load().unwrap();
-    assert_eq!((scene.meshes().len(), scene.instances().len(), scene.images().len()), (1, 1, 2));
-    assert_eq!((scene.cameras().len(), scene.emitters().len(), scene.area_emitters().count()), (1, 1, 1));
-    assert!(scene.materials()[0].alpha.is_some());
-    assert!(matches!(scene.materials()[0].surface, Surface::MetallicRoughness { .. }));
+    // Three instances of the second mesh; an image each for colours, numbers, red and opacity.
+    assert_eq!((scene.meshes().len(), scene.instances().len(), scene.images().len()), (2, 4, 4));
+    assert_eq!((scene.cameras().len(), scene.emitters().len(), scene.area_emitters().count()), (2, 1, 1));
+    let material = &scene.materials()[scene.meshes()[0].material.index()];
+    assert!(material.alpha.is_some() && material.normal.is_some());
+    assert!(matches!(material.surface, Surface::Mix { .. }));
 }
 
 #[test]
@@ -238,7 +263,7 @@ fn mutated_images_do_not_panic() {
             write(&folder.path().join(format!("i.{format}")), &mutated);
             let options = LoadOptions { max_image_texels: 1 << 20, ..LoadOptions::default() };
             let scene = load_in(folder.path(), "m.glb", &text, &options).unwrap();
-            assert!(round > 0 || scene.images().len() == 2, "{format} is decoded");
+            assert!(round > 0 || scene.images().len() == 4, "{format} is decoded");
         }
     }
 }
@@ -394,7 +419,7 @@ fn values_that_are_not_finite_are_repaired_or_refused() {
     }
     let scene = with("/materials/0/pbrMetallicRoughness/metallicFactor", json!(-3)).load().unwrap();
     assert!(notes(&scene).iter().any(|(k, m)| *k == NoteKind::Repaired && m.contains("out of range")));
-    let Surface::MetallicRoughness { metallic, .. } = scene.materials()[0].surface else { panic!() };
+    let Surface::MetallicRoughness { metallic, .. } = opaque(&scene) else { panic!() };
     assert_eq!(metallic.factor, 0.0);
     // Finite coordinates times a finite transform stay finite.
     let mut d = with(
@@ -405,12 +430,12 @@ fn values_that_are_not_finite_are_repaired_or_refused() {
     d.buffer[offset..offset + 4].copy_from_slice(&f32::MAX.to_le_bytes());
     d.buffer[offset + 4..offset + 8].copy_from_slice(&f32::NAN.to_le_bytes());
     let scene = d.load().unwrap();
-    let Surface::MetallicRoughness { base_color, .. } = scene.materials()[0].surface else { panic!() };
+    let Surface::MetallicRoughness { base_color, .. } = opaque(&scene) else { panic!() };
     for &uv in scene.meshes()[0].uvs() {
-        assert!(base_color.at(scene.images(), uv).is_valid(), "{uv}");
+        assert!(base_color.at(scene.textures(), uv).is_valid(), "{uv}");
     }
     let scene = with("/nodes/0/scale/0", json!(0)).load().unwrap();
-    assert!(scene.instances().is_empty());
+    assert_eq!(scene.instances().len(), 3, "those of the other mesh");
 }
 
 #[test]
@@ -538,10 +563,10 @@ fn a_texture_that_cannot_be_read_is_left_out() {
         let scene = d.load().unwrap();
         let found = notes(&scene);
         assert!(found.iter().any(|(k, m)| *k == NoteKind::Repaired && m.contains(why)), "{found:?}");
-        let material = &scene.materials()[0];
+        let material = &scene.materials()[scene.meshes()[0].material.index()];
         assert!(material.alpha.is_none(), "opaque");
         assert!(material.emission.is_some_and(|e| e.radiance.texture.is_none()));
-        let Surface::MetallicRoughness { base_color, roughness, .. } = material.surface else { panic!() };
+        let Surface::MetallicRoughness { base_color, roughness, .. } = opaque(&scene) else { panic!() };
         assert!(base_color.texture.is_none() && roughness.texture.is_none());
         assert!(scene.images().is_empty());
     }

@@ -74,12 +74,12 @@ fn check(scene: &Scene) {
         assert!(mesh.triangles().iter().flatten().all(|&i| mesh.positions()[i as usize].is_finite()));
     }
     for material in scene.materials() {
-        let alpha = material.alpha.map_or(1.0, |a| a.at(scene.images(), Vec2::new(0.3, -7.0)));
+        let alpha = material.alpha.map_or(1.0, |a| a.at(scene.textures(), Vec2::new(0.3, -7.0)));
         assert!((0.0..=1.0).contains(&alpha), "{}: {alpha}", material.name);
         if let Some(e) = material.emission {
-            assert!(e.radiance.at(scene.images(), Vec2::new(0.3, -7.0)).is_valid());
+            assert!(e.radiance.at(scene.textures(), Vec2::new(0.3, -7.0)).is_valid());
         }
-        let _ = material.bsdf(scene.images(), Vec2::new(1e30, 0.2));
+        assert_eq!(scene.part_of(material, Vec2::new(1e30, 0.2), 0.5, 0.5).bsdf.validate(), Ok(()));
     }
 }
 

@@ -4,11 +4,16 @@
 use tashika::color::Rgb;
 use tashika::integrator::{Exact, Path};
 use tashika::math::{Mat3, Vec3};
-use tashika::scene::{Emitter, Environment, Falloff, Image, Pixels, SceneBuilder};
+use tashika::scene::{
+    Alpha, AlphaMode, Emitter, Environment, Falloff, FalloffShape, Image, Material, Pixels, SceneBuilder,
+    Surface,
+};
 use tashika::stats::Moments;
 use tashika::vpl::{Clamp, VplOptions, VplSet};
 
-use crate::cases::{add_ceiling_lamp, diffuse_room, film, luminances, tracer};
+use crate::cases::{
+    add_ceiling_lamp, cuboid, diffuse_room, film, lambert, luminances, parallelogram, place, tracer,
+};
 
 const SIZE: [u32; 2] = [6, 6];
 
@@ -66,7 +71,7 @@ fn point_spot_and_directional_lights() {
         position: Vec3::new(0.5, 1.8, 0.6),
         axis: Vec3::new(-0.3, -1.0, -0.4).normalize(),
         intensity: Rgb::new(1.0, 2.0, 1.0),
-        falloff: Falloff { cos_inner: 0.9, cos_outer: 0.6 },
+        falloff: Falloff { cos_inner: 0.9, cos_outer: 0.6, shape: FalloffShape::Squared },
     })
     .unwrap();
     b.add_emitter(Emitter::Directional {
@@ -82,4 +87,31 @@ fn an_environment_with_a_sun_through_the_open_side() {
     let mut b = diffuse_room();
     b.set_environment(sky()).unwrap();
     agree(b, "environment");
+}
+
+/// Surfaces of several parts: a leaf under the lamp, a pane with a grey tint in the open side, a half-transparent sheet, and a block
+/// of two materials. The pane reflects nothing, for what a mirror reflects onto a surface is not in the sum over VPLs.
+#[test]
+fn light_through_leaves_panes_and_holes() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    b.set_environment(sky()).unwrap();
+    let leaf = Surface::Translucent {
+        reflectance: Rgb::new(0.2, 0.5, 0.1).into(),
+        transmittance: Rgb::new(0.5, 0.4, 0.1).into(),
+    };
+    let sheet = |y: f32, x: f32| parallelogram(Vec3::new(x, y, -0.6), Vec3::X * 0.8, Vec3::Z * 1.2);
+    place(&mut b, sheet(1.5, -0.9), Material::new("leaf", leaf));
+    let alpha = Some(Alpha { value: 0.4.into(), mode: AlphaMode::Blend });
+    place(&mut b, sheet(1.4, 0.1), Material { alpha, ..Material::new("gauze", lambert(0.8)) });
+    let pane =
+        Surface::ThinGlass { ior: 1.5, reflectance: Rgb::BLACK.into(), transmittance: Rgb::gray(0.8).into() };
+    let front = parallelogram(Vec3::new(-1.0, 0.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0);
+    place(&mut b, front, Material::new("pane", pane));
+    let first = b.add_material(Material::new("a", lambert(0.9))).unwrap();
+    let second = b.add_material(Material::new("b", lambert(0.1))).unwrap();
+    let mix = Surface::Mix { first, second, amount: 0.3.into() };
+    let block = cuboid(Vec3::new(-0.8, 0.0, -0.2), Vec3::new(-0.4, 0.4, 0.3), false);
+    place(&mut b, block, Material::new("mixed", mix));
+    agree(b, "several parts");
 }

@@ -7,7 +7,7 @@ use tashika::error::{Error, Result};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::math::{Vec2, Vec3};
 use tashika::scene::{
-    AlphaMode, Channel, ColorInput, FloatInput, Material, Mesh, Note, NoteKind, Scene, Surface, Wrap,
+    AlphaMode, Channel, ColorInput, FloatInput, Material, Mesh, Note, NoteKind, Scene, Surface, Texture, Wrap,
 };
 use tempfile::TempDir;
 
@@ -27,12 +27,12 @@ fn load(files: &[(&str, &[u8])]) -> Scene {
     load_in(files).1.unwrap()
 }
 
-fn load_obj(text: &str) -> Scene {
+pub fn load_obj(text: &str) -> Scene {
     load(&[("scene.obj", text.as_bytes())])
 }
 
 /// A triangle of the material `m`, described by `mtl`.
-fn load_material(mtl: &str, images: &[(&str, &[u8])]) -> Scene {
+pub fn load_material(mtl: &str, images: &[(&str, &[u8])]) -> Scene {
     let obj = b"mtllib scene.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
     let text = format!("newmtl m\n{mtl}");
     let mut files: Vec<(&str, &[u8])> = vec![("scene.obj", obj), ("scene.mtl", text.as_bytes())];
@@ -45,7 +45,7 @@ fn material(mtl: &str) -> Material {
 }
 
 /// A PNG of `width` texels a row.
-fn png(width: u32, texels: &[[u8; 4]]) -> Vec<u8> {
+pub fn png(width: u32, texels: &[[u8; 4]]) -> Vec<u8> {
     let raw: Vec<u8> = texels.concat();
     let picture = image::RgbaImage::from_raw(width, texels.len() as u32 / width, raw).unwrap();
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -408,19 +408,18 @@ fn materials_become_the_nearest_surface() {
     ] {
         assert_eq!(material(mtl).surface, expected, "{mtl}");
     }
-    let Surface::MetallicRoughness { base_color, metallic, roughness, dielectric_f0 } =
+    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } =
         material("Kd .1 .2 .3\nKs 1 1 1\nPr 0.2\nPm 0.3\nNi 2").surface
     else {
         panic!("physically based")
     };
     assert_eq!((base_color, metallic, roughness), (a.into(), 0.3.into(), 0.2.into()));
-    assert!((dielectric_f0.g - 1.0 / 9.0).abs() < 1e-7, "((2 − 1) / (2 + 1))²");
-    let Surface::MetallicRoughness { metallic, roughness, dielectric_f0, .. } = material("Pm 1").surface
-    else {
+    assert!((specular_f0.factor.g - 1.0 / 9.0).abs() < 1e-7, "((2 − 1) / (2 + 1))²");
+    let Surface::MetallicRoughness { metallic, roughness, specular_f0, .. } = material("Pm 1").surface else {
         panic!("physically based")
     };
     assert_eq!((metallic, roughness), (1.0.into(), 0.5.into()));
-    assert!((dielectric_f0.r - 0.04).abs() < 1e-7, "of index 1.5");
+    assert!((specular_f0.factor.r - 0.04).abs() < 1e-7, "of index 1.5");
 }
 
 #[test]
@@ -433,7 +432,7 @@ fn materials_that_are_approximated_say_so() {
         ("Ks 1\nillum 1", "without highlights", NoteKind::Ignored),
         ("Kd spectral a.rfl", "spectral", NoteKind::Ignored),
         ("map_Bump a.png", "bump", NoteKind::Ignored),
-        ("norm -bm 3 a.png", "bump", NoteKind::Ignored),
+        ("norm -bm 3 a.png", "-bm", NoteKind::Ignored),
         ("disp a.png", "displacement", NoteKind::Ignored),
         ("refl -type sphere a.png", "reflection maps", NoteKind::Ignored),
         ("Pc 0.5\naniso 0.1", "clear coat", NoteKind::Ignored),
@@ -494,7 +493,7 @@ fn images_stand_upright_on_their_coordinates() {
     let mtl = b"newmtl m\nKd 1 0.5 1\nmap_Kd my picture.png";
     let scene = load(&[("scene.obj", obj), ("a.mtl", mtl), ("my picture.png", &four_colors())]);
     let color = base(&scene.materials()[0]);
-    let at: Vec<Rgb> = scene.meshes()[0].uvs().iter().map(|&uv| color.at(scene.images(), uv)).collect();
+    let at: Vec<Rgb> = scene.meshes()[0].uvs().iter().map(|&uv| color.at(scene.textures(), uv)).collect();
     // Low left is blue, low right white, high left red; all times Kd.
     assert_eq!(at, [Rgb::new(0.0, 0.0, 1.0), Rgb::new(1.0, 0.5, 1.0), Rgb::new(1.0, 0.0, 0.0)]);
 }
@@ -504,7 +503,7 @@ fn texture_options_move_scale_and_clamp() {
     let lookup = |options: &str, up: Vec2| {
         let scene = load_material(&format!("map_Kd {options} a.png"), &[("a.png", &four_colors())]);
         let color = base(&scene.materials()[0]);
-        color.at(scene.images(), Vec2::new(up.x, 1.0 - up.y))
+        color.at(scene.textures(), Vec2::new(up.x, 1.0 - up.y))
     };
     let (red, green, blue) = (Rgb::new(1.0, 0.0, 0.0), Rgb::new(0.0, 1.0, 0.0), Rgb::new(0.0, 0.0, 1.0));
     let low_left = Vec2::new(0.25, 0.25);
@@ -523,7 +522,9 @@ fn texture_options_move_scale_and_clamp() {
     assert_eq!(lookup("-clamp on", Vec2::new(7.0, 9.0)), green, "the corner's texel goes on");
     let scene = load_material("map_Kd -mm 0.1 2 a.png", &[("a.png", &four_colors())]);
     assert!(note(&scene, "-mm").is_some());
-    assert_eq!(base(&scene.materials()[0]).texture.unwrap().wrap, [Wrap::Repeat; 2]);
+    let texture = base(&scene.materials()[0]).texture.unwrap();
+    let Texture::Image(lookup) = scene.textures().nodes[texture.index()] else { panic!() };
+    assert_eq!(lookup.wrap, [Wrap::Repeat; 2]);
 }
 
 #[test]
@@ -542,7 +543,7 @@ fn opacity_maps_use_alpha_or_else_red() {
         let scene = load_material(mtl, &[("a.png", &with_alpha), ("r.png", &without)]);
         let alpha = scene.materials()[0].alpha.unwrap();
         assert_eq!(alpha.value.texture.unwrap().1, channel, "{mtl}");
-        assert!((alpha.at(scene.images(), Vec2::ZERO) - value).abs() < 1e-6, "{mtl}");
+        assert!((alpha.at(scene.textures(), Vec2::ZERO) - value).abs() < 1e-6, "{mtl}");
         assert_eq!(scene.images().len(), images, "{mtl}: one copy where one serves");
     }
 }
@@ -554,9 +555,9 @@ fn maps_without_a_factor_count_fully_and_numbers_are_linear() {
         load_material("Pr 0.5\nmap_Pr a.png\nmap_Pm -imfchan b a.png\nmap_Ke a.png", &[("a.png", &image)]);
     let m = &scene.materials()[0];
     let Surface::MetallicRoughness { metallic, roughness, .. } = m.surface else { panic!() };
-    assert!((roughness.at(scene.images(), Vec2::ZERO) - 0.5 * 0.2).abs() < 1e-6);
-    assert!((metallic.at(scene.images(), Vec2::ZERO) - 0.6).abs() < 1e-6);
-    let emitted = m.emission.unwrap().radiance.at(scene.images(), Vec2::ZERO);
+    assert!((roughness.at(scene.textures(), Vec2::ZERO) - 0.5 * 0.2).abs() < 1e-6);
+    assert!((metallic.at(scene.textures(), Vec2::ZERO) - 0.6).abs() < 1e-6);
+    let emitted = m.emission.unwrap().radiance.at(scene.textures(), Vec2::ZERO);
     assert!((emitted.r - 0.033_105).abs() < 1e-5, "51 of 255 through the sRGB curve: {}", emitted.r);
     let scene = load_material("Kd 0 0 0\nmap_Kd a.png\nmap_Ks a.png", &[("a.png", &image)]);
     let Surface::Phong { diffuse, specular, .. } = scene.materials()[0].surface else { panic!() };

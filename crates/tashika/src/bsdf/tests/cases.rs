@@ -4,6 +4,7 @@ use std::mem::discriminant;
 
 use super::super::{
     Bsdf, Coated, Conductor, ConductorFresnel, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong,
+    Plastic, ThinGlass,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -37,6 +38,7 @@ pub fn all() -> Vec<Case> {
         let white = ConductorFresnel::Schlick { f0: Rgb::WHITE };
         add(format!("Conductor white, alpha = {alpha}"), conductor(white, alpha));
         add(format!("Conductor gold, alpha = {alpha}"), conductor(gold(), alpha));
+        add(format!("Plastic, alpha = {alpha}"), plastic(ORANGE, Rgb::gray(0.2), 1.5, alpha));
         add(format!("Coated, alpha = {alpha}"), coated(ORANGE, Rgb::WHITE, 1.5, alpha));
         add(
             format!("MetallicRoughness, alpha = {alpha}"),
@@ -54,6 +56,9 @@ pub fn all() -> Vec<Case> {
     add("MetallicRoughness white".into(), metallic_roughness(Rgb::WHITE, Rgb::gray(0.04), 0.1));
     add("MetallicRoughness, f0 = 0".into(), metallic_roughness(BLUE, Rgb::BLACK, 0.7));
     add("Mirror".into(), Bsdf::Mirror(Mirror { reflectance: ORANGE }));
+    add("Plastic black, ior = 5".into(), plastic(Rgb::BLACK, Rgb::WHITE, 5.0, 0.2));
+    add("Plastic without lobe".into(), plastic(ORANGE, Rgb::BLACK, 1.5, 0.2));
+    add("ThinGlass".into(), thin_glass(1.5, Rgb::WHITE, ORANGE));
     add("Glass".into(), glass(1.5, Rgb::WHITE, ORANGE));
     add("Glass, ior = 1.0001".into(), glass(1.0001, Rgb::WHITE, Rgb::WHITE));
     let mut stream = super::stream(0);
@@ -74,7 +79,7 @@ pub fn random(stream: &mut Stream) -> Bsdf {
     let (a, b) = (colour(), colour());
     let alpha = powf(MIN_ALPHA, stream.uniform()).max(MIN_ALPHA);
     let ior = 1.0001 + 3.9 * stream.uniform() * stream.uniform();
-    match stream.below(8) {
+    match stream.below(10) {
         0 => lambert(a),
         1 => phong(a * (Rgb::WHITE - b), b, powf(1e6, stream.uniform())),
         2 => conductor(ConductorFresnel::Schlick { f0: a }, alpha),
@@ -82,6 +87,8 @@ pub fn random(stream: &mut Stream) -> Bsdf {
         4 => coated(a, b, ior, alpha),
         5 => metallic_roughness(a, b, alpha),
         6 => Bsdf::Mirror(Mirror { reflectance: a }),
+        7 => plastic(a * (Rgb::WHITE - b), b, ior, alpha),
+        8 => thin_glass(ior, a, b),
         _ => glass(ior, a, b),
     }
 }
@@ -95,7 +102,15 @@ pub fn phong(diffuse: Rgb, specular: Rgb, exponent: f32) -> Bsdf {
 }
 
 pub fn conductor(fresnel: ConductorFresnel, alpha: f32) -> Bsdf {
-    Bsdf::Conductor(Conductor { fresnel, alpha })
+    Bsdf::Conductor(Conductor { fresnel, specular: Rgb::WHITE, alpha })
+}
+
+pub fn plastic(diffuse: Rgb, specular: Rgb, ior: f32, alpha: f32) -> Bsdf {
+    Bsdf::Plastic(Plastic { diffuse, specular, ior, alpha })
+}
+
+pub fn thin_glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
+    Bsdf::ThinGlass(ThinGlass { ior, reflectance, transmittance })
 }
 
 pub fn coated(reflectance: Rgb, specular: Rgb, ior: f32, alpha: f32) -> Bsdf {
@@ -127,5 +142,5 @@ fn the_list_has_every_variant_and_only_valid_parameters() {
             kinds.push(discriminant(&case.bsdf));
         }
     }
-    assert_eq!(kinds.len(), 7, "a variant of `Bsdf` has no case, or this count is old");
+    assert_eq!(kinds.len(), 9, "a variant of `Bsdf` has no case, or this count is old");
 }

@@ -29,7 +29,13 @@ fn mean_weight(bsdf: &Bsdf, wo: Vec3, draws: u32, index: u64) -> (f64, f64) {
 /// The largest albedo that the documentation of each model grants.
 fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
     match bsdf {
-        Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) => 1.0,
+        Bsdf::Lambert(_)
+        | Bsdf::Phong(_)
+        | Bsdf::Plastic(_)
+        | Bsdf::Conductor(_)
+        | Bsdf::Mirror(_)
+        | Bsdf::Glass(_)
+        | Bsdf::ThinGlass(_) => 1.0,
         Bsdf::Coated(_) => 1.001,
         Bsdf::MetallicRoughness(_) if cos >= 0.7 => 1.003,
         Bsdf::MetallicRoughness(_) if cos >= 0.5 => 1.03,
@@ -121,9 +127,10 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
     let without = match *bsdf {
         Bsdf::Lambert(_) => cases::lambert(Rgb::BLACK),
         Bsdf::Phong(b) => cases::phong(Rgb::BLACK, b.specular, b.exponent),
+        Bsdf::Plastic(b) => cases::plastic(Rgb::BLACK, b.specular, b.ior, b.alpha),
         Bsdf::Coated(b) => Bsdf::Coated(Coated { reflectance: Rgb::BLACK, ..b }),
         Bsdf::MetallicRoughness(b) => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: Rgb::BLACK, ..b }),
-        Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) => *bsdf,
+        Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => *bsdf,
     };
     let bsdf = *bsdf;
     move |wo, wi| bsdf.eval_cos(wo, wi) - without.eval_cos(wo, wi)
@@ -139,9 +146,11 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
     for Case { name, mut bsdf } in cases::all() {
         match &mut bsdf {
             Bsdf::Phong(b) => b.exponent = 1.0,
+            Bsdf::Plastic(b) => b.alpha = 1.0,
             Bsdf::Coated(b) => b.alpha = 1.0,
             Bsdf::MetallicRoughness(b) => b.alpha = 1.0,
-            Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) => {}
+            Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
+            }
         }
         let part = diffuse_part(&bsdf);
         for (direction, cos) in OUTGOING.into_iter().enumerate() {
@@ -163,10 +172,13 @@ fn the_rough_albedo_is_near_the_true_one() {
         let stated = bsdf.albedo();
         assert!(stated.is_valid() && stated.max_channel() <= 1.0, "{name}: {stated:?}");
         let wide = match bsdf {
+            Bsdf::Plastic(b) => b.alpha > 0.1,
             Bsdf::Conductor(b) => b.alpha > 0.1,
             Bsdf::Coated(b) => b.alpha > 0.1,
             Bsdf::MetallicRoughness(b) => b.alpha > 0.1,
-            Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) => false,
+            Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
+                false
+            }
         };
         let (mean, error) = mean_weight(bsdf, Vec3::Z, 4000, 20_000 + index as u64);
         let difference = (f64::from(stated.max_channel()) - mean).abs();

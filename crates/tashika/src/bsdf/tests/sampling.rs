@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::super::{Bsdf, BsdfSample, Coated, Conductor, ConductorFresnel, Lobe, MetallicRoughness};
+use super::super::{Bsdf, BsdfSample, Coated, Conductor, ConductorFresnel, Lobe, MetallicRoughness, Plastic};
 use super::cases::{self, Case};
 use super::quadrature::PolarGrid;
 use super::{OUTGOING, outgoing, stream};
@@ -29,9 +29,10 @@ const QUADRATURE_ERROR: f64 = 2e-3;
 /// for wide lobes, about the normal.
 fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     let width = match bsdf {
-        Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) => 1.0,
+        Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 1.0,
         Bsdf::Phong(b) => 1.0 / f64::from(b.exponent + 1.0),
         Bsdf::Conductor(Conductor { alpha, .. })
+        | Bsdf::Plastic(Plastic { alpha, .. })
         | Bsdf::Coated(Coated { alpha, .. })
         | Bsdf::MetallicRoughness(MetallicRoughness { alpha, .. }) => f64::from(alpha * alpha),
     };

@@ -83,7 +83,11 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
                 // Held to complex arithmetic by the tests of `fresnel`.
                 ConductorFresnel::Exact { .. } => f64::from(b.fresnel.at(pair.cos_d as f32).g),
             };
-            f * pair.facets(f64::from(b.alpha))
+            f * f64::from(b.specular.g) * pair.facets(f64::from(b.alpha))
+        }
+        Bsdf::Plastic(b) => {
+            let f = dielectric(pair.cos_d, f64::from(b.ior));
+            f64::from(b.diffuse.g) / PI + f64::from(b.specular.g) * f * pair.facets(f64::from(b.alpha))
         }
         Bsdf::Coated(Coated { reflectance, specular, ior, alpha }) => {
             let (eta, rho) = (f64::from(ior), f64::from(reflectance.g));
@@ -95,7 +99,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let f = schlick(f0.g, pair.cos_d);
             (1.0 - f) * f64::from(diffuse.g) / PI + f * pair.facets(f64::from(alpha))
         }
-        Bsdf::Mirror(_) | Bsdf::Glass(_) => 0.0,
+        Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 0.0,
     }
 }
 
@@ -107,10 +111,11 @@ fn values_are_those_of_the_sources() {
     for Case { name, bsdf } in cases::all() {
         let (sharp, internal) = match bsdf {
             Bsdf::Phong(b) => (b.exponent > 1000.0, 0.0),
+            Bsdf::Plastic(b) => (b.alpha < 0.05, 0.0),
             Bsdf::Conductor(b) => (b.alpha < 0.05, 0.0),
             Bsdf::Coated(b) => (b.alpha < 0.05, internal(f64::from(b.ior))),
             Bsdf::MetallicRoughness(b) => (b.alpha < 0.05, 0.0),
-            Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) => (false, 0.0),
+            Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (false, 0.0),
         };
         if sharp {
             continue;

@@ -22,6 +22,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+pub(super) use read::check_claims;
 pub use read::read_exr;
 pub use write::write_exr;
 

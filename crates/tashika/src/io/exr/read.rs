@@ -85,7 +85,7 @@ pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<Film> {
 }
 
 /// Refuses, before memory is taken, sizes that the bytes cannot hold, and what is not read here.
-fn check_claims(path: &Path, bytes: &[u8]) -> Result<()> {
+pub(in crate::io) fn check_claims(path: &Path, bytes: &[u8]) -> Result<()> {
     let meta = MetaData::read_from_buffered(bytes, false).map_err(|e| at(path, e))?;
     MetaData::validate(&meta.headers, false).map_err(|e| at(path, e))?;
     for header in &meta.headers {

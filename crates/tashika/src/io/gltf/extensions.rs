@@ -1,52 +1,77 @@
-//! glTF extensions: which are read, and what is said about the others.
+//! glTF extensions as a whole: which a file may require, and what is said about those that are left out.
 //!
-//! An extension that a file merely *uses* is optional by definition (glTF 2.0 section 3.12): it is left out and
-//! noted. One that it *requires* changes the meaning of the file: it is refused, with advice.
+//! An extension that a file *requires* changes the meaning of the file: one that is not read is refused, with advice. One that it merely
+//! *uses* is read or left out, as [`FEATURES`] says; what is left out is noted where it stands, except for
+//! materials, which note what has an effect on them.
+//!
+//! # Held to this by
+//! `gltf::extensions_that_a_file_requires_are_read_or_refused_by_name`, `gltf::what_is_left_out_is_noted_once`.
 
 use gltf::json::Root;
+use serde_json::{Map, Value};
 
+use super::features::{FEATURES, extension, met};
 use super::shown;
 use crate::error::{Error, Location, Result};
-use crate::scene::{NoteKind, SceneBuilder};
-
-/// Extensions that this loader reads, wholly or as the table in the parent module says.
-const HANDLED: [&str; 8] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+use crate::io::features::{Feature, Support};
+use crate::scene::{Notes, SceneBuilder};
 
 /// Refuses a file that requires what is not here.
 pub(super) fn refuse_unhandled(required: &[String], file: &Location) -> Result<()> {
-    let Some((i, name)) = required.iter().enumerate().find(|(_, name)| !HANDLED.contains(&name.as_str()))
-    else {
-        return Ok(());
-    };
-    let advice = match name.as_str() {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "export the scene without mesh compression"
-        }
-        "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" | "MSFT_texture_dds" => {
-            "export the scene with PNG or JPEG textures"
-        }
-        "KHR_materials_pbrSpecularGlossiness" => "export the scene with metallic-roughness materials",
-        _ => "export the scene without it",
-    };
-    let at = file.clone().item(format!("extensionsRequired[{i}]"));
-    Err(Error::unsupported(at, format!("the extension {}", shown(name)), advice))
-}
-
-/// Notes each extension in use that is left out.
-pub(super) fn note_unhandled(root: &Root, file: &Location, builder: &mut SceneBuilder) {
-    for (i, name) in root.extensions_used.iter().enumerate() {
-        if !HANDLED.contains(&name.as_str()) {
-            let at = file.clone().item(format!("extensionsUsed[{i}]"));
-            builder.note(NoteKind::Ignored, format!("the extension {}: left out", shown(name)), at);
+    for (i, name) in required.iter().enumerate() {
+        let at = file.clone().item(format!("extensionsRequired[{i}]"));
+        if let Some(refused) = Feature::find(FEATURES, "required extension", name) {
+            refused.met(&at, &mut Notes::default())?;
+        } else if extension(name).is_none() {
+            let what = format!("required extension {:?}", shown(name));
+            return Err(Error::unsupported(at, what, "export the scene without it"));
         }
     }
+    Ok(())
+}
+
+/// Refuses data that are there in compressed form only, although the file does not say that it requires that.
+pub(super) fn refuse_compressed(extensions: &Map<String, Value>, at: &Location) -> Result<()> {
+    for name in ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"] {
+        if extensions.contains_key(name)
+            && let Some(refused) = Feature::find(FEATURES, "required extension", name)
+        {
+            refused.met(at, &mut Notes::default())?;
+        }
+    }
+    Ok(())
+}
+
+/// Notes each extension that is left out: unknown ones where they are listed, others where they stand.
+pub(super) fn note_unhandled(root: &Root, file: &Location, builder: &mut SceneBuilder) -> Result<()> {
+    for (i, name) in root.extensions_used.iter().enumerate() {
+        if extension(name).is_none() {
+            met("extension", name, file.clone().item(format!("extensionsUsed[{i}]")), builder)?;
+        }
+    }
+    let mut note = |item: &dyn Fn() -> String, extensions: Option<&Map<String, Value>>| {
+        for name in extensions.into_iter().flat_map(Map::keys) {
+            if extension(name).is_some_and(|e| e.support == Support::Ignored) {
+                met("extension", name, file.clone().item(format!("{}.extensions.{name}", item())), builder)?;
+            }
+        }
+        Ok::<(), Error>(())
+    };
+    note(&|| "glTF".to_owned(), root.extensions.as_ref().map(|e| &e.others))?;
+    for (i, node) in root.nodes.iter().enumerate() {
+        note(&|| format!("nodes[{i}]"), node.extensions.as_ref().map(|e| &e.others))?;
+    }
+    for (i, texture) in root.textures.iter().enumerate() {
+        note(&|| format!("textures[{i}]"), texture.extensions.as_ref().map(|e| &e.others))?;
+    }
+    for (i, view) in root.buffer_views.iter().enumerate() {
+        note(&|| format!("bufferViews[{i}]"), view.extensions.as_ref().map(|e| &e.others))?;
+    }
+    for (i, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let item = || format!("meshes[{i}].primitives[{p}]");
+            note(&item, primitive.extensions.as_ref().map(|e| &e.others))?;
+        }
+    }
+    Ok(())
 }

@@ -16,12 +16,13 @@ use glam::DVec3;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::validation::Checked;
 
+use super::features::met;
 use super::nodes::PlacedNode;
 use super::source::Source;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::math::elementary::sin_cos;
-use crate::scene::{Emitter, Falloff, NoteKind, SceneBuilder};
+use crate::scene::{Emitter, Falloff, FalloffShape, NoteKind, SceneBuilder};
 
 /// Smallest difference of the cosines of a spot's two angles; from the extension's sample code.
 const MIN_COS_DIFFERENCE: f32 = 1e-3;
@@ -41,7 +42,7 @@ pub(super) fn add(source: &Source<'_>, placed: &PlacedNode, builder: &mut SceneB
         return Err(Error::invalid(at(""), found, "finite numbers of at least 0"));
     }
     if light.range.is_some() {
-        builder.note(NoteKind::Ignored, "ranges of lights: they fade with distance alone", at(".range"));
+        met("KHR_lights_punctual", "range", at(".range"), builder)?;
     }
     let position = placed.to_world.translation.as_vec3();
     let axis = || {
@@ -83,7 +84,7 @@ fn falloff(light: &Light) -> (Falloff, bool) {
     let inner = inner.clamp(0.0, outer);
     let cos_outer = sin_cos(outer).1.min(1.0 - MIN_COS_DIFFERENCE);
     let cos_inner = sin_cos(inner).1.max(cos_outer + MIN_COS_DIFFERENCE);
-    (Falloff { cos_inner, cos_outer }, in_order)
+    (Falloff { cos_inner, cos_outer, shape: FalloffShape::Squared }, in_order)
 }
 
 #[cfg(test)]

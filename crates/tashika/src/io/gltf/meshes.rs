@@ -7,8 +7,10 @@
 //! Triangle `i` of a strip is `(i, i + 1 + i mod 2, i + 2 − i mod 2)`, of a fan `(i + 1, i + 2, 0)` (glTF 2.0
 //! section 3.7.2.1). Triangles of a strip that use a vertex twice only steer it and are left out silently.
 //!
+//! Vertex colours, which the scene does not have, become one colour: the mean over the corners in use multiplies the base colour.
+//!
 //! # Held to this by
-//! The tests below; `gltf::a_mesh_is_read_once_and_placed_twice`, `gltf::strips_fans_and_ranges_of_vertices`.
+//! The tests below; `gltf_materials::vertex_colours_*`, `gltf::a_mesh_is_read_once_and_placed_twice`, `gltf::strips_fans_and_ranges_of_vertices`.
 
 use std::ops::Range;
 
@@ -18,9 +20,11 @@ use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Semantic};
 use gltf::json::validation::Checked;
 
-use super::materials::Materials;
+use super::extensions::refuse_compressed;
+use super::features::met;
+use super::materials::{Materials, NO_TINT, Tint};
 use super::source::Source;
-use crate::error::{Error, Result};
+use crate::error::{Error, Location, Result};
 use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
 
 /// Largest texture coordinate: far beyond where `f32` still tells texels apart, and small enough for
@@ -36,7 +40,7 @@ pub(super) struct Meshes {
 impl Meshes {
     /// None read yet.
     pub fn new(source: &Source<'_>) -> Self {
-        Self { read: vec![None; source.root.meshes.len()], materials: Materials::new(source) }
+        Self { read: vec![None; source.root.meshes.len()], materials: Materials::default() }
     }
 
     /// The meshes that the primitives of mesh `index` became.
@@ -73,19 +77,22 @@ impl Meshes {
         let at = |field: &str| source.at(format!("{item}{field}"));
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
         if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-            builder.note(NoteKind::Ignored, "morph targets: the base mesh is shown", at(".targets"));
-        }
-        if attribute(Semantic::Colors(0)).is_some() {
-            builder.note(NoteKind::Ignored, "vertex colours: left out", at(".attributes.COLOR_0"));
+            met("primitive", "targets", at(".targets"), builder)?;
         }
         let Some(assembly) = Assembly::of(primitive.mode) else {
-            builder.note(NoteKind::Ignored, "points and lines: left out", at(".mode"));
+            met("primitive", mode_name(primitive.mode), at(".mode"), builder)?;
             return Ok(None);
         };
         let Some(positions) = attribute(Semantic::Positions) else {
-            builder.note(NoteKind::Ignored, "primitives without POSITION: left out", at(".attributes"));
+            let message = "primitives without POSITION: left out";
+            builder.note(NoteKind::Repaired, message, at(".attributes"));
             return Ok(None);
         };
+        if let Some(extensions) = &primitive.extensions
+            && source.root.accessors[positions.value()].buffer_view.is_none()
+        {
+            refuse_compressed(&extensions.others, &at(".extensions"))?;
+        }
         let positions = source.accessor(positions, Type::Vec3, at(".attributes.POSITION"))?;
         let indices = match primitive.indices {
             Some(i) => Some(source.accessor(i, Type::Scalar, at(".indices"))?.indices()?),
@@ -96,7 +103,7 @@ impl Meshes {
             return Err(Error::invalid(at(""), format!("{corners} corners"), "less than 2³²"));
         }
         if assembly.triangles(corners) == 0 {
-            builder.note(NoteKind::Ignored, "primitives without a triangle: left out", at(""));
+            builder.note(NoteKind::Repaired, "primitives without a triangle: left out", at(""));
             return Ok(None);
         }
         if assembly == Assembly::Separate && !corners.is_multiple_of(3) {
@@ -112,7 +119,24 @@ impl Meshes {
             ));
         }
 
-        let material = self.materials.get(source, builder, primitive.material.map(|m| m.value()))?;
+        let tint = match attribute(Semantic::Colors(0)) {
+            Some(colors) => {
+                let at = at(".attributes.COLOR_0");
+                let colors = read_colors(source, colors, positions.count(), range.clone(), &at)?;
+                let used: Box<dyn Iterator<Item = usize>> = match &indices {
+                    Some(indices) => Box::new(indices.iter().map(|&i| i as usize - range.start)),
+                    None => Box::new(0..corners),
+                };
+                tint(&colors, used, &at, builder)?
+            }
+            None => NO_TINT,
+        };
+        let wanted = primitive.material.map(|m| m.value());
+        let material = self.materials.get(source, builder, wanted, tint)?;
+        let has_map = wanted.is_some_and(|i| source.root.materials[i].normal_texture.is_some());
+        if has_map && attribute(Semantic::Tangents).is_some() {
+            met("attribute", "TANGENT", at(".attributes.TANGENT"), builder)?;
+        }
         let uvs = material.uv_set.and_then(|set| attribute(Semantic::TexCoords(set)).map(|uvs| (set, uvs)));
         if material.uv_set.is_some() && uvs.is_none() {
             let message = "textured primitives without the texture coordinates that their material wants: one texel is used";
@@ -161,6 +185,70 @@ fn name(mesh: &json::Mesh, index: usize, primitive: usize) -> String {
     let name = mesh.name.as_deref().filter(|n| !n.is_empty());
     let name = name.map_or_else(|| format!("meshes[{index}]"), super::shown);
     if mesh.primitives.len() == 1 { name } else { format!("{name}.primitives[{primitive}]") }
+}
+
+/// Largest difference of a vertex colour from the mean that is not noted: a step of eight bits.
+const COLOR_STEP: f32 = 1.0 / 255.0;
+
+/// The vertex colours of `range`, with opacity.
+fn read_colors(
+    source: &Source<'_>,
+    colors: json::Index<json::Accessor>,
+    count: usize,
+    range: Range<usize>,
+    at: &Location,
+) -> Result<Vec<Tint>> {
+    if source.root.accessors[colors.value()].type_ == Checked::Valid(Type::Vec4) {
+        return source.accessor(colors, Type::Vec4, at.clone())?.expect_count(count)?.vectors(range);
+    }
+    let colors = source.accessor(colors, Type::Vec3, at.clone())?.expect_count(count)?;
+    Ok(colors.vectors(range)?.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
+}
+
+/// The mean of the colours at the corners in use; noted if any is far from it.
+fn tint(
+    colors: &[Tint],
+    used: impl Iterator<Item = usize>,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Result<Tint> {
+    let (mut sum, mut corners) = ([0.0_f64; 4], 0_u64);
+    let (mut least, mut most) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
+    for color in used.map(|i| colors[i]) {
+        corners += 1;
+        for c in 0..4 {
+            sum[c] += f64::from(color[c]);
+            least[c] = least[c].min(color[c]);
+            most[c] = most[c].max(color[c]);
+        }
+    }
+    let mean = sum.map(|s| (s / corners as f64) as f32);
+    if !mean.iter().all(|m| (0.0..=MAX_TINT).contains(m)) {
+        let message = "vertex colours that are negative, huge or not finite: left out";
+        builder.note(NoteKind::Repaired, message, at.clone());
+        return Ok(NO_TINT);
+    }
+    if (0..4).any(|c| most[c] - mean[c] > COLOR_STEP || mean[c] - least[c] > COLOR_STEP) {
+        met("attribute", "COLOR_0", at.clone(), builder)?;
+    }
+    Ok(mean)
+}
+
+/// Largest factor on a base colour, so that products stay finite.
+const MAX_TINT: f32 = 1e6;
+
+/// The name of a mode in the specification.
+fn mode_name(mode: Checked<Mode>) -> &'static str {
+    match mode {
+        Checked::Valid(Mode::Points) => "POINTS",
+        Checked::Valid(Mode::Lines) => "LINES",
+        Checked::Valid(Mode::LineLoop) => "LINE_LOOP",
+        Checked::Valid(Mode::LineStrip) => "LINE_STRIP",
+        Checked::Valid(Mode::Triangles) => "TRIANGLES",
+        Checked::Valid(Mode::TriangleStrip) => "TRIANGLE_STRIP",
+        Checked::Valid(Mode::TriangleFan) => "TRIANGLE_FAN",
+        Checked::Invalid => "mode",
+    }
 }
 
 /// From the smallest to the largest vertex in use.

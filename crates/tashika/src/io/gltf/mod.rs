@@ -1,32 +1,16 @@
 //! glTF 2.0: `.gltf` with buffers and images in files or `data:` URIs, and `.glb`.[^gltf]
 //!
-//! Axes and units are taken as they are: `+y` up, metres. What becomes what:
+//! What becomes of what a file may hold is the table [`FEATURES`]; notes and errors have its words.
 //!
-//! | glTF | here |
+//! | module | what it does |
 //! |---|---|
-//! | default scene, else the first, else all root nodes | what is loaded; other scenes are noted |
-//! | primitive: triangles, strip, fan | one mesh, read once; each node that shows it places one instance |
-//! | primitive: points, lines | left out, noted |
-//! | no `NORMAL` | flat shading |
-//! | `COLOR_0`, skins, morph targets, animations | left out, noted: the bind pose is shown |
-//! | metallic-roughness | [`Surface::MetallicRoughness`]; roughness from G, metalness from B |
-//! | `KHR_materials_ior`, `KHR_materials_specular` | reflectance of its dielectric part (see `materials`); textures left out, noted |
-//! | `specularFactor` 0 and `metallicFactor` 0 | [`Surface::Lambert`] |
-//! | `KHR_materials_transmission` ≥ 0.5 with roughness < 0.1 | [`Surface::Glass`], noted as approximated: solid, where the extension alone means a thin sheet |
-//! | other transmission | opaque, noted |
-//! | `KHR_materials_unlit` | [`Surface::Lambert`], noted as approximated |
-//! | `emissiveFactor`, its texture, `KHR_materials_emissive_strength` | [`Emission`]; two-sided if `doubleSided` |
-//! | `alphaMode` `MASK`, `BLEND` | [`Alpha`] from the base colour's fourth channel |
-//! | base colour and emission textures | sRGB; metallic-roughness textures are linear |
-//! | samplers | wrapping; filters are not read |
-//! | `TEXCOORD_n` | one set a material: that of its first texture; others are noted |
-//! | `KHR_texture_transform` | [`UvTransform`] |
-//! | `normalTexture`, `occlusionTexture` | left out, noted |
-//! | `KHR_lights_punctual` | [`Emitter`]s; photometric numbers (cd, lx) are used as they are |
-//! | perspective camera | [`Camera`]; name: its own, else its node's, else `camera-i`, made unique by a number |
-//! | orthographic camera | left out, noted |
-//! | `KHR_mesh_quantization` | read |
-//! | other extensions | used: left out, noted; required: refused |
+//! | [`container`] | bytes into a checked document |
+//! | [`features`], [`extensions`] | the table, and what it says about extensions |
+//! | [`source`], [`uri`], [`accessor`] | the bytes that the document refers to |
+//! | [`nodes`], [`instancing`] | what stands where |
+//! | [`meshes`] | primitives into meshes |
+//! | [`materials`], [`textures`] | materials with their extensions |
+//! | [`cameras`], [`lights`] | cameras and lights |
 //!
 //! # Guarantee
 //! No file makes the loader panic. What it allocates is bounded by the bytes that are there, and where a file
@@ -35,24 +19,18 @@
 //! read is only noted.
 //!
 //! # Held to this by
-//! The test modules `gltf` and `damaged_gltf`.
+//! The test modules `gltf`, `gltf_features`, `gltf_materials`, `gltf_structure` and `damaged_gltf`.
 //!
 //! [^gltf]: Khronos Group. "glTF 2.0 Specification." ISO/IEC 12113:2022.
 //!
 //! [`LoadOptions`]: super::LoadOptions
-//! [`Alpha`]: crate::scene::Alpha
-//! [`Camera`]: crate::scene::Camera
-//! [`Emission`]: crate::scene::Emission
-//! [`Emitter`]: crate::scene::Emitter
-//! [`Surface::Glass`]: crate::scene::Surface::Glass
-//! [`Surface::Lambert`]: crate::scene::Surface::Lambert
-//! [`Surface::MetallicRoughness`]: crate::scene::Surface::MetallicRoughness
-//! [`UvTransform`]: crate::scene::UvTransform
 
 mod accessor;
 mod cameras;
 mod container;
 mod extensions;
+mod features;
+mod instancing;
 mod lights;
 mod materials;
 mod meshes;
@@ -63,12 +41,15 @@ mod uri;
 
 use std::collections::BTreeSet;
 
+use self::features::met;
 use self::meshes::Meshes;
 use self::nodes::PlacedNode;
 use self::source::Source;
 use super::SceneFiles;
 use crate::error::{Location, Result};
-use crate::scene::{Instance, NoteKind, Scene, SceneBuilder};
+use crate::scene::{Scene, SceneBuilder};
+
+pub(super) use self::features::FEATURES;
 
 /// Reads a glTF scene.
 pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
@@ -76,9 +57,9 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let file = Location::file(files.path());
     let parsed = container::parse(&bytes, &file)?;
     let mut builder = SceneBuilder::new(files.name(), file.clone());
-    extensions::note_unhandled(&parsed.root, &file, &mut builder);
+    extensions::note_unhandled(&parsed.root, &file, &mut builder)?;
     if parsed.animations > 0 {
-        builder.note(NoteKind::Ignored, "animations: left out", file.item("animations"));
+        met("scene", "animations", file.item("animations"), &mut builder)?;
     }
     let source = Source::new(files, parsed);
     let mut meshes = Meshes::new(&source);
@@ -99,15 +80,14 @@ fn place_mesh(
 ) -> Result<()> {
     let node = &source.root.nodes[placed.index];
     let Some(mesh) = node.mesh else { return Ok(()) };
-    let at = |field: &str| source.at(format!("nodes[{}]{field}", placed.index));
     if node.skin.is_some() {
-        builder.note(NoteKind::Ignored, "skins: the bind pose is shown", at(".skin"));
+        met("node", "skin", source.at(format!("nodes[{}].skin", placed.index)), builder)?;
     }
     let meshes = meshes.get(source, builder, mesh.value())?;
-    source.geometry_budget.take(meshes.len() as u64 * size_of::<Instance>() as u64, &at(".mesh"))?;
-    let to_world = placed.to_world.as_affine3a();
-    for &mesh in meshes {
-        builder.add_instance(mesh, to_world)?;
+    for to_world in instancing::placements(source, placed, meshes.len(), builder)? {
+        for &mesh in meshes {
+            builder.add_instance(mesh, to_world.as_affine3a())?;
+        }
     }
     Ok(())
 }

@@ -5,7 +5,7 @@
 //!
 //! # Guarantee
 //! The graph is a forest: a node with two parents, or one that is its own ancestor, is an error. Depth is
-//! limited by memory only; nothing here recurses.
+//! limited by memory only; nothing here recurses. Nodes that `KHR_node_visibility` hides are left out, with all below them.
 //!
 //! # Held to this by
 //! `gltf::nodes_multiply_from_the_root_down`, `damaged_gltf::nodes_that_form_no_forest_are_refused`,
@@ -14,6 +14,7 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json;
 
+use super::features::met;
 use super::source::Source;
 use crate::error::{Error, Result};
 use crate::scene::{NoteKind, SceneBuilder};
@@ -36,7 +37,7 @@ pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<V
     let chosen = root.scene.map(|s| s.value()).or_else(|| (!root.scenes.is_empty()).then_some(0));
     for other in (0..root.scenes.len()).filter(|&i| Some(i) != chosen) {
         let at = source.at(format!("scenes[{other}]"));
-        builder.note(NoteKind::Ignored, "scenes other than the default one: left out", at);
+        met("scene", "scenes", at, builder)?;
     }
     let first: Vec<usize> = match chosen {
         Some(scene) => {
@@ -58,11 +59,20 @@ pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<V
     let mut placed = Vec::new();
     let mut to_visit: Vec<(usize, DAffine3)> = first.iter().rev().map(|&i| (i, DAffine3::IDENTITY)).collect();
     while let Some((index, parent)) = to_visit.pop() {
+        if is_hidden(&root.nodes[index]) {
+            continue;
+        }
         let to_world = parent * local(source, index, builder);
         placed.push(PlacedNode { index, to_world });
         to_visit.extend(children(&root.nodes[index]).rev().map(|child| (child, to_world)));
     }
     Ok(placed)
+}
+
+/// Whether `KHR_node_visibility` hides the node and all below it.
+fn is_hidden(node: &json::Node) -> bool {
+    let visibility = node.extensions.as_ref().and_then(|e| e.others.get("KHR_node_visibility"));
+    visibility.and_then(|v| v.get("visible")).is_some_and(|v| v.as_bool() == Some(false))
 }
 
 fn children(node: &json::Node) -> impl DoubleEndedIterator<Item = usize> {
@@ -122,13 +132,17 @@ fn local(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> DAffi
     let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let translation = vector(node.translation.unwrap_or([0.0; 3]));
     let scale = vector(node.scale.unwrap_or([1.0; 3]));
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
-    let length = rotation.length();
-    let rotation = if length.is_finite() && length > 1e-6 {
-        rotation / length
-    } else {
-        repaired("rotation", "node rotations that are no quaternion: left out");
-        DQuat::IDENTITY
-    };
+    let rotation =
+        unit_quaternion(node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0)).unwrap_or_else(|| {
+            repaired("rotation", "node rotations that are no quaternion: left out");
+            DQuat::IDENTITY
+        });
     DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+}
+
+/// The rotation that a file means by four numbers, unless they have no direction.
+pub(super) fn unit_quaternion(xyzw: [f32; 4]) -> Option<DQuat> {
+    let rotation = DQuat::from_array(xyzw.map(f64::from));
+    let length = rotation.length();
+    (length.is_finite() && length > 1e-6).then(|| rotation / length)
 }

@@ -19,6 +19,7 @@ use std::cell::{Cell, OnceCell};
 use gltf::json::{self, Root};
 
 use super::container::Parsed;
+use super::extensions::refuse_compressed;
 use super::uri;
 use crate::error::{Error, Location, Result};
 use crate::io::{LoadOptions, SceneFiles};
@@ -93,6 +94,13 @@ impl<'a> Source<'a> {
     /// The bytes of a buffer view, and the stride it asks for.
     pub fn view(&self, index: json::Index<json::buffer::View>) -> Result<(&[u8], Option<usize>)> {
         let view = &self.root.buffer_views[index.value()];
+        let buffer = &self.root.buffers[view.buffer.value()];
+        if let Some(extensions) = &view.extensions
+            && buffer.uri.is_none()
+            && (self.binary.is_none() || view.buffer.value() > 0)
+        {
+            refuse_compressed(&extensions.others, &self.at(format!("bufferViews[{index}].extensions")))?;
+        }
         let buffer = self.buffer(view.buffer.value())?;
         let offset = view.byte_offset.unwrap_or_default().0;
         let end = offset.checked_add(view.byte_length.0).filter(|&end| end <= buffer.len() as u64);

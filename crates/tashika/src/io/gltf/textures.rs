@@ -10,17 +10,18 @@
 //! which turns counter-clockwise where `v` runs down. (The sample code in early versions of the extension
 //! turns the other way and contradicts its own example, which is the test here.)
 //!
-//! Filters are not read: every lookup is bilinear.
+//! A sampler's `magFilter` chooses between the nearest texel and bilinear interpolation; `minFilter` has no use where each path
+//! looks at a point.
 //!
 //! # Held to this by
-//! The tests below; `gltf::textures_are_decoded_once_for_each_encoding`,
+//! The tests below; `gltf::textures_are_decoded_once_for_each_encoding`, `gltf_materials::samplers_choose_the_nearest_texel_or_four`,
 //! `damaged_gltf::a_texture_that_cannot_be_read_is_left_out`.
 
 use std::collections::BTreeMap;
 
 use glam::{Mat3, Vec3};
 use gltf::json;
-use gltf::json::texture::WrappingMode;
+use gltf::json::texture::{MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 
 use super::source::Source;
@@ -28,7 +29,9 @@ use super::{shown, uri};
 use crate::error::{Error, Result};
 use crate::io::images::{self, Encoding};
 use crate::math::elementary::sin_cos;
-use crate::scene::{ImageId, NoteKind, Pixels, SceneBuilder, Texture, UvTransform, Wrap};
+use crate::scene::{
+    ImageId, ImageTexture, NoteKind, Pixels, Sampling, SceneBuilder, Texture, TextureId, UvTransform, Wrap,
+};
 
 /// Largest coefficient of a texture transform; beyond it neighbouring texels cannot be told apart in
 /// `f32`.
@@ -38,27 +41,38 @@ const MAX_COEFFICIENT: f32 = 1e6;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UsedTexture {
     /// The lookup.
-    pub texture: Texture,
+    pub texture: TextureId,
     /// Which of the mesh's sets of texture coordinates it wants.
     pub uv_set: u32,
     /// Whether every texel is opaque.
     pub opaque: bool,
 }
 
+/// What an image is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Content {
+    /// Colours, through the sRGB curve.
+    Color,
+    /// Numbers, one a channel.
+    Numbers,
+    /// The number in this channel, 0 to 3, copied to red, green and blue: for products with other textures, which are by channel.
+    Spread(usize),
+}
+
 /// The images decoded so far; nothing where that failed.
 #[derive(Debug, Default)]
 pub(super) struct Textures {
-    images: BTreeMap<(usize, Encoding), Option<(ImageId, bool)>>,
+    images: BTreeMap<(usize, Content), Option<(ImageId, bool)>>,
 }
 
 impl Textures {
-    /// The texture that `info`, found at `item`, refers to; nothing, with a note, if its image cannot be read.
+    /// The texture that `info`, found at `item`, refers to, with an index in range; nothing, with a note, if its image cannot be read.
     pub fn get(
         &mut self,
         source: &Source<'_>,
         builder: &mut SceneBuilder,
         info: &json::texture::Info,
-        encoding: Encoding,
+        content: Content,
         item: &str,
     ) -> Option<UsedTexture> {
         let index = info.index.value();
@@ -69,23 +83,29 @@ impl Textures {
             return None;
         };
         let image = texture.source.value();
-        let decoded = self.images.entry((image, encoding)).or_insert_with(|| {
-            let decoded = decode(source, builder, image, encoding);
+        let decoded = self.images.entry((image, content)).or_insert_with(|| {
+            let decoded = decode(source, builder, image, content);
             decoded.map_err(|error| note_unreadable(source, builder, image, &error)).ok()
         });
         let (image, opaque) = (*decoded)?;
-        let wrap = texture.sampler.map_or([Wrap::Repeat; 2], |sampler| {
+        let mut lookup = ImageTexture::new(image);
+        if let Some(sampler) = texture.sampler {
             let sampler = &source.root.samplers[sampler.value()];
-            [wrap(sampler.wrap_s), wrap(sampler.wrap_t)]
-        });
+            lookup.wrap = [wrap(sampler.wrap_s), wrap(sampler.wrap_t)];
+            if sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest)) {
+                lookup.sampling = Sampling::Nearest;
+            }
+        }
         let extension = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
-        let transform = extension.map_or(Some(UvTransform::default()), transform).unwrap_or_else(|| {
+        lookup.transform = extension.map_or(Some(UvTransform::default()), transform).unwrap_or_else(|| {
             let message = "texture transforms that are not finite or huge: left out";
             builder.note(NoteKind::Repaired, message, source.at(item));
             UvTransform::default()
         });
         let uv_set = extension.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
-        Some(UsedTexture { texture: Texture { image, wrap, transform }, uv_set, opaque })
+        // Fails for transforms that are not finite, which have been replaced.
+        let texture = builder.add_texture(Texture::Image(lookup)).ok()?;
+        Some(UsedTexture { texture, uv_set, opaque })
     }
 }
 
@@ -94,17 +114,37 @@ fn decode(
     source: &Source<'_>,
     builder: &mut SceneBuilder,
     index: usize,
-    encoding: Encoding,
+    content: Content,
 ) -> Result<(ImageId, bool)> {
     let at = source.at(format!("images[{index}]"));
     let bytes = source.image(index)?;
-    let image = images::decode(&bytes, &image_name(source, index), encoding, source.options(), &at)?;
-    source.image_budget.take(image.bytes() as u64, &at)?;
-    let opaque = match &image.pixels {
-        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => texels.iter().all(|t| t[3] == u8::MAX),
-        Pixels::Float(_) => true,
-    };
-    Ok((builder.add_image(image)?, opaque))
+    let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };
+    let name = image_name(source, index);
+    let mut decoded = images::decode(&bytes, &name, encoding, source.options(), &at)?;
+    source.image_budget.take(decoded.image.bytes() as u64, &at)?;
+    if let Some(message) = decoded.repairs() {
+        builder.note(NoteKind::Repaired, message, at);
+    }
+    if let Content::Spread(channel) = content {
+        spread(&mut decoded.image.pixels, channel);
+    }
+    Ok((builder.add_image(decoded.image)?, decoded.opaque))
+}
+
+/// Copies a channel to red, green and blue.
+fn spread(pixels: &mut Pixels, channel: usize) {
+    match pixels {
+        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => {
+            for texel in texels {
+                let number = texel[channel];
+                texel[..3].fill(number);
+            }
+        }
+        // Without opacity, which is one.
+        Pixels::Float(texels) => {
+            texels.iter_mut().for_each(|t| *t = [t.get(channel).copied().unwrap_or(1.0); 3]);
+        }
+    }
 }
 
 /// The image's file, else its name, else its place.
@@ -166,6 +206,18 @@ mod tests {
             let mapped = map(example, uv).unwrap();
             assert!((mapped - Vec2::from_array(seen)).length() < 1e-6, "{uv:?} sees {mapped}");
         }
+    }
+
+    #[test]
+    fn a_channel_is_copied_to_the_others() {
+        let mut pixels = Pixels::Linear8(vec![[1, 2, 3, 4], [5, 6, 7, 8]]);
+        spread(&mut pixels, 3);
+        assert!(matches!(pixels, Pixels::Linear8(t) if t == [[4, 4, 4, 4], [8, 8, 8, 8]]));
+        let mut float = Pixels::Float(vec![[0.1, 0.2, 0.3]]);
+        spread(&mut float, 1);
+        assert!(matches!(&float, Pixels::Float(t) if t == &[[0.2; 3]]));
+        spread(&mut float, 3);
+        assert!(matches!(float, Pixels::Float(t) if t == [[1.0; 3]]), "opaque");
     }
 
     #[test]

@@ -19,6 +19,7 @@
 //!   sides, and its faces wind as they please.
 //! * `Ns` is taken as the exponent about the mirror direction. With the half vector of the specification
 //!   the same exponent makes a highlight twice as wide.
+//! * `norm` is a normal map in tangent space, green up in the image.
 //! * Materials that are used and not defined are grey, reflectance [`GREY`].
 //!
 //! # Guarantee
@@ -30,14 +31,15 @@
 
 use std::ops::RangeInclusive;
 
+use super::features::meaning;
 use super::map::Map;
 use super::mtl::Definition;
 use super::references::{Content, Textures};
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::scene::{
-    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NoteKind, Notes, SceneBuilder,
-    Surface, Texture,
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NormalInput, NoteKind, Notes,
+    SceneBuilder, Surface, TextureId,
 };
 
 /// Reflectance of what has none: chosen, a middling value for interiors.
@@ -69,7 +71,8 @@ pub(super) fn convert(
     let mut converter = Converter { definition, textures, builder, notes };
     let surface = converter.surface();
     let glass = matches!(surface, Surface::Glass { .. });
-    Material { name: name.to_owned(), surface, emission: converter.emission(), alpha: converter.alpha(glass) }
+    let (emission, alpha) = (converter.emission(), converter.alpha(glass));
+    Material { emission, alpha, normal: converter.normal(), ..Material::new(name, surface) }
 }
 
 /// A material that nothing is known of.
@@ -94,6 +97,11 @@ impl Converter<'_, '_> {
         self.notes.push(kind, message, at);
     }
 
+    /// Says what the table says about the definition as a whole.
+    fn meaning(&mut self, name: &str) {
+        meaning(name, &self.definition.at, self.notes);
+    }
+
     fn surface(&mut self) -> Surface {
         let d = self.definition;
         if let Some(glass) = self.glass() {
@@ -105,13 +113,13 @@ impl Converter<'_, '_> {
         let luminance = |c: Option<Rgb>| c.unwrap_or(Rgb::BLACK).luminance();
         let mirror = d.illum == Some(5) || (d.illum == Some(3) && d.ns.is_none());
         if mirror && luminance(d.ks) > luminance(d.kd) {
-            self.note(NoteKind::Approximated, "reflecting materials (illum 3, 5): a perfect mirror of Ks");
+            self.meaning("illum 3, 5");
             return Surface::Mirror { reflectance: self.specular() };
         }
         let diffuse = self.diffuse();
         if matches!(d.illum, Some(0 | 1)) {
             if luminance(d.ks) > 0.0 {
-                self.note(NoteKind::Ignored, "Ks of materials without highlights (illum 0, 1)");
+                self.meaning("illum 0, 1 with Ks");
             }
             return Surface::Lambert { reflectance: diffuse };
         }
@@ -135,7 +143,7 @@ impl Converter<'_, '_> {
         if !matches!(d.illum, Some(4 | 6 | 7 | 9)) || !transmits || !bends {
             return None;
         }
-        self.note(NoteKind::Approximated, "refracting materials (illum 4, 6, 7, 9): smooth glass");
+        self.meaning("illum 4, 6, 7, 9");
         Some(Surface::Glass {
             ior: self.number("Ni", d.ni, DEFAULT_IOR, 1.0_f32.next_up()..=MAX_IOR),
             reflectance: Rgb::WHITE,
@@ -154,7 +162,7 @@ impl Converter<'_, '_> {
             base_color: self.diffuse(),
             metallic: self.mapped_number(metallic, d.map_pm.as_ref()),
             roughness: self.mapped_number(roughness, d.map_pr.as_ref()),
-            dielectric_f0: Rgb::gray(f0 * f0),
+            specular_f0: Rgb::gray(f0 * f0).into(),
         }
     }
 
@@ -166,10 +174,7 @@ impl Converter<'_, '_> {
             self.note(NoteKind::Defaulted, format!("materials without Kd: reflectance {GREY}"));
         }
         if texture.is_some() && factor.is_black() {
-            self.note(
-                NoteKind::Approximated,
-                "materials with a map_Kd and a black Kd: the map alone is used",
-            );
+            self.meaning("map_Kd with black Kd");
             factor = Rgb::WHITE;
         }
         ColorInput { factor: self.reflectance("Kd", factor, texture.is_some()), texture }
@@ -193,6 +198,13 @@ impl Converter<'_, '_> {
         Some(Emission { radiance: ColorInput { factor, texture }, two_sided: true })
     }
 
+    fn normal(&mut self) -> Option<NormalInput> {
+        let map = self.definition.norm.as_ref()?;
+        let (texture, _) =
+            self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
+        Some(NormalInput::Map { texture, scale: 1.0 })
+    }
+
     fn alpha(&mut self, glass: bool) -> Option<Alpha> {
         let d = self.definition;
         let factor = if glass {
@@ -212,10 +224,7 @@ impl Converter<'_, '_> {
             Some((texture, map.channel.unwrap_or(if has_alpha { Channel::A } else { Channel::R })))
         });
         if factor == 0.0 {
-            self.note(
-                NoteKind::Approximated,
-                "materials that are wholly transparent (d = 0 or Tr = 1): not seen",
-            );
+            self.meaning("d 0");
         }
         let value = FloatInput { factor, texture };
         (value != FloatInput::from(1.0)).then_some(Alpha { value, mode: AlphaMode::Blend })
@@ -227,7 +236,7 @@ impl Converter<'_, '_> {
         d.d.or(d.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0)
     }
 
-    fn color_map(&mut self, map: Option<&Map>) -> Option<Texture> {
+    fn color_map(&mut self, map: Option<&Map>) -> Option<TextureId> {
         let loaded = self.textures.load(map?, self.definition, Content::Color, self.builder, self.notes)?;
         Some(loaded.0)
     }

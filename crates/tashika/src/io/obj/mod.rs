@@ -6,6 +6,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`text`] | encodings, lines, words, numbers |
+//! | [`features`] | what is understood, and the notes about the rest |
 //! | [`parse`] | OBJ statements into lists, indices checked |
 //! | [`shading_normals`] | smoothing groups, flat faces |
 //! | [`polygon`] | polygons into triangles |
@@ -20,28 +21,32 @@
 //! the sizes of the files. The same files give the same scene.
 //!
 //! # Limits
-//! No vertex colours, lines, points, curves, free-form surfaces, bump or reflection maps; each is noted. The
+//! What is left out is in the table [`FEATURES`] and noted. The
 //! format has neither cameras nor lights apart from emitting materials.
 //!
 //! Sources: the Wavefront Advanced Visualizer manual, appendix B1 (OBJ); the MTL specification, version 4.2
 //! (1995). Held to this by `suite::obj`, `suite::damaged_obj`.
 
+mod features;
 mod map;
 mod materials;
 mod meshes;
 mod mtl;
 mod parse;
-mod polygon;
+pub(super) mod polygon;
 mod references;
 mod shading_normals;
 mod tally;
 mod text;
 
+use std::path::Path;
+
 use glam::Affine3A;
 
 use super::SceneFiles;
 use crate::error::{Location, Result};
-use crate::scene::{Material, NoteKind, Notes, Scene, SceneBuilder};
+use crate::scene::{Material, MeshData, NoteKind, Notes, Scene, SceneBuilder};
+pub(super) use features::FEATURES;
 use mtl::Definitions;
 use parse::Reference;
 use references::Textures;
@@ -84,6 +89,19 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     }
     builder.extend_notes(notes.iter());
     builder.build()
+}
+
+/// Reads the polygons of an OBJ file as one mesh, whatever their materials, groups and smoothing groups.
+///
+/// Corners without a normal get the zero vector, and no mesh has normals if no corner has one. Texture coordinates run
+/// down, as they do everywhere here.
+///
+/// # Errors
+/// As [`load`].
+pub(super) fn read_mesh(bytes: &[u8], path: &Path, notes: &mut Notes) -> Result<MeshData> {
+    let mut geometry = parse::parse(&text::decode(bytes, path)?, path, notes)?;
+    geometry.faces.iter_mut().for_each(|face| face.material = 0);
+    Ok(meshes::build(&geometry, path, notes).pop().map(|mesh| mesh.data).unwrap_or_default())
 }
 
 struct Materials<'a> {

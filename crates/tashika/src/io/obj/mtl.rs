@@ -2,8 +2,8 @@
 //!
 //! Read are colours (`Kd`, `Ks`, `Ke`, `Tf`), numbers (`Ns`, `Ni`, `d`, `Tr`, `illum`, and `Pr`, `Pm` of the
 //! physically based extension) and texture statements (`map_Kd`, `map_Ks`, `map_Ke`, `map_d`, `map_Pr`,
-//! `map_Pm`), with keywords in any case of letters. Everything else of the format is left out and noted,
-//! except for the ambient terms, which global illumination replaces.
+//! `map_Pm`, `norm`), with keywords in any case of letters. Everything else of the format is left out and noted as the table of
+//! [`features`](super::features) says, except for the ambient terms, which global illumination replaces.
 //!
 //! Sources: the Wavefront MTL specification, version 4.2 (1995); the extension by Exocortex/Clara.io.
 //!
@@ -16,6 +16,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 
+use super::features::{BUMP, MATERIAL, MODIFIED, Met, SHEEN, SPECTRAL};
 use super::map::Map;
 use super::parse::MAX_UNKNOWN;
 use super::tally::{Named, Tally};
@@ -49,6 +50,7 @@ pub(super) struct Definition {
     pub(super) map_d: Option<Map>,
     pub(super) map_pr: Option<Map>,
     pub(super) map_pm: Option<Map>,
+    pub(super) norm: Option<Map>,
 }
 
 /// The definitions of all libraries of a scene, by name.
@@ -74,6 +76,7 @@ pub(super) fn parse(
         current: None,
         definitions,
         tally: Tally::default(),
+        met: Met::default(),
         unknown: Named::new(NoteKind::Ignored, MAX_UNKNOWN, "further material statements that are not known"),
     };
     let mut lines = Lines::new(text);
@@ -84,6 +87,7 @@ pub(super) fn parse(
     }
     parser.close();
     parser.tally.report(file, notes);
+    parser.met.report(file, notes);
     Ok(())
 }
 
@@ -93,6 +97,7 @@ struct Parser<'a> {
     current: Option<(String, Definition)>,
     definitions: &'a mut Definitions,
     tally: Tally,
+    met: Met,
     unknown: Named,
 }
 
@@ -130,7 +135,7 @@ impl Parser<'_> {
             return Ok(());
         };
         let reader = Reader { file: self.file, line, material, keyword, rest };
-        let mut ignore = |message| self.tally.add(NoteKind::Ignored, message, line);
+        let mut met = |name| self.met.add(MATERIAL, name, line);
         match lower.as_slice() {
             b"kd" | b"ks" | b"ke" | b"tf" => {
                 let slot = match lower.as_slice() {
@@ -141,7 +146,7 @@ impl Parser<'_> {
                 };
                 match reader.color()? {
                     Some(color) => *slot = Some(color),
-                    None => ignore("spectral and CIE XYZ colours: the default is used"),
+                    None => met(SPECTRAL),
                 }
             }
             b"ns" => definition.ns = Some(reader.number()?),
@@ -152,35 +157,35 @@ impl Parser<'_> {
             b"pm" => definition.pm = Some(reader.number()?),
             // Numbers that are not finite become 0, the largest or the smallest.
             b"illum" => definition.illum = Some(reader.number()?.round() as u32),
-            b"map_kd" | b"map_ks" | b"map_ke" | b"map_d" | b"map_pr" | b"map_pm" => {
+            b"map_kd" | b"map_ks" | b"map_ke" | b"map_d" | b"map_pr" | b"map_pm" | b"norm" | b"map_norm"
+            | b"map_kn" => {
                 let slot = match lower.as_slice() {
                     b"map_kd" => &mut definition.map_kd,
                     b"map_ks" => &mut definition.map_ks,
                     b"map_ke" => &mut definition.map_ke,
                     b"map_d" => &mut definition.map_d,
                     b"map_pr" => &mut definition.map_pr,
-                    _ => &mut definition.map_pm,
+                    b"map_pm" => &mut definition.map_pm,
+                    _ => &mut definition.norm,
                 };
                 match Map::parse(rest) {
-                    None => ignore("texture statements without a file name"),
+                    None => self.tally.add(NoteKind::Ignored, "texture statements without a file name", line),
                     Some(map) => {
                         if map.modified {
-                            ignore("texture options -mm, -t, -bm, -boost and -cc");
+                            met(MODIFIED);
                         }
                         *slot = Some(map);
                     }
                 }
             }
             b"ka" | b"map_ka" | b"map_aat" | b"sharpness" => {}
-            b"bump" | b"map_bump" | b"norm" | b"map_norm" | b"map_kn" | b"disp" | b"map_disp" => {
-                ignore("bump, normal and displacement maps");
-            }
-            b"refl" | b"map_refl" => ignore("reflection maps"),
-            b"decal" => ignore("decals"),
-            b"map_ns" => ignore("maps of specular exponents"),
+            b"bump" | b"map_bump" | b"disp" | b"map_disp" => met(BUMP),
+            b"refl" | b"map_refl" => met("refl"),
+            b"decal" => met("decal"),
+            b"map_ns" => met("map_Ns"),
             b"ps" | b"pc" | b"pcr" | b"aniso" | b"anisor" | b"map_ps" | b"map_pc" | b"map_pcr"
             | b"map_aniso" | b"map_anisor" | b"map_rma" | b"map_orm" => {
-                ignore("sheen, clear coat, anisotropy and packed maps of the physically based extension");
+                met(SHEEN);
             }
             _ => {
                 let message = format!("material statements {:?}, which are not known", excerpt(keyword));

@@ -1,8 +1,8 @@
 //! The statements of an OBJ file, as lists.
 //!
 //! Read are `v`, `vt`, `vn`, `f` (and its old name `fo`), `usemtl`, `mtllib`, `s`; `o` and `g` only name
-//! parts. Everything else of the format is left out and noted once a kind, as is what is not of the
-//! format. Source: the Wavefront Advanced Visualizer manual, appendix B1.
+//! parts. Everything else of the format is left out and noted as the table of [`features`](super::features) says; what is not of
+//! the format is noted by name. Source: the Wavefront Advanced Visualizer manual, appendix B1.
 //!
 //! # Guarantee
 //! Every index of every [`Corner`] is in range of its list or [`NONE`]; every face has at least three
@@ -18,6 +18,7 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
+use super::features::{COMMANDS, DISPLAY, FREE_FORM, Met, OUTER_MAPS, STATEMENT, VERTEX_COLORS};
 use super::tally::{Named, Tally};
 use super::text::{Lines, excerpt, name, number, split_keyword, values};
 use crate::error::{Error, Location, Result};
@@ -107,6 +108,7 @@ struct Parser<'a> {
     material: u32,
     smoothing: u32,
     tally: Tally,
+    met: Met,
     unknown: Named,
     first_unknown: Option<(u32, String)>,
     known_statements: bool,
@@ -123,6 +125,7 @@ impl<'a> Parser<'a> {
             material: 0,
             smoothing: 0,
             tally: Tally::default(),
+            met: Met::default(),
             unknown: Named::new(
                 NoteKind::Ignored,
                 MAX_UNKNOWN,
@@ -139,13 +142,13 @@ impl<'a> Parser<'a> {
 
     fn statement(&mut self, line: u32, statement: &[u8], notes: &mut Notes) -> Result<()> {
         let (keyword, rest) = split_keyword(statement);
-        let mut ignore = |message| self.tally.add(NoteKind::Ignored, message, line);
+        let mut met = |name| self.met.add(STATEMENT, name, line);
         match keyword {
             b"v" => {
                 let (xyz, more) = self.numbers::<3>("v", line, rest, 3)?;
                 // Four are x y z w, where w matters to rational curves only.
                 if more >= 3 {
-                    self.tally.add(NoteKind::Ignored, "vertex colours", line);
+                    self.met.add(STATEMENT, VERTEX_COLORS, line);
                 }
                 self.geometry.positions.push(xyz.into());
             }
@@ -162,19 +165,19 @@ impl<'a> Parser<'a> {
             b"mtllib" => self.library(line, rest),
             b"s" => self.smoothing_group(line, rest),
             b"o" | b"g" | b"mg" => {}
-            b"p" => ignore("points"),
-            b"l" => ignore("line elements"),
+            b"p" => met("p"),
+            b"l" => met("l"),
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm"
             | b"trim" | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"bzp" | b"bsp" | b"cdc" | b"cdp"
             | b"res" => {
-                ignore("free-form curves and surfaces");
+                met(FREE_FORM);
             }
             b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" | b"ctech"
             | b"stech" => {
-                ignore("display and render attributes");
+                met(DISPLAY);
             }
-            b"maplib" | b"usemap" => ignore("texture maps outside materials (maplib, usemap)"),
-            b"call" | b"csh" => ignore("other files and commands (call, csh)"),
+            b"maplib" | b"usemap" => met(OUTER_MAPS),
+            b"call" | b"csh" => met(COMMANDS),
             _ => {
                 let word = excerpt(keyword);
                 let at = Location::line(self.file, line);
@@ -348,6 +351,7 @@ impl<'a> Parser<'a> {
         }
         self.check_indices()?;
         self.tally.report(self.file, notes);
+        self.met.report(self.file, notes);
         Ok(self.geometry)
     }
 

@@ -45,7 +45,7 @@ const AREA_TOLERANCE: f64 = 1e-9;
 
 /// How the triangles cover the polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Coverage {
+pub(in crate::io) enum Coverage {
     /// Each part once, if the polygon is simple.
     Whole,
     /// The polygon crosses itself: parts may be missing or covered twice.
@@ -62,7 +62,7 @@ pub(super) fn double_area(points: &[Vec3]) -> DVec3 {
 }
 
 /// Triangulates one polygon after the other.
-pub(super) struct Triangulator {
+pub(in crate::io) struct Triangulator {
     earcut: Earcut<f64>,
     flat: Vec<[f64; 2]>,
     clipped: Vec<u32>,
@@ -70,7 +70,7 @@ pub(super) struct Triangulator {
 }
 
 impl Triangulator {
-    pub(super) fn new() -> Self {
+    pub(in crate::io) fn new() -> Self {
         Self { earcut: Earcut::new(), flat: Vec::new(), clipped: Vec::new(), budget: CROSSING_BUDGET }
     }
 
@@ -79,7 +79,7 @@ impl Triangulator {
     ///
     /// Polygons without area or with corners that are not finite become fans, for
     /// [`SceneBuilder`](crate::scene::SceneBuilder) to repair.
-    pub(super) fn triangulate(&mut self, points: &[Vec3], triangles: &mut Vec<[u32; 3]>) -> Coverage {
+    pub(in crate::io) fn triangulate(&mut self, points: &[Vec3], triangles: &mut Vec<[u32; 3]>) -> Coverage {
         if points.len() > 3 {
             let normal = double_area(points);
             if normal.is_finite() && normal != DVec3::ZERO {

@@ -17,8 +17,9 @@ use super::tally::Named;
 use super::text::decode;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
+use crate::io::assets::reason;
 use crate::io::images::{self, Encoding};
-use crate::scene::{Image, ImageId, NoteKind, Notes, Pixels, SceneBuilder, Texture};
+use crate::scene::{ImageId, ImageTexture, NoteKind, Notes, SceneBuilder, Texture, TextureId};
 
 /// A file that was found.
 struct Found {
@@ -64,19 +65,6 @@ fn find(files: &SceneFiles, folder: &str, name: &str, at: &Location) -> Result<F
 
 fn is_absolute(name: &str) -> bool {
     name.starts_with(['/', '\\']) || name.as_bytes().get(1) == Some(&b':')
-}
-
-/// Why something could not be read, without the place, which its note has.
-fn reason(error: &Error) -> String {
-    match error {
-        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
-            "no such file".to_owned()
-        }
-        Error::Io { source, .. } => source.kind().to_string(),
-        Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
-        Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
-        other => other.to_string(),
-    }
 }
 
 /// How many different files that could not be read, or not where they should be, are named.
@@ -233,7 +221,7 @@ impl<'a> Textures<'a> {
         content: Content,
         builder: &mut SceneBuilder,
         notes: &mut Notes,
-    ) -> Option<(Texture, bool)> {
+    ) -> Option<(TextureId, bool)> {
         let key = (definition.folder.clone(), map.name.clone(), content);
         let loaded = match self.by_name.get(&key) {
             Some(known) => known.clone(),
@@ -247,7 +235,10 @@ impl<'a> Textures<'a> {
         };
         match loaded {
             Ok(Loaded { image, has_alpha }) => {
-                Some((Texture { image, wrap: map.wrap(), transform: map.transform() }, has_alpha))
+                let (wrap, transform) = (map.wrap(), map.transform());
+                let lookup = ImageTexture { wrap, transform, ..ImageTexture::new(image) };
+                // Fails for transforms that are not finite, which maps do not have.
+                Some((builder.add_texture(Texture::Image(lookup)).ok()?, has_alpha))
             }
             Err(reason) => {
                 let message = format!(
@@ -285,18 +276,13 @@ impl<'a> Textures<'a> {
             return Ok(*known);
         }
         let bytes = self.files.read(&reference, at)?;
-        let image = images::decode(&bytes, &reference, encoding, self.files.options(), at)?;
-        let has_alpha = has_alpha(&image);
-        let loaded = Loaded { image: builder.add_image(image)?, has_alpha };
+        let decoded = images::decode(&bytes, &reference, encoding, self.files.options(), at)?;
+        if let Some(message) = decoded.repairs() {
+            notes.push(NoteKind::Repaired, message, at.clone());
+        }
+        let loaded = Loaded { image: builder.add_image(decoded.image)?, has_alpha: !decoded.opaque };
         self.by_path.insert((path, encoding), loaded);
         Ok(loaded)
-    }
-}
-
-fn has_alpha(image: &Image) -> bool {
-    match &image.pixels {
-        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => texels.iter().any(|t| t[3] < 255),
-        Pixels::Float(_) => false,
     }
 }
 

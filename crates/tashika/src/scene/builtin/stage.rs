@@ -6,7 +6,8 @@ use super::shapes::Shape;
 use crate::color::Rgb;
 use crate::error::{Location, Result};
 use crate::scene::{
-    Camera, ColorInput, Emission, Emitter, Image, Material, MaterialId, Scene, SceneBuilder, Surface, Texture,
+    Camera, ColorInput, Emission, Emitter, Image, ImageTexture, Material, MaterialId, Scene, SceneBuilder,
+    Surface, Texture, TextureId,
 };
 
 /// Where the parts of a built-in scene are put together.
@@ -21,8 +22,9 @@ impl Stage {
     }
 
     /// A texture of the whole of `image`, repeated.
-    pub fn texture(&mut self, image: Image) -> Result<Texture> {
-        Ok(Texture::new(self.builder.add_image(image)?))
+    pub fn texture(&mut self, image: Image) -> Result<TextureId> {
+        let image = self.builder.add_image(image)?;
+        self.builder.add_texture(Texture::Image(ImageTexture::new(image)))
     }
 
     /// A material that only scatters.

@@ -176,7 +176,7 @@ fn materials_are_valid_and_not_too_white() {
     for scene in [room(), tiny()] {
         for material in scene.materials() {
             for uv in [Vec2::ZERO, Vec2::new(0.3, 0.7), Vec2::new(0.5, 0.05)] {
-                let bsdf = material.bsdf(scene.images(), uv);
+                let bsdf = scene.part_of(material, uv, 1.0, 0.5).bsdf;
                 assert_eq!(bsdf.validate(), Ok(()), "{}", material.name);
                 let metal_or_glass = matches!(bsdf, Bsdf::Conductor(_) | Bsdf::Glass(_));
                 assert!(metal_or_glass || bsdf.albedo().max_channel() <= 0.8, "{}: {bsdf:?}", material.name);

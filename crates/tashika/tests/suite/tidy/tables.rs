@@ -49,6 +49,7 @@ pub(super) const SIDE_BY_SIDE: &[&str] = &["integrator"];
 pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("earcut", &["io"]),
     ("exr", &["io"]),
+    ("flate2", &["io"]),
     ("glam", &[]),
     ("gltf", &["io"]),
     ("image", &["io"]),
@@ -58,6 +59,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("rand_core", &["rng"]),
     ("rand_pcg", &["rng"]),
     ("rayon", &["accel", "vpl", "render"]),
+    ("roxmltree", &["io"]),
     ("serde", &[]),
     ("serde_json", &["io"]),
     ("smallvec", &["io"]),

@@ -6,7 +6,7 @@ use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{ColorInput, MaterialId, Surface, Texture};
+use crate::scene::{ColorInput, MaterialId, Surface, TextureId};
 
 /// Refractive index of varnish and plastic.
 const COAT_IOR: f32 = 1.5;
@@ -14,7 +14,7 @@ const COAT_IOR: f32 = 1.5;
 /// Materials that more than one thing is made of.
 pub struct Palette {
     /// Grain of all wooden surfaces; multiplies their colour.
-    pub grain: Texture,
+    pub grain: TextureId,
     /// Three walls.
     pub wall: MaterialId,
     /// The coloured wall.
@@ -39,7 +39,7 @@ pub struct Palette {
 
 impl Palette {
     /// Adds the shared materials to a scene.
-    pub fn new(stage: &mut Stage, grain: Texture) -> Result<Self> {
+    pub fn new(stage: &mut Stage, grain: TextureId) -> Result<Self> {
         Ok(Self {
             grain,
             wall: stage.material("wall", matte(Rgb::new(0.70, 0.67, 0.61)))?,
@@ -85,16 +85,16 @@ pub fn coated(color: impl Into<ColorInput>, alpha: f32) -> Surface {
 }
 
 /// Wood of a colour under varnish of GGX roughness `alpha`.
-pub fn varnished(color: Rgb, grain: Texture, alpha: f32) -> Surface {
+pub fn varnished(color: Rgb, grain: TextureId, alpha: f32) -> Surface {
     coated(tinted(color, grain), alpha)
 }
 
 /// Rough metal of GGX roughness `alpha`.
 pub fn metal(fresnel: ConductorFresnel, alpha: f32) -> Surface {
-    Surface::Conductor { fresnel, alpha: alpha.into() }
+    Surface::Conductor { fresnel, specular: Rgb::WHITE.into(), alpha: alpha.into() }
 }
 
 /// A texture multiplied by a colour.
-pub fn tinted(factor: Rgb, texture: Texture) -> ColorInput {
+pub fn tinted(factor: Rgb, texture: TextureId) -> ColorInput {
     ColorInput { factor, texture: Some(texture) }
 }

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::math::elementary::{rotation, sin_cos};
 use crate::scene::builtin::shapes::{Ends, Shape, bevelled_box, cylinder, grid, quad, sphere, tube};
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{Emitter, Falloff};
+use crate::scene::{Emitter, Falloff, FalloffShape};
 
 /// Radiance of the panel that stands for the sky (W·m⁻²·sr⁻¹).
 const SKY: Rgb = Rgb::new(3.7, 5.2, 7.4);
@@ -157,6 +157,10 @@ fn daylight(stage: &mut Stage) -> Result<()> {
         position: target + to_sun * SUN_DISTANCE,
         axis: -to_sun,
         intensity: SUN * (SUN_DISTANCE * SUN_DISTANCE),
-        falloff: Falloff { cos_inner: cone(half_width + 0.1), cos_outer: cone(half_width + 0.25) },
+        falloff: Falloff {
+            cos_inner: cone(half_width + 0.1),
+            cos_outer: cone(half_width + 0.25),
+            shape: FalloffShape::Squared,
+        },
     })
 }

@@ -1,5 +1,8 @@
 //! Linear RGB with the primaries of Rec. 709 / sRGB, and its transfer function.
 
+pub mod metals;
+pub mod spectrum;
+
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Sub};
 

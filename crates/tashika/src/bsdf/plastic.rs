@@ -1,0 +1,70 @@
+//! Diffuse reflection and a dielectric's glossy lobe, side by side.
+//!
+//! ```text
+//! f_r = ρ_d / π  +  k_s F(ω_i·h) D G₂ / (4 c_o c_i)          (sr⁻¹)
+//! ```
+//!
+//! with the GGX terms of [`microfacet`] and the Fresnel equations (Cook and Torrance 1982; Walter et al. 2007). The two
+//! parts do not know of each other, as in the plastics of older renderers: light that the lobe reflects still reaches the base. With
+//! `ρ_d + k_s ≤ 1` no more is reflected than arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated)
+//! is the physical form. Tested by `bsdf::tests`.
+
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use crate::color::Rgb;
+use crate::math::Vec3;
+use crate::warp;
+use microfacet::HalfVector;
+
+/// Diffuse plus a GGX lobe with the Fresnel reflectance of a dielectric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plastic {
+    /// Diffuse reflectance `ρ_d`; each channel in `[0, 1]`.
+    pub diffuse: Rgb,
+    /// Factor `k_s` on the lobe; each channel in `[0, 1]`, at most 1 together with `diffuse`.
+    pub specular: Rgb,
+    /// Index of refraction relative to the outside, from 1.0001 to 5.
+    pub ior: f32,
+    /// Roughness `α` in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
+    pub alpha: f32,
+}
+
+impl Plastic {
+    #[inline]
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        let half = HalfVector::between(wo, wi);
+        let facets =
+            microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi.z, self.alpha);
+        diffuse_brdf(self.diffuse)
+            + self.specular * (facets * fresnel::dielectric(half.cos_incidence(), self.ior))
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let Some(p) = self.lobe_probability(wo.z) else { return 0.0 };
+        let lobe = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi), self.alpha);
+        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * lobe
+    }
+
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+        let direction = [u[1], u[2]];
+        Some(if u[0] < self.lobe_probability(wo.z)? {
+            (microfacet::sample_reflection(wo, self.alpha, direction), Lobe::Glossy)
+        } else {
+            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
+        })
+    }
+
+    /// Probability of drawing from the lobe; `None` if the surface is black.
+    fn lobe_probability(&self, cos_o: f32) -> Option<f32> {
+        let lobe = self.specular.max_channel() * fresnel::dielectric(cos_o, self.ior);
+        glossy_probability(lobe, self.diffuse.max_channel())
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        validate::fraction("diffuse", self.diffuse)?;
+        validate::fraction("specular", self.specular)?;
+        validate::fraction_of_sum("diffuse + specular", self.diffuse + self.specular)?;
+        validate::ior(self.ior)?;
+        validate::alpha(self.alpha)
+    }
+}

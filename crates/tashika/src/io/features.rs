@@ -1,0 +1,91 @@
+//! What each format may say, and what becomes of it here: one table a format.
+//!
+//! Loaders look up in these tables what they meet, so that the table is what the loader does: a row that is not
+//! [`Support::Full`] gives a note, or an error, with the row's own words.
+//!
+//! # Held to this by
+//! `suite::features`: every row, in a small scene of its own, gives the note that it promises and no other; the guide's tables
+//! are these.
+
+use crate::error::{Error, Location, Result};
+use crate::scene::{NoteKind, Notes};
+
+/// How far something is understood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Support {
+    /// As the format defines it.
+    Full,
+    /// Replaced by the nearest that exists here.
+    Approximated,
+    /// Left out.
+    Ignored,
+    /// The scene is not loaded.
+    Refused,
+}
+
+/// One thing that a file of a format may name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Feature {
+    /// What sort of thing it is: material, light, shape, texture, camera, film.
+    pub kind: &'static str,
+    /// Its name, as it is spelt in the format.
+    pub name: &'static str,
+    /// How far it is understood.
+    pub support: Support,
+    /// What it becomes.
+    pub how: &'static str,
+}
+
+/// All features of a format.
+#[derive(Clone, Copy, Debug)]
+pub struct FormatFeatures {
+    /// Name of the format.
+    pub format: &'static str,
+    /// Its rows.
+    pub rows: &'static [Feature],
+}
+
+/// The tables of all formats that have one.
+pub fn features() -> Vec<FormatFeatures> {
+    vec![
+        FormatFeatures { format: "pbrt", rows: super::pbrt::FEATURES },
+        FormatFeatures { format: "Mitsuba", rows: super::mitsuba::FEATURES },
+        FormatFeatures { format: "glTF", rows: super::gltf::FEATURES },
+        FormatFeatures { format: "OBJ", rows: super::obj::FEATURES },
+    ]
+}
+
+impl Feature {
+    /// A row.
+    pub(super) const fn new(
+        kind: &'static str,
+        name: &'static str,
+        support: Support,
+        how: &'static str,
+    ) -> Self {
+        Self { kind, name, support, how }
+    }
+
+    /// The row of a table for a thing of this kind and name.
+    pub(super) fn find(rows: &'static [Self], kind: &str, name: &str) -> Option<&'static Self> {
+        rows.iter().find(|f| f.kind == kind && f.name == name)
+    }
+
+    /// Tells that the thing was met at `at`.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] if it is refused.
+    pub(super) fn met(&self, at: &Location, notes: &mut Notes) -> Result<()> {
+        let Self { kind, name, support, how } = self;
+        let note = match support {
+            Support::Full => return Ok(()),
+            Support::Approximated => NoteKind::Approximated,
+            Support::Ignored => NoteKind::Ignored,
+            Support::Refused => {
+                return Err(Error::unsupported(at.clone(), format!("{kind} {name:?}"), *how));
+            }
+        };
+        notes.push(note, format!("{kind} {name:?}: {how}"), at.clone());
+        Ok(())
+    }
+}

@@ -1,0 +1,112 @@
+//! Fields of the material extensions that the `gltf` crate does not know, with the defaults of their specifications.
+//!
+//! Numbers are as they stand in the file; their ranges are checked where they are used.
+
+use gltf::json::texture::Info;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+/// `KHR_materials_anisotropy`.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Anisotropy {
+    pub anisotropy_strength: f32,
+}
+
+/// `KHR_materials_clearcoat`.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Clearcoat {
+    pub clearcoat_factor: f32,
+    /// In red.
+    pub clearcoat_texture: Option<Info>,
+    pub clearcoat_roughness_factor: f32,
+    /// In green.
+    pub clearcoat_roughness_texture: Option<Info>,
+    pub clearcoat_normal_texture: Option<IgnoredAny>,
+}
+
+/// `KHR_materials_diffuse_transmission`.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct DiffuseTransmission {
+    pub diffuse_transmission_factor: f32,
+    /// In the opacity.
+    pub diffuse_transmission_texture: Option<Info>,
+    pub diffuse_transmission_color_factor: [f32; 3],
+    pub diffuse_transmission_color_texture: Option<Info>,
+}
+
+impl Default for DiffuseTransmission {
+    fn default() -> Self {
+        Self {
+            diffuse_transmission_factor: 0.0,
+            diffuse_transmission_texture: None,
+            diffuse_transmission_color_factor: [1.0; 3],
+            diffuse_transmission_color_texture: None,
+        }
+    }
+}
+
+/// `KHR_materials_pbrSpecularGlossiness`.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: [f32; 4],
+    pub diffuse_texture: Option<Info>,
+    pub specular_factor: [f32; 3],
+    pub glossiness_factor: f32,
+    /// Reflectance, and glossiness in the opacity.
+    pub specular_glossiness_texture: Option<Info>,
+}
+
+impl Default for SpecularGlossiness {
+    fn default() -> Self {
+        Self {
+            diffuse_factor: [1.0; 4],
+            diffuse_texture: None,
+            specular_factor: [1.0; 3],
+            glossiness_factor: 1.0,
+            specular_glossiness_texture: None,
+        }
+    }
+}
+
+/// `KHR_materials_volume`.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Volume {
+    /// In the units of the mesh.
+    pub thickness_factor: f32,
+    pub thickness_texture: Option<IgnoredAny>,
+    /// Infinite if it is not there (m).
+    pub attenuation_distance: Option<f32>,
+    pub attenuation_color: [f32; 3],
+}
+
+impl Default for Volume {
+    fn default() -> Self {
+        Self {
+            thickness_factor: 0.0,
+            thickness_texture: None,
+            attenuation_distance: None,
+            attenuation_color: [1.0; 3],
+        }
+    }
+}
+
+/// The strength of `KHR_materials_sheen`, `KHR_materials_iridescence` or `KHR_materials_dispersion`: without it they do nothing.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Strength {
+    sheen_color_factor: [f32; 3],
+    iridescence_factor: f32,
+    dispersion: f32,
+}
+
+impl Strength {
+    /// Whether the extension does anything.
+    pub(super) fn is_there(&self) -> bool {
+        self.sheen_color_factor != [0.0; 3] || self.iridescence_factor != 0.0 || self.dispersion != 0.0
+    }
+}

@@ -1,0 +1,181 @@
+//! Layers on the opaque surface: each replaces a share of what is below it.
+//!
+//! In the order of glTF, from below, with `m` the metalness:
+//!
+//! | extension | share | of |
+//! |---|---|---|
+//! | clear coat over a dielectric | `clearcoatFactor` | the same base colour with a highlight of `F₀ = 0.04` and the coat's roughness |
+//! | clear coat over metal | `0.04 · clearcoatFactor` | white metal of the coat's roughness |
+//! | diffuse transmission | `diffuseTransmissionFactor · (1 − m)` | a surface that only lets light through, diffusely |
+//! | transmission | `transmissionFactor · (1 − m)` | glass: without thickness, or solid where `KHR_materials_volume` gives it one |
+//!
+//! Glass is smooth; without thickness its tint is the base colour. Solid glass has at each crossing the factor
+//!
+//! ```text
+//! baseColorFactor · attenuationColor^(thicknessFactor / (2 · attenuationDistance))
+//! ```
+//!
+//! which is Lambert–Beer's law over the thickness for light that crosses the surface twice.
+//!
+//! # Limits
+//! A coat over metal has the reflectance of a dielectric at normal incidence at all angles: a mix has one amount for all directions.
+//! Metal that is textured counts as metal there. The tint of solid glass has no texture. Glass has no coat.
+//!
+//! Held to this by `gltf_materials::transmission_*`, `gltf_materials::clear_coats_*`, `gltf_materials::leaves_*`.
+
+use super::fields::{Clearcoat, DiffuseTransmission, Volume};
+use super::opaque::Opaque;
+use super::reader::Reader;
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::io::gltf::textures::Content;
+use crate::math::elementary::powf;
+use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
+
+/// Reflectance of a clear coat at normal incidence: an index of 1.5, which the extension fixes.
+const COAT_F0: f32 = 0.04;
+
+/// Roughness up to which glass counts as smooth: less than the eye makes out through a window. Chosen.
+const SMOOTH_ROUGHNESS: f32 = 0.1;
+
+/// Indices of refraction that glass may have; 1 would be no surface at all.
+const GLASS_IOR: (f32, f32) = (1.0001, 5.0);
+
+const COAT: &str = "KHR_materials_clearcoat";
+const LEAF: &str = "KHR_materials_diffuse_transmission";
+const GLASS: &str = "KHR_materials_transmission";
+const VOLUME: &str = "KHR_materials_volume";
+
+/// The surface of a material with all its layers.
+pub(super) fn surface(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
+    if !opaque.takes_layers {
+        return Ok(opaque.surface);
+    }
+    let surface = coat(reader, opaque)?;
+    let surface = leaf(reader, opaque, surface)?;
+    glass(reader, opaque, surface)
+}
+
+fn coat(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
+    let Some(coat) = reader.extension::<Clearcoat>(COAT)? else { return Ok(opaque.surface) };
+    let field = |name: &str| format!("extensions.{COAT}.{name}");
+    let factor = reader.number(&field("clearcoatFactor"), coat.clearcoat_factor, 1.0)?;
+    if factor == 0.0 {
+        return Ok(opaque.surface);
+    }
+    reader.met_extension(COAT)?;
+    if coat.clearcoat_normal_texture.is_some() {
+        reader.met_field(COAT, "clearcoatNormalTexture")?;
+    }
+    let name = "clearcoatRoughnessFactor";
+    let roughness = reader.number(&field(name), coat.clearcoat_roughness_factor, 1.0)?;
+    let (name, info) = (field("clearcoatTexture"), coat.clearcoat_texture.as_ref());
+    let mut amount = reader.textured(factor, &name, info, Channel::R)?;
+    let (name, info) = (field("clearcoatRoughnessTexture"), coat.clearcoat_roughness_texture.as_ref());
+    let roughness = reader.textured(roughness, &name, info, Channel::G)?;
+    let is_dielectric = opaque.metallic.factor == 0.0;
+    if !is_dielectric {
+        amount.factor *= COAT_F0;
+    }
+    let coated = Surface::MetallicRoughness {
+        base_color: if is_dielectric { opaque.base_color } else { Rgb::WHITE.into() },
+        metallic: if is_dielectric { 0.0.into() } else { 1.0.into() },
+        roughness,
+        specular_f0: Rgb::gray(COAT_F0).into(),
+    };
+    reader.mix(opaque.surface, coated, amount, "coat")
+}
+
+fn leaf(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result<Surface> {
+    let Some(leaf) = reader.extension::<DiffuseTransmission>(LEAF)? else { return Ok(below) };
+    let field = |name: &str| format!("extensions.{LEAF}.{name}");
+    let name = field("diffuseTransmissionFactor");
+    let factor = reader.number(&name, leaf.diffuse_transmission_factor, 1.0)?;
+    if factor == 0.0 {
+        return Ok(below);
+    }
+    reader.met_extension(LEAF)?;
+    let name = field("diffuseTransmissionColorFactor");
+    let color = reader.color(&name, leaf.diffuse_transmission_color_factor, 1.0)?;
+    let name = field("diffuseTransmissionColorTexture");
+    let texture = reader.texture(&name, leaf.diffuse_transmission_color_texture.as_ref(), Content::Color)?;
+    let transmittance = ColorInput { factor: color, texture: texture.map(|t| t.texture) };
+    let through = Surface::Translucent { reflectance: Rgb::BLACK.into(), transmittance };
+    let (name, info) = (field("diffuseTransmissionTexture"), leaf.diffuse_transmission_texture.as_ref());
+    let amount = share(reader, opaque, factor, &name, info, Channel::A)?;
+    reader.mix(below, through, amount, "diffuse transmission")
+}
+
+fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result<Surface> {
+    let extensions = reader.material.extensions.as_ref();
+    let Some(glass) = extensions.and_then(|e| e.transmission.as_ref()) else { return Ok(below) };
+    let field = |name: &str| format!("extensions.{GLASS}.{name}");
+    let factor = reader.number(&field("transmissionFactor"), glass.transmission_factor.0, 1.0)?;
+    if factor == 0.0 || opaque.ior == 0.0 {
+        return Ok(below);
+    }
+    if opaque.roughness.factor > SMOOTH_ROUGHNESS {
+        reader.met_field(GLASS, "roughnessFactor")?;
+    }
+    let info = glass.transmission_texture.as_ref();
+    let amount = share(reader, opaque, factor, &field("transmissionTexture"), info, Channel::R)?;
+    let ior = opaque.ior.clamp(GLASS_IOR.0, GLASS_IOR.1);
+    let reflectance = opaque.specular;
+    let surface = match absorption(reader)? {
+        Some(absorption) => {
+            if opaque.base_color.texture.is_some() {
+                reader.met_field(VOLUME, "baseColorTexture")?;
+            }
+            Surface::Glass { ior, reflectance, transmittance: opaque.base_color.factor * absorption }
+        }
+        None => Surface::ThinGlass { ior, reflectance: reflectance.into(), transmittance: opaque.base_color },
+    };
+    reader.mix(below, surface, amount, "glass")
+}
+
+/// What absorption leaves at each crossing of the surface of something solid; none of something without thickness.
+fn absorption(reader: &mut Reader<'_, '_>) -> Result<Option<Rgb>> {
+    let Some(volume) = reader.extension::<Volume>(VOLUME)? else { return Ok(None) };
+    let field = |name: &str| format!("extensions.{VOLUME}.{name}");
+    let thickness = reader.number(&field("thicknessFactor"), volume.thickness_factor, f32::MAX)?;
+    if thickness == 0.0 {
+        return Ok(None);
+    }
+    if volume.thickness_texture.is_some() {
+        reader.met_field(VOLUME, "thicknessTexture")?;
+    }
+    let color = reader.color(&field("attenuationColor"), volume.attenuation_color, 1.0)?;
+    let Some(distance) = volume.attenuation_distance.filter(|_| color != Rgb::WHITE) else {
+        return Ok(Some(Rgb::WHITE));
+    };
+    let distance = reader.number(&field("attenuationDistance"), distance, f32::MAX)?;
+    if distance == 0.0 {
+        let message = "attenuation distances that are not above 0: nothing is absorbed";
+        reader.builder.note(NoteKind::Repaired, message, reader.at(&field("attenuationDistance")));
+        return Ok(Some(Rgb::WHITE));
+    }
+    reader.met_field(VOLUME, "attenuationDistance")?;
+    // Finite exponents keep powers of 0 and 1 what they are.
+    let exponent = (0.5 * thickness / distance).min(f32::MAX);
+    Ok(Some(color.map(|c| powf(c, exponent))))
+}
+
+/// `factor · texture · (1 − metalness)`, the texture being that channel of `info`.
+fn share(
+    reader: &mut Reader<'_, '_>,
+    opaque: &Opaque,
+    factor: f32,
+    field: &str,
+    info: Option<&gltf::json::texture::Info>,
+    channel: Channel,
+) -> Result<FloatInput> {
+    let metallic = opaque.metallic;
+    let Some((metal, metal_channel)) = metallic.texture.filter(|_| metallic.factor > 0.0) else {
+        return reader.textured(factor * (1.0 - metallic.factor), field, info, channel);
+    };
+    let rest = reader.white_to(metal, Rgb::gray(1.0 - metallic.factor))?;
+    let content = Content::Spread(if channel == Channel::A { 3 } else { 0 });
+    let texture = reader.texture(field, info, content)?.map(|t| t.texture);
+    let texture = reader.product([texture, Some(rest)])?;
+    Ok(FloatInput { factor, texture: texture.map(|t| (t, metal_channel)) })
+}

@@ -1,0 +1,207 @@
+//! The opaque surface of a material.
+//!
+//! A dielectric's reflectance at normal incidence is, with `n` from `KHR_materials_ior` (default 1.5, so 0.04) and the rest from
+//! `KHR_materials_specular` (default 1),
+//!
+//! ```text
+//! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularColorTexture · specularFactor · specularTexture
+//! ```
+//!
+//! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` and `α_b = α`; here both are `√(α_t α_b)`.
+//!
+//! `KHR_materials_pbrSpecularGlossiness` becomes, with `s` its specular colour and `g` its glossiness,
+//!
+//! ```text
+//! base colour = diffuse · (1 − max s),   metalness = 0,   F₀ = s,   roughness = 1 − g
+//! ```
+//!
+//! with `1 − s` channel by channel in place of `1 − max s` where `s` is textured.
+//!
+//! # Limits
+//! `specularFactor` also scales the reflectance at grazing angles in the extension; here only at normal incidence. At zero on
+//! a dielectric, where nothing of the reflection is left, the surface is Lambertian.
+//!
+//! Sources: the extensions' specifications (Khronos). Held to this by `gltf::metallic_roughness_with_index_and_specular`,
+//! `gltf_materials`.
+
+use super::fields::{Anisotropy, SpecularGlossiness, Strength};
+use super::reader::Reader;
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::io::gltf::textures::{Content, UsedTexture};
+use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
+
+const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+const ANISOTROPY: &str = "KHR_materials_anisotropy";
+
+/// What all layers of a material refer to.
+pub(super) struct Opaque {
+    /// The opaque surface.
+    pub surface: Surface,
+    /// Whether extensions may add layers: not to unlit surfaces and those of specular-glossiness.
+    pub takes_layers: bool,
+    pub base_color: ColorInput,
+    pub metallic: FloatInput,
+    pub roughness: FloatInput,
+    /// Index of refraction; 0 reflects everything.
+    pub ior: f32,
+    /// Factor on a dielectric's reflection at normal incidence, 0 to 1.
+    pub specular: Rgb,
+    /// Factor on the opacity of `texture`.
+    pub opacity: f32,
+    /// The texture of the base colour.
+    pub texture: Option<UsedTexture>,
+    /// Whether there should be a texture of the base colour that could not be read.
+    pub texture_lost: bool,
+}
+
+impl Opaque {
+    /// Reads it.
+    pub fn read(reader: &mut Reader<'_, '_>) -> Result<Self> {
+        let material = reader.material;
+        if let Some(glossy) = reader.extension::<SpecularGlossiness>(SPECULAR_GLOSSINESS)? {
+            return Self::specular_glossiness(reader, &glossy);
+        }
+        let pbr = &material.pbr_metallic_roughness;
+        let [r, g, b, a] = pbr.base_color_factor.0;
+        let factor = reader.color("pbrMetallicRoughness.baseColorFactor", [r, g, b], 1.0)?;
+        let opacity = reader.number("pbrMetallicRoughness.baseColorFactor[3]", a, 1.0)?;
+        let field = "pbrMetallicRoughness.baseColorTexture";
+        let texture = reader.texture(field, pbr.base_color_texture.as_ref(), Content::Color)?;
+        let [r, g, b, a] = reader.tint;
+        let base_color =
+            ColorInput { factor: factor * Rgb::new(r, g, b), texture: texture.map(|t| t.texture) };
+        let mut opaque = Self {
+            surface: Surface::Lambert { reflectance: base_color },
+            takes_layers: false,
+            base_color,
+            metallic: 0.0.into(),
+            roughness: 1.0.into(),
+            ior: 1.5,
+            specular: Rgb::WHITE,
+            opacity: opacity * a,
+            texture,
+            texture_lost: texture.is_none() && pbr.base_color_texture.is_some(),
+        };
+        if material.extensions.as_ref().is_some_and(|e| e.unlit.is_some()) {
+            reader.met_extension("KHR_materials_unlit")?;
+            return Ok(opaque);
+        }
+        opaque.takes_layers = true;
+        let metallic = reader.number("pbrMetallicRoughness.metallicFactor", pbr.metallic_factor.0, 1.0)?;
+        let roughness = reader.number("pbrMetallicRoughness.roughnessFactor", pbr.roughness_factor.0, 1.0)?;
+        let field = "pbrMetallicRoughness.metallicRoughnessTexture";
+        let texture = reader.texture(field, pbr.metallic_roughness_texture.as_ref(), Content::Numbers)?;
+        let textured =
+            |factor, channel| FloatInput { factor, texture: texture.map(|t| (t.texture, channel)) };
+        opaque.metallic = textured(metallic, Channel::B);
+        opaque.roughness = textured(isotropic(reader, roughness)?, Channel::G);
+        opaque.ior = ior(reader)?;
+        let (f0, strength) = opaque.f0(reader)?;
+        if strength > 0.0 || metallic > 0.0 {
+            let (base_color, metallic, roughness) = (opaque.base_color, opaque.metallic, opaque.roughness);
+            opaque.surface = Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0: f0 };
+        }
+        for name in ["KHR_materials_sheen", "KHR_materials_iridescence", "KHR_materials_dispersion"] {
+            if reader.extension::<Strength>(name)?.is_some_and(|s| s.is_there()) {
+                reader.met_extension(name)?;
+            }
+        }
+        Ok(opaque)
+    }
+
+    /// A dielectric's reflectance at normal incidence, and the factor on all of its reflection.
+    fn f0(&mut self, reader: &mut Reader<'_, '_>) -> Result<(ColorInput, f32)> {
+        let from_index = (self.ior - 1.0) / (self.ior + 1.0);
+        let f0 = Rgb::gray(from_index * from_index);
+        let extensions = reader.material.extensions.as_ref();
+        let Some(specular) = extensions.and_then(|e| e.specular.as_ref()) else {
+            return Ok((f0.into(), 1.0));
+        };
+        let field = |name: &str| format!("extensions.KHR_materials_specular.{name}");
+        let strength = reader.number(&field("specularFactor"), specular.specular_factor.0, 1.0)?;
+        let tint = reader.color(&field("specularColorFactor"), specular.specular_color_factor.0, f32::MAX)?;
+        let color = specular.specular_color_texture.as_ref();
+        let color = reader.texture(&field("specularColorTexture"), color, Content::Color)?;
+        let number = specular.specular_texture.as_ref();
+        let number = reader.texture(&field("specularTexture"), number, Content::Spread(3))?;
+        self.specular = tint.map(|v| v.min(1.0)) * strength;
+        let factor = (f0 * tint).map(|v| v.min(1.0)) * strength;
+        let texture = reader.product([color, number].map(|t| t.map(|t| t.texture)))?;
+        Ok((ColorInput { factor, texture }, strength))
+    }
+
+    fn specular_glossiness(reader: &mut Reader<'_, '_>, glossy: &SpecularGlossiness) -> Result<Self> {
+        reader.met_extension(SPECULAR_GLOSSINESS)?;
+        let field = |name: &str| format!("extensions.{SPECULAR_GLOSSINESS}.{name}");
+        let [r, g, b, a] = glossy.diffuse_factor;
+        let diffuse = reader.color(&field("diffuseFactor"), [r, g, b], 1.0)?;
+        let opacity = reader.number(&field("diffuseFactor[3]"), a, 1.0)?;
+        let f0 = reader.color(&field("specularFactor"), glossy.specular_factor, 1.0)?;
+        let glossiness = reader.number(&field("glossinessFactor"), glossy.glossiness_factor, 1.0)?;
+        let diffuse_texture =
+            reader.texture(&field("diffuseTexture"), glossy.diffuse_texture.as_ref(), Content::Color)?;
+        let (name, info) = (field("specularGlossinessTexture"), glossy.specular_glossiness_texture.as_ref());
+        let f0_texture = reader.texture(&name, info, Content::Color)?.map(|t| t.texture);
+        let glossiness_texture = reader.texture(&name, info, Content::Spread(3))?.map(|t| t.texture);
+        let [r, g, b, a] = reader.tint;
+        let mut base_color =
+            ColorInput { factor: diffuse * Rgb::new(r, g, b), texture: diffuse_texture.map(|t| t.texture) };
+        match f0_texture {
+            Some(f0_texture) => {
+                let rest = reader.white_to(f0_texture, Rgb::WHITE - f0)?;
+                base_color.texture = reader.product([base_color.texture, Some(rest)])?;
+            }
+            None => base_color.factor *= 1.0 - f0.max_channel(),
+        }
+        let roughness = match glossiness_texture {
+            Some(texture) => {
+                let texture = reader.white_to(texture, Rgb::gray(1.0 - glossiness))?;
+                FloatInput { factor: 1.0, texture: Some((texture, Channel::R)) }
+            }
+            None => (1.0 - glossiness).into(),
+        };
+        let (metallic, specular_f0) = (0.0.into(), ColorInput { factor: f0, texture: f0_texture });
+        Ok(Self {
+            surface: Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 },
+            takes_layers: false,
+            base_color,
+            metallic,
+            roughness,
+            ior: 1.5,
+            specular: Rgb::WHITE,
+            opacity: opacity * a,
+            texture: diffuse_texture,
+            texture_lost: diffuse_texture.is_none() && glossy.diffuse_texture.is_some(),
+        })
+    }
+}
+
+/// The roughness that is the same in all directions.
+fn isotropic(reader: &mut Reader<'_, '_>, roughness: f32) -> Result<f32> {
+    let Some(anisotropy) = reader.extension::<Anisotropy>(ANISOTROPY)? else { return Ok(roughness) };
+    let field = format!("extensions.{ANISOTROPY}.anisotropyStrength");
+    let strength = reader.number(&field, anisotropy.anisotropy_strength, 1.0)?;
+    if strength == 0.0 {
+        return Ok(roughness);
+    }
+    reader.met_extension(ANISOTROPY)?;
+    let across = roughness * roughness;
+    let along = across + (1.0 - across) * strength * strength;
+    Ok((along * across).sqrt().sqrt())
+}
+
+/// The index of refraction. Zero is the extension's way of asking for a reflectance of one, which the formula gives.
+fn ior(reader: &mut Reader<'_, '_>) -> Result<f32> {
+    let Some(ior) = reader.material.extensions.as_ref().and_then(|e| e.ior.as_ref()) else {
+        return Ok(1.5);
+    };
+    let field = "extensions.KHR_materials_ior.ior";
+    let ior = reader.number(field, ior.ior.0, 1e3)?;
+    if ior > 0.0 && ior < 1.0 {
+        let message = "indices of refraction between 0 and 1: 1 is used";
+        reader.builder.note(NoteKind::Repaired, message, reader.at(field));
+        return Ok(1.0);
+    }
+    Ok(ior)
+}

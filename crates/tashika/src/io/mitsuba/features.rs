@@ -1,0 +1,148 @@
+//! What Mitsuba files may name, and what becomes of it.
+//!
+//! Held to this by `suite::mitsuba::every_feature_gives_the_note_that_its_row_promises`.
+
+use crate::io::features::{Feature, Support};
+
+use Support::{Approximated, Full, Ignored};
+
+const fn full(kind: &'static str, name: &'static str, how: &'static str) -> Feature {
+    Feature::new(kind, name, Full, how)
+}
+
+const fn near(kind: &'static str, name: &'static str, how: &'static str) -> Feature {
+    Feature::new(kind, name, Approximated, how)
+}
+
+const fn none(kind: &'static str, name: &'static str, how: &'static str) -> Feature {
+    Feature::new(kind, name, Ignored, how)
+}
+
+/// What the Mitsuba loader knows. All materials reflect on both sides, whether `twosided` or not.
+pub(in crate::io) const FEATURES: &[Feature] = &[
+    // Materials.
+    full("material", "diffuse", "Lambertian"),
+    near("material", "roughdiffuse", "Lambertian of the same reflectance"),
+    full("material", "dielectric", "smooth glass"),
+    full("material", "thindielectric", "a pane of glass without refraction"),
+    near("material", "roughdielectric", "smooth glass"),
+    full("material", "conductor", "mirror with the Fresnel reflectance of the metal"),
+    full("material", "roughconductor", "GGX with the Fresnel reflectance of the metal"),
+    full("material", "plastic", "smooth dielectric coat over a Lambertian base"),
+    full("material", "roughplastic", "GGX dielectric coat over a Lambertian base"),
+    near("material", "pplastic", "smooth or rough plastic, not polarized"),
+    near("material", "principled", "metallic-roughness model; glass from a transmission of 0.5"),
+    near(
+        "material",
+        "principledthin",
+        "metallic-roughness model; thin glass or a diffuse sheet where it transmits",
+    ),
+    full("material", "phong", "modified Phong"),
+    near("material", "ward", "Phong lobe of the same width"),
+    near("material", "hair", "Lambertian"),
+    near("material", "measured", "Lambertian grey of reflectance 0.5: the data are not read"),
+    near("material", "measured_polarized", "Lambertian grey of reflectance 0.5: the data are not read"),
+    near("material", "irawan", "Lambertian grey of reflectance 0.5"),
+    near("material", "hk", "Lambertian on both sides"),
+    near("material", "coating", "plastic if the base is Lambertian, else the base without its coat"),
+    near(
+        "material",
+        "roughcoating",
+        "rough plastic if the base is Lambertian, else the base without its coat",
+    ),
+    full("material", "bumpmap", "shading normals from heights"),
+    full("material", "normalmap", "shading normals from a map"),
+    full("material", "mask", "opacity"),
+    full("material", "twosided", "its material"),
+    near("material", "twosided of two", "the first of its materials on both sides"),
+    full("material", "blendbsdf", "one of two at each point, at random"),
+    full("material", "mixturebsdf", "one of several at each point, at random"),
+    full("material", "difftrans", "Lambertian transmission"),
+    full("material", "null", "invisible"),
+    none("material", "polarizer", "invisible"),
+    none("material", "retarder", "invisible"),
+    none("material", "circular", "invisible"),
+    near("material", "distribution beckmann", "GGX of the same roughness"),
+    near("material", "distribution phong", "GGX of the same roughness"),
+    near("material", "distribution as", "GGX of the same roughness"),
+    near("material", "anisotropic roughness", "its geometric mean in all directions"),
+    near("material", "textured linear plastic", "nonlinear plastic with a power of the texture"),
+    // Textures and spectra.
+    full("texture", "bitmap", "image"),
+    full("texture", "checkerboard", "checkerboard"),
+    full("texture", "scale", "product"),
+    near("texture", "gridtexture", "colour between its lines"),
+    near("texture", "mesh_attribute", "grey of 0.5"),
+    near("texture", "vertexcolors", "grey of 0.5"),
+    near("texture", "volume", "grey of 0.5"),
+    near("texture", "noise", "grey of 0.5"),
+    near("texture", "curvature", "grey of 0.5"),
+    near("texture", "wireframe", "colour between its edges"),
+    full("texture", "uniform", "constant"),
+    full("texture", "srgb", "constant"),
+    full("texture", "d65", "white of the given scale"),
+    full("texture", "regular", "constant: the spectrum's colour"),
+    full("texture", "irregular", "constant: the spectrum's colour"),
+    full("texture", "blackbody", "constant: the spectrum's colour"),
+    near("texture", "opacity of an image with alpha", "the alpha, where Mitsuba takes the luminance"),
+    near("texture", "filter ewa", "bilinear interpolation"),
+    near("texture", "wrap one", "black outside of the image"),
+    // Shapes.
+    full("shape", "obj", "mesh"),
+    full("shape", "ply", "mesh"),
+    full("shape", "serialized", "mesh"),
+    full("shape", "rectangle", "mesh"),
+    full("shape", "cube", "mesh"),
+    full("shape", "sphere", "fine mesh with exact normals"),
+    full("shape", "disk", "fine mesh"),
+    full("shape", "cylinder", "fine mesh with exact normals"),
+    full("shape", "shapegroup", "meshes that its instances share"),
+    full("shape", "instance", "instances of the group's meshes"),
+    full("shape", "merge", "its shapes"),
+    none("shape", "hair", "left out"),
+    none("shape", "heightfield", "left out"),
+    none("shape", "sdfgrid", "left out"),
+    none("shape", "bsplinecurve", "left out"),
+    none("shape", "linearcurve", "left out"),
+    none("shape", "ellipsoids", "left out"),
+    none("shape", "ellipsoidsmesh", "left out"),
+    none("shape", "deformable", "left out"),
+    near("shape", "max_smooth_angle", "flat faces where the angle is below 30°, else the mesh's own normals"),
+    // Lights.
+    full("light", "area", "emitting surface, on the side of its normals"),
+    full("light", "point", "point"),
+    full("light", "spot", "spot"),
+    none("light", "spot texture", "equal intensity about the axis"),
+    full("light", "directional", "parallel light"),
+    near("light", "directionalarea", "emitting surface with a cosine lobe"),
+    full("light", "constant", "constant environment"),
+    full("light", "envmap", "latitude-longitude environment"),
+    near("light", "sky", "clear sky of Preetham, Shirley and Smits 1999"),
+    near("light", "sun", "parallel light behind the atmosphere of Preetham, Shirley and Smits 1999"),
+    near("light", "sunsky", "sun and clear sky of Preetham, Shirley and Smits 1999"),
+    none("light", "collimated", "left out"),
+    none("light", "projector", "left out"),
+    none("light", "second environment", "left out: the first one is seen"),
+    // Cameras and films.
+    full("camera", "perspective", "pinhole"),
+    full("camera", "thinlens", "thin lens"),
+    full("camera", "orthographic", "orthographic"),
+    near("camera", "perspective_rdist", "pinhole without distortion"),
+    near("camera", "telecentric", "orthographic"),
+    none("camera", "spherical", "left out"),
+    none("camera", "irradiancemeter", "left out"),
+    none("camera", "radiancemeter", "left out"),
+    none("camera", "fluencemeter", "left out"),
+    none("camera", "distant", "left out"),
+    full("camera", "batch", "its cameras"),
+    full("film", "hdrfilm", "its size and window"),
+    full("film", "ldrfilm", "its size and window"),
+    full("film", "specfilm", "its size and window"),
+    full("film", "mfilm", "its size and window"),
+    full("film", "tiledhdrfilm", "its size and window"),
+    // Volumes.
+    none("medium", "homogeneous", "vacuum"),
+    none("medium", "heterogeneous", "vacuum"),
+    none("medium", "dipole", "the surface alone"),
+    none("medium", "singlescatter", "the surface alone"),
+];

@@ -1,0 +1,371 @@
+//! Parameters of materials and lights: colours, numbers, textures.
+//!
+//! | value | as a reflectance | as a radiance |
+//! |---|---|---|
+//! | `rgb` | itself, clamped to 0 to 1 | itself |
+//! | `spectrum`, one number `c` | grey `c` | grey `c`, as in Mitsuba 0.6 to 3.5 |
+//! | `spectrum`, samples | colour under equal energy, white adapted | integral with the CIE's observer of 1931, not adapted |
+//! | `blackbody` | | Planck's law in W·m⁻²·sr⁻¹·nm⁻¹, as `spectrum` |
+//!
+//! Texture coordinates of Mitsuba run down from an image's top row, as they do here: `to_uv` is used as it is.
+//! A checkerboard has two by two squares in the unit square, the first colour at `u, v < ½`.
+//!
+//! Held to this by `suite::mitsuba`.
+
+use glam::{Mat3, Vec2};
+
+use super::object::{Class, Object, Value};
+use super::values::{self, Spectrum, shown};
+use super::{Progress, Translation, transforms};
+use crate::color::Rgb;
+use crate::color::spectrum::{blackbody, rgb_of_emission, rgb_of_reflectance};
+use crate::error::{Error, Location, Result};
+use crate::io::images::Encoding;
+use crate::scene::{
+    Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Sampling, Texture, TextureId, UvTransform, Wrap,
+};
+
+/// Reflectance of what cannot be read.
+pub(super) const GREY: Rgb = Rgb::gray(0.5);
+
+/// Wavelengths at which Planck's law is sampled (nm): first, last, step.
+const BLACKBODY_NM: [u16; 3] = [360, 830, 5];
+
+/// What a colour stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Quantity {
+    /// From 0 to 1.
+    Reflectance,
+    /// Emitted.
+    Radiance,
+    /// Anything from 0: indices of refraction.
+    Number,
+}
+
+/// A texture in use, with the channel that numbers are taken from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Textured {
+    pub(super) color: ColorInput,
+    pub(super) channel: Channel,
+}
+
+impl From<Rgb> for Textured {
+    fn from(color: Rgb) -> Self {
+        Self { color: color.into(), channel: Channel::Luminance }
+    }
+}
+
+impl Textured {
+    fn float(self) -> FloatInput {
+        let factor = self.color.factor.luminance();
+        FloatInput { factor, texture: self.color.texture.map(|t| (t, self.channel)) }
+    }
+}
+
+impl Translation<'_> {
+    /// The colour of a parameter: the first of `names` that is there, else `missing`.
+    pub(super) fn color(
+        &mut self,
+        object: &Object,
+        names: &[&str],
+        quantity: Quantity,
+        missing: Rgb,
+    ) -> Result<ColorInput> {
+        Ok(self.textured(object, names, quantity)?.map_or(missing.into(), |t| t.color))
+    }
+
+    /// As [`Self::color`], where only a constant is of use: a texture counts as its factor.
+    pub(super) fn constant_color(
+        &mut self,
+        object: &Object,
+        names: &[&str],
+        quantity: Quantity,
+        missing: Rgb,
+    ) -> Result<Rgb> {
+        let input = self.color(object, names, quantity, missing)?;
+        if input.texture.is_some() {
+            let message = format!(
+                "{} {:?}: the texture of {:?} is not used",
+                object.class.name(),
+                shown(&object.plugin),
+                names[0]
+            );
+            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+            return Ok(GREY.zip(input.factor, |a, b| a * b));
+        }
+        Ok(input.factor)
+    }
+
+    /// The number of a parameter.
+    pub(super) fn float(&mut self, object: &Object, name: &str, missing: f32) -> Result<FloatInput> {
+        Ok(self.textured(object, &[name], Quantity::Number)?.map_or(missing.into(), Textured::float))
+    }
+
+    fn textured(&mut self, object: &Object, names: &[&str], quantity: Quantity) -> Result<Option<Textured>> {
+        for name in names {
+            if let Some(texture) = self.document.texture(object, name) {
+                return self.texture(texture, quantity).map(Some);
+            }
+            let value = object.take(name, |value| rgb_of(value, quantity));
+            if let Some(color) = value {
+                return Ok(Some(self.in_range(color, quantity, &object.place_of(name)).into()));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The colour, moved into the range of what it stands for, with a note.
+    fn in_range(&mut self, color: Rgb, quantity: Quantity, at: &Location) -> Rgb {
+        let largest = if quantity == Quantity::Reflectance { 1.0 } else { f32::MAX };
+        let clamped = color.map(|c| c.clamp(0.0, largest));
+        // Colours outside of the gamut of Rec. 709 and rounding are nothing to tell.
+        let moved = color.zip(clamped, |a, b| (a - b).abs()).max_channel();
+        if moved > 0.01 && quantity != Quantity::Radiance || color.max_channel() < 0.0 {
+            let message = "colours out of their range: moved into it";
+            self.notes.push(NoteKind::Repaired, message, at.clone());
+        }
+        clamped
+    }
+
+    /// A texture in use.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if it refers to itself.
+    pub(super) fn texture(&mut self, object: &Object, quantity: Quantity) -> Result<Textured> {
+        let key = (object.index, quantity);
+        match self.textures.get(&key) {
+            Some(Progress::Done(texture)) => return Ok(*texture),
+            Some(Progress::Begun) => return Err(refers_to_itself(object)),
+            None => {}
+        }
+        self.textures.insert(key, Progress::Begun);
+        self.enter(object)?;
+        let texture = self.convert_texture(object, quantity)?;
+        self.leave(object);
+        self.textures.insert(key, Progress::Done(texture));
+        Ok(texture)
+    }
+
+    fn convert_texture(&mut self, object: &Object, quantity: Quantity) -> Result<Textured> {
+        if !self.meet("texture", object, "grey of 0.5")? {
+            object.accept_all();
+            return Ok(GREY.into());
+        }
+        Ok(match object.plugin.as_str() {
+            "bitmap" => self.bitmap(object)?,
+            "checkerboard" => {
+                let even = self.color(object, &["color0"], quantity, Rgb::gray(0.4))?;
+                let odd = self.color(object, &["color1"], quantity, Rgb::gray(0.2))?;
+                let (even, odd) = (self.node(even)?, self.node(odd)?);
+                let squares = Mat3::from_scale(Vec2::splat(2.0));
+                let transform = UvTransform(squares * uv_transform(object).0);
+                self.whole(Texture::Checkerboard { even, odd, transform })?
+            }
+            "gridtexture" | "wireframe" => {
+                object.accept_all();
+                let names = if object.plugin == "wireframe" {
+                    ["interior_color", "color1"]
+                } else {
+                    ["color0", "background"]
+                };
+                self.color(object, &names, quantity, Rgb::gray(0.2))
+                    .map(|color| Textured { color, channel: Channel::Luminance })?
+            }
+            "scale" => {
+                let scale = self.color(object, &["scale", "value"], Quantity::Number, Rgb::WHITE)?;
+                let Some(inner) =
+                    self.document.children(object, Class::Texture).find(|(name, _)| *name != "scale")
+                else {
+                    return self.colour_of_scale(object, quantity, scale);
+                };
+                let inner = self.texture(inner.1, quantity)?;
+                match (inner.color.texture, scale.texture) {
+                    (texture, None) => {
+                        let color = ColorInput { factor: inner.color.factor * scale.factor, texture };
+                        Textured { color, ..inner }
+                    }
+                    _ => {
+                        let (a, b) = (self.node(inner.color)?, self.node(scale)?);
+                        self.whole(Texture::Product(a, b))?
+                    }
+                }
+            }
+            "uniform" => self.color(object, &["value"], quantity, Rgb::WHITE)?.factor.into(),
+            "srgb" => self.color(object, &["color", "value"], quantity, GREY)?.factor.into(),
+            "d65" => Rgb::gray(object.float("scale").unwrap_or(1.0).max(0.0) as f32).into(),
+            "regular" | "irregular" => spectrum_object(object, quantity)?.into(),
+            "blackbody" => {
+                let temperature = object.float_in("temperature", 0.0..=1e6)?.unwrap_or(5000.0);
+                let value = Value::Blackbody(temperature, object.float("scale").unwrap_or(1.0));
+                rgb_of(&value, quantity).unwrap_or(GREY).into()
+            }
+            _ => {
+                object.accept_all();
+                GREY.into()
+            }
+        })
+    }
+
+    /// A `scale` without nested texture: the product of two colours.
+    fn colour_of_scale(
+        &mut self,
+        object: &Object,
+        quantity: Quantity,
+        scale: ColorInput,
+    ) -> Result<Textured> {
+        let color = self.color(object, &["texture", "color"], quantity, Rgb::WHITE)?;
+        Ok((color.factor * scale.factor).into())
+    }
+
+    fn bitmap(&mut self, object: &Object) -> Result<Textured> {
+        object.accept(&["accel", "format", "max_anisotropy", "cache", "filter"]);
+        let Some(reference) = object.text("filename") else {
+            let message = "bitmap without a file: grey of 0.5";
+            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            return Ok(GREY.into());
+        };
+        let encoding = encoding(object);
+        let transform = uv_transform(object);
+        let sampling = match object.text("filter_type").map(str::to_ascii_lowercase).as_deref() {
+            Some("nearest") => Sampling::Nearest,
+            Some("ewa") => {
+                self.feature("texture", "filter ewa", &object.at)?;
+                Sampling::Bilinear
+            }
+            _ => Sampling::Bilinear,
+        };
+        let both = object.text("wrap_mode");
+        let (u, v) = (object.text("wrap_mode_u").or(both), object.text("wrap_mode_v").or(both));
+        let wrap = [self.wrap(u, object)?, self.wrap(v, object)?];
+        let channel = match object.text("channel") {
+            Some("r") => Channel::R,
+            Some("g") => Channel::G,
+            Some("b") => Channel::B,
+            Some("a") => Channel::A,
+            _ => Channel::Luminance,
+        };
+        let reference = self.find(reference, object);
+        let Some(image) =
+            self.images.load(self.files, &reference, encoding, &object.at, &mut self.builder)?
+        else {
+            return Ok(GREY.into());
+        };
+        let node = Texture::Image(ImageTexture { image, wrap, transform, sampling });
+        Ok(Textured { channel, ..self.whole(node)? })
+    }
+
+    /// Whether a texture is an image that is not opaque everywhere, of which no channel is chosen.
+    pub(super) fn has_alpha(&mut self, object: &Object) -> Result<bool> {
+        let reference =
+            object.text("filename").filter(|_| object.plugin == "bitmap" && object.text("channel").is_none());
+        let Some(reference) = reference else { return Ok(false) };
+        let reference = self.find(reference, object);
+        let image =
+            self.images.load(self.files, &reference, encoding(object), &object.at, &mut self.builder)?;
+        Ok(image.is_some_and(|image| self.images.has_opacity(image)))
+    }
+
+    fn wrap(&mut self, mode: Option<&str>, object: &Object) -> Result<Wrap> {
+        Ok(match mode.map(str::to_ascii_lowercase).as_deref() {
+            Some("clamp") => Wrap::Clamp,
+            Some("mirror") => Wrap::Mirror,
+            Some("zero" | "black") => Wrap::Black,
+            Some("one" | "white") => {
+                self.feature("texture", "wrap one", &object.at)?;
+                Wrap::Black
+            }
+            _ => Wrap::Repeat,
+        })
+    }
+
+    /// The texture node of a colour.
+    pub(super) fn node(&mut self, color: ColorInput) -> Result<TextureId> {
+        let ColorInput { factor, texture } = color;
+        match texture {
+            Some(texture) if factor == Rgb::WHITE => Ok(texture),
+            Some(texture) => {
+                let factor = self.builder.add_texture(Texture::Constant(factor))?;
+                self.builder.add_texture(Texture::Product(factor, texture))
+            }
+            None => self.builder.add_texture(Texture::Constant(factor)),
+        }
+    }
+
+    /// A node as it is.
+    pub(super) fn whole(&mut self, node: Texture) -> Result<Textured> {
+        let texture = Some(self.builder.add_texture(node)?);
+        Ok(Textured { color: ColorInput { factor: Rgb::WHITE, texture }, channel: Channel::Luminance })
+    }
+}
+
+/// What the eight-bit values of an image stand for.
+fn encoding(object: &Object) -> Encoding {
+    let raw = object.boolean("raw").unwrap_or(false) | (object.float("gamma") == Some(1.0));
+    if raw { Encoding::Linear } else { Encoding::Srgb }
+}
+
+pub(super) fn refers_to_itself(object: &Object) -> Error {
+    Error::invalid(object.place(), "an object that refers to itself", "references without a cycle")
+}
+
+/// The colour of a value; `None` if it is of another type.
+pub(super) fn rgb_of(value: &Value, quantity: Quantity) -> Option<Rgb> {
+    let samples = |samples: &[(f32, f32)]| match quantity {
+        Quantity::Radiance => rgb_of_emission(samples),
+        Quantity::Reflectance | Quantity::Number => rgb_of_reflectance(samples),
+    };
+    match value {
+        Value::Rgb(c) => Some(*c),
+        Value::Integer(i) => Some(Rgb::gray(*i as f32)),
+        Value::Float(f) | Value::Spectrum(Spectrum::Constant(f)) => Some(Rgb::gray(*f as f32)),
+        Value::Spectrum(Spectrum::Samples(all)) => samples(all),
+        Value::Blackbody(temperature, scale) => {
+            let [first, last, step] = BLACKBODY_NM;
+            let all: Vec<(f32, f32)> = (first..=last)
+                .step_by(usize::from(step))
+                .map(|nm| (f32::from(nm), blackbody(f32::from(nm), *temperature as f32) * *scale as f32))
+                .collect();
+            samples(&all)
+        }
+        Value::Text(text) => values::rgb(text),
+        Value::Vector(_) | Value::Boolean(_) | Value::Transform(_) => None,
+    }
+    .filter(|c| c.is_finite())
+}
+
+/// The colour of a `regular` or `irregular` spectrum.
+fn spectrum_object(object: &Object, quantity: Quantity) -> Result<Rgb> {
+    let list = |name: &str| object.text(name).and_then(values::numbers);
+    let invalid = |found: &str| Error::invalid(object.place(), found, "as many wavelengths (nm) as values");
+    let values = list("values").ok_or_else(|| invalid("a spectrum without values"))?;
+    let wavelengths = if object.plugin == "regular" {
+        let bound = |a: &str, b: &str| object.float(a).or(object.float(b));
+        let first = bound("wavelength_min", "lambda_min").unwrap_or(360.0);
+        let last = bound("wavelength_max", "lambda_max").unwrap_or(830.0);
+        let steps = values.len().saturating_sub(1).max(1) as f64;
+        (0..values.len()).map(|i| first + (last - first) * i as f64 / steps).collect()
+    } else {
+        list("wavelengths").ok_or_else(|| invalid("a spectrum without wavelengths"))?
+    };
+    if wavelengths.len() != values.len() {
+        return Err(invalid(&format!("{} wavelengths for {} values", wavelengths.len(), values.len())));
+    }
+    let samples = wavelengths.iter().zip(&values).map(|(&w, &v)| (w as f32, v as f32)).collect();
+    let samples =
+        values::sorted(samples).ok_or_else(|| invalid("a spectrum that is empty or has wavelengths of 0"))?;
+    rgb_of(&Value::Spectrum(Spectrum::Samples(samples)), quantity)
+        .map(|c| c.map(|v| v.max(0.0)))
+        .ok_or_else(|| invalid("a spectrum without colour"))
+}
+
+/// `to_uv`, or the scales and offsets of Mitsuba 0.6.
+fn uv_transform(object: &Object) -> UvTransform {
+    if let Some(matrix) = object.transform("to_uv") {
+        return UvTransform(transforms::planar(&matrix));
+    }
+    let both = object.float("uvscale").unwrap_or(1.0);
+    let value = |name: &str, missing: f64| object.float(name).unwrap_or(missing) as f32;
+    let scale = Vec2::new(value("uscale", both), value("vscale", both));
+    let offset = Vec2::new(value("uoffset", 0.0), value("voffset", 0.0));
+    UvTransform(Mat3::from_translation(offset) * Mat3::from_scale(scale))
+}

@@ -1,0 +1,241 @@
+//! `<emitter>`s of the scene: point, spot, directional, environments.
+//!
+//! * Spots look along their own `+z` and fade linearly in the angle from `beam_width` (three quarters of `cutoff_angle`
+//!   if absent) to `cutoff_angle`, both measured from the axis.
+//! * An environment map has its pole at `+y`, with `−z` at `u = 0` and `+x` at `u = 0.25`: half a turn from the frame of
+//!   [`Environment::lat_long`].
+//! * `sky`, `sun`, `sunsky` are [`Sky`]. Before Mitsuba 3 up is `+y`, east `+x`, south `+z`; since then up is `+z`, south
+//!   `+x`, west `+y`. Place and time give the sun's direction by [`sun`](super::sun), in the frame of the light.
+//!
+//! Constant environments add up; of others the first one is seen.
+//!
+//! Held to this by `suite::mitsuba`; axes and falloff were compared with Mitsuba 3.9's own.
+
+use glam::{DMat4, DVec3, Mat3, Vec3};
+
+use super::inputs::Quantity;
+use super::object::{Class, Object};
+use super::sun::{self, PlaceAndTime};
+use super::{Translation, transforms};
+use crate::color::Rgb;
+use crate::error::{Error, Result};
+use crate::io::images::Encoding;
+use crate::math::elementary::sin_cos;
+use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY, Sky};
+use crate::scene::{Emitter, Environment, Falloff, FalloffShape, NoteKind};
+
+/// Size of the image of a sky (texels).
+const SKY_RESOLUTION: [u32; 2] = [512, 256];
+
+/// Least difference of the cosines between which a spot fades.
+const MIN_FADING: f32 = 1e-4;
+
+/// Environments met so far.
+#[derive(Default)]
+pub(super) struct Environments {
+    constant: Option<Rgb>,
+    map: Option<Environment>,
+}
+
+impl<'a> Translation<'a> {
+    /// Adds a light of the scene.
+    pub(super) fn add_light(&mut self, object: &'a Object) -> Result<()> {
+        if object.plugin == "area" {
+            // Shapes refer to it.
+            object.accept_all();
+            return Ok(());
+        }
+        if !self.meet("light", object, "left out")? || self.is_left_out("light", object) {
+            object.accept_all();
+            return Ok(());
+        }
+        object.accept(&["sampling_weight", "shadow_rays"]);
+        match object.plugin.as_str() {
+            "point" => {
+                let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+                let position = object.vector("position").unwrap_or(DVec3::ZERO);
+                let position = to_world.transform_point3(position).as_vec3();
+                let intensity = self.radiance(object, "intensity", Rgb::WHITE)?;
+                self.builder.add_emitter(Emitter::Point { position, intensity })
+            }
+            "spot" => self.spot(object),
+            "directional" => {
+                let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+                let own = object.vector("direction");
+                let direction = own.unwrap_or_else(|| to_world.transform_vector3(DVec3::Z));
+                let direction = unit(direction, object)?;
+                let irradiance = self.radiance(object, "irradiance", Rgb::WHITE)?;
+                self.builder.add_emitter(Emitter::Directional { direction, irradiance })
+            }
+            "constant" => {
+                let radiance = self.radiance(object, "radiance", Rgb::WHITE)?;
+                let sum = self.environments.constant.unwrap_or_default() + radiance;
+                self.environments.constant = Some(sum);
+                Ok(())
+            }
+            "envmap" => self.environment_map(object),
+            "sky" | "sun" | "sunsky" => self.daylight(object),
+            _ => {
+                object.accept_all();
+                Ok(())
+            }
+        }
+    }
+
+    /// Hands the environments over.
+    pub(super) fn finish_environments(&mut self) -> Result<()> {
+        let Environments { constant, map } = std::mem::take(&mut self.environments);
+        match (map, constant) {
+            (Some(map), constant) => {
+                if constant.is_some_and(|c| !c.is_black()) {
+                    let at = crate::error::Location::file(self.files.path());
+                    self.feature("light", "second environment", &at)?;
+                }
+                self.builder.set_environment(map)
+            }
+            (None, Some(radiance)) => self.builder.set_environment(Environment::constant(radiance)),
+            (None, None) => Ok(()),
+        }
+    }
+
+    fn radiance(&mut self, object: &Object, name: &str, missing: Rgb) -> Result<Rgb> {
+        self.constant_color(object, &[name], Quantity::Radiance, missing)
+    }
+
+    fn spot(&mut self, object: &Object) -> Result<()> {
+        let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+        let intensity = self.radiance(object, "intensity", Rgb::WHITE)?;
+        let cutoff = object.float_in("cutoff_angle", 0.0..=180.0)?.unwrap_or(20.0);
+        let beam = object.float_in("beam_width", 0.0..=360.0)?.unwrap_or(cutoff * 0.75).min(cutoff);
+        if self.document.texture(object, "texture").or(self.document.any_texture(object)).is_some() {
+            self.feature("light", "spot texture", &object.at)?;
+        }
+        let cos = |degrees: f64| sin_cos(degrees.to_radians() as f32).1;
+        let cos_outer = cos(cutoff).clamp(-1.0, 1.0 - MIN_FADING);
+        let cos_inner = cos(beam).clamp(cos_outer + MIN_FADING, 1.0);
+        let falloff = Falloff { cos_inner, cos_outer, shape: FalloffShape::LinearInAngle };
+        let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
+        let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
+        self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff })
+    }
+
+    fn environment_map(&mut self, object: &Object) -> Result<()> {
+        object.accept(&["cache", "mis_compensation", "gamma"]);
+        let scale = object.float_in("scale", 0.0..=1e30)?.unwrap_or(1.0) as f32;
+        let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+        let reference = object.text("filename").or(object.text("bitmap"));
+        let Some(reference) = reference else {
+            let message = "environment map without a file: left out";
+            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            return Ok(());
+        };
+        if self.environments.map.is_some() {
+            return self.feature("light", "second environment", &object.at).map(drop);
+        }
+        let reference = self.find(reference, object);
+        let image =
+            self.images.read(self.files, &reference, Encoding::Srgb, &object.at, &mut self.builder)?;
+        let Some(image) = image else { return Ok(()) };
+        let half_turn = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0));
+        let frame = rigid(&to_world, object)? * half_turn;
+        self.environments.map = Some(Environment::lat_long(image, Rgb::gray(scale), frame));
+        Ok(())
+    }
+
+    fn daylight(&mut self, object: &Object) -> Result<()> {
+        object.accept(&[
+            "albedo",
+            "resolution",
+            "stretch",
+            "sun_radius_scale",
+            "sun_aperture",
+            "complex_sun",
+            "extend",
+        ]);
+        let turbidity = object.float_in("turbidity", 0.0..=100.0)?.unwrap_or(3.0) as f32;
+        if !(MIN_TURBIDITY..=MAX_TURBIDITY).contains(&turbidity) {
+            let message = format!("turbidity outside of {MIN_TURBIDITY} to {MAX_TURBIDITY}: moved into it");
+            self.notes.push(NoteKind::Approximated, message, object.place_of("turbidity"));
+        }
+        let scale = |name: &str| -> Result<f32> {
+            let all = object.float_in("scale", 0.0..=1e30)?.unwrap_or(1.0);
+            Ok((object.float_in(name, 0.0..=1e30)?.unwrap_or(1.0) * all) as f32)
+        };
+        let (sky_scale, sun_scale) = (scale("sky_scale")?, scale("sun_scale")?);
+        let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+        let frame = rigid(&to_world, object)? * self.upright();
+        let direction = match object.vector("sun_direction") {
+            Some(world) => frame.transpose() * unit(world, object)?,
+            None => self.by_place_and_time(sun::direction(&place_and_time(object)?).as_vec3()),
+        };
+        if direction.y < 0.0 {
+            let message = "the sun is below the horizon: moved up to it";
+            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+        }
+        let sky = Sky::new(turbidity, direction);
+        if object.plugin != "sun" && sky_scale > 0.0 {
+            if self.environments.map.is_some() {
+                self.feature("light", "second environment", &object.at)?;
+            } else {
+                let image = sky.image(SKY_RESOLUTION[0], SKY_RESOLUTION[1]);
+                self.environments.map = Some(Environment::lat_long(image, Rgb::gray(sky_scale), frame));
+            }
+        }
+        if object.plugin != "sky" {
+            let direction = -(frame * sky.to_sun()).normalize();
+            let irradiance = sky.sun_irradiance() * sun_scale;
+            self.builder.add_emitter(Emitter::Directional { direction, irradiance })?;
+        }
+        Ok(())
+    }
+
+    /// A direction by place and time (east, up, south) in the frame of [`Sky`], whose azimuth is free.
+    fn by_place_and_time(&self, d: Vec3) -> Vec3 {
+        // South, west, up is a left-handed frame: the azimuths run the other way round.
+        if self.document.version.0 >= 3 { Vec3::new(d.z, d.y, d.x) } else { d }
+    }
+
+    /// From the frame of [`Sky`], `+y` up, to that of the format's daylight.
+    fn upright(&self) -> Mat3 {
+        if self.document.version.0 >= 3 {
+            Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y)
+        } else {
+            Mat3::IDENTITY
+        }
+    }
+
+    /// Whether shapes may take this as their light.
+    pub(super) fn is_shape_light(object: &Object) -> bool {
+        object.class == Class::Emitter && matches!(object.plugin.as_str(), "area" | "directionalarea")
+    }
+}
+
+fn place_and_time(object: &Object) -> Result<PlaceAndTime> {
+    let d = sun::DEFAULT;
+    let whole = |name: &str, missing: i64| object.integer(name).unwrap_or(missing);
+    let hour = object.float_in("hour", 0.0..=24.0)?.unwrap_or(d.hour);
+    let minute = object.float_in("minute", 0.0..=60.0)?.unwrap_or(0.0);
+    let second = object.float_in("second", 0.0..=60.0)?.unwrap_or(0.0);
+    Ok(PlaceAndTime {
+        latitude: object.float_in("latitude", -90.0..=90.0)?.unwrap_or(d.latitude),
+        longitude: object.float_in("longitude", -360.0..=360.0)?.unwrap_or(d.longitude),
+        timezone: object.float_in("timezone", -24.0..=24.0)?.unwrap_or(d.timezone),
+        year: whole("year", d.year).clamp(-4000, 10_000),
+        month: whole("month", d.month).clamp(1, 12),
+        day: whole("day", d.day).clamp(1, 31),
+        hour: hour + minute / 60.0 + second / 3600.0,
+    })
+}
+
+fn unit(v: DVec3, object: &Object) -> Result<Vec3> {
+    let unit = v.try_normalize().map(|v| v.as_vec3().normalize());
+    unit.ok_or_else(|| Error::invalid(object.place(), format!("the direction {v}"), "one that is not zero"))
+}
+
+/// The rotation (or reflection) of a transform, without its scale.
+fn rigid(m: &DMat4, object: &Object) -> Result<Mat3> {
+    let axes = transforms::orthonormal(m);
+    axes.ok_or_else(|| {
+        Error::invalid(object.place(), "a transform that flattens space", "one that can be inverted")
+    })
+}

@@ -1,0 +1,294 @@
+//! `<bsdf>`s into materials: those that contain others, and what they become together.
+//!
+//! | Mitsuba | here |
+//! |---|---|
+//! | `twosided` | its (first) material: all materials reflect on both sides |
+//! | `mask` | [`Alpha`] |
+//! | `bumpmap`, `normalmap` | [`NormalInput`] |
+//! | `blendbsdf`, `mixturebsdf` | [`Surface::Mix`]; with `null`, opacity |
+//! | `coating`, `roughcoating` | [`Surface::Coated`] over a Lambertian base |
+//! | `null` | invisible |
+//!
+//! Each object is converted once, so that work does not multiply where objects share others. The opacity of parts of
+//! a mix is not used. `surfaces` has the materials that stand alone.
+//!
+//! Held to this by `suite::mitsuba`.
+
+use super::inputs::{GREY, Quantity, refers_to_itself};
+use super::object::{Class, Object, Value};
+use super::values::{self, shown};
+use super::{Progress, Translation};
+use crate::color::Rgb;
+use crate::error::{Error, Result};
+use crate::scene::{
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput, NoteKind,
+    Surface, Texture,
+};
+
+/// Most parts of a mixture.
+const MAX_PARTS: usize = 64;
+
+/// Largest deviation of the sum of a mixture's weights from 1 that is not told.
+const WEIGHT_TOLERANCE: f64 = 1e-3;
+
+impl Translation<'_> {
+    /// The material of a shape: its bsdf, or grey, with the emission of its area light.
+    pub(super) fn shape_material(
+        &mut self,
+        bsdf: Option<&Object>,
+        light: Option<(&Object, Emission)>,
+    ) -> Result<MaterialId> {
+        let key = (bsdf.map(|b| b.index), light.as_ref().map(|l| l.0.index));
+        if let Some(&id) = self.shape_materials.get(&key) {
+            return Ok(id);
+        }
+        let mut material = match bsdf {
+            Some(bsdf) => self.material(bsdf)?,
+            None => Material::new("without material", Surface::Lambert { reflectance: GREY.into() }),
+        };
+        if let Some((_, emission)) = light {
+            // What is invisible and emits is seen, as it is in Mitsuba: black.
+            if is_invisible(&material) {
+                material = Material::new(material.name, Surface::Lambert { reflectance: Rgb::BLACK.into() });
+            }
+            material.emission = Some(emission);
+        }
+        let id = self.builder.add_material(material)?;
+        self.shape_materials.insert(key, id);
+        Ok(id)
+    }
+
+    /// What a bsdf becomes.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if it refers to itself.
+    pub(super) fn material(&mut self, object: &Object) -> Result<Material> {
+        match self.materials.get(&object.index) {
+            Some(Progress::Done(material)) => return Ok(material.clone()),
+            Some(Progress::Begun) => return Err(refers_to_itself(object)),
+            None => {}
+        }
+        self.materials.insert(object.index, Progress::Begun);
+        self.enter(object)?;
+        let mut material = self.convert(object)?;
+        self.leave(object);
+        if let Some(id) = &object.id {
+            material.name = shown(id);
+        }
+        self.materials.insert(object.index, Progress::Done(material.clone()));
+        Ok(material)
+    }
+
+    fn convert(&mut self, object: &Object) -> Result<Material> {
+        let name = shown(object.label());
+        if !self.meet("material", object, "grey of reflectance 0.5")? {
+            object.accept_all();
+            return Ok(Material::new(name, Surface::Lambert { reflectance: GREY.into() }));
+        }
+        let document = self.document;
+        let mut nested = document.children(object, Class::Bsdf).map(|(_, o)| o);
+        match object.plugin.as_str() {
+            "twosided" => {
+                let inner = self.inner(object, nested.next())?;
+                if nested.next().is_some() {
+                    self.feature("material", "twosided of two", &object.at)?;
+                }
+                Ok(inner)
+            }
+            "mask" => {
+                let mut inner = self.inner(object, nested.next())?;
+                let mut value = self.float(object, "opacity", 0.5)?;
+                if let Some((_, channel)) = &mut value.texture
+                    && let Some(opacity) = document.texture(object, "opacity")
+                    && self.has_alpha(opacity)?
+                {
+                    self.feature("texture", "opacity of an image with alpha", &opacity.at)?;
+                    *channel = Channel::A;
+                }
+                value.factor = value.factor.clamp(0.0, 1.0);
+                inner.alpha = Some(Alpha { value, mode: AlphaMode::Blend });
+                Ok(inner)
+            }
+            "bumpmap" => {
+                let mut inner = self.inner(object, nested.next())?;
+                if let Some(texture) = document.any_texture(object) {
+                    let scale = object.float("scale").unwrap_or(1.0) as f32;
+                    let texture = self.texture(texture, Quantity::Number)?;
+                    // A constant height has no slope.
+                    if let Some(node) = texture.color.texture {
+                        let factor = scale * texture.color.factor.luminance();
+                        let height = FloatInput { factor, texture: Some((node, texture.channel)) };
+                        inner.normal = Some(NormalInput::Bump { height });
+                    }
+                }
+                Ok(inner)
+            }
+            "normalmap" => {
+                let mut inner = self.inner(object, nested.next())?;
+                if let Some(texture) = document.any_texture(object) {
+                    let texture = self.texture(texture, Quantity::Number)?;
+                    inner.normal =
+                        texture.color.texture.map(|texture| NormalInput::Map { texture, scale: 1.0 });
+                }
+                Ok(inner)
+            }
+            "blendbsdf" => {
+                let weight =
+                    if document.texture(object, "weight").is_none() && object.float("weight").is_none() {
+                        self.texture_weight(object)?
+                    } else {
+                        self.float(object, "weight", 0.5)?
+                    };
+                let (first, second) =
+                    (self.inner(object, nested.next())?, self.inner(object, nested.next())?);
+                self.mix(name, first, second, weight)
+            }
+            "mixturebsdf" => {
+                let parts = nested.map(|o| self.material(o)).collect::<Result<Vec<_>>>()?;
+                self.mixture(object, name, parts)
+            }
+            "coating" | "roughcoating" => {
+                let inner = self.inner(object, nested.next())?;
+                self.coat(object, inner)
+            }
+            "null" | "polarizer" | "retarder" | "circular" => {
+                object.accept_all();
+                Ok(invisible(name))
+            }
+            _ => self.surface(object).map(|surface| Material::new(name, surface)),
+        }
+    }
+
+    /// A weight given as the texture without a name.
+    fn texture_weight(&mut self, object: &Object) -> Result<FloatInput> {
+        let Some(texture) = self.document.any_texture(object) else { return Ok(0.5.into()) };
+        let texture = self.texture(texture, Quantity::Number)?;
+        let factor = texture.color.factor.luminance();
+        Ok(FloatInput { factor, texture: texture.color.texture.map(|t| (t, texture.channel)) })
+    }
+
+    /// The nested material; grey, with a note, if there is none.
+    fn inner(&mut self, object: &Object, nested: Option<&Object>) -> Result<Material> {
+        if let Some(nested) = nested {
+            return self.material(nested);
+        }
+        let message = format!("bsdf {:?} without a nested bsdf: grey of reflectance 0.5", object.plugin);
+        self.notes.push(NoteKind::Repaired, message, object.at.clone());
+        Ok(Material::new(shown(object.label()), Surface::Lambert { reflectance: GREY.into() }))
+    }
+
+    /// One of two materials; what is invisible becomes opacity of the other.
+    fn mix(
+        &mut self,
+        name: String,
+        first: Material,
+        second: Material,
+        mut amount: FloatInput,
+    ) -> Result<Material> {
+        amount.factor = amount.factor.clamp(0.0, 1.0);
+        match (is_invisible(&first), is_invisible(&second)) {
+            (true, true) => Ok(invisible(name)),
+            (true, false) => {
+                let alpha = Some(Alpha { value: amount, mode: AlphaMode::Blend });
+                Ok(Material { name, alpha, ..second })
+            }
+            (false, true) => {
+                let value = self.complement(amount)?;
+                Ok(Material { name, alpha: Some(Alpha { value, mode: AlphaMode::Blend }), ..first })
+            }
+            (false, false) => {
+                let normal = if first.normal == second.normal { first.normal } else { None };
+                if normal.is_none() && (first.normal.is_some() || second.normal.is_some()) {
+                    self.note_of_mix("normals of the parts of a mix: not used");
+                }
+                if first.alpha.is_some() || second.alpha.is_some() {
+                    self.note_of_mix("opacity of the parts of a mix: not used");
+                }
+                let [first, second] = [first, second].map(|part| {
+                    self.builder.add_material(Material { emission: None, alpha: None, normal: None, ..part })
+                });
+                let surface = Surface::Mix { first: first?, second: second?, amount };
+                Ok(Material { normal, ..Material::new(name, surface) })
+            }
+        }
+    }
+
+    fn note_of_mix(&mut self, message: &str) {
+        let at = crate::error::Location::file(self.files.path());
+        self.notes.push(NoteKind::Ignored, message, at);
+    }
+
+    /// `1 − amount`.
+    fn complement(&mut self, amount: FloatInput) -> Result<FloatInput> {
+        let Some((texture, channel)) = amount.texture else { return Ok((1.0 - amount.factor).into()) };
+        let [white, none] = [Rgb::WHITE, Rgb::gray(1.0 - amount.factor)].map(Texture::Constant);
+        let (first, second) = (self.builder.add_texture(white)?, self.builder.add_texture(none)?);
+        let texture = self.builder.add_texture(Texture::Mix { first, second, amount: texture })?;
+        // The opacity of a constant is 1, of which nothing would be left to take.
+        let channel = if channel == Channel::A { Channel::Luminance } else { channel };
+        Ok(FloatInput { factor: 1.0, texture: Some((texture, channel)) })
+    }
+
+    /// Materials with weights, as mixes of two at a time.
+    fn mixture(&mut self, object: &Object, name: String, parts: Vec<Material>) -> Result<Material> {
+        let weights = object.take("weights", |value| match value {
+            Value::Text(text) => values::numbers(text),
+            Value::Float(one) => Some(vec![*one]),
+            Value::Vector(v) => Some(v.to_array().to_vec()),
+            _ => None,
+        });
+        let weights = weights.unwrap_or_else(|| vec![1.0; parts.len()]);
+        let sum: f64 = weights.iter().sum();
+        let counts = weights.len() == parts.len() && (1..=MAX_PARTS).contains(&parts.len());
+        let sound = counts && weights.iter().all(|w| *w >= 0.0) && sum > 0.0 && sum.is_finite();
+        if !sound {
+            let found = format!("{} weights {weights:?} for {} materials", weights.len(), parts.len());
+            let expected = format!("a weight of at least 0 for each of 1 to {MAX_PARTS} materials");
+            return Err(Error::invalid(object.place(), found, expected));
+        }
+        if (sum - 1.0).abs() > WEIGHT_TOLERANCE {
+            let message = "weights of a mixture that do not add up to 1: divided by their sum";
+            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+        }
+        let mut all = parts.into_iter().zip(weights);
+        let Some((mut mixed, mut total)) = all.next() else { return Ok(invisible(name)) };
+        for (part, weight) in all {
+            total += weight;
+            let share = if total > 0.0 { weight / total } else { 0.0 };
+            mixed = self.mix(name.clone(), mixed, part, FloatInput::from(share as f32))?;
+        }
+        Ok(Material { name, ..mixed })
+    }
+
+    fn coat(&mut self, object: &Object, inner: Material) -> Result<Material> {
+        object.accept(&["thickness", "sigma_a", "sampling_weight", "specular_sampling_weight"]);
+        let ior = self.ior(object)?;
+        let alpha = if object.plugin == "coating" { 0.0.into() } else { self.roughness(object)? };
+        let white = Rgb::WHITE;
+        let specular = self.color(object, &["specular_reflectance"], Quantity::Reflectance, white)?;
+        let surface = match inner.surface {
+            Surface::Lambert { reflectance } => Surface::Coated { reflectance, specular, ior, alpha },
+            other => other,
+        };
+        Ok(Material { surface, ..inner })
+    }
+
+    /// Emission of an area light.
+    pub(super) fn emission(&mut self, light: &Object) -> Result<Emission> {
+        light.accept(&["sampling_weight"]);
+        let radiance = self.color(light, &["radiance", "intensity"], Quantity::Radiance, Rgb::WHITE)?;
+        Ok(Emission { radiance, two_sided: false })
+    }
+}
+
+/// A surface that no light meets.
+pub(super) fn is_invisible(material: &Material) -> bool {
+    let none = FloatInput::from(0.0);
+    material.alpha.is_some_and(|alpha| alpha.value == none)
+}
+
+fn invisible(name: String) -> Material {
+    let surface = Surface::Lambert { reflectance: ColorInput::from(Rgb::BLACK) };
+    let alpha = Some(Alpha { value: 0.0.into(), mode: AlphaMode::Blend });
+    Material { alpha, ..Material::new(name, surface) }
+}

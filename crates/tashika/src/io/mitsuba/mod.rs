@@ -1,0 +1,223 @@
+//! Mitsuba scenes, `.xml`: versions 0.4 to 0.6[^mitsuba06], 2 and 3[^mitsuba3].
+//!
+//! Axes and units are taken as they are. What each plugin becomes is the table [`FEATURES`]; a plugin that is not in it
+//! is noted and replaced by the plainest of its kind. Parameters that nobody asked for are noted.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`reader`], [`steps`], [`text`] | XML into objects: defaults, includes, references, transforms |
+//! | [`object`] | objects, their parameters and children |
+//! | [`values`], [`transforms`], [`paths`] | text into numbers, matrices, places of files |
+//! | [`inputs`] | colours, numbers and textures |
+//! | [`materials`], [`surfaces`] | bsdfs |
+//! | [`shapes`], [`serialized`], [`normals`] | shapes and mesh files |
+//! | [`lights`], [`sun`] | emitters |
+//! | [`sensors`] | cameras |
+//!
+//! # Guarantee
+//! Any bytes give a scene or an error with file, line and column. References may go in circles, nest and multiply: each
+//! object is converted once, [`MAX_DEPTH`] deep at most. The same files give the same scene.
+//!
+//! # Limits
+//! Surfaces reflect on both sides, also those that are not `twosided`. No participating media, no polarization; spectra
+//! become colours.
+//!
+//! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
+//!
+//! [^mitsuba06]: Wenzel Jakob. 2014. "Mitsuba Documentation." Version 0.5, valid for 0.6.
+//! [^mitsuba3]: Wenzel Jakob and others. "Mitsuba 3 Renderer." Documentation, version 3.9.
+
+mod features;
+mod inputs;
+mod lights;
+mod materials;
+mod normals;
+mod object;
+mod paths;
+mod reader;
+mod sensors;
+mod serialized;
+mod shapes;
+mod steps;
+mod sun;
+mod surfaces;
+mod text;
+mod transforms;
+mod values;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+use self::inputs::{Quantity, Textured};
+use self::lights::Environments;
+use self::object::{Class, Document, Object};
+use self::shapes::{MeshKey, Placement};
+use self::values::shown;
+use super::SceneFiles;
+use super::assets::ImageCache;
+use super::features::{Feature, Support};
+use crate::error::{Error, Location, Result};
+use crate::scene::{Material, MaterialId, MeshId, NoteKind, Notes, Scene, SceneBuilder};
+
+pub(super) use features::FEATURES;
+
+/// How deep objects may refer to each other.
+const MAX_DEPTH: usize = 64;
+
+/// Reads a scene file and what it refers to.
+///
+/// # Errors
+/// [`Error::Io`] if the file itself or one that it includes cannot be read; otherwise what cannot be meant as it stands, with
+/// its line and column.
+pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
+    let mut notes = Notes::default();
+    let document = reader::read(files, &mut notes)?;
+    let mut translation = Translation {
+        files,
+        document: &document,
+        builder: SceneBuilder::new(files.name(), Location::file(files.path())),
+        notes,
+        images: ImageCache::new(),
+        textures: BTreeMap::new(),
+        materials: BTreeMap::new(),
+        shape_materials: BTreeMap::new(),
+        shapes: BTreeMap::new(),
+        meshes: BTreeMap::new(),
+        last_file: None,
+        placed: 0,
+        triangles: 0,
+        environments: Environments::default(),
+        camera_names: BTreeSet::new(),
+        depth: 0,
+    };
+    translation.note_missing();
+    for &root in &document.roots {
+        translation.add(&document.objects[root])?;
+    }
+    translation.finish_environments()?;
+    translation.note_unused();
+    translation.builder.extend_notes(translation.notes.iter());
+    translation.builder.build()
+}
+
+/// Something that is made once.
+enum Progress<T> {
+    /// It is being made: whoever asks for it now is part of it.
+    Begun,
+    Done(T),
+}
+
+/// A document on its way to a scene.
+struct Translation<'a> {
+    files: &'a SceneFiles,
+    document: &'a Document,
+    builder: SceneBuilder,
+    notes: Notes,
+    images: ImageCache,
+    textures: BTreeMap<(usize, Quantity), Progress<Textured>>,
+    materials: BTreeMap<usize, Progress<Material>>,
+    /// By bsdf and light.
+    shape_materials: BTreeMap<(Option<usize>, Option<usize>), MaterialId>,
+    shapes: BTreeMap<usize, Progress<Vec<Placement>>>,
+    meshes: BTreeMap<MeshKey, MeshId>,
+    /// Name and bytes of the mesh file that was read last.
+    last_file: Option<(String, Rc<Vec<u8>>)>,
+    placed: usize,
+    triangles: usize,
+    environments: Environments,
+    camera_names: BTreeSet<String>,
+    depth: usize,
+}
+
+impl<'a> Translation<'a> {
+    fn add(&mut self, object: &'a Object) -> Result<()> {
+        match object.class {
+            Class::Shape => self.add_shape(object),
+            Class::Emitter => self.add_light(object),
+            Class::Sensor => self.add_sensor(object),
+            // How the picture is made is the user's business here.
+            Class::Integrator | Class::Film | Class::Sampler | Class::Filter => {
+                object.accept_all();
+                Ok(())
+            }
+            Class::Medium => {
+                object.accept_all();
+                self.meet("medium", object, "vacuum").map(drop)
+            }
+            // Taken where something refers to them.
+            Class::Bsdf | Class::Texture => Ok(()),
+        }
+    }
+
+    /// Tells what the table says about a plugin; returns whether it is in the table.
+    fn meet(&mut self, kind: &str, object: &Object, instead: &str) -> Result<bool> {
+        if self.feature(kind, &object.plugin, &object.at)? {
+            return Ok(true);
+        }
+        let message = format!("{kind} {:?} is unknown: {instead}", shown(&object.plugin));
+        self.notes.push(NoteKind::Ignored, message, object.at.clone());
+        Ok(false)
+    }
+
+    /// Tells what the table says about a name; returns whether it is in the table.
+    fn feature(&mut self, kind: &str, name: &str, at: &Location) -> Result<bool> {
+        let Some(feature) = Feature::find(FEATURES, kind, name) else { return Ok(false) };
+        feature.met(at, &mut self.notes)?;
+        Ok(true)
+    }
+
+    /// Whether the table says that a plugin is left out.
+    fn is_left_out(&self, kind: &str, object: &Object) -> bool {
+        Feature::find(FEATURES, kind, &object.plugin).is_some_and(|f| f.support == Support::Ignored)
+    }
+
+    /// One object deeper.
+    fn enter(&mut self, object: &Object) -> Result<()> {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            let found = format!("objects more than {MAX_DEPTH} deep in each other");
+            return Err(Error::invalid(object.place(), found, "a flatter scene"));
+        }
+        Ok(())
+    }
+
+    fn leave(&mut self, _: &Object) {
+        self.depth -= 1;
+    }
+
+    /// Tells which references lead nowhere.
+    fn note_missing(&mut self) {
+        for child in self.document.objects.iter().flat_map(|o| &o.children) {
+            if let object::Target::Id(id) = &child.target
+                && self.document.resolve(child).is_none()
+            {
+                let message = format!("reference to {:?}, which is not defined: left out", shown(id));
+                self.notes.push(NoteKind::Repaired, message, child.at.clone());
+            }
+        }
+    }
+
+    /// Tells what of the objects in use was not asked for.
+    fn note_unused(&mut self) {
+        for object in &self.document.objects {
+            if self.was_used(object) {
+                object.note_unused(&mut self.notes);
+            }
+        }
+    }
+
+    fn was_used(&self, object: &Object) -> bool {
+        let textured = || {
+            let quantities = [Quantity::Reflectance, Quantity::Radiance, Quantity::Number];
+            quantities.iter().any(|q| self.textures.contains_key(&(object.index, *q)))
+        };
+        match object.class {
+            Class::Bsdf => self.materials.contains_key(&object.index),
+            Class::Texture => textured(),
+            Class::Emitter => !Self::is_shape_light(object),
+            Class::Shape => object.plugin != "shapegroup",
+            Class::Sensor => true,
+            _ => false,
+        }
+    }
+}

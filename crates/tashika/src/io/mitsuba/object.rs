@@ -1,0 +1,321 @@
+//! Objects of a Mitsuba file: plugins with named parameters and nested objects.
+//!
+//! All objects of a scene and its included files lie in one list; children are positions in it, or names to be
+//! looked up, so that an object may refer to one that stands later. Every parameter remembers whether it was
+//! asked for, and what nobody asked for is noted: also parameters whose value is of another type than theirs.
+//!
+//! Tested by `suite::mitsuba::what_is_not_used_is_noted` and the tests of the formats' parts.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+use glam::{DMat4, DVec3};
+
+use super::values::{self, Spectrum};
+use crate::color::Rgb;
+use crate::error::{Error, Location, Result};
+use crate::scene::{NoteKind, Notes};
+
+/// What sort of plugin an object is, after its element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Class {
+    Integrator,
+    Sensor,
+    Film,
+    Sampler,
+    Filter,
+    Bsdf,
+    /// Also spectra that are objects.
+    Texture,
+    Emitter,
+    Shape,
+    /// Also volumes, phase functions and subsurface models.
+    Medium,
+}
+
+impl Class {
+    /// The class of an element; names of older versions count too.
+    pub(super) fn of_element(tag: &str) -> Option<Self> {
+        Some(match tag {
+            "integrator" => Self::Integrator,
+            "sensor" | "camera" => Self::Sensor,
+            "film" => Self::Film,
+            "sampler" => Self::Sampler,
+            "rfilter" => Self::Filter,
+            "bsdf" => Self::Bsdf,
+            "texture" | "spectrum" => Self::Texture,
+            "emitter" | "luminaire" => Self::Emitter,
+            "shape" => Self::Shape,
+            "medium" | "volume" | "phase" | "subsurface" => Self::Medium,
+            _ => return None,
+        })
+    }
+
+    /// The element, as messages name it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Integrator => "integrator",
+            Self::Sensor => "sensor",
+            Self::Film => "film",
+            Self::Sampler => "sampler",
+            Self::Filter => "rfilter",
+            Self::Bsdf => "bsdf",
+            Self::Texture => "texture",
+            Self::Emitter => "emitter",
+            Self::Shape => "shape",
+            Self::Medium => "medium",
+        }
+    }
+}
+
+/// The value of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    Integer(i64),
+    Float(f64),
+    Boolean(bool),
+    Text(String),
+    Rgb(Rgb),
+    Spectrum(Spectrum),
+    /// Temperature (K) and factor.
+    Blackbody(f64, f64),
+    Vector(DVec3),
+    Transform(DMat4),
+}
+
+/// A named value.
+#[derive(Debug)]
+pub(super) struct Parameter {
+    /// In snake case.
+    pub(super) name: String,
+    pub(super) value: Value,
+    pub(super) at: Location,
+    used: Cell<bool>,
+}
+
+impl Parameter {
+    pub(super) fn new(name: String, value: Value, at: Location) -> Self {
+        Self { name, value, at, used: Cell::new(false) }
+    }
+}
+
+/// A nested object.
+#[derive(Debug)]
+pub(super) struct Child {
+    /// In snake case; empty if it has none.
+    pub(super) name: String,
+    pub(super) target: Target,
+    pub(super) at: Location,
+    used: Cell<bool>,
+}
+
+impl Child {
+    pub(super) fn new(name: String, target: Target, at: Location) -> Self {
+        Self { name, target, at, used: Cell::new(false) }
+    }
+}
+
+/// Which object.
+#[derive(Debug)]
+pub(super) enum Target {
+    /// Position in the list.
+    Object(usize),
+    /// The one of that id.
+    Id(String),
+}
+
+/// A plugin.
+#[derive(Debug)]
+pub(super) struct Object {
+    /// Position in the list.
+    pub(super) index: usize,
+    pub(super) class: Class,
+    /// Name of the plugin.
+    pub(super) plugin: String,
+    pub(super) id: Option<String>,
+    pub(super) at: Location,
+    /// Folder of the file it stands in, relative to the scene's; empty for the scene's own.
+    pub(super) folder: String,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) children: Vec<Child>,
+}
+
+impl Object {
+    /// The id, else the plugin's name: for names of meshes and materials.
+    pub(super) fn label(&self) -> &str {
+        self.id.as_deref().unwrap_or(&self.plugin)
+    }
+
+    /// The place with the object's kind and id, for messages.
+    pub(super) fn place(&self) -> Location {
+        let id = self.id.as_ref().map_or(String::new(), |id| format!(" {:?}", values::shown(id)));
+        self.at.clone().item(format!("{} {}{id}", self.class.name(), values::shown(&self.plugin)))
+    }
+
+    /// The value of a parameter, if `take` can use it; then it counts as used.
+    pub(super) fn take<'a, T>(&'a self, name: &str, take: impl FnOnce(&'a Value) -> Option<T>) -> Option<T> {
+        // The last one counts, as if each replaced those before it.
+        let parameter = self.parameters.iter().rev().find(|p| p.name == name)?;
+        let value = take(&parameter.value)?;
+        parameter.used.set(true);
+        Some(value)
+    }
+
+    /// The place of a parameter, or of the object if it has none of that name.
+    pub(super) fn place_of(&self, name: &str) -> Location {
+        let parameter = self.parameters.iter().rev().find(|p| p.name == name);
+        parameter
+            .map_or_else(|| self.place(), |p| p.at.clone().item(format!("{} {name:?}", self.class.name())))
+    }
+
+    pub(super) fn float(&self, name: &str) -> Option<f64> {
+        self.take(name, as_float)
+    }
+
+    /// A number in a range, or an error that names it.
+    pub(super) fn float_in(&self, name: &str, range: std::ops::RangeInclusive<f64>) -> Result<Option<f64>> {
+        let Some(value) = self.float(name) else { return Ok(None) };
+        if range.contains(&value) {
+            return Ok(Some(value));
+        }
+        let expected = format!("a number from {} to {}", range.start(), range.end());
+        Err(Error::invalid(self.place_of(name), format!("{name} = {value}"), expected))
+    }
+
+    pub(super) fn integer(&self, name: &str) -> Option<i64> {
+        self.take(name, |v| match v {
+            Value::Integer(i) => Some(*i),
+            Value::Float(f) if f.fract() == 0.0 && f.abs() < 1e15 => Some(*f as i64),
+            Value::Text(text) => values::integer(text),
+            _ => None,
+        })
+    }
+
+    pub(super) fn boolean(&self, name: &str) -> Option<bool> {
+        self.take(name, |v| match v {
+            Value::Boolean(b) => Some(*b),
+            Value::Text(text) => values::boolean(text),
+            _ => None,
+        })
+    }
+
+    pub(super) fn text(&self, name: &str) -> Option<&str> {
+        self.take(name, |v| match v {
+            Value::Text(text) => Some(text.as_str()),
+            _ => None,
+        })
+    }
+
+    pub(super) fn vector(&self, name: &str) -> Option<DVec3> {
+        self.take(name, |v| match v {
+            Value::Vector(v) => Some(*v),
+            Value::Text(text) => values::vector(text),
+            _ => None,
+        })
+    }
+
+    pub(super) fn transform(&self, name: &str) -> Option<DMat4> {
+        self.take(name, |v| match v {
+            Value::Transform(m) => Some(*m),
+            _ => None,
+        })
+    }
+
+    /// Counts parameters as used that change nothing here.
+    pub(super) fn accept(&self, names: &[&str]) {
+        for parameter in self.parameters.iter().filter(|p| names.contains(&p.name.as_str())) {
+            parameter.used.set(true);
+        }
+    }
+
+    /// Counts everything as used: what stands inside of something that is left out needs no notes of its own.
+    pub(super) fn accept_all(&self) {
+        self.parameters.iter().for_each(|p| p.used.set(true));
+        self.children.iter().for_each(|c| c.used.set(true));
+    }
+
+    /// Tells what nobody asked for.
+    pub(super) fn note_unused(&self, notes: &mut Notes) {
+        let (class, plugin) = (self.class.name(), values::shown(&self.plugin));
+        for parameter in self.parameters.iter().filter(|p| !p.used.get()) {
+            let name = values::shown(&parameter.name);
+            let message = format!("{class} {plugin:?}: parameter {name:?} is not used");
+            notes.push(NoteKind::Ignored, message, parameter.at.clone());
+        }
+        for child in self.children.iter().filter(|c| !c.used.get()) {
+            let name = if child.name.is_empty() {
+                String::new()
+            } else {
+                format!(" {:?}", values::shown(&child.name))
+            };
+            let message = format!("{class} {plugin:?}: nested object{name} is not used");
+            notes.push(NoteKind::Ignored, message, child.at.clone());
+        }
+    }
+}
+
+fn as_float(value: &Value) -> Option<f64> {
+    match value {
+        Value::Integer(i) => Some(*i as f64),
+        Value::Float(f) | Value::Spectrum(Spectrum::Constant(f)) => Some(*f),
+        Value::Text(text) => values::number(text),
+        Value::Rgb(c) if c.r == c.g && c.g == c.b => Some(f64::from(c.r)),
+        _ => None,
+    }
+}
+
+/// Everything that the files say.
+#[derive(Debug, Default)]
+pub(super) struct Document {
+    pub(super) objects: Vec<Object>,
+    /// Of objects, by their ids.
+    pub(super) ids: BTreeMap<String, usize>,
+    /// Children of the scene, in the order of the file.
+    pub(super) roots: Vec<usize>,
+    /// Folders of `<path>`, relative to the scene's.
+    pub(super) paths: Vec<String>,
+    /// First two numbers of the version.
+    pub(super) version: (u32, u32),
+}
+
+impl Document {
+    /// Whether the file speaks the language of Mitsuba 0.x.
+    pub(super) fn is_old(&self) -> bool {
+        self.version.0 == 0
+    }
+
+    /// The object that a child stands for; `None` if no object has that id.
+    pub(super) fn resolve(&self, child: &Child) -> Option<&Object> {
+        match &child.target {
+            Target::Object(index) => Some(&self.objects[*index]),
+            Target::Id(id) => self.ids.get(id).map(|&index| &self.objects[index]),
+        }
+    }
+
+    /// All children of a class, which then count as used, with their names.
+    pub(super) fn children<'s, 'o>(
+        &'s self,
+        object: &'o Object,
+        class: Class,
+    ) -> impl Iterator<Item = (&'o str, &'s Object)> + use<'s, 'o> {
+        object.children.iter().filter_map(move |child| {
+            let target = self.resolve(child).filter(|o| o.class == class)?;
+            child.used.set(true);
+            Some((child.name.as_str(), target))
+        })
+    }
+
+    /// The texture that is a parameter of that name.
+    pub(super) fn texture<'s>(&'s self, object: &Object, name: &str) -> Option<&'s Object> {
+        let named = object.children.iter().filter(|c| c.name == name);
+        let (child, target) =
+            named.filter_map(|c| Some((c, self.resolve(c)?))).find(|(_, o)| o.class == Class::Texture)?;
+        child.used.set(true);
+        Some(target)
+    }
+
+    /// The first texture, whatever its name.
+    pub(super) fn any_texture<'s>(&'s self, object: &Object) -> Option<&'s Object> {
+        self.children(object, Class::Texture).next().map(|(_, o)| o)
+    }
+}

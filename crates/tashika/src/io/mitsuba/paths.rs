@@ -1,0 +1,74 @@
+//! Where the files that a scene names may lie.
+//!
+//! A name is looked for beside the scene file, beside the included file that names it, and in the folders of
+//! `<path>`, in this order for data; included files themselves first beside the one that includes them.
+//! [`SceneFiles`] decides what may be read.
+//!
+//! Tested below and by `suite::mitsuba::files_are_found_beside_the_scene_and_in_paths`.
+
+use crate::error::{Location, Result};
+use crate::io::SceneFiles;
+
+/// `name` inside `folder`, which may be empty.
+pub(super) fn join(folder: &str, name: &str) -> String {
+    let name = name.trim();
+    let absolute = name.starts_with(['/', '\\']) || name.as_bytes().get(1) == Some(&b':');
+    if folder.is_empty() || absolute {
+        name.to_owned()
+    } else {
+        format!("{}/{name}", folder.trim_end_matches(['/', '\\']))
+    }
+}
+
+/// The folder that a file lies in; empty if its name has none.
+pub(super) fn folder_of(name: &str) -> &str {
+    name.rfind(['/', '\\']).map_or("", |end| &name[..end])
+}
+
+/// `name` inside each folder, each only once.
+pub(super) fn candidates<'a>(name: &str, folders: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for folder in folders {
+        let joined = join(folder, name);
+        if !all.contains(&joined) {
+            all.push(joined);
+        }
+    }
+    all
+}
+
+/// The first candidate that is there; the first one if none is.
+pub(super) fn first_there<'a>(files: &SceneFiles, candidates: &'a [String], at: &Location) -> &'a str {
+    let there = candidates.iter().find(|c| files.resolve(c, at).is_ok());
+    there.or(candidates.first()).map_or("", String::as_str)
+}
+
+/// The bytes and the name of the first candidate that is there.
+///
+/// # Errors
+/// Those of the first candidate, if none is.
+pub(super) fn read_first(
+    files: &SceneFiles,
+    candidates: &[String],
+    at: &Location,
+) -> Result<(Vec<u8>, String)> {
+    let name = first_there(files, candidates, at);
+    Ok((files.read(name, at)?, name.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_put_into_folders_unless_they_are_absolute() {
+        assert_eq!(join("a/b", "c.obj"), "a/b/c.obj");
+        assert_eq!(join("a/", "../c.obj"), "a/../c.obj");
+        assert_eq!(
+            (join("a", "/c").as_str(), join("a", "C:\\c").as_str(), join("", "c").as_str()),
+            ("/c", "C:\\c", "c")
+        );
+        assert_eq!((folder_of("a/b/c.xml"), folder_of("c.xml")), ("a/b", ""));
+        assert_eq!(candidates("c", ["", "a", ""]), ["c", "a/c"]);
+    }
+}

@@ -1,0 +1,197 @@
+//! `<sensor>`s into cameras.
+//!
+//! Mitsuba's cameras look along their own `+z`, `+y` up, with `+x` to the *left*; those here along `−z` with `+x` to the
+//! right: half a turn about `y`. The field of view belongs to the axis of `fov_axis`:
+//!
+//! ```text
+//!   tan(fov_y / 2) = tan(fov / 2) · h / e      e = w (x), h (y), √(w² + h²) (diagonal), min or max of w and h
+//! ```
+//!
+//! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Windows of the film (`crop_*`) are those of
+//! [`Crop`]; the field of view is that of the whole film. An orthographic film is two units wide before `to_world`.
+//!
+//! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with Mitsuba 3.9's own.
+
+use std::f64::consts::PI;
+
+use glam::{Affine3A, DMat4, DVec3, Vec2};
+
+use super::Translation;
+use super::object::{Class, Object};
+use super::transforms;
+use super::values::{number, shown};
+use crate::error::{Error, Result};
+use crate::math::elementary::{atan2, tan};
+use crate::scene::{Camera, Crop, Lens, NoteKind, Projection};
+
+/// Diagonal of a film of 36 mm × 24 mm (mm).
+const FULL_FRAME_DIAGONAL: f64 = 43.266_615_305_567_87;
+
+/// Mitsuba's size of a film that does not say (pixels).
+const DEFAULT_SIZE: [u32; 2] = [768, 576];
+
+/// Largest size of a film (pixels).
+const MAX_SIZE: i64 = 1 << 20;
+
+impl<'a> Translation<'a> {
+    /// Adds a sensor.
+    pub(super) fn add_sensor(&mut self, object: &'a Object) -> Result<()> {
+        if !self.meet("camera", object, "a pinhole")? {
+            object.accept_all();
+        }
+        let document = self.document;
+        if self.is_left_out("camera", object) {
+            object.accept_all();
+            return Ok(());
+        }
+        if object.plugin == "batch" {
+            object.accept_all();
+            self.enter(object)?;
+            for (_, nested) in document.children(object, Class::Sensor) {
+                self.add_sensor(nested)?;
+                nested.note_unused(&mut self.notes);
+            }
+            self.leave(object);
+            return Ok(());
+        }
+        object.accept(&[
+            "near_clip",
+            "far_clip",
+            "shutter_open",
+            "shutter_close",
+            "kc",
+            "x",
+            "y",
+            "srf",
+            "radial_distortion",
+        ]);
+        document.children(object, Class::Sampler).for_each(|(_, sampler)| sampler.accept_all());
+        for (_, medium) in document.children(object, Class::Medium) {
+            self.meet("medium", medium, "vacuum")?;
+            medium.accept_all();
+        }
+        let ([width, height], crop) = self.film(object)?;
+        let (width_f, height_f) = (f64::from(width), f64::from(height));
+        let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+        if to_world.determinant() == 0.0 {
+            let found = "a transform that flattens space";
+            return Err(Error::invalid(object.place_of("to_world"), found, "one that can be inverted"));
+        }
+        let half_turn = DMat4::from_scale(DVec3::new(-1.0, 1.0, -1.0));
+        let to_world: Affine3A = transforms::affine(&(to_world * half_turn));
+        let is_orthographic = matches!(object.plugin.as_str(), "orthographic" | "telecentric");
+        let projection = if is_orthographic {
+            object.accept(&["fov", "fov_axis", "focus_distance", "aperture_radius"]);
+            Projection::Orthographic { height: (2.0 * height_f / width_f) as f32 }
+        } else {
+            Projection::Perspective { vertical_fov: self.vertical_fov(object, width_f, height_f)? }
+        };
+        let offset =
+            |name: &str| -> Result<f32> { Ok(object.float_in(name, -1e3..=1e3)?.unwrap_or(0.0) as f32) };
+        let shift = Vec2::new(offset("principal_point_offset_x")?, -offset("principal_point_offset_y")?);
+        let lens = self.lens(object)?;
+        let name = self.camera_name(object);
+        let resolution = Some([width, height]);
+        self.builder.add_camera(Camera { name, to_world, projection, shift, lens, resolution, crop })
+    }
+
+    fn lens(&mut self, object: &Object) -> Result<Lens> {
+        let pinhole = Lens { radius: 0.0, focus_distance: 1.0 };
+        let focus_distance = object.float_in("focus_distance", 1e-30..=1e30)?;
+        if object.plugin != "thinlens" {
+            object.accept(&["aperture_radius"]);
+            return Ok(pinhole);
+        }
+        let radius = object.float_in("aperture_radius", 0.0..=1e30)?.unwrap_or(0.0) as f32;
+        match focus_distance {
+            Some(distance) => Ok(Lens { radius, focus_distance: distance as f32 }),
+            None if radius == 0.0 => Ok(pinhole),
+            None => {
+                let message = "thin lens without focus_distance: a pinhole";
+                self.notes.push(NoteKind::Repaired, message, object.at.clone());
+                Ok(pinhole)
+            }
+        }
+    }
+
+    fn vertical_fov(&mut self, object: &Object, width: f64, height: f64) -> Result<f32> {
+        let diagonal = (width * width + height * height).sqrt();
+        let (half, extent) = match (object.float_in("fov", 1e-3..=179.999)?, object.text("focal_length")) {
+            (Some(degrees), _) => {
+                let extent = match object.text("fov_axis").unwrap_or("x") {
+                    "y" => height,
+                    "diagonal" => diagonal,
+                    "smaller" => width.min(height),
+                    "larger" => width.max(height),
+                    "x" => width,
+                    other => {
+                        let message = format!("fov_axis {:?} is unknown: x", shown(other));
+                        self.notes.push(NoteKind::Repaired, message, object.place_of("fov_axis"));
+                        width
+                    }
+                };
+                (f64::from(tan((degrees * PI / 360.0) as f32)), extent)
+            }
+            (None, text) => {
+                object.accept(&["fov_axis"]);
+                let text = text.unwrap_or("50mm");
+                let length = number(text.trim().trim_end_matches("mm")).filter(|l| (1e-3..=1e6).contains(l));
+                let length = length.ok_or_else(|| {
+                    let found = format!("focal_length = {:?}", shown(text));
+                    Error::invalid(object.place_of("focal_length"), found, "a length such as \"50mm\"")
+                })?;
+                (FULL_FRAME_DIAGONAL / (2.0 * length), diagonal)
+            }
+        };
+        Ok(2.0 * atan2((half * height / extent) as f32, 1.0))
+    }
+
+    /// Size and window of the film.
+    fn film(&mut self, object: &Object) -> Result<([u32; 2], Option<Crop>)> {
+        let document = self.document;
+        let Some((_, film)) = document.children(object, Class::Film).next() else {
+            return Ok((DEFAULT_SIZE, None));
+        };
+        self.meet("film", film, "its size and window")?;
+        let size = |name: &str, missing: i64, least: i64| -> Result<u32> {
+            let value = film.integer(name).unwrap_or(missing);
+            let expected = || format!("a whole number from {least} to {MAX_SIZE}");
+            let valid = u32::try_from(value).ok().filter(|_| (least..=MAX_SIZE).contains(&value));
+            valid.ok_or_else(|| Error::invalid(film.place_of(name), format!("{name} = {value}"), expected()))
+        };
+        let [width, height] = DEFAULT_SIZE.map(i64::from);
+        let (width, height) = (size("width", width, 1)?, size("height", height, 1)?);
+        let window = Crop {
+            x: size("crop_offset_x", 0, 0)?,
+            y: size("crop_offset_y", 0, 0)?,
+            width: size("crop_width", i64::from(width), 1)?,
+            height: size("crop_height", i64::from(height), 1)?,
+        };
+        if window.x + window.width > width || window.y + window.height > height {
+            let found = format!(
+                "a window of {}×{} pixels at {}, {}",
+                window.width, window.height, window.x, window.y
+            );
+            return Err(Error::invalid(
+                film.place(),
+                found,
+                format!("one inside of the film, {width}×{height}"),
+            ));
+        }
+        // What the file says about its image file is the user's business here.
+        film.accept_all();
+        let whole = Crop { x: 0, y: 0, width, height };
+        Ok(([width, height], (window != whole).then_some(window)))
+    }
+
+    /// The id, or a number, made unique.
+    fn camera_name(&mut self, object: &Object) -> String {
+        let count = self.camera_names.len();
+        let mut name = object.id.as_deref().map_or_else(|| format!("camera-{count}"), shown);
+        while self.camera_names.contains(&name) {
+            name.push_str(&format!("-{count}"));
+        }
+        self.camera_names.insert(name.clone());
+        name
+    }
+}

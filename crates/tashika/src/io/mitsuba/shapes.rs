@@ -1,0 +1,357 @@
+//! `<shape>`s into meshes and their places.
+//!
+//! A sphere, disk, cylinder, rectangle or cube is one mesh of unit size a material, however many there are; a shape group
+//! is a list of meshes that each of its instances places. Positions of mesh files are not transformed: the
+//! transform is the instance's.
+//!
+//! Mitsuba transforms the vertices of a mesh file before it computes normals from their order, so that a transform
+//! with a mirror turns a mesh without normals inside out; so it is done here.
+//!
+//! Held to this by `suite::mitsuba`.
+
+use std::f32::consts::TAU;
+use std::path::PathBuf;
+
+use glam::{DMat3, DMat4, DVec3, Vec2};
+
+use super::object::{Class, Object};
+use super::values::shown;
+use super::{Progress, Translation, materials, normals, paths, serialized, transforms};
+use crate::error::{Error, Location, Result};
+use crate::io::{obj, ply, shapes};
+use crate::scene::{Emission, MaterialId, MeshData, MeshId, NoteKind};
+
+/// Most placements of meshes, counting each instance.
+const MAX_PLACEMENTS: usize = 1 << 21;
+
+/// Most triangles that are stored, counting meshes again that are read again for another material.
+const MAX_TRIANGLES: usize = 1 << 30;
+
+/// Angle (degrees) below which `max_smooth_angle` gives flat faces.
+const FLAT_BELOW: f64 = 30.0;
+
+/// A mesh and where it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    mesh: MeshId,
+    to_world: DMat4,
+}
+
+/// What makes two meshes the same: what they are read from, how, and their material.
+pub(super) type MeshKey = (String, MaterialId);
+
+impl<'a> Translation<'a> {
+    /// Adds a shape of the scene.
+    pub(super) fn add_shape(&mut self, object: &Object) -> Result<()> {
+        if object.plugin == "shapegroup" {
+            // In the picture only by its instances.
+            return Ok(());
+        }
+        for placement in self.placements(object)? {
+            self.placed += 1;
+            if self.placed > MAX_PLACEMENTS {
+                return Err(Error::unsupported(
+                    object.place(),
+                    format!("more than {MAX_PLACEMENTS} placements of meshes"),
+                    "use larger shape groups or fewer instances",
+                ));
+            }
+            self.builder.add_instance(placement.mesh, transforms::affine(&placement.to_world))?;
+        }
+        Ok(())
+    }
+
+    /// The meshes of a shape, placed.
+    fn placements(&mut self, object: &Object) -> Result<Vec<Placement>> {
+        match self.shapes.get(&object.index) {
+            Some(Progress::Done(placements)) => return Ok(placements.clone()),
+            Some(Progress::Begun) => return Err(super::inputs::refers_to_itself(object)),
+            None => {}
+        }
+        self.shapes.insert(object.index, Progress::Begun);
+        self.enter(object)?;
+        let placements = self.convert_shape(object)?;
+        self.leave(object);
+        // Kept only where it will be asked for again.
+        if object.id.is_some() {
+            self.shapes.insert(object.index, Progress::Done(placements.clone()));
+        } else {
+            self.shapes.remove(&object.index);
+        }
+        Ok(placements)
+    }
+
+    fn convert_shape(&mut self, object: &Object) -> Result<Vec<Placement>> {
+        if !self.meet("shape", object, "left out")? || self.is_left_out("shape", object) {
+            object.accept_all();
+            return Ok(Vec::new());
+        }
+        let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+        match object.plugin.as_str() {
+            "shapegroup" | "merge" => return self.group(object, to_world),
+            "instance" => return self.instance(object, to_world),
+            _ => {}
+        }
+        let document = self.document;
+        let bsdf = document.children(object, Class::Bsdf).next().map(|(_, o)| o);
+        let light = self.area_light(object)?;
+        for (_, medium) in document.children(object, Class::Medium) {
+            self.meet("medium", medium, "vacuum")?;
+            medium.accept_all();
+        }
+        if let Some(bsdf) = bsdf
+            && light.is_none()
+            && materials::is_invisible(&self.material(bsdf)?)
+        {
+            object.accept_all();
+            return Ok(Vec::new());
+        }
+        let material = self.shape_material(bsdf, light)?;
+        let placement = match object.plugin.as_str() {
+            "obj" | "ply" | "serialized" => self.mesh_file(object, material, to_world)?,
+            _ => self.primitive(object, material, to_world).map(Some)?,
+        };
+        Ok(placement.into_iter().collect())
+    }
+
+    /// The light that makes a shape emit.
+    fn area_light(&mut self, object: &Object) -> Result<Option<(&'a Object, Emission)>> {
+        let document = self.document;
+        for (_, light) in document.children(object, Class::Emitter) {
+            if matches!(light.plugin.as_str(), "area" | "directionalarea") {
+                self.meet("light", light, "left out")?;
+                let emission = self.emission(light)?;
+                light.note_unused(&mut self.notes);
+                return Ok(Some((light, emission)));
+            }
+            let message = format!("light {:?} on a shape: left out", shown(&light.plugin));
+            self.notes.push(NoteKind::Ignored, message, light.at.clone());
+            light.accept_all();
+        }
+        Ok(None)
+    }
+
+    fn group(&mut self, object: &Object, to_world: DMat4) -> Result<Vec<Placement>> {
+        let mut all = Vec::new();
+        let document = self.document;
+        for (_, part) in document.children(object, Class::Shape) {
+            if matches!(part.plugin.as_str(), "instance" | "shapegroup") {
+                let message = "instances and groups inside of a shape group: left out";
+                self.notes.push(NoteKind::Ignored, message, part.at.clone());
+                continue;
+            }
+            all.extend(self.placements(part)?);
+            if all.len() > MAX_PLACEMENTS {
+                let what = format!("a group of more than {MAX_PLACEMENTS} shapes");
+                return Err(Error::unsupported(object.place(), what, "split it"));
+            }
+        }
+        Ok(all.into_iter().map(|p| Placement { to_world: to_world * p.to_world, ..p }).collect())
+    }
+
+    fn instance(&mut self, object: &Object, to_world: DMat4) -> Result<Vec<Placement>> {
+        let document = self.document;
+        let Some((_, group)) = document.children(object, Class::Shape).next() else {
+            let message = "instance without a shape group: left out";
+            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            return Ok(Vec::new());
+        };
+        if group.plugin == "instance" {
+            let message = "instance of an instance: left out";
+            self.notes.push(NoteKind::Ignored, message, object.at.clone());
+            return Ok(Vec::new());
+        }
+        let placed = self.placements(group)?;
+        Ok(placed.into_iter().map(|p| Placement { to_world: to_world * p.to_world, ..p }).collect())
+    }
+
+    /// A mesh of unit size and the transform that gives it its size.
+    fn primitive(&mut self, object: &Object, material: MaterialId, to_world: DMat4) -> Result<Placement> {
+        let at = object.place();
+        let radius = object.float_in("radius", 1e-30..=1e30)?.unwrap_or(1.0);
+        let flipped = object.boolean("flip_normals").unwrap_or(false);
+        let (make, size): (fn(&Location) -> Result<MeshData>, DMat4) = match object.plugin.as_str() {
+            "sphere" => {
+                let center = object.vector("center").unwrap_or(DVec3::ZERO);
+                (unit_sphere, DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(radius)))
+            }
+            "cylinder" => {
+                let p0 = object.vector("p0").unwrap_or(DVec3::ZERO);
+                let p1 = object.vector("p1").unwrap_or(DVec3::Z);
+                (
+                    unit_cylinder,
+                    cylinder_frame(p0, p1, radius).ok_or_else(|| {
+                        Error::invalid(
+                            at.clone(),
+                            format!("a cylinder from {p0} to {p1}"),
+                            "two different points",
+                        )
+                    })?,
+                )
+            }
+            "disk" => (unit_disk, DMat4::from_scale(DVec3::splat(radius))),
+            "cube" => (|_| Ok(shapes::cube()), DMat4::IDENTITY),
+            _ => (|_| Ok(shapes::rectangle()), DMat4::IDENTITY),
+        };
+        let key = (format!("{} {flipped}", object.plugin), material);
+        let mesh = match self.meshes.get(&key) {
+            Some(&mesh) => mesh,
+            None => {
+                let mut data = make(&at)?;
+                shown(object.label()).clone_into(&mut data.name);
+                if flipped {
+                    normals::flip(&mut data);
+                }
+                self.add_mesh(key, data, material, &at)?
+            }
+        };
+        Ok(Placement { mesh, to_world: to_world * size })
+    }
+
+    /// The mesh of a file; `None`, with a note, if the file is not there.
+    fn mesh_file(
+        &mut self,
+        object: &Object,
+        material: MaterialId,
+        to_world: DMat4,
+    ) -> Result<Option<Placement>> {
+        object.accept(&["collapse", "max_error", "shape_name"]);
+        let Some(reference) = object.text("filename") else {
+            let message = format!("shape {:?} without a file: left out", object.plugin);
+            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            return Ok(None);
+        };
+        let reference = self.find(reference, object);
+        let flipped = object.boolean("flip_normals").unwrap_or(false);
+        let flat = object.boolean("face_normals").unwrap_or(false) | self.max_smooth_angle(object)?;
+        // Mitsuba's readers turn coordinates of OBJ files over, others not.
+        let flip_v = object.boolean("flip_tex_coords").unwrap_or(object.plugin == "obj");
+        let shape_index = object.integer("shape_index").unwrap_or(0);
+        let mirrored = to_world.determinant() < 0.0;
+        let how = format!("{} {reference} {shape_index} {flipped} {flat} {flip_v} {mirrored}", object.plugin);
+        let key = (how, material);
+        if let Some(&mesh) = self.meshes.get(&key) {
+            return Ok(Some(Placement { mesh, to_world }));
+        }
+        let at = object.place();
+        let bytes = match self.mesh_bytes(&reference, &at) {
+            Ok(bytes) => bytes,
+            Err(Error::Io { source, .. }) => {
+                let message =
+                    format!("mesh {:?} could not be read ({}): left out", shown(&reference), source.kind());
+                self.notes.push(NoteKind::Repaired, message, object.at.clone());
+                return Ok(None);
+            }
+            Err(other) => return Err(other),
+        };
+        let folder = self.files.path().parent().map_or_else(PathBuf::new, std::path::Path::to_owned);
+        let path = folder.join(&reference);
+        let (mut data, mut flat) = match object.plugin.as_str() {
+            // Its reader gives the coordinates turned over.
+            "obj" => (turned(obj::read_mesh(&bytes, &path, &mut self.notes)?, !flip_v), flat),
+            "ply" => {
+                let options = self.files.options();
+                (turned(ply::read(&bytes, options, &mut self.notes, &Location::file(path))?, flip_v), flat)
+            }
+            _ => {
+                let mesh = serialized::read(&bytes, shape_index, &Location::file(path))?;
+                (turned(mesh.data, flip_v), flat || mesh.face_normals)
+            }
+        };
+        flat |= data.triangles.is_empty();
+        if mirrored && data.normals.is_empty() {
+            normals::flip(&mut data);
+        }
+        if flat {
+            if mirrored && !data.normals.is_empty() {
+                data.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+            data.normals = Vec::new();
+        } else if data.normals.is_empty() {
+            data.normals = normals::of_vertices(&data.positions, &data.triangles);
+        }
+        if flipped {
+            normals::flip(&mut data);
+        }
+        shown(object.id.as_deref().unwrap_or(&reference)).clone_into(&mut data.name);
+        Ok(Some(Placement { mesh: self.add_mesh(key, data, material, &at)?, to_world }))
+    }
+
+    /// The bytes of a mesh file; those of the last one are kept, as many shapes may come from one file.
+    fn mesh_bytes(&mut self, reference: &str, at: &Location) -> Result<std::rc::Rc<Vec<u8>>> {
+        if let Some((name, bytes)) = &self.last_file
+            && name == reference
+        {
+            return Ok(std::rc::Rc::clone(bytes));
+        }
+        let bytes = std::rc::Rc::new(self.files.read(reference, at)?);
+        self.last_file = Some((reference.to_owned(), std::rc::Rc::clone(&bytes)));
+        Ok(bytes)
+    }
+
+    fn add_mesh(
+        &mut self,
+        key: MeshKey,
+        data: MeshData,
+        material: MaterialId,
+        at: &Location,
+    ) -> Result<MeshId> {
+        self.triangles += data.triangles.len();
+        if self.triangles > MAX_TRIANGLES {
+            let what = format!("more than {MAX_TRIANGLES} triangles");
+            return Err(Error::unsupported(at.clone(), what, "use instances of shape groups"));
+        }
+        let mesh = self.builder.add_mesh(data, material)?;
+        self.meshes.insert(key, mesh);
+        Ok(mesh)
+    }
+
+    /// Whether an angle is given that makes nearly all edges sharp.
+    fn max_smooth_angle(&mut self, object: &Object) -> Result<bool> {
+        let Some(angle) = object.float("max_smooth_angle") else { return Ok(false) };
+        self.feature("shape", "max_smooth_angle", &object.at)?;
+        Ok(angle < FLAT_BELOW)
+    }
+
+    /// Where a file of an object is: beside the scene, beside the included file, in a folder of `<path>`.
+    pub(super) fn find(&self, reference: &str, object: &Object) -> String {
+        let document = self.document;
+        let folders =
+            ["", object.folder.as_str()].into_iter().chain(document.paths.iter().map(String::as_str));
+        let candidates = paths::candidates(reference, folders);
+        paths::first_there(self.files, &candidates, &object.at).to_owned()
+    }
+}
+
+/// Texture coordinates: azimuth, and angle from `+z`.
+fn unit_sphere(at: &Location) -> Result<MeshData> {
+    Ok(turned(shapes::sphere(1.0, [-1.0, 1.0], TAU, at)?, true))
+}
+
+/// Texture coordinates: azimuth, and height.
+fn unit_cylinder(at: &Location) -> Result<MeshData> {
+    shapes::cylinder(1.0, [0.0, 1.0], TAU, at)
+}
+
+/// Texture coordinates: distance from the centre, and azimuth.
+fn unit_disk(at: &Location) -> Result<MeshData> {
+    let mut data = shapes::disk(0.0, 1.0, 0.0, TAU, at)?;
+    data.uvs.iter_mut().for_each(|uv| *uv = Vec2::new(1.0 - uv.y, uv.x));
+    Ok(data)
+}
+
+/// Takes the unit cylinder along `z` to that from `p0` to `p1`.
+fn cylinder_frame(p0: DVec3, p1: DVec3, radius: f64) -> Option<DMat4> {
+    let axis = p1 - p0;
+    let (x, y) = axis.try_normalize()?.any_orthonormal_pair();
+    let axes = DMat3::from_cols(x * radius, y * radius, axis);
+    Some(DMat4::from_translation(p0) * DMat4::from_mat3(axes))
+}
+
+/// The mesh with `v` turned over, if asked for.
+fn turned(mut data: MeshData, turn: bool) -> MeshData {
+    if turn {
+        data.uvs.iter_mut().for_each(|uv| *uv = Vec2::new(uv.x, 1.0 - uv.y));
+    }
+    data
+}

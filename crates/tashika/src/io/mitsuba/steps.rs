@@ -1,0 +1,131 @@
+//! Elements of `<transform>`, and attributes that are numbers.
+//!
+//! `translate`, `scale`, `rotate`, `matrix`, `lookat`; vectors as `value` or as `x`, `y`, `z`. What they mean is in
+//! [`transforms`]. Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
+
+use glam::DMat4;
+use roxmltree::Node;
+
+use super::reader::{MAX_NESTING, Reader, Source};
+use super::transforms;
+use super::values::{self, shown};
+use crate::error::{Error, Location, Result};
+use crate::scene::NoteKind;
+
+impl Reader<'_> {
+    pub(super) fn transform(
+        &mut self,
+        node: Node<'_, '_>,
+        source: &Source<'_>,
+        depth: usize,
+        at: &Location,
+    ) -> Result<DMat4> {
+        let mut matrix = DMat4::IDENTITY;
+        if depth + 1 > MAX_NESTING {
+            return Ok(matrix);
+        }
+        for step in node.children().filter(Node::is_element) {
+            let at = source.at(step.range().start);
+            if let Some(m) = self.step(step, &at)? {
+                matrix = m * matrix;
+            }
+        }
+        if transforms::is_affine(&matrix) {
+            return Ok(matrix);
+        }
+        Err(Error::invalid(
+            at.clone(),
+            format!("a transform with the matrix {:?}", matrix.transpose().to_cols_array()),
+            "finite numbers of sensible size, and 0 0 0 1 in the last row",
+        ))
+    }
+
+    fn step(&mut self, node: Node<'_, '_>, at: &Location) -> Result<Option<DMat4>> {
+        let tag = node.tag_name().name();
+        let invalid = |found: String, expected: &str| Error::invalid(at.clone(), found, expected);
+        Ok(Some(match tag.to_ascii_lowercase().as_str() {
+            "translate" => DMat4::from_translation(self.coordinates(node, 0.0, at)?.into()),
+            "scale" => DMat4::from_scale(self.coordinates(node, 1.0, at)?.into()),
+            "rotate" => {
+                let axis = self.coordinates(node, 0.0, at)?;
+                let angle = self.number(node, "angle", at)?.unwrap_or(0.0);
+                transforms::rotation(axis.into(), angle)
+                    .ok_or_else(|| invalid(format!("rotation about {axis:?}"), "an axis that is not zero"))?
+            }
+            "matrix" => {
+                let Some(text) = self.attribute(node, "value", at)? else { return Ok(None) };
+                let rows = values::numbers(&text).and_then(|rows| transforms::matrix(&rows));
+                rows.ok_or_else(|| invalid(format!("matrix {:?}", shown(&text)), "16 or 9 finite numbers"))?
+            }
+            "lookat" => {
+                let origin = self.point(node, ["origin", "ox", "oy", "oz"], [0.0; 3], at)?;
+                let target = self.point(node, ["target", "tx", "ty", "tz"], [0.0, 0.0, 1.0], at)?;
+                let up = self.point(node, ["up", "ux", "uy", "uz"], [0.0, 1.0, 0.0], at)?;
+                let (matrix, replaced) = transforms::look_at(origin.into(), target.into(), up.into())
+                    .ok_or_else(|| {
+                        invalid(format!("lookat from {origin:?} to {target:?}"), "two different points")
+                    })?;
+                if replaced {
+                    let message = "lookat with up along the view: another direction is up";
+                    self.notes.push(NoteKind::Repaired, message, at.clone());
+                }
+                matrix
+            }
+            _ => {
+                let message = format!("transform step <{}> is unknown: left out", shown(tag));
+                self.notes.push(NoteKind::Ignored, message, at.clone());
+                return Ok(None);
+            }
+        }))
+    }
+
+    /// `value` (one or three numbers), or `x`, `y`, `z`.
+    pub(super) fn coordinates(
+        &mut self,
+        node: Node<'_, '_>,
+        missing: f64,
+        at: &Location,
+    ) -> Result<[f64; 3]> {
+        if let Some(text) = self.attribute(node, "value", at)? {
+            return Ok(self.vector(&text, at)?.into());
+        }
+        let mut all = [missing; 3];
+        for (v, name) in all.iter_mut().zip(["x", "y", "z"]) {
+            *v = self.number(node, name, at)?.unwrap_or(*v);
+        }
+        Ok(all)
+    }
+
+    /// An attribute of three numbers, or three attributes.
+    fn point(
+        &mut self,
+        node: Node<'_, '_>,
+        names: [&str; 4],
+        missing: [f64; 3],
+        at: &Location,
+    ) -> Result<[f64; 3]> {
+        if let Some(text) = self.attribute(node, names[0], at)? {
+            return Ok(self.vector(&text, at)?.into());
+        }
+        let mut all = missing;
+        for (v, name) in all.iter_mut().zip(&names[1..]) {
+            *v = self.number(node, name, at)?.unwrap_or(*v);
+        }
+        Ok(all)
+    }
+
+    fn vector(&self, text: &str, at: &Location) -> Result<glam::DVec3> {
+        let invalid =
+            || Error::invalid(at.clone(), format!("{:?}", shown(text)), "one or three finite numbers");
+        values::vector(text).ok_or_else(invalid)
+    }
+
+    pub(super) fn number(&mut self, node: Node<'_, '_>, name: &str, at: &Location) -> Result<Option<f64>> {
+        let Some(text) = self.attribute(node, name, at)? else { return Ok(None) };
+        // Temperatures are sometimes written with their unit.
+        let number = text.trim().trim_end_matches(['K', 'k']);
+        let invalid =
+            || Error::invalid(at.clone(), format!("{name} = {:?}", shown(&text)), "a finite number");
+        values::number(number).map(Some).ok_or_else(invalid)
+    }
+}

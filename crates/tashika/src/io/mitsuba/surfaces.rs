@@ -1,0 +1,332 @@
+//! `<bsdf>`s that stand alone into surfaces.
+//!
+//! * `roughness α` is that of the microfacet distribution, here always GGX: Beckmann's, the default, has the same
+//!   meaning of `α` and shorter tails. Anisotropic: `√(αᵤ αᵥ)`.
+//! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the internal reflectance: that of the
+//!   reflectance `ρ' = ρ / (1 − F + ρF)`; for textures, a power of `ρ` that agrees at `ρ = ¼`.
+//! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012); otherwise that of `eta`.
+//! * `ward`: the Phong exponent `2/α² − 2` has the width of the lobe (Walter 2007, section 5.2).
+//!
+//! Names of dielectrics and metals are those of `dielectrics` and [`metals`](crate::color::metals).
+//!
+//! Held to this by `suite::mitsuba`.
+
+use super::Translation;
+use super::inputs::{GREY, Quantity};
+use super::object::{Object, Value};
+use super::values::shown;
+use crate::bsdf::ConductorFresnel;
+use crate::bsdf::fresnel::dielectric_average;
+use crate::color::Rgb;
+use crate::color::metals::conductor_rgb;
+use crate::error::{Error, Result};
+use crate::io::dielectrics::refractive_index;
+use crate::math::elementary::ln;
+use crate::scene::{ColorInput, FloatInput, NoteKind, Surface, Texture};
+
+/// Ratios of refractive indices that surfaces take.
+const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
+
+/// Largest Phong exponent.
+const MAX_EXPONENT: f64 = 1e6;
+
+/// Transmission from which a principled material is glass.
+const MOSTLY_TRANSMITTING: f32 = 0.5;
+
+/// Reflectance at which the power of a texture agrees with what it replaces.
+const AGREES_AT: f32 = 0.25;
+
+const WHITE: Rgb = Rgb::WHITE;
+
+impl Translation<'_> {
+    pub(super) fn surface(&mut self, object: &Object) -> Result<Surface> {
+        object.accept(&["specular_sampling_weight", "sampling_weight"]);
+        match object.plugin.as_str() {
+            "diffuse" => self.lambert(object),
+            "roughdiffuse" => {
+                object.accept(&["alpha", "use_fast_approx"]);
+                self.lambert(object)
+            }
+            "dielectric" | "roughdielectric" => {
+                if object.plugin == "roughdielectric" {
+                    object.accept(&["alpha", "alpha_u", "alpha_v", "distribution", "sample_visible"]);
+                }
+                let ior = self.ior(object)?;
+                let reflectance = self.constant_reflectance(object, "specular_reflectance")?;
+                let transmittance = self.constant_reflectance(object, "specular_transmittance")?;
+                Ok(Surface::Glass { ior, reflectance, transmittance })
+            }
+            "thindielectric" => {
+                let ior = self.ior(object)?;
+                let reflectance = self.reflectance(object, "specular_reflectance", WHITE)?;
+                let transmittance = self.reflectance(object, "specular_transmittance", WHITE)?;
+                Ok(Surface::ThinGlass { ior, reflectance, transmittance })
+            }
+            "conductor" => self.conductor(object, 0.0.into()),
+            "roughconductor" => {
+                let alpha = self.roughness(object)?;
+                self.conductor(object, alpha)
+            }
+            "plastic" => self.plastic(object, 0.0.into()),
+            "pplastic" if object.float("alpha").is_none() => self.plastic(object, 0.0.into()),
+            "roughplastic" | "pplastic" => {
+                let alpha = self.roughness(object)?;
+                self.plastic(object, alpha)
+            }
+            "principled" | "principledthin" => self.principled(object),
+            "phong" => {
+                let diffuse = self.reflectance(object, "diffuse_reflectance", GREY)?;
+                let specular = self.reflectance(object, "specular_reflectance", Rgb::gray(0.2))?;
+                let exponent = object.float_in("exponent", 0.0..=f64::MAX)?.unwrap_or(30.0);
+                Ok(Surface::Phong { diffuse, specular, exponent: exponent.min(MAX_EXPONENT) as f32 })
+            }
+            "ward" => {
+                object.accept(&["variant"]);
+                let diffuse = self.reflectance(object, "diffuse_reflectance", GREY)?;
+                let specular = self.reflectance(object, "specular_reflectance", Rgb::gray(0.2))?;
+                let alpha = f64::from(self.roughness(object)?.factor.max(1e-3));
+                let exponent = (2.0 / (alpha * alpha) - 2.0).clamp(0.0, MAX_EXPONENT) as f32;
+                Ok(Surface::Phong { diffuse, specular, exponent })
+            }
+            "difftrans" => {
+                let transmittance = self.reflectance(object, "transmittance", GREY)?;
+                Ok(Surface::Translucent { reflectance: Rgb::BLACK.into(), transmittance })
+            }
+            "hk" => {
+                object.accept_all();
+                Ok(Surface::Translucent {
+                    reflectance: Rgb::gray(0.25).into(),
+                    transmittance: Rgb::gray(0.25).into(),
+                })
+            }
+            "hair" => {
+                object.accept_all();
+                Ok(Surface::Lambert { reflectance: Rgb::gray(0.2).into() })
+            }
+            _ => {
+                object.accept_all();
+                Ok(Surface::Lambert { reflectance: GREY.into() })
+            }
+        }
+    }
+
+    fn lambert(&mut self, object: &Object) -> Result<Surface> {
+        let names = ["reflectance", "diffuse_reflectance"];
+        Ok(Surface::Lambert { reflectance: self.color(object, &names, Quantity::Reflectance, GREY)? })
+    }
+
+    fn reflectance(&mut self, object: &Object, name: &str, missing: Rgb) -> Result<ColorInput> {
+        self.color(object, &[name], Quantity::Reflectance, missing)
+    }
+
+    fn constant_reflectance(&mut self, object: &Object, name: &str) -> Result<Rgb> {
+        self.constant_color(object, &[name], Quantity::Reflectance, WHITE)
+    }
+
+    /// Inside over outside: `int_ior / ext_ior`, or `eta`.
+    pub(super) fn ior(&mut self, object: &Object) -> Result<f32> {
+        let inside = self.index(object, "int_ior", "bk7")?;
+        let outside = self.index(object, "ext_ior", "air")?;
+        let mut ratio = inside / outside;
+        if ratio < 1.0 {
+            let message = "refractive index below that of the outside: its inverse";
+            self.notes.push(NoteKind::Approximated, message, object.place_of("int_ior"));
+            ratio = 1.0 / ratio;
+        }
+        Ok(ratio.clamp(IOR_RANGE[0], IOR_RANGE[1]) as f32)
+    }
+
+    /// A refractive index, as a number or by the material's name.
+    fn index(&mut self, object: &Object, parameter: &str, missing: &str) -> Result<f64> {
+        if let Some(index) = object.float_in(parameter, 0.1..=10.0)? {
+            return Ok(index);
+        }
+        let name = object.text(parameter).unwrap_or(missing);
+        if let Some(index) = refractive_index(name) {
+            return Ok(f64::from(index));
+        }
+        let message = format!("dielectric {:?} is unknown: {missing}", shown(name));
+        self.notes.push(NoteKind::Repaired, message, object.place_of(parameter));
+        Ok(refractive_index(missing).map_or(1.0, f64::from))
+    }
+
+    /// `alpha`, or the mean of `alpha_u` and `alpha_v`; notes distributions other than GGX.
+    pub(super) fn roughness(&mut self, object: &Object) -> Result<FloatInput> {
+        object.accept(&["sample_visible"]);
+        if object.plugin != "ward" {
+            let distribution = object.text("distribution").unwrap_or("beckmann").to_ascii_lowercase();
+            if distribution != "ggx" {
+                let name = format!("distribution {distribution}");
+                if !self.feature("material", &name, &object.at)? {
+                    self.feature("material", "distribution beckmann", &object.at)?;
+                }
+            }
+        }
+        let (u, v) = (self.float(object, "alpha_u", 0.1)?, self.float(object, "alpha_v", 0.1)?);
+        let isotropic = u == v;
+        let mut alpha = if isotropic && u == 0.1.into() { self.float(object, "alpha", 0.1)? } else { u };
+        if !isotropic {
+            self.feature("material", "anisotropic roughness", &object.at)?;
+            if u.texture.is_none() && v.texture.is_none() {
+                alpha.factor = (u.factor * v.factor).max(0.0).sqrt();
+            }
+        }
+        if !(0.0..=1.0).contains(&alpha.factor) {
+            let message = "roughness outside of 0 to 1: moved into it";
+            self.notes.push(NoteKind::Repaired, message, object.place_of("alpha"));
+            alpha.factor = alpha.factor.clamp(0.0, 1.0);
+        }
+        Ok(alpha)
+    }
+
+    fn conductor(&mut self, object: &Object, alpha: FloatInput) -> Result<Surface> {
+        let specular = self.reflectance(object, "specular_reflectance", WHITE)?;
+        let outside = match object.take("ext_eta", |v| {
+            matches!(v, Value::Text(_) | Value::Float(_) | Value::Integer(_)).then_some(())
+        }) {
+            Some(()) => self.index(object, "ext_eta", "air")?,
+            None => 1.0,
+        };
+        let has_constants = ["eta", "k"].iter().any(|n| {
+            object.parameters.iter().any(|p| p.name == *n) || self.document.texture(object, n).is_some()
+        });
+        let (eta, k) = if has_constants {
+            object.accept(&["material"]);
+            let eta = self.constant_color(object, &["eta"], Quantity::Number, Rgb::BLACK)?;
+            (eta, self.constant_color(object, &["k"], Quantity::Number, WHITE)?)
+        } else {
+            let missing = if self.document.is_old() { "Cu" } else { "none" };
+            let name = object.text("material").unwrap_or(missing);
+            match self.metal(object, name)? {
+                Some(constants) => constants,
+                None if alpha == 0.0.into() => return Ok(Surface::Mirror { reflectance: specular }),
+                // A reflectance of one in every direction.
+                None => {
+                    return Ok(Surface::Conductor {
+                        fresnel: ConductorFresnel::Schlick { f0: WHITE },
+                        specular,
+                        alpha,
+                    });
+                }
+            }
+        };
+        let outside = outside as f32;
+        if eta.is_black() && k == WHITE {
+            let fresnel = ConductorFresnel::Schlick { f0: WHITE };
+            return Ok(Surface::Conductor { fresnel, specular, alpha });
+        }
+        // Where eta vanishes the reflectance is 1, as it nearly is here.
+        let positive = |c: Rgb| c.map(|v| (v / outside).clamp(1e-3, 1e3));
+        Ok(Surface::Conductor {
+            fresnel: ConductorFresnel::Exact { eta: positive(eta), k: k / outside },
+            specular,
+            alpha,
+        })
+    }
+
+    /// Optical constants of a metal; `None` for a perfect mirror.
+    fn metal(&mut self, object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
+        if name.trim().eq_ignore_ascii_case("none") {
+            return Ok(None);
+        }
+        if let Some(constants) = conductor_rgb(name.trim()) {
+            return Ok(Some(constants));
+        }
+        let message = format!("metal {:?} is unknown: a perfect mirror", shown(name));
+        self.notes.push(NoteKind::Repaired, message, object.place_of("material"));
+        Ok(None)
+    }
+
+    fn plastic(&mut self, object: &Object, alpha: FloatInput) -> Result<Surface> {
+        let ior = self.ior(object)?;
+        let mut reflectance = self.reflectance(object, "diffuse_reflectance", GREY)?;
+        let specular = self.reflectance(object, "specular_reflectance", WHITE)?;
+        if !object.boolean("nonlinear").unwrap_or(false) {
+            reflectance = self.as_nonlinear(object, reflectance, ior)?;
+        }
+        Ok(Surface::Coated { reflectance, specular, ior, alpha })
+    }
+
+    /// The reflectance with which light between base and coat gives what it gives without colour shifts.
+    fn as_nonlinear(&mut self, object: &Object, reflectance: ColorInput, ior: f32) -> Result<ColorInput> {
+        let internal = 1.0 - (1.0 - dielectric_average(ior)) / (ior * ior);
+        let equivalent = |v: f32| v / (1.0 - internal + v * internal);
+        let Some(_) = reflectance.texture else { return Ok(reflectance.factor.map(equivalent).into()) };
+        self.feature("material", "textured linear plastic", &object.at)?;
+        let exponent = ln(equivalent(AGREES_AT)) / ln(AGREES_AT);
+        let base = self.node(reflectance)?;
+        Ok(self.whole(Texture::Power { base, exponent })?.color)
+    }
+
+    fn principled(&mut self, object: &Object) -> Result<Surface> {
+        let is_thin = object.plugin == "principledthin";
+        object.accept(&[
+            "diffuse_reflectance_sampling_rate",
+            "main_specular_sampling_rate",
+            "clearcoat_sampling_rate",
+        ]);
+        // Lobes of weight 0 are not there.
+        for lobe in ["sheen", "clearcoat", "anisotropic", "spec_tint", "flatness"] {
+            let absent =
+                object.take(lobe, |v| matches!(v, Value::Float(0.0) | Value::Integer(0)).then_some(()));
+            match (lobe, absent) {
+                ("sheen", Some(())) => object.accept(&["sheen_tint"]),
+                ("clearcoat", Some(())) => object.accept(&["clearcoat_gloss"]),
+                _ => {}
+            }
+        }
+        for (tint, lobe) in [("sheen_tint", "sheen"), ("clearcoat_gloss", "clearcoat")] {
+            if !object.parameters.iter().any(|p| p.name == lobe) {
+                object.accept(&[tint]);
+            }
+        }
+        let base_color = self.reflectance(object, "base_color", GREY)?;
+        let roughness = self.float(object, "roughness", 0.5)?;
+        let roughness = FloatInput { factor: roughness.factor.clamp(0.0, 1.0), ..roughness };
+        let (f0, ior) = self.principled_f0(object)?;
+        let transmission = self.float(object, "spec_trans", 0.0)?.factor;
+        if transmission >= MOSTLY_TRANSMITTING {
+            object.accept(&["metallic", "diff_trans"]);
+            let white = ColorInput::from(WHITE);
+            // Light crosses two interfaces of a solid, each with the square root of the colour.
+            let interface = base_color.factor.map(f32::sqrt);
+            let glass = Surface::Glass { ior, reflectance: WHITE, transmittance: interface };
+            let thin = Surface::ThinGlass { ior, reflectance: white, transmittance: base_color };
+            return Ok(if is_thin { thin } else { glass });
+        }
+        let through =
+            if is_thin { self.float(object, "diff_trans", 0.0)?.factor.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
+        if through > 0.0 {
+            let share = |part: f32| ColorInput { factor: base_color.factor * part, ..base_color };
+            return Ok(Surface::Translucent {
+                reflectance: share(1.0 - through),
+                transmittance: share(through),
+            });
+        }
+        let metallic = self.float(object, "metallic", 0.0)?;
+        let metallic = FloatInput { factor: metallic.factor.clamp(0.0, 1.0), ..metallic };
+        Ok(Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0: Rgb::gray(f0).into() })
+    }
+
+    /// Reflectance at normal incidence and index of refraction of the dielectric part.
+    fn principled_f0(&mut self, object: &Object) -> Result<(f32, f32)> {
+        let eta = match object.float_in("eta", 0.1..=10.0)? {
+            Some(eta) => eta,
+            None => {
+                let specular = object.float_in("specular", 0.0..=1.0)?.unwrap_or(0.5);
+                let amplitude = (0.08 * specular).sqrt();
+                (1.0 + amplitude) / (1.0 - amplitude)
+            }
+        };
+        if !eta.is_finite() {
+            return Err(Error::invalid(
+                object.place(),
+                "a refractive index that is infinite",
+                "a finite one",
+            ));
+        }
+        let amplitude = (eta - 1.0) / (eta + 1.0);
+        let ior = eta.max(1.0 / eta).clamp(IOR_RANGE[0], IOR_RANGE[1]);
+        Ok(((amplitude * amplitude) as f32, ior as f32))
+    }
+}

@@ -1,0 +1,80 @@
+//! The text of files and attributes: encodings, `$name`.
+//!
+//! Tested below.
+
+use std::collections::BTreeMap;
+
+/// Longest text that defaults may make of an attribute (bytes).
+const MAX_ATTRIBUTE: usize = 1 << 20;
+
+/// `text` with its `$name`s replaced, or the first that has no default.
+pub(super) fn substitute(text: &str, defaults: &BTreeMap<String, String>) -> Result<String, String> {
+    let mut replaced = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('$') {
+        replaced.push_str(before);
+        let (name, braced_rest) = match after.strip_prefix('{').and_then(|inner| inner.split_once('}')) {
+            Some((name, rest)) => (name, Some(rest)),
+            None => {
+                let end = after.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(after.len());
+                (&after[..end], None)
+            }
+        };
+        // Without braces a name may end in the middle of a word: the longest that is known is meant.
+        let shortest = if braced_rest.is_some() { name.len() } else { 1 };
+        let ends = (shortest..=name.len()).rev().filter(|&end| name.is_char_boundary(end));
+        let known = ends.filter_map(|end| Some((end, defaults.get(&name[..end])?))).next();
+        let (end, value) = known.ok_or_else(|| name.to_owned())?;
+        replaced.push_str(value);
+        if replaced.len() > MAX_ATTRIBUTE {
+            return Err(name.to_owned());
+        }
+        rest = braced_rest.unwrap_or(&after[end..]);
+    }
+    replaced.push_str(rest);
+    Ok(replaced)
+}
+
+/// UTF-8, UTF-16 with a byte order mark, else Latin-1.
+pub(super) fn decode(bytes: &[u8]) -> String {
+    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units = bytes.chunks_exact(2).map(|b| unit([b[0], b[1]]));
+        char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+    };
+    match bytes {
+        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
+        _ => {
+            let text = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
+            std::str::from_utf8(text)
+                .map_or_else(|_| text.iter().map(|&b| char::from(b)).collect(), str::to_owned)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_replaced_everywhere_in_a_text() {
+        let defaults =
+            BTreeMap::from([("spp".to_owned(), "64".to_owned()), ("sp".to_owned(), "x".to_owned())]);
+        for (text, expected) in
+            [("$spp", "64"), ("a$spp/$sp", "a64/x"), ("${sp}p", "xp"), ("$sppq", "64q"), ("none", "none")]
+        {
+            assert_eq!(substitute(text, &defaults).as_deref(), Ok(expected), "{text}");
+        }
+        for (text, missing) in [("$q", "q"), ("${spq}", "spq"), ("1$", ""), ("${", "")] {
+            assert_eq!(substitute(text, &defaults), Err(missing.to_owned()), "{text}");
+        }
+    }
+
+    #[test]
+    fn text_in_other_encodings_is_read() {
+        assert_eq!(decode(b"\xef\xbb\xbfa\xc3\xa9"), "aé");
+        assert_eq!(decode(b"a\xe9"), "aé");
+        assert_eq!(decode(b"\xff\xfea\0\xe9\0"), "aé");
+        assert_eq!(decode(b"\xfe\xff\0a\0\xe9"), "aé");
+    }
+}

@@ -1,0 +1,195 @@
+//! `Camera` and `Film`.
+//!
+//! The current transform is world to camera, with `+z` forward, `+y` up and `+x` right, so that
+//!
+//! ```text
+//! to_world = C⁻¹ · diag(1, 1, −1)
+//! ```
+//!
+//! for a camera that looks along `−z`. A mirror in it is kept: it is what the file asks for. `fov` is the angle
+//! along the shorter side of the image. With the screen window `[x₀, x₁] × [y₀, y₁]`, `±1` along the shorter
+//! side and the image's proportions along the other unless the file says otherwise, and `t = tan(fov / 2)`:
+//!
+//! ```text
+//! vertical_fov = 2 atan(t (y₁ − y₀)/2),   shift = ((x₀ + x₁)/2 / (x₁ − x₀), (y₀ + y₁)/2 / (y₁ − y₀))
+//! ```
+//!
+//! What a film does with the light (sensor, ISO, exposure) is left to the picture's own exposure.
+//!
+//! Source: Pharr et al. 2023, sections 5.2 and 5.4. Tested by `suite::pbrt::cameras_*`.
+
+use glam::{Affine3A, DAffine3, DMat3, Vec2};
+
+use super::loading::Loading;
+use super::parameters::Parameters;
+use super::version::Version;
+use crate::error::Result;
+use crate::math::elementary::{atan2, tan};
+use crate::scene::{Camera, Crop, Lens, NoteKind, Projection};
+
+/// Fields of view are kept in this range (degrees).
+const FOV: (f32, f32) = (0.01, 179.0);
+
+/// Field of view of cameras that see all around; chosen.
+const WIDE_FOV: f32 = 100.0;
+
+/// Largest image side that a file may ask for (pixels).
+const MAX_SIDE: i32 = 1 << 16;
+
+/// How much the proportions of screen and image may differ.
+const TOLERANCE: f32 = 1e-3;
+
+/// What a `Film` says.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Film {
+    resolution: [u32; 2],
+    crop: Option<Crop>,
+}
+
+impl Film {
+    /// The film that there is without one.
+    pub(super) fn new(version: Version) -> Self {
+        let resolution = if version == Version::V3 { [640, 480] } else { [1280, 720] };
+        Self { resolution, crop: None }
+    }
+
+    /// Reads `Film class`.
+    pub(super) fn read(loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Result<Self> {
+        loading.met("film", class, "taken as an image", &p.at())?;
+        let mut film = Self::new(loading.version);
+        for (side, name) in film.resolution.iter_mut().zip(["xresolution", "yresolution"]) {
+            let Some(value) = p.integer(name) else { continue };
+            if !(1..=MAX_SIDE).contains(&value) {
+                let message = format!("{name} outside 1 to {MAX_SIDE}: the nearer end");
+                loading.note(NoteKind::Repaired, message, p.at());
+            }
+            *side = value.clamp(1, MAX_SIDE) as u32;
+        }
+        film.crop = film.crop(loading, p);
+        p.accept(&["filename", "diagonal", "savefp16", "coordinatesystem"]);
+        if p.string("sensor").is_some_and(|sensor| sensor != "cie1931") {
+            loading.note(NoteKind::Ignored, "sensors of films: linear light", p.at());
+        }
+        for (name, default) in [("iso", 100.0), ("exposuretime", 1.0), ("whitebalance", 0.0)] {
+            if p.float(name).is_some_and(|value| value != default) {
+                let message = format!("{name} of films: left to the picture's exposure");
+                loading.note(NoteKind::Ignored, message, p.at());
+            }
+        }
+        for (name, default) in
+            [("scale", 1.0), ("maxsampleluminance", f32::MAX), ("maxcomponentvalue", f32::MAX)]
+        {
+            if p.float(name).is_some_and(|value| value != default && value.is_finite() && value < 1e30) {
+                loading.note(NoteKind::Ignored, format!("{name} of films: left out"), p.at());
+            }
+        }
+        loading.note_unused(&format!("film {class:?}"), p);
+        Ok(film)
+    }
+
+    /// The part of the image between fractions, rounded up as pbrt does, or between pixels.
+    fn crop(&self, loading: &mut Loading<'_>, p: &Parameters) -> Option<Crop> {
+        let [width, height] = self.resolution;
+        let (x, y) = if let Some(&[x0, x1, y0, y1]) = p.integers("pixelbounds") {
+            let part = |a: i32, b: i32, size: u32| {
+                let inside = |v: i32| u32::try_from(v).unwrap_or(0).min(size);
+                [inside(a.min(b)), inside(a.max(b))]
+            };
+            (part(x0, x1, width), part(y0, y1, height))
+        } else {
+            let &[x0, x1, y0, y1] = p.floats("cropwindow")? else { return None };
+            let part = |a: f32, b: f32, size: u32| {
+                let inside = |v: f32| ((size as f32 * v.clamp(0.0, 1.0)).ceil() as u32).min(size);
+                [inside(a.min(b)), inside(a.max(b))]
+            };
+            (part(x0, x1, width), part(y0, y1, height))
+        };
+        let crop = Crop { x: x[0], y: y[0], width: x[1] - x[0], height: y[1] - y[0] };
+        if crop.width == 0 || crop.height == 0 {
+            loading.note(NoteKind::Repaired, "crops without pixels: the whole image", p.at());
+            return None;
+        }
+        (crop != Crop { x: 0, y: 0, width, height }).then_some(crop)
+    }
+}
+
+/// Where the camera stands; nothing if the transform cannot be inverted.
+pub(super) fn to_world(world_to_camera: &DAffine3) -> Option<Affine3A> {
+    let inverse = world_to_camera.inverse();
+    let mirrored = DMat3::from_cols(inverse.matrix3.x_axis, inverse.matrix3.y_axis, -inverse.matrix3.z_axis);
+    let pose = DAffine3 { matrix3: mirrored, translation: inverse.translation }.as_affine3a();
+    (pose.is_finite() && pose.matrix3.determinant() != 0.0).then_some(pose)
+}
+
+/// Adds `Camera class`, which stands at `pose` and exposes `film`.
+pub(super) fn add(
+    loading: &mut Loading<'_>,
+    class: &str,
+    p: &Parameters,
+    pose: Affine3A,
+    film: &Film,
+) -> Result<()> {
+    loading.met("camera", class, "perspective", &p.at())?;
+    let [width, height] = film.resolution.map(|side| side as f32);
+    let aspect = p.float("frameaspectratio").filter(|a| *a > 0.0).unwrap_or(width / height);
+    let mut screen =
+        if aspect > 1.0 { [-aspect, aspect, -1.0, 1.0] } else { [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect] };
+    if let Some(&[x0, x1, y0, y1]) = p.floats("screenwindow") {
+        if x0 < x1 && y0 < y1 {
+            screen = [x0, x1, y0, y1];
+        } else {
+            loading.note(NoteKind::Repaired, "screen windows without area: the whole screen", p.at());
+        }
+    }
+    let [x0, x1, y0, y1] = screen;
+    let size = Vec2::new(x1 - x0, y1 - y0);
+    if (size.x / size.y / (width / height) - 1.0).abs() > TOLERANCE {
+        let message = "screens of other proportions than the image: square pixels, by the height";
+        loading.note(NoteKind::Approximated, message, p.at());
+    }
+    let given = match p.float("halffov") {
+        Some(half) => 2.0 * half,
+        None => p.float("fov").unwrap_or(90.0),
+    };
+    let (projection, lens) = match class {
+        "orthographic" => (Projection::Orthographic { height: size.y }, lens(p)),
+        "environment" | "spherical" | "realistic" => {
+            p.accept_all();
+            let fov = if class == "realistic" { 45.0 } else { WIDE_FOV };
+            (perspective(loading, p, fov, size.y / size.x.min(size.y) * 2.0), pinhole())
+        }
+        _ => (perspective(loading, p, given, size.y), lens(p)),
+    };
+    p.accept(&["shutteropen", "shutterclose", "hither", "yon"]);
+    loading.note_unused(&format!("camera {class:?}"), p);
+    let shift = Vec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1)) / size;
+    loading.builder.add_camera(Camera {
+        name: "camera".to_owned(),
+        to_world: pose,
+        projection,
+        shift,
+        lens,
+        resolution: Some(film.resolution),
+        crop: film.crop,
+    })
+}
+
+/// A field of view of `fov` degrees between `±1` of a screen of that height.
+fn perspective(loading: &mut Loading<'_>, p: &Parameters, fov: f32, height: f32) -> Projection {
+    if !(FOV.0..=FOV.1).contains(&fov) {
+        loading.note(NoteKind::Repaired, "fields of view outside 0° to 180°: the nearer end", p.at());
+    }
+    let half = tan(0.5 * fov.clamp(FOV.0, FOV.1).to_radians());
+    let vertical_fov = 2.0 * atan2(half * 0.5 * height, 1.0);
+    Projection::Perspective { vertical_fov: vertical_fov.clamp(FOV.0.to_radians(), FOV.1.to_radians()) }
+}
+
+fn pinhole() -> Lens {
+    Lens { radius: 0.0, focus_distance: 1.0 }
+}
+
+fn lens(p: &Parameters) -> Lens {
+    let radius = p.float("lensradius").unwrap_or(0.0).max(0.0);
+    let focus_distance = p.float("focaldistance").filter(|d| *d > 0.0).unwrap_or(1e6);
+    if radius > 0.0 { Lens { radius, focus_distance } } else { pinhole() }
+}

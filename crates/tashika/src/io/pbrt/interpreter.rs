@@ -1,0 +1,494 @@
+//! Carrying out directives in the order of the text.
+//!
+//! Before `WorldBegin` the camera and the film are described, after it the scene. Directives that have no
+//! meaning here are read over. A word that is no directive is an error: text that is no scene must not look
+//! like an empty one.
+//!
+//! Tested by `suite::pbrt`, `suite::damaged_pbrt`.
+
+use std::collections::BTreeMap;
+
+use glam::{Affine3A, DAffine3, DMat4, DVec3};
+
+use super::camera::{self, Film};
+use super::lexer::{Lexer, Token, excerpt, number, unescape};
+use super::lights::{self, Sky};
+use super::loading::Loading;
+use super::materials::Materials;
+use super::parameters::Parameters;
+use super::place::Place;
+use super::shapes::{Part, Request, Shapes};
+use super::state::{MAX_SAVED, SavedBy, States};
+use super::text::{Text, Texts};
+use super::textures::Textures;
+use super::transform;
+use super::version::Version;
+use crate::error::{Error, Location, Result};
+use crate::io::SceneFiles;
+use crate::scene::{NoteKind, Scene};
+
+/// Most placements of meshes (some 150 bytes each): a small text can ask for a product of large numbers.
+const MAX_INSTANCES: usize = 1 << 22;
+
+/// The scene as far as it is read.
+pub(super) struct Interpreter<'f> {
+    loading: Loading<'f>,
+    texts: Texts<'f>,
+    states: States,
+    textures: Textures,
+    materials: Materials,
+    shapes: Shapes,
+    sky: Sky,
+    objects: BTreeMap<String, Vec<Part>>,
+    /// The object between `ObjectBegin` and `ObjectEnd`.
+    object: Option<(String, Vec<Part>)>,
+    instances: usize,
+    camera: Option<(String, Parameters, Affine3A)>,
+    film: Film,
+    in_world: bool,
+    ended: bool,
+}
+
+impl<'f> Interpreter<'f> {
+    /// Before the first directive.
+    pub(super) fn new(files: &'f SceneFiles, texts: Texts<'f>, version: Version) -> Self {
+        let materials = Materials::new();
+        Self {
+            loading: Loading::new(files, version),
+            texts,
+            states: States::new(materials.default_id()),
+            textures: Textures::default(),
+            materials,
+            shapes: Shapes::default(),
+            sky: Sky::default(),
+            objects: BTreeMap::new(),
+            object: None,
+            instances: 0,
+            camera: None,
+            film: Film::new(version),
+            in_world: false,
+            ended: false,
+        }
+    }
+
+    /// Carries out a text and what it includes; `depth` texts are open.
+    pub(super) fn run(&mut self, text: &Text, depth: usize) -> Result<()> {
+        let mut lexer = Lexer::new(&text.bytes, text.source.clone());
+        while !self.ended {
+            let Some(token) = lexer.next()? else { break };
+            let place = lexer.place();
+            let Token::Word(word) = token else {
+                return Err(Error::invalid(place.location(), token.shown(), "a directive"));
+            };
+            match word {
+                b"Include" | b"Import" => {
+                    let name = string(&mut lexer, "the name of a file")?;
+                    let included = self.texts.include(&name, &text.folder, depth, &place.location())?;
+                    if word == b"Include" {
+                        self.run(&included, depth + 1)?;
+                    } else {
+                        self.import(&included, depth + 1, &place)?;
+                    }
+                }
+                _ => self.directive(word, &mut lexer, place)?,
+            }
+        }
+        if self.ended && lexer.next()?.is_some() {
+            let at = lexer.place().location();
+            self.note(NoteKind::Ignored, "what follows WorldEnd: left out", at);
+        }
+        Ok(())
+    }
+
+    /// As `Include`, but leaves the state as it was.
+    fn import(&mut self, text: &Text, depth: usize, place: &Place) -> Result<()> {
+        self.save(SavedBy::Attribute, place)?;
+        let depth_before = self.states.depth();
+        self.run(text, depth)?;
+        while self.states.depth() > depth_before {
+            self.states.restore(SavedBy::Attribute);
+        }
+        // An end too many in the file has taken the saved state back already.
+        if self.states.depth() == depth_before {
+            self.states.restore(SavedBy::Attribute);
+        }
+        Ok(())
+    }
+
+    /// The scene.
+    pub(super) fn finish(mut self) -> Result<Scene> {
+        let at = Location::file(self.loading.files.path());
+        if !self.in_world {
+            self.note(NoteKind::Repaired, "no WorldBegin: the scene is empty", at.clone());
+        } else if !self.ended && self.loading.version == Version::V3 {
+            self.note(NoteKind::Repaired, "no WorldEnd: the scene ends with the file", at.clone());
+        }
+        if self.object.is_some() || self.states.depth() > 0 {
+            self.note(NoteKind::Repaired, "attributes or objects without end: ended with the scene", at);
+        }
+        if let Some((class, parameters, pose)) = self.camera.take() {
+            camera::add(&mut self.loading, &class, &parameters, pose, &self.film)?;
+        }
+        self.sky.finish(&mut self.loading)?;
+        let Loading { mut builder, notes, .. } = self.loading;
+        builder.extend_notes(notes.iter());
+        builder.build()
+    }
+
+    fn note(&mut self, kind: NoteKind, message: &str, at: Location) {
+        self.loading.note(kind, message, at);
+    }
+
+    fn directive(&mut self, word: &[u8], lexer: &mut Lexer<'_>, place: Place) -> Result<()> {
+        let at = || place.location();
+        match word {
+            b"Identity" => self.states.replace(DMat4::IDENTITY),
+            b"Translate" => {
+                let v = numbers::<3>(lexer)?;
+                self.states.concatenate(DMat4::from_translation(v.into()));
+            }
+            b"Scale" => {
+                let v = numbers::<3>(lexer)?;
+                self.states.concatenate(DMat4::from_scale(v.into()));
+            }
+            b"Rotate" => {
+                let [angle, x, y, z] = numbers(lexer)?;
+                let m = transform::rotate(angle, DVec3::new(x, y, z));
+                self.concatenate(m, "rotations without axis: left out", at());
+            }
+            b"LookAt" => {
+                let v = numbers::<9>(lexer)?;
+                let [eye, target, up] = [0, 3, 6].map(|i| DVec3::new(v[i], v[i + 1], v[i + 2]));
+                self.concatenate(
+                    transform::look_at(eye, target, up),
+                    "LookAt without direction: left out",
+                    at(),
+                );
+            }
+            b"Transform" => {
+                let m = transform::matrix(&numbers(lexer)?);
+                self.states.replace(m);
+            }
+            b"ConcatTransform" => {
+                let m = transform::matrix(&numbers(lexer)?);
+                self.states.concatenate(m);
+            }
+            b"CoordinateSystem" => {
+                let name = string(lexer, "the name of a coordinate system")?;
+                self.states.name_system(&name);
+            }
+            b"CoordSysTransform" => {
+                let name = string(lexer, "the name of a coordinate system")?;
+                match self.states.system(&name) {
+                    Some(m) => self.states.replace(m),
+                    None => self.note(NoteKind::Repaired, "coordinate systems without name: left out", at()),
+                }
+            }
+            b"ActiveTransform" => {
+                let token = lexer.next()?;
+                if !matches!(token, Some(Token::Word(which)) if self.states.activate(which)) {
+                    let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+                    return Err(Error::invalid(lexer.place().location(), found, "StartTime, EndTime or All"));
+                }
+            }
+            b"TransformTimes" => {
+                numbers::<2>(lexer)?;
+            }
+            b"TransformBegin" => self.save(SavedBy::Transform, &place)?,
+            b"TransformEnd" => self.restore(SavedBy::Transform, at()),
+            b"AttributeBegin" => self.save(SavedBy::Attribute, &place)?,
+            b"AttributeEnd" => self.restore(SavedBy::Attribute, at()),
+            b"ReverseOrientation" => self.states.current.reverse ^= true,
+            b"WorldBegin" => {
+                if self.in_world {
+                    self.note(NoteKind::Repaired, "WorldBegin in the world: passed over", at());
+                } else {
+                    self.in_world = true;
+                    self.states.begin_world();
+                }
+            }
+            b"WorldEnd" => self.ended = true,
+            b"ObjectBegin" => self.begin_object(string(lexer, "the name of an object")?, &place)?,
+            b"ObjectEnd" => self.end_object(at()),
+            b"ObjectInstance" => {
+                let name = string(lexer, "the name of an object")?;
+                self.instance(&name, at())?;
+            }
+            b"NamedMaterial" => {
+                let name = string(lexer, "the name of a material")?;
+                self.name_material(&name, at());
+            }
+            b"MediumInterface" => {
+                string(lexer, "the name of a medium")?;
+                if lexer.peek() == Some(b'"') {
+                    string(lexer, "the name of a medium")?;
+                }
+                self.loading.met("directive", "MediumInterface", "left out", &at())?;
+            }
+            b"ColorSpace" => {
+                let name = string(lexer, "the name of a colour space")?;
+                self.loading.met("color space", &name, "srgb", &at())?;
+            }
+            b"Option" => {
+                // One parameter, which changes how pbrt runs, not what it shows.
+                Parameters::read(lexer, place)?;
+            }
+            b"Texture" => {
+                let name = string(lexer, "the name of a texture")?;
+                let value_type = string(lexer, "the type of a texture's values")?;
+                let class = string(lexer, "the type of a texture")?;
+                let parameters = self.parameters(lexer, place, "texture")?;
+                self.textures.define(&mut self.loading, [&name, &value_type, &class], &parameters)?;
+            }
+            b"Attribute" => {
+                let target = string(lexer, "shape, light, material, medium or texture")?;
+                let parameters = Parameters::read(lexer, place)?;
+                self.states.current.defaults.entry(target).or_default().extend(parameters.into_list());
+            }
+            _ => return self.directive_of_type(word, lexer, place),
+        }
+        Ok(())
+    }
+
+    /// Directives that go on with the name of a type, or of a thing, and parameters.
+    fn directive_of_type(&mut self, word: &[u8], lexer: &mut Lexer<'_>, place: Place) -> Result<()> {
+        let target = match word {
+            b"Shape" => "shape",
+            b"Material" | b"MakeNamedMaterial" => "material",
+            b"LightSource" | b"AreaLightSource" => "light",
+            b"Camera" | b"Film" | b"Sampler" | b"PixelFilter" | b"Filter" | b"Accelerator"
+            | b"Integrator" | b"SurfaceIntegrator" | b"VolumeIntegrator" | b"Renderer"
+            | b"MakeNamedMedium" | b"Volume" => "",
+            _ => {
+                let found = Token::Word(word).shown();
+                return Err(Error::invalid(place.location(), found, "a directive of pbrt"));
+            }
+        };
+        let class = string(lexer, "the name of a type")?;
+        let parameters = self.parameters(lexer, place, target)?;
+        let at = || parameters.at();
+        match word {
+            b"Shape" => self.shape(&class, &parameters)?,
+            b"Material" => {
+                let (textures, materials) = (&self.textures, &mut self.materials);
+                self.states.current.material =
+                    materials.define(&mut self.loading, textures, &class, &parameters)?;
+            }
+            b"MakeNamedMaterial" => {
+                let (textures, materials) = (&self.textures, &mut self.materials);
+                materials.define_named(&mut self.loading, textures, &class, &parameters)?;
+            }
+            b"LightSource" => {
+                let to_world = self.place(&at())?;
+                if let Some(to_world) = to_world {
+                    lights::light(&mut self.loading, &class, &parameters, &to_world, &mut self.sky)?;
+                }
+            }
+            b"AreaLightSource" => {
+                self.states.current.area_light = lights::area_light(&mut self.loading, &class, &parameters)?;
+            }
+            b"Camera" => self.set_camera(class, parameters),
+            b"Film" => self.film = Film::read(&mut self.loading, &class, &parameters)?,
+            b"MakeNamedMedium" | b"Volume" => {
+                self.loading.met("directive", "MakeNamedMedium", "left out", &at())?;
+            }
+            // How pbrt samples and filters is not what is in the picture.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Parameters, with the defaults of `Attribute` for that target.
+    fn parameters(&self, lexer: &mut Lexer<'_>, place: Place, target: &str) -> Result<Parameters> {
+        let mut parameters = Parameters::read(lexer, place)?;
+        if let Some(defaults) = self.states.current.defaults.get(target) {
+            parameters.extend_defaults(defaults);
+        }
+        Ok(parameters)
+    }
+
+    fn concatenate(&mut self, m: Option<DMat4>, otherwise: &str, at: Location) {
+        match m {
+            Some(m) => self.states.concatenate(m),
+            None => self.note(NoteKind::Repaired, otherwise, at),
+        }
+    }
+
+    fn save(&mut self, by: SavedBy, place: &Place) -> Result<()> {
+        if self.states.save(by) {
+            return Ok(());
+        }
+        let found = format!("{} attributes that are not ended", self.states.depth());
+        Err(Error::invalid(place.location(), found, format!("at most {MAX_SAVED}")))
+    }
+
+    fn restore(&mut self, by: SavedBy, at: Location) {
+        match self.states.restore(by) {
+            None => self.note(NoteKind::Repaired, "ends of attributes without beginning: passed over", at),
+            Some(saved_by) if saved_by != by => {
+                let message = "ends that do not match their beginning: what was saved last is taken back";
+                self.note(NoteKind::Repaired, message, at);
+            }
+            Some(_) => {}
+        }
+    }
+
+    fn name_material(&mut self, name: &str, at: Location) {
+        self.states.current.material = self.materials.named(name).unwrap_or_else(|| {
+            let message = format!("material {:?} is not defined: grey", excerpt(name, 60));
+            self.loading.note_named(NoteKind::Repaired, message, "materials are not defined", at);
+            self.materials.default_id()
+        });
+    }
+
+    fn set_camera(&mut self, class: String, parameters: Parameters) {
+        let at = parameters.at();
+        if self.camera.is_some() {
+            self.note(NoteKind::Ignored, "further cameras: the last one is used", at.clone());
+        }
+        if self.states.current.moves {
+            self.note(NoteKind::Approximated, "cameras that move: where they are first", at.clone());
+        }
+        let affine = self.states.affine();
+        let camera_to_world = affine.map(|m| DMat4::from(m.inverse())).filter(DMat4::is_finite);
+        match affine.as_ref().and_then(camera::to_world) {
+            Some(pose) => self.camera = Some((class, parameters, pose)),
+            None => self.note(
+                NoteKind::Repaired,
+                "cameras with a transform that cannot be inverted: left out",
+                at,
+            ),
+        }
+        if let Some(m) = camera_to_world {
+            self.states.name_transform("camera", m);
+        }
+    }
+
+    /// The current transform, if it can place something.
+    fn place(&mut self, at: &Location) -> Result<Option<DAffine3>> {
+        if self.states.current.moves {
+            self.note(NoteKind::Approximated, "things that move: where they are first", at.clone());
+        }
+        let placed = self.states.affine().filter(|t| transform::placeable(t).is_some());
+        if placed.is_none() {
+            let message = "shapes and lights with a transform that cannot be inverted: left out";
+            self.note(NoteKind::Repaired, message, at.clone());
+        }
+        Ok(placed)
+    }
+
+    fn shape(&mut self, class: &str, parameters: &Parameters) -> Result<()> {
+        if !self.in_world {
+            self.note(NoteKind::Repaired, "shapes before WorldBegin: taken into the scene", parameters.at());
+        }
+        let Some(to_world) = self.place(&parameters.at())? else { return Ok(()) };
+        let in_object = self.object.is_some();
+        let state = &self.states.current;
+        let request = Request { class, parameters, state, in_object, to_world: &to_world };
+        let made = self.shapes.make(&mut self.loading, &self.textures, &mut self.materials, &request)?;
+        let Some(mesh) = made else { return Ok(()) };
+        let part = Part { mesh, to_object: to_world };
+        match &mut self.object {
+            Some((_, parts)) => parts.push(part),
+            None => self.add_instance(&part, &DAffine3::IDENTITY, &parameters.at())?,
+        }
+        Ok(())
+    }
+
+    fn add_instance(&mut self, part: &Part, to_world: &DAffine3, at: &Location) -> Result<()> {
+        self.instances += 1;
+        if self.instances > MAX_INSTANCES {
+            let found = format!("{} placements of shapes", self.instances);
+            return Err(Error::invalid(at.clone(), found, format!("at most {MAX_INSTANCES}")));
+        }
+        match transform::placeable(&(*to_world * part.to_object)) {
+            Some(placed) => self.loading.builder.add_instance(part.mesh, placed).map(|_| ()),
+            None => {
+                self.note(
+                    NoteKind::Repaired,
+                    "instances with a transform that cannot be inverted: left out",
+                    at.clone(),
+                );
+                Ok(())
+            }
+        }
+    }
+
+    fn begin_object(&mut self, name: String, place: &Place) -> Result<()> {
+        self.save(SavedBy::Object, place)?;
+        if let Some((outer, parts)) = self.object.take() {
+            self.note(NoteKind::Repaired, "objects in objects: the outer one ends there", place.location());
+            self.objects.insert(outer, parts);
+        }
+        self.object = Some((name, Vec::new()));
+        Ok(())
+    }
+
+    fn end_object(&mut self, at: Location) {
+        match self.object.take() {
+            Some((name, parts)) => {
+                self.objects.insert(name, parts);
+                self.restore(SavedBy::Object, at);
+            }
+            None => self.note(NoteKind::Repaired, "ObjectEnd without ObjectBegin: passed over", at),
+        }
+    }
+
+    fn instance(&mut self, name: &str, at: Location) -> Result<()> {
+        if self.object.is_some() {
+            self.note(NoteKind::Ignored, "instances inside objects, which pbrt does not allow: left out", at);
+            return Ok(());
+        }
+        let Some(to_world) = self.place(&at)? else { return Ok(()) };
+        // Taken out while its parts are placed, so that nothing is copied.
+        let Some((name, parts)) = self.objects.remove_entry(name) else {
+            let message = format!("object {:?} is not defined: left out", excerpt(name, 60));
+            self.loading.note_named(NoteKind::Repaired, message, "objects are not defined", at);
+            return Ok(());
+        };
+        for part in &parts {
+            self.add_instance(part, &to_world, &at)?;
+        }
+        self.objects.insert(name, parts);
+        Ok(())
+    }
+}
+
+/// The string that must come next.
+fn string(lexer: &mut Lexer<'_>, expected: &str) -> Result<String> {
+    match lexer.next()? {
+        Some(Token::Quoted(bytes)) => Ok(unescape(bytes)),
+        other => {
+            let found = other.map_or("the end of the file".to_owned(), |token| token.shown());
+            Err(Error::invalid(lexer.place().location(), found, format!("{expected}, in quotation marks")))
+        }
+    }
+}
+
+/// The numbers that must come next, with brackets about them or without.
+fn numbers<const N: usize>(lexer: &mut Lexer<'_>) -> Result<[f64; N]> {
+    let bracketed = lexer.peek() == Some(b'[');
+    if bracketed {
+        lexer.next()?;
+    }
+    let mut values = [0.0; N];
+    for value in &mut values {
+        let token = lexer.next()?;
+        *value = match token {
+            Some(Token::Word(word)) => number(word).map(f64::from),
+            _ => None,
+        }
+        .ok_or_else(|| {
+            let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+            Error::invalid(lexer.place().location(), found, format!("{N} finite numbers"))
+        })?;
+    }
+    if bracketed {
+        let token = lexer.next()?;
+        if token != Some(Token::Close) {
+            let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+            return Err(Error::invalid(lexer.place().location(), found, format!("\"]\" after {N} numbers")));
+        }
+    }
+    Ok(values)
+}

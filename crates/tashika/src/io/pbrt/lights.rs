@@ -1,0 +1,332 @@
+//! `LightSource` and `AreaLightSource`.
+//!
+//! With `L`, `I` and `scale` as the file gives them:
+//!
+//! ```text
+//! point, spot     intensity   I · scale           · power / 4π,  power / ∫ falloff dω
+//! distant         irradiance  L · scale           · illuminance
+//! infinite        radiance    L · scale · map     · illuminance / π
+//! diffuse         radiance    L · scale           · power / (π · area · sides)
+//! ```
+//!
+//! where the last factor is there if the parameter is, in pbrt-v4. Latitude-longitude maps of pbrt-v3 have
+//! their pole at `+z` and `u = 0` at `+x`, turning towards `+y`; octahedral ones of pbrt-v4 have the scene's
+//! own convention (Clarberg 2008). Constant environments add up; there is one map.
+//!
+//! Source: Pharr et al. 2023, chapter 12; the format descriptions. Tested by `suite::pbrt_appearance::lights_*`.
+
+use glam::{DAffine3, DVec3, Mat3, Vec3};
+
+use super::loading::Loading;
+use super::parameters::{Kind, Parameters};
+use super::spectra::{self, Quantity};
+use super::version::Version;
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::io::images::Encoding;
+use crate::math::elementary::sin_cos;
+use crate::scene::{
+    ColorInput, Emitter, Environment, Falloff, FalloffShape, Image, ImageTexture, NoteKind, Texture,
+};
+
+/// Area per steradian of a sphere of radius 1.
+const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
+
+/// Half-angles of spots are kept in this range (degrees), and apart by the least difference.
+const CONE: (f32, f32) = (0.1, 179.0);
+const LEAST_FADE: f32 = 0.05;
+
+/// Frame of the scene's latitude-longitude images to pbrt-v3's: `+y ↦ +z`, `+z ↦ +x`, `+x ↦ −y`.
+const LAT_LONG_OF_PBRT: Mat3 = Mat3::from_cols(Vec3::NEG_Y, Vec3::Z, Vec3::X);
+
+/// What is seen where no surface is, from all `infinite` lights.
+#[derive(Debug, Default)]
+pub(super) struct Sky {
+    constant: Rgb,
+    map: Option<Environment>,
+}
+
+impl Sky {
+    /// Hands it to the scene.
+    pub(super) fn finish(self, loading: &mut Loading<'_>) -> Result<()> {
+        match self.map {
+            Some(map) => {
+                if !self.constant.is_black() {
+                    let at = crate::error::Location::file(loading.files.path());
+                    loading.note(NoteKind::Ignored, "constant infinite lights beside a map: left out", at);
+                }
+                loading.builder.set_environment(map)
+            }
+            None => loading.builder.set_environment(Environment::constant(self.constant)),
+        }
+    }
+}
+
+/// Light that a shape sends out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AreaLight {
+    /// Radiance before `power`.
+    pub(super) radiance: ColorInput,
+    /// Whether both sides emit.
+    pub(super) two_sided: bool,
+    /// Power that a shape is to emit.
+    pub(super) power: Option<f32>,
+}
+
+/// `AreaLightSource class`.
+pub(super) fn area_light(
+    loading: &mut Loading<'_>,
+    class: &str,
+    p: &Parameters,
+) -> Result<Option<AreaLight>> {
+    let class = if class == "area" { "diffuse" } else { class };
+    loading.met("area light", class, "left out", &p.at())?;
+    if class != "diffuse" {
+        return Ok(None);
+    }
+    p.accept(&["nsamples", "samples"]);
+    let factor = colored(loading, p, "L")? * scale(loading, p)?;
+    let mut radiance = ColorInput::from(factor);
+    if loading.version == Version::V4
+        && let Some(name) = p.string("filename")
+    {
+        let (files, at) = (loading.files, p.at());
+        if let Some(image) = loading.images.load(files, name, Encoding::Srgb, &at, &mut loading.builder)? {
+            let texture = loading.builder.add_texture(Texture::Image(ImageTexture::new(image)))?;
+            radiance.texture = Some(texture);
+        }
+    }
+    let power = if loading.version == Version::V4 { p.float("power").filter(|&p| p > 0.0) } else { None };
+    let two_sided = p.boolean("twosided").unwrap_or(false);
+    loading.note_unused("area light \"diffuse\"", p);
+    Ok(Some(AreaLight { radiance, two_sided, power }))
+}
+
+/// `LightSource class`, placed by `to_world`.
+pub(super) fn light(
+    loading: &mut Loading<'_>,
+    class: &str,
+    p: &Parameters,
+    to_world: &DAffine3,
+    sky: &mut Sky,
+) -> Result<()> {
+    loading.met("light", class, "left out", &p.at())?;
+    p.accept(&["nsamples", "samples"]);
+    match class {
+        "point" => {
+            let intensity = intensity(loading, p, FOUR_PI)?;
+            let position = position(p, to_world);
+            add(loading, p, Emitter::Point { position, intensity })?;
+        }
+        "spot" => spot(loading, p, to_world)?,
+        "distant" => {
+            let mut irradiance = colored(loading, p, "L")? * scale(loading, p)?;
+            if let Some(illuminance) = positive(p, "illuminance", loading.version) {
+                irradiance *= illuminance;
+            }
+            let from = p.vector("from").unwrap_or(DVec3::ZERO);
+            let to = p.vector("to").unwrap_or(DVec3::Z);
+            let direction = direction(loading, p, to_world, to - from);
+            add(loading, p, Emitter::Directional { direction, irradiance })?;
+        }
+        "infinite" | "exinfinite" => infinite(loading, p, to_world, sky)?,
+        "goniometric" => {
+            let mean = mean_of_map(loading, p)?;
+            let intensity = intensity(loading, p, FOUR_PI)? * mean;
+            let position = point(to_world, DVec3::ZERO);
+            add(loading, p, Emitter::Point { position, intensity })?;
+        }
+        "projection" => {
+            let mean = mean_of_map(loading, p)?;
+            let half = (0.5
+                * p.float("fov").unwrap_or(if loading.version == Version::V3 { 45.0 } else { 90.0 }))
+            .clamp(CONE.0 + LEAST_FADE, CONE.1);
+            let falloff = falloff(half, half - LEAST_FADE, FalloffShape::Smoothstep);
+            let intensity = intensity(loading, p, falloff.solid_angle())? * mean;
+            let position = point(to_world, DVec3::ZERO);
+            let axis = direction(loading, p, to_world, DVec3::Z);
+            add(loading, p, Emitter::Spot { position, axis, intensity, falloff })?;
+        }
+        _ => return Ok(()),
+    }
+    loading.note_unused(&format!("light {class:?}"), p);
+    Ok(())
+}
+
+/// Adds an emitter whose place is finite.
+fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter) -> Result<()> {
+    let (position, color) = match emitter {
+        Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
+            (position, intensity)
+        }
+        Emitter::Directional { irradiance, .. } => (Vec3::ZERO, irradiance),
+    };
+    if !position.is_finite() || !color.is_finite() {
+        loading.note(NoteKind::Repaired, "lights that are not finite: left out", p.at());
+        return Ok(());
+    }
+    loading.builder.add_emitter(emitter)
+}
+
+fn spot(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Result<()> {
+    let outer = p.float("coneangle").unwrap_or(30.0).clamp(CONE.0 + LEAST_FADE, CONE.1);
+    let fade = p.float("conedeltaangle").unwrap_or(5.0).max(LEAST_FADE);
+    let shape = match loading.version {
+        Version::V4 => FalloffShape::Smoothstep,
+        Version::V3 => {
+            let message = "spots of pbrt-v3, whose intensity falls with the fourth power: with the square";
+            loading.note(NoteKind::Approximated, message, p.at());
+            FalloffShape::Squared
+        }
+    };
+    let falloff = falloff(outer, (outer - fade).max(0.0), shape);
+    let from = p.vector("from").unwrap_or(DVec3::ZERO);
+    let to = p.vector("to").unwrap_or(DVec3::Z);
+    let intensity = intensity(loading, p, falloff.solid_angle())?;
+    let position = point(to_world, from);
+    let axis = direction(loading, p, to_world, to - from);
+    add(loading, p, Emitter::Spot { position, axis, intensity, falloff })
+}
+
+/// A fall-off between two angles from the axis (degrees).
+fn falloff(outer: f32, inner: f32, shape: FalloffShape) -> Falloff {
+    let cos = |degrees: f32| sin_cos(degrees.to_radians()).1;
+    let cos_inner = cos(inner);
+    Falloff { cos_inner, cos_outer: cos(outer).min(cos_inner.next_down()), shape }
+}
+
+fn infinite(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3, sky: &mut Sky) -> Result<()> {
+    let radiance = colored(loading, p, "L")? * scale(loading, p)?;
+    let illuminance = positive(p, "illuminance", loading.version);
+    let name = match loading.version {
+        Version::V3 => p.string("mapname"),
+        Version::V4 => p.string("filename"),
+    };
+    if p.find(&[Kind::Point3], "portal").is_some() {
+        loading.note(NoteKind::Ignored, "portals of infinite lights: the whole map shines", p.at());
+    }
+    let Some(name) = name.filter(|name| !name.is_empty()) else {
+        sky.constant += radiance * illuminance.map_or(1.0, |e| e / std::f32::consts::PI);
+        return Ok(());
+    };
+    if illuminance.is_some() {
+        loading.note(
+            NoteKind::Ignored,
+            "illuminance of infinite lights with a map: the map as it is",
+            p.at(),
+        );
+    }
+    let (files, at) = (loading.files, p.at());
+    if sky.map.is_some() {
+        loading.note(NoteKind::Ignored, "further maps of infinite lights: left out", at);
+        return Ok(());
+    }
+    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let Some(image) = image else {
+        let message = "infinite lights whose map cannot be read: a constant of their L";
+        loading.note(NoteKind::Repaired, message, at);
+        sky.constant += radiance;
+        return Ok(());
+    };
+    let turn = orthonormal(loading, p, to_world);
+    let square = image.width == image.height;
+    sky.map = Some(if loading.version == Version::V4 && square {
+        Environment::octahedral(image, radiance, turn)
+    } else {
+        if loading.version == Version::V4 {
+            let message = "maps of infinite lights that are not square: taken as latitude-longitude ones";
+            loading.note(NoteKind::Repaired, message, p.at());
+        }
+        Environment::lat_long(image, radiance, turn * LAT_LONG_OF_PBRT)
+    });
+    Ok(())
+}
+
+/// The rotation or reflection of a transform, without its scale.
+fn orthonormal(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Mat3 {
+    let m = to_world.matrix3;
+    let frame = m.x_axis.try_normalize().and_then(|x| {
+        let y = (m.y_axis - x * x.dot(m.y_axis)).try_normalize()?;
+        let z = x.cross(y);
+        Some((x, y, if z.dot(m.z_axis) < 0.0 { -z } else { z }))
+    });
+    match frame.filter(|(x, y, z)| x.is_finite() && y.is_finite() && z.is_finite()) {
+        Some((x, y, z)) => Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3()),
+        None => {
+            let message = "infinite lights with a transform that cannot be inverted: not turned";
+            loading.note(NoteKind::Repaired, message, p.at());
+            Mat3::IDENTITY
+        }
+    }
+}
+
+/// The colour of a light, 1 without.
+fn colored(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<Rgb> {
+    Ok(spectra::color(loading, p, name, Quantity::Light)?.unwrap_or(Rgb::WHITE))
+}
+
+/// `scale`: a number, or in pbrt-v3 a colour.
+fn scale(loading: &mut Loading<'_>, p: &Parameters) -> Result<Rgb> {
+    if let Some(scale) = p.float("scale") {
+        if scale < 0.0 {
+            loading.note(NoteKind::Repaired, "negative scales of lights: 0", p.at());
+        }
+        return Ok(Rgb::gray(scale.max(0.0)));
+    }
+    Ok(spectra::color(loading, p, "scale", Quantity::Factor)?.unwrap_or(Rgb::WHITE))
+}
+
+/// `I · scale`, and `power` over the solid angle that it fills.
+fn intensity(loading: &mut Loading<'_>, p: &Parameters, solid_angle: f32) -> Result<Rgb> {
+    let intensity = colored(loading, p, "I")? * scale(loading, p)?;
+    let power = positive(p, "power", loading.version);
+    Ok(intensity * power.map_or(1.0, |power| power / solid_angle))
+}
+
+/// A parameter that pbrt-v4 knows, if it is above 0.
+fn positive(p: &Parameters, name: &str, version: Version) -> Option<f32> {
+    if version == Version::V4 { p.float(name).filter(|&value| value > 0.0) } else { None }
+}
+
+fn point(to_world: &DAffine3, p: DVec3) -> Vec3 {
+    to_world.transform_point3(p).as_vec3()
+}
+
+fn position(p: &Parameters, to_world: &DAffine3) -> Vec3 {
+    point(to_world, p.vector("from").unwrap_or(DVec3::ZERO))
+}
+
+/// A unit vector in the world.
+fn direction(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3, local: DVec3) -> Vec3 {
+    let found = to_world.transform_vector3(local).try_normalize().map(|d| d.as_vec3().normalize());
+    found.filter(|d| d.is_finite()).unwrap_or_else(|| {
+        loading.note(NoteKind::Repaired, "lights without direction: along +z", p.at());
+        Vec3::Z
+    })
+}
+
+/// Mean of a goniometric or projected image, 1 without.
+fn mean_of_map(loading: &mut Loading<'_>, p: &Parameters) -> Result<Rgb> {
+    let Some(name) = p.string(if loading.version == Version::V3 { "mapname" } else { "filename" }) else {
+        return Ok(Rgb::WHITE);
+    };
+    if let Some(&known) = loading.means.get(name) {
+        return Ok(known);
+    }
+    let (files, at) = (loading.files, p.at());
+    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let mean = image.map_or(Rgb::WHITE, |image| mean(&image));
+    loading.means.insert(name.to_owned(), mean);
+    Ok(mean)
+}
+
+fn mean(image: &Image) -> Rgb {
+    let mut sum = crate::color::RgbSum::default();
+    for y in 0..image.height {
+        for x in 0..image.width {
+            sum.add(image.texel(x, y).0);
+        }
+    }
+    let texels = f64::from(image.width) * f64::from(image.height);
+    Rgb::from(sum.channels().map(|c| (c / texels) as f32))
+}

@@ -1,0 +1,208 @@
+//! Reading the parameters that materials have in common.
+
+use crate::bsdf::ConductorFresnel;
+use crate::color::Rgb;
+use crate::color::metals::conductor_rgb;
+use crate::error::Result;
+use crate::io::dielectrics::refractive_index;
+use crate::io::images::Encoding;
+use crate::io::pbrt::loading::Loading;
+use crate::io::pbrt::parameters::{Kind, Parameters};
+use crate::io::pbrt::roughness::{self, POWER_V3};
+use crate::io::pbrt::spectra::{self, Quantity};
+use crate::io::pbrt::textures::Textures;
+use crate::io::pbrt::version::Version;
+use crate::math::elementary::powf;
+use crate::scene::{ColorInput, FloatInput, ImageTexture, NormalInput, NoteKind, Texture};
+
+/// Smallest and largest refractive index that is rendered; below, there is no boundary at all.
+const IOR_RANGE: (f32, f32) = (1.000_1, 5.0);
+
+/// Range of complex indices that are rendered; silver has a real part of 0.05.
+const LEAST_ETA: f32 = 1e-3;
+const MOST_INDEX: f32 = 100.0;
+
+/// Refractive index where the file gives none: glass.
+const DEFAULT_IOR: f32 = 1.5;
+
+/// The parameters of a material being defined.
+pub(super) struct Maker<'a, 'f> {
+    pub(super) loading: &'a mut Loading<'f>,
+    pub(super) textures: &'a Textures,
+    pub(super) parameters: &'a Parameters,
+}
+
+impl Maker<'_, '_> {
+    /// A colour, in `[0, 1]`, or a grey.
+    pub(super) fn color(&mut self, name: &str, default: f32) -> Result<ColorInput> {
+        Ok(self.color_if_there(name)?.unwrap_or(Rgb::gray(default).into()))
+    }
+
+    /// A colour, if it is there.
+    pub(super) fn color_if_there(&mut self, name: &str) -> Result<Option<ColorInput>> {
+        let mut found = self.textures.color(self.loading, self.parameters, name)?;
+        if let Some(ColorInput { factor, texture: None }) = &mut found
+            && factor.max_channel() > 1.0
+        {
+            let message = "reflectances and transmittances above 1: set to 1";
+            self.loading.note(NoteKind::Repaired, message, self.parameters.at());
+            *factor = factor.map(|v| v.min(1.0));
+        }
+        Ok(found)
+    }
+
+    /// A colour without texture.
+    pub(super) fn plain_color(&mut self, name: &str, default: f32) -> Result<Rgb> {
+        let color = self.color(name, default)?;
+        if color.texture.is_some() {
+            let message = format!("textures of {name:?}: their factor is used alone");
+            self.loading.note(NoteKind::Approximated, message, self.parameters.at());
+        }
+        Ok(color.factor)
+    }
+
+    /// A number or its texture, at least 0.
+    pub(super) fn float(&mut self, name: &str) -> Option<FloatInput> {
+        let value = self.textures.float(self.loading, self.parameters, name)?;
+        Some(FloatInput { factor: value.factor.max(0.0), ..value })
+    }
+
+    /// `α` of the parameters `roughness` or `uroughness` and `vroughness`, each with `prefix` before it.
+    pub(super) fn alpha(&mut self, prefix: &str, default: f32) -> Result<FloatInput> {
+        let remap = self.parameters.boolean("remaproughness").unwrap_or(true);
+        let both = self.float(&format!("{prefix}roughness")).unwrap_or(default.into());
+        let u = self.float(&format!("{prefix}uroughness")).unwrap_or(both);
+        let v = self.float(&format!("{prefix}vroughness")).unwrap_or(both);
+        if u != v {
+            let message = "different roughness along u and v: the geometric mean, or the texture along u";
+            self.loading.note(NoteKind::Approximated, message, self.parameters.at());
+        }
+        let version = self.loading.version;
+        if let (None, None) = (u.texture, v.texture) {
+            let [u, v] = [u, v].map(|r| roughness::alpha(r.factor, remap, version));
+            // Equal ones stay as they are, to the last bit.
+            return Ok(if u == v { u } else { (u * v).sqrt() }.into());
+        }
+        let textured = if u.texture.is_some() { u } else { v };
+        let Some((base, channel)) = textured.texture.filter(|_| remap) else { return Ok(textured) };
+        let (factor, exponent) = match version {
+            Version::V4 => (1.0, 0.5),
+            Version::V3 => {
+                let message = "textures of remapped roughness: a power that follows the polynomial";
+                self.loading.note(NoteKind::Approximated, message, self.parameters.at());
+                POWER_V3
+            }
+        };
+        let power = self.loading.builder.add_texture(Texture::Power { base, exponent })?;
+        let factor = factor * powf(textured.factor, exponent);
+        Ok(FloatInput { factor, texture: Some((power, channel)) })
+    }
+
+    /// A refractive index by number, or by the name of a glass.
+    pub(super) fn ior(&mut self, names: &[&str]) -> Result<f32> {
+        let mut ior = DEFAULT_IOR;
+        for name in names {
+            if let Some(value) = self.float(name) {
+                if value.texture.is_some() {
+                    let message = "textures of refractive indices: 1.5";
+                    self.loading.note(NoteKind::Approximated, message, self.parameters.at());
+                } else {
+                    ior = value.factor;
+                }
+                break;
+            }
+            let Some(spectrum) = self.parameters.find(spectra::SPECTRAL, name) else { continue };
+            ior = match spectrum.strings().first().and_then(|glass| refractive_index(glass)) {
+                Some(known) => known,
+                None => spectra::convert(self.loading, spectrum, Quantity::Factor)?.g,
+            };
+            break;
+        }
+        let (least, most) = IOR_RANGE;
+        if !(least..=most).contains(&ior) {
+            let message = "refractive indices outside 1 to 5: set to the nearer end";
+            self.loading.note(NoteKind::Repaired, message, self.parameters.at());
+        }
+        Ok(ior.clamp(least, most))
+    }
+
+    /// The Fresnel reflectance of a metal by `eta` and `k`, each with `prefix` before it; copper without.
+    pub(super) fn conductor(&mut self, prefix: &str) -> Result<ConductorFresnel> {
+        let mut values = [Rgb::BLACK; 2];
+        for (value, name) in values.iter_mut().zip(["eta", "k"]) {
+            let name = format!("{prefix}{name}");
+            let given = self
+                .parameters
+                .find(&[Kind::Float, Kind::Rgb, Kind::Xyz, Kind::Blackbody, Kind::Spectrum], &name);
+            let metal = given.and_then(|p| p.strings().first()).map(|metal| metal_name(metal));
+            let known = match (&given, metal) {
+                (None, _) => conductor_rgb("Cu"),
+                (_, Some(metal)) => conductor_rgb(metal),
+                _ => None,
+            };
+            *value = match (given, known) {
+                (_, Some((eta, k))) => {
+                    if name.ends_with('k') {
+                        k
+                    } else {
+                        eta
+                    }
+                }
+                (Some(number), None) if number.kind == Kind::Float => {
+                    Rgb::gray(number.numbers().first().copied().unwrap_or(1.0).max(0.0))
+                }
+                (Some(spectrum), None) => spectra::convert(self.loading, spectrum, Quantity::Factor)?,
+                (None, None) => Rgb::WHITE,
+            };
+        }
+        let [eta, k] = values;
+        Ok(ConductorFresnel::Exact {
+            eta: eta.map(|v| v.clamp(LEAST_ETA, MOST_INDEX)),
+            k: k.map(|v| v.clamp(0.0, MOST_INDEX)),
+        })
+    }
+
+    /// Bumps and normal maps.
+    pub(super) fn normal(&mut self) -> Result<Option<NormalInput>> {
+        let version = self.loading.version;
+        let name = if version == Version::V3 { "bumpmap" } else { "displacement" };
+        let height = self.textures.float(self.loading, self.parameters, name);
+        if version == Version::V4
+            && let Some(name) = self.parameters.string("normalmap")
+        {
+            let (loading, at) = (&mut *self.loading, self.parameters.at());
+            let image =
+                loading.images.load(loading.files, name, Encoding::Linear, &at, &mut loading.builder)?;
+            let Some(image) = image else { return Ok(None) };
+            let texture = loading.builder.add_texture(Texture::Image(ImageTexture::new(image)))?;
+            return Ok(Some(NormalInput::Map { texture, scale: 1.0 }));
+        }
+        Ok(height.filter(|h| h.texture.is_some()).map(|height| NormalInput::Bump { height }))
+    }
+
+    /// Tells that a material of that name is replaced; see the feature table.
+    pub(super) fn note(&mut self, kind: NoteKind, message: &str) {
+        self.loading.note(kind, message, self.parameters.at());
+    }
+}
+
+/// `Au` of `metal-Au-eta`, `metal-Au-k`, `Au`, and of the file `spds/Au.eta.spd` that pbrt-v3's scenes bring along.
+fn metal_name(name: &str) -> &str {
+    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let file = file.strip_suffix(".spd").unwrap_or(file);
+    let file = file.strip_suffix(".eta").or(file.strip_suffix(".k")).unwrap_or(file);
+    let metal = file.strip_prefix("metal-").unwrap_or(file);
+    metal.strip_suffix("-eta").or(metal.strip_suffix("-k")).unwrap_or(metal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metals_are_found_under_all_their_names() {
+        for name in ["metal-Au-eta", "metal-Au-k", "Au", "spds/Au.eta.spd", "spds\\Au.k.spd", "metal-Au"] {
+            assert_eq!(metal_name(name), "Au");
+        }
+    }
+}

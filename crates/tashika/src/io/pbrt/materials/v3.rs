@@ -1,0 +1,236 @@
+//! The materials of pbrt-v3.
+//!
+//! | type | surface |
+//! |---|---|
+//! | `matte` | Lambert; the Oren–Nayar roughness `sigma` is left out, noted |
+//! | `plastic` | `Plastic`, index 1.5 |
+//! | `metal` | conductor of `eta`, `k` |
+//! | `mirror` | mirror of `Kr` |
+//! | `glass` | smooth glass of `Kr`, `Kt`; roughness is left out, noted |
+//! | `uber` | `Plastic`; with `Kr` or `Kt` a mix with a smooth coat or glass, each part divided by its share so that the sum is the material's; `opacity` is alpha |
+//! | `substrate` | metallic-roughness with `Kd` under a reflectance of `Ks` at normal incidence, instead of Ashikhmin and Shirley's formula |
+//! | `translucent` | Lambert on both sides, `reflect · Kd` and `transmit · Kd`; `Ks` is left out |
+//! | `disney` | metallic-roughness of `color`, `metallic`, `roughness`, `eta`; `spectrans` above 0.5: glass |
+//! | `subsurface`, `kdsubsurface` | `Plastic` with the diffuse reflectance of a half-space (Jensen 2001), or `Kd` |
+//! | `hair`, `fourier` | Lambert of the hair's colour; grey |
+//! | `none`, an empty name | invisible |
+//!
+//! Source: the format description of pbrt-v3. Tested by `suite::pbrt_appearance::materials_of_pbrt_v3_*`.
+
+use super::maker::Maker;
+use super::{GREY, Materials};
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::io::pbrt::spectra::{self, Quantity};
+use crate::io::pbrt::textures::product;
+use crate::math::elementary::exp;
+use crate::scene::{ColorInput, FloatInput, NoteKind, Surface, Texture};
+
+/// Reflectance of hair without colour: brown.
+const HAIR: Rgb = Rgb::new(0.12, 0.07, 0.04);
+
+/// The surface, none if it is invisible, and the material's own opacity.
+pub(super) fn surface(
+    m: &mut Maker<'_, '_>,
+    class: &str,
+    materials: &mut Materials,
+) -> Result<(Option<Surface>, Option<FloatInput>)> {
+    let surface = match class {
+        "" | "none" => {
+            m.parameters.accept_all();
+            return Ok((None, None));
+        }
+        "matte" => {
+            let sigma = m.float("sigma");
+            if sigma.is_some_and(|s| s.factor > 0.0) {
+                m.note(NoteKind::Approximated, "matte with sigma (Oren–Nayar): Lambert");
+            }
+            Surface::Lambert { reflectance: m.color("Kd", 0.5)? }
+        }
+        "plastic" => Surface::Plastic {
+            diffuse: m.color("Kd", 0.25)?,
+            specular: m.color("Ks", 0.25)?,
+            ior: 1.5,
+            alpha: m.alpha("", 0.1)?,
+        },
+        "metal" => Surface::Conductor {
+            fresnel: m.conductor("")?,
+            specular: Rgb::WHITE.into(),
+            alpha: m.alpha("", 0.01)?,
+        },
+        "mirror" => Surface::Mirror { reflectance: m.color("Kr", 0.9)? },
+        "glass" => {
+            let (reflectance, transmittance) = (m.plain_color("Kr", 1.0)?, m.plain_color("Kt", 1.0)?);
+            let smooth = m.alpha("", 0.0)?;
+            let is_rough = ["uroughness", "vroughness", "roughness"]
+                .iter()
+                .any(|name| m.float(name).is_some_and(|r| r.factor > 0.0 || r.texture.is_some()));
+            if is_rough && (smooth.factor > 0.0 || smooth.texture.is_some()) {
+                m.note(NoteKind::Approximated, "rough glass: smooth");
+            }
+            Surface::Glass { ior: m.ior(&["eta", "index"])?, reflectance, transmittance }
+        }
+        "uber" => return uber(m, materials).map(|(surface, opacity)| (Some(surface), opacity)),
+        "substrate" => {
+            let base_color = m.color("Kd", 0.5)?;
+            let specular_f0 = m.color("Ks", 0.5)?;
+            let alpha = m.alpha("", 0.1)?;
+            Surface::MetallicRoughness {
+                base_color,
+                metallic: 0.0.into(),
+                roughness: square_root(m, alpha)?,
+                specular_f0,
+            }
+        }
+        "translucent" => {
+            let diffuse = m.color("Kd", 0.25)?;
+            let (reflect, transmit) = (m.color("reflect", 0.5)?, m.color("transmit", 0.5)?);
+            m.parameters.accept(&["Ks", "roughness", "remaproughness"]);
+            Surface::Translucent {
+                reflectance: product(m.loading, diffuse, reflect)?,
+                transmittance: product(m.loading, diffuse, transmit)?,
+            }
+        }
+        "disney" => {
+            let base_color = m.color("color", 0.5)?;
+            let ior = m.ior(&["eta"])?;
+            let transparent = m.float("spectrans").is_some_and(|s| s.factor > 0.5);
+            let metallic = m.float("metallic").unwrap_or(0.0.into());
+            let roughness = m.float("roughness").unwrap_or(0.5.into());
+            m.parameters.accept_all();
+            if transparent {
+                Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: base_color.factor }
+            } else {
+                let specular_f0 = Rgb::gray(at_normal(ior)).into();
+                Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 }
+            }
+        }
+        "subsurface" | "kdsubsurface" => {
+            subsurface(m, if class == "subsurface" { None } else { Some("Kd") })?
+        }
+        "hair" => hair(m)?,
+        _ => {
+            m.parameters.accept_all();
+            Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
+        }
+    };
+    Ok((Some(surface), None))
+}
+
+/// Reflectance of a dielectric at normal incidence.
+fn at_normal(ior: f32) -> f32 {
+    let ratio = (ior - 1.0) / (ior + 1.0);
+    ratio * ratio
+}
+
+/// Perceptual roughness of an `α`.
+fn square_root(m: &mut Maker<'_, '_>, alpha: FloatInput) -> Result<FloatInput> {
+    let texture = match alpha.texture {
+        Some((base, channel)) => {
+            Some((m.loading.builder.add_texture(Texture::Power { base, exponent: 0.5 })?, channel))
+        }
+        None => None,
+    };
+    Ok(FloatInput { factor: alpha.factor.sqrt(), texture })
+}
+
+fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Option<FloatInput>)> {
+    let (diffuse, specular) = (m.color("Kd", 0.25)?, m.color("Ks", 0.25)?);
+    let (mirror, transmission) = (m.color("Kr", 0.0)?, m.plain_color("Kt", 0.0)?);
+    let (ior, alpha) = (m.ior(&["eta", "index"])?, m.alpha("", 0.1)?);
+    let opacity = m.textures.color_or_float(m.loading, m.parameters, "opacity")?;
+    let opacity = opacity.filter(|o| o.texture.is_some() || o.factor < 1.0);
+    let glossy = Surface::Plastic { diffuse, specular, ior, alpha };
+    let weights = [diffuse.factor + specular.factor, mirror.factor + transmission].map(Rgb::luminance);
+    if weights[1] <= 0.0 {
+        return Ok((glossy, opacity));
+    }
+    let amount = weights[1] / (weights[0] + weights[1]);
+    let share = |c: ColorInput, share: f32| ColorInput {
+        factor: (c.factor * (1.0 / share)).map(|v| v.min(1.0)),
+        ..c
+    };
+    let clear = if transmission.is_black() {
+        let specular = share(mirror, amount);
+        Surface::Plastic { diffuse: Rgb::BLACK.into(), specular, ior, alpha: 0.0.into() }
+    } else {
+        let reflectance = share(mirror, amount).factor;
+        Surface::Glass { ior, reflectance, transmittance: share(transmission.into(), amount).factor }
+    };
+    if amount >= 1.0 {
+        return Ok((clear, opacity));
+    }
+    let first = Surface::Plastic {
+        diffuse: share(diffuse, 1.0 - amount),
+        specular: share(specular, 1.0 - amount),
+        ior,
+        alpha,
+    };
+    let first = materials.part(m.loading, "uber: glossy part", first)?;
+    let second = materials.part(m.loading, "uber: clear part", clear)?;
+    Ok((Surface::Mix { first, second, amount: amount.into() }, opacity))
+}
+
+/// A dielectric over a scattering half-space. `reflectance` is the name of its diffuse reflectance where the
+/// format has one.
+pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Result<Surface> {
+    let ior = m.ior(&["eta"])?.max(1.05);
+    let given = match reflectance {
+        Some(name) => m.color_if_there(name)?,
+        None => None,
+    };
+    let diffuse = match given {
+        Some(color) => color,
+        None if reflectance == Some("Kd") => Rgb::gray(0.5).into(),
+        None => {
+            let mut coefficient = |name, default: Rgb| -> Result<Rgb> {
+                Ok(spectra::color(m.loading, m.parameters, name, Quantity::Factor)?.unwrap_or(default))
+            };
+            let absorption = coefficient("sigma_a", Rgb::new(0.0011, 0.0024, 0.014))?;
+            let scattering = coefficient("sigma_s", Rgb::new(2.55, 3.21, 3.77))?;
+            absorption.zip(scattering, |a, s| diffuse_reflectance(a, s, ior)).into()
+        }
+    };
+    let alpha = m.alpha("", 0.0)?;
+    m.parameters.accept_all();
+    Ok(Surface::Plastic { diffuse, specular: Rgb::WHITE.into(), ior, alpha })
+}
+
+/// Diffuse reflectance of a half-space with absorption `a`, scattering `s` and a boundary (Jensen 2001, section 2.3):
+///
+/// ```text
+/// α = s / (a + s),   R = α/2 (1 + e^{−4/3 A √(3(1−α))}) e^{−√(3(1−α))},   A = (1 + F) / (1 − F)
+/// F = −1.440/η² + 0.710/η + 0.668 + 0.0636 η
+/// ```
+fn diffuse_reflectance(a: f32, s: f32, ior: f32) -> f32 {
+    let albedo = s / (a + s).max(f32::MIN_POSITIVE);
+    let inside = (-1.440 / (ior * ior) + 0.710 / ior + 0.668 + 0.0636 * ior).clamp(0.0, 0.99);
+    let boundary = (1.0 + inside) / (1.0 - inside);
+    let root = (3.0 * (1.0 - albedo).max(0.0)).sqrt();
+    (0.5 * albedo * (1.0 + exp(-4.0 / 3.0 * boundary * root)) * exp(-root)).clamp(0.0, 1.0)
+}
+
+/// Hair by its colour alone.
+pub(super) fn hair(m: &mut Maker<'_, '_>) -> Result<Surface> {
+    let color = match m.color_if_there("color")? {
+        Some(color) => Some(color),
+        None => m.color_if_there("reflectance")?,
+    };
+    m.parameters.accept_all();
+    Ok(Surface::Lambert { reflectance: color.unwrap_or(HAIR.into()) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_half_space_reflects_all_without_absorption_and_nothing_without_scattering() {
+        assert!((diffuse_reflectance(0.0, 2.0, 1.3) - 1.0).abs() < 1e-6);
+        assert_eq!(diffuse_reflectance(1.0, 0.0, 1.3), 0.0);
+        assert_eq!(diffuse_reflectance(0.0, 0.0, 1.3), 0.0);
+        // Albedo 1/2, index 1.3: F = 0.4458, A = 2.609, √1.5 = 1.2247.
+        let expected = 0.25 * (1.0 + (-4.2605_f64).exp()) * (-1.2247_f64).exp();
+        assert!((f64::from(diffuse_reflectance(1.0, 1.0, 1.3)) - expected).abs() < 1e-4);
+    }
+}

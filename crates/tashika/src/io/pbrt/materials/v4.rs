@@ -1,0 +1,103 @@
+//! The materials of pbrt-v4.
+//!
+//! | type | surface |
+//! |---|---|
+//! | `diffuse` | Lambert |
+//! | `coateddiffuse` | `Coated`; thickness, absorption and scattering in the coat are left out |
+//! | `conductor` | conductor of `eta`, `k`, or of `reflectance` as `η = 1`, `k = 2√r / √(1−r)` |
+//! | `coatedconductor` | its conductor; the coat is left out |
+//! | `dielectric` | smooth glass; roughness is left out, noted |
+//! | `thindielectric` | a pane |
+//! | `diffusetransmission` | Lambert on both sides |
+//! | `subsurface` | `Plastic` with the diffuse reflectance of a half-space |
+//! | `hair`, `measured` | Lambert of the hair's colour; grey |
+//! | `interface`, `none`, an empty name | invisible |
+//!
+//! Source: Pharr et al. 2023, chapters 9 and 10; the format description of pbrt-v4. Tested by
+//! `suite::pbrt_appearance::materials_of_pbrt_v4_*`.
+
+use super::GREY;
+use super::maker::Maker;
+use super::v3::{hair, subsurface};
+use crate::bsdf::ConductorFresnel;
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::scene::{ColorInput, NoteKind, Surface};
+
+/// The surface, none if it is invisible.
+pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surface>> {
+    Ok(Some(match class {
+        "" | "none" | "interface" => {
+            m.parameters.accept_all();
+            return Ok(None);
+        }
+        "diffuse" => Surface::Lambert { reflectance: m.color("reflectance", 0.5)? },
+        "coateddiffuse" => {
+            // How pbrt walks through the coat has no counterpart.
+            m.parameters.accept(&["thickness", "maxdepth", "nsamples", "g"]);
+            if m.color("albedo", 0.0)?.factor.max_channel() > 0.0 {
+                m.note(NoteKind::Approximated, "coats that scatter (albedo): clear");
+            }
+            Surface::Coated {
+                reflectance: m.color("reflectance", 0.5)?,
+                specular: Rgb::WHITE.into(),
+                ior: m.ior(&["eta"])?,
+                alpha: m.alpha("", 0.0)?,
+            }
+        }
+        "conductor" => conductor(m, "", "")?,
+        "coatedconductor" => {
+            let surface = conductor(m, "conductor.", "conductor.")?;
+            m.parameters.accept_all();
+            surface
+        }
+        "dielectric" => {
+            let alpha = m.alpha("", 0.0)?;
+            if alpha.factor > 0.0 || alpha.texture.is_some() {
+                m.note(NoteKind::Approximated, "rough dielectrics: smooth");
+            }
+            Surface::Glass { ior: m.ior(&["eta"])?, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE }
+        }
+        "thindielectric" => Surface::ThinGlass {
+            ior: m.ior(&["eta"])?,
+            reflectance: Rgb::WHITE.into(),
+            transmittance: Rgb::WHITE.into(),
+        },
+        "diffusetransmission" => {
+            let (reflectance, transmittance) =
+                (m.color("reflectance", 0.25)?, m.color("transmittance", 0.25)?);
+            let scale = m.parameters.float("scale").unwrap_or(1.0).max(0.0);
+            let scaled = |c: ColorInput| ColorInput { factor: c.factor * scale, ..c };
+            Surface::Translucent { reflectance: scaled(reflectance), transmittance: scaled(transmittance) }
+        }
+        "subsurface" => subsurface(m, Some("reflectance"))?,
+        "hair" => hair(m)?,
+        _ => {
+            m.parameters.accept_all();
+            Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
+        }
+    }))
+}
+
+fn conductor(m: &mut Maker<'_, '_>, prefix: &str, roughness: &str) -> Result<Surface> {
+    let alpha = m.alpha(roughness, 0.0)?;
+    let reflectance = m.color_if_there("reflectance")?;
+    let (fresnel, specular) = match reflectance {
+        Some(color @ ColorInput { texture: Some(_), .. }) => {
+            (ConductorFresnel::Schlick { f0: Rgb::WHITE }, color)
+        }
+        Some(ColorInput { factor, texture: None }) => (of_reflectance(factor), Rgb::WHITE.into()),
+        None => (m.conductor(prefix)?, Rgb::WHITE.into()),
+    };
+    Ok(Surface::Conductor { fresnel, specular, alpha })
+}
+
+/// A metal of that reflectance at normal incidence.
+fn of_reflectance(reflectance: Rgb) -> ConductorFresnel {
+    let k = reflectance.map(|r| {
+        // Beyond, the index exceeds what any metal has, and 100.
+        let r = r.clamp(0.0, 0.9995);
+        2.0 * r.sqrt() / (1.0 - r).sqrt()
+    });
+    ConductorFresnel::Exact { eta: Rgb::WHITE, k }
+}

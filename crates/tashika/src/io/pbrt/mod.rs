@@ -1,0 +1,71 @@
+//! pbrt-v3 and pbrt-v4 scene descriptions.
+//!
+//! Input: a text of directives, files that it includes, and PLY meshes and images beside it. Output: a
+//! [`Scene`] in the file's world coordinates, taken as metres.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`lexer`], [`place`] | tokens and where they stand |
+//! | [`parameters`] | parameter lists |
+//! | [`text`], [`version`] | included files; which of the two formats it is |
+//! | [`interpreter`], [`state`], [`transform`] | directives in order, saved states, matrices |
+//! | [`camera`] | camera and film |
+//! | [`lights`] | lights and environments |
+//! | [`spectra`], [`roughness`] | colours and roughness |
+//! | [`textures`], [`materials`], [`shapes`] | what surfaces are |
+//! | [`features`] | what is understood and how far |
+//! | [`loading`] | what they all need |
+//!
+//! Objects stay instances: a shape between `ObjectBegin` and `ObjectEnd` is one mesh, and each `ObjectInstance`
+//! places it by its own transform times that which was current at the shape.
+//!
+//! # Guarantee
+//! Any bytes give a scene or an error with file, line and column. Memory and time are bounded by the sizes of
+//! the files and the limits named in the modules; nothing recurses deeper than [`text::MAX_DEPTH`] files. The
+//! same files give the same scene.
+//!
+//! # Limits
+//! No media, no motion (what moves is where it is first), no curves, no measured materials; noted where they are met.
+//!
+//! Sources: Pharr et al. 2023; the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org. Held to this by
+//! `suite::pbrt`, `suite::pbrt_appearance`, `suite::damaged_pbrt`.
+
+mod camera;
+mod features;
+mod interpreter;
+mod lexer;
+mod lights;
+mod loading;
+mod materials;
+mod parameters;
+mod place;
+mod roughness;
+mod shapes;
+mod spectra;
+mod state;
+mod text;
+mod textures;
+mod transform;
+mod version;
+
+pub(super) use self::features::FEATURES;
+
+use self::interpreter::Interpreter;
+use self::text::Texts;
+use super::SceneFiles;
+use crate::error::Result;
+use crate::scene::Scene;
+
+/// Reads a pbrt scene.
+///
+/// # Errors
+/// [`Error::Io`](crate::error::Error::Io) if the file or one that it includes cannot be read; otherwise what
+/// cannot be meant as it stands, with its line.
+pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
+    let mut texts = Texts::new(files);
+    let main = texts.main()?;
+    let version = text::version(files, &main);
+    let mut interpreter = Interpreter::new(files, texts, version);
+    interpreter.run(&main, 1)?;
+    interpreter.finish()
+}

@@ -1,0 +1,421 @@
+//! Parameter lists: `"type name" value` or `"type name" [ values ]`, any number of them.
+//!
+//! Values are read by the declared type. What is looked up is marked as used, so that what is left can be told: as in
+//! pbrt, a parameter is found only under its exact name and type.
+//!
+//! # Guarantee
+//! The number of values is a multiple of what one value of the type takes, numbers are finite, and memory is a
+//! multiple of the text that is there.
+//!
+//! Tested by the tests below and `suite::pbrt`.
+
+use std::cell::Cell;
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::lexer::{Lexer, Token, excerpt, integer, number, text, unescape};
+use super::place::Place;
+use crate::error::{Error, Location, Result};
+
+/// The declared type of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// `integer`
+    Integer,
+    /// `float`
+    Float,
+    /// `point2`
+    Point2,
+    /// `point3`, `point`
+    Point3,
+    /// `vector2`
+    Vector2,
+    /// `vector3`, `vector`
+    Vector3,
+    /// `normal`, `normal3`
+    Normal,
+    /// `bool`
+    Boolean,
+    /// `string`
+    String,
+    /// `texture`
+    Texture,
+    /// `rgb`, `color`
+    Rgb,
+    /// `xyz`
+    Xyz,
+    /// `blackbody`
+    Blackbody,
+    /// `spectrum`
+    Spectrum,
+}
+
+impl Kind {
+    fn of(word: &str) -> Option<Self> {
+        Some(match word {
+            "integer" => Self::Integer,
+            "float" => Self::Float,
+            "point2" => Self::Point2,
+            "point3" | "point" => Self::Point3,
+            "vector2" => Self::Vector2,
+            "vector3" | "vector" => Self::Vector3,
+            "normal" | "normal3" => Self::Normal,
+            "bool" => Self::Boolean,
+            "string" => Self::String,
+            "texture" => Self::Texture,
+            "rgb" | "color" => Self::Rgb,
+            "xyz" => Self::Xyz,
+            "blackbody" => Self::Blackbody,
+            "spectrum" => Self::Spectrum,
+            _ => return None,
+        })
+    }
+
+    /// Numbers in one value; those of spectra are counted where they are read.
+    fn width(self) -> usize {
+        match self {
+            Self::Point2 | Self::Vector2 => 2,
+            Self::Point3 | Self::Vector3 | Self::Normal | Self::Rgb | Self::Xyz => 3,
+            _ => 1,
+        }
+    }
+}
+
+/// The values of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Values {
+    /// Of all types of numbers but integers.
+    Numbers(Vec<f32>),
+    /// Of `integer`.
+    Integers(Vec<i32>),
+    /// Of `string`, `texture`, and of `spectrum` by name.
+    Strings(Vec<String>),
+    /// Of `bool`.
+    Booleans(Vec<bool>),
+}
+
+/// One parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Parameter {
+    /// Declared type.
+    pub(super) kind: Kind,
+    /// Name.
+    pub(super) name: String,
+    /// What it is set to; never empty unless the list is.
+    pub(super) values: Values,
+    /// The declaration, as it is spelt.
+    pub(super) declaration: String,
+    place: Place,
+    used: Cell<bool>,
+}
+
+impl Parameter {
+    /// Where it is declared.
+    pub(super) fn at(&self) -> Location {
+        self.place.location()
+    }
+
+    /// Numbers; none if the values are of another type.
+    pub(super) fn numbers(&self) -> &[f32] {
+        match &self.values {
+            Values::Numbers(numbers) => numbers,
+            _ => &[],
+        }
+    }
+
+    /// Strings; none if the values are of another type.
+    pub(super) fn strings(&self) -> &[String] {
+        match &self.values {
+            Values::Strings(strings) => strings,
+            _ => &[],
+        }
+    }
+}
+
+/// The parameters of a directive.
+#[derive(Debug)]
+pub(super) struct Parameters {
+    list: Vec<Parameter>,
+    /// What holds for names that are not in the list.
+    defaults: Vec<Parameter>,
+    place: Place,
+}
+
+impl Parameters {
+    /// Reads parameters up to the next directive; `place` is that of the directive they belong to.
+    pub(super) fn read(lexer: &mut Lexer<'_>, place: Place) -> Result<Self> {
+        let mut list = Vec::new();
+        while lexer.peek() == Some(b'"') {
+            let Some(Token::Quoted(declaration)) = lexer.next()? else { break };
+            let place = lexer.place();
+            list.push(parameter(lexer, &text(declaration), place)?);
+        }
+        Ok(Self { list, defaults: Vec::new(), place })
+    }
+
+    /// Where the directive stands.
+    pub(super) fn at(&self) -> Location {
+        self.place.location()
+    }
+
+    /// Adds what holds for parameters that are not there; it is not missed if nothing uses it.
+    pub(super) fn extend_defaults(&mut self, defaults: &[Parameter]) {
+        self.defaults.extend_from_slice(defaults);
+    }
+
+    /// The parameters themselves, as defaults of later directives.
+    pub(super) fn into_list(self) -> Vec<Parameter> {
+        self.list
+    }
+
+    /// The parameter of that name and one of those types; the last one, as in pbrt-v3, if there are several.
+    pub(super) fn find(&self, kinds: &[Kind], name: &str) -> Option<&Parameter> {
+        let mut found = None;
+        for parameter in self.defaults.iter().chain(&self.list) {
+            if parameter.name == name && kinds.contains(&parameter.kind) {
+                parameter.used.set(true);
+                found = Some(parameter);
+            }
+        }
+        found
+    }
+
+    /// Marks parameters as known that change nothing here.
+    pub(super) fn accept(&self, names: &[&str]) {
+        self.list.iter().filter(|p| names.contains(&p.name.as_str())).for_each(|p| p.used.set(true));
+    }
+
+    /// Marks every parameter as known.
+    pub(super) fn accept_all(&self) {
+        self.list.iter().for_each(|p| p.used.set(true));
+    }
+
+    /// Whether any is given by a texture.
+    pub(super) fn has_textures(&self) -> bool {
+        self.list.iter().chain(&self.defaults).any(|p| p.kind == Kind::Texture)
+    }
+
+    /// What nothing has looked up, in the order of the file.
+    pub(super) fn unused(&self) -> impl Iterator<Item = &Parameter> {
+        self.list.iter().filter(|p| !p.used.get())
+    }
+
+    /// Numbers of a parameter, if it is there.
+    pub(super) fn numbers(&self, kinds: &[Kind], name: &str) -> Option<&[f32]> {
+        self.find(kinds, name).map(Parameter::numbers)
+    }
+
+    /// A `float`.
+    pub(super) fn float(&self, name: &str) -> Option<f32> {
+        self.numbers(&[Kind::Float], name)?.first().copied()
+    }
+
+    /// All numbers of a `float`.
+    pub(super) fn floats(&self, name: &str) -> Option<&[f32]> {
+        self.numbers(&[Kind::Float], name)
+    }
+
+    /// All numbers of an `integer`.
+    pub(super) fn integers(&self, name: &str) -> Option<&[i32]> {
+        match &self.find(&[Kind::Integer], name)?.values {
+            Values::Integers(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// An `integer`.
+    pub(super) fn integer(&self, name: &str) -> Option<i32> {
+        self.integers(name)?.first().copied()
+    }
+
+    /// A `bool`.
+    pub(super) fn boolean(&self, name: &str) -> Option<bool> {
+        match &self.find(&[Kind::Boolean], name)?.values {
+            Values::Booleans(values) => values.first().copied(),
+            _ => None,
+        }
+    }
+
+    /// A `string`.
+    pub(super) fn string(&self, name: &str) -> Option<&str> {
+        self.find(&[Kind::String], name)?.strings().first().map(String::as_str)
+    }
+
+    /// The name of a `texture`.
+    pub(super) fn texture(&self, name: &str) -> Option<&str> {
+        self.find(&[Kind::Texture], name)?.strings().first().map(String::as_str)
+    }
+
+    /// A `point3` or `vector3`.
+    pub(super) fn vector(&self, name: &str) -> Option<DVec3> {
+        let numbers = self.numbers(&[Kind::Point3, Kind::Vector3], name)?;
+        numbers.first_chunk::<3>().map(|v| Vec3::from_array(*v).as_dvec3())
+    }
+
+    /// All vectors of one of those types.
+    pub(super) fn vectors(&self, kinds: &[Kind], name: &str) -> Vec<Vec3> {
+        let numbers = self.numbers(kinds, name).unwrap_or_default();
+        numbers.as_chunks::<3>().0.iter().map(|&v| v.into()).collect()
+    }
+
+    /// Texture coordinates: `point2`, or pairs of `float`.
+    pub(super) fn pairs(&self, name: &str) -> Vec<Vec2> {
+        let kinds = [Kind::Point2, Kind::Vector2, Kind::Float];
+        let numbers = self.numbers(&kinds, name).unwrap_or_default();
+        numbers.as_chunks::<2>().0.iter().map(|&v| v.into()).collect()
+    }
+}
+
+fn parameter(lexer: &mut Lexer<'_>, declaration: &str, place: Place) -> Result<Parameter> {
+    const LONGEST: usize = 60;
+    let shown = excerpt(declaration, LONGEST);
+    let mut words = declaration.split_ascii_whitespace();
+    let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
+        return Err(Error::invalid(place.location(), format!("{shown:?}"), "a parameter: \"type name\""));
+    };
+    let Some(kind) = Kind::of(kind) else {
+        let expected = "a type: integer, float, point2, point3, vector2, vector3, normal, bool, string, texture, rgb, \
+             xyz, blackbody or spectrum";
+        return Err(Error::invalid(place.location(), format!("parameter {shown:?}"), expected));
+    };
+    let values = values(lexer, kind, &shown)?;
+    let numbers = if let Values::Numbers(numbers) = &values { numbers.len() } else { 0 };
+    if !numbers.is_multiple_of(kind.width()) {
+        let found = format!("{numbers} numbers for parameter {shown:?}");
+        let expected = format!("{} for each value", kind.width());
+        return Err(Error::invalid(place.location(), found, expected));
+    }
+    Ok(Parameter { kind, name: name.to_owned(), values, declaration: shown, place, used: Cell::new(false) })
+}
+
+/// The values after a declaration: one, or a list in brackets.
+fn values(lexer: &mut Lexer<'_>, kind: Kind, declaration: &str) -> Result<Values> {
+    let mut values = match kind {
+        Kind::Integer => Values::Integers(Vec::new()),
+        Kind::Boolean => Values::Booleans(Vec::new()),
+        Kind::String | Kind::Texture => Values::Strings(Vec::new()),
+        Kind::Spectrum if lexer.peek() == Some(b'"') => Values::Strings(Vec::new()),
+        _ => Values::Numbers(Vec::new()),
+    };
+    let missing = |lexer: &Lexer<'_>, expected: &str| {
+        let found = format!("the end of the file after parameter {declaration:?}");
+        Error::invalid(lexer.place().location(), found, expected)
+    };
+    let mut token = lexer.next()?.ok_or_else(|| missing(lexer, "a value"))?;
+    if token != Token::Open {
+        push(&mut values, token, lexer, declaration)?;
+        return Ok(values);
+    }
+    if kind == Kind::Spectrum && lexer.peek() == Some(b'"') {
+        values = Values::Strings(Vec::new());
+    }
+    loop {
+        token = lexer.next()?.ok_or_else(|| missing(lexer, "\"]\""))?;
+        if token == Token::Close {
+            return Ok(values);
+        }
+        push(&mut values, token, lexer, declaration)?;
+    }
+}
+
+fn push(values: &mut Values, token: Token<'_>, lexer: &Lexer<'_>, declaration: &str) -> Result<()> {
+    let expected = match (&mut *values, token) {
+        (Values::Numbers(list), Token::Word(word)) => {
+            if let Some(value) = number(word) {
+                list.push(value);
+                return Ok(());
+            }
+            "a finite number"
+        }
+        (Values::Integers(list), Token::Word(word)) => {
+            if let Some(value) = integer(word) {
+                list.push(value);
+                return Ok(());
+            }
+            "a whole number of 32 bits"
+        }
+        (Values::Booleans(list), Token::Word(word) | Token::Quoted(word)) => {
+            if let Some(value) = [&b"false"[..], b"true"].iter().position(|name| *name == word) {
+                list.push(value == 1);
+                return Ok(());
+            }
+            "true or false"
+        }
+        (Values::Strings(list), Token::Quoted(bytes)) => {
+            list.push(unescape(bytes));
+            return Ok(());
+        }
+        (Values::Numbers(_), _) => "a number",
+        (Values::Integers(_), _) => "a whole number",
+        (Values::Booleans(_), _) => "true or false",
+        (Values::Strings(_), _) => "a string",
+    };
+    let found = format!("{} for parameter {declaration:?}", token.shown());
+    Err(Error::invalid(lexer.place().location(), found, expected))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::place::Source;
+    use super::*;
+
+    fn read(text: &str) -> Result<Parameters> {
+        let mut lexer = Lexer::new(text.as_bytes(), Source::new("a.pbrt".as_ref()));
+        let place = lexer.place();
+        Parameters::read(&mut lexer, place)
+    }
+
+    #[test]
+    fn values_are_found_by_name_and_type() {
+        let p = read(
+            "\"float fov\" 45 \"integer n\" [3 4] \"bool b\" \"true\" \"bool c\" false\n\
+             \"string s\" [\"a b\"] \"point2 uv\" [0 1 2 3] \" vector  v\" [1 2 3] \"spectrum eta\" \"metal-Au-eta\" Next",
+        )
+        .unwrap();
+        assert_eq!(
+            (p.float("fov"), p.integer("fov"), p.integers("n")),
+            (Some(45.0), None, Some(&[3, 4][..]))
+        );
+        assert_eq!((p.boolean("b"), p.boolean("c"), p.string("s")), (Some(true), Some(false), Some("a b")));
+        assert_eq!(p.pairs("uv"), [Vec2::new(0.0, 1.0), Vec2::new(2.0, 3.0)]);
+        assert_eq!(p.unused().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["v", "eta"]);
+        assert_eq!(p.vector("v"), Some(DVec3::new(1.0, 2.0, 3.0)));
+        assert_eq!(p.find(&[Kind::Spectrum], "eta").unwrap().strings(), ["metal-Au-eta"]);
+        assert_eq!(p.unused().count(), 0);
+    }
+
+    #[test]
+    fn the_last_of_several_holds_and_defaults_give_way() {
+        let mut p = read("\"float x\" 1 \"float x\" 2").unwrap();
+        p.extend_defaults(&read("\"float x\" 3 \"float y\" 4 \"float z\" 5").unwrap().into_list());
+        assert_eq!((p.float("x"), p.float("y"), p.unused().count()), (Some(2.0), Some(4.0), 0));
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_an_error_with_its_place() {
+        for (text, error) in [
+            ("\"float\" 1", "a.pbrt:1:1: \"float\"; expected a parameter"),
+            ("\"flaot x\" 1", "a.pbrt:1:1: parameter \"flaot x\"; expected a type"),
+            (
+                "\"float x\" [1\n nan]",
+                "a.pbrt:2:2: \"nan\" for parameter \"float x\"; expected a finite number",
+            ),
+            ("\"float x\"", "a.pbrt:1:10: the end of the file after parameter \"float x\"; expected a value"),
+            (
+                "\"float x\" [1",
+                "a.pbrt:1:13: the end of the file after parameter \"float x\"; expected \"]\"",
+            ),
+            ("\"rgb x\" [1 2]", "a.pbrt:1:1: 2 numbers for parameter \"rgb x\"; expected 3 for each value"),
+            ("\"bool x\" 1", "a.pbrt:1:10: \"1\" for parameter \"bool x\"; expected true or false"),
+            (
+                "\"integer x\" 1e10",
+                "a.pbrt:1:13: \"1e10\" for parameter \"integer x\"; expected a whole number of",
+            ),
+            ("\"string x\" 1", "a.pbrt:1:12: \"1\" for parameter \"string x\"; expected a string"),
+            ("\"float x\" [[1]]", "a.pbrt:1:12: \"[\" for parameter \"float x\"; expected a number"),
+        ] {
+            let found = read(text).unwrap_err().to_string();
+            assert!(found.starts_with(error), "{found}");
+        }
+    }
+}

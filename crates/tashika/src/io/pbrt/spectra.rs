@@ -1,0 +1,152 @@
+//! Colours as parameters give them: `rgb`, `xyz`, `blackbody`, `spectrum`.
+//!
+//! Everything becomes linear RGB with the primaries of Rec. 709, which is what pbrt's pictures are in. A
+//! reflectance or factor of 1 at all wavelengths is white. Radiances, intensities and irradiances follow what a
+//! pixel of pbrt's default film shows of them:
+//!
+//! | parameter | pbrt-v3 | pbrt-v4 |
+//! |---|---|---|
+//! | `rgb` | the value | the value: its factor `1 / ∫ Y E` and the film's response cancel |
+//! | `blackbody` | Planck's law, largest value 1, times the scale if there is one | Planck's law, luminance 1 |
+//! | `spectrum` | as it is | luminance 1: pbrt-v4 divides lights by the luminance of their spectrum |
+//!
+//! A `spectrum` is a list of wavelength (nm) and value in turn, the name of a file with such a list, or a name that
+//! [`illuminant_rgb`] knows. Negative channels of colours outside the gamut are set to 0.
+//!
+//! Source: Pharr et al. 2023, sections 4.5 and 12.1; pbrt-v3's format description. Tested by
+//! `suite::pbrt_appearance::lights_*`, `suite::pbrt_appearance::spectra_*`.
+
+use super::lexer::{excerpt, number};
+use super::loading::Loading;
+use super::parameters::{Kind, Parameter, Parameters};
+use super::version::Version;
+use crate::color::Rgb;
+use crate::color::spectrum::{
+    blackbody_rgb, blackbody_rgb_of_unit_peak, illuminant_rgb, rgb_of_emission, rgb_of_reflectance,
+};
+use crate::error::{Error, Location, Result};
+use crate::scene::NoteKind;
+
+/// All types by which a colour can be given.
+pub(super) const SPECTRAL: &[Kind] = &[Kind::Rgb, Kind::Xyz, Kind::Blackbody, Kind::Spectrum];
+
+/// What a colour is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    /// A fraction or a factor.
+    Factor,
+    /// What a light sends out.
+    Light,
+}
+
+/// XYZ (2° observer) to linear Rec. 709 RGB (ITU-R BT.709-6, white D65), rows.
+const RGB_OF_XYZ: [[f32; 3]; 3] = [
+    [3.240_97, -1.537_383, -0.498_611],
+    [-0.969_244, 1.875_968, 0.041_555],
+    [0.055_63, -0.203_977, 1.056_972],
+];
+
+/// The colour of a parameter, if it is there.
+pub(super) fn color(
+    loading: &mut Loading<'_>,
+    parameters: &Parameters,
+    name: &str,
+    quantity: Quantity,
+) -> Result<Option<Rgb>> {
+    match parameters.find(SPECTRAL, name) {
+        Some(parameter) => convert(loading, parameter, quantity).map(Some),
+        None => Ok(None),
+    }
+}
+
+/// The colour of a parameter of one of the [`SPECTRAL`] types.
+pub(super) fn convert(loading: &mut Loading<'_>, parameter: &Parameter, quantity: Quantity) -> Result<Rgb> {
+    let numbers = parameter.numbers();
+    let at = parameter.at();
+    let found = match (parameter.kind, numbers) {
+        (Kind::Rgb, [r, g, b, ..]) => Some(Rgb::new(*r, *g, *b)),
+        (Kind::Xyz, [x, y, z, ..]) => {
+            let row = |r: [f32; 3]| r[0] * x + r[1] * y + r[2] * z;
+            Some(Rgb::new(row(RGB_OF_XYZ[0]), row(RGB_OF_XYZ[1]), row(RGB_OF_XYZ[2])))
+        }
+        (Kind::Blackbody, [kelvin, rest @ ..]) => match loading.version {
+            Version::V3 => {
+                blackbody_rgb_of_unit_peak(*kelvin).map(|c| c * rest.first().copied().unwrap_or(1.0))
+            }
+            Version::V4 => blackbody_rgb(*kelvin),
+        },
+        (Kind::Spectrum, _) if !parameter.strings().is_empty() => {
+            named(loading, &parameter.strings()[0], quantity, &at)?
+        }
+        (Kind::Spectrum, pairs) => sampled(pairs.as_chunks().0, quantity, loading.version),
+        _ => None,
+    };
+    let Some(found) = found.filter(|c| c.is_finite()) else {
+        let expected = match parameter.kind {
+            Kind::Blackbody => "a temperature in kelvin",
+            Kind::Spectrum => "wavelengths (nm), ascending, each with a value",
+            _ => "three finite numbers",
+        };
+        let found = format!("parameter {:?} that gives no colour", parameter.declaration);
+        return Err(Error::invalid(at, found, expected));
+    };
+    if !found.is_valid() {
+        let message = "colours with negative channels: those are set to 0";
+        loading.note(NoteKind::Repaired, message, at);
+    }
+    Ok(found.map(|v| v.max(0.0)))
+}
+
+fn sampled(pairs: &[[f32; 2]], quantity: Quantity, version: Version) -> Option<Rgb> {
+    let samples: Vec<(f32, f32)> = pairs.iter().map(|&[nm, value]| (nm, value)).collect();
+    match quantity {
+        Quantity::Factor => rgb_of_reflectance(&samples),
+        Quantity::Light => {
+            let emitted = rgb_of_emission(&samples)?;
+            let luminance = emitted.luminance();
+            match version {
+                Version::V4 if luminance > 0.0 => Some(emitted * (1.0 / luminance)),
+                _ => Some(emitted),
+            }
+        }
+    }
+}
+
+/// A spectrum by its name: an illuminant, or a file of samples.
+fn named(loading: &mut Loading<'_>, name: &str, quantity: Quantity, at: &Location) -> Result<Option<Rgb>> {
+    if let Some(color) = illuminant_rgb(name) {
+        return Ok(Some(match quantity {
+            Quantity::Light => color,
+            Quantity::Factor => Rgb::WHITE,
+        }));
+    }
+    let is_file = name.contains(['.', '/', '\\']);
+    match loading.files.read(name, at) {
+        Ok(bytes) => sampled_file(&bytes, name, quantity, loading.version, at).map(Some),
+        Err(_) => {
+            let what = if is_file { "file of a spectrum" } else { "spectrum" };
+            let message = format!("{what} {:?} is not there: a grey of 0.5 is used", excerpt(name, 60));
+            loading.note_named(NoteKind::Repaired, message, "spectra are not there", at.clone());
+            Ok(Some(Rgb::gray(0.5)))
+        }
+    }
+}
+
+/// A file of wavelengths and values, with comments behind `#`.
+fn sampled_file(
+    bytes: &[u8],
+    name: &str,
+    quantity: Quantity,
+    version: Version,
+    at: &Location,
+) -> Result<Rgb> {
+    let lines =
+        bytes.split(|&b| b == b'\n').map(|line| line.split(|&b| b == b'#').next().unwrap_or_default());
+    let words = lines.flat_map(|line| line.split(|&b| b.is_ascii_whitespace() || b == b','));
+    let numbers: Option<Vec<f32>> = words.filter(|w| !w.is_empty()).map(number).collect();
+    let color = numbers.and_then(|numbers| sampled(numbers.as_chunks().0, quantity, version));
+    color.ok_or_else(|| {
+        let found = format!("spectrum file {:?}", excerpt(name, 60));
+        Error::invalid(at.clone(), found, "lines of a wavelength (nm), ascending, and a value")
+    })
+}

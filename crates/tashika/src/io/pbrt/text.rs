@@ -1,0 +1,126 @@
+//! The texts of a scene: the main file and what it includes.
+//!
+//! Names are relative to the folder of the main file, as pbrt has it; what is not there is looked for beside
+//! the including file. Texts may be compressed with gzip.
+//!
+//! # Guarantee
+//! Nesting, the number of included files and their bytes in all are limited, so that files which include each other
+//! end in an error.
+//!
+//! Tested by `suite::pbrt::includes_*`, `suite::damaged_pbrt::includes_*`.
+
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+
+use super::lexer::Lexer;
+use super::place::Source;
+use super::version::{Evidence, Version, next_evidence};
+use crate::error::{Error, Location, Result};
+use crate::io::SceneFiles;
+
+/// Deepest nesting of includes.
+pub(super) const MAX_DEPTH: usize = 32;
+
+/// Most files that are included in all; large scenes have hundreds.
+const MAX_INCLUDES: usize = 10_000;
+
+/// First bytes of a gzip file.
+const GZIP: &[u8] = b"\x1f\x8b";
+
+/// A text.
+pub(super) struct Text {
+    /// Its bytes.
+    pub(super) bytes: Vec<u8>,
+    /// What it is called in messages.
+    pub(super) source: Source,
+    /// Its folder, relative to the main file's, with a separator at the end; empty for the same.
+    pub(super) folder: String,
+}
+
+/// Reads texts, and counts them.
+pub(super) struct Texts<'f> {
+    files: &'f SceneFiles,
+    includes: usize,
+    bytes_left: u64,
+}
+
+impl<'f> Texts<'f> {
+    /// Of a scene.
+    pub(super) fn new(files: &'f SceneFiles) -> Self {
+        Self { files, includes: 0, bytes_left: files.options().max_file_bytes }
+    }
+
+    /// The main file.
+    pub(super) fn main(&mut self) -> Result<Text> {
+        let bytes = self.files.read_scene()?;
+        let bytes = self.unpacked(bytes, &Location::file(self.files.path()))?;
+        Ok(Text { bytes, source: Source::new(self.files.path()), folder: String::new() })
+    }
+
+    /// The file that `name` in `from` stands for; `depth` texts are open.
+    pub(super) fn include(&mut self, name: &str, from: &str, depth: usize, at: &Location) -> Result<Text> {
+        self.includes += 1;
+        if depth >= MAX_DEPTH || self.includes > MAX_INCLUDES {
+            let found = format!("Include of {name:?}, file {} at depth {depth}", self.includes);
+            let expected = format!("at most {MAX_INCLUDES} included files, {MAX_DEPTH} deep");
+            return Err(Error::invalid(at.clone(), found, expected));
+        }
+        let beside = format!("{from}{name}");
+        let (reference, bytes) = match self.files.read(name, at) {
+            Ok(bytes) => (name.to_owned(), bytes),
+            Err(Error::Io { .. }) if beside != name && self.files.resolve(&beside, at).is_ok() => {
+                let bytes = self.files.read(&beside, at)?;
+                (beside, bytes)
+            }
+            Err(error) => return Err(error),
+        };
+        let bytes = self.unpacked(bytes, at)?;
+        let folder = reference.rfind(['/', '\\']).map_or("", |separator| &reference[..=separator]).to_owned();
+        let shown = self.files.path().parent().unwrap_or(Path::new("")).join(&reference);
+        Ok(Text { bytes, source: Source::new(&shown), folder })
+    }
+
+    /// A text without compression.
+    fn unpacked(&mut self, bytes: Vec<u8>, at: &Location) -> Result<Vec<u8>> {
+        let bytes = if bytes.starts_with(GZIP) {
+            let mut unpacked = Vec::new();
+            let limit = self.bytes_left.saturating_add(1);
+            MultiGzDecoder::new(&bytes[..]).take(limit).read_to_end(&mut unpacked).map_err(|e| {
+                Error::invalid(at.clone(), format!("a text that cannot be decompressed ({e})"), "gzip")
+            })?;
+            unpacked
+        } else {
+            bytes
+        };
+        self.bytes_left = self.bytes_left.checked_sub(bytes.len() as u64).ok_or_else(|| {
+            let limit = self.files.options().max_file_bytes;
+            Error::invalid(at.clone(), "texts beyond the limit", format!("at most {limit} bytes in all"))
+        })?;
+        Ok(bytes)
+    }
+}
+
+/// The format of the scene: see [`super::version`].
+///
+/// Texts are read up to the first evidence; what is wrong with them is left to be told when they are read in earnest.
+pub(super) fn version(files: &SceneFiles, main: &Text) -> Version {
+    fn decide(texts: &mut Texts<'_>, text: &Text, depth: usize) -> Option<Version> {
+        let mut lexer = Lexer::new(&text.bytes, text.source.clone());
+        loop {
+            match next_evidence(&mut lexer).ok()? {
+                Evidence::Decisive(version) => return Some(version),
+                Evidence::None => return None,
+                Evidence::Include(name) => {
+                    let at = lexer.place().location();
+                    let included = texts.include(&name, &text.folder, depth, &at).ok();
+                    if let Some(version) = included.and_then(|text| decide(texts, &text, depth + 1)) {
+                        return Some(version);
+                    }
+                }
+            }
+        }
+    }
+    decide(&mut Texts::new(files), main, 1).unwrap_or(Version::V4)
+}

@@ -1,0 +1,425 @@
+//! `Texture`, and parameters that may name one.
+//!
+//! pbrt's texture coordinates have `t` running up from an image's bottom row, for images of both formats. The
+//! scene's `v` runs down: meshes get `v = 1 − t` once, and textures the transforms
+//!
+//! ```text
+//! image:         (u, v) ↦ (s_u u + d_u,  s_v v + 1 − s_v − d_v)          = (s, 1 − t)
+//! checkerboard:  (u, v) ↦ (s_u u + d_u,  −s_v v + s_v + d_v)             = (s, t)
+//! ```
+//!
+//! | format | eight-bit images of colours and of numbers are |
+//! |---|---|
+//! | v3 | sRGB if `gamma` says so; without it PNG, TGA and JPEG are |
+//! | v4 | as `encoding` says for PNG, without it sRGB; others sRGB |
+//!
+//! A number is the luminance of a colour, in pbrt-v4 the opacity instead if the image has opacities that are
+//! not 1. Textures of numbers and of colours have names of their own. What has no counterpart here is replaced
+//! by a constant that is its mean, and noted.
+//!
+//! Tested by `suite::pbrt_appearance::textures_*`.
+
+use std::collections::BTreeMap;
+
+use glam::{Mat3, Vec3};
+
+use super::lexer::excerpt;
+use super::loading::Loading;
+use super::parameters::Parameters;
+use super::spectra::{self, Quantity};
+use super::version::Version;
+use crate::color::Rgb;
+use crate::error::{Location, Result};
+use crate::io::images::Encoding;
+use crate::scene::{
+    Channel, ColorInput, FloatInput, ImageId, ImageTexture, NoteKind, Texture, TextureId, UvTransform, Wrap,
+};
+
+/// Grey of images that cannot be read: a middling value.
+const MISSING: f32 = 0.5;
+
+/// Textures by name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Textures {
+    colors: BTreeMap<String, ColorInput>,
+    floats: BTreeMap<String, FloatInput>,
+}
+
+impl Textures {
+    /// `Texture name type class`: defines a texture.
+    pub(super) fn define(
+        &mut self,
+        loading: &mut Loading<'_>,
+        [name, value_type, class]: [&str; 3],
+        parameters: &Parameters,
+    ) -> Result<()> {
+        let at = parameters.at();
+        loading.met("texture", class, "a constant grey of 0.5", &at)?;
+        match value_type {
+            "float" => {
+                let value = self.float_texture(loading, class, parameters)?;
+                self.floats.insert(name.to_owned(), value);
+            }
+            "color" | "spectrum" => {
+                let value = self.color_texture(loading, class, parameters)?;
+                self.colors.insert(name.to_owned(), value);
+            }
+            other => {
+                let message = format!("texture of type {:?}: left out", excerpt(other, 40));
+                loading.note_named(NoteKind::Ignored, message, "types of textures", at);
+            }
+        }
+        if Loading::knows("texture", class) {
+            loading.note_unused(&format!("texture {class:?}"), parameters);
+        }
+        Ok(())
+    }
+
+    /// A colour, or the texture of one, if the parameter is there.
+    pub(super) fn color(
+        &self,
+        loading: &mut Loading<'_>,
+        parameters: &Parameters,
+        name: &str,
+    ) -> Result<Option<ColorInput>> {
+        if let Some(texture) = parameters.texture(name) {
+            let found = self.colors.get(texture).copied();
+            if found.is_none() {
+                missing(loading, texture, parameters.at());
+            }
+            return Ok(found);
+        }
+        Ok(spectra::color(loading, parameters, name, Quantity::Factor)?.map(ColorInput::from))
+    }
+
+    /// A number, or the texture of one, if the parameter is there.
+    pub(super) fn float(
+        &self,
+        loading: &mut Loading<'_>,
+        parameters: &Parameters,
+        name: &str,
+    ) -> Option<FloatInput> {
+        if let Some(texture) = parameters.texture(name) {
+            let found = self.floats.get(texture).copied();
+            if found.is_none() {
+                missing(loading, texture, parameters.at());
+            }
+            return found;
+        }
+        parameters.float(name).map(FloatInput::from)
+    }
+
+    /// A number that may be given as a colour too: its luminance.
+    pub(super) fn color_or_float(
+        &self,
+        loading: &mut Loading<'_>,
+        parameters: &Parameters,
+        name: &str,
+    ) -> Result<Option<FloatInput>> {
+        let is_float = match parameters.texture(name) {
+            Some(texture) => self.floats.contains_key(texture) && !self.colors.contains_key(texture),
+            None => parameters.float(name).is_some(),
+        };
+        if is_float {
+            return Ok(self.float(loading, parameters, name));
+        }
+        Ok(self.color(loading, parameters, name)?.map(float_of_color))
+    }
+
+    fn color_texture(&self, loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Result<ColorInput> {
+        let gray = |v: f32| ColorInput::from(Rgb::gray(v));
+        Ok(match class {
+            "constant" => self.color(loading, p, "value")?.unwrap_or(gray(1.0)),
+            "imagemap" => {
+                let (texture, factor) = image(loading, p)?;
+                ColorInput { factor: Rgb::gray(factor), texture: Some(texture.0) }
+            }
+            "scale" => {
+                let (a, b) = match self.color(loading, p, "tex1")? {
+                    Some(first) => (first, self.color(loading, p, "tex2")?.unwrap_or(gray(1.0))),
+                    None => {
+                        let scale = self.float(loading, p, "scale").unwrap_or(1.0.into());
+                        let scale = color_of_float(loading, scale)?;
+                        let other = self.color(loading, p, "tex")?.or(self.color(loading, p, "tex2")?);
+                        (other.unwrap_or(gray(1.0)), scale)
+                    }
+                };
+                product(loading, a, b)?
+            }
+            "mix" | "directionmix" => {
+                let first = self.color(loading, p, "tex1")?.unwrap_or(gray(0.0));
+                let second = self.color(loading, p, "tex2")?.unwrap_or(gray(1.0));
+                let amount = match self.float(loading, p, "amount") {
+                    Some(amount) => color_of_float(loading, amount)?,
+                    None => self.color(loading, p, "amount")?.unwrap_or(gray(0.5)),
+                };
+                p.accept(&["dir"]);
+                mix(loading, first, second, amount)?
+            }
+            "checkerboard" => {
+                let first = self.color(loading, p, "tex1")?.unwrap_or(gray(1.0));
+                let second = self.color(loading, p, "tex2")?.unwrap_or(gray(0.0));
+                checkerboard(loading, p, first, second)?
+            }
+            "bilerp" => {
+                let mut sum = Rgb::BLACK;
+                for (name, default) in [("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)] {
+                    let value = spectra::color(loading, p, name, Quantity::Factor)?;
+                    sum += value.unwrap_or(Rgb::gray(default));
+                }
+                p.accept_all();
+                (sum * 0.25).into()
+            }
+            "dots" => {
+                let inside = self.color(loading, p, "inside")?.unwrap_or(gray(1.0));
+                let outside = self.color(loading, p, "outside")?.unwrap_or(gray(0.0));
+                p.accept_all();
+                mix(loading, inside, outside, gray(0.5))?
+            }
+            "marble" => {
+                p.accept_all();
+                MARBLE.into()
+            }
+            _ => {
+                p.accept_all();
+                gray(MISSING)
+            }
+        })
+    }
+
+    fn float_texture(&self, loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Result<FloatInput> {
+        Ok(match class {
+            "constant" => self.float(loading, p, "value").unwrap_or(1.0.into()),
+            "imagemap" => {
+                let (texture, factor) = image(loading, p)?;
+                FloatInput { factor, texture: Some(texture) }
+            }
+            "scale" => {
+                let first = self.float(loading, p, "tex1").or(self.float(loading, p, "tex"));
+                let second = self.float(loading, p, "tex2").or(self.float(loading, p, "scale"));
+                match (first.unwrap_or(1.0.into()), second.unwrap_or(1.0.into())) {
+                    (a, FloatInput { factor, texture: None }) | (FloatInput { factor, texture: None }, a) => {
+                        FloatInput { factor: a.factor * factor, ..a }
+                    }
+                    (a, b) => {
+                        let (a, b) = (color_of_float(loading, a)?, color_of_float(loading, b)?);
+                        float_of_color(product(loading, a, b)?)
+                    }
+                }
+            }
+            "mix" | "directionmix" | "checkerboard" | "dots" => {
+                let (names, defaults) = match class {
+                    "checkerboard" => (["tex1", "tex2"], [1.0, 0.0]),
+                    "dots" => (["inside", "outside"], [1.0, 0.0]),
+                    _ => (["tex1", "tex2"], [0.0, 1.0]),
+                };
+                let first = self.float(loading, p, names[0]).unwrap_or(defaults[0].into());
+                let second = self.float(loading, p, names[1]).unwrap_or(defaults[1].into());
+                let (first, second) = (color_of_float(loading, first)?, color_of_float(loading, second)?);
+                float_of_color(if class == "checkerboard" {
+                    checkerboard(loading, p, first, second)?
+                } else {
+                    let amount = self.float(loading, p, "amount").unwrap_or(0.5.into());
+                    let amount = color_of_float(loading, amount)?;
+                    if class != "mix" {
+                        p.accept_all();
+                    }
+                    mix(loading, first, second, amount)?
+                })
+            }
+            "bilerp" => {
+                let corners = [("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)];
+                let sum: f32 = corners.iter().map(|(name, default)| p.float(name).unwrap_or(*default)).sum();
+                p.accept_all();
+                (0.25 * sum).into()
+            }
+            _ => {
+                p.accept_all();
+                MISSING.into()
+            }
+        })
+    }
+}
+
+/// Mean of the colours between which pbrt's marble runs.
+const MARBLE: Rgb = Rgb::new(0.45, 0.44, 0.48);
+
+fn missing(loading: &mut Loading<'_>, name: &str, at: Location) {
+    let message = format!("texture {:?} is not defined: the default is used", excerpt(name, 60));
+    loading.note_named(NoteKind::Repaired, message, "textures are not defined", at);
+}
+
+/// A number as a grey colour.
+fn color_of_float(loading: &mut Loading<'_>, input: FloatInput) -> Result<ColorInput> {
+    let factor = Rgb::gray(input.factor);
+    Ok(match input.texture {
+        None => factor.into(),
+        Some((texture, Channel::A)) => {
+            let message = "opacities of images in textures made of others: their luminance is used";
+            let at = Location::file(loading.files.path());
+            loading.note(NoteKind::Approximated, message, at);
+            ColorInput { factor, texture: Some(texture) }
+        }
+        Some((texture, _)) => ColorInput { factor, texture: Some(texture) },
+    })
+}
+
+fn float_of_color(color: ColorInput) -> FloatInput {
+    match color.texture {
+        Some(texture) => {
+            FloatInput { factor: color.factor.luminance(), texture: Some((texture, Channel::Luminance)) }
+        }
+        None => color.factor.luminance().into(),
+    }
+}
+
+/// The node that has a colour's values.
+pub(super) fn node(loading: &mut Loading<'_>, color: ColorInput) -> Result<TextureId> {
+    match color.texture {
+        Some(texture) if color.factor == Rgb::WHITE => Ok(texture),
+        Some(texture) => {
+            let factor = loading.builder.add_texture(Texture::Constant(color.factor))?;
+            loading.builder.add_texture(Texture::Product(factor, texture))
+        }
+        None => loading.builder.add_texture(Texture::Constant(color.factor)),
+    }
+}
+
+/// `a · b`.
+pub(super) fn product(loading: &mut Loading<'_>, a: ColorInput, b: ColorInput) -> Result<ColorInput> {
+    let texture = match (a.texture, b.texture) {
+        (Some(a), Some(b)) => Some(loading.builder.add_texture(Texture::Product(a, b))?),
+        (one, other) => one.or(other),
+    };
+    Ok(ColorInput { factor: a.factor * b.factor, texture })
+}
+
+fn mix(
+    loading: &mut Loading<'_>,
+    first: ColorInput,
+    second: ColorInput,
+    amount: ColorInput,
+) -> Result<ColorInput> {
+    if let (None, None, None) = (first.texture, second.texture, amount.texture) {
+        let m = amount.factor;
+        return Ok((first.factor * (Rgb::WHITE - m) + second.factor * m).into());
+    }
+    let (first, second, amount) = (node(loading, first)?, node(loading, second)?, node(loading, amount)?);
+    let mix = loading.builder.add_texture(Texture::Mix { first, second, amount })?;
+    Ok(ColorInput { factor: Rgb::WHITE, texture: Some(mix) })
+}
+
+fn checkerboard(
+    loading: &mut Loading<'_>,
+    p: &Parameters,
+    first: ColorInput,
+    second: ColorInput,
+) -> Result<ColorInput> {
+    p.accept(&["aamode"]);
+    if p.integer("dimension") == Some(3) {
+        loading.note(NoteKind::Approximated, "checkerboards of three dimensions: their mean is used", p.at());
+        p.accept_all();
+        return mix(loading, first, second, Rgb::gray(0.5).into());
+    }
+    let [su, sv, du, dv] = mapping(loading, p)?;
+    let transform = uv_transform(su, -sv, du, sv + dv);
+    let (even, odd) = (node(loading, first)?, node(loading, second)?);
+    let board = loading.builder.add_texture(Texture::Checkerboard { even, odd, transform })?;
+    Ok(ColorInput { factor: Rgb::WHITE, texture: Some(board) })
+}
+
+/// Scales and offsets of the coordinates: `s_u, s_v, d_u, d_v`.
+fn mapping(loading: &mut Loading<'_>, p: &Parameters) -> Result<[f32; 4]> {
+    let mapping = p.string("mapping").unwrap_or("uv").to_owned();
+    loading.met("mapping", &mapping, "uv is used", &p.at())?;
+    if mapping != "uv" {
+        p.accept(&["v1", "v2", "udelta", "vdelta", "uscale", "vscale"]);
+        return Ok([1.0, 1.0, 0.0, 0.0]);
+    }
+    let number = |name, default| p.float(name).unwrap_or(default);
+    Ok([number("uscale", 1.0), number("vscale", 1.0), number("udelta", 0.0), number("vdelta", 0.0)])
+}
+
+fn uv_transform(su: f32, sv: f32, du: f32, dv: f32) -> UvTransform {
+    UvTransform(Mat3::from_cols(Vec3::new(su, 0.0, 0.0), Vec3::new(0.0, sv, 0.0), Vec3::new(du, dv, 1.0)))
+}
+
+/// An image map, the channel in which its numbers are, and its scale.
+fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Channel), f32)> {
+    let scale = p.float("scale").unwrap_or(1.0);
+    // Filtering has no counterpart: images are looked up at points.
+    p.accept(&["filter", "maxanisotropy", "trilinear"]);
+    let wrap = match p.string("wrap").unwrap_or("repeat") {
+        "repeat" => Wrap::Repeat,
+        "clamp" => Wrap::Clamp,
+        "black" => Wrap::Black,
+        other => {
+            if other != "octahedralsphere" {
+                let message = format!("wrap {:?} is unknown: repeat", excerpt(other, 40));
+                loading.note_named(NoteKind::Ignored, message, "wraps", p.at());
+            }
+            Wrap::Repeat
+        }
+    };
+    let [su, sv, du, dv] = mapping(loading, p)?;
+    let transform = uv_transform(su, sv, du, 1.0 - sv - dv);
+    let invert = p.boolean("invert").unwrap_or(false);
+    let name = p.string("filename").unwrap_or_default().to_owned();
+    let encoding = encoding(loading, p, &name);
+    let image = match name.as_str() {
+        "" => {
+            let message = "image maps without filename: a grey of 0.5 is used";
+            loading.note(NoteKind::Repaired, message, p.at());
+            None
+        }
+        name => loading.images.load(loading.files, name, encoding, &p.at(), &mut loading.builder)?,
+    };
+    let Some(image) = image else {
+        let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(MISSING)))?;
+        return Ok(((grey, Channel::Luminance), 1.0));
+    };
+    let texture = ImageTexture { wrap: [wrap; 2], transform, ..ImageTexture::new(image) };
+    let mut texture = loading.builder.add_texture(Texture::Image(texture))?;
+    let channel = number_channel(loading, image);
+    let mut factor = scale;
+    if invert {
+        // 1 − scale · t, as a blend from white to 1 − scale.
+        let white = loading.builder.add_texture(Texture::Constant(Rgb::WHITE))?;
+        let end = loading.builder.add_texture(Texture::Constant(Rgb::gray((1.0 - scale).max(0.0))))?;
+        texture = loading.builder.add_texture(Texture::Mix { first: white, second: end, amount: texture })?;
+        factor = 1.0;
+    }
+    Ok(((texture, if invert { Channel::Luminance } else { channel }), factor))
+}
+
+/// How the eight-bit values of an image are meant.
+fn encoding(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Encoding {
+    let lower = name.to_ascii_lowercase();
+    let ends = |endings: &[&str]| endings.iter().any(|ending| lower.ends_with(ending));
+    let srgb = match loading.version {
+        Version::V3 => p.boolean("gamma").unwrap_or(ends(&[".png", ".tga", ".jpg", ".jpeg"])),
+        Version::V4 => match p.string("encoding") {
+            Some("linear") => !ends(&[".png"]),
+            Some("sRGB") | None => true,
+            Some(other) => {
+                if !other.starts_with("gamma") {
+                    let message = format!("encoding {:?} is unknown: sRGB", excerpt(other, 40));
+                    loading.note_named(NoteKind::Ignored, message, "encodings", p.at());
+                } else {
+                    loading.note(NoteKind::Approximated, "encodings by a gamma: sRGB", p.at());
+                }
+                true
+            }
+        },
+    };
+    if srgb { Encoding::Srgb } else { Encoding::Linear }
+}
+
+/// Where the numbers of an image are.
+fn number_channel(loading: &Loading<'_>, image: ImageId) -> Channel {
+    if loading.version == Version::V4 && loading.images.has_opacity(image) {
+        Channel::A
+    } else {
+        Channel::Luminance
+    }
+}

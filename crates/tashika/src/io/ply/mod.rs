@@ -1,0 +1,150 @@
+//! Polygon meshes in PLY, the Stanford triangle format: text, binary in either byte order, or any of these
+//! compressed with gzip.
+//!
+//! Input: the bytes of a file. Output: positions from the element `vertex` (`x y z`), normals (`nx ny nz`) and
+//! texture coordinates (`u v`, `s t`, `texture_u texture_v`, `texture_s texture_t`) where there are, as the file
+//! has them; triangles from the lists `vertex_indices` or `vertex_index` of the element `face`. Other elements
+//! and properties are passed over.
+//!
+//! # Guarantee
+//! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is bounded by a multiple
+//! of the bytes that are there, whatever numbers of elements the header states, and time by that and the limits of
+//! [`polygon`](super::obj::polygon).
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`header`] | formats, elements, properties |
+//! | [`numbers`] | the numbers after the header |
+//! | [`rows`] | vertices and faces of these |
+//!
+//! Sources: Turk 1994. Held to this by the tests below.
+
+mod header;
+mod numbers;
+mod rows;
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use super::LoadOptions;
+use super::obj::polygon::{Coverage, Triangulator};
+use crate::error::{Error, Location, Result};
+use crate::scene::{MeshData, NoteKind, Notes};
+use header::{Format, Header};
+use numbers::{Binary, Numbers, Text};
+use rows::{Faces, Vertices};
+
+/// More bytes for each compressed one than any mesh yields: text of a regular grid yields 30.
+const MAX_EXPANSION: u64 = 256;
+
+/// Reads a mesh.
+///
+/// `at` is the file, for messages; `notes` gets what was repaired. Normals and texture coordinates are there for
+/// all vertices or none.
+///
+/// # Errors
+/// [`Error::Invalid`] for whatever is no PLY file, has no vertices or faces, or contradicts itself.
+pub(super) fn read(
+    bytes: &[u8],
+    options: &LoadOptions,
+    notes: &mut Notes,
+    at: &Location,
+) -> Result<MeshData> {
+    let bytes = unpacked(bytes, options, at)?;
+    let header = Header::parse(&bytes, at)?;
+    let body = &bytes[header.length..];
+    let (vertices, faces) = match header.format {
+        Format::Text => elements(&header, Text::new(body, header.lines), at)?,
+        Format::LittleEndian => elements(&header, Binary::<false>::new(body), at)?,
+        Format::BigEndian => elements(&header, Binary::<true>::new(body), at)?,
+    };
+    let triangles = triangles(&vertices, &faces, notes, at)?;
+    let Vertices { positions, normals, uvs } = vertices;
+    Ok(MeshData { name: String::new(), positions, normals, uvs, triangles })
+}
+
+/// The bytes without their compression, if there is one.
+fn unpacked<'a>(bytes: &'a [u8], options: &LoadOptions, at: &Location) -> Result<Cow<'a, [u8]>> {
+    if !bytes.starts_with(&[0x1f, 0x8b]) {
+        return Ok(Cow::Borrowed(bytes));
+    }
+    let limit = options.max_file_bytes.min((bytes.len() as u64).saturating_mul(MAX_EXPANSION));
+    let mut unpacked = Vec::new();
+    flate2::read::MultiGzDecoder::new(bytes)
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut unpacked)
+        .map_err(|e| Error::invalid(at.clone(), format!("damaged compression ({e})"), "a gzip file"))?;
+    if unpacked.len() as u64 > limit {
+        let found = format!("more than {limit} bytes when unpacked");
+        return Err(Error::invalid(at.clone(), found, "a smaller file"));
+    }
+    Ok(Cow::Owned(unpacked))
+}
+
+/// All elements in the order of the file.
+fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Result<(Vertices, Faces)> {
+    let (mut vertices, mut faces) = (None, None);
+    for element in &header.elements {
+        rows::check_count(element, &numbers, at)?;
+        match element.name.as_str() {
+            "vertex" if vertices.is_none() => vertices = Some(Vertices::read(element, &mut numbers, at)?),
+            "face" if faces.is_none() => faces = Some(Faces::read(element, &mut numbers, at)?),
+            // Nothing that counts comes after these two.
+            _ if vertices.is_some() && faces.is_some() => break,
+            _ => rows::skip(element, &mut numbers, at)?,
+        }
+    }
+    let missing = |name: &str| {
+        let found = format!("a header without element {name:?}");
+        Error::invalid(at.clone(), found, "elements \"vertex\" and \"face\"")
+    };
+    Ok((vertices.ok_or_else(|| missing("vertex"))?, faces.ok_or_else(|| missing("face"))?))
+}
+
+fn triangles(vertices: &Vertices, faces: &Faces, notes: &mut Notes, at: &Location) -> Result<Vec<[u32; 3]>> {
+    let mut triangles = Vec::with_capacity(faces.sizes.len());
+    let mut triangulator = Triangulator::new();
+    let (mut points, mut local) = (Vec::new(), Vec::new());
+    let (mut small, mut crossing, mut fans) = (0, 0, 0);
+    let mut corners = faces.corners.as_slice();
+    for (face, &size) in faces.sizes.iter().enumerate() {
+        let (own, rest) = corners.split_at(size as usize);
+        corners = rest;
+        let count = vertices.positions.len();
+        if let Some(wrong) = own.iter().find(|&&i| i as usize >= count) {
+            let at = at.clone().item(format!("face {face}"));
+            return Err(Error::invalid(
+                at,
+                format!("vertex {wrong}"),
+                format!("one of {count} vertices, from 0"),
+            ));
+        }
+        match *own {
+            [] | [_] | [_, _] => small += 1,
+            [a, b, c] => triangles.push([a, b, c]),
+            _ => {
+                points.clear();
+                points.extend(own.iter().map(|&i| vertices.positions[i as usize]));
+                local.clear();
+                match triangulator.triangulate(&points, &mut local) {
+                    Coverage::Whole => {}
+                    Coverage::Crossing => crossing += 1,
+                    Coverage::Fan => fans += 1,
+                }
+                triangles.extend(local.iter().map(|t| t.map(|i| own[i as usize])));
+            }
+        }
+    }
+    let (repaired, approximated) = (NoteKind::Repaired, NoteKind::Approximated);
+    for (kind, message, count) in [
+        (repaired, "faces with fewer than three corners: left out", small),
+        (repaired, "polygons that cross themselves: parts may be missing", crossing),
+        (approximated, "polygons too large to triangulate exactly: cut into a fan", fans),
+    ] {
+        notes.push_many(kind, message, at.clone(), count);
+    }
+    Ok(triangles)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,191 @@
+//! What the parts of a scene must fulfil, so that the rest of the program can trust them.
+//!
+//! A part is refused with the field, the value found and what is allowed. Held to this by the tests of
+//! [`SceneBuilder`](super::SceneBuilder) and by the suites of damaged files.
+
+use glam::Vec2;
+
+use super::part::Look;
+use super::{
+    AlphaMode, ColorInput, FloatInput, Image, Material, NormalInput, Pixels, Projection, Scene, Surface,
+    Texture,
+};
+use crate::bsdf::ConductorFresnel;
+use crate::color::Rgb;
+use crate::error::{Error, Location};
+
+/// Field and value as found, and what is expected.
+pub(super) struct Wrong {
+    found: String,
+    expected: String,
+}
+
+type Checked = Result<(), Wrong>;
+
+impl Wrong {
+    fn new(found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self { found: found.into(), expected: expected.into() }
+    }
+
+    /// The error, with the place.
+    pub fn error(self, at: Location) -> Error {
+        Error::invalid(at, self.found, self.expected)
+    }
+}
+
+/// The number of texels, and floating-point ones.
+pub(super) fn image(image: &Image) -> Checked {
+    let texels = match &image.pixels {
+        Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len(),
+        Pixels::Float(p) => p.len(),
+    };
+    if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
+        return Err(Wrong::new(
+            format!("{texels} texels for {}×{}", image.width, image.height),
+            "width × height texels, more than none",
+        ));
+    }
+    if let Pixels::Float(p) = &image.pixels
+        && let Some(v) = p.iter().flatten().find(|v| !(v.is_finite() && **v >= 0.0))
+    {
+        return Err(Wrong::new(format!("a texel of {v}"), "finite numbers of at least 0"));
+    }
+    Ok(())
+}
+
+/// What a texture says itself; its operands are the builder's business.
+pub(super) fn texture(texture: &Texture, images: usize) -> Checked {
+    match texture {
+        Texture::Constant(c) => color("constant", *c),
+        Texture::Image(t) if t.image.index() >= images => {
+            Err(Wrong::new(format!("image {}", t.image.index()), "an image of this scene"))
+        }
+        Texture::Image(t) => finite_transform(t.transform.0.is_finite()),
+        Texture::Checkerboard { transform, .. } => finite_transform(transform.0.is_finite()),
+        Texture::Power { exponent, .. } => number("exponent", *exponent),
+        Texture::Product(..) | Texture::Mix { .. } => Ok(()),
+    }
+}
+
+fn finite_transform(finite: bool) -> Checked {
+    if finite { Ok(()) } else { Err(Wrong::new("a texture transform that is not finite", "finite numbers")) }
+}
+
+/// All factors, references and the ranges of the BSDFs that the material becomes.
+pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked {
+    surface(&material.surface)?;
+    if let Some(e) = &material.emission {
+        color("emission", e.radiance.factor)?;
+    }
+    if let Some(a) = &material.alpha {
+        number("alpha", a.value.factor)?;
+        if let AlphaMode::Mask { cutoff } = a.mode
+            && cutoff.is_nan()
+        {
+            return Err(Wrong::new("alpha cutoff = NaN", "a number"));
+        }
+    }
+    match &material.normal {
+        Some(NormalInput::Map { scale, .. }) if !scale.is_finite() => {
+            return Err(Wrong::new(format!("normal scale = {scale}"), "a finite number"));
+        }
+        Some(NormalInput::Bump { height }) if !height.factor.is_finite() => {
+            return Err(Wrong::new(format!("bump height = {}", height.factor), "a finite number"));
+        }
+        _ => {}
+    }
+    if let Some(t) = material.textures().find(|t| t.index() >= scene.textures.len()) {
+        return Err(Wrong::new(format!("texture {}", t.index()), "a texture of this scene"));
+    }
+    if let Surface::Mix { first, second, .. } = &material.surface {
+        let parts = [first, second];
+        if let Some(m) = parts.into_iter().find(|m| m.index() >= scene.materials.len()) {
+            return Err(Wrong::new(format!("material {}", m.index()), "a material added before the mix"));
+        }
+    }
+    let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
+    // A material has at most two parts; they are at the two ends of the numbers that choose.
+    for u in [0.0, 1.0f32.next_down()] {
+        look.part(material, u).bsdf.validate().map_err(|message| {
+            let (found, expected) = message.split_once("; expected ").unwrap_or((&message, "another value"));
+            Wrong::new(found, expected)
+        })?;
+    }
+    Ok(())
+}
+
+/// A field of view between 0 and π, or a height above 0.
+pub(super) fn projection(projection: Projection) -> bool {
+    match projection {
+        Projection::Perspective { vertical_fov } => vertical_fov > 0.0 && vertical_fov < std::f32::consts::PI,
+        Projection::Orthographic { height } => height > 0.0 && height.is_finite(),
+    }
+}
+
+fn color(name: &str, c: Rgb) -> Checked {
+    if c.is_valid() {
+        Ok(())
+    } else {
+        Err(Wrong::new(format!("{name} = {:?}", c.to_array()), "finite numbers of at least 0"))
+    }
+}
+
+fn number(name: &str, v: f32) -> Checked {
+    if v.is_finite() && v >= 0.0 {
+        Ok(())
+    } else {
+        Err(Wrong::new(format!("{name} = {v}"), "a finite number of at least 0"))
+    }
+}
+
+/// Factors that a texture will be multiplied with.
+fn surface(surface: &Surface) -> Checked {
+    let color = |name, input: &ColorInput| color(name, input.factor);
+    let number = |name, input: &FloatInput| number(name, input.factor);
+    match surface {
+        Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
+            color("reflectance", reflectance)
+        }
+        Surface::Translucent { reflectance, transmittance }
+        | Surface::ThinGlass { reflectance, transmittance, .. } => {
+            color("reflectance", reflectance)?;
+            color("transmittance", transmittance)
+        }
+        Surface::Phong { diffuse, specular, .. } => {
+            color("diffuse", diffuse)?;
+            color("specular", specular)
+        }
+        Surface::Plastic { diffuse, specular, alpha, .. } => {
+            color("diffuse", diffuse)?;
+            color("specular", specular)?;
+            number("alpha", alpha)
+        }
+        Surface::Conductor { fresnel, specular, alpha } => {
+            color("specular", specular)?;
+            number("alpha", alpha)?;
+            match fresnel {
+                ConductorFresnel::Schlick { f0 } => color("f0", &(*f0).into()),
+                ConductorFresnel::Exact { eta, k } => {
+                    color("eta", &(*eta).into())?;
+                    color("k", &(*k).into())
+                }
+            }
+        }
+        Surface::Coated { reflectance, specular, alpha, .. } => {
+            color("reflectance", reflectance)?;
+            color("specular", specular)?;
+            number("alpha", alpha)
+        }
+        Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
+            color("base colour", base_color)?;
+            number("metallic", metallic)?;
+            number("roughness", roughness)?;
+            color("specular f0", specular_f0)
+        }
+        Surface::Glass { reflectance, transmittance, .. } => {
+            color("reflectance", &(*reflectance).into())?;
+            color("transmittance", &(*transmittance).into())
+        }
+        Surface::Mix { amount, .. } => number("amount", amount),
+    }
+}

@@ -1,0 +1,311 @@
+//! What a surface is at a point, for one path: a material's parts, one of them chosen at random.
+//!
+//! Some surfaces do several things at once that no single BSDF of [`bsdf`](crate::bsdf) does: reflect like a mirror *and* diffusely
+//! (a smooth coat), scatter to both sides (a leaf), or be one of two materials. Paths and gather points follow one part:
+//!
+//! ```text
+//! f = Σ_k f_k     is estimated by     f_k / p_k     with probability p_k
+//! ```
+//!
+//! so that everything beyond this file meets a plain [`Bsdf`] that is either specular or not.
+//!
+//! | surface | parts | `p_k` in proportion to |
+//! |---|---|---|
+//! | [`Surface::Coated`], `α = 0` | mirror `s F(c_o)`; the base under the coat | `s F(c_o)`; its albedo |
+//! | [`Surface::Plastic`], `α = 0` | mirror `s F(c_o)`; Lambert | `s F(c_o)`; reflectance |
+//! | [`Surface::Conductor`], `α = 0` | mirror `s F(c_o)` | 1 |
+//! | [`Surface::Translucent`] | Lambert on this side; Lambert on the other | reflectance; transmittance |
+//! | [`Surface::Mix`] | the two materials | `1 − amount`; `amount` |
+//! | others | themselves | 1 |
+//!
+//! # Guarantee
+//! The parts' weights `1 / p_k` times their BSDFs average to the surface's; parameters are in range whatever the textures hold.
+//! `p_k` of two parts that both reflect is at least 0.1, so that no weight exceeds 10; but for mixes, whose weights are 1.
+//!
+//! # Held to this by
+//! The tests below.
+
+use glam::Vec2;
+
+use super::{ColorInput, FloatInput, Material, Surface, Textures};
+use crate::bsdf::{
+    Bsdf, Coated, Conductor, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong, Plastic, ThinGlass,
+    fresnel, glossy_probability,
+};
+use crate::color::Rgb;
+
+/// One part of a surface, chosen at random.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// How it scatters.
+    pub bsdf: Bsdf,
+    /// One over the probability of the choice.
+    pub weight: f32,
+    /// Whether it scatters to the side that [`Part::bsdf`] is not seen from: light arrives, or leaves, behind the surface.
+    pub through: bool,
+}
+
+/// Where and how a surface is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look<'a> {
+    /// The scene's materials; those that a mix refers to are older than the mix.
+    pub materials: &'a [Material],
+    /// The scene's textures.
+    pub textures: Textures<'a>,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Absolute cosine between the shading normal and the direction from which the surface is seen, 0 to 1.
+    pub cos: f32,
+}
+
+fn unit(c: Rgb) -> Rgb {
+    c.map(|v| v.clamp(0.0, 1.0))
+}
+
+/// Two fractions, scaled where they sum to more than 1.
+fn limited(a: Rgb, b: Rgb) -> (Rgb, Rgb) {
+    let sum = (a + b).max_channel();
+    // The next number below keeps rounded sums from exceeding one.
+    let scale = if sum > 1.0 { (1.0 / sum).next_down() } else { 1.0 };
+    (a * scale, b * scale)
+}
+
+impl<'a> Look<'a> {
+    fn color(&self, input: &ColorInput) -> Rgb {
+        unit(input.at(self.textures, self.uv))
+    }
+
+    /// A roughness; `None` where it is smooth.
+    fn alpha(&self, input: &FloatInput) -> Option<f32> {
+        let alpha = input.at(self.textures, self.uv);
+        (alpha > 0.0).then(|| alpha.clamp(MIN_ALPHA, 1.0))
+    }
+
+    /// The part of `material` that the uniform number `u` in `[0, 1)` chooses.
+    pub fn part(&self, mut material: &'a Material, mut u: f32) -> Part {
+        // Ends: the materials of a mix are older than the mix.
+        while let Surface::Mix { first, second, amount } = &material.surface {
+            let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);
+            (material, u) = if u < amount {
+                (&self.materials[second.index()], u / amount)
+            } else {
+                (&self.materials[first.index()], (u - amount) / (1.0 - amount))
+            };
+            u = u.clamp(0.0, BELOW_ONE);
+        }
+        let whole = |bsdf| Part { bsdf, weight: 1.0, through: false };
+        match &material.surface {
+            Surface::Lambert { reflectance } => {
+                whole(Bsdf::Lambert(Lambert { reflectance: self.color(reflectance) }))
+            }
+            Surface::Translucent { reflectance, transmittance } => {
+                let (r, t) = limited(self.color(reflectance), self.color(transmittance));
+                let lambert = |reflectance| Bsdf::Lambert(Lambert { reflectance });
+                let p = glossy_probability(t.max_channel(), r.max_channel()).unwrap_or(0.0);
+                if u < p {
+                    Part { bsdf: lambert(t), weight: 1.0 / p, through: true }
+                } else {
+                    Part { bsdf: lambert(r), weight: 1.0 / (1.0 - p), through: false }
+                }
+            }
+            Surface::Phong { diffuse, specular, exponent } => {
+                let (diffuse, specular) = limited(self.color(diffuse), self.color(specular));
+                whole(Bsdf::Phong(Phong { diffuse, specular, exponent: *exponent }))
+            }
+            Surface::Plastic { diffuse, specular, ior, alpha } => {
+                let (diffuse, specular) = limited(self.color(diffuse), self.color(specular));
+                match self.alpha(alpha) {
+                    Some(alpha) => whole(Bsdf::Plastic(Plastic { diffuse, specular, ior: *ior, alpha })),
+                    None => {
+                        let mirror = specular * fresnel::dielectric(self.cos, *ior);
+                        let base = Bsdf::Lambert(Lambert { reflectance: diffuse });
+                        mirror_or(mirror, base, diffuse, u)
+                    }
+                }
+            }
+            Surface::Conductor { fresnel, specular, alpha } => {
+                let specular = self.color(specular);
+                whole(match self.alpha(alpha) {
+                    Some(alpha) => Bsdf::Conductor(Conductor { fresnel: *fresnel, specular, alpha }),
+                    None => Bsdf::Mirror(Mirror { reflectance: unit(fresnel.at(self.cos) * specular) }),
+                })
+            }
+            Surface::Coated { reflectance, specular, ior, alpha } => {
+                let smooth = Coated {
+                    reflectance: self.color(reflectance),
+                    specular: Rgb::BLACK,
+                    ior: *ior,
+                    alpha: MIN_ALPHA,
+                };
+                let specular = self.color(specular);
+                match self.alpha(alpha) {
+                    Some(alpha) => whole(Bsdf::Coated(Coated { specular, alpha, ..smooth })),
+                    None => {
+                        let mirror = specular * fresnel::dielectric(self.cos, *ior);
+                        mirror_or(mirror, Bsdf::Coated(smooth), smooth.diffuse_albedo(self.cos), u)
+                    }
+                }
+            }
+            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
+                let base = self.color(base_color);
+                let metallic = metallic.at(self.textures, self.uv).clamp(0.0, 1.0);
+                let roughness = roughness.at(self.textures, self.uv).clamp(0.0, 1.0);
+                whole(Bsdf::MetallicRoughness(MetallicRoughness {
+                    diffuse: base * (1.0 - metallic),
+                    f0: self.color(specular_f0).lerp(base, metallic),
+                    alpha: (roughness * roughness).clamp(MIN_ALPHA, 1.0),
+                }))
+            }
+            Surface::Mirror { reflectance } => {
+                whole(Bsdf::Mirror(Mirror { reflectance: self.color(reflectance) }))
+            }
+            Surface::Glass { ior, reflectance, transmittance } => whole(Bsdf::Glass(Glass {
+                ior: *ior,
+                reflectance: unit(*reflectance),
+                transmittance: unit(*transmittance),
+            })),
+            Surface::ThinGlass { ior, reflectance, transmittance } => whole(Bsdf::ThinGlass(ThinGlass {
+                ior: *ior,
+                reflectance: self.color(reflectance),
+                transmittance: self.color(transmittance),
+            })),
+            Surface::Mix { .. } => unreachable!("resolved above"),
+        }
+    }
+
+    /// Fraction of light that passes straight through the surface where there is no hole, 0 to 1 (luminance).
+    pub fn straight_through(&self, material: &Material) -> f32 {
+        match &material.surface {
+            Surface::Glass { ior, transmittance, .. } => {
+                (1.0 - fresnel::dielectric(self.cos, *ior)) * unit(*transmittance).luminance()
+            }
+            Surface::ThinGlass { ior, transmittance, .. } => {
+                ThinGlass::passed(self.cos, *ior) * self.color(transmittance).luminance()
+            }
+            Surface::Lambert { .. }
+            | Surface::Translucent { .. }
+            | Surface::Phong { .. }
+            | Surface::Plastic { .. }
+            | Surface::Conductor { .. }
+            | Surface::Coated { .. }
+            | Surface::MetallicRoughness { .. }
+            | Surface::Mirror { .. }
+            | Surface::Mix { .. } => 0.0,
+        }
+    }
+}
+
+/// The largest number below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// A mirror, or what is below it with albedo `albedo`.
+fn mirror_or(mirror: Rgb, base: Bsdf, albedo: Rgb, u: f32) -> Part {
+    let p = glossy_probability(mirror.max_channel(), albedo.max_channel()).unwrap_or(0.0);
+    if u < p {
+        Part { bsdf: Bsdf::Mirror(Mirror { reflectance: mirror }), weight: 1.0 / p, through: false }
+    } else {
+        Part { bsdf: base, weight: 1.0 / (1.0 - p), through: false }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::ConductorFresnel;
+    use crate::scene::MaterialId;
+
+    const ORANGE: Rgb = Rgb::new(0.8, 0.5, 0.2);
+
+    fn part(materials: &[Material], cos: f32, u: f32) -> Part {
+        let textures = Textures { images: &[], nodes: &[] };
+        let look = Look { materials, textures, uv: Vec2::ZERO, cos };
+        look.part(materials.last().unwrap(), u)
+    }
+
+    /// Share of `[0, 1)` on which each part is chosen, weighted: 1 for each part if weights are one over probabilities.
+    fn weighted_shares(surface: Surface, of: impl Fn(&Part) -> usize) -> [f64; 2] {
+        let materials = [Material::new("m", surface)];
+        let mut sums = [0.0; 2];
+        let n = 10_000;
+        for i in 0..n {
+            let p = part(&materials, 0.7, (i as f32 + 0.5) / n as f32);
+            sums[of(&p)] += f64::from(p.weight) / f64::from(n);
+        }
+        sums
+    }
+
+    /// Both parts count fully, to within the two intervals of the grid at the border.
+    fn both_whole(shares: [f64; 2]) -> bool {
+        shares.iter().all(|s| (s - 1.0).abs() < 2.0 * 10.0 / 10_000.0)
+    }
+
+    #[test]
+    fn smooth_coats_are_a_mirror_and_a_base() {
+        let is_mirror = |p: &Part| usize::from(p.bsdf.is_specular());
+        let (ior, alpha, specular) = (1.5, 0.0.into(), Rgb::WHITE.into());
+        let coated = Surface::Coated { reflectance: ORANGE.into(), specular, ior, alpha };
+        assert!(both_whole(weighted_shares(coated, is_mirror)));
+        let plastic =
+            Surface::Plastic { diffuse: ORANGE.into(), specular: Rgb::gray(0.2).into(), ior, alpha };
+        assert!(both_whole(weighted_shares(plastic, is_mirror)));
+        let Bsdf::Mirror(mirror) = part(&[Material::new("m", plastic)], 0.7, 0.0).bsdf else { panic!() };
+        let expected = Rgb::gray(0.2) * fresnel::dielectric(0.7, ior);
+        assert!((mirror.reflectance.r / expected.r - 1.0).abs() < 1e-6);
+        // The base is what the rough coat shows where its lobe is not.
+        let base = part(&[Material::new("m", coated_with(0.0))], 0.7, 0.99).bsdf;
+        let rough = part(&[Material::new("m", coated_with(0.01))], 0.7, 0.99).bsdf;
+        let (wo, wi) = (glam::Vec3::new(0.6, 0.0, 0.8), glam::Vec3::new(0.8, 0.0, 0.6));
+        let (a, b) = (base.eval(wo, wi), rough.eval(wo, wi));
+        assert!((a.g / b.g - 1.0).abs() < 1e-3 && a.g > 0.05, "{a:?} {b:?}");
+    }
+
+    fn coated_with(alpha: f32) -> Surface {
+        let specular = Rgb::WHITE.into();
+        Surface::Coated { reflectance: ORANGE.into(), specular, ior: 1.5, alpha: alpha.into() }
+    }
+
+    #[test]
+    fn leaves_scatter_to_both_sides_and_never_more_than_arrives() {
+        let leaf = Surface::Translucent { reflectance: ORANGE.into(), transmittance: Rgb::gray(0.6).into() };
+        assert!(both_whole(weighted_shares(leaf, |p| usize::from(p.through))));
+        let materials = [Material::new("leaf", leaf)];
+        let (near, far) = (part(&materials, 1.0, 0.99), part(&materials, 1.0, 0.0));
+        assert!(far.through && !near.through);
+        let sum = near.bsdf.albedo() + far.bsdf.albedo();
+        assert!(sum.max_channel() <= 1.0 && sum.r > 0.999);
+    }
+
+    #[test]
+    fn mixes_choose_by_their_amount_even_when_nested() {
+        let lambert = |v: f32| Material::new("l", Surface::Lambert { reflectance: Rgb::gray(v).into() });
+        let mix = |first, second, amount: f32| {
+            let (first, second) = (MaterialId(first), MaterialId(second));
+            Material::new("x", Surface::Mix { first, second, amount: amount.into() })
+        };
+        let materials = [lambert(0.1), lambert(0.2), mix(0, 1, 0.25), lambert(0.4), mix(2, 3, 0.5)];
+        let n = 8000;
+        let mut counts = [0; 3];
+        for i in 0..n {
+            let p = part(&materials, 1.0, (i as f32 + 0.5) / n as f32);
+            assert_eq!((p.weight, p.through), (1.0, false));
+            let albedo = p.bsdf.albedo().r;
+            counts[[0.1, 0.2, 0.4].iter().position(|&v| v == albedo).unwrap()] += 1;
+        }
+        assert_eq!(counts, [n * 3 / 8, n / 8, n / 2]);
+        for amount in [0.0, 1.0] {
+            let materials = [lambert(0.1), lambert(0.2), mix(0, 1, amount)];
+            let p = part(&materials, 1.0, BELOW_ONE);
+            assert_eq!(p.bsdf.albedo().r, if amount == 0.0 { 0.1 } else { 0.2 });
+        }
+    }
+
+    #[test]
+    fn smooth_metal_is_a_coloured_mirror() {
+        let fresnel = ConductorFresnel::Schlick { f0: ORANGE };
+        let surface = Surface::Conductor { fresnel, specular: Rgb::gray(0.5).into(), alpha: 0.0.into() };
+        let materials = [Material::new("gold", surface)];
+        let Bsdf::Mirror(at_normal) = part(&materials, 1.0, 0.3).bsdf else { panic!() };
+        let Bsdf::Mirror(grazing) = part(&materials, 0.0, 0.3).bsdf else { panic!() };
+        assert_eq!((at_normal.reflectance, grazing.reflectance), (ORANGE * 0.5, Rgb::gray(0.5)));
+    }
+}

@@ -1,0 +1,187 @@
+//! Images: texels, how they are stored, and lookups between them.
+
+use std::sync::LazyLock;
+
+use glam::Vec2;
+
+use crate::color::{Rgb, srgb_decode};
+
+/// Texels, row by row from the top, without padding.
+#[derive(Clone, Debug)]
+pub enum Pixels {
+    /// Eight bits a channel, RGBA, encoded with the sRGB curve (alpha is linear).
+    Srgb8(Vec<[u8; 4]>),
+    /// Eight bits a channel, RGBA, linear: roughness, metalness, masks.
+    Linear8(Vec<[u8; 4]>),
+    /// Linear floating point, RGB: radiance.
+    Float(Vec<[f32; 3]>),
+}
+
+/// A decoded image.
+#[derive(Clone, Debug)]
+pub struct Image {
+    /// Name for messages, usually the file's.
+    pub name: String,
+    /// Texels a row; at least 1.
+    pub width: u32,
+    /// Rows; at least 1.
+    pub height: u32,
+    /// The texels, `width · height`.
+    pub pixels: Pixels,
+}
+
+/// What happens outside `[0, 1]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// Starts again.
+    #[default]
+    Repeat,
+    /// The edge's texel goes on.
+    Clamp,
+    /// Starts again mirrored.
+    Mirror,
+    /// Black and without opacity.
+    Black,
+}
+
+/// How a value between texel centres is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampling {
+    /// Weighted mean of the four nearest texels.
+    #[default]
+    Bilinear,
+    /// The nearest texel.
+    Nearest,
+}
+
+static SRGB_TO_LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)));
+
+impl Image {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        match &self.pixels {
+            Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len() * 4,
+            Pixels::Float(p) => p.len() * 12,
+        }
+    }
+
+    /// One texel, linear, with opacity; coordinates must be in range.
+    pub fn texel(&self, x: u32, y: u32) -> (Rgb, f32) {
+        let i = y as usize * self.width as usize + x as usize;
+        match &self.pixels {
+            Pixels::Srgb8(p) => {
+                let [r, g, b, a] = p[i];
+                let linear = |c: u8| SRGB_TO_LINEAR[usize::from(c)];
+                (Rgb::new(linear(r), linear(g), linear(b)), f32::from(a) / 255.0)
+            }
+            Pixels::Linear8(p) => {
+                let [r, g, b, a] = p[i].map(|c| f32::from(c) / 255.0);
+                (Rgb::new(r, g, b), a)
+            }
+            Pixels::Float(p) => (p[i].into(), 1.0),
+        }
+    }
+
+    /// Bilinear lookup: linear colour and opacity.
+    pub fn bilinear(&self, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
+        let (x0, x1, fx) = neighbours(uv.x, self.width, wrap[0]);
+        let (y0, y1, fy) = neighbours(uv.y, self.height, wrap[1]);
+        let row = |y| {
+            let ((c0, a0), (c1, a1)) = (self.texel_or_black(x0, y), self.texel_or_black(x1, y));
+            (c0.lerp(c1, fx), a0 + (a1 - a0) * fx)
+        };
+        let ((c0, a0), (c1, a1)) = (row(y0), row(y1));
+        (c0.lerp(c1, fy), a0 + (a1 - a0) * fy)
+    }
+
+    /// The texel in which `uv` lies: linear colour and opacity.
+    pub fn nearest(&self, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
+        let pick = |u, n, wrap| {
+            let (before, after, weight) = neighbours(u, n, wrap);
+            if weight < 0.5 { before } else { after }
+        };
+        self.texel_or_black(pick(uv.x, self.width, wrap[0]), pick(uv.y, self.height, wrap[1]))
+    }
+
+    fn texel_or_black(&self, x: Option<u32>, y: Option<u32>) -> (Rgb, f32) {
+        match (x, y) {
+            (Some(x), Some(y)) => self.texel(x, y),
+            _ => (Rgb::BLACK, 0.0),
+        }
+    }
+}
+
+/// The two texels about coordinate `u` of a row of `n`, and the weight of the second; none where the image has ended.
+fn neighbours(u: f32, n: u32, wrap: Wrap) -> (Option<u32>, Option<u32>, f32) {
+    let size = n as f32;
+    let u = if u.is_finite() { u } else { 0.0 };
+    // Whole turns carry no information and would cost precision.
+    let u = match wrap {
+        Wrap::Repeat => u - u.floor(),
+        Wrap::Mirror => u - 2.0 * (u * 0.5).floor(),
+        Wrap::Clamp | Wrap::Black => u.clamp(-1.0, 2.0),
+    };
+    let x = u * size - 0.5;
+    let floor = x.floor();
+    let index = |i: i64| -> Option<u32> {
+        let n = i64::from(n);
+        let inside = match wrap {
+            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Clamp => i.clamp(0, n - 1),
+            Wrap::Mirror => {
+                let j = i.rem_euclid(2 * n);
+                if j < n { j } else { 2 * n - 1 - j }
+            }
+            Wrap::Black if (0..n).contains(&i) => i,
+            Wrap::Black => return None,
+        };
+        Some(inside as u32)
+    };
+    let i = floor as i64;
+    (index(i), index(i + 1), x - floor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp() -> Image {
+        let pixels = (0..4u8).map(|i| [i * 50, 0, 255, 255 - i]).collect();
+        Image { name: "ramp".into(), width: 4, height: 1, pixels: Pixels::Linear8(pixels) }
+    }
+
+    #[test]
+    fn texel_centres_are_exact_and_midpoints_are_averages() {
+        let image = ramp();
+        let at = |u| image.bilinear(Vec2::new(u, 0.5), [Wrap::Clamp; 2]).0.r * 255.0;
+        assert!((at(0.125) - 0.0).abs() < 1e-4 && (at(0.375) - 50.0).abs() < 1e-4);
+        assert!((at(0.25) - 25.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn wrapping_continues_repeats_or_mirrors() {
+        let image = ramp();
+        let at = |u, wrap| (image.bilinear(Vec2::new(u, 0.5), [wrap; 2]).0.r * 255.0).round();
+        assert_eq!([at(1.125, Wrap::Clamp), at(9.0, Wrap::Clamp)], [150.0, 150.0]);
+        assert_eq!([at(1.125, Wrap::Repeat), at(-0.125, Wrap::Repeat)], [0.0, 150.0]);
+        assert_eq!([at(1.125, Wrap::Mirror), at(-0.125, Wrap::Mirror)], [150.0, 0.0]);
+        assert_eq!(at(0.0, Wrap::Repeat), 75.0, "first and last texel meet");
+        assert_eq!([at(0.375, Wrap::Black), at(1.0, Wrap::Black), at(1.2, Wrap::Black)], [50.0, 75.0, 0.0]);
+    }
+
+    #[test]
+    fn nearest_takes_the_texel_that_holds_the_point() {
+        let image = ramp();
+        let at = |u| (image.nearest(Vec2::new(u, 0.5), [Wrap::Repeat; 2]).0.r * 255.0).round();
+        assert_eq!([at(0.01), at(0.24), at(0.26), at(0.99), at(1.26)], [0.0, 0.0, 50.0, 150.0, 50.0]);
+    }
+
+    #[test]
+    fn srgb_is_decoded_and_alpha_is_not() {
+        let image =
+            Image { name: "s".into(), width: 1, height: 1, pixels: Pixels::Srgb8(vec![[188, 0, 255, 128]]) };
+        let (c, a) = image.texel(0, 0);
+        assert!((c.r - 0.5029).abs() < 1e-3 && c.b == 1.0 && (a - 128.0 / 255.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,81 @@
+//! The guide's tables are those of the loaders.
+//!
+//! That each row is what its loader does is tested beside the other tests of the format.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::{env, fs};
+
+use tashika::io::{FormatFeatures, Support, features};
+
+const GUIDE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/GUIDE.md");
+
+/// The words of the guide.
+fn word(support: Support) -> &'static str {
+    match support {
+        Support::Full => "yes",
+        Support::Approximated => "approximated",
+        Support::Ignored => "ignored",
+        Support::Refused => "refused",
+    }
+}
+
+/// A format's table in Markdown, rows by kind in the order of the loader.
+fn table(format: &FormatFeatures) -> String {
+    let mut kinds: Vec<&str> = Vec::new();
+    for row in format.rows {
+        if !kinds.contains(&row.kind) {
+            kinds.push(row.kind);
+        }
+    }
+    let mut text = String::from("| | in the file | read | what it becomes |\n|---|---|---|---|\n");
+    for kind in kinds {
+        for row in format.rows.iter().filter(|row| row.kind == kind) {
+            let (name, how) = (row.name.replace('|', "\\|"), row.how.replace('|', "\\|"));
+            // pbrt has a material without a name.
+            let name = if name.is_empty() { "\"\"" } else { &name };
+            writeln!(text, "| {kind} | `{name}` | {} | {how} |", word(row.support)).expect("a string");
+        }
+    }
+    text
+}
+
+/// The guide with the text between each pair of markers replaced.
+fn with_tables(guide: &str) -> String {
+    let mut guide = guide.to_owned();
+    for format in features() {
+        let (begin, end) = (format!("<!-- table: {} -->\n", format.format), "<!-- end of table -->");
+        let start = guide.find(&begin).unwrap_or_else(|| panic!("the guide has no {begin}")) + begin.len();
+        let stop = start + guide[start..].find(end).expect("the table ends");
+        guide.replace_range(start..stop, &table(&format));
+    }
+    guide
+}
+
+#[test]
+fn the_guide_has_the_tables_of_the_loaders() {
+    let guide = fs::read_to_string(GUIDE).unwrap();
+    let expected = with_tables(&guide);
+    if env::var("TASHIKA_UPDATE_GOLDEN").is_ok_and(|v| v == "guide") {
+        fs::write(Path::new(GUIDE), &expected).unwrap();
+        return;
+    }
+    assert!(
+        guide == expected,
+        "docs/GUIDE.md is old: run the tests with TASHIKA_UPDATE_GOLDEN=guide and look at it"
+    );
+}
+
+#[test]
+fn no_row_is_there_twice_or_says_nothing() {
+    for format in features() {
+        let mut seen = Vec::new();
+        for row in format.rows {
+            let key = (row.kind, row.name);
+            assert!(!seen.contains(&key), "{}: {key:?} twice", format.format);
+            seen.push(key);
+            assert!(!row.kind.is_empty() && !row.how.is_empty(), "{key:?}");
+        }
+        assert!(seen.len() > 10, "{}: a table", format.format);
+    }
+}
