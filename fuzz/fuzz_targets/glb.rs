@@ -1,0 +1,4 @@
+//! glTF as one binary file.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| tashika_fuzz::load(&[("scene.glb", data)]));

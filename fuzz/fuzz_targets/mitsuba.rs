@@ -1,0 +1,4 @@
+//! Mitsuba XML, both versions.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| tashika_fuzz::load(&[("scene.xml", data)]));

@@ -1,0 +1,4 @@
+//! Wavefront OBJ.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| tashika_fuzz::load(&[("scene.obj", data)]));

@@ -1,0 +1,4 @@
+//! pbrt, both versions.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| tashika_fuzz::load(&[("scene.pbrt", data)]));
