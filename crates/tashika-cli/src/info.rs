@@ -166,7 +166,7 @@ fn materials(all: &[Material]) -> Materials {
         *report.kinds.entry(material.surface.kind()).or_default() += 1;
         report.textured += usize::from(material.is_textured());
         report.emissive += usize::from(material.emission.is_some());
-        report.transparent += usize::from(material.may_be_transparent());
+        report.transparent += usize::from(material.has_holes() || material.surface.kind().ends_with("glass"));
     }
     report
 }

@@ -107,7 +107,7 @@ impl Tracer {
             let mesh = instance.mesh.index();
             let material = scene.material_of(id);
             let mut flags = 0;
-            if material.may_be_transparent() {
+            if scene.may_be_transparent(id) {
                 flags |= flag::TRANSPARENT;
             }
             if material.has_holes() {

@@ -5,7 +5,7 @@ use glam::{Affine3A, Vec3};
 use super::mesh::MeshRepairs;
 use super::{
     Camera, Emitter, Environment, Image, ImageId, Instance, InstanceId, Lens, Material, MaterialId, Mesh,
-    MeshData, MeshId, Note, NoteKind, Notes, Scene, Texture, TextureId, check,
+    MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface, Texture, TextureId, check,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -21,6 +21,8 @@ pub struct SceneBuilder {
     origin: Location,
     /// For each texture, how many nodes one lookup visits.
     texture_costs: Vec<u32>,
+    /// For each material, how many materials it consists of.
+    material_costs: Vec<u32>,
 }
 
 impl SceneBuilder {
@@ -31,6 +33,7 @@ impl SceneBuilder {
             meshes: Vec::new(),
             instances: Vec::new(),
             materials: Vec::new(),
+            glassy: Vec::new(),
             images: Vec::new(),
             textures: Vec::new(),
             emitters: Vec::new(),
@@ -39,7 +42,7 @@ impl SceneBuilder {
             bounds: Aabb::EMPTY,
             notes: Notes::default(),
         };
-        Self { scene, origin, texture_costs: Vec::new() }
+        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
     }
 
     /// Tells the user what was done with the input.
@@ -92,6 +95,22 @@ impl SceneBuilder {
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
         check::material(&material, &self.scene)
             .map_err(|wrong| wrong.error(self.origin.clone().item(format!("material {}", material.name))))?;
+        let (glassy, cost) = match &material.surface {
+            Surface::Glass { .. } | Surface::ThinGlass { .. } => (true, 1),
+            Surface::Mix { first, second, .. } => {
+                let part = |m: &MaterialId| (self.scene.glassy[m.index()], self.material_costs[m.index()]);
+                let ((a, c), (b, d)) = (part(first), part(second));
+                (a || b, 1 + c + d)
+            }
+            _ => (false, 1),
+        };
+        if cost > MAX_MIXED {
+            let at = self.origin.clone().item(format!("material {}", material.name));
+            let found = format!("a mix of {cost} materials");
+            return Err(Error::invalid(at, found, format!("at most {MAX_MIXED}")));
+        }
+        self.scene.glassy.push(glassy);
+        self.material_costs.push(cost);
         self.scene.materials.push(material);
         Ok(MaterialId(self.scene.materials.len() as u32 - 1))
     }
@@ -306,6 +325,9 @@ const BAKED_TRIANGLES: u64 = 1 << 16;
 /// Triangles that baking adds to a scene at most.
 const ALL_BAKED_TRIANGLES: u64 = 1 << 20;
 
+/// Materials that a mix consists of at most, itself included.
+const MAX_MIXED: u32 = 256;
+
 /// Nodes that a lookup of a texture visits at most.
 pub const MAX_TEXTURE_COST: u32 = 256;
 
@@ -336,7 +358,7 @@ fn overview(bounds: Aabb) -> Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{CameraSample, Projection, Surface};
+    use crate::scene::{CameraSample, Projection};
 
     fn wall(size: Vec3) -> SceneBuilder {
         let mut b = SceneBuilder::new("s", Location::file("s.obj"));

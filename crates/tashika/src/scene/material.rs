@@ -253,16 +253,6 @@ impl Material {
         self.alpha.is_some()
     }
 
-    /// Whether it is glass.
-    pub fn lets_light_through(&self) -> bool {
-        matches!(self.surface, Surface::Glass { .. } | Surface::ThinGlass { .. })
-    }
-
-    /// Whether light may pass along a straight segment: such surfaces are looked at one by one by the tracer.
-    pub fn may_be_transparent(&self) -> bool {
-        self.has_holes() || self.lets_light_through()
-    }
-
     /// Whether any of its inputs is textured.
     pub fn is_textured(&self) -> bool {
         self.textures().next().is_some()

@@ -81,6 +81,8 @@ pub struct Scene {
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
     materials: Vec<Material>,
+    /// For each material whether it is glass, or a mix with glass.
+    glassy: Vec<bool>,
     images: Vec<Image>,
     textures: Vec<Texture>,
     emitters: Vec<Emitter>,

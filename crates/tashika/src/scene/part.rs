@@ -27,7 +27,7 @@
 
 use glam::Vec2;
 
-use super::{ColorInput, FloatInput, Material, Surface, Textures};
+use super::{ColorInput, FloatInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
     Bsdf, Coated, Conductor, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong, Plastic, ThinGlass,
     fresnel, glossy_probability,
@@ -174,8 +174,11 @@ impl<'a> Look<'a> {
     }
 
     /// Fraction of light that passes straight through the surface where there is no hole, 0 to 1 (luminance).
-    pub fn straight_through(&self, material: &Material) -> f32 {
+    ///
+    /// * `solid`: whether solid glass lets pass straight what it would refract.
+    pub fn straight_through(&self, material: &Material, solid: bool) -> f32 {
         match &material.surface {
+            Surface::Glass { .. } if !solid => 0.0,
             Surface::Glass { ior, transmittance, .. } => {
                 (1.0 - fresnel::dielectric(self.cos, *ior)) * unit(*transmittance).luminance()
             }
@@ -189,8 +192,12 @@ impl<'a> Look<'a> {
             | Surface::Conductor { .. }
             | Surface::Coated { .. }
             | Surface::MetallicRoughness { .. }
-            | Surface::Mirror { .. }
-            | Surface::Mix { .. } => 0.0,
+            | Surface::Mirror { .. } => 0.0,
+            Surface::Mix { first, second, amount } => {
+                let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);
+                let part = |m: &MaterialId| self.straight_through(&self.materials[m.index()], solid);
+                (1.0 - amount) * part(first) + amount * part(second)
+            }
         }
     }
 }
@@ -212,7 +219,6 @@ fn mirror_or(mirror: Rgb, base: Bsdf, albedo: Rgb, u: f32) -> Part {
 mod tests {
     use super::*;
     use crate::bsdf::ConductorFresnel;
-    use crate::scene::MaterialId;
 
     const ORANGE: Rgb = Rgb::new(0.8, 0.5, 0.2);
 
@@ -297,6 +303,25 @@ mod tests {
             let p = part(&materials, 1.0, BELOW_ONE);
             assert_eq!(p.bsdf.albedo().r, if amount == 0.0 { 0.1 } else { 0.2 });
         }
+    }
+
+    #[test]
+    fn a_mix_with_glass_lets_pass_its_share_of_what_the_glass_does() {
+        let glass = Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.5) };
+        let wall = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
+        let (first, second) = (MaterialId(0), MaterialId(1));
+        let mix = Surface::Mix { first, second, amount: 0.25.into() };
+        let materials = [wall, glass, mix].map(|surface| Material::new("m", surface));
+        let look = Look {
+            materials: &materials,
+            textures: Textures { images: &[], nodes: &[] },
+            uv: Vec2::ZERO,
+            cos: 1.0,
+        };
+        let passed = |i: usize, solid| look.straight_through(&materials[i], solid);
+        assert_eq!(passed(0, true), 0.0);
+        assert!((passed(1, true) - 0.96 * 0.5).abs() < 1e-6 && passed(1, false) == 0.0);
+        assert!((passed(2, true) - 0.25 * 0.48).abs() < 1e-6 && passed(2, false) == 0.0);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec3A};
 
 use super::normal_map::{Corners, perturbed};
 use super::part::Look;
-use super::{InstanceId, Material, Part, Scene, Surface};
+use super::{InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
 use crate::math::{GAMMA_4, GAMMA_7, offset_from_surface};
 
@@ -138,6 +138,12 @@ impl Scene {
         }
     }
 
+    /// Whether light may pass a material along a straight segment, through holes or glass.
+    pub(crate) fn may_be_transparent(&self, instance: InstanceId) -> bool {
+        let material = self.mesh_of(instance).material;
+        self.materials[material.index()].has_holes() || self.glassy[material.index()]
+    }
+
     /// Fraction of a surface that is there at a point, 0 to 1: the rest is holes.
     pub fn opacity(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> f32 {
         match &self.material_of(instance).alpha {
@@ -159,15 +165,14 @@ impl Scene {
         solid_glass: bool,
     ) -> f32 {
         let opacity = self.opacity(instance, triangle, b);
-        let material = self.material_of(instance);
-        let solid = matches!(material.surface, Surface::Glass { .. });
-        if !material.lets_light_through() || (solid && !solid_glass) {
+        let mesh = self.mesh_of(instance);
+        if !self.glassy[mesh.material.index()] {
             return opacity;
         }
         let w = self.world_corners(instance, triangle);
         let n = (w[1] - w[0]).cross(w[2] - w[0]).normalize_or_zero();
         let cos = n.dot(direction.normalize_or_zero()).abs();
         let uv = self.uv_at(instance, triangle, b);
-        opacity * (1.0 - self.look(uv, cos).straight_through(material))
+        opacity * (1.0 - self.look(uv, cos).straight_through(self.material_of(instance), solid_glass))
     }
 }

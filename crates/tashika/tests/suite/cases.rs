@@ -104,8 +104,13 @@ pub fn view(scene: &Scene, size: [u32; 2], points: u32, seed: u64) -> View<'_> {
 /// The whole image, all planes.
 pub fn film(tracer: &Tracer, integrator: &dyn Integrator, size: [u32; 2], points: u32, seed: u64) -> Film {
     let scene = tracer.scene().clone();
-    let setting = Setting { tracer, view: view(&scene, size, points, seed) };
-    let options = RenderOptions { window: Window::full(size), share: TileShare::default() };
+    film_of(tracer, integrator, view(&scene, size, points, seed))
+}
+
+/// The whole image of a view, all planes.
+pub fn film_of(tracer: &Tracer, integrator: &dyn Integrator, view: View<'_>) -> Film {
+    let options = RenderOptions { window: Window::full(view.size), share: TileShare::default() };
+    let setting = Setting { tracer, view };
     render(&setting, integrator, &options, &|_| (), &AtomicBool::new(false)).unwrap().film
 }
 

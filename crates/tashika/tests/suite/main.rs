@@ -8,6 +8,7 @@ mod damaged_obj;
 mod damaged_pbrt;
 mod determinism;
 mod features;
+mod formats;
 mod furnace;
 mod gltf;
 mod gltf_features;
