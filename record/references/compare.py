@@ -18,15 +18,15 @@ import numpy
 mitsuba.set_variant("scalar_rgb")
 
 SCENES = [  # file, reference, paths of ours, samples of Mitsuba's, VPLs, gather points
-    ("ignis-dev/evaluation/point.xml", "ref-point-4096.exr", 64, 64, 1000, 4),
-    ("ignis-dev/evaluation/plane.xml", "ref-plane-d6-4096.exr", 64, 64, 5000, 4),
-    ("ignis-dev/evaluation/emissive-plane.xml", "ref-emissive-plane-4096.exr", 64, 64, 5000, 4),
-    ("ignis-dev/evaluation/multilight.xml", "ref-multilight-4096.exr", 64, 64, 5000, 4),
-    ("ignis-dev/evaluation/sphere-light.xml", "ref-sphere-light-4096.exr", 64, 64, 5000, 4),
-    ("ignis-dev/evaluation/room.xml", "ref-room-4096.exr", 64, 64, 5000, 4),
-    ("ignis-dev/evaluation/env.xml", "ref-env-4096.exr", 64, 64, 5000, 4),
-    ("mi3-cornell-box/scene_v3.xml", None, 64, 64, 5000, 4),
-    ("mi3-staircase2/scene.xml", None, 64, 64, 5000, 4),
+    ("ignis-dev/evaluation/point.xml", "ref-point-4096.exr", 256, 256, 1000, 4),
+    ("ignis-dev/evaluation/plane.xml", "ref-plane-d6-4096.exr", 256, 256, 5000, 4),
+    ("ignis-dev/evaluation/emissive-plane.xml", "ref-emissive-plane-4096.exr", 256, 256, 5000, 4),
+    ("ignis-dev/evaluation/multilight.xml", "ref-multilight-4096.exr", 256, 256, 5000, 4),
+    ("ignis-dev/evaluation/sphere-light.xml", "ref-sphere-light-4096.exr", 256, 256, 5000, 4),
+    ("ignis-dev/evaluation/room.xml", "ref-room-4096.exr", 256, 256, 5000, 4),
+    ("ignis-dev/evaluation/env.xml", "ref-env-4096.exr", 256, 256, 5000, 4),
+    ("mi3-cornell-box/scene_v3.xml", None, 256, 256, 5000, 4),
+    ("mi3-staircase2/scene.xml", None, 256, 256, 5000, 4),
 ]
 SIZE = 96
 
@@ -45,7 +45,12 @@ def main(tashika, folder):
         scene = os.path.join(folder, name)
         loaded = mitsuba.load_file(scene)
         width, height = loaded.sensors()[0].film().size()
-        size = f"{SIZE}x{max(1, round(SIZE * height / width))}"
+        small = [SIZE, max(1, round(SIZE * height / width))]
+        size = f"{small[0]}x{small[1]}"
+        parameters = mitsuba.traverse(loaded)
+        for key in [k for k in parameters.keys() if k.endswith("film.size") or k.endswith("film.crop_size")]:
+            parameters[key] = small
+        parameters.update()
         with tempfile.TemporaryDirectory() as work:
             means = []
             for options in (["--method", "path", "--paths", str(paths)], ["--vpls", str(vpls), "--gather", str(gather)]):

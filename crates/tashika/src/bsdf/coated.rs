@@ -68,6 +68,13 @@ impl Coated {
         })
     }
 
+    /// The reflectance of a base whose diffuse albedo is `ρ T(c_o)`: `ρ' = ρ η² / (e + ρ (η² − e))` with `e = 1 − F_ext`.
+    pub(crate) fn saturating(reflectance: Rgb, ior: f32) -> Rgb {
+        let eta2 = ior * ior;
+        let entering = 1.0 - fresnel::dielectric_average(ior);
+        reflectance.map(|r| r * eta2 / (entering + r * (eta2 - entering)))
+    }
+
     /// Albedo of the diffuse part for light at cosine `cos_o`.
     pub(crate) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
         self.base() * (self.transmittance(cos_o) * (1.0 - fresnel::dielectric_average(self.ior)))

@@ -9,7 +9,7 @@ use super::{Filter, GatherOptions, GatherPoint, View};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
-use crate::scene::{Camera, Emission, Environment, Material, MeshData, SceneBuilder, Surface};
+use crate::scene::{Camera, CoatBase, Emission, Environment, Material, MeshData, SceneBuilder, Surface};
 
 /// A square of half-width 5 m about `center`, its normal along `a × b`.
 fn square(center: Vec3, a: Vec3, b: Vec3) -> MeshData {
@@ -102,7 +102,13 @@ fn glass_is_seen_through_and_no_light_is_made() {
 fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
     let t = tracer(|b| {
         let (reflectance, specular) = (Rgb::gray(0.6).into(), Rgb::new(1.0, 0.5, 0.25).into());
-        let coat = Surface::Coated { reflectance, specular, ior: 1.5, alpha: 0.0.into() };
+        let coat = Surface::Coated {
+            reflectance,
+            base: CoatBase::Saturating,
+            specular,
+            ior: 1.5,
+            alpha: 0.0.into(),
+        };
         add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), coat, 0.0);
         b.set_environment(Environment::constant(Rgb::gray(1.0))).unwrap();
     });

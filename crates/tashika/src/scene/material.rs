@@ -50,6 +50,16 @@ impl From<f32> for FloatInput {
     }
 }
 
+/// What the reflectance of a diffuse base under a coat says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CoatBase {
+    /// It is that of the base alone: light that the coat's inside throws back is reflected again, which saturates colours.
+    #[default]
+    Saturating,
+    /// The light that leaves is in proportion to it: the albedo is `ρ T`, `T` being what the coat lets in.
+    Proportional,
+}
+
 /// How a surface scatters light: the closed family of [`Bsdf`] with textured parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
@@ -98,6 +108,8 @@ pub enum Surface {
     Coated {
         /// Reflectance of the base, 0 to 1.
         reflectance: ColorInput,
+        /// What that means.
+        base: CoatBase,
         /// Factor on the coat's reflection; 1 is physical.
         specular: ColorInput,
         /// Refractive index of the coat.

@@ -27,7 +27,9 @@ pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
 pub use camera::{Camera, CameraSample, Crop, Lens, Projection};
 pub use emitter::{Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
-pub use material::{Alpha, AlphaMode, ColorInput, Emission, FloatInput, Material, NormalInput, Surface};
+pub use material::{
+    Alpha, AlphaMode, CoatBase, ColorInput, Emission, FloatInput, Material, NormalInput, Surface,
+};
 pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};
 pub use note::{Note, NoteKind, Notes};

@@ -27,7 +27,7 @@
 
 use glam::Vec2;
 
-use super::{ColorInput, FloatInput, Material, MaterialId, Surface, Textures};
+use super::{CoatBase, ColorInput, FloatInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
     Bsdf, Coated, Conductor, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong, Plastic, ThinGlass,
     fresnel, glossy_probability,
@@ -130,9 +130,13 @@ impl<'a> Look<'a> {
                     None => Bsdf::Mirror(Mirror { reflectance: unit(fresnel.at(self.cos) * specular) }),
                 })
             }
-            Surface::Coated { reflectance, specular, ior, alpha } => {
+            Surface::Coated { reflectance, base, specular, ior, alpha } => {
+                let reflectance = self.color(reflectance);
                 let smooth = Coated {
-                    reflectance: self.color(reflectance),
+                    reflectance: match base {
+                        CoatBase::Saturating => reflectance,
+                        CoatBase::Proportional => unit(Coated::saturating(reflectance, *ior)),
+                    },
                     specular: Rgb::BLACK,
                     ior: *ior,
                     alpha: MIN_ALPHA,
@@ -249,7 +253,8 @@ mod tests {
     fn smooth_coats_are_a_mirror_and_a_base() {
         let is_mirror = |p: &Part| usize::from(p.bsdf.is_specular());
         let (ior, alpha, specular) = (1.5, 0.0.into(), Rgb::WHITE.into());
-        let coated = Surface::Coated { reflectance: ORANGE.into(), specular, ior, alpha };
+        let base = CoatBase::Saturating;
+        let coated = Surface::Coated { reflectance: ORANGE.into(), base, specular, ior, alpha };
         assert!(both_whole(weighted_shares(coated, is_mirror)));
         let plastic =
             Surface::Plastic { diffuse: ORANGE.into(), specular: Rgb::gray(0.2).into(), ior, alpha };
@@ -267,7 +272,24 @@ mod tests {
 
     fn coated_with(alpha: f32) -> Surface {
         let specular = Rgb::WHITE.into();
-        Surface::Coated { reflectance: ORANGE.into(), specular, ior: 1.5, alpha: alpha.into() }
+        let base = CoatBase::Saturating;
+        Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, alpha: alpha.into() }
+    }
+
+    /// With a proportional base the albedo below the coat is the reflectance times what the coat lets in; the other is darker.
+    #[test]
+    fn a_proportional_base_is_as_bright_as_its_reflectance_says() {
+        let albedo = |base| {
+            let (specular, alpha) = (Rgb::BLACK.into(), 0.0.into());
+            let surface = Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, alpha };
+            part(&[Material::new("m", surface)], 1.0, 0.5).bsdf.vpl_reflectance(glam::Vec3::Z)
+        };
+        let entering = 1.0 - fresnel::dielectric(1.0, 1.5);
+        for channel in 0..3 {
+            let expected = ORANGE[channel] * entering;
+            assert!((albedo(CoatBase::Proportional)[channel] - expected).abs() < 1e-5, "{channel}");
+            assert!(albedo(CoatBase::Saturating)[channel] < 0.9 * expected);
+        }
     }
 
     #[test]

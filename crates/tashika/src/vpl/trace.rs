@@ -162,10 +162,12 @@ fn lights_per_path(tracer: &Tracer, emitters: &EmitterSampler<'_>, options: &Vpl
     if options.max_depth == 0 {
         return 0.0;
     }
+    // More than will be traced would tell nothing that can be used.
+    let most = options.count.saturating_mul(MAX_PATHS_PER_VPL).min(MAX_PILOT_PATHS);
     let mut paths = PILOT_PATHS;
     loop {
         let left = trace_paths(tracer, emitters, options, Purpose::LightPathPilot, paths).lights.len();
-        if left >= PILOT_LIGHTS || paths >= MAX_PILOT_PATHS {
+        if left >= PILOT_LIGHTS || paths >= most {
             return left as f64 / paths as f64;
         }
         paths *= 8;

@@ -66,7 +66,6 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     near("material", "distribution phong", "GGX of the same roughness"),
     near("material", "distribution as", "GGX of the same roughness"),
     near("material", "anisotropic roughness", "its geometric mean in all directions"),
-    near("material", "textured linear plastic", "nonlinear plastic with a power of the texture"),
     // Textures and spectra.
     full("texture", "bitmap", "image"),
     full("texture", "checkerboard", "checkerboard"),

@@ -21,8 +21,8 @@ use super::{Progress, Translation};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::scene::{
-    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput, NoteKind,
-    Surface, Texture,
+    Alpha, AlphaMode, Channel, CoatBase, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput,
+    NoteKind, Surface, Texture,
 };
 
 /// Most parts of a mixture.
@@ -267,7 +267,9 @@ impl Translation<'_> {
         let white = Rgb::WHITE;
         let specular = self.color(object, &["specular_reflectance"], Quantity::Reflectance, white)?;
         let surface = match inner.surface {
-            Surface::Lambert { reflectance } => Surface::Coated { reflectance, specular, ior, alpha },
+            Surface::Lambert { reflectance } => {
+                Surface::Coated { reflectance, base: CoatBase::Saturating, specular, ior, alpha }
+            }
             other => other,
         };
         Ok(Material { surface, ..inner })

@@ -2,8 +2,7 @@
 //!
 //! * `roughness α` is that of the microfacet distribution, here always GGX: Beckmann's, the default, has the same
 //!   meaning of `α` and shorter tails. Anisotropic: `√(αᵤ αᵥ)`.
-//! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the internal reflectance: that of the
-//!   reflectance `ρ' = ρ / (1 − F + ρF)`; for textures, a power of `ρ` that agrees at `ρ = ¼`.
+//! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the internal reflectance.
 //! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012); otherwise that of `eta`.
 //! * `ward`: the Phong exponent `2/α² − 2` has the width of the lobe (Walter 2007, section 5.2).
 //!
@@ -16,13 +15,11 @@ use super::inputs::{GREY, Quantity};
 use super::object::{Object, Value};
 use super::values::shown;
 use crate::bsdf::ConductorFresnel;
-use crate::bsdf::fresnel::dielectric_average;
 use crate::color::Rgb;
 use crate::color::metals::conductor_rgb;
 use crate::error::{Error, Result};
 use crate::io::dielectrics::refractive_index;
-use crate::math::elementary::ln;
-use crate::scene::{ColorInput, FloatInput, NoteKind, Surface, Texture};
+use crate::scene::{CoatBase, ColorInput, FloatInput, NoteKind, Surface};
 
 /// Ratios of refractive indices that surfaces take.
 const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
@@ -32,9 +29,6 @@ const MAX_EXPONENT: f64 = 1e6;
 
 /// Transmission from which a principled material is glass.
 const MOSTLY_TRANSMITTING: f32 = 0.5;
-
-/// Reflectance at which the power of a texture agrees with what it replaces.
-const AGREES_AT: f32 = 0.25;
 
 const WHITE: Rgb = Rgb::WHITE;
 
@@ -239,23 +233,11 @@ impl Translation<'_> {
 
     fn plastic(&mut self, object: &Object, alpha: FloatInput) -> Result<Surface> {
         let ior = self.ior(object)?;
-        let mut reflectance = self.reflectance(object, "diffuse_reflectance", GREY)?;
+        let reflectance = self.reflectance(object, "diffuse_reflectance", GREY)?;
         let specular = self.reflectance(object, "specular_reflectance", WHITE)?;
-        if !object.boolean("nonlinear").unwrap_or(false) {
-            reflectance = self.as_nonlinear(object, reflectance, ior)?;
-        }
-        Ok(Surface::Coated { reflectance, specular, ior, alpha })
-    }
-
-    /// The reflectance with which light between base and coat gives what it gives without colour shifts.
-    fn as_nonlinear(&mut self, object: &Object, reflectance: ColorInput, ior: f32) -> Result<ColorInput> {
-        let internal = 1.0 - (1.0 - dielectric_average(ior)) / (ior * ior);
-        let equivalent = |v: f32| v / (1.0 - internal + v * internal);
-        let Some(_) = reflectance.texture else { return Ok(reflectance.factor.map(equivalent).into()) };
-        self.feature("material", "textured linear plastic", &object.at)?;
-        let exponent = ln(equivalent(AGREES_AT)) / ln(AGREES_AT);
-        let base = self.node(reflectance)?;
-        Ok(self.whole(Texture::Power { base, exponent })?.color)
+        let nonlinear = object.boolean("nonlinear").unwrap_or(false);
+        let base = if nonlinear { CoatBase::Saturating } else { CoatBase::Proportional };
+        Ok(Surface::Coated { reflectance, base, specular, ior, alpha })
     }
 
     fn principled(&mut self, object: &Object) -> Result<Surface> {

@@ -22,7 +22,7 @@ use super::v3::{hair, subsurface};
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::scene::{ColorInput, NoteKind, Surface};
+use crate::scene::{CoatBase, ColorInput, NoteKind, Surface};
 
 /// The surface, none if it is invisible.
 pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surface>> {
@@ -40,6 +40,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
             }
             Surface::Coated {
                 reflectance: m.color("reflectance", 0.5)?,
+                base: CoatBase::Saturating,
                 specular: Rgb::WHITE.into(),
                 ior: m.ior(&["eta"])?,
                 alpha: m.alpha("", 0.0)?,

@@ -6,7 +6,7 @@ use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::builtin::stage::Stage;
-use crate::scene::{ColorInput, MaterialId, Surface, TextureId};
+use crate::scene::{CoatBase, ColorInput, MaterialId, Surface, TextureId};
 
 /// Refractive index of varnish and plastic.
 const COAT_IOR: f32 = 1.5;
@@ -78,6 +78,7 @@ pub fn glossy(color: impl Into<ColorInput>, specular: f32, exponent: f32) -> Sur
 pub fn coated(color: impl Into<ColorInput>, alpha: f32) -> Surface {
     Surface::Coated {
         reflectance: color.into(),
+        base: CoatBase::Saturating,
         specular: Rgb::WHITE.into(),
         ior: COAT_IOR,
         alpha: alpha.into(),
