@@ -1,12 +1,12 @@
 //! The core material of glTF 2.0.
 //!
 //! ```text
-//! f_r = (1 − F) ρ_d / π  +  F D G₂ / (4 c_o c_i)          (sr⁻¹)
-//! F = F₀ + (1 − F₀)(1 − ω_i·h)⁵
+//! f_r = (1 − F_d) ρ_d / π  +  F D G₂ / (4 c_o c_i)          (sr⁻¹)
+//! F = F₀ + (1 − F₀)(1 − ω_i·h)⁵,    F_d the same with the dielectric's own F₀
 //! ```
 //!
-//! (glTF 2.0 specification, appendix B, Khronos 2021) where a loader sets `ρ_d = base · (1 − metallic)`,
-//! `F₀` = 0.04 mixed with `base` by `metallic`, and `α = roughness²`.
+//! (glTF 2.0 specification, appendix B, Khronos 2021: the metal and the dielectric mixed by `metallic`) where a loader sets
+//! `ρ_d = base · (1 − metallic)`, `F₀` = the dielectric's (0.04) mixed with `base` by `metallic`, and `α = roughness²`.
 //!
 //! # Limits
 //! The appendix says of this coupling of the parts that it breaks the conservation of energy, and so it
@@ -15,8 +15,7 @@
 //! base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`, 1.03 for `cos θ_o ≥ 0.5`, 1.16 at 0.3,
 //! and nearly 2 at the horizon if `α` is small.
 //!
-//! # Differences from the appendix
-//! * `1 − F` takes the mixed `F₀`; the appendix takes 0.04 whatever `metallic` is. Equal at both ends.
+//! # Difference from the appendix
 //! * `G₂` is height-correlated, which the appendix's discussion prefers to its separable form.
 //!
 //! Tested by `bsdf::tests`.
@@ -34,6 +33,8 @@ pub struct MetallicRoughness {
     pub diffuse: Rgb,
     /// Reflectance of a facet at normal incidence; each channel in `[0, 1]`.
     pub f0: Rgb,
+    /// Reflectance at normal incidence of what lies over the diffuse part; each channel in `[0, 1]`.
+    pub dielectric_f0: Rgb,
     /// Roughness `α = roughness²` in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
     pub alpha: f32,
 }
@@ -45,7 +46,8 @@ impl MetallicRoughness {
         let facets =
             microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi.z, self.alpha);
         let f = fresnel::schlick(self.f0, half.cos_incidence());
-        diffuse_brdf(self.diffuse) * (Rgb::WHITE - f) + f * facets
+        let over_diffuse = fresnel::schlick(self.dielectric_f0, half.cos_incidence());
+        diffuse_brdf(self.diffuse) * (Rgb::WHITE - over_diffuse) + f * facets
     }
 
     #[inline]
@@ -66,7 +68,7 @@ impl MetallicRoughness {
 
     /// Albedo of the diffuse part for light at cosine `cos_o`.
     pub(super) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
-        self.diffuse * (Rgb::WHITE - self.f0) * (1.0 - fresnel::schlick_hemisphere(cos_o))
+        self.diffuse * (Rgb::WHITE - self.dielectric_f0) * (1.0 - fresnel::schlick_hemisphere(cos_o))
     }
 
     /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles even if `F₀ = 0`.
@@ -78,6 +80,7 @@ impl MetallicRoughness {
     pub(super) fn validate(&self) -> Result<(), String> {
         validate::fraction("diffuse", self.diffuse)?;
         validate::fraction("f0", self.f0)?;
+        validate::fraction("dielectric f0", self.dielectric_f0)?;
         validate::alpha(self.alpha)
     }
 }

@@ -154,9 +154,11 @@ impl<'a> Look<'a> {
                 let base = self.color(base_color);
                 let metallic = metallic.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let roughness = roughness.at(self.textures, self.uv).clamp(0.0, 1.0);
+                let dielectric_f0 = self.color(specular_f0);
                 whole(Bsdf::MetallicRoughness(MetallicRoughness {
                     diffuse: base * (1.0 - metallic),
-                    f0: self.color(specular_f0).lerp(base, metallic),
+                    f0: dielectric_f0.lerp(base, metallic),
+                    dielectric_f0,
                     alpha: (roughness * roughness).clamp(MIN_ALPHA, 1.0),
                 }))
             }

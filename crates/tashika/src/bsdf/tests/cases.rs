@@ -52,6 +52,13 @@ pub fn all() -> Vec<Case> {
         add(format!("Coated black, ior = {ior}"), coated(Rgb::BLACK, Rgb::WHITE, ior, 0.2));
     }
     add("Coated without reflection".into(), coated(ORANGE, Rgb::BLACK, 1.5, 0.2));
+    let half_metal = MetallicRoughness {
+        diffuse: ORANGE * 0.4,
+        f0: Rgb::gray(0.04).lerp(ORANGE, 0.6),
+        dielectric_f0: Rgb::gray(0.04),
+        alpha: 0.3,
+    };
+    add("MetallicRoughness, metallic = 0.6".into(), Bsdf::MetallicRoughness(half_metal));
     add("MetallicRoughness metal".into(), metallic_roughness(Rgb::BLACK, ORANGE, 0.3));
     add("MetallicRoughness white".into(), metallic_roughness(Rgb::WHITE, Rgb::gray(0.04), 0.1));
     add("MetallicRoughness, f0 = 0".into(), metallic_roughness(BLUE, Rgb::BLACK, 0.7));
@@ -118,7 +125,7 @@ pub fn coated(reflectance: Rgb, specular: Rgb, ior: f32, alpha: f32) -> Bsdf {
 }
 
 pub fn metallic_roughness(diffuse: Rgb, f0: Rgb, alpha: f32) -> Bsdf {
-    Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, alpha })
+    Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, dielectric_f0: f0, alpha })
 }
 
 pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {

@@ -95,9 +95,9 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let passed = (1.0 - dielectric(pair.cos_o, eta)) * (1.0 - dielectric(pair.cos_i, eta));
             coat + rho / PI * passed / (eta * eta * (1.0 - rho * internal))
         }
-        Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, alpha }) => {
+        Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, dielectric_f0, alpha }) => {
             let f = schlick(f0.g, pair.cos_d);
-            (1.0 - f) * f64::from(diffuse.g) / PI + f * pair.facets(f64::from(alpha))
+            (1.0 - schlick(dielectric_f0.g, pair.cos_d)) * f64::from(diffuse.g) / PI + f * pair.facets(f64::from(alpha))
         }
         Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 0.0,
     }
