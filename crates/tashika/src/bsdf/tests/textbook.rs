@@ -97,7 +97,8 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
         }
         Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, dielectric_f0, alpha }) => {
             let f = schlick(f0.g, pair.cos_d);
-            (1.0 - schlick(dielectric_f0.g, pair.cos_d)) * f64::from(diffuse.g) / PI + f * pair.facets(f64::from(alpha))
+            (1.0 - schlick(dielectric_f0.g, pair.cos_d)) * f64::from(diffuse.g) / PI
+                + f * pair.facets(f64::from(alpha))
         }
         Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 0.0,
     }
