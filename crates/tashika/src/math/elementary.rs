@@ -48,6 +48,31 @@ pub fn ln(x: f32) -> f32 {
     libm::logf(x)
 }
 
+/// `eˣ` in double precision.
+pub fn exp_f64(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+/// Natural logarithm in double precision.
+pub fn ln_f64(x: f64) -> f64 {
+    libm::log(x)
+}
+
+/// `x` to the power `y` in double precision.
+pub fn powf_f64(x: f64, y: f64) -> f64 {
+    libm::pow(x, y)
+}
+
+/// `tan x` in double precision, `x` in radians.
+pub fn tan_f64(x: f64) -> f64 {
+    libm::tan(x)
+}
+
+/// The complementary error function `2/√π ∫ₓ^∞ e^(−t²) dt`.
+pub fn erfc(x: f64) -> f64 {
+    libm::erfc(x)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -60,7 +60,7 @@ pub enum CoatBase {
     Proportional,
 }
 
-/// How a surface scatters light: the closed family of [`Bsdf`] with textured parameters.
+/// How a surface scatters light: the closed family of [`Bsdf`](crate::bsdf::Bsdf) with textured parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
     /// Ideal diffuse reflection.

@@ -28,7 +28,7 @@ pub(super) const MODULES: &[Module] = &[
     module("color", 0, &[], &["math"]),
     module("rng", 0, &[], &[]),
     module("warp", 0, &[], &["math"]),
-    module("stats", 0, &[], &[]),
+    module("stats", 0, &[], &["math"]),
     module("error", 0, &[], &[]),
     module("bsdf", 1, &[0], &[]),
     module("film", 1, &[0], &[]),

@@ -1,0 +1,112 @@
+//! Quantiles of the standard normal and of Student's t distribution.
+//!
+//! The normal quantile inverts `Φ` by Newton's method, which is exact to rounding. The t quantile is Hill's expansion (Hill 1970,
+//! algorithm 396): an asymptotic series in the degrees of freedom with a second branch for the far tail, relative error below
+//! `2·10⁻⁴` for 3 and 4 degrees of freedom and below `10⁻⁵` from 5 on; closed forms for 1 and 2.
+//!
+//! Held to this by the tests below, against an independent implementation.
+
+use std::f64::consts::{FRAC_PI_2, SQRT_2};
+
+use crate::math::elementary::{erfc, exp_f64, ln_f64, powf_f64, tan_f64};
+
+/// The `x` with `Φ(x) = p`, for `p` in `(0, 1)`.
+pub fn normal_quantile(p: f64) -> f64 {
+    debug_assert!(p > 0.0 && p < 1.0);
+    // By symmetry in the lower half, where `erfc` keeps its relative accuracy.
+    if p > 0.5 {
+        return -normal_quantile(1.0 - p);
+    }
+    // A start to within a few percent (Winitzki 2008), then quadratic convergence.
+    const A: f64 = 0.147;
+    let y = 1.0 - 2.0 * p;
+    let l = ln_f64((1.0 - y * y).max(f64::MIN_POSITIVE));
+    let h = 2.0 / (std::f64::consts::PI * A) + 0.5 * l;
+    let mut x = -((h * h - l / A).sqrt() - h).max(0.0).sqrt() * SQRT_2;
+    for _ in 0..8 {
+        let density = exp_f64(-0.5 * x * x) / (2.0 * std::f64::consts::PI).sqrt();
+        let step = (0.5 * erfc(-x / SQRT_2) - p) / density;
+        if !step.is_finite() {
+            break;
+        }
+        x -= step;
+        if step.abs() <= 1e-15 * x.abs() {
+            break;
+        }
+    }
+    x
+}
+
+/// The `t` that `|T|` exceeds with probability `1 − confidence`, for `T` with `freedom` ≥ 1 degrees of freedom.
+///
+/// * `confidence` in `(0, 1)`.
+pub fn student_t_two_sided(confidence: f64, freedom: f64) -> f64 {
+    debug_assert!(confidence > 0.0 && confidence < 1.0 && freedom >= 1.0);
+    let (p, n) = (1.0 - confidence, freedom);
+    if n == 1.0 {
+        return 1.0 / tan_f64(p * FRAC_PI_2);
+    }
+    if n == 2.0 {
+        return (2.0 / (p * (2.0 - p)) - 2.0).sqrt();
+    }
+    let a = 1.0 / (n - 0.5);
+    let b = 48.0 / (a * a);
+    let mut c = ((20700.0 * a / b - 98.0) * a - 16.0) * a + 96.36;
+    let d = ((94.5 / (b + c) - 3.0) / b + 1.0) * (a * FRAC_PI_2).sqrt() * n;
+    let mut y = powf_f64(d * p, 2.0 / n);
+    if y > 0.05 + a {
+        let x = normal_quantile(0.5 * p);
+        y = x * x;
+        if n < 5.0 {
+            c += 0.3 * (n - 4.5) * (x + 0.6);
+        }
+        c += (((0.05 * d * x - 5.0) * x - 7.0) * x - 2.0) * x + b;
+        y = (((((0.4 * y + 6.3) * y + 36.0) * y + 94.5) / c - y - 3.0) / b + 1.0) * x;
+        y = a * y * y;
+        y = if y > 0.002 { exp_f64(y) - 1.0 } else { 0.5 * y * y + y };
+    } else {
+        y = ((1.0 / (((n + 6.0) / (n * y) - 0.089 * d - 0.822) * (n + 2.0) * 3.0) + 0.5 / (n + 4.0)) * y - 1.0)
+            * (n + 1.0)
+            / (n + 2.0)
+            + 1.0 / y;
+    }
+    (n * y).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+    use super::*;
+
+    #[test]
+    fn normal_quantiles_invert_the_distribution() {
+        let normal = Normal::new(0.0, 1.0).unwrap();
+        for p in [1e-12, 1e-6, 0.001, 0.025, 0.3, 0.5, 0.8, 0.975, 0.999_999] {
+            let x = normal_quantile(p);
+            assert!((normal.cdf(x) / p - 1.0).abs() < 1e-9, "{p}: {x}");
+        }
+        assert!((normal_quantile(0.975) - 1.959_963_984_540_054).abs() < 1e-12);
+    }
+
+    #[test]
+    fn t_quantiles_leave_the_tails_that_they_should() {
+        for freedom in [1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 17.0, 60.0, 300.0, 2000.0] {
+            let t = StudentsT::new(0.0, 1.0, freedom).unwrap();
+            for confidence in [0.5, 0.8, 0.9, 0.95, 0.99, 0.999] {
+                let q = student_t_two_sided(confidence, freedom);
+                let tail = 2.0 * (1.0 - t.cdf(q));
+                let relative = tail / (1.0 - confidence) - 1.0;
+                // Of the tail: `n` times as sensitive as the quantile far out.
+                let allowed = if freedom < 5.0 { 2e-3 } else { 1e-4 };
+                assert!(relative.abs() < allowed, "{confidence}, {freedom}: {q} leaves {tail}");
+            }
+        }
+        assert!((student_t_two_sided(0.95, 1.0) - 12.706_2).abs() < 1e-4, "published table");
+    }
+
+    #[test]
+    fn many_degrees_of_freedom_are_normal() {
+        assert!((student_t_two_sided(0.95, 1e7) - 1.959_964).abs() < 1e-6);
+    }
+}
