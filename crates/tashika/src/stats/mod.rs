@@ -1,9 +1,11 @@
-//! Distributions over tables, running moments, quantiles.
+//! Distributions over tables, running moments, quantiles, intervals of shares.
 
+mod binomial;
 mod discrete;
 mod moments;
 mod student_t;
 
+pub use binomial::{Interval, clopper_pearson};
 pub use discrete::{Discrete, Piecewise2d};
 pub use moments::Moments;
 pub use student_t::{normal_quantile, student_t_two_sided};
