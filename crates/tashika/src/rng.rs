@@ -31,6 +31,10 @@ pub enum Purpose {
     Opacity = 9,
     /// Telling equal boxes apart while a tree is built.
     Build = 10,
+    /// Terms drawn of the pairs of a cut.
+    Cut = 11,
+    /// Choice of the representatives of clusters.
+    Representative = 12,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes well.

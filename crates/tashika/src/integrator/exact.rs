@@ -38,17 +38,7 @@ impl Integrator for Exact<'_> {
     }
 
     fn describe(&self, metadata: &mut Metadata) {
-        let p = self.lights.provenance();
-        metadata.set("vpls", self.lights.len() as u64);
-        metadata.set("vpls.requested", p.requested);
-        metadata.set("vpls.direct", p.direct);
-        metadata.set("vpls.indirect", p.indirect);
-        metadata.set("vpls.paths", p.paths);
-        metadata.set("vpls.seed", p.seed);
-        metadata.set("vpls.max_depth", p.max_depth);
-        metadata.set("vpls.scene", p.scene.as_str());
-        metadata.set("vpls.clamp_distance_m", f64::from(p.clamp_distance));
-        metadata.set("vpls.glossy_share", f64::from(p.glossy_share));
+        super::describe_lights(self.lights.provenance(), metadata);
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {

@@ -12,6 +12,7 @@ use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::film::{Metadata, Window};
 use crate::gather::{Features, View};
+use crate::vpl::Provenance;
 
 /// What an estimate promises about its distance to the truth it estimates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -21,6 +22,14 @@ pub enum ErrorClaim {
     None,
     /// It is the sum over the given VPLs and gather points, to rounding.
     Exact,
+    /// The interval that a published method states: that sum is said to be within the half-width, with the confidence. Neither proven nor
+    /// calibrated.
+    Published {
+        /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹).
+        half_width: f32,
+        /// Confidence, in (0, 1).
+        confidence: f32,
+    },
 }
 
 impl ErrorClaim {
@@ -29,6 +38,15 @@ impl ErrorClaim {
         match self {
             Self::None => 0,
             Self::Exact => 1,
+            Self::Published { .. } => 2,
+        }
+    }
+
+    /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹); zero if exact, or if nothing is claimed.
+    pub fn half_width(&self) -> f32 {
+        match self {
+            Self::None | Self::Exact => 0.0,
+            Self::Published { half_width, .. } => *half_width,
         }
     }
 }
@@ -43,6 +61,10 @@ pub enum StopReason {
     Complete,
     /// The number of samples that was asked for is reached.
     SampleCount,
+    /// The method's own rule says that it is accurate enough.
+    RuleMet,
+    /// It has cost as much as permitted.
+    Budget,
 }
 
 impl StopReason {
@@ -52,6 +74,8 @@ impl StopReason {
             Self::NotRendered => 0,
             Self::Complete => 1,
             Self::SampleCount => 2,
+            Self::RuleMet => 3,
+            Self::Budget => 4,
         }
     }
 }
@@ -73,6 +97,20 @@ pub struct PixelEstimate {
     pub rays: u64,
     /// For denoisers and compositing.
     pub features: Features,
+}
+
+/// Writes into a film's metadata where the lights come from.
+fn describe_lights(p: &Provenance, metadata: &mut Metadata) {
+    metadata.set("vpls", p.direct + p.indirect);
+    metadata.set("vpls.requested", p.requested);
+    metadata.set("vpls.direct", p.direct);
+    metadata.set("vpls.indirect", p.indirect);
+    metadata.set("vpls.paths", p.paths);
+    metadata.set("vpls.seed", p.seed);
+    metadata.set("vpls.max_depth", p.max_depth);
+    metadata.set("vpls.scene", p.scene.as_str());
+    metadata.set("vpls.clamp_distance_m", f64::from(p.clamp_distance));
+    metadata.set("vpls.glossy_share", f64::from(p.glossy_share));
 }
 
 /// What every integrator needs: the world and who looks at it.

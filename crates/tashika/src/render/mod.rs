@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
 use crate::film::{Film, PlaneSpec, SampleKind, Window};
-use crate::integrator::{ErrorClaim, Integrator, PixelEstimate, Setting};
+use crate::integrator::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
 
 /// What is rendered of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,13 +74,20 @@ const PLANES: &[PlaneSpec] = &[
         SampleKind::F32,
         "standard error of the luminance, 0 if exact",
     ),
-    plane("claim", &["id"], "1", SampleKind::U32, "what is claimed: 0 nothing, 1 exact"),
+    plane(
+        "half_width",
+        &["Y"],
+        "W·m⁻²·sr⁻¹",
+        SampleKind::F32,
+        "half-width of the interval that is claimed for the luminance, 0 if exact or nothing is claimed",
+    ),
+    plane("claim", &["id"], "1", SampleKind::U32, "what is claimed: 0 nothing, 1 exact, 2 published"),
     plane(
         "stop",
         &["id"],
         "1",
         SampleKind::U32,
-        "why work ended: 0 not rendered, 1 complete, 2 sample count",
+        "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 budget",
     ),
     plane("pairs", &["n"], "1", SampleKind::F32, "terms of the sum that were looked at, or paths"),
     plane("rays", &["n"], "1", SampleKind::F32, "rays and segments traced"),
@@ -175,6 +182,7 @@ pub fn render(
                 let t = &mut shared.totals;
                 t.pixels += 1;
                 t.promise_met += u64::from(e.claim != ErrorClaim::None);
+                t.budget_hit += u64::from(e.stop == StopReason::Budget);
                 t.pairs += e.pairs;
                 t.rays += e.rays;
                 shared.progress.pixels += 1;
@@ -219,11 +227,14 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, options: &Render
 fn store(film: &mut Film, x: u32, y: u32, e: &PixelEstimate) {
     let f = &e.features;
     // In the order of PLANES.
-    let [color, error, claim, stop, pairs, rays, depth, normal, albedo, coverage] = film.planes_mut() else {
+    let [color, error, half_width, claim, stop, pairs, rays, depth, normal, albedo, coverage] =
+        film.planes_mut()
+    else {
         unreachable!("the film was made from PLANES")
     };
     color.set_f32(x, y, &e.radiance.to_array());
     error.set_f32(x, y, &[e.standard_error]);
+    half_width.set_f32(x, y, &[e.claim.half_width()]);
     claim.set_u32(x, y, &[e.claim.id()]);
     stop.set_u32(x, y, &[e.stop.id()]);
     pairs.set_f32(x, y, &[e.pairs as f32]);
