@@ -27,6 +27,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Trace the virtual point lights of a scene to a file, or say what is in such a file
     Vpl(VplArgs),
+    /// Measure an image against a reference: shares, errors, kept claims, and a picture of the error
+    Compare(CompareArgs),
 }
 
 const EXIT_CODES: &str = "\
@@ -50,6 +52,16 @@ Examples:
   tashika vpl kitchen.glb --vpls 55k -o kitchen.vpl
   tashika vpl kitchen.vpl
   tashika render kitchen.glb --vpl-file kitchen.vpl";
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  tashika compare kitchen.exr reference.exr --error 2%
+  tashika compare kitchen.exr reference.exr --image error.png --html error.html
+  tashika compare other_renderer.exr reference.exr --error 5% --absolute 1e-4 --json numbers.json
+
+The error of a pixel is the distance of its luminance from the reference's, relative to the
+reference. It is infinite where a lit pixel meets a black reference; --absolute tolerates that.
+Infinite errors are null in the JSON file and are left out of the mean alone.";
 
 /// The scene, shared by all commands.
 #[derive(Debug, ClapArgs)]
@@ -195,6 +207,44 @@ pub struct VplArgs {
     /// File to write
     #[arg(short, long, value_name = "FILE.vpl", help_heading = "Output")]
     pub output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+#[command(after_help = COMPARE_EXAMPLES)]
+pub struct CompareArgs {
+    /// OpenEXR image to measure, of any renderer
+    #[arg(value_name = "A.exr")]
+    pub image: PathBuf,
+
+    /// OpenEXR image that is taken for the truth, of the same size
+    #[arg(value_name = "REF.exr")]
+    pub reference: PathBuf,
+
+    /// Tolerance, relative to the reference: above 0, at most 100%
+    #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, default_value = "2%",
+        allow_negative_numbers = true, help_heading = "Tolerance")]
+    pub error: f64,
+
+    /// What is tolerated however dark the reference is, as luminance in the unit of the images
+    #[arg(
+        long,
+        value_name = "E",
+        default_value_t = 0.0,
+        allow_negative_numbers = true,
+        help_heading = "Tolerance"
+    )]
+    pub absolute: f64,
+
+    /// Write a picture of each pixel's error, with its scale
+    #[arg(id = "picture", long = "image", value_name = "FILE.png", help_heading = "Output")]
+    pub picture: Option<PathBuf>,
+
+    /// Write a page with both images, their error and the numbers, in one file
+    #[arg(long, value_name = "FILE.html", help_heading = "Output")]
+    pub html: Option<PathBuf>,
 
     #[command(flatten)]
     pub common: CommonArgs,

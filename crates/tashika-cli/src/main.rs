@@ -9,6 +9,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
+mod compare;
 mod exit;
 mod info;
 mod interrupt;
@@ -41,5 +42,6 @@ fn run(args: &Args) -> Result<Outcome, Failure> {
         Command::Render(typed) => render::run(&plan::RenderPlan::new(typed)?),
         Command::Info(typed) => info::run(&plan::InfoPlan::new(typed)?),
         Command::Vpl(typed) => vpl::run(&plan::VplPlan::new(typed)?),
+        Command::Compare(typed) => compare::run(&plan::ComparePlan::new(typed)?),
     }
 }

@@ -7,10 +7,11 @@ use tashika::film::{Film, Window};
 use tashika::gather::GatherOptions;
 use tashika::io::{LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
 use tashika::render::TileShare;
+use tashika::report::Tolerance;
 use tashika::scene::{Camera, Scene, builtin};
 use tashika::vpl::VplOptions;
 
-use crate::args::{CommonArgs, InfoArgs, LightArgs, Method, RenderArgs, SceneArgs, VplArgs};
+use crate::args::{CommonArgs, CompareArgs, InfoArgs, LightArgs, Method, RenderArgs, SceneArgs, VplArgs};
 use crate::exit::Failure;
 
 /// Image size where neither the user nor the camera says.
@@ -309,6 +310,44 @@ impl VplPlan {
         let inputs: Vec<&Path> = scene.file().into_iter().collect();
         let common = Common::new(&args.common, &outputs, &inputs)?;
         Ok(Self { task: VplTask::Trace { scene, options, output }, common })
+    }
+}
+
+/// A comparison.
+#[derive(Debug)]
+pub struct ComparePlan {
+    /// Image to measure.
+    pub image: PathBuf,
+    /// Image that is taken for the truth.
+    pub reference: PathBuf,
+    /// What is tolerated.
+    pub tolerance: Tolerance,
+    /// Picture of the error to write.
+    pub picture: Option<PathBuf>,
+    /// Page to write.
+    pub html: Option<PathBuf>,
+    /// What every command has.
+    pub common: Common,
+}
+
+impl ComparePlan {
+    /// Checks what was typed, and that the outputs can be written.
+    pub fn new(args: &CompareArgs) -> Result<Self, Failure> {
+        let tolerance = Tolerance { relative: args.error, absolute: args.absolute };
+        tolerance.validate()?;
+        if let Some(path) = args.picture.as_deref().filter(|p| !has_ending(p, "png")) {
+            return Err(Failure::option("image", path.display(), "a file name ending in .png"));
+        }
+        let outputs: Vec<&Path> = args.picture.as_deref().into_iter().chain(args.html.as_deref()).collect();
+        let common = Common::new(&args.common, &outputs, &[&args.image, &args.reference])?;
+        Ok(Self {
+            image: args.image.clone(),
+            reference: args.reference.clone(),
+            tolerance,
+            picture: args.picture.clone(),
+            html: args.html.clone(),
+            common,
+        })
     }
 }
 

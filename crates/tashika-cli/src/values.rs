@@ -23,6 +23,17 @@ pub fn count(typed: &str) -> Result<u64, String> {
     if exact { Ok(number as u64) } else { Err(wrong()) }
 }
 
+/// A share: `2%`, `0.02`.
+pub fn percentage(typed: &str) -> Result<f64, String> {
+    let wrong = || "expected a percentage or a share, such as 2% or 0.02".to_owned();
+    let (number, unit) = match typed.strip_suffix('%') {
+        Some(percent) => (percent.trim_end(), 100.0),
+        None => (typed, 1.0),
+    };
+    let number: f64 = number.parse().map_err(|_| wrong())?;
+    if number.is_finite() { Ok(number / unit) } else { Err(wrong()) }
+}
+
 /// A size: `640x480`.
 pub fn size(typed: &str) -> Result<[u32; 2], String> {
     let sides = typed.split_once(['x', 'X', '×']);
@@ -91,6 +102,16 @@ mod tests {
         }
         for typed in ["", "k", "-3", "1.5", "1.2345k", "ten", "1kk", "inf", "nan", "9007199254740993", "_"] {
             assert!(count(typed).is_err(), "{typed}");
+        }
+    }
+
+    #[test]
+    fn percentages_and_shares_are_the_same_number() {
+        for (typed, share) in [("2%", 0.02), ("0.02", 0.02), ("2 %", 0.02), ("0.5%", 0.005), ("100%", 1.0)] {
+            assert_eq!(percentage(typed), Ok(share), "{typed}");
+        }
+        for typed in ["", "%", "two", "2%%", "inf", "nan%", "2 percent"] {
+            assert!(percentage(typed).is_err(), "{typed}");
         }
     }
 

@@ -110,7 +110,7 @@ fn rendered(film: &Film) -> Vec<bool> {
 fn help_names_every_command_and_has_examples() {
     let folder = Folder::new();
     let help = folder.run("--help");
-    for words in ["render", "info", "vpl", "Exit codes"] {
+    for words in ["render", "info", "vpl", "compare", "Exit codes"] {
         assert!(help.succeeds().stdout.contains(words), "{words}");
     }
     let help = folder.run("render --help");
@@ -323,4 +323,98 @@ fn ctrl_c_leaves_a_valid_partial_image() {
     let json = folder.json("a.json");
     assert_eq!((&json["pixels"], &json["complete"]), (&done.into(), &false.into()));
     assert!(done < 360_000 && folder.path("render.png").exists());
+}
+
+#[test]
+fn two_renders_are_compared() {
+    let folder = Folder::new();
+    for seed in [1, 2] {
+        folder
+            .run(&format!(
+                "render builtin:tiny --size 24x16 --vpls 300 --gather 2 --seed {seed} -o {seed}.exr -q"
+            ))
+            .succeeds();
+    }
+    let files = "--image error.png --html page.html --json numbers.json";
+    let run = folder.run(&format!("compare 1.exr 2.exr --error 10% --absolute 0.01 {files}"));
+    for words in ["10 % of the reference, or 0.01 where it is dark", "of other VPLs or gather points"] {
+        assert!(run.succeeds().stdout.contains(words), "{words:?} is not in: {}", run.stdout);
+    }
+    let json = folder.json("numbers.json");
+    for key in
+        ["pixels", "within_tolerance", "mean", "median", "p95", "worst", "bias", "relative_l1", "error"]
+    {
+        assert!(json[key].is_number(), "{key}: {json}");
+    }
+    let (kept, low, high) = (&json["claims_kept"], &json["claims"]["low"], &json["claims"]["high"]);
+    assert!(kept.as_f64() > low.as_f64() && kept.as_f64() < high.as_f64(), "{json}");
+    let number = |key: &str| json[key].as_f64().unwrap();
+
+    // The same numbers from the samples.
+    let luminance = |name: &str| -> Vec<f64> {
+        folder.film(name).colors().unwrap().map(|c| f64::from(c.luminance())).collect()
+    };
+    let (image, reference) = (luminance("1.exr"), luminance("2.exr"));
+    let mut errors: Vec<f64> =
+        image.iter().zip(&reference).map(|(a, r)| (a - r).abs() / r.max(0.1)).collect();
+    let within = errors.iter().filter(|e| **e <= 0.1).count() as f64 / 384.0;
+    errors.sort_by(f64::total_cmp);
+    let mean = errors.iter().sum::<f64>() / 384.0;
+    let bias = image.iter().sum::<f64>() / reference.iter().sum::<f64>() - 1.0;
+    assert!(
+        within > 0.0 && within < 1.0 && errors[191] > 0.0,
+        "two seeds differ, and not everywhere by much"
+    );
+    assert_eq!((number("pixels"), number("within_tolerance"), number("error")), (384.0, within, 0.1));
+    for (key, expected) in [
+        ("mean", mean),
+        ("median", errors[191]),
+        ("p95", errors[364]),
+        ("worst", errors[383]),
+        ("bias", bias),
+    ] {
+        assert!(
+            (number(key) - expected).abs() < 1e-5 * (1.0 + expected),
+            "{key}: {} {expected}",
+            number(key)
+        );
+    }
+
+    let png = fs::read(folder.path("error.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG\r\n") && png.len() > 1000);
+    let page = fs::read_to_string(folder.path("page.html")).unwrap();
+    assert_eq!(page.matches("data:image/png;base64,").count(), 3);
+    assert!(page.contains("1.exr") && page.contains("2.exr (reference)"));
+
+    let same = folder.run("compare 1.exr 1.exr --json same.json");
+    assert!(same.succeeds().stdout.contains("100.0 % of 384 pixels"), "{}", same.stdout);
+    let same = folder.json("same.json");
+    assert_eq!(
+        (&same["worst"], &same["claims_kept"]),
+        (&0.0.into(), &1.0.into()),
+        "exact claims hold for the same sum"
+    );
+}
+
+#[test]
+fn what_cannot_be_compared_is_told() {
+    let folder = Folder::new();
+    for (name, size) in [("a", "4x4"), ("b", "4x3")] {
+        folder
+            .run(&format!("render scene.obj --size {size} --vpls 5 --gather 1 -o {name}.exr -q"))
+            .succeeds();
+    }
+    let before = folder.names();
+    folder.run("compare a.exr b.exr --image e.png").fails(3, &["a.exr: an image of 4x4", "b.exr shows: 4x3"]);
+    folder.run("compare a.exr none.exr").fails(3, &["none.exr"]);
+    folder.run("compare a.exr scene.obj").fails(3, &["scene.obj"]);
+    folder.run("compare a.exr").fails(2, &["REF.exr"]);
+    folder.run("compare a.exr a.exr --error 2").fails(2, &["--error = 2;", "such as 2% or 0.02"]);
+    folder.run("compare a.exr a.exr --error 0%").fails(2, &["--error = 0;"]);
+    folder.run("compare a.exr a.exr --error two").fails(2, &["'two'", "--error"]);
+    folder.run("compare a.exr a.exr --absolute -1").fails(2, &["--absolute = -1;"]);
+    folder.run("compare a.exr a.exr --image e.jpg").fails(2, &["--image = e.jpg", ".png"]);
+    folder.run("compare a.exr a.exr --html a.exr").fails(2, &["a.exr is an input"]);
+    folder.run("compare a.exr a.exr --html x --json x").fails(2, &["x would be written twice"]);
+    assert_eq!(folder.names(), before, "nothing was written");
 }

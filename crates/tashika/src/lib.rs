@@ -9,7 +9,7 @@
 //! | 2 | [`scene`], [`accel`] |
 //! | 3 | [`vpl`], [`gather`], [`transport`] |
 //! | 7 | [`integrator`] |
-//! | 8 | [`render`] |
+//! | 8 | [`render`], [`report`] |
 //! | 9 | [`io`] |
 #![forbid(unsafe_code)]
 
@@ -23,6 +23,7 @@ pub mod integrator;
 pub mod io;
 pub mod math;
 pub mod render;
+pub mod report;
 pub mod rng;
 pub mod scene;
 pub mod stats;

@@ -182,6 +182,9 @@ mod tests {
         for k in 1..=5_u64 {
             let tail: f64 = counts[k as usize..].iter().sum::<f64>() / 1024.0;
             assert!((upper_tail(k, 5, 0.25) / tail - 1.0).abs() < 1e-13, "{k}");
+            // At p = 3/4 successes are the failures above.
+            let tail: f64 = counts[..=5 - k as usize].iter().sum::<f64>() / 1024.0;
+            assert!((upper_tail(k, 5, 0.75) / tail - 1.0).abs() < 1e-13, "{k}");
         }
     }
 

@@ -39,6 +39,7 @@ pub(super) const MODULES: &[Module] = &[
     module("transport", 3, &[0, 1, 2], &["vpl", "gather"]),
     module("integrator", 7, &[0, 1, 2, 3], &[]),
     module("render", 8, &[0, 1, 2, 3, 7], &[]),
+    module("report", 8, &[0, 1], &[]),
     module("io", 9, &[0, 1, 2, 3, 8], &[]),
 ];
 
@@ -47,12 +48,14 @@ pub(super) const SIDE_BY_SIDE: &[&str] = &["integrator"];
 
 /// Which modules may name a dependency of the library; none: all of them.
 pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
+    ("base64", &["report"]),
     ("earcut", &["io"]),
+    ("embedded_graphics", &["report"]),
     ("exr", &["io"]),
     ("flate2", &["io"]),
     ("glam", &[]),
     ("gltf", &["io"]),
-    ("image", &["io"]),
+    ("image", &["io", "report"]),
     ("libm", &["math"]),
     ("multiversion", &["accel", "transport"]),
     ("obvhs", &["accel"]),

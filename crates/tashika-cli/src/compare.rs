@@ -1,0 +1,139 @@
+//! `tashika compare`.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+use tashika::io::{read_exr, write_file};
+use tashika::render::with_threads;
+use tashika::report::{Claims, Comparison, Named, compare, error_image, page, summary};
+
+use crate::exit::{Failure, Outcome};
+use crate::plan::ComparePlan;
+use crate::progress::Meter;
+use crate::summary::{Rows, write_json};
+
+/// Everything that is told about a comparison; shares in 0 to 1, errors relative, `null` for infinite.
+#[derive(Debug, Serialize)]
+struct Report {
+    image: PathBuf,
+    reference: PathBuf,
+    /// Tolerance, relative.
+    error: f64,
+    /// Tolerance for dark pixels, luminance.
+    absolute: f64,
+    /// Pixels that have an error; all shares are of these.
+    pixels: u64,
+    within_tolerance: f64,
+    /// Of the finite errors.
+    mean: f64,
+    median: f64,
+    p95: f64,
+    worst: f64,
+    /// Pixel of the worst error.
+    worst_at: [u32; 2],
+    bias: f64,
+    /// Mean distance over mean reference.
+    relative_l1: f64,
+    /// Pixels whose error is infinite.
+    infinite: u64,
+    left_out: LeftOut,
+    /// Share of the claims that were kept; none if the image makes no claims.
+    claims_kept: Option<f64>,
+    claims: Option<ClaimsReport>,
+    files: Vec<PathBuf>,
+}
+
+#[derive(Debug, Serialize)]
+struct LeftOut {
+    not_rendered: u64,
+    not_finite: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct ClaimsReport {
+    kept: u64,
+    of: u64,
+    /// Ends of the Clopper–Pearson interval of the share.
+    low: f64,
+    high: f64,
+    confidence: f64,
+    /// Whether the reference is of the same VPLs and gather points, which the claims are about.
+    same_sum: bool,
+}
+
+/// Compares, writes what was asked for, and tells the numbers.
+pub fn run(plan: &ComparePlan) -> Result<Outcome, Failure> {
+    with_threads(plan.common.threads, || work(plan))?
+}
+
+fn work(plan: &ComparePlan) -> Result<Outcome, Failure> {
+    let meter = Meter::new(plan.common.quiet);
+    let [image, reference] = [&plan.image, &plan.reference].map(|path| {
+        meter.phase(&format!("reading {}", path.display()));
+        read_exr(path)
+    });
+    let (image, reference) = (image?, reference?);
+    let image = Named { name: &plan.image, film: &image };
+    let reference = Named { name: &plan.reference, film: &reference };
+    meter.phase("comparing");
+    let comparison = compare(image, reference, &plan.tolerance)?;
+    if let Some(path) = &plan.picture {
+        write_file(path, &error_image(&comparison).png())?;
+    }
+    if let Some(path) = &plan.html {
+        write_file(path, page(&comparison, image, reference)?.as_bytes())?;
+    }
+    meter.finish();
+    let report = report(plan, &comparison);
+    if let Some(path) = &plan.common.json {
+        write_json(path, &report)?;
+    }
+    if !plan.common.quiet {
+        rows(&report, &comparison).print()?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn report(plan: &ComparePlan, c: &Comparison) -> Report {
+    Report {
+        image: plan.image.clone(),
+        reference: plan.reference.clone(),
+        error: c.tolerance.relative,
+        absolute: c.tolerance.absolute,
+        pixels: c.pixels,
+        within_tolerance: c.within_share(),
+        mean: c.mean,
+        median: c.median,
+        p95: c.p95,
+        worst: c.worst,
+        worst_at: c.worst_at,
+        bias: c.bias,
+        relative_l1: c.relative_l1,
+        infinite: c.infinite,
+        left_out: LeftOut { not_rendered: c.not_rendered, not_finite: c.not_finite },
+        claims_kept: c.claims.as_ref().and_then(Claims::share),
+        claims: c.claims.as_ref().map(|claims| ClaimsReport {
+            kept: claims.kept,
+            of: claims.of,
+            low: claims.interval.low,
+            high: claims.interval.high,
+            confidence: Claims::CONFIDENCE,
+            same_sum: claims.same_sum,
+        }),
+        files: plan.picture.iter().chain(&plan.html).cloned().collect(),
+    }
+}
+
+fn rows(report: &Report, comparison: &Comparison) -> Rows {
+    let mut rows = Rows::default();
+    rows.push("image", report.image.display().to_string());
+    rows.push("reference", report.reference.display().to_string());
+    for (label, text) in summary(comparison) {
+        rows.push(label, text);
+    }
+    if !report.files.is_empty() {
+        let files: Vec<String> = report.files.iter().map(|f| f.display().to_string()).collect();
+        rows.push("files", files.join(", "));
+    }
+    rows
+}

@@ -1,0 +1,91 @@
+//! What a film claims of its own error, judged by a reference.
+//!
+//! A film claims where its plane `half_width` holds the half-width `h` of an interval around the luminance (W·m⁻²·sr⁻¹) and its plane
+//! `claim` is not 0; without a plane `claim` every half-width is a claim. A claim is kept if the reference is inside:
+//!
+//! ```text
+//! |L − L_r| ≤ h + 2⁻²³ max(|L|, |L_r|)
+//! ```
+//!
+//! where the second term is what storing the colours in single precision may have moved them.
+//!
+//! Claims are about the sum over the film's own VPLs and gather points. Where the reference is another sum, or light transport itself, the
+//! difference between the two truths is judged with them; [`Claims::same_sum`] says whether the films' metadata name the same sum.
+//!
+//! # Assumption
+//! The interval of the share takes pixels for independent trials. Pixels of one image share their VPLs, so that it is narrower than the
+//! variation from render to render; and a reference that is itself noisy breaks claims that hold.
+
+use crate::film::{Film, Metadata, Plane, Value};
+use crate::stats::{Interval, clopper_pearson};
+
+/// How many claims were kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Claims {
+    /// Claims that were kept.
+    pub kept: u64,
+    /// Claims, of pixels that have an error.
+    pub of: u64,
+    /// Clopper–Pearson interval of the share kept, at [`Claims::CONFIDENCE`].
+    pub interval: Interval,
+    /// Whether the reference says that it is of the same scene, VPLs and gather points.
+    pub same_sum: bool,
+}
+
+impl Claims {
+    /// Confidence of the interval.
+    pub const CONFIDENCE: f64 = 0.95;
+
+    /// Share of the claims that were kept; none if there were no claims.
+    pub fn share(&self) -> Option<f64> {
+        (self.of > 0).then(|| self.kept as f64 / self.of as f64)
+    }
+}
+
+/// Counts the claims that are kept.
+pub(super) struct Judge<'f> {
+    half_widths: &'f [f32],
+    kinds: Option<&'f [u32]>,
+    same_sum: bool,
+    kept: u64,
+    of: u64,
+}
+
+impl<'f> Judge<'f> {
+    /// For the claims of a film by that reference; none if it has no half-widths.
+    pub(super) fn of(film: &'f Film, reference: &Film) -> Option<Self> {
+        let single = |name: &str| film.plane(name).filter(|p| p.channels().len() == 1);
+        Some(Self {
+            half_widths: single("half_width").and_then(Plane::f32_samples)?,
+            kinds: single("claim").and_then(Plane::u32_samples),
+            same_sum: sum_of(film.metadata()).eq(sum_of(reference.metadata())),
+            kept: 0,
+            of: 0,
+        })
+    }
+
+    /// Judges the pixel at that position by its luminance and the reference's.
+    pub(super) fn judge(&mut self, pixel: usize, luminance: f64, reference: f64) {
+        if self.kinds.is_some_and(|kinds| kinds[pixel] == 0) {
+            return;
+        }
+        let rounding = f64::from(f32::EPSILON) * luminance.abs().max(reference.abs());
+        let allowed = f64::from(self.half_widths[pixel]) + rounding;
+        self.of += 1;
+        // A half-width that is not a number keeps nothing.
+        self.kept += u64::from((luminance - reference).abs() <= allowed);
+    }
+
+    /// What was found.
+    pub(super) fn claims(self) -> Claims {
+        let Self { same_sum, kept, of, .. } = self;
+        Claims { kept, of, interval: clopper_pearson(kept, of, Claims::CONFIDENCE), same_sum }
+    }
+}
+
+/// What the metadata say of the sum that a film estimates: scene, camera, and what VPLs and gather points were drawn from.
+fn sum_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
+    metadata.iter().filter(|(name, _)| {
+        ["scene", "camera", "seed"].contains(name) || name.starts_with("vpls") || name.starts_with("gather.")
+    })
+}

@@ -1,0 +1,279 @@
+//! A film against a reference, pixel by pixel.
+//!
+//! The measured quantity is the luminance `L = 0.2126 R + 0.7152 G + 0.0722 B` of the main plane. With the tolerance `ε` (relative)
+//! and `ε_abs` (in the film's unit), the error of a pixel of luminance `L` with reference `L_r` is
+//!
+//! ```text
+//! e = |L − L_r| / max(|L_r|, ε_abs/ε)        0 if L = L_r, infinite where only the divisor is 0
+//! within tolerance:  e ≤ ε                   that is |L − L_r| ≤ max(ε |L_r|, ε_abs)
+//! bias = ΣL / ΣL_r − 1                       0 if both sums are 0
+//! ```
+//!
+//! The mean is of the errors that are finite, beside which the number of infinite ones is told; everything else is of all errors.
+//! Quantiles are of the nearest rank: the smallest error that at least that share of the pixels does not exceed. So `p95 ≤ ε` says
+//! the same as "at least 95 % of the pixels are within the tolerance".
+//!
+//! # What is left out
+//! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where one of the films is not finite have no error.
+//! They are counted, and enter nothing else.
+//!
+//! # Assumption
+//! The reference is taken for the truth. Where it is itself an estimate, its own error is part of what is measured.
+//!
+//! # Held to this by
+//! The tests below, on films whose errors are known.
+
+use std::path::Path;
+
+use super::claims::{Claims, Judge};
+use crate::color::{LUMINANCE_WEIGHTS, Rgb};
+use crate::error::{Error, Location, Result};
+use crate::film::{Film, Plane, Window};
+
+/// A film and the name of its file, for messages.
+#[derive(Clone, Copy, Debug)]
+pub struct Named<'a> {
+    /// As the user named it.
+    pub name: &'a Path,
+    /// The film.
+    pub film: &'a Film,
+}
+
+/// How far a pixel may be from the reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Relative to the reference: 0.02 for 2 %. Accepted: above 0, at most 1. Default: 0.02.
+    pub relative: f64,
+    /// What is tolerated however dark the reference is, in the unit of the film (W·m⁻²·sr⁻¹). Default: 0.
+    pub absolute: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { relative: 0.02, absolute: 0.0 }
+    }
+}
+
+impl Tolerance {
+    /// # Errors
+    /// [`Error::Option`] naming `error` or `absolute` if out of range.
+    pub fn validate(&self) -> Result<()> {
+        if !(self.relative > 0.0 && self.relative <= 1.0) {
+            return Err(Error::option(
+                "error",
+                self.relative,
+                "more than 0 and at most 1 (100 %), such as 2% or 0.02",
+            ));
+        }
+        if !(self.absolute >= 0.0 && self.absolute.is_finite()) {
+            return Err(Error::option("absolute", self.absolute, "a luminance that is not negative"));
+        }
+        Ok(())
+    }
+
+    /// Error of a pixel; see the module.
+    fn error(&self, luminance: f64, reference: f64) -> f64 {
+        let distance = (luminance - reference).abs();
+        if distance == 0.0 {
+            return 0.0;
+        }
+        distance / reference.abs().max(self.absolute / self.relative)
+    }
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// The part of the image that both films hold.
+    pub window: Window,
+    /// What was tolerated.
+    pub tolerance: Tolerance,
+    /// Pixels that have an error.
+    pub pixels: u64,
+    /// Pixels left out because one of the films did not render them.
+    pub not_rendered: u64,
+    /// Pixels left out because one of the films is not finite there.
+    pub not_finite: u64,
+    /// Pixels within the tolerance.
+    pub within: u64,
+    /// Pixels whose error is infinite: not black, where the reference is.
+    pub infinite: u64,
+    /// Mean of the errors that are finite; infinite if none is.
+    pub mean: f64,
+    /// Error that half the pixels do not exceed.
+    pub median: f64,
+    /// Error that 95 % of the pixels do not exceed.
+    pub p95: f64,
+    /// Largest error.
+    pub worst: f64,
+    /// Pixel of the largest error, the first one if there are several, in coordinates of the full image.
+    pub worst_at: [u32; 2],
+    /// Mean luminance over that of the reference, less one.
+    pub bias: f64,
+    /// Mean distance over the mean reference: a mean error that dark pixels do not dominate.
+    pub relative_l1: f64,
+    /// What became of the film's claims, if it makes any.
+    pub claims: Option<Claims>,
+    /// Error of each pixel in the order of [`Window::pixels`]; NaN for those left out.
+    pub errors: Vec<f64>,
+}
+
+impl Comparison {
+    /// Share of pixels within the tolerance, of those that have an error.
+    pub fn within_share(&self) -> f64 {
+        self.within as f64 / self.pixels as f64
+    }
+
+    /// Pixels that have no error.
+    pub fn left_out(&self) -> u64 {
+        self.not_rendered + self.not_finite
+    }
+}
+
+/// Compares the main planes of two films, and the claims of the first with the second.
+///
+/// # Errors
+/// [`Error::Option`] for a tolerance out of range; [`Error::Invalid`] naming both films if they do not show the same part of the
+/// same image or have no pixel in common, and naming one if it has no colours.
+pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) -> Result<Comparison> {
+    tolerance.validate()?;
+    same_window(image, reference)?;
+    let rendered = both_rendered(image.film, reference.film);
+    let pairs = colors(image)?.zip(colors(reference)?).zip(rendered);
+
+    let mut out = Comparison::empty(image.film.window(), *tolerance);
+    let mut judge = Judge::of(image.film, reference.film);
+    let (mut sum, mut reference_sum, mut distance_sum, mut error_sum) = (0.0, 0.0, 0.0, 0.0);
+    let mut worst: Option<(f64, usize)> = None;
+    for (i, ((color, truth), rendered)) in pairs.enumerate() {
+        if !(rendered && color.is_finite() && truth.is_finite()) {
+            *if rendered { &mut out.not_finite } else { &mut out.not_rendered } += 1;
+            out.errors.push(f64::NAN);
+            continue;
+        }
+        let (l, r) = (luminance(color), luminance(truth));
+        let error = tolerance.error(l, r);
+        out.errors.push(error);
+        out.pixels += 1;
+        out.within += u64::from(error <= tolerance.relative);
+        out.infinite += u64::from(error.is_infinite());
+        sum += l;
+        reference_sum += r;
+        distance_sum += (l - r).abs();
+        if error.is_finite() {
+            error_sum += error;
+        }
+        if worst.is_none_or(|(e, _)| error > e) {
+            worst = Some((error, i));
+        }
+        if let Some(judge) = &mut judge {
+            judge.judge(i, l, r);
+        }
+    }
+    let Some((worst, at)) = worst else {
+        let found = format!(
+            "no pixel is rendered and finite both here and in {} ({} not rendered, {} not finite)",
+            reference.name.display(),
+            out.not_rendered,
+            out.not_finite
+        );
+        return Err(Error::invalid(Location::file(image.name), found, "pixels in common"));
+    };
+    let column = at as u64 % u64::from(out.window.width);
+    let row = at as u64 / u64::from(out.window.width);
+    out.worst_at = [out.window.x + column as u32, out.window.y + row as u32];
+    out.worst = worst;
+    let finite = out.pixels - out.infinite;
+    out.mean = if finite > 0 { error_sum / finite as f64 } else { f64::INFINITY };
+    [out.median, out.p95] = quantiles(&out.errors, [50, 95]);
+    out.bias = ratio(sum - reference_sum, reference_sum);
+    out.relative_l1 = ratio(distance_sum, reference_sum.abs());
+    out.claims = judge.map(Judge::claims);
+    Ok(out)
+}
+
+impl Comparison {
+    fn empty(window: Window, tolerance: Tolerance) -> Self {
+        Self {
+            window,
+            tolerance,
+            pixels: 0,
+            not_rendered: 0,
+            not_finite: 0,
+            within: 0,
+            infinite: 0,
+            mean: 0.0,
+            median: 0.0,
+            p95: 0.0,
+            worst: 0.0,
+            worst_at: [window.x, window.y],
+            bias: 0.0,
+            relative_l1: 0.0,
+            claims: None,
+            errors: Vec::with_capacity(window.area() as usize),
+        }
+    }
+}
+
+/// Luminance in `f64`, so that the sum of three large channels stays finite.
+pub(super) fn luminance(color: Rgb) -> f64 {
+    color.to_array().iter().zip(LUMINANCE_WEIGHTS).map(|(c, w)| f64::from(*c) * f64::from(w)).sum()
+}
+
+/// `a / b`, and 0 for 0 / 0.
+fn ratio(a: f64, b: f64) -> f64 {
+    if a == 0.0 { 0.0 } else { a / b }
+}
+
+/// Quantiles of the nearest rank, given in percent, of all errors that are numbers.
+fn quantiles<const N: usize>(errors: &[f64], percents: [u64; N]) -> [f64; N] {
+    let mut sorted: Vec<f64> = errors.iter().copied().filter(|e| !e.is_nan()).collect();
+    percents.map(|percent| {
+        let rank = (sorted.len() as u64 * percent).div_ceil(100).max(1);
+        *sorted.select_nth_unstable_by(rank as usize - 1, f64::total_cmp).1
+    })
+}
+
+fn same_window(image: Named<'_>, reference: Named<'_>) -> Result<()> {
+    let shows = |film: &Film| (film.size(), film.window());
+    if shows(image.film) == shows(reference.film) {
+        return Ok(());
+    }
+    let told = |film: &Film| {
+        let ([width, height], w) = shows(film);
+        let part = if w == Window::full(film.size()) {
+            String::new()
+        } else {
+            format!(", its part {},{},{},{}", w.x, w.y, w.width, w.height)
+        };
+        format!("{width}x{height} pixels{part}")
+    };
+    Err(Error::invalid(
+        Location::file(image.name),
+        format!("an image of {}", told(image.film)),
+        format!("what {} shows: {}", reference.name.display(), told(reference.film)),
+    ))
+}
+
+pub(super) fn colors<'a>(named: Named<'a>) -> Result<impl Iterator<Item = Rgb> + use<'a>> {
+    named.film.colors().ok_or_else(|| {
+        let planes: Vec<&str> = named.film.planes().iter().map(Plane::name).collect();
+        Error::invalid(
+            Location::file(named.name),
+            format!("an image without colours, of the layers {planes:?}"),
+            "channels R, G and B, or one channel, that belong to no named layer",
+        )
+    })
+}
+
+/// Whether each pixel was rendered in both films; films without a plane `stop` are whole.
+fn both_rendered(image: &Film, reference: &Film) -> Vec<bool> {
+    let mut rendered = vec![true; image.window().area() as usize];
+    for film in [image, reference] {
+        let reasons = film.plane("stop").filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
+        for (rendered, reason) in rendered.iter_mut().zip(reasons.into_iter().flatten()) {
+            *rendered &= *reason != 0;
+        }
+    }
+    rendered
+}

@@ -1,0 +1,25 @@
+//! How far a film is from a reference: numbers, a picture of the error, a page.
+//!
+//! [`compare()`] measures; everything else shows what it measured. Nothing here touches files: pictures and pages are bytes, which the
+//! caller writes.
+
+mod claims;
+mod color_scale;
+mod compare;
+mod error_image;
+mod page;
+mod picture;
+mod radiance;
+mod summary;
+mod words;
+
+pub use claims::Claims;
+pub use compare::{Comparison, Named, Tolerance, compare};
+pub use error_image::error_image;
+pub use page::page;
+pub use picture::Picture;
+pub use summary::summary;
+pub use words::{count, percent_of_error, percent_of_share, percent_of_tolerance};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,65 @@
+//! A comparison in words.
+
+use super::claims::Claims;
+use super::compare::Comparison;
+use super::words::{count, percent_of_error, percent_of_share, percent_of_tolerance};
+
+/// Labels and what is to say under each; an empty label continues the row above.
+pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
+    let mut rows = vec![
+        ("within", within(c)),
+        (
+            "error",
+            format!(
+                "mean {}, median {}, 95th percentile {}",
+                percent_of_error(c.mean),
+                percent_of_error(c.median),
+                percent_of_error(c.p95)
+            ),
+        ),
+        ("worst", format!("{} at pixel {},{}", percent_of_error(c.worst), c.worst_at[0], c.worst_at[1])),
+    ];
+    if c.infinite > 0 {
+        rows.push(("", format!("{} lit where the reference is black, not in the mean", pixels(c.infinite))));
+    }
+    rows.push(("bias", percent_of_error(c.bias)));
+    if let Some(claims) = &c.claims {
+        rows.push(("claims", told(claims)));
+        if claims.of > 0 && !claims.same_sum {
+            let why = "by a reference of other VPLs or gather points: what these differ by is judged too";
+            rows.push(("", why.to_owned()));
+        }
+    }
+    if c.left_out() > 0 {
+        let (rendered, finite) = (count(c.not_rendered), count(c.not_finite));
+        rows.push((
+            "left out",
+            format!("{}: {rendered} not rendered, {finite} not finite", pixels(c.left_out())),
+        ));
+    }
+    rows
+}
+
+fn within(c: &Comparison) -> String {
+    let tolerance = percent_of_tolerance(c.tolerance.relative);
+    let dark = match c.tolerance.absolute {
+        0.0 => String::new(),
+        absolute => format!(", or {absolute} where it is dark"),
+    };
+    format!(
+        "{tolerance} of the reference{dark}: {} of {}",
+        percent_of_share(c.within_share()),
+        pixels(c.pixels)
+    )
+}
+
+fn told(claims: &Claims) -> String {
+    let Some(share) = claims.share() else { return "none".to_owned() };
+    let [low, high] = [claims.interval.low, claims.interval.high].map(percent_of_share);
+    let confidence = percent_of_tolerance(Claims::CONFIDENCE);
+    format!("kept {} of {} ({low} to {high} at {confidence})", percent_of_share(share), count(claims.of))
+}
+
+fn pixels(n: u64) -> String {
+    format!("{} {}", count(n), if n == 1 { "pixel" } else { "pixels" })
+}

@@ -1,0 +1,290 @@
+//! Comparisons of films whose errors are known, and what is shown of them.
+
+use std::path::Path;
+
+use super::error_image::error_image;
+use super::*;
+use crate::film::{Film, PlaneSpec, SampleKind, Window};
+
+const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
+    PlaneSpec { name, channels, unit: "1", kind, doc: "" }
+}
+
+const COLOR: PlaneSpec = spec("", &["R", "G", "B"], SampleKind::F32);
+const STOP: PlaneSpec = spec("stop", &["id"], SampleKind::U32);
+const HALF_WIDTH: PlaneSpec = spec("half_width", &["Y"], SampleKind::F32);
+const CLAIM: PlaneSpec = spec("claim", &["id"], SampleKind::U32);
+
+/// Where the films below lie in their image.
+const CORNER: [u32; 2] = [3, 7];
+
+/// A film of grays, `width` in a row, inside a larger image.
+fn film_in_rows(width: u32, grays: &[f32], specs: &[PlaneSpec]) -> Film {
+    let window = Window { x: CORNER[0], y: CORNER[1], width, height: grays.len() as u32 / width };
+    let mut film = Film::new([40_000, 100], window, specs).unwrap();
+    for ((x, y), gray) in window.pixels().zip(grays) {
+        film.plane_mut("").unwrap().set_f32(x, y, &[*gray; 3]);
+    }
+    film
+}
+
+fn film(grays: &[f32]) -> Film {
+    film_in_rows(grays.len() as u32, grays, &[COLOR])
+}
+
+fn named<'a>(name: &'a str, film: &'a Film) -> Named<'a> {
+    Named { name: Path::new(name), film }
+}
+
+fn compared(image: &Film, reference: &Film, relative: f64, absolute: f64) -> Comparison {
+    let tolerance = Tolerance { relative, absolute };
+    compare(named("a.exr", image), named("ref.exr", reference), &tolerance).unwrap()
+}
+
+/// Equal to what storing luminances near the reference's in single precision leaves of relative errors.
+#[track_caller]
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= f64::from(f32::EPSILON), "{found}, not {expected}");
+}
+
+/// 1 to 100 thousandths of error, in a shuffled order, alternately too bright and too dark.
+fn known_errors() -> (Film, Film) {
+    let error = |i: u32| (i * 37 % 100 + 1) as f32 / 1000.0;
+    let image: Vec<f32> = (0..100).map(|i| 2.0 + if i % 2 == 0 { 2.0 } else { -2.0 } * error(i)).collect();
+    (film(&image), film(&[2.0; 100]))
+}
+
+#[test]
+fn known_errors_give_known_numbers() {
+    let (image, reference) = known_errors();
+    let c = compared(&image, &reference, 0.0205, 0.0);
+    assert_eq!((c.pixels, c.within, c.infinite, c.left_out()), (100, 20, 0, 0));
+    near(c.within_share(), 0.2);
+    near(c.mean, 0.0505);
+    near(c.median, 0.05);
+    near(c.p95, 0.095);
+    near(c.worst, 0.1);
+    // 37 · 27 = 999: pixel 27 is the worst.
+    assert_eq!(c.worst_at, [CORNER[0] + 27, CORNER[1]]);
+    near(c.errors[0], 0.001);
+    near(c.relative_l1, 0.0505);
+    // Even pixels have the even multiples of 37 and so odd thousandths; odd ones are a thousandth larger on average.
+    near(c.bias, -0.0005);
+}
+
+#[test]
+fn the_95th_percentile_is_within_exactly_if_95_percent_are() {
+    let (image, reference) = known_errors();
+    for (tolerance, kept) in [(0.0955, true), (0.0945, false)] {
+        let c = compared(&image, &reference, tolerance, 0.0);
+        assert_eq!((c.within_share() >= 0.95, c.p95 <= tolerance), (kept, kept));
+    }
+    // One pixel is its own quantiles; of two the first is the median.
+    let c = compared(&film(&[1.5]), &film(&[1.0]), 0.5, 0.0);
+    assert_eq!([c.median, c.p95, c.worst].map(|e| (1e6 * e).round()), [5e5; 3]);
+    let c = compared(&film(&[1.5, 1.25]), &film(&[1.0, 1.0]), 0.5, 0.0);
+    near(c.median, 0.25);
+    near(c.p95, 0.5);
+}
+
+#[test]
+fn errors_are_of_luminance() {
+    let mut image = film(&[1.0]);
+    image.plane_mut("").unwrap().set_f32(CORNER[0], CORNER[1], &[1.0, 1.5, 1.0]);
+    near(compared(&image, &film(&[1.0]), 0.02, 0.0).mean, 0.7152 * 0.5);
+    // One channel is gray.
+    let mut gray = Film::new([40_000, 100], image.window(), &[spec("", &["Y"], SampleKind::F32)]).unwrap();
+    gray.plane_mut("").unwrap().set_f32(CORNER[0], CORNER[1], &[1.25]);
+    near(compared(&gray, &film(&[1.0]), 0.02, 0.0).mean, 0.25);
+}
+
+#[test]
+fn black_references_allow_black_only() {
+    let (image, reference) = (film(&[0.0, 1e-6, 1.0, -1.0]), film(&[0.0, 0.0, 1.0, -1.0]));
+    let c = compared(&image, &reference, 0.02, 0.0);
+    assert_eq!((c.within, c.infinite, c.worst, c.mean), (3, 1, f64::INFINITY, 0.0));
+    assert_eq!((c.median, c.p95, c.worst_at), (0.0, f64::INFINITY, [CORNER[0] + 1, CORNER[1]]));
+    assert_eq!(compared(&film(&[0.1]), &film(&[0.0]), 0.02, 0.0).mean, f64::INFINITY, "no error is finite");
+    let c = compared(&film(&[0.0; 4]), &film(&[0.0; 4]), 0.02, 0.0);
+    assert_eq!((c.within, c.bias, c.relative_l1), (4, 0.0, 0.0));
+}
+
+#[test]
+fn dark_pixels_are_judged_by_the_absolute_tolerance() {
+    // Of references 10, 0.5, 0.1 and 0, each off by 0.015; tolerated are 0.02 of them, or 0.02 in all.
+    let (image, reference) = (film(&[10.015, 0.515, 0.085, 0.015]), film(&[10.0, 0.5, 0.1, 0.0]));
+    assert_eq!(compared(&image, &reference, 0.02, 0.0).within, 1);
+    let c = compared(&image, &reference, 0.02, 0.02);
+    assert_eq!((c.within, c.infinite), (4, 0));
+    near(c.errors[0], 0.0015);
+    // Relative to 0.02/0.02 = 1.
+    c.errors[1..].iter().for_each(|e| near(*e, 0.015));
+    assert_eq!(compared(&image, &reference, 0.02, 0.014).within, 1);
+}
+
+#[test]
+fn what_has_no_error_is_counted_and_left_out() {
+    let specs = [COLOR, STOP];
+    let mut image = film_in_rows(3, &[1.0, 9.0, 1.0, 1.0, 1.1, 1.0], &specs);
+    let mut reference = film_in_rows(3, &[1.0, 1.0, 1.0, f32::INFINITY, 1.0, 1.0], &specs);
+    for (i, (x, y)) in image.window().pixels().enumerate() {
+        image.plane_mut("stop").unwrap().set_u32(x, y, &[u32::from(i != 1)]);
+        reference.plane_mut("stop").unwrap().set_u32(x, y, &[if i == 2 { 0 } else { 2 }]);
+    }
+    let c = compared(&image, &reference, 0.02, 0.0);
+    assert_eq!((c.pixels, c.not_rendered, c.not_finite, c.within), (3, 2, 1, 2));
+    let has_error: Vec<bool> = c.errors.iter().map(|e| !e.is_nan()).collect();
+    assert_eq!(has_error, [true, false, false, false, true, true]);
+    assert_eq!(c.worst_at, [CORNER[0] + 1, CORNER[1] + 1]);
+    near(c.mean, 0.1 / 3.0);
+    near(c.bias, 0.1 / 3.0);
+    let said = compare(
+        named("a.exr", &film(&[f32::INFINITY])),
+        named("ref.exr", &film(&[1.0])),
+        &Tolerance::default(),
+    );
+    let said = said.unwrap_err().to_string();
+    assert!(
+        said.contains("a.exr: no pixel") && said.contains("ref.exr") && said.contains("1 not finite"),
+        "{said}"
+    );
+}
+
+#[test]
+fn claims_are_kept_up_to_their_half_widths() {
+    let specs = [COLOR, HALF_WIDTH, CLAIM];
+    // Distance 0.1 with half-widths around it; the third claims nothing, the last claims to be exact.
+    let grays = [1.1, 1.1, 1.1, 0.9, 1.0];
+    let half_widths = [0.11, 0.09, 0.01, f32::INFINITY, 0.0];
+    let mut image = film_in_rows(5, &grays, &specs);
+    for (i, (x, y)) in image.window().pixels().enumerate() {
+        image.plane_mut("half_width").unwrap().set_f32(x, y, &[half_widths[i]]);
+        image.plane_mut("claim").unwrap().set_u32(x, y, &[if i == 2 { 0 } else { 1 }]);
+    }
+    let reference = film(&[1.0; 5]);
+    let claims = compared(&image, &reference, 0.02, 0.0).claims.unwrap();
+    assert_eq!((claims.kept, claims.of, claims.share()), (3, 4, Some(0.75)));
+    // Exact limits of 3 of 4, from published tables.
+    assert!((claims.interval.low - 0.1941).abs() < 5e-5 && (claims.interval.high - 0.9937).abs() < 5e-5);
+    assert!(
+        compared(&reference, &image, 0.02, 0.0).claims.is_none(),
+        "a film without half-widths claims nothing"
+    );
+
+    assert!(claims.same_sum, "neither film says of what");
+    let mut other = reference.clone();
+    other.metadata_mut().set("gather.points", 16_u32);
+    image.metadata_mut().set("gather.points", 16_u32);
+    image.metadata_mut().set("method", "lightcuts");
+    assert!(compared(&image, &other, 0.02, 0.0).claims.unwrap().same_sum, "methods estimate the same sum");
+    other.metadata_mut().set("vpls.seed", 2_u32);
+    assert!(!compared(&image, &other, 0.02, 0.0).claims.unwrap().same_sum);
+
+    let mut all = film_in_rows(1, &[1.1], &[COLOR, HALF_WIDTH]);
+    all.plane_mut("half_width").unwrap().set_f32(CORNER[0], CORNER[1], &[0.2]);
+    let claims = compared(&all, &film(&[1.0]), 0.02, 0.0).claims.unwrap();
+    assert_eq!((claims.kept, claims.of), (1, 1), "without a plane of claims every half-width is one");
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_by_name() {
+    let refused = |a: &Film, b: &Film, tolerance: Tolerance| {
+        compare(named("a.exr", a), named("ref.exr", b), &tolerance).unwrap_err().to_string()
+    };
+    let tolerance = Tolerance::default();
+    let said = refused(&film(&[1.0; 4]), &film(&[1.0; 3]), tolerance);
+    assert!(said.starts_with("a.exr: an image of 40000x100 pixels, its part 3,7,4,1"), "{said}");
+    assert!(said.contains("what ref.exr shows: 40000x100 pixels, its part 3,7,3,1"), "{said}");
+    let whole = Film::new([4, 1], Window::full([4, 1]), &[COLOR]).unwrap();
+    assert!(refused(&film(&[1.0; 4]), &whole, tolerance).ends_with("ref.exr shows: 4x1 pixels"));
+    let colorless = Film::new([4, 1], Window::full([4, 1]), &[STOP]).unwrap();
+    assert!(
+        refused(&whole, &colorless, tolerance)
+            .starts_with(r#"ref.exr: an image without colours, of the layers ["stop"]"#)
+    );
+    for relative in [0.0, -0.02, 2.0, f64::NAN] {
+        assert!(
+            refused(&whole, &whole, Tolerance { relative, ..tolerance }).starts_with("error ="),
+            "{relative}"
+        );
+    }
+    for absolute in [-1.0, f64::NAN, f64::INFINITY] {
+        assert!(refused(&whole, &whole, Tolerance { absolute, ..tolerance }).starts_with("absolute ="));
+    }
+}
+
+#[test]
+fn the_picture_shows_errors_where_they_are() {
+    // No error, the tolerance, the end of the scale (five times that), and beyond it.
+    let c = compared(
+        &film_in_rows(2, &[1.0, 1.02, 1.0999, 1.3, 1.0, f32::INFINITY], &[COLOR]),
+        &film_in_rows(2, &[1.0; 6], &[COLOR]),
+        0.02,
+        0.0,
+    );
+    let picture = error_image(&c);
+    // Three rows magnified to at least 256 pixels: 86 times.
+    let at = |column: u32, row: u32| picture.pixel(12 + column * 86 + 43, 12 + row * 86 + 43);
+    let luminance = |[r, g, b]: [u8; 3]| 2 * u32::from(r) + 7 * u32::from(g) + u32::from(b);
+    assert_eq!(at(0, 0), [0, 0, 0]);
+    assert!(luminance(at(1, 0)) > 0 && luminance(at(0, 1)) > luminance(at(1, 0)));
+    let [r, g, b] = at(0, 1);
+    assert!(r > 240 && g > 240 && b < 80, "yellow at the end of the scale: {:?}", [r, g, b]);
+    let [r, g, b] = at(1, 1);
+    assert!(r > 180 && g < 80 && b < 80, "red beyond: {:?}", [r, g, b]);
+    let [r, g, b] = at(1, 2);
+    assert!(r == g && g == b && r > 0, "gray if left out");
+    // The legend holds the same colours, and there is ink below.
+    let [width, height] = picture.size();
+    let legend: Vec<[u8; 3]> = (12..270).map(|y| picture.pixel(12 + 172 + 12 + 5, y)).collect();
+    assert!(legend.contains(&at(0, 1)) && legend.contains(&at(1, 1)) && legend.contains(&at(1, 2)));
+    let ink = (0..width).any(|x| (height - 40..height).any(|y| picture.pixel(x, y) == [0, 0, 0]));
+    assert!(ink, "the numbers are printed");
+    let decoded = image::load_from_memory(&picture.png()).unwrap().into_rgb8();
+    assert_eq!(
+        (decoded.dimensions(), decoded.get_pixel(12 + 86 + 43, 12 + 43).0),
+        ((width, height), at(1, 0))
+    );
+}
+
+#[test]
+fn pictures_of_extreme_shapes_are_drawn() {
+    for (width, height) in [(1, 1), (3000, 1), (1, 3000), (1, 255)] {
+        let grays = vec![1.0; (width * height) as usize];
+        let mut film = Film::new([5000, 5000], Window { x: 0, y: 0, width, height }, &[COLOR]).unwrap();
+        for ((x, y), gray) in film.window().pixels().zip(grays) {
+            film.plane_mut("").unwrap().set_f32(x, y, &[gray; 3]);
+        }
+        let c = compared(&film, &film, 0.02, 0.0);
+        let [w, h] = error_image(&c).size();
+        assert!(w > width && h > height && w < width + 600 && h < height + 400, "{width}x{height}: {w}x{h}");
+    }
+}
+
+#[test]
+fn the_page_holds_numbers_and_pictures_and_escapes_names() {
+    let (image, reference) = known_errors();
+    let c = compared(&image, &reference, 0.0205, 0.0);
+    let page = page(&c, named("<script>&\"'.exr", &image), named("ref.exr", &reference)).unwrap();
+    assert!(page.contains("&lt;script&gt;&amp;&quot;&#39;.exr") && !page.contains("<script"));
+    assert!(page.contains("20.0 % of the pixels are within 2.05 % of the reference"));
+    for words in ["mean 5.05 %", "10.0 % at pixel 30,7", "-0.050 %"] {
+        assert!(page.contains(words), "{words}");
+    }
+    let pictures: Vec<&str> = page.split("data:image/png;base64,").skip(1).collect();
+    assert_eq!(pictures.len(), 3);
+    use base64::Engine;
+    let shown: Vec<image::RgbImage> = pictures
+        .iter()
+        .map(|p| {
+            let bytes =
+                base64::engine::general_purpose::STANDARD.decode(p.split('"').next().unwrap()).unwrap();
+            image::load_from_memory(&bytes).unwrap().into_rgb8()
+        })
+        .collect();
+    // The reference is gray 2 everywhere: its 98th percentile, and white; the first pixel of the image is brighter, the second darker.
+    assert_eq!([shown[1].dimensions(), shown[0].dimensions()], [(100, 1); 2]);
+    assert_eq!((shown[1].get_pixel(1, 0).0, shown[0].get_pixel(0, 0).0), ([255; 3], [255; 3]));
+    assert!(shown[0].get_pixel(27, 0).0[0] < 250, "10 % darker");
+    assert!(!page.contains("http"), "nothing is fetched");
+}

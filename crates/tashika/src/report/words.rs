@@ -1,0 +1,73 @@
+//! Counts, shares and errors as people read them.
+
+/// A count, its digits in groups of three.
+pub fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::with_capacity(digits.len() * 4 / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A share of a count: one decimal, rounded down, so that 100 % means all.
+pub fn percent_of_share(share: f64) -> String {
+    // The smallest step above rounding: 0.29 · 1000 is 290 less an ulp.
+    format!("{:.1} %", (share * 1000.0 * (1.0 + f64::EPSILON)).floor() / 10.0)
+}
+
+/// A relative error: three digits.
+pub fn percent_of_error(error: f64) -> String {
+    let percent = 100.0 * error;
+    match percent.abs() {
+        p if p.is_infinite() => "infinite".to_owned(),
+        p if p >= 99.95 => format!("{percent:.0} %"),
+        p if p >= 9.995 => format!("{percent:.1} %"),
+        p if p >= 0.9995 => format!("{percent:.2} %"),
+        p if p >= 0.0005 => format!("{percent:.3} %"),
+        0.0 => "0 %".to_owned(),
+        _ => "below 0.001 %".to_owned(),
+    }
+}
+
+/// A tolerance, as it was typed: no more digits than it has.
+pub fn percent_of_tolerance(tolerance: f64) -> String {
+    let digits = format!("{:.6}", 100.0 * tolerance);
+    format!("{} %", digits.trim_end_matches('0').trim_end_matches('.'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_grouped_from_the_right() {
+        assert_eq!([0, 999, 1000, 1_234_567].map(count), ["0", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn all_is_said_of_all_only() {
+        let said = [1.0, 0.999_99, 0.29, 0.873_4, 0.0].map(percent_of_share);
+        assert_eq!(said, ["100.0 %", "99.9 %", "29.0 %", "87.3 %", "0.0 %"]);
+    }
+
+    #[test]
+    fn errors_have_three_digits() {
+        let said = [0.0, 1e-7, 0.000_123_4, 0.012_345, 0.1, 0.9999, 1.354, f64::INFINITY, -0.005];
+        assert_eq!(
+            said.map(percent_of_error),
+            ["0 %", "below 0.001 %", "0.012 %", "1.23 %", "10.0 %", "100 %", "135 %", "infinite", "-0.500 %"]
+        );
+    }
+
+    #[test]
+    fn tolerances_are_said_as_typed() {
+        assert_eq!(
+            [0.02, 0.07, 0.001, 1.0, 0.125].map(percent_of_tolerance),
+            ["2 %", "7 %", "0.1 %", "100 %", "12.5 %"]
+        );
+    }
+}
