@@ -8,12 +8,15 @@
 //! | 1 | [`bsdf`], [`film`] |
 //! | 2 | [`scene`], [`accel`] |
 //! | 3 | [`vpl`], [`gather`], [`transport`] |
+//! | 4 | [`bounds`] |
+//! | 5 | [`tree`] |
 //! | 7 | [`integrator`] |
 //! | 8 | [`render`], [`report`] |
 //! | 9 | [`io`] |
 #![forbid(unsafe_code)]
 
 pub mod accel;
+pub mod bounds;
 pub mod bsdf;
 pub mod color;
 pub mod error;
@@ -28,6 +31,7 @@ pub mod rng;
 pub mod scene;
 pub mod stats;
 pub mod transport;
+pub mod tree;
 pub mod vpl;
 pub mod warp;
 

@@ -1,12 +1,14 @@
 //! Geometry that knows nothing of scenes: boxes, frames, rays, and the error of floating-point sums.
 
 mod aabb;
+mod cone;
 pub mod elementary;
 mod frame;
 mod ray;
 mod rounding;
 
 pub use aabb::Aabb;
+pub use cone::Cone;
 pub use frame::Frame;
 pub use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
 pub use ray::Ray;

@@ -1,0 +1,265 @@
+//! Builds a light tree from the lights, joining clusters that are cheap together.
+//!
+//! The cost of a cluster is that of Walter 2005, section 3.2:
+//!
+//! ```text
+//! I_C (d² + c² (1 − cos β)²)     I_C: luminance   d: diagonal of the box (m)   β: half-angle of the cone about the normals
+//!                                c: diagonal of the box of all lights (m); 0 for lights without normals
+//! ```
+//!
+//! Looking for the cheapest of all pairs takes quadratic time. Instead clusters are kept in a list along a space-filling curve, each
+//! finds its cheapest partner within [`WINDOW`] places, and all pairs that chose each other are joined at once: Daniel Meister, Jiří
+//! Bittner. "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction." IEEE TVCG 24(3), 2018,
+//! doi:10.1109/TVCG.2017.2669983. Directional lights are points of the unit sphere.
+//!
+//! # Differences from the sources
+//! The curve (Morton order) first visits one coarse cell and, in it, one face of the cube of normals: the two sides of a wall are then far
+//! apart in the list. Ties are broken so that equal lights pair up; where hardly any clusters chose each other (as in rows
+//! of lights of growing intensity) clusters also join partners that chose another. So each pass joins a fixed share of the
+//! clusters at least, and the time is `O(n log n)` for any input.
+//!
+//! # Held to this by
+//! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::build::{Item, Span};
+use super::saoh::{Bounds6, Emission};
+use crate::math::Cone;
+
+/// Places to each side in which a cluster looks for a partner. Higher: better trees, longer builds, in proportion.
+const WINDOW: usize = 12;
+/// Bits of a coordinate in Morton order.
+const BITS: u32 = 20;
+/// Of these, bits that come before the face of the normal.
+const COARSE_BITS: u32 = 2;
+/// Clusters for each pair that chose each other, above which others are joined too.
+const FEW_PAIRS: usize = 16;
+
+/// A cluster of lights while the tree is built.
+#[derive(Clone, Copy)]
+struct Cluster {
+    lo: Vec3,
+    hi: Vec3,
+    cone: Cone,
+    /// Cosine and sine of half the cone's half-angle.
+    half: [f32; 2],
+    luminance: f32,
+    /// Item, or number of items plus the row of [`Joined`].
+    id: u32,
+}
+
+impl Cluster {
+    fn of_item(item: &Item, id: u32) -> Self {
+        let at = item.position();
+        let cone = Cone::of(item.direction());
+        Self { lo: at, hi: at, cone, half: [1.0, 0.0], luminance: item.luminance, id }
+    }
+
+    fn join(&self, other: &Self, directed: bool, id: u32) -> Self {
+        let cone = if directed { self.cone.union(other.cone) } else { self.cone };
+        Self {
+            lo: self.lo.min(other.lo),
+            hi: self.hi.max(other.hi),
+            cone,
+            half: [cone.cos_half(), cone.sin_half()],
+            luminance: self.luminance + other.luminance,
+            id,
+        }
+    }
+
+    /// Walter's cost of the two together; the same bits in either order.
+    fn cost(&self, other: &Self, c2: f32) -> f32 {
+        let diagonal = (self.hi.max(other.hi) - self.lo.min(other.lo)).length_squared();
+        let narrow = 1.0 - if c2 > 0.0 { self.cos_together(other) } else { 1.0 };
+        (self.luminance + other.luminance) * (diagonal + c2 * narrow * narrow)
+    }
+
+    /// Cosine of the half-angle `β = max(β_a, β_b, (δ + β_a + β_b) / 2)` of the cone about both, with the angle `δ` between the axes.
+    fn cos_together(&self, other: &Self) -> f32 {
+        let ([ca, sa], [cb, sb]) = (self.half, other.half);
+        let dot = self.cone.axis.dot(other.cone.axis).clamp(-1.0, 1.0);
+        let (cd, sd) = ((0.5 + 0.5 * dot).sqrt(), (0.5 - 0.5 * dot).sqrt());
+        let (c, s) = (ca * cb - sa * sb, sa * cb + ca * sb);
+        let (cos, sin) = (c * cd - s * sd, s * cd + c * sd);
+        let cos = if sin < 0.0 { -1.0 } else { cos };
+        cos.min(self.cone.cos).min(other.cone.cos)
+    }
+}
+
+/// Inner nodes in the order in which they were made: ids of the two clusters, and the items of both.
+type Joined = Vec<([u32; 2], u32)>;
+
+/// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number `first`.
+pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission: &Emission) {
+    let mut bounds = Bounds6::EMPTY;
+    items.iter().for_each(|item| bounds.insert(item));
+    sort_along_curve(items, &bounds);
+    let c2 = if emission.directed { bounds.diagonal() * bounds.diagonal() } else { 0.0 };
+    let count = items.len() as u32;
+    let mut clusters: Vec<Cluster> =
+        items.par_iter().enumerate().map(|(i, item)| Cluster::of_item(item, i as u32)).collect();
+    let mut joined: Joined = Vec::with_capacity(items.len() - 1);
+    let size = |joined: &Joined, id: u32| if id < count { 1 } else { joined[(id - count) as usize].1 };
+    while clusters.len() > 1 {
+        let pairs = pairs(&clusters, c2);
+        let next_id = count + joined.len() as u32;
+        for &[a, b] in &pairs {
+            let ids = [clusters[a as usize].id, clusters[b as usize].id];
+            joined.push((ids, size(&joined, ids[0]) + size(&joined, ids[1])));
+        }
+        clusters = join(&clusters, &pairs, next_id, emission.directed);
+    }
+    flatten(items, spans, first, clusters[0].id, &joined);
+}
+
+/// Disjoint pairs of places, each and all in ascending order; at least one.
+fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
+    let n = clusters.len();
+    let best: Vec<u32> = (0..n)
+        .into_par_iter()
+        .with_min_len(256)
+        .map(|i| {
+            let mut best = (f32::INFINITY, usize::MAX);
+            for j in i.saturating_sub(WINDOW)..n.min(i + WINDOW + 1) {
+                if i == j {
+                    continue;
+                }
+                // A cost too large for a number is as good as any other such.
+                let cost = clusters[i].cost(&clusters[j], c2).min(f32::MAX);
+                // Of equals, the one that differs in the lowest bit: two such always choose each other.
+                if cost < best.0 || (cost == best.0 && i ^ j < best.1) {
+                    best = (cost, i ^ j);
+                }
+            }
+            (i ^ best.1) as u32
+        })
+        .collect();
+    let mutual = |i: usize| best[best[i] as usize] as usize == i;
+    let mut pairs: Vec<[u32; 2]> =
+        (0..n).filter(|&i| i < best[i] as usize && mutual(i)).map(|i| [i as u32, best[i]]).collect();
+    if pairs.len() * FEW_PAIRS < n {
+        let mut taken = vec![false; n];
+        pairs.iter().flatten().for_each(|&i| taken[i as usize] = true);
+        for i in 0..n {
+            let j = best[i] as usize;
+            if !taken[i] && !taken[j] {
+                (taken[i], taken[j]) = (true, true);
+                pairs.push([i.min(j) as u32, i.max(j) as u32]);
+            }
+        }
+        pairs.sort_unstable();
+    }
+    pairs
+}
+
+/// The list after the pairs are joined, each at the place of its first.
+fn join(clusters: &[Cluster], pairs: &[[u32; 2]], next_id: u32, directed: bool) -> Vec<Cluster> {
+    let joined: Vec<Cluster> = pairs
+        .par_iter()
+        .enumerate()
+        .map(|(k, &[a, b])| clusters[a as usize].join(&clusters[b as usize], directed, next_id + k as u32))
+        .collect();
+    let mut gone = vec![false; clusters.len()];
+    pairs.iter().for_each(|&[_, b]| gone[b as usize] = true);
+    let mut next = pairs.iter().zip(joined).peekable();
+    let mut list = Vec::with_capacity(clusters.len() - pairs.len());
+    for (i, cluster) in clusters.iter().enumerate() {
+        if let Some((_, joined)) = next.next_if(|(pair, _)| pair[0] as usize == i) {
+            list.push(joined);
+        } else if !gone[i] {
+            list.push(*cluster);
+        }
+    }
+    list
+}
+
+/// Writes the tree down in depth-first order, and puts the items in the order of its leaves.
+fn flatten(items: &mut [Item], spans: &mut [Span], first: u32, root: u32, joined: &Joined) {
+    let unsorted = items.to_vec();
+    let mut waiting = vec![root];
+    let mut sorted = 0;
+    for span in spans {
+        let id = waiting.pop().expect("a tree over n items has 2n − 1 nodes") as usize;
+        let at = first + sorted as u32;
+        if id < unsorted.len() {
+            items[sorted] = unsorted[id];
+            sorted += 1;
+            *span = Span { first: at, count: 1 };
+        } else {
+            let ([a, b], count) = joined[id - unsorted.len()];
+            waiting.extend([b, a]);
+            *span = Span { first: at, count };
+        }
+    }
+}
+
+/// Sorts items along a space-filling curve.
+fn sort_along_curve(items: &mut [Item], bounds: &Bounds6) {
+    let longest = bounds.extent()[..3].iter().copied().fold(0.0, f32::max);
+    let cells = (1u32 << BITS) as f32;
+    let scale = if longest > 0.0 { cells / longest } else { 0.0 };
+    let key = |item: &Item| {
+        let cell = |axis: usize| (((item.key[axis] - bounds.lo[axis]) * scale) as u64).min((1 << BITS) - 1);
+        let place = spread(cell(0)) << 2 | spread(cell(1)) << 1 | spread(cell(2));
+        let fine_bits = 3 * (BITS - COARSE_BITS);
+        let fine = place & ((1 << fine_bits) - 1);
+        ((place >> fine_bits << 3 | face(item.direction())) << fine_bits | fine, item.light)
+    };
+    items.par_sort_by_cached_key(key);
+}
+
+/// Face of the cube about the origin through which a direction passes.
+fn face(direction: Vec3) -> u64 {
+    let axis = direction.abs().max_position();
+    2 * axis as u64 + u64::from(direction[axis] < 0.0)
+}
+
+/// Bits of a number of up to 21, each followed by two zeros.
+fn spread(x: u64) -> u64 {
+    let x = (x | x << 32) & 0x001f_0000_0000_ffff;
+    let x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+    let x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+    let x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+    (x | x << 2) & 0x1249_2492_4924_9249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In a row whose gaps grow, each light's best partner is the one before, so that only the first two choose each other.
+    #[test]
+    fn every_pass_joins_a_share_of_the_clusters() {
+        let row: Vec<Cluster> = (0..2000u32)
+            .map(|i| {
+                let key = [(i * i) as f32, 0.0, 0.0, 0.0, 1.0, 0.0];
+                Cluster::of_item(&Item { key, luminance: 1.0, light: i }, i)
+            })
+            .collect();
+        let pairs = pairs(&row, 1.0);
+        assert!(pairs.len() >= 500, "{} pairs of 2000 lights", pairs.len());
+        let mut places: Vec<u32> = pairs.iter().flatten().copied().collect();
+        places.sort_unstable();
+        assert!(places.is_sorted_by(|a, b| a < b), "no cluster is joined twice");
+        assert!(pairs.iter().all(|[a, b]| a < b) && pairs.is_sorted());
+    }
+
+    #[test]
+    fn cosines_of_cones_together_are_those_of_their_union() {
+        let mut s = crate::rng::Stream::new(1, crate::rng::Purpose::Test, 0);
+        for _ in 0..2000 {
+            let mut cluster = || {
+                let (axis, cos) = (crate::warp::sphere(s.uniform_2()), 1.0 - 2.0 * s.uniform() * s.uniform());
+                let cone = Cone { axis, cos };
+                let at = Cluster::of_item(&Item { key: [0.0; 6], luminance: 1.0, light: 0 }, 0);
+                Cluster { cone, half: [cone.cos_half(), cone.sin_half()], ..at }
+            };
+            let (a, b) = (cluster(), cluster());
+            let (found, expected) = (a.cos_together(&b), a.cone.union(b.cone).cos.max(-1.0));
+            assert!((found - expected).abs() < 1e-5, "{found} for {expected}");
+            assert_eq!(found.to_bits(), b.cos_together(&a).to_bits());
+        }
+    }
+}

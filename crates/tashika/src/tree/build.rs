@@ -1,0 +1,189 @@
+//! What the builders of light trees share: lights apart by kind, and nodes from ranges.
+//!
+//! Each kind of light has a subtree of its own, since only lights of one kind have bounds worth having; nodes of mixed lights join
+//! the subtrees in a chain. A binary tree with one light a leaf has `2n − 1` nodes, and in depth-first order the subtree at
+//! node `k` is nodes `k` to `k + 2 count − 2`: its left child is `k + 1`, its right child `k + 2 count(k + 1)`. So a builder only sorts
+//! items and writes down ranges, each part of the tree in a part of the arrays that is known before.
+
+use rayon::prelude::*;
+
+use super::light_tree::{LightNode, LightTreeBuilder};
+use super::saoh::Emission;
+use super::{agglomerative, top_down};
+use crate::bounds::{LightBounds, LightShape};
+use crate::math::{Aabb, Cone, Vec3};
+use crate::vpl::{Vpl, VplKind};
+
+/// Lights below a node that is merged from its leaves as one piece of parallel work.
+const GRAIN: u32 = 1 << 12;
+
+/// What a builder knows of a light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Item {
+    /// Position (m), then unit normal or axis, zero for lights without. Directional light counts as lying where its unit direction of
+    /// travel points to.
+    pub(super) key: [f32; 6],
+    pub(super) luminance: f32,
+    /// Which light of the set.
+    pub(super) light: u32,
+}
+
+impl Item {
+    pub(super) fn position(&self) -> Vec3 {
+        Vec3::new(self.key[0], self.key[1], self.key[2])
+    }
+
+    pub(super) fn direction(&self) -> Vec3 {
+        Vec3::new(self.key[3], self.key[4], self.key[5])
+    }
+}
+
+/// The items of a node: a range of the sorted order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Span {
+    pub(super) first: u32,
+    pub(super) count: u32,
+}
+
+/// Lights in sorted order, and the nodes of the tree over them in depth-first order.
+pub(super) struct Sorted {
+    pub(super) lights: Vec<Vpl>,
+    pub(super) spans: Vec<Span>,
+}
+
+/// Sorts the lights that have luminance into a tree.
+pub(super) fn sort(lights: &[Vpl], builder: LightTreeBuilder) -> Sorted {
+    assert!(lights.len() < 1 << 31, "light trees have fewer than 2³¹ lights");
+    let mut groups: Vec<(Emission, Vec<Item>)> = (0..KINDS)
+        .map(|kind| (Emission::of_kind(kind, lights), items_of_kind(kind, lights)))
+        .filter(|(_, items)| !items.is_empty())
+        .collect();
+    let total: usize = groups.iter().map(|(_, items)| items.len()).sum();
+    let mut spans = vec![Span::default(); (2 * total).saturating_sub(1)];
+    let mut sorted = Vec::with_capacity(total);
+    let mut rest = spans.as_mut_slice();
+    let last = groups.len().saturating_sub(1);
+    for (group, (emission, items)) in groups.iter_mut().enumerate() {
+        let first = sorted.len();
+        if group < last {
+            rest[0] = Span { first: first as u32, count: (total - first) as u32 };
+            rest = &mut rest[1..];
+        }
+        let (own, others) = rest.split_at_mut(2 * items.len() - 1);
+        match builder {
+            LightTreeBuilder::TopDown => top_down::build(items, own, first as u32, emission),
+            LightTreeBuilder::Agglomerative => agglomerative::build(items, own, first as u32, emission),
+        }
+        rest = others;
+        sorted.par_extend(items.par_iter().map(|item| lights[item.light as usize]));
+    }
+    Sorted { lights: sorted, spans }
+}
+
+/// The nodes of the tree over sorted lights.
+pub(super) fn nodes(lights: &[Vpl], spans: &[Span]) -> Vec<LightNode> {
+    let mut nodes: Vec<LightNode> = spans
+        .par_iter()
+        .enumerate()
+        .map(|(k, &Span { first, count })| {
+            let light = &lights[first as usize];
+            let children = (count > 1).then(|| [k as u32 + 1, k as u32 + 2 * spans[k + 1].count]);
+            // Inner nodes take the sums of their children below.
+            let (bounds, intensity) = (bounds_of(light), light.intensity);
+            LightNode {
+                bounds,
+                intensity,
+                luminance: f64::from(intensity.luminance()),
+                first,
+                count,
+                children,
+            }
+        })
+        .collect();
+    merge_up(&mut nodes);
+    nodes
+}
+
+/// Bounds of a single light.
+fn bounds_of(light: &Vpl) -> LightBounds {
+    let at = Aabb { lo: light.position, hi: light.position };
+    let cone = Cone::of(light.direction);
+    match light.kind {
+        VplKind::Omni => LightBounds { aabb: at, shape: LightShape::Omni },
+        VplKind::Oriented => LightBounds { aabb: at, shape: LightShape::Oriented(cone) },
+        VplKind::Spot(falloff) => {
+            LightBounds { aabb: at, shape: LightShape::Spot { axes: cone, cos_outer: falloff.cos_outer } }
+        }
+        VplKind::Directional => LightBounds { aabb: Aabb::EMPTY, shape: LightShape::Directional(cone) },
+    }
+}
+
+/// Gives inner nodes what their children sum up to: small subtrees in parallel, then the nodes above these.
+fn merge_up(nodes: &mut [LightNode]) {
+    let mut above = Vec::new();
+    let mut subtrees = Vec::new();
+    let mut rest = &mut *nodes;
+    let mut at = 0;
+    while let Some(node) = rest.first() {
+        let small = node.count <= GRAIN;
+        let length = if small { 2 * node.count as usize - 1 } else { 1 };
+        let (piece, others) = std::mem::take(&mut rest).split_at_mut(length);
+        if small {
+            subtrees.push((at, piece));
+        } else {
+            above.push(at);
+        }
+        at += length;
+        rest = others;
+    }
+    subtrees.into_par_iter().for_each(|(offset, subtree)| {
+        for k in (0..subtree.len()).rev() {
+            merge(subtree, k, offset);
+        }
+    });
+    for k in above.into_iter().rev() {
+        merge(nodes, k, 0);
+    }
+}
+
+/// Node `k` of a piece that starts at node `offset` of the tree takes the sum of its children.
+fn merge(nodes: &mut [LightNode], k: usize, offset: usize) {
+    if let Some(children) = nodes[k].children {
+        let [a, b] = children.map(|child| &nodes[child as usize - offset]);
+        let bounds = LightBounds::union(a.bounds, b.bounds);
+        let (intensity, luminance) = (a.intensity + b.intensity, a.luminance + b.luminance);
+        nodes[k] = LightNode { bounds, intensity, luminance, ..nodes[k] };
+    }
+}
+
+/// Kinds of lights, numbered in the order of their subtrees.
+pub(super) const KINDS: u8 = 4;
+
+/// The number of a light's kind.
+pub(super) fn kind_of(light: &Vpl) -> u8 {
+    match light.kind {
+        VplKind::Omni => 0,
+        VplKind::Oriented => 1,
+        VplKind::Spot(_) => 2,
+        VplKind::Directional => 3,
+    }
+}
+
+fn items_of_kind(kind: u8, lights: &[Vpl]) -> Vec<Item> {
+    lights
+        .par_iter()
+        .enumerate()
+        .filter_map(|(i, light)| {
+            let luminance = light.intensity.luminance();
+            if kind_of(light) != kind || luminance <= 0.0 {
+                return None;
+            }
+            let (p, d) = match light.kind {
+                VplKind::Omni => (light.position, Vec3::ZERO),
+                VplKind::Oriented | VplKind::Spot(_) => (light.position, light.direction),
+                VplKind::Directional => (light.direction, Vec3::ZERO),
+            };
+            Some(Item { key: [p.x, p.y, p.z, d.x, d.y, d.z], luminance, light: i as u32 })
+        })
+        .collect()
+}

@@ -1,0 +1,218 @@
+//! The gather tree: a binary tree over the gather points of one pixel.
+//!
+//! Points are split in six dimensions (Walter 2006, section 4.1): position (m), and a direction scaled by the diagonal of the box about
+//! all points, so that a turn by one radian counts as much as the whole pixel's footprint. The direction is the shading normal for
+//! diffuse surfaces and the mirror direction for others. A node is cut in the middle of its longest extent, and halved where that
+//! separates nothing or from a depth that only degenerate input reaches.
+//!
+//! Every node has a bound on how its points reflect: that of its point in a leaf, its children's merged above. Nodes are in
+//! depth-first order, and each is a range of the sorted points, as in the light tree.
+//!
+//! # Held to this by
+//! `tree::tests::gather`.
+
+use super::prefix::PrefixSums;
+use crate::bsdf::Bsdf;
+use crate::gather::GatherPoint;
+use crate::math::{Aabb, Vec3};
+
+/// Depth from which nodes are halved.
+const MAX_UNEVEN_DEPTH: u32 = 32;
+
+/// A cluster of gather points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GatherNode {
+    /// Box about the positions (m).
+    pub aabb: Aabb,
+    /// Sum of the largest channels of the weights; above zero.
+    pub weight: f32,
+    /// First point, in sorted order.
+    pub first: u32,
+    /// How many points; one in a leaf.
+    pub count: u32,
+    /// Children, of which the first holds the first points; `None` in a leaf.
+    pub children: Option<[u32; 2]>,
+}
+
+/// A tree over the gather points of a pixel, with a bound `B` of the material at each node.
+#[derive(Clone, Debug)]
+pub struct GatherTree<B> {
+    pub(super) nodes: Vec<GatherNode>,
+    /// Of the nodes, last first.
+    materials: Vec<B>,
+    pub(super) points: Vec<GatherPoint>,
+    pub(super) sums: PrefixSums,
+}
+
+/// What is split: position and scaled direction.
+#[derive(Clone, Copy)]
+struct Item {
+    key: [f32; 6],
+    point: u32,
+}
+
+impl<B: Clone> GatherTree<B> {
+    /// The tree over those of `points` that have weight; others add nothing and are left out.
+    ///
+    /// * `bound_of`: bound of the material of one point; called once a point.
+    /// * `merge`: makes the first hold for what the second holds for, too.
+    pub fn build(
+        points: &[GatherPoint],
+        bound_of: impl Fn(&GatherPoint) -> B,
+        merge: impl Fn(&mut B, &B),
+    ) -> Self {
+        let mut items = items(points);
+        let spans = sort(&mut items);
+        let points: Vec<GatherPoint> = items.iter().map(|item| points[item.point as usize]).collect();
+        let sums = PrefixSums::new(points.iter().map(|point| point.weight.max_channel()));
+        let mut nodes: Vec<GatherNode> = Vec::with_capacity(spans.len());
+        nodes.extend(spans.iter().enumerate().map(|(k, &[first, count])| GatherNode {
+            aabb: Aabb::EMPTY,
+            weight: 0.0,
+            first,
+            count,
+            children: (count > 1).then(|| [k as u32 + 1, k as u32 + 2 * spans[k + 1][1]]),
+        }));
+        // In double precision until all are added up.
+        let mut weights = vec![0.0f64; nodes.len()];
+        let mut materials: Vec<B> = Vec::with_capacity(nodes.len());
+        let last = nodes.len().saturating_sub(1);
+        for k in (0..nodes.len()).rev() {
+            if let Some(children) = nodes[k].children {
+                let [a, b] = children.map(|child| child as usize);
+                nodes[k].aabb = nodes[a].aabb.union(nodes[b].aabb);
+                weights[k] = weights[a] + weights[b];
+                let mut material = materials[last - a].clone();
+                merge(&mut material, &materials[last - b]);
+                materials.push(material);
+            } else {
+                let point = &points[nodes[k].first as usize];
+                nodes[k].aabb = Aabb { lo: point.position, hi: point.position };
+                weights[k] = f64::from(point.weight.max_channel());
+                materials.push(bound_of(point));
+            }
+            nodes[k].weight = weights[k] as f32;
+        }
+        Self { nodes, materials, points, sums }
+    }
+}
+
+impl<B> GatherTree<B> {
+    /// All nodes, the root first, children after their parents; empty if no point has weight.
+    pub fn nodes(&self) -> &[GatherNode] {
+        &self.nodes
+    }
+
+    /// Number of the root; `None` if there are no points.
+    pub fn root(&self) -> Option<u32> {
+        (!self.nodes.is_empty()).then_some(0)
+    }
+
+    /// Bound of the material of a node's points.
+    pub fn material(&self, node: u32) -> &B {
+        &self.materials[self.nodes.len() - 1 - node as usize]
+    }
+
+    /// The point at a place in the sorted order.
+    pub fn point(&self, sorted: u32) -> &GatherPoint {
+        &self.points[sorted as usize]
+    }
+
+    /// All points in sorted order.
+    pub fn points(&self) -> &[GatherPoint] {
+        &self.points
+    }
+
+    /// A point of a node for the uniform number `u` in `[0, 1)`, as its place in the sorted order; its probability is its weight
+    /// over the node's.
+    pub fn draw(&self, node: u32, u: f32) -> u32 {
+        let node = &self.nodes[node as usize];
+        self.sums.draw(node.first, node.count, f64::from(u))
+    }
+}
+
+/// Where points lie in the space that is split.
+fn items(points: &[GatherPoint]) -> Vec<Item> {
+    let has_weight = |point: &GatherPoint| point.weight.max_channel() > 0.0;
+    let positions = points.iter().filter(|point| has_weight(point)).map(|point| point.position);
+    let scale = Aabb::of_points(positions).diagonal();
+    let mut items = Vec::with_capacity(points.len());
+    for (point, of_point) in (0..).zip(points) {
+        if has_weight(of_point) {
+            let (p, d) = (of_point.position, direction(of_point));
+            // A pixel whose points coincide is split by direction alone.
+            let d = if scale > 0.0 { d * scale } else { d };
+            items.push(Item { key: [p.x, p.y, p.z, d.x, d.y, d.z], point });
+        }
+    }
+    items
+}
+
+/// The direction about which a point reflects.
+fn direction(point: &GatherPoint) -> Vec3 {
+    match point.bsdf {
+        Bsdf::Lambert(_) => point.frame.n,
+        Bsdf::Phong(_)
+        | Bsdf::Plastic(_)
+        | Bsdf::Conductor(_)
+        | Bsdf::Coated(_)
+        | Bsdf::MetallicRoughness(_)
+        | Bsdf::Mirror(_)
+        | Bsdf::Glass(_)
+        | Bsdf::ThinGlass(_) => point.frame.to_world(Vec3::new(-point.wo.x, -point.wo.y, point.wo.z)),
+    }
+}
+
+/// Sorts items into a tree: first item and number of items of each node, depth first.
+fn sort(items: &mut [Item]) -> Vec<[u32; 2]> {
+    let mut spans = Vec::with_capacity((2 * items.len()).saturating_sub(1));
+    let mut waiting = Vec::with_capacity(64);
+    if !items.is_empty() {
+        waiting.push((0, items.len(), 0));
+    }
+    while let Some((first, count, depth)) = waiting.pop() {
+        spans.push([first as u32, count as u32]);
+        if count > 1 {
+            let left = split(&mut items[first..first + count], depth);
+            waiting.push((first + left, count - left, depth + 1));
+            waiting.push((first, left, depth + 1));
+        }
+    }
+    spans
+}
+
+/// Puts the items of the left child first, and says how many they are: at least one and not all.
+fn split(items: &mut [Item], depth: u32) -> usize {
+    let count = items.len();
+    if count == 2 {
+        return 1;
+    }
+    let (mut lo, mut hi) = (items[0].key, items[0].key);
+    for item in &items[1..] {
+        for axis in 0..6 {
+            lo[axis] = lo[axis].min(item.key[axis]);
+            hi[axis] = hi[axis].max(item.key[axis]);
+        }
+    }
+    let extent = |axis: usize| hi[axis] - lo[axis];
+    let axis = (1..6).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best });
+    if extent(axis) <= 0.0 {
+        return count / 2;
+    }
+    if depth < MAX_UNEVEN_DEPTH {
+        let middle = 0.5 * lo[axis] + 0.5 * hi[axis];
+        let mut left = 0;
+        for i in 0..count {
+            if items[i].key[axis] < middle {
+                items.swap(i, left);
+                left += 1;
+            }
+        }
+        if left > 0 && left < count {
+            return left;
+        }
+    }
+    let by_key = |a: &Item, b: &Item| a.key[axis].total_cmp(&b.key[axis]).then(a.point.cmp(&b.point));
+    items.select_nth_unstable_by(count / 2, by_key);
+    count / 2
+}

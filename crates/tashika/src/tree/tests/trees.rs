@@ -1,0 +1,162 @@
+//! The structure of light trees, for any input and any number of threads.
+
+use super::{BUILDERS, mixed, oriented, point, room, set};
+use crate::bounds::LightShape;
+use crate::color::Rgb;
+use crate::math::elementary::powf;
+use crate::math::{Cone, Vec3};
+use crate::rng::{Purpose, Stream};
+use crate::tree::{LightTree, LightTreeBuilder};
+use crate::vpl::{Vpl, VplKind};
+use crate::warp;
+
+/// Levels below the root.
+fn depth(tree: &LightTree) -> usize {
+    let mut depths = vec![0; tree.nodes().len()];
+    for (k, node) in tree.nodes().iter().enumerate() {
+        for child in node.children.into_iter().flatten() {
+            depths[child as usize] = depths[k] + 1;
+        }
+    }
+    depths.into_iter().max().unwrap_or(0)
+}
+
+fn sorted_bits(lights: &[Vpl]) -> Vec<[u32; 9]> {
+    let bits = |l: &Vpl| {
+        let (p, d, i) = (l.position.to_array(), l.direction.to_array(), l.intensity.to_array());
+        std::array::from_fn(|k| [p, d, i][k / 3][k % 3].to_bits())
+    };
+    let mut all: Vec<[u32; 9]> = lights.iter().map(bits).collect();
+    all.sort_unstable();
+    all
+}
+
+/// Lights that builders may stumble on, with a name.
+fn degenerate() -> Vec<(&'static str, Vec<Vpl>)> {
+    let n = 3000;
+    let mut s = Stream::new(11, Purpose::Test, 0);
+    let mut of =
+        |f: &mut dyn FnMut(usize, &mut Stream) -> Vpl| -> Vec<Vpl> { (0..n).map(|i| f(i, &mut s)).collect() };
+    vec![
+        ("one position and normal", of(&mut |_, _| oriented(Vec3::ONE, Vec3::Z, 1.0))),
+        ("one position", of(&mut |_, s| oriented(Vec3::ONE, warp::sphere(s.uniform_2()), s.uniform() + 0.1))),
+        ("two positions", of(&mut |i, _| oriented(Vec3::ONE * (i % 2) as f32, Vec3::Z, 1.0))),
+        (
+            "one position but for one light",
+            of(&mut |i, _| oriented(Vec3::X * f32::from(i == 77), Vec3::Z, 1.0)),
+        ),
+        ("a plane", of(&mut |_, s| oriented(point(s) * Vec3::new(1.0, 0.0, 1.0), Vec3::Y, 1.0))),
+        ("a line", of(&mut |i, _| oriented(Vec3::X * i as f32, Vec3::Y, 1.0))),
+        (
+            "a line, each brighter than all before",
+            of(&mut |i, _| oriented(Vec3::X * i as f32, Vec3::Y, powf(2.0, (i % 200) as f32 - 100.0))),
+        ),
+        (
+            "a line, each as far as all before",
+            of(&mut |i, _| oriented(Vec3::X * powf(2.0, (i % 250) as f32 - 125.0), Vec3::Y, 1.0)),
+        ),
+        (
+            "a short line, each as far as all before",
+            (0..250).map(|i| oriented(Vec3::X * powf(2.0, i as f32 - 125.0), Vec3::Y, 1.0)).collect(),
+        ),
+        ("huge", of(&mut |_, s| oriented((point(s) - 0.5) * 3e38 * 2.0, warp::sphere(s.uniform_2()), 1e37))),
+        ("tiny", of(&mut |_, s| oriented(point(s) * 1e-42, Vec3::Y, 1e-40))),
+        ("far away", of(&mut |_, s| oriented(point(s) * 1e-3 + 1e6, Vec3::Y, 1.0))),
+        (
+            "opposite normals",
+            of(&mut |i, s| oriented(point(s), if i % 2 == 0 { Vec3::Y } else { -Vec3::Y }, 1.0)),
+        ),
+        (
+            "one omni among suns",
+            of(&mut |i, s| {
+                let direction = warp::sphere(s.uniform_2());
+                let sun = Vpl { kind: VplKind::Directional, ..oriented(Vec3::ZERO, direction, 1e5) };
+                if i == 5 {
+                    Vpl { kind: VplKind::Omni, ..oriented(Vec3::ONE, Vec3::ZERO, 1e-6) }
+                } else {
+                    sun
+                }
+            }),
+        ),
+        ("black but for three", of(&mut |i, s| oriented(point(s), Vec3::Y, f32::from(i % 1000 == 7)))),
+    ]
+}
+
+#[test]
+fn trees_are_valid_and_hold_every_light_once() {
+    let cases = [0, 1, 2, 3, 5, 9, 17, 300, 20_000].map(|n| ("mixed", mixed(n, 3)));
+    let walls = [("room", room(5000, 1))];
+    for (name, lights) in cases.into_iter().chain(walls).chain(degenerate()) {
+        for builder in BUILDERS {
+            let tree = LightTree::build(&set(lights.clone()), builder);
+            tree.validate().unwrap_or_else(|e| panic!("{builder:?}, {} {name}: {e}", lights.len()));
+            let lit: Vec<Vpl> = lights.iter().filter(|l| !l.intensity.is_black()).copied().collect();
+            assert_eq!(sorted_bits(tree.lights()), sorted_bits(&lit), "{builder:?}, {name}");
+            assert_eq!(tree.dropped(), lights.len() - lit.len());
+            assert_eq!(tree.root().is_some(), !lit.is_empty());
+            let limit = 64 + lit.len().max(1).ilog2() as usize;
+            assert!(depth(&tree) <= limit, "{builder:?}, {name}: {} levels", depth(&tree));
+            assert!(tree.bytes() >= lit.len() * (2 * size_of::<crate::tree::LightNode>()) / 2);
+        }
+    }
+}
+
+/// Enough lights that nodes are split, binned and merged in parallel.
+#[test]
+fn threads_do_not_enter() {
+    let lights = set(mixed(200_000, 5));
+    for builder in BUILDERS {
+        let build = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| LightTree::build(&lights, builder))
+        };
+        let (one, many) = (build(1), build(7));
+        assert!(one.nodes() == many.nodes() && one.lights() == many.lights(), "{builder:?}");
+        one.validate().unwrap();
+    }
+}
+
+#[test]
+fn kinds_have_their_own_subtrees() {
+    for builder in BUILDERS {
+        let tree = LightTree::build(&set(mixed(1000, 9)), builder);
+        let is_mixed = |k: usize| tree.nodes()[k].bounds.shape == LightShape::Mixed;
+        assert_eq!(
+            (0..tree.nodes().len()).filter(|&k| is_mixed(k)).count(),
+            3,
+            "four kinds are joined by three nodes"
+        );
+        let alone = LightTree::build(&set(room(1000, 9)), builder);
+        assert!(matches!(alone.nodes()[0].bounds.shape, LightShape::Oriented(_)));
+    }
+}
+
+/// Each way in which a tree can be wrong is found out.
+#[test]
+fn validation_finds_what_is_wrong() {
+    let good = LightTree::build(&set(mixed(500, 2)), LightTreeBuilder::TopDown);
+    let inner =
+        good.nodes.iter().position(|n| n.count > 5 && matches!(n.bounds.shape, LightShape::Oriented(_)));
+    let inner = inner.unwrap();
+    let leaf = good.nodes.iter().position(|n| n.count == 1).unwrap();
+    type Damage<'a> = &'a dyn Fn(&mut LightTree);
+    let damages: [(&str, Damage); 11] = [
+        ("range", &|t| t.nodes[inner].first += 1),
+        ("number", &|t| t.nodes[inner].count -= 1),
+        ("no children", &|t| t.nodes[inner].children = None),
+        ("its own child", &|t| t.nodes[inner].children = Some([inner as u32; 2])),
+        ("children far away", &|t| t.nodes[inner].children = Some([4_000_000_000; 2])),
+        ("children in the other order", &|t| t.nodes[inner].children.as_mut().unwrap().swap(0, 1)),
+        ("luminance", &|t| t.nodes[inner].luminance *= 1.000_001),
+        ("intensity", &|t| t.nodes[leaf].intensity = Rgb::WHITE),
+        ("box", &|t| t.nodes[inner].bounds.aabb.hi.x = t.nodes[inner].bounds.aabb.lo.x),
+        ("cone", &|t| t.nodes[inner].bounds.shape = LightShape::Oriented(Cone::of(Vec3::Z))),
+        ("a light", &|t| t.lights[17].intensity = Rgb::gray(3.0)),
+    ];
+    good.validate().unwrap();
+    for (name, damage) in damages {
+        let mut tree = good.clone();
+        damage(&mut tree);
+        assert!(tree.validate().is_err(), "{name}");
+    }
+}

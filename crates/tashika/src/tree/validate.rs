@@ -1,0 +1,190 @@
+//! Whether a tree is one: what every reader of a tree relies on, checked from the outside.
+//!
+//! For each node: its range is that of its children, one after the other; it has one parent and a larger number; its sums are those
+//! of its children; its bounds hold its children's bounds and every single light or point below. `O(n log n)` for trees of
+//! logarithmic depth.
+
+use super::gather_tree::GatherTree;
+use super::light_tree::{LightNode, LightTree};
+use super::prefix::PrefixSums;
+use crate::bounds::LightShape;
+use crate::math::{Aabb, Cone};
+use crate::vpl::{Vpl, VplKind};
+
+/// Relative error of a sum of two that is allowed: few units of `f64`'s rounding.
+const SUM_ERROR: f64 = 1e-14;
+/// Share of all weight that sums may lose: 2⁻¹⁰⁰.
+const SMALLEST_SHARE: f64 = 1.0 / (1u128 << 100) as f64;
+/// Error of a cosine computed in `f64` that is allowed when cones are compared.
+const COSINE_ERROR: f64 = 1e-12;
+
+/// The shape of a node of either tree.
+#[derive(Clone, Copy)]
+struct Shape {
+    first: u32,
+    count: u32,
+    children: Option<[u32; 2]>,
+}
+
+impl LightTree {
+    /// # Errors
+    /// Says which node is wrong, and in what.
+    pub fn validate(&self) -> Result<(), String> {
+        let shape =
+            |node: &LightNode| Shape { first: node.first, count: node.count, children: node.children };
+        validate_shape(self.nodes.iter().map(shape), self.lights.len())?;
+        validate_sums(&self.sums, self.lights.iter().map(|light| light.intensity.luminance()))?;
+        for (k, node) in self.nodes.iter().enumerate() {
+            let wrong = |what: &str| Err(format!("node {k}: {what}: {node:?}"));
+            let range = node.first as usize..node.first as usize + node.count as usize;
+            if let Some(light) = self.lights[range].iter().find(|light| !holds(node, light)) {
+                return wrong(&format!("does not hold {light:?}"));
+            }
+            let (luminance, intensity) = match node.children {
+                None => {
+                    let intensity = self.light(node.first).intensity;
+                    (f64::from(intensity.luminance()), intensity)
+                }
+                Some(children) => {
+                    let [a, b] = children.map(|child| &self.nodes[child as usize]);
+                    if !(nests(node, a) && nests(node, b)) {
+                        return wrong("bounds do not hold those of its children");
+                    }
+                    (a.luminance + b.luminance, a.intensity + b.intensity)
+                }
+            };
+            if node.luminance != luminance || luminance <= 0.0 {
+                return wrong(&format!("luminance should be {luminance}"));
+            }
+            if node.intensity != intensity {
+                return wrong(&format!("intensity should be {intensity:?}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<B> GatherTree<B> {
+    /// # Errors
+    /// Says which node is wrong, and in what.
+    pub fn validate(&self) -> Result<(), String> {
+        let shapes = self.nodes.iter().map(|node| Shape {
+            first: node.first,
+            count: node.count,
+            children: node.children,
+        });
+        validate_shape(shapes, self.points.len())?;
+        validate_sums(&self.sums, self.points.iter().map(|point| point.weight.max_channel()))?;
+        for (k, node) in self.nodes.iter().enumerate() {
+            let points = &self.points[node.first as usize..node.first as usize + node.count as usize];
+            if node.aabb != Aabb::of_points(points.iter().map(|point| point.position)) {
+                return Err(format!("node {k}: not the box of its points: {node:?}"));
+            }
+            let weight: f64 = points.iter().map(|point| f64::from(point.weight.max_channel())).sum();
+            if !((f64::from(node.weight) - weight).abs() <= f64::from(f32::EPSILON) * weight && weight > 0.0)
+            {
+                return Err(format!("node {k}: weight should be {weight}: {node:?}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of nodes in depth-first order over `items` items.
+fn validate_shape(nodes: impl ExactSizeIterator<Item = Shape>, items: usize) -> Result<(), String> {
+    let expected = (2 * items).saturating_sub(1);
+    if nodes.len() != expected {
+        return Err(format!("{} nodes over {items} items; expected {expected}", nodes.len()));
+    }
+    // What depth-first order says comes next: number, first item, and number of items where the parent knows it.
+    let mut nodes = (0..).zip(nodes).peekable();
+    let mut waiting: Vec<(u32, u32, u32)> = Vec::new();
+    if nodes.peek().is_some() {
+        waiting.push((0, 0, items as u32));
+    }
+    let all: Vec<Shape> = nodes.map(|(_, node)| node).collect();
+    for (k, node) in (0u32..).zip(&all) {
+        let wrong = |what: String| Err(format!("node {k}: {what}"));
+        let Some((number, first, count)) = waiting.pop() else {
+            return wrong("is nobody's child".into());
+        };
+        if (number, first, count) != (k, node.first, node.count) {
+            return wrong(format!("{count} items from {first} at node {number} are what its parent expects"));
+        }
+        match node.children {
+            None if count == 1 => {}
+            None => return wrong(format!("a leaf of {count} items")),
+            Some([a, b]) => {
+                let (Some(left), Some(right)) = (all.get(a as usize), all.get(b as usize)) else {
+                    return wrong(format!("children {a} and {b} are not in the tree"));
+                };
+                if left.count == 0 || right.count == 0 || left.count.checked_add(right.count) != Some(count) {
+                    return wrong(format!("{} and {} items below, {count} in all", left.count, right.count));
+                }
+                waiting.push((b, first + left.count, right.count));
+                waiting.push((a, first, left.count));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn validate_sums(sums: &PrefixSums, weights: impl ExactSizeIterator<Item = f32>) -> Result<(), String> {
+    if sums.len() != weights.len() {
+        return Err(format!("sums of {} weights, not of {}", sums.len(), weights.len()));
+    }
+    let lost = SMALLEST_SHARE * sums.weight(0, sums.len() as u32);
+    for (i, weight) in (0..).zip(weights) {
+        let (found, expected) = (sums.weight(i, 1), f64::from(weight));
+        if !((found - expected).abs() <= SUM_ERROR * expected + lost && expected > 0.0) {
+            return Err(format!("item {i}: weight {found}, should be {expected}"));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a node's bounds hold a light.
+fn holds(node: &LightNode, light: &Vpl) -> bool {
+    let direction = light.direction;
+    let in_shape = match (node.bounds.shape, light.kind) {
+        (LightShape::Mixed, _) | (LightShape::Omni, VplKind::Omni) => true,
+        (LightShape::Oriented(cone), VplKind::Oriented)
+        | (LightShape::Directional(cone), VplKind::Directional) => cone.contains(direction),
+        (LightShape::Spot { axes, cos_outer }, VplKind::Spot(falloff)) => {
+            axes.contains(direction) && cos_outer <= falloff.cos_outer
+        }
+        _ => false,
+    };
+    in_shape && (light.kind == VplKind::Directional || node.bounds.aabb.contains(light.position))
+}
+
+/// Whether a node's bounds hold its child's.
+fn nests(parent: &LightNode, child: &LightNode) -> bool {
+    let (outer, inner) = (parent.bounds.aabb, child.bounds.aabb);
+    let box_nests = outer.union(inner) == outer;
+    box_nests
+        && match (parent.bounds.shape, child.bounds.shape) {
+            (LightShape::Mixed, _) | (LightShape::Omni, LightShape::Omni) => true,
+            (LightShape::Oriented(outer), LightShape::Oriented(inner))
+            | (LightShape::Directional(outer), LightShape::Directional(inner)) => cone_nests(outer, inner),
+            (
+                LightShape::Spot { axes: outer, cos_outer: a },
+                LightShape::Spot { axes: inner, cos_outer: b },
+            ) => cone_nests(outer, inner) && a <= b,
+            _ => false,
+        }
+}
+
+/// Whether `∠(axes) + β_inner ≤ β_outer`, to within the rounding of cosines.
+fn cone_nests(outer: Cone, inner: Cone) -> bool {
+    if outer.cos <= -1.0 || inner.is_empty() {
+        return true;
+    }
+    let (a, b) = (outer.axis.as_dvec3().normalize(), inner.axis.as_dvec3().normalize());
+    let (cos_between, sin_between) = (a.dot(b), a.cross(b).length());
+    let cos_inner = f64::from(inner.cos);
+    let sin_inner = ((1.0 - cos_inner) * (1.0 + cos_inner)).max(0.0).sqrt();
+    let beyond_half = sin_between * cos_inner + cos_between * sin_inner < 0.0;
+    let cos_sum = cos_between * cos_inner - sin_between * sin_inner;
+    !beyond_half && cos_sum >= f64::from(outer.cos) - COSINE_ERROR
+}
