@@ -20,7 +20,7 @@ pub fn listen() {
         }
         // On a terminal there is a progress line to leave.
         let leave = if std::io::stderr().is_terminal() { "\n" } else { "" };
-        eprintln!("{leave}interrupted: finishing the tiles in work; press Ctrl-C again to end at once");
+        eprintln!("{leave}interrupted: finishing what is in work; press Ctrl-C again to end at once");
     });
 }
 

@@ -10,12 +10,16 @@
 
 mod args;
 mod compare;
+mod coverage;
 mod exit;
+mod experiment;
 mod info;
 mod interrupt;
+mod measure;
 mod plan;
 mod progress;
 mod render;
+mod stage;
 mod summary;
 mod values;
 mod vpl;
@@ -43,5 +47,7 @@ fn run(args: &Args) -> Result<Outcome, Failure> {
         Command::Info(typed) => info::run(&plan::InfoPlan::new(typed)?),
         Command::Vpl(typed) => vpl::run(&plan::VplPlan::new(typed)?),
         Command::Compare(typed) => compare::run(&plan::ComparePlan::new(typed)?),
+        Command::Coverage(typed) => coverage::run(&plan::CoveragePlan::new(typed)?),
+        Command::Experiment(typed) => experiment::run(&plan::ExperimentPlan::new(typed)?),
     }
 }

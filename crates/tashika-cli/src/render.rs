@@ -1,23 +1,20 @@
 //! `tashika render`.
 
-use std::sync::Arc;
 use std::thread::available_parallelism;
-use std::time::Instant;
 
 use tashika::accel::Tracer;
-use tashika::film::Window;
-use tashika::gather::View;
-use tashika::integrator::{Exact, Integrator, Path, Setting};
-use tashika::io::{load_vpls, write_exr, write_png};
+use tashika::integrator::{Integrator, LitBy, Path};
+use tashika::io::{write_exr, write_png};
 use tashika::render::{RenderOptions, Totals, render, with_threads};
-use tashika::scene::{Camera, Scene};
+use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::plan::{Integration, Lights, RenderPlan};
 use crate::progress::Meter;
-use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, write_json};
+use crate::stage::{Stage, light_tree, stored_lights, timed};
+use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, write_json};
 
 /// Renders and writes the files.
 pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
@@ -31,26 +28,24 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
         meter.note(&format!("{option} means nothing to this method and is not used"));
     }
     let mut seconds = Seconds::default();
-    // A file of lights is small beside most scenes: what is wrong with it is told first.
-    let stored = timed(&mut seconds.vpls, || stored_lights(plan, &meter))?;
-    meter.phase(&format!("reading {}", plan.scene.label()));
-    let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
-    tell_notes(plan, &scene, &meter)?;
-    let camera = choose_camera(plan, &scene)?;
-    let (size, window) = plan.window(camera)?;
-    meter.phase("building the tree for rays");
-    let tracer = timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene)));
-    let lights = match stored {
-        Some(set) => Some(set),
-        None => timed(&mut seconds.vpls, || traced_lights(plan, &tracer, &meter))?,
+    let stored = stored_lights(plan.lights(), &meter, &mut seconds)?;
+    let stage = Stage::load(&plan.stage, &meter, &mut seconds)?;
+    let lights = match plan.lights() {
+        Some(lights) => Some(stage.lights(lights, stored, &meter, &mut seconds)?),
+        None => None,
     };
-    tell_lights(plan, lights.as_ref(), &scene, &meter);
-    let integrator = integrator(plan, lights.as_ref(), &tracer)?;
+    let tree = match (&plan.integration, &lights) {
+        (Integration::ManyLights { method, .. }, Some(set)) if method.needs_tree() => {
+            Some(light_tree(set, &meter, &mut seconds))
+        }
+        _ => None,
+    };
+    let integrator = integrator(plan, lights.as_ref(), tree.as_ref(), &stage.tracer)?;
 
-    let view = View { camera, size, gather: plan.gather, seed: plan.seed };
+    let window = stage.window;
+    let setting = stage.setting(plan.gather, plan.seed);
     let options = RenderOptions { window, share: plan.share };
     let rendered = timed(&mut seconds.render, || {
-        let setting = Setting { tracer: &tracer, view };
         interrupt::with_flag(|cancel| {
             meter.phase(&format!("rendering {}x{}, {}", window.width, window.height, integrator.name()));
             render(&setting, integrator.as_ref(), &options, &|p| meter.update(p), cancel)
@@ -63,9 +58,7 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     })?;
 
     let done = Done {
-        scene: &scene,
-        view,
-        window,
+        stage: &stage,
         lights: lights.as_ref(),
         method: integrator.name(),
         totals: rendered.totals,
@@ -88,79 +81,24 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     })
 }
 
-/// Notes on the scene that are told by a render; `info` tells all.
-const NOTES_TOLD: usize = 3;
-
-/// Says how the picture may differ from what the file's author saw, or refuses.
-fn tell_notes(plan: &RenderPlan, scene: &Scene, meter: &Meter) -> Result<(), Failure> {
-    if let (true, Some(first)) = (plan.strict, scene.notes().first_departure()) {
-        let (at, what) = (&first.first, &first.message);
-        return Err(Failure::file(format!("{at}: {what}; not rendered because of --strict")));
-    }
-    for note in scene.notes().iter().take(NOTES_TOLD) {
-        meter.note(&format!("{}: {}", note.first, note.message));
-    }
-    let more = scene.notes().iter().count().saturating_sub(NOTES_TOLD) as u64;
-    if more > 0 {
-        let notes = counted(more, "more note", "more notes");
-        meter.note(&format!("{notes}; `tashika info {}` lists all", plan.scene.label()));
-    }
-    Ok(())
-}
-
-fn choose_camera<'s>(plan: &RenderPlan, scene: &'s Scene) -> Result<&'s Camera, Failure> {
-    match &plan.camera {
-        None => Ok(&scene.cameras()[0]),
-        Some(name) => scene.camera(name).ok_or_else(|| {
-            let names: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
-            Failure::option("camera", name, format!("one of the scene's: {}", names.join(", ")))
-        }),
-    }
-}
-
-/// The lights of a file, if they come from one.
-fn stored_lights(plan: &RenderPlan, meter: &Meter) -> Result<Option<VplSet>, Failure> {
-    let Integration::Exact(Lights::File(path)) = &plan.integration else { return Ok(None) };
-    meter.phase(&format!("reading {}", path.display()));
-    Ok(Some(load_vpls(path)?))
-}
-
-/// Lights traced for this render, if its method has lights.
-fn traced_lights(plan: &RenderPlan, tracer: &Tracer, meter: &Meter) -> Result<Option<VplSet>, Failure> {
-    let Integration::Exact(Lights::Trace(options)) = &plan.integration else { return Ok(None) };
-    meter.phase(&format!("tracing about {}", counted(options.count, "VPL", "VPLs")));
-    Ok(Some(VplSet::trace(tracer, options)?))
-}
-
-/// Says what is odd about the lights.
-fn tell_lights(plan: &RenderPlan, lights: Option<&VplSet>, scene: &Scene, meter: &Meter) {
-    let Some(set) = lights else { return };
-    if set.is_empty() {
-        meter.note("nothing in the scene sends out light; only what is seen directly will show");
-    }
-    let theirs = &set.provenance().scene;
-    if let (Some(path), true) = (plan.lights_file(), theirs != scene.name()) {
-        let (path, ours) = (path.display(), scene.name());
-        meter.note(&format!("{path} was traced in the scene {theirs}, not in {ours}"));
-    }
-}
-
 fn integrator<'a>(
     plan: &RenderPlan,
     lights: Option<&'a VplSet>,
+    tree: Option<&'a LightTree>,
     tracer: &'a Tracer,
 ) -> Result<Box<dyn Integrator + 'a>, Failure> {
-    Ok(match plan.integration {
-        Integration::Exact(_) => Box::new(Exact::new(lights.expect("this method's lights were made"))),
-        Integration::Path(paths) => Box::new(Path::new(tracer, paths, VplOptions::default().max_depth)?),
+    Ok(match &plan.integration {
+        Integration::ManyLights { method, options, .. } => {
+            let set = lights.expect("this method's lights were made");
+            method.integrator(LitBy { set, tree }, options)
+        }
+        Integration::Path(paths) => Box::new(Path::new(tracer, *paths, VplOptions::default().max_depth)?),
     })
 }
 
 /// A finished render.
 struct Done<'a> {
-    scene: &'a Scene,
-    view: View<'a>,
-    window: Window,
+    stage: &'a Stage,
     lights: Option<&'a VplSet>,
     method: &'static str,
     totals: Totals,
@@ -170,15 +108,16 @@ struct Done<'a> {
 }
 
 fn report(plan: &RenderPlan, done: &Done<'_>, seconds: Seconds) -> RenderReport {
-    let Done { scene, view, window, totals, .. } = done;
+    let Done { stage, totals, .. } = done;
+    let Stage { scene, camera, size, window, .. } = stage;
     let mean = |sum: u64| if totals.pixels > 0 { sum as f64 / totals.pixels as f64 } else { 0.0 };
     RenderReport {
         version: env!("CARGO_PKG_VERSION"),
         scene: scene.name().to_owned(),
         triangles: Triangles { stored: scene.stored_triangles(), instanced: scene.instanced_triangles() },
         notes: scene.notes().iter().count(),
-        camera: view.camera.name.clone(),
-        size: view.size,
+        camera: camera.name.clone(),
+        size: *size,
         window: [window.x, window.y, window.width, window.height],
         tiles: plan.share.to_string(),
         method: done.method,
@@ -190,7 +129,7 @@ fn report(plan: &RenderPlan, done: &Done<'_>, seconds: Seconds) -> RenderReport 
             indirect: set.provenance().indirect,
             clamp_m: set.provenance().clamp_distance,
             seed: set.provenance().seed,
-            file: plan.lights_file().map(ToOwned::to_owned),
+            file: plan.lights().and_then(Lights::file).map(ToOwned::to_owned),
         }),
         seed: plan.seed,
         pixels: totals.pixels,
@@ -211,12 +150,4 @@ fn report(plan: &RenderPlan, done: &Done<'_>, seconds: Seconds) -> RenderReport 
         exposure_stops: done.exposure_stops,
         files: vec![plan.exr.clone(), plan.png.clone()],
     }
-}
-
-/// Runs `work` and adds the seconds it took.
-fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
-    let begun = Instant::now();
-    let result = work();
-    *seconds += begun.elapsed().as_secs_f64();
-    result
 }

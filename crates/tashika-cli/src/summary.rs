@@ -24,13 +24,18 @@ impl Rows {
     pub fn print(&self) -> Result<(), Failure> {
         let width = self.0.iter().map(|(label, _)| label.len()).max().unwrap_or(0);
         let lines: String = self.0.iter().map(|(label, text)| format!("{label:width$}  {text}\n")).collect();
-        match std::io::stdout().write_all(lines.as_bytes()) {
-            // Whoever reads may have seen enough: `tashika info | head`.
-            Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-                Err(Failure::file(format!("cannot write to standard output: {e}")))
-            }
-            _ => Ok(()),
+        print(&lines)
+    }
+}
+
+/// Prints to standard output.
+pub fn print(text: &str) -> Result<(), Failure> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // Whoever reads may have seen enough: `tashika info | head`.
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::file(format!("cannot write to standard output: {e}")))
         }
+        _ => Ok(()),
     }
 }
 
@@ -207,10 +212,11 @@ impl RenderReport {
         rows.push(
             "seconds",
             format!(
-                "load {:.2}, ray tree {:.2}, VPLs {:.2}, render {:.2}; {}",
+                "load {:.2}, ray tree {:.2}, VPLs {:.2}, light tree {:.2}, render {:.2}; {}",
                 s.load,
                 s.ray_tree,
                 s.vpls,
+                s.trees,
                 s.render,
                 counted(self.threads as u64, "thread", "threads")
             ),

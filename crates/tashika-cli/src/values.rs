@@ -1,6 +1,7 @@
 //! Values of options as people type them; each error says what would be accepted.
 
 use tashika::film::Window;
+use tashika::integrator::Method;
 use tashika::io::Exposure;
 use tashika::render::TileShare;
 use tashika::vpl::Clamp;
@@ -83,6 +84,22 @@ pub fn exposure(typed: &str) -> Result<Exposure, String> {
     }
 }
 
+/// A method that is measured: any but the exact one, by which the others are judged.
+pub fn method(typed: &str) -> Result<Method, String> {
+    let method = measured().find(|method| method.name() == typed.trim());
+    method.ok_or_else(|| format!("expected {}, or several of them with commas between", method_names()))
+}
+
+/// Names of the methods that are measured.
+pub fn method_names() -> String {
+    measured().map(Method::name).collect::<Vec<_>>().join(", ")
+}
+
+/// The methods that are measured.
+pub fn measured() -> impl Iterator<Item = Method> {
+    Method::ALL.into_iter().filter(|method| *method != Method::Exact)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,5 +150,14 @@ mod tests {
         assert_eq!(clamp("0.25"), Ok(Clamp::Distance(0.25)));
         assert_eq!((exposure("auto"), exposure("-1.5")), (Ok(Exposure::Auto), Ok(Exposure::Stops(-1.5))));
         assert!(clamp("far").is_err() && exposure("bright").is_err());
+    }
+
+    #[test]
+    fn methods_are_those_that_can_be_wrong() {
+        assert_eq!(method("mdlc"), Ok(Method::Mdlc));
+        for typed in ["exact", "path", "", "MDLC"] {
+            let said = method(typed).unwrap_err();
+            assert!(said.contains("lightcuts, mdlc,") && !said.contains("exact"), "{typed}: {said}");
+        }
     }
 }

@@ -110,7 +110,7 @@ fn rendered(film: &Film) -> Vec<bool> {
 fn help_names_every_command_and_has_examples() {
     let folder = Folder::new();
     let help = folder.run("--help");
-    for words in ["render", "info", "vpl", "compare", "Exit codes"] {
+    for words in ["render", "info", "vpl", "compare", "coverage", "experiment", "Exit codes"] {
         assert!(help.succeeds().stdout.contains(words), "{words}");
     }
     let help = folder.run("render --help");
@@ -417,4 +417,225 @@ fn what_cannot_be_compared_is_told() {
     folder.run("compare a.exr a.exr --html a.exr").fails(2, &["a.exr is an input"]);
     folder.run("compare a.exr a.exr --html x --json x").fails(2, &["x would be written twice"]);
     assert_eq!(folder.names(), before, "nothing was written");
+}
+
+/// What every row of a measurement holds.
+const KEYS: [&str; 13] = [
+    "method",
+    "scene",
+    "error",
+    "confidence",
+    "pixels",
+    "seeds",
+    "within_tolerance",
+    "low",
+    "high",
+    "worst",
+    "rays_per_pixel",
+    "pairs_per_pixel",
+    "seconds",
+];
+
+/// The rows of a table for scripts, each with all keys and numbers that agree with each other.
+#[track_caller]
+fn sound_rows(json: Value) -> Vec<Value> {
+    let Value::Array(rows) = json else { panic!("not rows: {json}") };
+    for row in &rows {
+        for key in KEYS {
+            assert!(row.get(key).is_some(), "{key}: {row}");
+        }
+        let number = |key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key}: {row}"));
+        assert!(
+            number("low") <= number("within_tolerance") && number("within_tolerance") <= number("high"),
+            "{row}"
+        );
+        assert!(number("median") <= number("p95") && number("p95") <= number("worst"), "{row}");
+        let trials = number("pixels") * number("seeds");
+        let within = number("within_tolerance") * trials;
+        assert!((within - within.round()).abs() < 1e-9, "a number of trials: {row}");
+        assert_eq!(number("within_tolerance") == 1.0, number("worst") <= number("error"), "{row}");
+        assert_eq!(number("within_tolerance") >= 0.95, number("p95") <= number("error"), "{row}");
+        assert!(number("rays_per_pixel") > 0.0 && number("pairs_per_pixel") > 0.0 && number("seconds") > 0.0);
+        let states_interval = !["lightcuts", "mdlc"].contains(&row["method"].as_str().unwrap());
+        assert_eq!(
+            (row["confidence"].is_null(), row["claims_kept"].is_null()),
+            (!states_interval, !states_interval)
+        );
+        assert_eq!(
+            number("claims") + number("budget_hit"),
+            if states_interval { trials } else { number("budget_hit") }
+        );
+    }
+    rows
+}
+
+#[test]
+fn coverage_is_measured_by_error_confidence_and_seed() {
+    let folder = Folder::new();
+    let common = "coverage builtin:tiny --size 24x16 --vpls 200 --gather 2 --pixels 15 --seeds 3 \
+                  --methods mdlc,iwasaki2019 --error 10%,0.05 --confidence 50%,0.9";
+    let run = folder.run(&format!("{common} --json rows.json"));
+    let rows = sound_rows(folder.json("rows.json"));
+    let asked: Vec<_> = rows
+        .iter()
+        .map(|r| (r["method"].as_str().unwrap(), r["error"].as_f64(), r["confidence"].as_f64()))
+        .collect();
+    let expected = [
+        ("mdlc", Some(0.1), None),
+        ("mdlc", Some(0.05), None),
+        ("iwasaki2019", Some(0.1), Some(0.5)),
+        ("iwasaki2019", Some(0.1), Some(0.9)),
+        ("iwasaki2019", Some(0.05), Some(0.5)),
+        ("iwasaki2019", Some(0.05), Some(0.9)),
+    ];
+    assert_eq!(asked, expected);
+    assert!(rows.iter().all(|r| (&r["pixels"], &r["seeds"]) == (&15.into(), &3.into())));
+    let lines: Vec<&str> = run.succeeds().stdout.lines().filter(|line| line.starts_with("| ")).collect();
+    assert_eq!(lines.len(), 7, "{}", run.stdout);
+    assert!(lines[0].contains("claims kept") && lines[6].contains("iwasaki2019"), "{}", run.stdout);
+    assert!(run.stderr.contains("exact sums of 15 pixels"), "{}", run.stderr);
+
+    // The same numbers from one thread, but for the time.
+    folder.run(&format!("{common} --json again.json --threads 1 -q")).succeeds();
+    let timeless = |mut rows: Vec<Value>| {
+        rows.iter_mut().for_each(|row| row["seconds"] = Value::Null);
+        rows
+    };
+    assert_eq!(timeless(sound_rows(folder.json("again.json"))), timeless(rows));
+}
+
+#[test]
+fn the_seed_experiment_is_what_render_and_compare_say() {
+    let folder = Folder::new();
+    let stage = "builtin:tiny --size 20x12 --vpls 150 --gather 2";
+    let run = folder.run(&format!("experiment seed {stage} --out out --methods mdlc,sakai2018 --error 5%"));
+    let rows = sound_rows(folder.json("out/table.json"));
+    assert_eq!(rows.len(), 2);
+    folder.run(&format!("render {stage} --method sakai2018 --error 5% -o s.exr -q")).succeeds();
+    folder.run(&format!("render {stage} -o r.exr -q")).succeeds();
+    folder.run("compare s.exr r.exr --error 5% --json c.json -q").succeeds();
+    assert_eq!(folder.film("s.exr"), folder.film("out/sakai2018.exr"));
+    assert_eq!(folder.film("r.exr"), folder.film("out/reference.exr"));
+    let compared = folder.json("c.json");
+    for key in ["within_tolerance", "mean", "median", "p95", "worst", "pixels", "claims_kept"] {
+        assert_eq!(rows[1][key], compared[key], "{key}");
+    }
+    for method in ["mdlc", "sakai2018", "reference"] {
+        assert!(folder.path(&format!("out/{method}.png")).exists(), "{method}");
+    }
+    let table = fs::read_to_string(folder.path("out/table.md")).unwrap();
+    assert_eq!(run.succeeds().stdout, table);
+    let page = fs::read_to_string(folder.path("out/index.html")).unwrap();
+    let shown: Vec<&str> = page.split("src=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    assert_eq!(
+        shown,
+        ["reference.png", "mdlc.png", "mdlc-error.png", "sakai2018.png", "sakai2018-error.png"]
+    );
+    assert!(
+        shown
+            .iter()
+            .all(|file| fs::read(folder.path(&format!("out/{file}"))).unwrap().starts_with(b"\x89PNG"))
+    );
+
+    // Against some of the exact sums.
+    folder
+        .run(&format!("experiment seed {stage} --out some --methods mdlc --pixels 9 --json some.json -q"))
+        .succeeds();
+    let some = sound_rows(folder.json("some.json"));
+    assert_eq!((&some[0]["pixels"], folder.json("some/table.json")), (&9.into(), Value::Array(some.clone())));
+    assert_eq!(rendered(&folder.film("some/reference.exr")).iter().filter(|r| **r).count(), 9);
+    assert!(rendered(&folder.film("some/mdlc.exr")).iter().all(|r| *r), "methods render everything");
+}
+
+#[test]
+fn costs_are_measured_against_lights_and_gather_points() {
+    let folder = Folder::new();
+    let run = folder.run(
+        "experiment scaling builtin:tiny --size 20x12 --out . --vpls 50,400 --gather 1,4 --pixels 8 --methods mdlc,nabata2016",
+    );
+    let rows = sound_rows(folder.json("table.json"));
+    let cells: Vec<_> =
+        rows.iter().map(|r| (r["method"].as_str().unwrap(), r["gather"].as_u64().unwrap())).collect();
+    let curve = |method| [(method, 1), (method, 4), (method, 1), (method, 4)];
+    assert_eq!(cells, [curve("mdlc"), curve("nabata2016")].concat(), "{}", run.succeeds().stdout);
+    let vpls: Vec<u64> = rows.iter().map(|r| r["vpls"].as_u64().unwrap()).collect();
+    assert!(vpls[0] == vpls[1] && vpls[2] == vpls[3] && vpls[2] > 3 * vpls[0], "{vpls:?}");
+    let rays = |i: usize| rows[i]["rays_per_pixel"].as_f64().unwrap();
+    assert!(rays(4) < rays(5) && rays(4) < rays(6), "more points and more lights cost more: {}", run.stdout);
+}
+
+#[test]
+fn methods_are_brought_to_the_same_quality() {
+    let folder = Folder::new();
+    let run = folder
+        .run("experiment equal-quality builtin:tiny --size 20x12 --out . --vpls 200 --pixels 40 --share 90%");
+    let rows = sound_rows(folder.json("table.json"));
+    assert!(run.succeeds().stdout.contains("90.0 % of the pixels within 2 %"), "{}", run.stdout);
+    assert_eq!(rows.len(), 5);
+    for row in &rows {
+        assert!(row["within_tolerance"].as_f64().unwrap() >= 0.9 && row["error"] == 0.02, "{row}");
+    }
+    // A cut of one pair stays far off, whatever it is told.
+    let run = folder.run(
+        "experiment equal-quality builtin:tiny --size 20x12 --out . --vpls 200 --pixels 10 --max-pairs 1 --methods mdlc",
+    );
+    assert!(run.succeeds().stdout.contains("mdlc was not brought to 95.0 % within 2 %"), "{}", run.stdout);
+    // Pixels that see no surface need no pair.
+    assert!(sound_rows(folder.json("table.json"))[0]["budget_hit"].as_u64() > Some(0));
+}
+
+#[test]
+fn typing_errors_of_measurements_are_answered() {
+    let folder = Folder::new();
+    let before = folder.names();
+    folder.run("coverage --methods exact").fails(2, &["'exact'", "--methods", "lightcuts, mdlc"]);
+    folder.run("coverage --methods mdlc,,mdlc").fails(2, &["''", "--methods"]);
+    folder.run("coverage --error 1%,two").fails(2, &["'two'", "--error"]);
+    folder.run("coverage --error 1%,2").fails(2, &["--error = 2; expected"]);
+    folder.run("coverage --confidence 50%,100%").fails(2, &["--confidence = 1; expected"]);
+    folder.run("coverage --seeds 0").fails(2, &["--seeds = 0;"]);
+    folder.run("coverage --max-pairs 0").fails(2, &["--max-pairs = 0;"]);
+    folder
+        .run("coverage builtin:tiny --vpls 5 --size 4x4 --pixels 17")
+        .fails(2, &["--pixels = 17; expected 1 to 16"]);
+    folder.run("coverage builtin:tiny --vpls 5 --size 4x4 --pixels 0").fails(2, &["--pixels = 0;"]);
+    folder.run("coverage --json none/a.json").fails(3, &["none/a.json", "no folder none"]);
+    folder.run("coverage none.obj").fails(3, &["none.obj"]);
+    folder.run("experiment").fails(2, &["seed", "scaling", "equal-quality"]);
+    folder.run("experiment sed").fails(2, &["'sed'", "'seed'"]);
+    folder.run("experiment scaling --gather 4,2000").fails(2, &["--gather = 2000;"]);
+    folder.run("experiment scaling --vpls 1k,0").fails(2, &["--vpls = 0;"]);
+    folder.run("experiment equal-quality --share 0").fails(2, &["--share = 0;"]);
+    folder.run("experiment seed --out scene.obj").fails(3, &["cannot write scene.obj"]);
+    assert_eq!(folder.names(), before, "nothing was written");
+}
+
+/// Waits until the second row begins, then sends the signal that Ctrl-C sends.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_the_rows_that_are_finished() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let folder = Folder::new();
+    // The first row takes a moment, the second many minutes, each of its pixels a fraction of a second.
+    let line = "coverage builtin:tiny --size 8x8 --vpls 2k --gather 64 --pixels 5 --seeds 300 --json a.json \
+                --methods mdlc --error 100%,0.001% --max-pairs 50k";
+    let mut child = Command::new(env!("CARGO_BIN_EXE_tashika"))
+        .current_dir(folder.0.path())
+        .args(line.split_whitespace())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut lines = stderr.lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("mdlc, error 0.001 %")));
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+    assert!(lines.any(|line| line.contains("interrupted")));
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("NOT COMPLETE: 1 of 2 rows"));
+    assert_eq!(sound_rows(folder.json("a.json")).len(), 1);
 }

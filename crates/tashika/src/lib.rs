@@ -10,16 +10,19 @@
 //! | 3 | [`vpl`], [`gather`], [`transport`] |
 //! | 4 | [`bounds`] |
 //! | 5 | [`tree`] |
+//! | 6 | [`cut`] |
 //! | 7 | [`integrator`] |
 //! | 8 | [`render`], [`report`] |
-//! | 9 | [`io`] |
+//! | 9 | [`experiment`], [`io`] |
 #![forbid(unsafe_code)]
 
 pub mod accel;
 pub mod bounds;
 pub mod bsdf;
 pub mod color;
+pub mod cut;
 pub mod error;
+pub mod experiment;
 pub mod film;
 pub mod gather;
 pub mod integrator;

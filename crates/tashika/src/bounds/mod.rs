@@ -1,5 +1,23 @@
 //! Upper bounds of what clusters of lights give to clusters of gather points.
 
+mod analytic;
+mod angle;
+mod constant;
+mod cube_map;
+mod geometry;
 mod light;
+mod lobes;
+mod material;
+mod reflector;
+mod spans;
 
+#[cfg(test)]
+mod tests;
+
+pub use analytic::UpperAnalytic;
+pub use constant::UpperConstant;
+pub use cube_map::UpperCubeMap;
+pub use geometry::{Towards, upper_geometric};
 pub use light::{LightBounds, LightShape};
+pub use material::UpperMaterial;
+pub use reflector::Reflector;

@@ -186,6 +186,14 @@ impl RgbSum {
         self.0[2] += f64::from(c.b);
     }
 
+    /// Takes away a term that was added before.
+    #[inline]
+    pub fn remove(&mut self, c: Rgb) {
+        self.0[0] -= f64::from(c.r);
+        self.0[1] -= f64::from(c.g);
+        self.0[2] -= f64::from(c.b);
+    }
+
     /// Adds another sum.
     pub fn merge(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(other.0) {

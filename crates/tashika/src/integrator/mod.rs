@@ -1,10 +1,26 @@
 //! Integrators: from a tile of pixels to estimates, each saying how sure it is.
 
 mod exact;
+mod iwasaki2019;
+mod lightcuts;
+mod mdlc;
+mod method;
+mod nabata2016;
 mod path;
+mod published;
+mod sakai2018;
 
 pub use exact::Exact;
+pub use iwasaki2019::Iwasaki2019;
+pub use lightcuts::Lightcuts;
+pub use mdlc::Mdlc;
+pub use method::{LitBy, Method};
+pub use nabata2016::Nabata2016;
 pub use path::Path;
+pub use published::{Lights, MANY_PAIRS, PublishedOptions};
+pub use sakai2018::Sakai2018;
+
+use published::{Published, Scope};
 
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,12 @@
-//! From a setting and an integrator to a film: tiles, threads, progress, cancellation.
+//! From a setting and an integrator to a film: tiles or chosen pixels, threads, progress, cancellation.
 //!
 //! Tiles are independent and the estimate of a pixel depends on neither, so films are equal bit by bit for any number of threads,
 //! any window and any share of the tiles.
 
 mod tiles;
+
+#[cfg(test)]
+mod tests;
 
 pub use tiles::TileShare;
 
@@ -59,7 +62,7 @@ pub struct Totals {
 pub struct Rendered {
     /// The planes; pixels that were not rendered are zero and say so in `stop`.
     pub film: Film,
-    /// Whether every pixel of the share was rendered.
+    /// Whether every pixel that was asked for was rendered.
     pub complete: bool,
     /// Sums over the rendered pixels.
     pub totals: Totals,
@@ -152,15 +155,58 @@ pub fn render(
     setting.view.gather.validate()?;
     let mut film = Film::new(setting.view.size, options.window, PLANES)?;
     let tiles = options.share.tiles(&options.window, setting.view.gather.points)?;
-    let of = tiles.iter().map(Window::area).sum();
+    film.metadata_mut().set("tiles", options.share.to_string());
+    Ok(render_tiles(setting, integrator, film, &tiles, progress, cancel))
+}
 
-    struct Shared {
-        film: Film,
-        progress: Progress,
-        totals: Totals,
-        sum: RgbSum,
+/// Renders only these pixels, into a film of the whole image; each estimate is the one that [`render`] gives.
+///
+/// `progress` and `cancel` as there, with a pixel for a tile.
+///
+/// # Errors
+/// A pixel outside the image or named twice, unusable gather options.
+pub fn render_pixels(
+    setting: &Setting<'_>,
+    integrator: &dyn Integrator,
+    pixels: &[[u32; 2]],
+    progress: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Result<Rendered> {
+    setting.view.gather.validate()?;
+    let size = setting.view.size;
+    let mut film = Film::new(size, Window::full(size), PLANES)?;
+    let mut sorted = pixels.to_vec();
+    sorted.sort_unstable();
+    let outside = sorted.iter().find(|[x, y]| !film.window().contains(*x, *y));
+    let twice = sorted.windows(2).find(|two| two[0] == two[1]).map(|two| &two[0]);
+    if let Some([x, y]) = outside.or(twice) {
+        let [width, height] = size;
+        let expected = format!("pixels of the image of {width}x{height}, each once");
+        return Err(Error::option("pixels", format!("{x},{y}"), expected));
     }
-    describe(setting, integrator, options, &mut film);
+    film.metadata_mut().set("pixels", pixels.len() as u64);
+    let tiles: Vec<Window> = pixels.iter().map(|&[x, y]| Window { x, y, width: 1, height: 1 }).collect();
+    Ok(render_tiles(setting, integrator, film, &tiles, progress, cancel))
+}
+
+/// What the threads write to.
+struct Shared {
+    film: Film,
+    progress: Progress,
+    totals: Totals,
+    sum: RgbSum,
+}
+
+fn render_tiles(
+    setting: &Setting<'_>,
+    integrator: &dyn Integrator,
+    mut film: Film,
+    tiles: &[Window],
+    progress: &(dyn Fn(&Progress) + Sync),
+    cancel: &AtomicBool,
+) -> Rendered {
+    let of = tiles.iter().map(Window::area).sum();
+    describe(setting, integrator, &mut film);
     let shared = Mutex::new(Shared {
         film,
         progress: Progress { of, ..Progress::default() },
@@ -207,11 +253,11 @@ pub fn render(
     };
     let complete = sums.iter().all(Option::is_some);
     film.metadata_mut().set("complete", complete);
-    Ok(Rendered { film, complete, totals })
+    Rendered { film, complete, totals }
 }
 
 /// Everything that the film is a function of, as far as this layer knows it.
-fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, options: &RenderOptions, film: &mut Film) {
+fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film) {
     let m = film.metadata_mut();
     m.set("version", env!("CARGO_PKG_VERSION"));
     m.set("scene", setting.tracer.scene().name());
@@ -220,7 +266,6 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, options: &Render
     m.set("seed", setting.view.seed);
     m.set("gather.points", setting.view.gather.points);
     m.set("gather.filter", format!("{:?}", setting.view.gather.filter).to_lowercase());
-    m.set("tiles", options.share.to_string());
     integrator.describe(m);
 }
 

@@ -6,12 +6,14 @@ use std::sync::atomic::AtomicBool;
 use tashika::accel::Tracer;
 use tashika::film::{Film, Window};
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{Exact, Integrator, Path, Setting};
+use tashika::integrator::{Exact, Integrator, LitBy, Method, Path, PublishedOptions, Setting};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
 use tashika::scene::builtin;
+use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [37, 23];
+const METHODS: [&str; 5] = ["exact", "path", "lightcuts", "nabata2016", "iwasaki2019"];
 
 /// Everything from the tracer to the film, on a pool of `threads`.
 fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film, VplSet) {
@@ -26,14 +28,17 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
             gather: GatherOptions { points: 3, ..GatherOptions::default() },
             seed: 5,
         };
-        let exact = Exact::new(&set);
-        let path = Path::new(&tracer, 8, 16).unwrap();
-        let integrator: &dyn Integrator = if method == "path" { &path } else { &exact };
-        let setting = Setting { tracer: &tracer, view };
-        let film =
-            render(&setting, integrator, &RenderOptions { window, share }, &|_| (), &AtomicBool::new(false))
-                .unwrap()
-                .film;
+        let tree = LightTree::build(&set, LightTreeBuilder::default());
+        let published = PublishedOptions { error: 0.1, ..PublishedOptions::default() };
+        let options = RenderOptions { window, share };
+        let render = |integrator: Box<dyn Integrator + '_>| {
+            let setting = Setting { tracer: &tracer, view };
+            render(&setting, &*integrator, &options, &|_| (), &AtomicBool::new(false)).unwrap().film
+        };
+        let film = match method.parse::<Method>() {
+            Ok(method) => render(method.integrator(LitBy { set: &set, tree: Some(&tree) }, &published)),
+            Err(_) => render(Box::new(Path::new(&tracer, 8, 16).unwrap())),
+        };
         (film, set)
     })
     .unwrap()
@@ -41,7 +46,7 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    for method in ["exact", "path"] {
+    for method in METHODS {
         let all = Window::full(SIZE);
         let (one, lights) = run(1, method, all, TileShare::default());
         for threads in [2, 5] {
@@ -55,7 +60,7 @@ fn threads_do_not_change_a_bit() {
 
 #[test]
 fn windows_and_shares_are_parts_of_the_same_image() {
-    for method in ["exact", "path"] {
+    for method in METHODS {
         let (whole, _) = run(2, method, Window::full(SIZE), TileShare::default());
         let window = Window { x: 5, y: 3, width: 18, height: 13 };
         let (part, _) = run(2, method, window, TileShare::default());

@@ -55,11 +55,15 @@ fn the_layers_are_those_of_the_documentation() {
 #[test]
 fn alternatives_do_not_use_each_other() {
     let files = sources();
-    for name in SIDE_BY_SIDE {
+    for row in SIDE_BY_SIDE {
+        let name = row.module;
         let owner =
-            files.iter().find(|f| f.module.as_deref() == Some(&[(*name).to_owned()])).expect("its mod.rs");
-        assert!(file_modules(&owner.built).len() > 1, "{name} has no alternatives");
-        assert_none(&files.iter().flat_map(|f| side_by_side(f, owner)).collect::<Vec<_>>());
+            files.iter().find(|f| f.module.as_deref() == Some(&[name.to_owned()])).expect("its mod.rs");
+        let own_files = file_modules(&owner.built);
+        let known = |file: &str| own_files.iter().any(|own| own == file);
+        assert!(own_files.len() > 1, "{name} has no alternatives");
+        assert!(row.common.iter().chain(row.lists).all(|file| known(file)), "{name} has no such file");
+        assert_none(&files.iter().flat_map(|f| side_by_side(f, owner, row)).collect::<Vec<_>>());
     }
 }
 

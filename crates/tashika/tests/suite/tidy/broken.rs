@@ -43,8 +43,14 @@ fn row_allows(user: &Module, used: &Module) -> bool {
 
 #[test]
 fn broken_rules_are_seen() {
-    let owner = snippet("integrator", "mod exact; mod path; pub use exact::Exact; pub struct Setting;");
-    let sibling = |text| side_by_side(&snippet("integrator::path", text), &owner).len();
+    let text = "mod all; mod base; mod exact; mod path; pub use base::Base; pub use exact::Exact; pub struct Setting;";
+    let owner = snippet("integrator", text);
+    let row = SideBySide { module: "integrator", common: &["base"], lists: &["all"] };
+    let used_by = |file, text| side_by_side(&snippet(file, text), &owner, &row).len();
+    assert_eq!(used_by("integrator::all", "use super::{Exact, path::Path};"), 0);
+    assert_eq!(used_by("integrator::base", "use super::Exact;"), 1);
+    let sibling = |text| used_by("integrator::path", text);
+    assert_eq!(sibling("use super::Base;"), 0);
     assert_eq!(sibling("use super::{Exact, Setting};"), 1);
     assert_eq!(sibling("fn f() { crate::integrator::exact::g() }"), 1);
     assert_eq!(sibling("use super::{Path, Setting, path::g};"), 0);

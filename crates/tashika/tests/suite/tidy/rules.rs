@@ -40,14 +40,15 @@ pub(super) fn layers(file: &File) -> Vec<String> {
 }
 
 /// Alternatives do not use each other; `owner` is their `mod.rs`.
-pub(super) fn side_by_side(file: &File, owner: &File) -> Vec<String> {
+pub(super) fn side_by_side(file: &File, owner: &File, row: &SideBySide) -> Vec<String> {
     let (Some(module @ [parent, own, ..]), Some(top)) = (file.module.as_deref(), owner.top()) else {
         return Vec::new();
     };
-    if parent != top {
+    if parent != top || row.lists.contains(&own.as_str()) {
         return Vec::new();
     }
-    let siblings = file_modules(&owner.all);
+    let mut siblings = file_modules(&owner.all);
+    siblings.retain(|sibling| !row.common.contains(&sibling.as_str()));
     // What the parent passes on is still the sibling's.
     let passed_on: BTreeMap<String, String> = paths(&owner.built)
         .into_iter()

@@ -39,14 +39,26 @@ pub(super) const MODULES: &[Module] = &[
     module("transport", 3, &[0, 1, 2], &["vpl", "gather"]),
     module("bounds", 4, &[0, 1], &[]),
     module("tree", 5, &[0, 1, 3, 4], &[]),
-    module("integrator", 7, &[0, 1, 2, 3], &[]),
+    module("cut", 6, &[0, 2, 3, 4, 5], &[]),
+    module("integrator", 7, &[0, 1, 2, 3, 4, 5, 6], &[]),
     module("render", 8, &[0, 1, 2, 3, 7], &[]),
     module("report", 8, &[0, 1], &[]),
+    module("experiment", 9, &[0, 1, 2, 3, 4, 5, 6, 7, 8], &[]),
     module("io", 9, &[0, 1, 2, 3, 8], &[]),
 ];
 
-/// Modules whose files are alternatives to each other: they share what their `mod.rs` offers, and no more.
-pub(super) const SIDE_BY_SIDE: &[&str] = &["integrator"];
+/// A module whose files are alternatives to each other.
+pub(super) struct SideBySide {
+    pub(super) module: &'static str,
+    /// Files that are no alternative but what several of them have in common: all may use them.
+    pub(super) common: &'static [&'static str],
+    /// Files that list the alternatives: they may use all.
+    pub(super) lists: &'static [&'static str],
+}
+
+/// Modules whose files are alternatives to each other: they share what their `mod.rs` and their common files offer, and no more.
+pub(super) const SIDE_BY_SIDE: &[SideBySide] =
+    &[SideBySide { module: "integrator", common: &["published"], lists: &["method"] }];
 
 /// Which modules may name a dependency of the library; none: all of them.
 pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[

@@ -1,5 +1,9 @@
 //! What was typed. The doc comments are the texts of `--help`.
 
+mod measure;
+
+pub use measure::{CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs};
+
 use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
@@ -29,6 +33,11 @@ pub enum Command {
     Vpl(VplArgs),
     /// Measure an image against a reference: shares, errors, kept claims, and a picture of the error
     Compare(CompareArgs),
+    /// Measure how often methods keep to their tolerance and to their intervals
+    Coverage(CoverageArgs),
+    /// Run an experiment of the literature: images, tables, a page
+    #[command(subcommand)]
+    Experiment(ExperimentArgs),
 }
 
 const EXIT_CODES: &str = "\
@@ -36,8 +45,8 @@ Exit codes:
   0    done
   2    usage: an option or its value cannot be
   3    files: an input cannot be used, or an output cannot be written
-  4    done, but some pixels ran out of budget
-  130  interrupted (Ctrl-C); a render writes what is finished, a second Ctrl-C ends it at once";
+  4    rendered, but some pixels ran out of budget
+  130  interrupted (Ctrl-C); what is finished is written, a second Ctrl-C ends it at once";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -45,6 +54,7 @@ Examples:
   tashika render kitchen.glb -o kitchen.exr --vpls 55k --gather 16
   tashika render kitchen.glb --size 320x180 --crop 100,50,64,64 --camera top
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
+  tashika render kitchen.glb --method iwasaki2019 --error 2% --confidence 95%
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
 
 const VPL_EXAMPLES: &str = "\
@@ -71,10 +81,10 @@ pub struct SceneArgs {
     pub allow_outside: bool,
 }
 
+/// What is looked at, from where, how large.
 #[derive(Debug, ClapArgs)]
-#[command(after_help = RENDER_EXAMPLES)]
-pub struct RenderArgs {
-    /// Scene file (.gltf, .glb, .obj), or builtin:room, builtin:tiny [default: builtin:room]
+pub struct StageArgs {
+    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny [default: builtin:room]
     pub scene: Option<String>,
 
     /// Camera, by name [default: the scene's first]
@@ -92,6 +102,13 @@ pub struct RenderArgs {
     /// Image size in pixels [default: the camera's, or 640x360]
     #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Image")]
     pub size: Option<[u32; 2]>,
+}
+
+#[derive(Debug, ClapArgs)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub stage: StageArgs,
 
     /// Render only this part of the image, in pixels from the top left
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Image")]
@@ -101,22 +118,32 @@ pub struct RenderArgs {
     #[arg(long, value_name = "K/N", value_parser = values::tiles, help_heading = "Image")]
     pub tiles: Option<TileShare>,
 
-    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Image",
-        help = format!("Gather points a pixel, 1 to 1024; more: smoother edges, depth of field, mirrors \
-            [default: {}]", GatherOptions::default().points))]
-    pub gather: Option<u64>,
+    #[command(flatten)]
+    pub gather: GatherArgs,
 
     #[command(flatten)]
-    pub lights: LightArgs,
+    pub source: SourceArgs,
 
-    /// Virtual point lights from a file that `tashika vpl` wrote, instead of tracing them
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
-    pub vpl_file: Option<PathBuf>,
-
-    /// How pixels are computed: exact is the whole sum over all virtual point lights, path is path
-    /// tracing, an independent estimate of light transport itself
+    /// How pixels are computed
     #[arg(long, value_enum, default_value_t = Method::Exact, help_heading = "Method")]
     pub method: Method,
+
+    /// Relative error that a pixel may have, for the methods that control it: above 0, at most 100%
+    /// [default: 2%]
+    #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
+        help_heading = "Method")]
+    pub error: Option<f64>,
+
+    /// Confidence of the interval about a pixel, for the methods that state one: above 0, below 100%
+    /// [default: 95%]
+    #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, allow_negative_numbers = true,
+        help_heading = "Method")]
+    pub confidence: Option<f64>,
+
+    /// Largest cut, in pairs of clusters; a pixel that reaches it says so and claims nothing
+    /// [default: 1000 for lightcuts and mdlc, as published; else 1048576]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
+    pub max_pairs: Option<u64>,
 
     /// Paths a pixel, with --method path [default: 64]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
@@ -140,12 +167,37 @@ pub struct RenderArgs {
 }
 
 #[derive(Debug, ClapArgs)]
+pub struct GatherArgs {
+    #[arg(long = "gather", value_name = "N", value_parser = values::count, help_heading = "Image",
+        help = format!("Gather points a pixel, 1 to 1024; more: smoother edges, depth of field, mirrors \
+            [default: {}]", GatherOptions::default().points))]
+    pub points: Option<u64>,
+}
+
+/// Lights that are traced, or read from a file.
+#[derive(Debug, ClapArgs)]
+pub struct SourceArgs {
+    #[command(flatten)]
+    pub lights: LightArgs,
+
+    /// Virtual point lights from a file that `tashika vpl` wrote, instead of tracing them
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
+    pub vpl_file: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
 pub struct LightArgs {
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light",
         help = format!("Virtual point lights, about; 55k and 55_000 are accepted; more: less noise, less \
             clamping [default: {}]", VplOptions::default().count))]
     pub vpls: Option<u64>,
 
+    #[command(flatten)]
+    pub clamp: ClampArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct ClampArgs {
     /// Distance in metres below which a virtual point light grows no brighter; auto follows their
     /// spacing, off leaves bright spots [default: auto]
     #[arg(long, value_name = "auto|off|METRES", value_parser = values::clamp, allow_negative_numbers = true,
@@ -169,15 +221,28 @@ pub struct CommonArgs {
     pub threads: usize,
 }
 
+/// How pixels are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
+    /// The whole sum over all virtual point lights
     Exact,
+    /// Walter 2005: clusters of lights, one representative each
+    Lightcuts,
+    /// Walter 2006: clusters of lights and gather points
+    Mdlc,
+    /// Nabata 2016: clusters of lights as strata, with a confidence interval
+    Nabata2016,
+    /// Sakai 2018: the same on pairs of clusters
+    Sakai2018,
+    /// Iwasaki 2019: the same, with bounds for glossy materials
+    Iwasaki2019,
+    /// Path tracing, an independent estimate of light transport itself
     Path,
 }
 
 #[derive(Debug, ClapArgs)]
 pub struct InfoArgs {
-    /// Scene file (.gltf, .glb, .obj), or builtin:room, builtin:tiny [default: builtin:room]
+    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny [default: builtin:room]
     pub scene: Option<String>,
 
     #[command(flatten)]

@@ -1,23 +1,28 @@
 //! What is to be done: every value checked, before any work.
 
+mod measure;
+mod render;
+
+pub use measure::{
+    CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
+};
+pub use render::{Integration, RenderPlan};
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use tashika::film::{Film, Window};
 use tashika::gather::GatherOptions;
-use tashika::io::{LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
-use tashika::render::TileShare;
+use tashika::io::{LoadOptions, SCENE_FORMATS, check_writable, load_scene};
 use tashika::report::Tolerance;
 use tashika::scene::{Camera, Scene, builtin};
 use tashika::vpl::VplOptions;
 
-use crate::args::{CommonArgs, CompareArgs, InfoArgs, LightArgs, Method, RenderArgs, SceneArgs, VplArgs};
+use crate::args::{ClampArgs, CommonArgs, CompareArgs, InfoArgs, SceneArgs, SourceArgs, StageArgs, VplArgs};
 use crate::exit::Failure;
 
 /// Image size where neither the user nor the camera says.
 const DEFAULT_SIZE: [u32; 2] = [640, 360];
-/// Paths a pixel where the user does not say.
-const DEFAULT_PATHS: u32 = 64;
 /// Begins the name of a scene that needs no file.
 const BUILTIN: &str = "builtin:";
 
@@ -94,18 +99,54 @@ pub enum Lights {
     File(PathBuf),
 }
 
-/// How pixels are computed, with what only that method needs.
-#[derive(Debug)]
-pub enum Integration {
-    /// The whole sum.
-    Exact(Lights),
-    /// Path tracing with so many paths a pixel.
-    Path(u32),
+impl Lights {
+    /// The lights of a file, or `vpls` of them traced with this clamp and seed.
+    fn new(file: Option<&Path>, vpls: Option<u64>, clamp: &ClampArgs, seed: u64) -> Result<Self, Failure> {
+        Ok(match file {
+            Some(file) => Self::File(file.to_owned()),
+            None => Self::Trace(vpl_options(vpls, clamp, seed)?),
+        })
+    }
+
+    /// What was typed of lights that are traced or read.
+    fn of(source: &SourceArgs, seed: u64) -> Result<Self, Failure> {
+        Self::new(source.vpl_file.as_deref(), source.lights.vpls, &source.lights.clamp, seed)
+    }
+
+    /// The file that they are read from, if they are.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Trace(_) => None,
+            Self::File(path) => Some(path),
+        }
+    }
 }
 
-/// A render.
+fn vpl_options(vpls: Option<u64>, clamp: &ClampArgs, seed: u64) -> Result<VplOptions, Failure> {
+    let default = VplOptions::default();
+    let options = VplOptions {
+        count: vpls.unwrap_or(default.count),
+        clamp: clamp.clamp.unwrap_or(default.clamp),
+        seed,
+        ..default
+    };
+    options.validate()?;
+    Ok(options)
+}
+
+/// So many gather points, or the default.
+fn gather_options(points: Option<u64>) -> Result<GatherOptions, Failure> {
+    let default = GatherOptions::default();
+    // Counts beyond `u32` are as far out of range as `u32::MAX`.
+    let points = points.map_or(default.points, |n| u32::try_from(n).unwrap_or(u32::MAX));
+    let options = GatherOptions { points, ..default };
+    options.validate()?;
+    Ok(options)
+}
+
+/// What is looked at, from where, how large.
 #[derive(Debug)]
-pub struct RenderPlan {
+pub struct StagePlan {
     /// The scene.
     pub scene: SceneSource,
     /// Whether notes that depart from the file are errors.
@@ -114,73 +155,15 @@ pub struct RenderPlan {
     pub camera: Option<String>,
     size: Option<[u32; 2]>,
     crop: Option<Window>,
-    /// Which tiles.
-    pub share: TileShare,
-    /// Gather points.
-    pub gather: GatherOptions,
-    /// Method.
-    pub integration: Integration,
-    /// Seed of the camera samples.
-    pub seed: u64,
-    /// Image to write.
-    pub exr: PathBuf,
-    /// Picture to write.
-    pub png: PathBuf,
-    /// How the picture is made.
-    pub tone_map: ToneMap,
-    /// What every command has.
-    pub common: Common,
-    /// Options that were typed and mean nothing to the method.
-    pub unused: Vec<&'static str>,
 }
 
-impl RenderPlan {
-    /// Checks what was typed, and that the outputs can be written.
-    pub fn new(args: &RenderArgs) -> Result<Self, Failure> {
+impl StagePlan {
+    fn new(args: &StageArgs, crop: Option<Window>) -> Result<Self, Failure> {
         let scene = SceneSource::new(args.scene.as_deref(), &args.scene_args)?;
-        let gather = match args.gather {
-            None => GatherOptions::default(),
-            // Counts beyond `u32` are as far out of range as `u32::MAX`.
-            Some(n) => {
-                GatherOptions { points: u32::try_from(n).unwrap_or(u32::MAX), ..GatherOptions::default() }
-            }
-        };
-        gather.validate()?;
-        let tone_map = ToneMap { exposure: args.exposure };
-        tone_map.validate()?;
         if let Some(size) = args.size {
-            Film::check(size, args.crop.unwrap_or(Window::full(size)))?;
+            Film::check(size, crop.unwrap_or(Window::full(size)))?;
         }
-        let (integration, unused) = integration(args)?;
-        let exr = with_ending(&args.output, "exr")?;
-        let png = exr.with_extension("png");
-        let mut inputs: Vec<&Path> = scene.file().into_iter().collect();
-        inputs.extend(args.vpl_file.as_deref());
-        let common = Common::new(&args.common, &[&exr, &png], &inputs)?;
-        Ok(Self {
-            scene,
-            strict: args.strict,
-            camera: args.camera.clone(),
-            size: args.size,
-            crop: args.crop,
-            share: args.tiles.unwrap_or_default(),
-            gather,
-            integration,
-            seed: args.seed,
-            exr,
-            png,
-            tone_map,
-            common,
-            unused,
-        })
-    }
-
-    /// File that the lights are read from, if they are.
-    pub fn lights_file(&self) -> Option<&Path> {
-        match &self.integration {
-            Integration::Exact(Lights::File(path)) => Some(path),
-            Integration::Exact(Lights::Trace(_)) | Integration::Path(_) => None,
-        }
+        Ok(Self { scene, strict: args.strict, camera: args.camera.clone(), size: args.size, crop })
     }
 
     /// Size of the image and the part that is rendered, once the camera is known.
@@ -193,51 +176,11 @@ impl RenderPlan {
         Film::check(size, window)?;
         Ok((size, window))
     }
-}
 
-fn integration(args: &RenderArgs) -> Result<(Integration, Vec<&'static str>), Failure> {
-    let mut unused = Vec::new();
-    let integration = match args.method {
-        Method::Exact => {
-            if args.paths.is_some() {
-                unused.push("--paths");
-            }
-            Integration::Exact(match &args.vpl_file {
-                Some(file) => Lights::File(file.clone()),
-                None => Lights::Trace(vpl_options(&args.lights, args.seed)?),
-            })
-        }
-        Method::Path => {
-            let typed = [
-                ("--vpls", args.lights.vpls.is_some()),
-                ("--clamp", args.lights.clamp.is_some()),
-                ("--vpl-file", args.vpl_file.is_some()),
-                ("--gather", args.gather.is_some()),
-            ];
-            unused.extend(typed.into_iter().filter(|(_, typed)| *typed).map(|(option, _)| option));
-            let paths = match args.paths {
-                None => DEFAULT_PATHS,
-                Some(n) => u32::try_from(n)
-                    .ok()
-                    .filter(|n| *n > 0)
-                    .ok_or_else(|| Failure::option("paths", n, format!("1 to {}", u32::MAX)))?,
-            };
-            Integration::Path(paths)
-        }
-    };
-    Ok((integration, unused))
-}
-
-fn vpl_options(args: &LightArgs, seed: u64) -> Result<VplOptions, Failure> {
-    let default = VplOptions::default();
-    let options = VplOptions {
-        count: args.vpls.unwrap_or(default.count),
-        clamp: args.clamp.unwrap_or(default.clamp),
-        seed,
-        ..default
-    };
-    options.validate()?;
-    Ok(options)
+    /// The files that it reads, with that of the lights.
+    fn inputs<'a>(&'a self, lights: Option<&'a Path>) -> Vec<&'a Path> {
+        self.scene.file().into_iter().chain(lights).collect()
+    }
 }
 
 /// A look at a scene.
@@ -292,7 +235,7 @@ impl VplPlan {
             let typed = [
                 ("--output", args.output.is_some()),
                 ("--vpls", args.lights.vpls.is_some()),
-                ("--clamp", args.lights.clamp.is_some()),
+                ("--clamp", args.lights.clamp.clamp.is_some()),
                 ("--seed", args.seed.is_some()),
             ];
             if let Some((option, _)) = typed.into_iter().find(|(_, typed)| *typed) {
@@ -304,7 +247,8 @@ impl VplPlan {
             return Ok(Self { task: VplTask::Inspect(file.to_owned()), common });
         }
         let scene = SceneSource::new(args.input.as_deref(), &args.scene_args)?;
-        let options = vpl_options(&args.lights, args.seed.unwrap_or(VplOptions::default().seed))?;
+        let seed = args.seed.unwrap_or(VplOptions::default().seed);
+        let options = vpl_options(args.lights.vpls, &args.lights.clamp, seed)?;
         let output = args.output.as_deref().map(|path| with_ending(path, "vpl")).transpose()?;
         let outputs: Vec<&Path> = output.as_deref().into_iter().collect();
         let inputs: Vec<&Path> = scene.file().into_iter().collect();

@@ -1,0 +1,243 @@
+//! What was typed of `coverage` and `experiment`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use tashika::integrator::Method;
+
+use super::{ClampArgs, CommonArgs, GatherArgs, SourceArgs, StageArgs};
+use crate::values;
+
+const COVERAGE_EXAMPLES: &str = "\
+Examples:
+  tashika coverage kitchen.glb --methods mdlc,iwasaki2019
+  tashika coverage kitchen.glb --error 1%,2%,5% --confidence 80%,95% --pixels 500 --seeds 10
+  tashika coverage builtin:tiny --vpls 1k --json coverage.json
+
+Pixels are drawn at random, their exact sums computed once, and every method rendered with every
+error, confidence and seed. Shares are of all pixels and seeds together, with their binomial
+interval at 95 %. Methods that state no interval have one row an error.";
+
+const SEED_EXAMPLES: &str = "\
+Examples:
+  tashika experiment seed san-miguel.obj --out seed --pixels 500
+  tashika experiment seed kitchen.glb --size 320x180 --vpls 10k --gather 16 --methods mdlc,iwasaki2019
+
+The folder gets an image of each method, the exact reference, pictures of the relative errors, the
+table as Markdown and JSON, and index.html that shows them. With --pixels the reference is that of
+some pixels only, and shares come with their binomial interval: a whole reference takes long.";
+
+const SCALING_EXAMPLES: &str = "\
+Examples:
+  tashika experiment scaling kitchen.glb --out scaling
+  tashika experiment scaling kitchen.glb --vpls 1k,10k,100k,1M --gather 16 --methods iwasaki2019";
+
+const EQUAL_QUALITY_EXAMPLES: &str = "\
+Examples:
+  tashika experiment equal-quality kitchen.glb --out equal
+  tashika experiment equal-quality kitchen.glb --error 1% --share 90% --pixels 500
+
+Each method is told larger or smaller errors, by doubling or halving and then by bisection, until
+what it is told is the largest, to a tenth, with which that share of its pixels is within --error.";
+
+/// What all measurements have.
+#[derive(Debug, Args)]
+pub struct MeasureArgs {
+    #[arg(long, value_name = "A,B", value_delimiter = ',', value_parser = values::method, help_heading = "Method",
+        help = format!("Methods, of {} [default: all of them]", values::method_names()))]
+    pub methods: Vec<Method>,
+
+    /// Seed of gather points, lights and the choice of pixels; methods have the seeds 1, 2, ...
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
+    pub seed: u64,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// The largest cut, as published unless it is said.
+#[derive(Debug, Args)]
+pub struct PairsArgs {
+    /// Largest cut, in pairs of clusters [default: 1000 for lightcuts and mdlc, as published; else 1048576]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
+    pub max_pairs: Option<u64>,
+}
+
+/// One tolerance and one confidence.
+#[derive(Debug, Args)]
+pub struct ToleranceArgs {
+    /// Relative error that a pixel may have: above 0, at most 100%
+    #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, default_value = "2%",
+        allow_negative_numbers = true, help_heading = "Method")]
+    pub error: f64,
+
+    /// Confidence, for the methods that state an interval: above 0, below 100%
+    #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, default_value = "95%",
+        allow_negative_numbers = true, help_heading = "Method")]
+    pub confidence: f64,
+}
+
+/// How much is measured.
+#[derive(Debug, Args)]
+pub struct TrialsArgs {
+    /// Pixels at random, whose exact sums are computed; more: narrower intervals
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "200", help_heading = "Image")]
+    pub pixels: u64,
+
+    /// Times that each pixel is rendered, with the seeds 1 to N
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "1", help_heading = "Method")]
+    pub seeds: u64,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = COVERAGE_EXAMPLES)]
+pub struct CoverageArgs {
+    #[command(flatten)]
+    pub stage: StageArgs,
+
+    #[command(flatten)]
+    pub gather: GatherArgs,
+
+    #[command(flatten)]
+    pub source: SourceArgs,
+
+    /// Relative errors that methods are told and judged by: above 0, at most 100%
+    #[arg(long, value_name = "1%,2%", value_delimiter = ',', value_parser = values::percentage,
+        default_values = ["2%"], allow_negative_numbers = true, help_heading = "Method")]
+    pub error: Vec<f64>,
+
+    /// Confidences that methods with intervals are told: above 0, below 100%
+    #[arg(long, value_name = "80%,95%", value_delimiter = ',', value_parser = values::percentage,
+        default_values = ["50%", "80%", "90%", "95%", "99%"], allow_negative_numbers = true, help_heading = "Method")]
+    pub confidence: Vec<f64>,
+
+    #[command(flatten)]
+    pub pairs: PairsArgs,
+
+    #[command(flatten)]
+    pub trials: TrialsArgs,
+
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum ExperimentArgs {
+    /// The figures of Iwasaki 2019: images, reference and relative errors of each method
+    #[command(after_help = SEED_EXAMPLES)]
+    Seed(SeedArgs),
+    /// Rays a pixel against the number of virtual point lights and of gather points
+    #[command(after_help = SCALING_EXAMPLES)]
+    Scaling(ScalingArgs),
+    /// Cost of each method when it is told what it takes for the same quality
+    #[command(after_help = EQUAL_QUALITY_EXAMPLES)]
+    EqualQuality(EqualQualityArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct SeedArgs {
+    #[command(flatten)]
+    pub stage: StageArgs,
+
+    /// Gather points a pixel, 1 to 1024
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "256", help_heading = "Image")]
+    pub gather: u64,
+
+    /// Virtual point lights, about
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "55k", help_heading = "Light")]
+    pub vpls: u64,
+
+    #[command(flatten)]
+    pub clamp: ClampArgs,
+
+    /// Virtual point lights from a file that `tashika vpl` wrote, instead of tracing them
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
+    pub vpl_file: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub tolerance: ToleranceArgs,
+
+    #[command(flatten)]
+    pub pairs: PairsArgs,
+
+    /// Compute the exact sums of that many pixels at random only [default: of all]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Image")]
+    pub pixels: Option<u64>,
+
+    /// Folder for all files; made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "seed", help_heading = "Output")]
+    pub out: PathBuf,
+
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct ScalingArgs {
+    #[command(flatten)]
+    pub stage: StageArgs,
+
+    /// Gather points a pixel, 1 to 1024; each with each number of lights
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = values::count,
+        default_values = ["1", "4", "16", "64"], help_heading = "Image")]
+    pub gather: Vec<u64>,
+
+    /// Virtual point lights, about
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = values::count,
+        default_values = ["1k", "10k", "100k"], help_heading = "Light")]
+    pub vpls: Vec<u64>,
+
+    #[command(flatten)]
+    pub clamp: ClampArgs,
+
+    #[command(flatten)]
+    pub tolerance: ToleranceArgs,
+
+    #[command(flatten)]
+    pub pairs: PairsArgs,
+
+    #[command(flatten)]
+    pub trials: TrialsArgs,
+
+    /// Folder for the tables; made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "scaling", help_heading = "Output")]
+    pub out: PathBuf,
+
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct EqualQualityArgs {
+    #[command(flatten)]
+    pub stage: StageArgs,
+
+    #[command(flatten)]
+    pub gather: GatherArgs,
+
+    #[command(flatten)]
+    pub source: SourceArgs,
+
+    #[command(flatten)]
+    pub tolerance: ToleranceArgs,
+
+    /// Share of the pixels that has to be within the error: above 0, at most 100%
+    #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, default_value = "95%",
+        allow_negative_numbers = true, help_heading = "Method")]
+    pub share: f64,
+
+    /// Largest cut, in pairs of clusters, for all methods: the published maximum of lightcuts and mdlc
+    /// would keep them from any quality beyond it [default: 1048576]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
+    pub max_pairs: Option<u64>,
+
+    #[command(flatten)]
+    pub trials: TrialsArgs,
+
+    /// Folder for the tables; made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "equal-quality", help_heading = "Output")]
+    pub out: PathBuf,
+
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+}

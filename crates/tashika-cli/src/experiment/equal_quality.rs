@@ -1,0 +1,81 @@
+//! `tashika experiment equal-quality`: what each method costs when it is told what it takes for the same quality.
+
+use tashika::experiment::{Cell, Column, Ground, Pixels, Row, Search};
+use tashika::film::Window;
+use tashika::integrator::PublishedOptions;
+use tashika::report::{percent_of_share, percent_of_tolerance};
+
+use crate::exit::{Failure, Outcome};
+use crate::interrupt;
+use crate::measure::{Bench, Findings, Lit, about_intervals, not_reached, quantities, scenery};
+use crate::plan::EqualQualityPlan;
+use crate::progress::Meter;
+use crate::stage::{Stage, light_tree, stored_lights};
+use crate::summary::Seconds;
+
+const COLUMNS: &[Column] = &[
+    Column::Method,
+    Column::MethodError,
+    Column::Within,
+    Column::P95,
+    Column::Worst,
+    Column::Budget,
+    Column::Rays,
+    Column::Pairs,
+    Column::Seconds,
+];
+
+/// Searches, method by method.
+pub fn work(plan: &EqualQualityPlan) -> Result<Outcome, Failure> {
+    let measure = &plan.measure;
+    let meter = Meter::new(measure.common.quiet);
+    let mut seconds = Seconds::default();
+    let stored = stored_lights(Some(&plan.lights), &meter, &mut seconds)?;
+    let stage = Stage::load(&measure.stage, &meter, &mut seconds)?;
+    let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), measure.seed)?;
+    let set = stage.lights(&plan.lights, stored, &meter, &mut seconds)?;
+    let lit = Lit { tree: light_tree(&set, &meter, &mut seconds), set };
+    let setting = stage.setting(plan.gather, measure.seed);
+    let asked = format!(
+        "Asked of each method: {} of the pixels within {} of the exact sum.",
+        percent_of_share(plan.share),
+        percent_of_tolerance(measure.cells[0].tolerance)
+    );
+    let mut findings = Findings {
+        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points), asked],
+        rows: Vec::new(),
+        of: measure.cells.len(),
+        columns: COLUMNS,
+        below: about_intervals(),
+    };
+    interrupt::with_flag(|cancel| -> Result<(), Failure> {
+        let bench = Bench { meter: &meter, cancel };
+        let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
+        let ground = Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference };
+        for cell in &measure.cells {
+            let Some(row) = search(&bench, &ground, cell, plan.share)? else { break };
+            if row.within_tolerance < plan.share {
+                findings.below.push(not_reached(&row, plan.share));
+            }
+            findings.rows.push(row);
+        }
+        Ok(())
+    })?;
+    findings.finish(&measure.common, Some(&plan.folder), &meter)
+}
+
+/// The row of the largest error with which the method does what is asked, or of the last that was tried; none if interrupted.
+fn search(bench: &Bench<'_>, ground: &Ground<'_>, cell: &Cell, share: f64) -> Result<Option<Row>, Failure> {
+    let mut search = Search::new(cell.tolerance);
+    let mut best: Option<Row> = None;
+    while let Some(error) = search.next_trial() {
+        let cell = Cell { options: PublishedOptions { error, ..cell.options }, ..*cell };
+        let Some(row) = bench.run(ground, &cell)? else { return Ok(None) };
+        let reached = row.within_tolerance >= share;
+        search.tell(error, reached);
+        if reached || search.found().is_none() {
+            best = Some(row);
+        }
+    }
+    Ok(best)
+}

@@ -1,0 +1,138 @@
+//! `tashika experiment seed`: whole images of all methods, and their errors.
+
+use tashika::experiment::{Cell, Column, Figure, Pixels, Pool, Row, page};
+use tashika::film::{Film, Window};
+use tashika::integrator::Setting;
+use tashika::io::{Exposure, ToneMap, write_exr, write_file, write_png};
+use tashika::report::{error_image, percent_of_share, percent_of_tolerance};
+
+use crate::exit::{Failure, Outcome};
+use crate::interrupt;
+use crate::measure::{Bench, Findings, Lit, about_intervals, quantities, scenery, subject, told};
+use crate::plan::{Folder, SeedPlan};
+use crate::progress::Meter;
+use crate::stage::{Stage, light_tree, stored_lights, timed};
+use crate::summary::Seconds;
+
+const COLUMNS: &[Column] = &[
+    Column::Method,
+    Column::Error,
+    Column::Within,
+    Column::Confidence,
+    Column::Claims,
+    Column::Median,
+    Column::P95,
+    Column::Worst,
+    Column::Budget,
+    Column::Rays,
+    Column::Pairs,
+    Column::Seconds,
+];
+
+/// Name of the reference's files.
+const REFERENCE: &str = "reference";
+
+/// Renders, compares, writes everything.
+pub fn work(plan: &SeedPlan) -> Result<Outcome, Failure> {
+    let measure = &plan.measure;
+    let meter = Meter::new(measure.common.quiet);
+    let mut seconds = Seconds::default();
+    let stored = stored_lights(Some(&plan.lights), &meter, &mut seconds)?;
+    let stage = Stage::load(&measure.stage, &meter, &mut seconds)?;
+    let window = Window::full(stage.size);
+    let pixels = Pixels::of(window, plan.pixels, measure.seed)?;
+    let set = stage.lights(&plan.lights, stored, &meter, &mut seconds)?;
+    let lit = Lit { tree: light_tree(&set, &meter, &mut seconds), set };
+    let mut findings = Findings {
+        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points)],
+        rows: Vec::new(),
+        of: measure.cells.len(),
+        columns: COLUMNS,
+        below: about_intervals(),
+    };
+    let mut gallery = Gallery { folder: &plan.folder, exposure: Exposure::Auto };
+    let mut figures = Vec::new();
+    interrupt::with_flag(|cancel| -> Result<(), Failure> {
+        let bench = Bench { meter: &meter, cancel };
+        let run =
+            Run { bench, setting: stage.setting(plan.gather, measure.seed), lit: &lit, pixels: &pixels };
+        let Some(reference) = run.bench.exact(&run.setting, &lit, &pixels)? else { return Ok(()) };
+        write_exr(&plan.folder.file(&format!("{REFERENCE}.exr")), &reference)?;
+        if let Pixels::All(_) = pixels {
+            figures.push(vec![gallery.show(&reference, REFERENCE, "reference: the exact sums")?]);
+        }
+        for cell in &measure.cells {
+            let Some((row, shown)) = run.method(cell, &reference, &mut gallery)? else { break };
+            findings.rows.push(row);
+            figures.push(shown);
+        }
+        Ok(())
+    })?;
+    let error = percent_of_tolerance(measure.cells[0].tolerance);
+    let title = format!("{}: within {error} of the exact sum", stage.scene.name());
+    let text = [findings.above.clone(), findings.below.clone()].concat();
+    let html = page(&title, &text, &findings.table(), &figures);
+    write_file(&plan.folder.file("index.html"), html.as_bytes())?;
+    findings.finish(&measure.common, Some(&plan.folder), &meter)
+}
+
+/// What does not change from method to method.
+struct Run<'a> {
+    bench: Bench<'a>,
+    setting: Setting<'a>,
+    lit: &'a Lit,
+    pixels: &'a Pixels,
+}
+
+impl Run<'_> {
+    /// Renders one method's image and holds it against the reference; none if interrupted.
+    fn method(
+        &self,
+        cell: &Cell,
+        reference: &Film,
+        gallery: &mut Gallery<'_>,
+    ) -> Result<Option<(Row, Vec<Figure>)>, Failure> {
+        let meter = self.bench.meter;
+        let all = Pixels::All(reference.window());
+        meter.phase(&told(cell));
+        let integrator = cell.method.integrator(self.lit.by(), &cell.options);
+        let mut seconds = 0.0;
+        let rendered = timed(&mut seconds, || {
+            all.render(&self.setting, integrator.as_ref(), &|p| meter.update(p), self.bench.cancel)
+        })?;
+        if !rendered.complete {
+            return Ok(None);
+        }
+        let mut pool = Pool::new(cell.tolerance);
+        let comparison = pool.add(&rendered.film, reference)?;
+        let row = Row::new(&subject(&self.setting, &self.lit.set, self.pixels), cell, &pool, seconds);
+        let name = cell.method.name();
+        write_exr(&gallery.folder.file(&format!("{name}.exr")), &rendered.film)?;
+        let within = percent_of_share(row.within_tolerance);
+        let caption = format!("{name}: {within} within {}", percent_of_tolerance(cell.tolerance));
+        let mut shown = vec![gallery.show(&rendered.film, name, &caption)?];
+        // Of a few pixels there is nothing to see.
+        if let Pixels::All(_) = self.pixels {
+            let file = format!("{name}-error.png");
+            write_file(&gallery.folder.file(&file), &error_image(&comparison).png())?;
+            shown.push(Figure { file, caption: format!("{name}: relative error") });
+        }
+        Ok(Some((row, shown)))
+    }
+}
+
+/// Pictures of one brightness.
+struct Gallery<'a> {
+    folder: &'a Folder,
+    exposure: Exposure,
+}
+
+impl Gallery<'_> {
+    /// Writes the picture of a film; the first one sets the brightness.
+    fn show(&mut self, film: &Film, name: &str, caption: &str) -> Result<Figure, Failure> {
+        let file = format!("{name}.png");
+        let tone_map = ToneMap { exposure: self.exposure };
+        self.exposure = Exposure::Stops(write_png(&self.folder.file(&file), film, &tone_map)?);
+        Ok(Figure { file, caption: caption.to_owned() })
+    }
+}

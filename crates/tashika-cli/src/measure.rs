@@ -1,0 +1,192 @@
+//! What `coverage` and the experiments have in common: exact sums, rows with their times, and what is told at the end.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use tashika::experiment::{Cell, Column, Ground, Pixels, Row, Subject, Table, Watch};
+use tashika::film::Film;
+use tashika::integrator::{Exact, LitBy, Setting};
+use tashika::io::write_file;
+use tashika::report::{Claims, percent_of_error, percent_of_share, percent_of_tolerance};
+use tashika::tree::LightTree;
+use tashika::vpl::VplSet;
+
+use crate::exit::{Failure, Outcome};
+use crate::plan::{Common, Folder};
+use crate::progress::Meter;
+use crate::stage::Stage;
+use crate::summary::{counted, print, write_json};
+
+/// Lights and the tree over them.
+pub struct Lit {
+    /// The lights.
+    pub set: VplSet,
+    /// The tree.
+    pub tree: LightTree,
+}
+
+impl Lit {
+    /// For the methods.
+    pub fn by(&self) -> LitBy<'_> {
+        LitBy { set: &self.set, tree: Some(&self.tree) }
+    }
+}
+
+/// Measures, and stops when Ctrl-C says so.
+pub struct Bench<'a> {
+    /// Tells how far it is.
+    pub meter: &'a Meter,
+    /// Whether to stop.
+    pub cancel: &'a AtomicBool,
+}
+
+impl Bench<'_> {
+    /// Whether it is to stop.
+    pub fn interrupted(&self) -> bool {
+        self.cancel.load(Ordering::SeqCst)
+    }
+
+    /// The exact sums of some pixels; none if interrupted.
+    pub fn exact(&self, setting: &Setting<'_>, lit: &Lit, pixels: &Pixels) -> Result<Option<Film>, Failure> {
+        let of = counted(pixels.count(), "pixel", "pixels");
+        self.meter.phase(&format!("exact sums of {of}"));
+        let exact = Exact::new(&lit.set);
+        let rendered = pixels.render(setting, &exact, &|p| self.meter.update(p), self.cancel)?;
+        Ok(rendered.complete.then_some(rendered.film))
+    }
+
+    /// Runs a cell; none if interrupted.
+    pub fn run(&self, ground: &Ground<'_>, cell: &Cell) -> Result<Option<Row>, Failure> {
+        let trials = counted(ground.pixels.count(), "pixel", "pixels");
+        let seeds = counted(cell.seeds, "seed", "seeds");
+        self.meter.phase(&format!("{}: {trials}, {seeds}", told(cell)));
+        let begun = Instant::now();
+        let watch = Watch {
+            progress: &|p| self.meter.update(p),
+            cancel: self.cancel,
+            clock: &|| begun.elapsed().as_secs_f64(),
+        };
+        let subject = subject(&ground.setting, ground.lit_by.set, ground.pixels);
+        let found = ground.run(cell, &watch)?;
+        Ok(found.map(|(pool, seconds)| Row::new(&subject, cell, &pool, seconds)))
+    }
+}
+
+/// A cell in words.
+pub fn told(cell: &Cell) -> String {
+    let confidence = cell.confidence();
+    let confidence =
+        confidence.map_or(String::new(), |c| format!(", confidence {}", percent_of_tolerance(c)));
+    format!("{}, error {}{confidence}", cell.method, percent_of_error(cell.options.error))
+}
+
+/// What cells are run on.
+pub fn subject(setting: &Setting<'_>, set: &VplSet, pixels: &Pixels) -> Subject {
+    Subject {
+        scene: setting.tracer.scene().name().to_owned(),
+        vpls: set.len() as u64,
+        gather: setting.view.gather.points,
+        pixels: pixels.count(),
+    }
+}
+
+/// What was measured on, in words.
+pub fn scenery(stage: &Stage, pixels: &Pixels) -> String {
+    let [width, height] = stage.size;
+    let chosen = match pixels {
+        Pixels::All(_) => "all pixels".to_owned(),
+        Pixels::Chosen(pixels) => format!("{} at random", counted(pixels.len() as u64, "pixel", "pixels")),
+    };
+    format!("{}, {width}x{height}, camera {}: {chosen}", stage.scene.name(), stage.camera.name)
+}
+
+/// Rows, and how they are shown.
+pub struct Findings<'a> {
+    /// Lines above the table.
+    pub above: Vec<String>,
+    /// The rows that are finished.
+    pub rows: Vec<Row>,
+    /// How many there were to be.
+    pub of: usize,
+    /// Columns of the table.
+    pub columns: &'a [Column],
+    /// Lines below the table.
+    pub below: Vec<String>,
+}
+
+impl Findings<'_> {
+    /// The rows as a table.
+    pub fn table(&self) -> Table {
+        Table::new(&self.rows, self.columns)
+    }
+
+    fn markdown(&self) -> String {
+        let above: String = self.above.iter().map(|line| format!("{line}\n")).collect();
+        let mut out = format!("{above}\n{}", self.table().markdown());
+        let missing = self.of - self.rows.len();
+        let mut below = self.below.clone();
+        if missing > 0 {
+            below.push(format!(
+                "NOT COMPLETE: {missing} of {} are missing",
+                counted(self.of as u64, "row", "rows")
+            ));
+        }
+        if !below.is_empty() {
+            out.push('\n');
+            out.extend(below.iter().map(|line| format!("{line}\n")));
+        }
+        out
+    }
+
+    /// Writes the rows to the folder and for scripts, and tells them; says how the program ends.
+    pub fn finish(
+        &self,
+        common: &Common,
+        folder: Option<&Folder>,
+        meter: &Meter,
+    ) -> Result<Outcome, Failure> {
+        meter.finish();
+        let scripts: Vec<PathBuf> = common.json.iter().cloned().chain(folder.map(Folder::json)).collect();
+        for path in &scripts {
+            write_json(path, &self.rows)?;
+        }
+        let markdown = self.markdown();
+        if let Some(folder) = folder {
+            write_file(&folder.markdown(), markdown.as_bytes())?;
+        }
+        if !common.quiet {
+            print(&markdown)?;
+        }
+        Ok(if self.rows.len() < self.of { Outcome::Interrupted } else { Outcome::Done })
+    }
+}
+
+/// What stands in parentheses.
+pub fn about_intervals() -> Vec<String> {
+    let confidence = percent_of_tolerance(Claims::CONFIDENCE);
+    vec![format!(
+        "In parentheses: the binomial interval of the share at {confidence}, its trials taken for independent."
+    )]
+}
+
+/// That a method does not reach a share.
+pub fn not_reached(row: &Row, share: f64) -> String {
+    format!(
+        "{} was not brought to {} within {}: it is at {} when told {}.",
+        row.method,
+        percent_of_share(share),
+        percent_of_tolerance(row.error),
+        percent_of_share(row.within_tolerance),
+        percent_of_error(row.method_error)
+    )
+}
+
+/// How many VPLs and gather points.
+pub fn quantities(vpls: u64, gather: u32) -> String {
+    format!(
+        "{}, {} a pixel",
+        counted(vpls, "VPL", "VPLs"),
+        counted(gather.into(), "gather point", "gather points")
+    )
+}

@@ -1,0 +1,251 @@
+//! What is to be done by `coverage` and `experiment`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use tashika::experiment::Cell;
+use tashika::gather::GatherOptions;
+use tashika::integrator::{MANY_PAIRS, Method, PublishedOptions};
+use tashika::vpl::VplOptions;
+
+use super::{Common, Lights, StagePlan, gather_options, vpl_options};
+use crate::args::{
+    CommonArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs, StageArgs,
+};
+use crate::exit::Failure;
+use crate::values::measured;
+
+/// What all measurements have.
+#[derive(Debug)]
+pub struct MeasurePlan {
+    /// Scene, camera, size.
+    pub stage: StagePlan,
+    /// Seed of gather points, lights and the choice of pixels.
+    pub seed: u64,
+    /// Methods with what they are told.
+    pub cells: Vec<Cell>,
+    /// What every command has.
+    pub common: Common,
+}
+
+/// What methods are told.
+struct Told<'a> {
+    errors: &'a [f64],
+    confidences: &'a [f64],
+    max_pairs: Option<u64>,
+    seeds: u64,
+}
+
+impl MeasurePlan {
+    fn new(
+        stage: &StageArgs,
+        args: &MeasureArgs,
+        told: &Told<'_>,
+        lights: Option<&Path>,
+        folder: Option<&Folder>,
+    ) -> Result<Self, Failure> {
+        let stage = StagePlan::new(stage, None)?;
+        if told.seeds == 0 {
+            return Err(Failure::option("seeds", 0, "1 or more"));
+        }
+        let methods = if args.methods.is_empty() { measured().collect() } else { args.methods.clone() };
+        let common = Cell {
+            method: Method::Exact,
+            options: PublishedOptions { max_pairs: told.max_pairs, ..PublishedOptions::default() },
+            tolerance: 0.0,
+            seeds: told.seeds,
+        };
+        for &error in told.errors {
+            PublishedOptions { error, ..common.options }.validate()?;
+        }
+        for &confidence in told.confidences {
+            PublishedOptions { confidence, ..common.options }.validate()?;
+        }
+        let cells = Cell::grid(&methods, told.errors, told.confidences, &common);
+        let inputs = stage.inputs(lights);
+        let common = match folder {
+            None => Common::new(&args.common, &[], &inputs)?,
+            Some(folder) => folder.common(&args.common, &inputs)?,
+        };
+        Ok(Self { stage, seed: args.seed, cells, common })
+    }
+}
+
+/// A measurement of coverage.
+#[derive(Debug)]
+pub struct CoveragePlan {
+    /// What all measurements have.
+    pub measure: MeasurePlan,
+    /// Gather points.
+    pub gather: GatherOptions,
+    /// The lights.
+    pub lights: Lights,
+    /// Pixels at random.
+    pub pixels: u64,
+}
+
+impl CoveragePlan {
+    /// Checks what was typed, and that the outputs can be written.
+    pub fn new(args: &CoverageArgs) -> Result<Self, Failure> {
+        let gather = gather_options(args.gather.points)?;
+        let lights = Lights::of(&args.source, args.measure.seed)?;
+        let told = Told {
+            errors: &args.error,
+            confidences: &args.confidence,
+            max_pairs: args.pairs.max_pairs,
+            seeds: args.trials.seeds,
+        };
+        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), None)?;
+        Ok(Self { measure, gather, lights, pixels: args.trials.pixels })
+    }
+}
+
+/// An experiment.
+#[derive(Debug)]
+pub enum ExperimentPlan {
+    /// Images, reference and errors.
+    Seed(SeedPlan),
+    /// Rays against lights and gather points.
+    Scaling(ScalingPlan),
+    /// Cost of the same quality.
+    EqualQuality(EqualQualityPlan),
+}
+
+impl ExperimentPlan {
+    /// Checks what was typed, and that the outputs can be written; makes the folder.
+    pub fn new(args: &ExperimentArgs) -> Result<Self, Failure> {
+        Ok(match args {
+            ExperimentArgs::Seed(args) => Self::Seed(SeedPlan::new(args)?),
+            ExperimentArgs::Scaling(args) => Self::Scaling(ScalingPlan::new(args)?),
+            ExperimentArgs::EqualQuality(args) => Self::EqualQuality(EqualQualityPlan::new(args)?),
+        })
+    }
+}
+
+/// Whole images of all methods.
+#[derive(Debug)]
+pub struct SeedPlan {
+    /// What all measurements have.
+    pub measure: MeasurePlan,
+    /// Gather points.
+    pub gather: GatherOptions,
+    /// The lights.
+    pub lights: Lights,
+    /// Pixels whose exact sums are computed; none: all.
+    pub pixels: Option<u64>,
+    /// Where everything goes.
+    pub folder: Folder,
+}
+
+impl SeedPlan {
+    fn new(args: &SeedArgs) -> Result<Self, Failure> {
+        let gather = gather_options(Some(args.gather))?;
+        let lights = Lights::new(args.vpl_file.as_deref(), Some(args.vpls), &args.clamp, args.measure.seed)?;
+        let folder = Folder(args.out.clone());
+        let told = Told {
+            errors: &[args.tolerance.error],
+            confidences: &[args.tolerance.confidence],
+            max_pairs: args.pairs.max_pairs,
+            seeds: 1,
+        };
+        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Some(&folder))?;
+        Ok(Self { measure, gather, lights, pixels: args.pixels, folder })
+    }
+}
+
+/// Costs against numbers of lights and of gather points.
+#[derive(Debug)]
+pub struct ScalingPlan {
+    /// What all measurements have.
+    pub measure: MeasurePlan,
+    /// Gather points, one after the other.
+    pub gather: Vec<GatherOptions>,
+    /// The lights, one after the other.
+    pub lights: Vec<VplOptions>,
+    /// Pixels at random.
+    pub pixels: u64,
+    /// Where the tables go.
+    pub folder: Folder,
+}
+
+impl ScalingPlan {
+    fn new(args: &ScalingArgs) -> Result<Self, Failure> {
+        let gather: Result<_, _> = args.gather.iter().map(|n| gather_options(Some(*n))).collect();
+        let lights = args.vpls.iter().map(|n| vpl_options(Some(*n), &args.clamp, args.measure.seed));
+        let lights: Result<_, _> = lights.collect();
+        let (gather, lights) = (gather?, lights?);
+        let folder = Folder(args.out.clone());
+        let told = Told {
+            errors: &[args.tolerance.error],
+            confidences: &[args.tolerance.confidence],
+            max_pairs: args.pairs.max_pairs,
+            seeds: args.trials.seeds,
+        };
+        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, None, Some(&folder))?;
+        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, folder })
+    }
+}
+
+/// Costs of the same quality.
+#[derive(Debug)]
+pub struct EqualQualityPlan {
+    /// What all measurements have; the errors in the cells are where the searches begin.
+    pub measure: MeasurePlan,
+    /// Gather points.
+    pub gather: GatherOptions,
+    /// The lights.
+    pub lights: Lights,
+    /// Pixels at random.
+    pub pixels: u64,
+    /// Share of them that has to be within the tolerance.
+    pub share: f64,
+    /// Where the tables go.
+    pub folder: Folder,
+}
+
+impl EqualQualityPlan {
+    fn new(args: &EqualQualityArgs) -> Result<Self, Failure> {
+        let gather = gather_options(args.gather.points)?;
+        let lights = Lights::of(&args.source, args.measure.seed)?;
+        if !(args.share > 0.0 && args.share <= 1.0) {
+            return Err(Failure::option("share", args.share, "above 0, at most 1 (100%)"));
+        }
+        let folder = Folder(args.out.clone());
+        let told = Told {
+            errors: &[args.tolerance.error],
+            confidences: &[args.tolerance.confidence],
+            max_pairs: Some(args.max_pairs.unwrap_or(MANY_PAIRS)),
+            seeds: args.trials.seeds,
+        };
+        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Some(&folder))?;
+        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, share: args.share, folder })
+    }
+}
+
+/// A folder for the files of an experiment.
+#[derive(Debug)]
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// Path of a file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// The table for scripts.
+    pub fn json(&self) -> PathBuf {
+        self.file("table.json")
+    }
+
+    /// The table for people.
+    pub fn markdown(&self) -> PathBuf {
+        self.file("table.md")
+    }
+
+    /// Makes the folder, and checks that it can be written to.
+    fn common(&self, args: &CommonArgs, inputs: &[&Path]) -> Result<Common, Failure> {
+        fs::create_dir_all(&self.0)
+            .map_err(|e| Failure::file(format!("cannot write {}: {e}", self.0.display())))?;
+        Common::new(args, &[&self.json(), &self.markdown()], inputs)
+    }
+}

@@ -1,0 +1,213 @@
+//! A bound of the material term from ranges of what Phong and GGX lobes depend on.
+//!
+//! ```text
+//! M ≤ K c_i  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )          (sr⁻¹)
+//! ```
+//!
+//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, and each factor of the lobes at its largest over
+//! the points and the lights: `α` at the least angle between the cone of mirror directions and the lights, the exponent and the roughness
+//! wherever in their range the lobe is brightest at this angle, `F` at the widest angle of incidence ([`lobes`](super::lobes),
+//! [`spans`](super::spans)). `P` is the largest value that any point's lobe times the cosine takes at all: it keeps together what the ranges of
+//! points that differ take apart. Points of all kinds may be merged; each has at most one lobe.
+//!
+//! # Guarantee
+//! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport). Zero where all lights are below the
+//! plane of every shading normal.
+//!
+//! # Limits
+//! Half vectors know a box of lights as the cone about it. Cones do not know that they hold few directions: points that differ by more
+//! than the width of their lobes have little more than `P`.
+//!
+//! # Held to this by
+//! `bounds::tests::analytic`.
+
+use super::angle::{Angle, TURN};
+use super::lobes::fresnel::Facets;
+use super::lobes::ggx::{self, Ring};
+use super::lobes::{Lobe, Parts, phong, round_up};
+use super::spans::{Bundle, Directions, HalfVectors, LENGTHS, least_from_mirror};
+use super::{Reflector, Towards, UpperMaterial};
+use crate::bsdf::MIN_COSINE;
+use crate::math::{Cone, Vec3};
+
+/// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to the ratio of neighbours, and nodes
+/// larger. Chosen: the ratio is below 1.5 for surfaces that reflect 0.04 and more at normal incidence.
+const KNOTS: usize = 16;
+
+/// Ranges over a set of points.
+#[derive(Clone, Copy, Debug)]
+pub struct UpperAnalytic {
+    /// Shading normals on the side of the viewer.
+    normals: Cone,
+    /// `K` (sr⁻¹).
+    diffuse: f32,
+    /// Directions to the viewer of the points with a lobe.
+    viewers: Cone,
+    /// Mirror directions of the points with a lobe.
+    mirrors: Cone,
+    /// Smallest cosine between normal and viewer of the points with a lobe.
+    min_cos_o: f32,
+    /// Largest value that a lobe times the cosine takes at all (sr⁻¹).
+    peak: f32,
+    phong: PhongRange,
+    facets: FacetRange,
+}
+
+/// Phong lobes.
+#[derive(Clone, Copy, Debug)]
+struct PhongRange {
+    /// Largest factor; zero if there is no such lobe.
+    scale: f32,
+    /// Smallest and largest exponent.
+    exponents: [f32; 2],
+}
+
+/// GGX lobes.
+#[derive(Clone, Copy, Debug)]
+struct FacetRange {
+    /// At least the largest channel of `F` for cosines of incidence from `k / KNOTS` on; zeros if there is no such lobe.
+    reflected: [f32; KNOTS],
+    /// Smallest and largest roughness.
+    alphas: [f32; 2],
+}
+
+const EMPTY: UpperAnalytic = UpperAnalytic {
+    normals: Cone::EMPTY,
+    diffuse: 0.0,
+    viewers: Cone::EMPTY,
+    mirrors: Cone::EMPTY,
+    peak: 0.0,
+    phong: PhongRange { scale: 0.0, exponents: [f32::INFINITY, f32::NEG_INFINITY] },
+    min_cos_o: f32::INFINITY,
+    facets: FacetRange { reflected: [0.0; KNOTS], alphas: [f32::INFINITY, f32::NEG_INFINITY] },
+};
+
+impl UpperMaterial for UpperAnalytic {
+    fn of_point(point: &Reflector) -> Self {
+        let cos_o = point.wo.z.abs();
+        if cos_o <= MIN_COSINE {
+            return EMPTY;
+        }
+        let parts = Parts::of(&point.bsdf, cos_o, 1.0);
+        let plain = Self { normals: Cone::of(point.normal()), diffuse: round_up(parts.diffuse), ..EMPTY };
+        let Vec3 { x, y, z } = point.wo;
+        let world = |local: Vec3| Cone::of(point.frame.to_world(local).normalize());
+        let glossy = || Self {
+            viewers: world(point.wo),
+            mirrors: world(Vec3::new(-x, -y, z)),
+            min_cos_o: cos_o,
+            peak: round_up(point.upper_over_all().lobe_cos),
+            ..plain
+        };
+        match parts.lobe {
+            Lobe::None => plain,
+            Lobe::Phong { scale, exponent } => {
+                let phong = PhongRange { scale: scale as f32, exponents: [exponent as f32; 2] };
+                Self { phong, ..glossy() }
+            }
+            Lobe::Facets { alpha, facets } => {
+                let reflected = table(&facets);
+                let facets = FacetRange { reflected, alphas: [alpha as f32; 2] };
+                Self { facets, ..glossy() }
+            }
+        }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.normals = self.normals.union(other.normals);
+        self.diffuse = self.diffuse.max(other.diffuse);
+        if other.mirrors.is_empty() {
+            return;
+        }
+        self.viewers = self.viewers.union(other.viewers);
+        self.mirrors = self.mirrors.union(other.mirrors);
+        self.min_cos_o = self.min_cos_o.min(other.min_cos_o);
+        self.peak = self.peak.max(other.peak);
+        self.phong.scale = self.phong.scale.max(other.phong.scale);
+        self.phong.exponents = hull(self.phong.exponents, other.phong.exponents);
+        for (mine, others) in self.facets.reflected.iter_mut().zip(other.facets.reflected) {
+            *mine = mine.max(others);
+        }
+        self.facets.alphas = hull(self.facets.alphas, other.facets.alphas);
+    }
+
+    fn upper_material(&self, towards: &Towards) -> f32 {
+        if self.normals.is_empty() {
+            return 0.0;
+        }
+        let cos = f64::from(towards.upper_cos(&self.normals));
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let diffuse = f64::from(self.diffuse) * cos;
+        if self.mirrors.is_empty() {
+            return round_up(diffuse);
+        }
+        let lights = towards.cone();
+        if lights.is_empty() {
+            return 0.0;
+        }
+        let points = Directions {
+            normals: Bundle::of(&self.normals),
+            viewers: Bundle::of(&self.viewers),
+            mirrors: Bundle::of(&self.mirrors),
+            widest_viewer: Angle::of_cos(f64::from(self.min_cos_o) * (1.0 - LENGTHS)).plus(TURN),
+        };
+        let lights = Bundle::about(lights.axis.as_dvec3(), Angle::half_angle(&lights));
+        let lights = [Some(lights), lights.above(&points.normals)];
+        let mut from_mirror = least_from_mirror(&points, &lights);
+        if let Towards::Box(_) = towards {
+            // The cone about a box is wider than the box.
+            let of_box = Angle::of_cos(f64::from(towards.upper_cos(&self.mirrors))).minus(TURN);
+            from_mirror = from_mirror.max(of_box);
+        }
+        let phong = self.phong.upper(from_mirror, cos);
+        let facets = self.facets.upper(&points, &lights, from_mirror, [f64::from(self.min_cos_o), cos]);
+        round_up(diffuse + phong.max(facets).min(f64::from(self.peak)))
+    }
+}
+
+impl PhongRange {
+    /// Over lights from `from_mirror` on and at cosines of at most `max_cos_i`.
+    fn upper(&self, from_mirror: Angle, max_cos_i: f64) -> f64 {
+        if self.scale <= 0.0 {
+            return 0.0;
+        }
+        f64::from(self.scale) * phong::upper_power(self.exponents.map(f64::from), from_mirror) * max_cos_i
+    }
+}
+
+impl FacetRange {
+    /// The same, for `[min_cos_o, max_cos_i]`.
+    fn upper(
+        &self,
+        points: &Directions,
+        lights: &[Option<Bundle>],
+        from_mirror: Angle,
+        [min_cos_o, max_cos_i]: [f64; 2],
+    ) -> f64 {
+        // The first is the largest.
+        if self.reflected[0] <= 0.0 {
+            return 0.0;
+        }
+        let half = HalfVectors::new(points, lights, from_mirror);
+        let alphas = self.alphas.map(f64::from);
+        let all = Ring { cos_incidence: half.cos_incidence, cos_light: 1.0 };
+        let reflected =
+            ggx::upper_reflection(alphas, half.least_from_normal, points.widest_viewer, all, |ring| {
+                let knot = (ring.cos_incidence * KNOTS as f64) as usize;
+                f64::from(self.reflected[knot.min(KNOTS - 1)])
+            });
+        reflected * ggx::upper_visibility_cos(alphas[0], min_cos_o, max_cos_i)
+    }
+}
+
+/// What `facets` reflect from each knot on, rounded up.
+fn table(facets: &Facets) -> [f32; KNOTS] {
+    std::array::from_fn(|k| round_up(facets.upper(k as f64 / KNOTS as f64)))
+}
+
+/// The range that holds both.
+fn hull(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}

@@ -1,0 +1,60 @@
+//! A bound of the material term that knows nothing of directions but the cone of normals.
+//!
+//! ```text
+//! M ≤ K cos⁺(normals, lights) + P          K = max of the diffuse parts, P = max over all directions of lobe · cos⁺          (sr⁻¹)
+//! ```
+//!
+//! The largest value of the BRDF times the largest cosine is what Sakai et al. 2018 bound diffuse surfaces with, and here it is the same for
+//! them, but for roundings. A lobe has its peak `P`, with the cosine folded in: without it, GGX lobes have no useful maximum, as they grow
+//! without end towards grazing angles.
+//!
+//! # Guarantee
+//! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport). Zero where all lights are below the
+//! plane of every shading normal.
+//!
+//! # Held to this by
+//! `bounds::tests::analytic`.
+
+use super::lobes::round_up;
+use super::{Reflector, Towards, UpperMaterial};
+use crate::bsdf::MIN_COSINE;
+use crate::math::Cone;
+
+/// Maxima of both parts over all directions, and the cone of normals.
+#[derive(Clone, Copy, Debug)]
+pub struct UpperConstant {
+    /// Shading normals on the side of the viewer.
+    normals: Cone,
+    /// `K` (sr⁻¹).
+    diffuse: f32,
+    /// `P` (sr⁻¹).
+    peak: f32,
+}
+
+impl UpperMaterial for UpperConstant {
+    fn of_point(point: &Reflector) -> Self {
+        if point.wo.z.abs() <= MIN_COSINE {
+            return Self { normals: Cone::EMPTY, diffuse: 0.0, peak: 0.0 };
+        }
+        let bounds = point.upper_over_all();
+        let normals = Cone::of(point.normal());
+        Self { normals, diffuse: round_up(bounds.diffuse), peak: round_up(bounds.lobe_cos) }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.normals = self.normals.union(other.normals);
+        self.diffuse = self.diffuse.max(other.diffuse);
+        self.peak = self.peak.max(other.peak);
+    }
+
+    fn upper_material(&self, towards: &Towards) -> f32 {
+        if self.normals.is_empty() {
+            return 0.0;
+        }
+        let cos = towards.upper_cos(&self.normals);
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        round_up(f64::from(self.diffuse) * f64::from(cos) + f64::from(self.peak))
+    }
+}

@@ -1,0 +1,269 @@
+//! The texels of one gather point: upper bounds of its BRDF over each texel's bounding cone.
+//!
+//! ```text
+//! f_r        ≤ diffuse + ρ (n + 2)/2π cosⁿα     or   diffuse + F D G₂ / (4 c_o c_i), each factor at its largest      (sr⁻¹)
+//! lobe · c_i ≤           ρ (n + 2)/2π cosⁿα c_i or             F D G₂ / (4 c_o)
+//! ```
+//!
+//! The same bounds as those of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], for hundreds of cones at once: the angles of a
+//! row of texels are one operation ([`spans`](super::spans)), and what depends on the point alone is done once. Many times faster, and
+//! hardly larger. They would be larger where half vectors are near the normal, at the peak of GGX lobes; these texels are bounded one by
+//! one.
+//!
+//! # Guarantee
+//! At least the largest channel as `transport` computes it, for every direction of the texel. Zero where the texel is certainly below the
+//! plane of either normal.
+//!
+//! # Held to this by
+//! The tests below, `bounds::tests::cube_map`.
+
+use std::f32::consts::FRAC_1_PI;
+
+use super::faces::Faces;
+use super::spans::{Directions, Horizon, Spans};
+use super::texel::Texel;
+use crate::bounds::Reflector;
+use crate::bounds::angle::Angle;
+use crate::bounds::lobes::{Lobe, Parts, phong, round_up};
+use crate::bsdf::{Bsdf, MIN_COSINE};
+use crate::color::Rgb;
+use crate::math::Cone;
+
+/// Cosines of incidence at which reflectances are kept: `(k / KNOTS)²`. Higher values make `F` tighter and cost time. Chosen: the ratio of
+/// neighbours is below 1.25 for dielectrics of an index above 1.3 and for Schlick's `F` with `F₀` above 0.04.
+const KNOTS: usize = 32;
+
+/// Largest cosines with the normal for which the diffuse part is kept: `(k + 1) / STEPS`. Matters for coats, which let less light in at
+/// grazing angles.
+const STEPS: usize = 8;
+
+/// Phong lobes that are fainter than `e⁻²⁴` of their peak are bounded by that: most texels of a sharp lobe need no logarithm.
+const FAINT_POWER: f64 = 24.0;
+
+/// At least `e⁻²⁴`.
+const FAINT: f64 = 3.8e-11;
+
+/// Half vectors within `α`, but no more than this angle (rad), of the normal are near the peak. Chosen: higher values cost time, and there
+/// the factors at their largest one by one are hardly larger than their product.
+const WIDEST_PEAK: f32 = 0.1;
+
+/// What texels bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounded {
+    /// `f_r`.
+    Brdf,
+    /// The lobe times the cosine, without the diffuse part.
+    LobeCosine,
+}
+
+/// What the texels of one point are made of.
+struct Source {
+    bounded: Bounded,
+    /// The point, without its diffuse part where that is not bounded.
+    point: Reflector,
+    cos_o: f32,
+    /// Upper bounds of the diffuse part (sr⁻¹).
+    diffuse: [f64; STEPS],
+    lobe: Lobe,
+    /// Upper bounds of `F`; zeros if there are no facets.
+    reflected: [f64; KNOTS + 1],
+    /// Roughness; 1 if there are no facets.
+    alpha: f32,
+}
+
+/// Fills the texels of a point, which are zero.
+pub fn fill<const N: usize>(texels: &mut [[[Texel; N]; N]; 6], point: &Reflector, bounded: Bounded) {
+    const { assert!(N >= 2 && N <= 16, "half-angles of texels are not between 1/20 and a right angle") };
+    let Some(source) = Source::of(point, bounded) else { return };
+    let directions = Directions::of(point);
+    for (face, rows) in texels.iter_mut().enumerate() {
+        let directions = directions.turned::<N>(face);
+        for (v, (row, values)) in Faces::<N>::ROWS.iter().zip(rows).enumerate() {
+            let horizon = directions.horizon(row);
+            let spans = match source.lobe {
+                Lobe::None => Spans::NONE,
+                Lobe::Phong { .. } | Lobe::Facets { .. } => directions.spans(row),
+            };
+            let lobes = source.lobes(&horizon, &spans);
+            for (u, value) in values.iter_mut().enumerate().filter(|(u, _)| horizon.above[*u]) {
+                let step = ((horizon.max_cos_i[u] * STEPS as f32) as usize).min(STEPS - 1);
+                let upper = round_up(source.diffuse[step] + lobes[u]);
+                *value = Texel::at_least(if source.near_peak(spans.half_sin[u]) {
+                    upper.min(source.upper_alone(&Faces::<N>::cone(face, v, u)))
+                } else {
+                    upper
+                });
+            }
+        }
+    }
+}
+
+impl Source {
+    /// `None` if all texels are zero.
+    fn of(point: &Reflector, bounded: Bounded) -> Option<Self> {
+        let cos_o = point.wo.z.abs();
+        let lobe = Parts::of(&point.bsdf, cos_o, 1.0).lobe;
+        if cos_o <= MIN_COSINE || matches!((lobe, bounded), (Lobe::None, Bounded::LobeCosine)) {
+            return None;
+        }
+        let (alpha, reflected) = match lobe {
+            Lobe::None | Lobe::Phong { .. } => (1.0, [0.0; KNOTS + 1]),
+            Lobe::Facets { alpha, facets } => {
+                let root = |k: usize| k as f64 / KNOTS as f64;
+                (alpha as f32, std::array::from_fn(|k| facets.upper(root(k) * root(k))))
+            }
+        };
+        let (point, diffuse) = match bounded {
+            Bounded::Brdf => {
+                let at = |k: usize| Parts::of(&point.bsdf, cos_o, (k + 1) as f64 / STEPS as f64).diffuse;
+                (*point, std::array::from_fn(at))
+            }
+            Bounded::LobeCosine => (Reflector { bsdf: without_diffuse(point.bsdf), ..*point }, [0.0; STEPS]),
+        };
+        Some(Self { bounded, point, cos_o, diffuse, lobe, reflected, alpha })
+    }
+
+    /// Upper bounds of the lobe over the texels of a row that reach above the horizon; zero for the others.
+    fn lobes<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f64; N] {
+        let facets = match self.lobe {
+            Lobe::None => return [0.0; N],
+            Lobe::Phong { .. } => [0.0; N],
+            Lobe::Facets { .. } => self.facets(horizon, spans),
+        };
+        std::array::from_fn(|u| match self.lobe {
+            _ if !horizon.above[u] => 0.0,
+            Lobe::None => 0.0,
+            Lobe::Phong { scale, exponent } => {
+                let [sin, cos] = spans.from_mirror.map(|lanes| f64::from(lanes[u]));
+                // cosⁿ ≤ exp(−n (1 − cos)). The slack of the angle outweighs the rounding of 1 − cos.
+                let faint = exponent * (1.0 - cos) > FAINT_POWER && cos > 0.01;
+                let power = if faint {
+                    (exponent + 2.0) * FAINT
+                } else {
+                    phong::upper_power([exponent; 2], Angle { sin, cos })
+                };
+                match self.bounded {
+                    Bounded::Brdf => scale * power,
+                    Bounded::LobeCosine => scale * power * f64::from(horizon.max_cos_i[u]),
+                }
+            }
+            Lobe::Facets { .. } => {
+                let knot = ((spans.cos_incidence[u].sqrt() * KNOTS as f32) as usize).min(KNOTS);
+                self.reflected[knot] * f64::from(facets[u])
+            }
+        })
+    }
+
+    /// At least `D G₂ / (4 c_o c_i)`, or that times `c_i`, as in `bounds::lobes::ggx`, for a row at once.
+    fn facets<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f32; N] {
+        let alpha2 = self.alpha * self.alpha;
+        let stretch = |cos: f32| (alpha2 + (1.0 - alpha2) * cos * cos).sqrt();
+        let stretch_o = stretch(self.cos_o);
+        std::array::from_fn(|u| {
+            let sin2 = spans.half_sin[u] * spans.half_sin[u];
+            let root = self.alpha / (alpha2 * (1.0 - sin2) + sin2);
+            let (min_cos_i, max_cos_i) = (spans.min_cos_i[u], horizon.max_cos_i[u]);
+            let shadowed = match self.bounded {
+                Bounded::Brdf => self.cos_o * stretch(min_cos_i) + min_cos_i * stretch_o,
+                Bounded::LobeCosine => self.cos_o * stretch(max_cos_i) / max_cos_i + stretch_o,
+            };
+            root * root * FRAC_1_PI * 0.5 / shadowed
+        })
+    }
+
+    /// Whether `D` is near its peak at the least angle of the half vector.
+    fn near_peak(&self, half_sin: f32) -> bool {
+        match self.lobe {
+            Lobe::None | Lobe::Phong { .. } => false,
+            Lobe::Facets { .. } => half_sin < self.alpha.min(WIDEST_PEAK),
+        }
+    }
+
+    /// The bound over a single cone: slower, and tighter near the peak of facets.
+    fn upper_alone(&self, cone: &Cone) -> f32 {
+        match self.bounded {
+            Bounded::Brdf => self.point.upper_brdf(cone),
+            Bounded::LobeCosine => self.point.upper_brdf_cos(cone),
+        }
+    }
+}
+
+/// A BSDF with the same lobe and no diffuse part.
+fn without_diffuse(mut bsdf: Bsdf) -> Bsdf {
+    match &mut bsdf {
+        Bsdf::Lambert(b) => b.reflectance = Rgb::BLACK,
+        Bsdf::Phong(b) => b.diffuse = Rgb::BLACK,
+        Bsdf::Plastic(b) => b.diffuse = Rgb::BLACK,
+        Bsdf::Coated(b) => b.reflectance = Rgb::BLACK,
+        Bsdf::MetallicRoughness(b) => b.diffuse = Rgb::BLACK,
+        Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {}
+    }
+    bsdf
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bounds::tests::cases::{KINDS, half_angle, mirror, near, random_point, reflected};
+    use crate::rng::{Purpose, Stream};
+
+    /// Random points of all kinds: every texel is a bound of its directions. Quotients of texels by the bounds of their cones, sorted.
+    fn texels_are_bounds<const N: usize>(bounded: Bounded, index: u64, points: u64) -> Vec<f64> {
+        let mut quotients = Vec::new();
+        for (number, kind) in KINDS.into_iter().enumerate() {
+            let mut s = Stream::new(51 + index, Purpose::Test, number as u64);
+            for _ in 0..points {
+                let whole = random_point(kind, &mut s);
+                let (part, channel) = match bounded {
+                    Bounded::Brdf => (whole, 0),
+                    Bounded::LobeCosine => (Reflector { bsdf: without_diffuse(whole.bsdf), ..whole }, 1),
+                };
+                let mut texels = [[[Texel::ZERO; N]; N]; 6];
+                fill(&mut texels, &whole, bounded);
+                for (k, texel) in texels.as_flattened().as_flattened().iter().enumerate() {
+                    let bound = texel.value();
+                    let cone = Faces::<N>::cone(k / (N * N), k / N % N, k % N);
+                    let half_angle = half_angle(&cone);
+                    for k in 0..8 {
+                        let axis = if k % 2 == 0 { cone.axis.as_dvec3() } else { mirror(&part) };
+                        let d = near(axis, half_angle, &mut s).as_vec3();
+                        if cone.contains(d) {
+                            let value = reflected(&part, d)[channel];
+                            assert!(value <= bound, "{value:e} > {bound:e}: {d:?} in {cone:?} {part:?}");
+                        }
+                    }
+                    let alone = [part.upper_brdf(&cone), part.upper_brdf_cos(&cone)][channel];
+                    if alone > 0.0 {
+                        quotients.push(f64::from(bound) / f64::from(alone));
+                    }
+                }
+            }
+        }
+        quotients.sort_by(f64::total_cmp);
+        quotients
+    }
+
+    /// Of the sorted, the one at a share of the way.
+    fn at(quotients: &[f64], share: f64) -> f64 {
+        quotients[((quotients.len() - 1) as f64 * share) as usize]
+    }
+
+    // The limits are those measured and a tenth of the excess over 1. The 16 bits of a texel are a fifth of a hundredth. What is left comes
+    // from steps of `F` and, at the borders of sharp lobes, from the slack.
+
+    #[test]
+    fn texels_are_bounds_and_hardly_larger_than_those_of_single_cones() {
+        let quotients = texels_are_bounds::<8>(Bounded::Brdf, 0, 60);
+        assert!(at(&quotients, 0.5) < 1.003, "{}", at(&quotients, 0.5));
+        assert!(at(&quotients, 0.9) < 1.023, "{}", at(&quotients, 0.9));
+        texels_are_bounds::<16>(Bounded::Brdf, 1, 10);
+        texels_are_bounds::<2>(Bounded::Brdf, 2, 100);
+    }
+
+    #[test]
+    fn texels_with_the_cosine_are_bounds_and_hardly_larger_than_those_of_single_cones() {
+        let quotients = texels_are_bounds::<8>(Bounded::LobeCosine, 3, 60);
+        assert!(at(&quotients, 0.5) < 1.0054, "{}", at(&quotients, 0.5));
+        assert!(at(&quotients, 0.9) < 1.084, "{}", at(&quotients, 0.9));
+    }
+}

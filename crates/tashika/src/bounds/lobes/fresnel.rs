@@ -1,0 +1,207 @@
+//! Upper bounds of what a facet reflects over angles of incidence from the normal to a widest one.
+//!
+//! With `c` the cosine of the angle of incidence, `N = η + i k` and `w = √(1 + (N² − 1) / c²)`:
+//!
+//! * Schlick's `F₀ + (1 − F₀)(1 − c)⁵` falls with `c` (Schlick 1994).
+//! * A dielectric's `F = ½ ((w − 1)/(w + 1))² + ½ ((w − η²)/(w + η²))²` does *not* always: for `η = 5` it is 0.44 at normal incidence and
+//!   0.42 at 80°. With `a = η²` its derivative by `w` has the sign of `(w² − a)((1 + a)(w² + a) + (6a − 1 − a²) w)`. The roots of the second
+//!   factor have the product `a`, so at most one is above `√a`, where `w` begins. So `F` falls and then grows, or only grows,
+//!   as `w` grows and `c` falls: its maximum over a range of `c` is at an end of it. It only grows for `η + 1/η ≤ 4`.
+//! * A conductor: `F ≤ R_s = |(w − 1)/(w + 1)|²`, the part across, since the other is never larger. `z = (w − 1)/(w + 1)` is the
+//!   inverse of Koebe's function, `4z/(1 − z)² = w² − 1 = (N² − 1)/c²`, which maps the disk to a star about zero; along a ray from zero
+//!   `|z|` then grows (Schwarz's lemma). So `R_s` falls with `c`. It is at most twice `F`, for metals hardly more than `F`.
+//!
+//! # Guarantee
+//! At least the `f32` values of [`bsdf::fresnel`](crate::bsdf::fresnel); the functions below say what of their rounding is allowed for.
+//!
+//! # Held to this by
+//! The tests below, `bounds::tests::reflector`.
+
+use crate::bsdf::fresnel;
+use crate::color::Rgb;
+
+/// What a facet reflects, with a factor.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bounds) enum Facets {
+    /// Schlick's approximation.
+    Schlick {
+        /// Factor, by channel.
+        scale: Rgb,
+        /// At normal incidence.
+        f0: Rgb,
+    },
+    /// A dielectric.
+    Dielectric {
+        /// Largest channel of the factor.
+        scale: f32,
+        /// Relative index, at least 1.
+        ior: f32,
+    },
+    /// A metal.
+    Conductor {
+        /// Factor, by channel.
+        scale: Rgb,
+        /// Real part of the index.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+    },
+}
+
+impl Facets {
+    /// Whether nothing is reflected at any angle.
+    pub(in crate::bounds) fn is_black(&self) -> bool {
+        match self {
+            Self::Schlick { scale, .. } | Self::Conductor { scale, .. } => scale.max_channel() <= 0.0,
+            Self::Dielectric { scale, .. } => *scale <= 0.0,
+        }
+    }
+
+    /// At least the largest channel reflected at any angle of incidence of cosine `cos` or more.
+    pub(in crate::bounds) fn upper(&self, cos: f64) -> f64 {
+        match *self {
+            Self::Schlick { scale, f0 } => {
+                // Rounded down: a larger angle.
+                let reflected = fresnel::schlick(f0, (cos as f32).next_down().max(0.0)) * scale;
+                f64::from(reflected.max_channel())
+            }
+            Self::Dielectric { scale, ior } => f64::from(scale) * upper_dielectric(cos, ior),
+            Self::Conductor { scale, eta, k } => {
+                let channels = eta.zip(k, |eta, k| upper_conductor(cos, f64::from(eta), f64::from(k)) as f32);
+                f64::from((channels * scale).max_channel())
+            }
+        }
+    }
+}
+
+/// At least `fresnel::dielectric` at any cosine in `[cos, 1]`.
+fn upper_dielectric(cos: f64, ior: f32) -> f64 {
+    let grazing = fresnel::dielectric((cos as f32).next_down().max(0.0), ior);
+    let root = f64::from(grazing.max(fresnel::dielectric(1.0, ior))).sqrt();
+    // Both amplitudes are off by less than six roundings of 1, here and there.
+    let root = root + 1e-6;
+    (root * root).min(1.0)
+}
+
+/// At least `1 − fresnel::dielectric` at any cosine in `[0, cos]`.
+///
+/// Up to an index of `2 + √3`, transmittance grows with the cosine; beyond, `F ≥ R_s / 2 ≥ F(1) / 2`.
+pub(in crate::bounds) fn upper_transmittance(cos: f64, ior: f32) -> f64 {
+    let reflected = if ior < 3.73 {
+        fresnel::dielectric((cos as f32).next_up().min(1.0), ior)
+    } else {
+        0.5 * fresnel::dielectric(1.0, ior)
+    };
+    // Twelve roundings of 1 in each of the two values of F.
+    (1.0 - f64::from(reflected) + 4e-6).min(1.0)
+}
+
+/// At least a channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, with room for its roundings.
+///
+/// With `q = √(N² − s²)` and `R_s = |(c − q)/(c + q)|²`: `f32` knows `q²` to `ε = 4·10⁻⁷ (|N|² + 1)`, hence `q` to `min(√ε, ε/|q|)` and the
+/// amplitude to `2/max(c, |q|)` times that. The real part of `q` is the root of a difference, `½(|q²| + Re q²)`; where it cancels,
+/// `R_s` is above one half and off by at most 7·10⁻⁴. `|c − q|²` is a difference, too: eight roundings of 1 in `R_s`.
+fn upper_conductor(cos: f64, eta: f64, k: f64) -> f64 {
+    let sin2 = (1.0 - cos) * (1.0 + cos);
+    let real = (eta - k) * (eta + k) - sin2;
+    let imaginary = 2.0 * eta * k;
+    let modulus = (real * real + imaginary * imaginary).sqrt();
+    let a = (0.5 * (modulus + real)).max(0.0).sqrt();
+    let (sum, mixed) = (modulus + cos * cos, 2.0 * cos * a);
+    let across = ((sum - mixed).max(0.0) / (sum + mixed).max(f64::MIN_POSITIVE)).sqrt();
+    let error = 4e-7 * (eta * eta + k * k + 1.0);
+    let q = modulus.sqrt();
+    let amplitude = across + 2.0 * error.sqrt().min(error / q.max(1e-30)) / cos.max(q).max(1e-30);
+    (amplitude * amplitude * (1.0 + 2e-3) + 1e-6).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    /// Cosines from grazing to normal incidence, dense where the reflectance is steep.
+    fn cosines() -> impl DoubleEndedIterator<Item = f64> {
+        (0..=400).map(|i| (f64::from(i) / 400.0).powi(3))
+    }
+
+    /// Goes from normal incidence outwards; returns the largest ratio of bound and largest reflectance so far.
+    fn check(facets: &Facets, reflected: impl Fn(f32) -> f32) -> f64 {
+        let (mut largest, mut loosest) = (0.0_f64, 1.0_f64);
+        for cos in cosines().rev() {
+            largest = largest.max(f64::from(reflected(cos as f32)));
+            let bound = facets.upper(cos);
+            assert!(largest <= bound * (1.0 + 1e-6), "{facets:?} at {cos}: {largest} above {bound}");
+            if largest > 1e-3 {
+                loosest = loosest.max(bound / largest);
+            }
+        }
+        loosest
+    }
+
+    #[test]
+    fn dielectrics_hold_and_are_tight() {
+        for step in 0..=200 {
+            let ior = 1.0001 + 3.9999 * (step as f32 / 200.0).powi(3);
+            let facets = Facets::Dielectric { scale: 1.0, ior };
+            // A step of the cosine by one rounding, and 10⁻⁶ of an amplitude above 0.03.
+            assert!(check(&facets, |cos| fresnel::dielectric(cos, ior)) < 1.001, "{ior}");
+        }
+    }
+
+    #[test]
+    fn metals_hold_and_are_tight() {
+        let mut s = Stream::new(33, Purpose::Test, 0);
+        for round in 0..500 {
+            let low = [1e-3, 0.1, 0.9, 1.0][round % 4];
+            let eta = low + 3.0 * s.uniform() * s.uniform() * s.uniform();
+            let k = [0.0, 0.01, 1.0, 8.0][round / 4 % 4] * s.uniform();
+            let facets = Facets::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
+            let loosest = check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k)).r);
+            if eta > 1.1 || k > 0.1 {
+                // R_s ≤ 2 F, and the 2·10⁻³ of the cancelling root; twice that of an amplitude of 0.03.
+                assert!(loosest < 2.01, "{eta} + {k} i: {loosest}");
+            }
+        }
+        // Where there is hardly a boundary, `f32` sees one at grazing angles.
+        for (eta, k) in [(1.0, 0.0), (1.0, 1e-4), (1.0, 0.01), (0.9999, 0.0), (1.0001, 0.0), (1.001, 1e-3)] {
+            let facets = Facets::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
+            check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k)).r);
+        }
+        // Silver, gold and aluminium at 550 nm.
+        for (eta, k) in [(0.06, 3.6), (0.36, 2.77), (0.96, 6.7)] {
+            let facets = Facets::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
+            let loosest = check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k)).r);
+            assert!(loosest < 1.15, "{eta} + {k} i: {loosest}");
+        }
+    }
+
+    #[test]
+    fn schlick_holds_and_is_tight() {
+        for f0 in [Rgb::BLACK, Rgb::new(0.04, 0.5, 1.0), Rgb::gray(0.04)] {
+            let scale = Rgb::new(1.0, 0.5, 0.25);
+            let facets = Facets::Schlick { scale, f0 };
+            let loosest = check(&facets, |cos| (fresnel::schlick(f0, cos) * scale).max_channel());
+            assert!(loosest < 1.0 + 1e-5, "{f0:?}: {loosest}");
+        }
+    }
+
+    #[test]
+    fn transmittances_hold_and_are_tight() {
+        for step in 0..=200 {
+            let ior = 1.0001 + 3.9999 * (step as f32 / 200.0).powi(3);
+            let mut largest = 0.0_f64;
+            for cos in cosines() {
+                largest = largest.max(f64::from(1.0 - fresnel::dielectric(cos as f32, ior)));
+                let bound = upper_transmittance(cos, ior);
+                assert!(largest <= bound, "{ior} at {cos}: {largest} above {bound}");
+                if ior < 3.7 {
+                    assert!(
+                        bound - largest < 1e-5 + 1e-4 * (1.0 - largest),
+                        "{ior} at {cos}: {bound} for {largest}"
+                    );
+                }
+            }
+        }
+    }
+}

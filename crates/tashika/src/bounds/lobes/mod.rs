@@ -1,0 +1,111 @@
+//! BSDFs in two parts that can be bounded: one that does not depend on directions, and one lobe.
+//!
+//! ```text
+//! f_r ≤ diffuse + lobe          (sr⁻¹, the largest channel of each)
+//! ```
+//!
+//! | BSDF | diffuse | lobe |
+//! |---|---|---|
+//! | Lambert | `ρ/π` | none |
+//! | Phong | `ρ_d/π` | [`phong`] |
+//! | Plastic | `ρ_d/π` | [`ggx`] |
+//! | Conductor | 0 | [`ggx`] |
+//! | Coated | `ρ/π · T(c_o) T_max / (η² (1 − ρ F_int))` | [`ggx`] |
+//! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`ggx`] |
+//!
+//! # Guarantee
+//! The sum of the two bounds is at least the value in the `f32` arithmetic of [`bsdf`](crate::bsdf), once it went through
+//! [`round_up`].
+//!
+//! # Held to this by
+//! `bounds::tests::reflector`, `bounds::tests::analytic`.
+
+pub(super) mod fresnel;
+pub(super) mod ggx;
+pub(super) mod phong;
+
+use std::f64::consts::FRAC_1_PI;
+
+use crate::bsdf::{Bsdf, ConductorFresnel, fresnel::dielectric_average};
+use crate::color::Rgb;
+use fresnel::Facets;
+
+/// The two parts of a BSDF seen from one direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parts {
+    /// Upper bound of the diffuse part (sr⁻¹).
+    pub(super) diffuse: f64,
+    /// The other part.
+    pub(super) lobe: Lobe,
+}
+
+/// The part of a BSDF that depends on directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Lobe {
+    /// Nothing.
+    None,
+    /// `scale (n + 2) / 2π · cosⁿα`.
+    Phong {
+        /// Largest channel of `ρ_s`.
+        scale: f64,
+        /// `n`.
+        exponent: f64,
+    },
+    /// `F D G₂ / (4 c_o c_i)`.
+    Facets {
+        /// Roughness `α`.
+        alpha: f64,
+        /// What a facet reflects.
+        facets: Facets,
+    },
+}
+
+impl Parts {
+    /// The parts of `bsdf` for light at cosines of at most `max_cos_i`, seen at the cosine `cos_o > 0`.
+    pub(super) fn of(bsdf: &Bsdf, cos_o: f32, max_cos_i: f64) -> Self {
+        let (diffuse, lobe) = match bsdf {
+            Bsdf::Lambert(b) => (b.reflectance, Lobe::None),
+            Bsdf::Phong(b) => {
+                let (scale, exponent) = (f64::from(b.specular.max_channel()), f64::from(b.exponent));
+                (b.diffuse, if scale > 0.0 { Lobe::Phong { scale, exponent } } else { Lobe::None })
+            }
+            Bsdf::Plastic(b) => {
+                let reflected = Facets::Dielectric { scale: b.specular.max_channel(), ior: b.ior };
+                (b.diffuse, facets(b.alpha, reflected))
+            }
+            Bsdf::Conductor(b) => {
+                let scale = b.specular;
+                let reflected = match b.fresnel {
+                    ConductorFresnel::Schlick { f0 } => Facets::Schlick { scale, f0 },
+                    ConductorFresnel::Exact { eta, k } => Facets::Conductor { scale, eta, k },
+                };
+                (Rgb::BLACK, facets(b.alpha, reflected))
+            }
+            Bsdf::Coated(b) => {
+                let passed = fresnel::upper_transmittance(max_cos_i, b.ior) as f32;
+                // The albedo holds the hemispherical transmittance from the inside, too; the BRDF does not.
+                let base = b.diffuse_albedo(cos_o) * (1.0 / (1.0 - dielectric_average(b.ior)));
+                let coat = Facets::Dielectric { scale: b.specular.max_channel(), ior: b.ior };
+                (base * passed, facets(b.alpha, coat))
+            }
+            Bsdf::MetallicRoughness(b) => {
+                let reflected = Facets::Schlick { scale: Rgb::WHITE, f0: b.f0 };
+                (b.diffuse * (Rgb::WHITE - b.dielectric_f0), facets(b.alpha, reflected))
+            }
+            Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (Rgb::BLACK, Lobe::None),
+        };
+        Self { diffuse: f64::from(diffuse.max_channel()) * FRAC_1_PI, lobe }
+    }
+}
+
+fn facets(alpha: f32, facets: Facets) -> Lobe {
+    if facets.is_black() { Lobe::None } else { Lobe::Facets { alpha: f64::from(alpha), facets } }
+}
+
+/// `bound` as `f32`, with room for the rounding of the BSDFs; zero stays zero.
+///
+/// Less than 40 roundings of `f32` (2.4·10⁻⁶) in the factors that the documentation of the lobes does not speak of, and lengths of
+/// directions that are off by 10⁻⁶. The addend is above the smallest normal number, below which roundings are no longer relative.
+pub(super) fn round_up(bound: f64) -> f32 {
+    if bound > 0.0 { ((bound * (1.0 + 1e-5) + 1e-37) as f32).next_up() } else { 0.0 }
+}

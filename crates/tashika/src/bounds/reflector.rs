@@ -1,0 +1,159 @@
+//! One gather point, as far as its material goes, and upper bounds of its BRDF over a cone of light directions.
+//!
+//! ```text
+//! upper_brdf      ≥ max over ω_i in the cone of f_r(ω_o, ω_i)             (sr⁻¹, largest channel)
+//! upper_brdf_cos  ≥ max over ω_i in the cone of f_r(ω_o, ω_i) cos⁺θ_i
+//! ```
+//!
+//! Both are sums of a bound of the diffuse part and one of the lobe ([`lobes`](super::lobes)); the extremes of angles over the cone are those
+//! of [`spans`](super::spans).
+//!
+//! # Guarantee
+//! Above every value in the `f32` arithmetic of [`transport`](crate::transport), for any unit direction (to rounding) in the cone. Zero if the
+//! cone is certainly below the plane of either normal. Always finite.
+//!
+//! # Held to this by
+//! `bounds::tests::reflector`.
+
+use glam::DVec3;
+
+use super::angle::Angle;
+use super::lobes::ggx::{self, Ring};
+use super::lobes::{Lobe, Parts, phong, round_up};
+use super::spans::{Bundle, Directions, HalfVectors, least_from_mirror};
+use crate::bsdf::{Bsdf, MIN_COSINE};
+use crate::math::{Cone, Frame, Vec3};
+
+/// One gather point, as far as its material goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Reflector {
+    /// How the surface scatters.
+    pub bsdf: Bsdf,
+    /// Shading frame.
+    pub frame: Frame,
+    /// Unit direction to the viewer, in the frame.
+    pub wo: Vec3,
+    /// Unit geometric normal on the side of the viewer.
+    pub geometric_normal: Vec3,
+}
+
+/// What is multiplied to the BRDF.
+#[derive(Clone, Copy, PartialEq)]
+enum Factor {
+    One,
+    Cosine,
+}
+
+/// Maxima over all light directions (sr⁻¹).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OverAll {
+    /// Of the diffuse part.
+    pub(super) diffuse: f64,
+    /// Of the lobe times the cosine.
+    pub(super) lobe_cos: f64,
+}
+
+impl Reflector {
+    /// At least the largest channel of `f_r` (sr⁻¹) over all light directions in `cone` (world).
+    pub fn upper_brdf(&self, cone: &Cone) -> f32 {
+        self.upper(cone, Factor::One)
+    }
+
+    /// At least the largest channel of `f_r cos⁺θ` (sr⁻¹) over all light directions in `cone` (world).
+    pub fn upper_brdf_cos(&self, cone: &Cone) -> f32 {
+        self.upper(cone, Factor::Cosine)
+    }
+
+    /// The shading normal on the side of the viewer.
+    pub fn normal(&self) -> Vec3 {
+        self.frame.n * self.side()
+    }
+
+    /// The parts of [`Reflector::upper_brdf_cos`] over all directions; of the diffuse part without the cosine.
+    pub(super) fn upper_over_all(&self) -> OverAll {
+        let cos_o = self.wo.z * self.side();
+        let parts = Parts::of(&self.bsdf, cos_o, 1.0);
+        let directions = Directions::of_point(Vec3::new(self.wo.x, self.wo.y, cos_o).as_dvec3());
+        let lobe_cos = match parts.lobe {
+            Lobe::None => 0.0,
+            Lobe::Phong { scale, exponent } => scale * phong::upper_peak(exponent, directions.least_mirror()),
+            Lobe::Facets { alpha, facets } => {
+                let half = HalfVectors::new(&directions, &[Some(Bundle::of(&Cone::ALL))], Angle::ZERO);
+                let all = Ring { cos_incidence: half.cos_incidence, cos_light: 1.0 };
+                let viewer = directions.widest_viewer;
+                let reflected = |ring: Ring| facets.upper(ring.cos_incidence);
+                ggx::upper_reflection([alpha; 2], Angle::ZERO, viewer, all, reflected)
+                    * ggx::upper_visibility_cos(alpha, f64::from(cos_o), 1.0)
+            }
+        };
+        OverAll { diffuse: parts.diffuse, lobe_cos }
+    }
+
+    /// `1` if the viewer is above the frame, else `−1`: surfaces are two-sided.
+    fn side(&self) -> f32 {
+        1.0_f32.copysign(self.wo.z)
+    }
+
+    fn upper(&self, cone: &Cone, factor: Factor) -> f32 {
+        let cos_o = self.wo.z * self.side();
+        if cos_o <= MIN_COSINE || cone.is_empty() {
+            return 0.0;
+        }
+        let lights = Bundle::about(self.in_frame(cone.axis), Angle::half_angle(cone));
+        let geometric_normal = Bundle::one(self.in_frame(self.geometric_normal));
+        let normal = Bundle::one(DVec3::Z);
+        if lights.least_angle(&geometric_normal).cos <= 0.0 {
+            return 0.0;
+        }
+        let max_cos_i = lights.least_angle(&normal).cos;
+        if max_cos_i <= 0.0 {
+            return 0.0;
+        }
+        let min_cos_i = lights.widest_angle(&normal).cos.max(f64::from(MIN_COSINE));
+        let parts = Parts::of(&self.bsdf, cos_o, max_cos_i);
+        let directions = || Directions::of_point(Vec3::new(self.wo.x, self.wo.y, cos_o).as_dvec3());
+        // What is above both planes is in all three.
+        let lights = [Some(lights), lights.above(&normal), lights.above(&geometric_normal)];
+        let lobe = match parts.lobe {
+            Lobe::None => 0.0,
+            Lobe::Phong { scale, exponent } => {
+                let least = least_from_mirror(&directions(), &lights);
+                scale * phong::upper_power([exponent; 2], least) * cosine(factor, max_cos_i)
+            }
+            Lobe::Facets { alpha, facets } => {
+                let directions = directions();
+                let least = least_from_mirror(&directions, &lights);
+                let half = HalfVectors::new(&directions, &lights, least);
+                let cos_light = match factor {
+                    Factor::One => min_cos_i,
+                    Factor::Cosine => 1.0,
+                };
+                let all = Ring { cos_incidence: half.cos_incidence, cos_light };
+                let cos_o = f64::from(cos_o);
+                let viewer = directions.widest_viewer;
+                ggx::upper_reflection([alpha; 2], half.least_from_normal, viewer, all, |ring| {
+                    let visibility = match factor {
+                        Factor::One => ggx::upper_visibility(alpha, cos_o, ring.cos_light),
+                        Factor::Cosine => ggx::upper_visibility_cos(alpha, cos_o, max_cos_i),
+                    };
+                    facets.upper(ring.cos_incidence) * visibility
+                })
+            }
+        };
+        round_up(parts.diffuse * cosine(factor, max_cos_i) + lobe)
+    }
+
+    /// A world direction in the frame turned to the viewer's side, without rounding to `f32`.
+    fn in_frame(&self, v: Vec3) -> DVec3 {
+        let Frame { t, b, n } = self.frame;
+        let v = v.as_dvec3();
+        DVec3::new(v.dot(t.as_dvec3()), v.dot(b.as_dvec3()), v.dot(n.as_dvec3()) * f64::from(self.side()))
+    }
+}
+
+fn cosine(factor: Factor, max_cos_i: f64) -> f64 {
+    match factor {
+        Factor::One => 1.0,
+        Factor::Cosine => max_cos_i,
+    }
+}

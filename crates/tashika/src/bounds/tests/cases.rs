@@ -1,0 +1,175 @@
+//! Random gather points, cones and directions, and what a gather point reflects as `transport` evaluates it.
+
+use glam::DVec3;
+
+use crate::bounds::Reflector;
+use crate::bsdf::{
+    Bsdf, Coated, Conductor, ConductorFresnel, Lambert, MIN_ALPHA, MetallicRoughness, Phong, Plastic,
+};
+use crate::color::Rgb;
+use crate::math::elementary::powf;
+use crate::math::{Cone, Frame, Vec3};
+use crate::rng::Stream;
+use crate::warp;
+
+/// Kinds of BSDFs with a diffuse part or a lobe of finite width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    Lambert,
+    Phong,
+    Plastic,
+    Schlick,
+    Metal,
+    Coated,
+    MetallicRoughness,
+}
+
+/// All kinds.
+pub const KINDS: [Kind; 7] = [
+    Kind::Lambert,
+    Kind::Phong,
+    Kind::Plastic,
+    Kind::Schlick,
+    Kind::Metal,
+    Kind::Coated,
+    Kind::MetallicRoughness,
+];
+
+/// Uniform in the logarithm from `low` to `high`.
+pub fn log_uniform(s: &mut Stream, low: f32, high: f32) -> f32 {
+    (low * powf(high / low, s.uniform())).clamp(low, high)
+}
+
+/// A BSDF of the kind, with the ends of its ranges now and then.
+pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
+    let pick = s.below(8);
+    let alpha = match pick {
+        0 => MIN_ALPHA,
+        1 => 1.0,
+        _ => log_uniform(s, MIN_ALPHA, 1.0),
+    };
+    let exponent = match pick {
+        0 => 0.0,
+        1 => 1e6,
+        2 => 4.0 * s.uniform(),
+        _ => log_uniform(s, 1.0, 1e6),
+    };
+    let ior = match pick {
+        0 => 1.0001,
+        1 => 5.0,
+        _ => log_uniform(s, 1.0001, 5.0),
+    };
+    let (a, b, c) = (Rgb::from(s.uniform_3()), Rgb::from(s.uniform_3()), Rgb::from(s.uniform_3()));
+    match kind {
+        Kind::Lambert => Bsdf::Lambert(Lambert { reflectance: a }),
+        Kind::Phong => Bsdf::Phong(Phong { diffuse: a * (Rgb::WHITE - b), specular: b, exponent }),
+        Kind::Plastic => Bsdf::Plastic(Plastic { diffuse: a * (Rgb::WHITE - b), specular: b, ior, alpha }),
+        Kind::Schlick => {
+            Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Schlick { f0: a }, specular: b, alpha })
+        }
+        Kind::Metal => {
+            let low = [1e-3, 0.05, 0.9][s.below(3) as usize];
+            let eta = Rgb::gray(low) + a * a * 4.0;
+            let k = if s.below(4) == 0 { c * 0.01 } else { c * 8.0 };
+            let specular = b.map(f32::sqrt);
+            Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Exact { eta, k }, specular, alpha })
+        }
+        Kind::Coated => Bsdf::Coated(Coated { reflectance: a, specular: b, ior, alpha }),
+        Kind::MetallicRoughness => {
+            let f0 = if s.below(2) == 0 { Rgb::gray(0.04) } else { b };
+            Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0, dielectric_f0: f0, alpha })
+        }
+    }
+}
+
+/// A point with this BSDF, shading normal, and a viewer above both normals, often at grazing angles.
+pub fn point(bsdf: Bsdf, normal: Vec3, viewer: Vec3) -> Reflector {
+    let frame = Frame::about(normal);
+    Reflector { bsdf, frame, wo: frame.to_local(viewer), geometric_normal: normal }
+}
+
+/// A viewer above `normal`: uniform in solid angle, or close to the horizon every fourth time.
+pub fn viewer(normal: Vec3, s: &mut Stream) -> Vec3 {
+    let mut local = warp::cone(s.uniform_2(), 0.0);
+    if s.below(4) == 0 {
+        local.z *= log_uniform(s, 1e-4, 0.3);
+    }
+    Frame::about(normal).to_world(local.normalize()).normalize()
+}
+
+/// A random point of the kind.
+pub fn random_point(kind: Kind, s: &mut Stream) -> Reflector {
+    let normal = warp::sphere(s.uniform_2()).normalize();
+    let seen_from = viewer(normal, s);
+    let mut point = point(bsdf(kind, s), normal, seen_from);
+    if s.below(2) == 0 {
+        point.geometric_normal = near(normal.as_dvec3(), 0.3, s).as_vec3().normalize();
+    }
+    if s.below(16) == 0 {
+        // The other side of a two-sided surface.
+        point.frame = Frame::about(-normal);
+        point.wo = point.frame.to_local(seen_from);
+    }
+    point
+}
+
+/// The mirror direction of a point (world).
+pub fn mirror(point: &Reflector) -> DVec3 {
+    let Vec3 { x, y, z } = point.wo;
+    point.frame.to_world(Vec3::new(-x, -y, z)).as_dvec3().normalize()
+}
+
+/// The direction at `angle` from `axis`, turned about it by `phi`.
+pub fn at(axis: DVec3, angle: f64, phi: f64) -> DVec3 {
+    let axis = axis.normalize();
+    let t = axis.any_orthonormal_vector();
+    let b = axis.cross(t);
+    (axis * angle.cos() + (t * phi.cos() + b * phi.sin()) * angle.sin()).normalize()
+}
+
+/// A direction at most `angle` from `axis`, uniform in angle.
+pub fn near(axis: DVec3, angle: f64, s: &mut Stream) -> DVec3 {
+    at(axis, angle * s.uniform_f64(), std::f64::consts::TAU * s.uniform_f64())
+}
+
+/// Half-angle of a cone (rad).
+pub fn half_angle(cone: &Cone) -> f64 {
+    let cos = f64::from(cone.cos).clamp(-1.0, 1.0);
+    ((1.0 - cos) * (1.0 + cos)).sqrt().atan2(cos)
+}
+
+/// `v`, or the nearest direction in the cone.
+pub fn into_cone(cone: &Cone, v: DVec3) -> DVec3 {
+    let (axis, widest) = (cone.axis.as_dvec3().normalize(), half_angle(cone));
+    let across = v - axis * v.dot(axis);
+    if across.length() < 1e-14 {
+        return axis;
+    }
+    let angle = across.length().atan2(v.dot(axis));
+    if angle <= widest {
+        return v;
+    }
+    axis * widest.cos() + across.normalize() * widest.sin()
+}
+
+/// `f_r` and `M`, the largest channel of each (sr⁻¹), for light from the unit vector along `d`, as `transport` evaluates them.
+pub fn reflected(point: &Reflector, d: Vec3) -> [f32; 2] {
+    let towards_light = d / d.length_squared().sqrt().max(f32::MIN_POSITIVE);
+    if point.geometric_normal.dot(towards_light) <= 0.0 {
+        return [0.0; 2];
+    }
+    let wi = point.frame.to_local(towards_light);
+    let bsdf = &point.bsdf;
+    [bsdf.eval(point.wo, wi).max_channel(), bsdf.eval_cos(point.wo, wi).max_channel()]
+}
+
+/// The middle of the values, which are sorted.
+pub fn median(values: &mut [f64]) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The value above `share` of the values, which are sorted.
+pub fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[(values.len() as f64 * share) as usize]
+}

@@ -1,0 +1,171 @@
+//! Bounds of one point over one cone.
+
+use super::cases::*;
+use crate::bounds::Reflector;
+use crate::bsdf::{Bsdf, Coated, MIN_COSINE, MetallicRoughness, Mirror, Phong, Plastic};
+use crate::color::Rgb;
+use crate::math::{Cone, Vec3};
+use crate::rng::{Purpose, Stream};
+
+/// A cone of lights: about anything, or near the mirror direction of the point, where its lobe is.
+fn cone(point: &Reflector, s: &mut Stream) -> Cone {
+    let wide = log_uniform(s, 1e-4, 3.2);
+    let axis = match s.below(4) {
+        0 => near(glam::DVec3::Z, 3.2, s),
+        1 => near(mirror(point), f64::from(wide), s),
+        2 => near(mirror(point), 3.0 * f64::from(wide), s),
+        _ => near(point.frame.n.as_dvec3() * f64::from(point.wo.z.signum()), 1.6, s),
+    };
+    let cos = (f64::from(wide)).cos() as f32;
+    Cone { axis: axis.as_vec3(), cos }
+}
+
+/// The largest of each value found in the cone: near the mirror direction and the rim nearest to it, anywhere, and uphill from there.
+fn climb(point: &Reflector, cone: &Cone, s: &mut Stream, mut look: impl FnMut([f32; 2])) -> [f32; 2] {
+    let mut largest = [0.0_f32; 2];
+    let mut best = [into_cone(cone, mirror(point)); 2];
+    let wide = half_angle(cone).max(1e-7);
+    for round in 0..160_i32 {
+        let k = (round % 2) as usize;
+        let d = match round {
+            0..2 => best[k],
+            2..40 => into_cone(cone, near(cone.axis.as_dvec3(), wide * 1.5, s)),
+            40..60 => into_cone(cone, near(mirror(point), wide.min(0.3), s)),
+            _ => {
+                let reach = wide.min(1.0) * 0.5_f64.powi((round - 60) / 6);
+                into_cone(cone, near(best[k], reach, s))
+            }
+        };
+        let values = reflected(point, d.as_vec3());
+        look(values);
+        for k in 0..2 {
+            if values[k] > largest[k] {
+                (largest[k], best[k]) = (values[k], d);
+            }
+        }
+    }
+    largest
+}
+
+/// Bounds against the largest of 160 values each, of 3000 points a kind, with parameters and angles up to the ends of their ranges.
+///
+/// Limits: measured median and ninth decile of the ratio, and a tenth more. Above them are cones of which only a sliver is above the
+/// horizon, and smooth lobes on the verge of a cone.
+#[test]
+fn bounds_hold_and_are_tight() {
+    for (index, kind) in KINDS.into_iter().enumerate() {
+        let mut s = Stream::new(31, Purpose::Test, index as u64);
+        let mut ratios = [Vec::new(), Vec::new()];
+        for round in 0..3000 {
+            let point = random_point(kind, &mut s);
+            let cone = cone(&point, &mut s);
+            let bounds = [point.upper_brdf(&cone), point.upper_brdf_cos(&cone)];
+            assert!(bounds.iter().all(|b| b.is_finite() && *b >= 0.0), "{bounds:?} {point:?} {cone:?}");
+            let largest = climb(&point, &cone, &mut s, |values| {
+                for (value, bound) in values.iter().zip(bounds) {
+                    assert!(*value <= bound, "round {round}: {values:?} above {bounds:?} {point:?} {cone:?}");
+                }
+            });
+            for (ratios, (bound, largest)) in ratios.iter_mut().zip(bounds.into_iter().zip(largest)) {
+                if largest > 0.0 {
+                    ratios.push(f64::from(bound) / f64::from(largest));
+                }
+            }
+        }
+        for (mut ratios, limits) in ratios.into_iter().zip([[1.3, 3.3], [1.2, 2.1]]) {
+            let (median, decile) = (quantile(&mut ratios, 0.5), quantile(&mut ratios, 0.9));
+            assert!(
+                ratios.len() > 2000 && median < limits[0] && decile < limits[1],
+                "{kind:?}: {median} {decile}"
+            );
+        }
+    }
+}
+
+/// The same without colours: bounds take the largest channel of each part, which need not be the same.
+fn gray(bsdf: Bsdf) -> Bsdf {
+    let gray = |c: Rgb| Rgb::gray(c.g);
+    match bsdf {
+        Bsdf::Phong(b) => Bsdf::Phong(Phong { diffuse: gray(b.diffuse), specular: gray(b.specular), ..b }),
+        Bsdf::Plastic(b) => {
+            Bsdf::Plastic(Plastic { diffuse: gray(b.diffuse), specular: gray(b.specular), ..b })
+        }
+        Bsdf::Coated(b) => {
+            Bsdf::Coated(Coated { reflectance: gray(b.reflectance), specular: gray(b.specular), ..b })
+        }
+        Bsdf::MetallicRoughness(b) => {
+            let (f0, dielectric_f0) = (gray(b.f0), gray(b.dielectric_f0));
+            Bsdf::MetallicRoughness(MetallicRoughness { diffuse: gray(b.diffuse), f0, dielectric_f0, ..b })
+        }
+        _ => bsdf,
+    }
+}
+
+/// Of one direction the bound is its value, but for `TURN` and `LENGTHS`, of 3·10⁻⁶ each.
+///
+/// `ln D` changes by at most `2/α` for a unit of `tan θ_h`, and both together turn the half vector by `6·10⁻⁶ / 2 ω_o·h`; Phong lobes change
+/// by `n tan α ≤ √(16 n)` for a unit of the angle where they are above `e⁻⁸`; `1/c` by `1/c²` of itself. With `α ≥ 0.05`, cosines above
+/// 0.1 and `n ≤ 10⁴` that is below 2·10⁻³ in all. Reflectances of metals are `R_s`, and those of dielectrics above `2 + √3` that of
+/// normal incidence, if that is larger.
+#[test]
+fn single_directions_have_nearly_their_value() {
+    for (index, kind) in KINDS.into_iter().enumerate().filter(|(_, kind)| *kind != Kind::Metal) {
+        let mut s = Stream::new(35, Purpose::Test, index as u64);
+        let mut compared = 0;
+        while compared < 2000 {
+            let mut point = random_point(kind, &mut s);
+            point.bsdf = gray(point.bsdf);
+            let d = near(mirror(&point), 0.3, &mut s).as_vec3().normalize();
+            let (n, values) = (point.normal(), reflected(&point, d));
+            let smooth = match point.bsdf {
+                Bsdf::Phong(b) => b.exponent > 1e4,
+                Bsdf::Plastic(b) => b.alpha < 0.05 || !(1.1..3.7).contains(&b.ior),
+                Bsdf::Coated(b) => b.alpha < 0.05 || !(1.1..3.7).contains(&b.ior),
+                Bsdf::Conductor(b) => b.alpha < 0.05,
+                Bsdf::MetallicRoughness(b) => b.alpha < 0.05,
+                _ => false,
+            };
+            if smooth || point.wo.z.abs() < 0.1 || n.dot(d) < 0.1 || values[0] <= 0.0 {
+                continue;
+            }
+            compared += 1;
+            let bounds = [point.upper_brdf(&Cone::of(d)), point.upper_brdf_cos(&Cone::of(d))];
+            // The diffuse part of `MetallicRoughness` has `1 − F` at normal incidence.
+            let limit = if kind == Kind::MetallicRoughness { 1.5 } else { 1.002 };
+            for (value, bound) in values.into_iter().zip(bounds) {
+                assert!(value <= bound && bound <= limit * value, "{value} {bound} {point:?} {d}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_certainly_dark_is_zero() {
+    let mut s = Stream::new(36, Purpose::Test, 0);
+    for kind in KINDS {
+        for _ in 0..200 {
+            let mut point = random_point(kind, &mut s);
+            let zero = |point: &Reflector, cone: Cone| {
+                assert_eq!(
+                    [point.upper_brdf(&cone), point.upper_brdf_cos(&cone)],
+                    [0.0; 2],
+                    "{point:?} {cone:?}"
+                );
+            };
+            let cos = s.uniform();
+            let sin = (1.0 - cos * cos).sqrt();
+            zero(&point, Cone { axis: -point.normal(), cos: (cos + 1e-5).min(1.0) });
+            zero(&point, Cone { axis: -point.geometric_normal, cos: (cos + 1e-5).min(1.0) });
+            // An axis that is as far below the horizon as the cone is wide.
+            let across = point.frame.t * sin - point.normal() * cos;
+            zero(&point, Cone { axis: across, cos: (sin + 1e-5).min(1.0) });
+            zero(&point, Cone::EMPTY);
+            assert!(point.upper_brdf(&Cone::ALL) > 0.0);
+            point.wo = Vec3::new(1.0, 0.0, 0.5 * MIN_COSINE);
+            zero(&point, Cone::ALL);
+        }
+    }
+    let mut point = random_point(Kind::Lambert, &mut s);
+    point.bsdf = Bsdf::Mirror(Mirror { reflectance: Rgb::WHITE });
+    assert_eq!(point.upper_brdf(&Cone::ALL), 0.0);
+}

@@ -1,0 +1,146 @@
+//! Pairs of a light cluster and a gather cluster: their bounds, and how they are split and drawn from.
+//!
+//! ```text
+//! R = I_C W_G M_ub G_ub          ≥ luminance of I_C W_G · M G V for every member (W·m⁻²·sr⁻¹)
+//! ```
+//!
+//! `I_C` is the sum of the luminances of the cluster's lights, `W_G` the sum of the largest channels of the weights of its points,
+//! `M_ub` bounds the largest channel of the material term. A member `(i, j)` drawn with probability `I_i / I_C · w_j / W_G`, divided by that
+//! probability, has a luminance of at most `R`, since visibility is at most 1.
+//!
+//! # Guarantee
+//! A pair keeps the smaller of its own `M_ub G_ub` and its parent's, so that `M_ub G_ub` never grows on the way down and every bound
+//! still holds. Tested by `cut::tests::bounds`.
+
+use super::terms::Term;
+use crate::bounds::{Reflector, Towards, UpperMaterial, upper_geometric};
+use crate::gather::GatherPoint;
+use crate::rng::Stream;
+use crate::tree::{GatherTree, LightTree};
+
+/// The clusters of one pixel's sum.
+#[derive(Debug)]
+pub struct Clusters<'a, B> {
+    /// Clusters of lights.
+    pub lights: &'a LightTree,
+    /// Clusters of gather points.
+    pub points: &'a GatherTree<B>,
+    /// Distance below which the geometric term no longer grows (m); the one that terms are evaluated with.
+    pub clamp_distance: f32,
+}
+
+impl<B> Clone for Clusters<'_, B> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<B> Copy for Clusters<'_, B> {}
+
+/// A light cluster and a gather cluster: the terms `Σ_{j∈G} Σ_{i∈C}`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// Node of the light tree.
+    pub light: u32,
+    /// Node of the gather tree.
+    pub points: u32,
+    /// Upper bound of `M G` over its terms (m⁻²·sr⁻¹; sr⁻¹ for directional lights).
+    pub upper: f32,
+}
+
+/// The tree over the gather points of a pixel, with bounds of their materials.
+pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<B> {
+    let bound_of = |point: &GatherPoint| {
+        B::of_point(&Reflector {
+            bsdf: point.bsdf,
+            frame: point.frame,
+            wo: point.wo,
+            geometric_normal: point.geometric_normal,
+        })
+    };
+    GatherTree::build(points, bound_of, B::merge)
+}
+
+impl<B: UpperMaterial> Clusters<'_, B> {
+    /// All terms as one pair; `None` if there are none.
+    pub fn root(&self) -> Option<Pair> {
+        Some(self.pair(self.lights.root()?, self.points.root()?, f32::INFINITY))
+    }
+
+    /// The upper bound `R` of the luminance of a drawn term (W·m⁻²·sr⁻¹).
+    pub fn upper(&self, pair: &Pair) -> f64 {
+        if pair.upper <= 0.0 {
+            return 0.0;
+        }
+        self.weight(pair) * f64::from(pair.upper)
+    }
+
+    /// How many terms the pair has.
+    pub fn terms(&self, pair: &Pair) -> u64 {
+        u64::from(self.lights.nodes()[pair.light as usize].count)
+            * u64::from(self.points.nodes()[pair.points as usize].count)
+    }
+
+    /// Whether the pair is a single term.
+    pub fn is_single(&self, pair: &Pair) -> bool {
+        self.terms(pair) == 1
+    }
+
+    /// Whether a term is one of the pair's.
+    pub fn holds(&self, pair: &Pair, term: Term) -> bool {
+        let light = &self.lights.nodes()[pair.light as usize];
+        let points = &self.points.nodes()[pair.points as usize];
+        // Numbers below the first wrap to numbers beyond the last.
+        term.light.wrapping_sub(light.first) < light.count
+            && term.point.wrapping_sub(points.first) < points.count
+    }
+
+    /// Draws a term of a pair with probability `I_i / I_C · w_j / W_G`.
+    pub fn draw(&self, pair: &Pair, stream: &mut Stream) -> Term {
+        let light = self.lights.draw(pair.light, stream.uniform_f64());
+        Term { light, point: self.points.draw(pair.points, stream.uniform()) }
+    }
+
+    /// `I_C W_G`: one over a term's probability is this over the term's [own](Clusters::weight_of_term).
+    pub fn weight(&self, pair: &Pair) -> f64 {
+        let points = &self.points.nodes()[pair.points as usize];
+        self.lights.nodes()[pair.light as usize].luminance * f64::from(points.weight)
+    }
+
+    /// `I_i w_j`.
+    pub fn weight_of_term(&self, term: Term) -> f64 {
+        let (light, point) = (self.lights.light(term.light), self.points.point(term.point));
+        f64::from(light.intensity.luminance()) * f64::from(point.weight.max_channel())
+    }
+
+    /// The two halves of a pair, which must not be single: it is cut where the diagonal of the box is longer.
+    ///
+    /// Light from infinity has no box; it is infinitely far apart, hence cut before the points.
+    pub fn split(&self, pair: &Pair) -> [Pair; 2] {
+        let light = &self.lights.nodes()[pair.light as usize];
+        let points = &self.points.nodes()[pair.points as usize];
+        let light_is_longer =
+            light.bounds.reaches_infinity() || light.bounds.aabb.diagonal() >= points.aabb.diagonal();
+        match (light.children, points.children) {
+            (Some(lights), None) => lights.map(|l| self.pair(l, pair.points, pair.upper)),
+            (Some(lights), Some(_)) if light_is_longer => {
+                lights.map(|l| self.pair(l, pair.points, pair.upper))
+            }
+            (_, Some(points)) => points.map(|p| self.pair(pair.light, p, pair.upper)),
+            (None, None) => unreachable!("a single term is not split"),
+        }
+    }
+
+    fn pair(&self, light: u32, points: u32, upper_of_parent: f32) -> Pair {
+        let lights = &self.lights.nodes()[light as usize].bounds;
+        let towards = Towards::between(lights, &self.points.nodes()[points as usize].aabb);
+        let geometric = upper_geometric(lights, &towards, self.clamp_distance);
+        // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a bound.
+        let own = if geometric > 0.0 {
+            (geometric * self.points.material(points).upper_material(&towards)).next_up()
+        } else {
+            0.0
+        };
+        Pair { light, points, upper: own.min(upper_of_parent) }
+    }
+}

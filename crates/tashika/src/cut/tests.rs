@@ -1,0 +1,177 @@
+//! Pairs, their bounds and their order, on lights and points at random.
+
+use super::{ByUpper, Clusters, Pair, Refinement, gather_tree};
+use crate::bounds::{UpperAnalytic, UpperConstant, UpperCubeMap, UpperMaterial};
+use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, Lambert, MetallicRoughness, Phong};
+use crate::color::Rgb;
+use crate::gather::GatherPoint;
+use crate::math::{Frame, Vec3};
+use crate::rng::{Purpose, Stream};
+use crate::scene::{Falloff, FalloffShape};
+use crate::transport::Transport;
+use crate::tree::{LightTree, LightTreeBuilder};
+use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
+use crate::warp;
+
+/// Distance below which the geometric term of the tests no longer grows (m).
+const CLAMP: f32 = 0.05;
+
+/// Lights of all kinds about a room of 4 m.
+fn lights(n: usize, s: &mut Stream) -> LightTree {
+    let falloff = Falloff { cos_inner: 0.9, cos_outer: 0.4, shape: FalloffShape::Smoothstep };
+    let light = |s: &mut Stream| {
+        let (position, direction) = (Vec3::from(s.uniform_3()) * 4.0, warp::sphere(s.uniform_2()));
+        let intensity = Rgb::from(s.uniform_3()).map(|c| c + 0.01);
+        match s.below(8) {
+            0 => Vpl { position, direction: Vec3::ZERO, intensity, kind: VplKind::Omni },
+            1 => Vpl { position, direction, intensity, kind: VplKind::Spot(falloff) },
+            2 => Vpl { position: Vec3::ZERO, direction, intensity, kind: VplKind::Directional },
+            _ => Vpl { position, direction, intensity, kind: VplKind::Oriented },
+        }
+    };
+    let lights = (0..n).map(|_| light(s)).collect();
+    LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
+}
+
+/// Points on a bumpy floor in the middle of the room, of four materials, seen from one side.
+fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
+    let point = |s: &mut Stream| {
+        let [x, y] = s.uniform_2();
+        let normal = (Vec3::Z + 0.3 * warp::sphere(s.uniform_2())).normalize();
+        let frame = Frame::about(normal);
+        let bsdf = match s.below(4) {
+            0 => Bsdf::Lambert(Lambert { reflectance: Rgb::new(0.8, 0.2, 0.4) }),
+            1 => Bsdf::Phong(Phong { diffuse: Rgb::gray(0.1), specular: Rgb::gray(0.8), exponent: 200.0 }),
+            2 => Bsdf::Conductor(Conductor {
+                fresnel: ConductorFresnel::Exact { eta: Rgb::gray(0.2), k: Rgb::gray(3.0) },
+                specular: Rgb::WHITE,
+                alpha: 0.05,
+            }),
+            _ => Bsdf::MetallicRoughness(MetallicRoughness {
+                diffuse: Rgb::gray(0.3),
+                f0: Rgb::gray(0.04),
+                dielectric_f0: Rgb::gray(0.04),
+                alpha: 0.2,
+            }),
+        };
+        GatherPoint {
+            position: Vec3::new(1.8 + 0.4 * x, 1.8 + 0.4 * y, 0.5),
+            geometric_normal: Vec3::Z,
+            frame,
+            wo: frame.to_local(Vec3::new(0.6, 0.1, 0.79).normalize()),
+            bsdf,
+            weight: Rgb::from(s.uniform_3()).map(|c| 0.1 + c),
+        }
+    };
+    (0..n).map(|_| point(s)).collect()
+}
+
+/// The pairs of the cut after some splits.
+fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B, ByUpper>, splits: usize) -> Vec<Pair> {
+    let mut in_cut = vec![true];
+    for _ in 0..splits {
+        let Some(split) = refinement.split_next() else { break };
+        in_cut[split.parent as usize] = false;
+        in_cut.extend([true, true]);
+    }
+    refinement.pairs().iter().zip(in_cut).filter(|(_, inside)| *inside).map(|(pair, _)| *pair).collect()
+}
+
+/// Every term of every pair on the way down, as it is drawn: never brighter than the pair's bound.
+fn terms_are_within_bounds<B: UpperMaterial>() {
+    let transport = Transport::new(CLAMP);
+    for round in 0..4 {
+        let mut s = Stream::new(round, Purpose::Test, 7);
+        let (lights, points) = (lights(200, &mut s), gather_tree::<B>(&points(12, &mut s)));
+        let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+        let mut refinement = Refinement::new(clusters, ByUpper).unwrap();
+        cut(&mut refinement, 1500);
+        let (mut checked, mut lit) = (0, 0);
+        for pair in refinement.pairs() {
+            let (c, g) = (&lights.nodes()[pair.light as usize], &points.nodes()[pair.points as usize]);
+            for i in c.first..c.first + c.count {
+                for j in g.first..g.first + g.count {
+                    let (light, point) = (lights.light(i), points.point(j));
+                    let term = f64::from(transport.unoccluded(point, light).luminance());
+                    let drawn_from = f64::from(light.intensity.luminance())
+                        * f64::from(point.weight.max_channel())
+                        / (c.luminance * f64::from(g.weight));
+                    // Luminance and weights are rounded a few times outside of what is bounded.
+                    assert!(
+                        term / drawn_from <= clusters.upper(pair) * (1.0 + 8.0 * f64::from(f32::EPSILON)),
+                        "{pair:?}: {} > {}: {light:?} {point:?}",
+                        term / drawn_from,
+                        clusters.upper(pair)
+                    );
+                    checked += 1;
+                    lit += u32::from(term > 0.0);
+                }
+            }
+        }
+        assert!(checked > 10_000 && lit > 1000, "{checked} terms, {lit} lit");
+    }
+}
+
+#[test]
+fn terms_are_within_constant_bounds() {
+    terms_are_within_bounds::<UpperConstant>();
+}
+
+#[test]
+fn terms_are_within_analytic_bounds() {
+    terms_are_within_bounds::<UpperAnalytic>();
+}
+
+#[test]
+fn terms_are_within_bounds_from_cube_maps() {
+    terms_are_within_bounds::<UpperCubeMap>();
+}
+
+#[test]
+fn a_cut_holds_every_term_once() {
+    let mut s = Stream::new(5, Purpose::Test, 7);
+    let (lights, points) = (lights(60, &mut s), gather_tree::<UpperAnalytic>(&points(9, &mut s)));
+    for splits in [0, 1, 10, 100, 1_000_000] {
+        let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+        let mut held = vec![0; 60 * 9];
+        for pair in cut(&mut Refinement::new(clusters, ByUpper).unwrap(), splits) {
+            let (c, g) = (&lights.nodes()[pair.light as usize], &points.nodes()[pair.points as usize]);
+            for i in c.first..c.first + c.count {
+                for j in g.first..g.first + g.count {
+                    held[(i * 9 + j) as usize] += 1;
+                }
+            }
+        }
+        assert!(held.iter().all(|&times| times == 1), "after {splits} splits");
+    }
+}
+
+#[test]
+fn bounds_never_grow_on_the_way_down() {
+    let mut s = Stream::new(6, Purpose::Test, 7);
+    let (lights, points) = (lights(300, &mut s), gather_tree::<UpperAnalytic>(&points(16, &mut s)));
+    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let mut refinement = Refinement::new(clusters, ByUpper).unwrap();
+    let mut last = f64::INFINITY;
+    let mut splits = 0;
+    while let Some(split) = refinement.split_next() {
+        let parent = refinement.pairs()[split.parent as usize];
+        let children = &refinement.pairs()[split.children as usize..];
+        assert!(children.iter().all(|child| child.upper <= parent.upper));
+        assert!(split.rank <= last, "the largest bound of a cut falls: {} after {last}", split.rank);
+        last = split.rank;
+        splits += 1;
+    }
+    assert!(splits > 100);
+    assert_eq!(refinement.highest_rank(), None);
+}
+
+#[test]
+fn nothing_times_anything_is_no_sum() {
+    let mut s = Stream::new(6, Purpose::Test, 8);
+    let (no_lights, no_points) = (lights(0, &mut s), gather_tree::<UpperAnalytic>(&[]));
+    let (lights, points) = (lights(3, &mut s), gather_tree::<UpperAnalytic>(&points(3, &mut s)));
+    let root = |lights, points| Clusters { lights, points, clamp_distance: CLAMP }.root();
+    assert!(root(&no_lights, &points).is_none() && root(&lights, &no_points).is_none());
+    assert!(root(&lights, &points).is_some());
+}

@@ -1,0 +1,148 @@
+//! What several seeds say of the same pixels, together.
+//!
+//! A trial is one pixel with one seed. Of all trials of a pool, with the error `e = |L − L_r| / L_r` of the luminance:
+//!
+//! ```text
+//! within = #(e ≤ ε) / #trials          kept = #(claims whose interval holds L_r) / #claims
+//! ```
+//!
+//! with the Clopper–Pearson interval of each share; quantiles of `e` are of the nearest rank. [`report::compare`](crate::report::compare())
+//! makes the errors and judges the claims. A trial whose estimate is not finite has an infinite error.
+//!
+//! # Assumption
+//! The interval takes trials for independent. With one seed it is about the image from which the pixels were drawn. With more seeds it is
+//! about *these pixels*: their trials are independent, and that some are harder than others only makes the interval too wide;
+//! but the pixels not chosen may be other than these, by about what a pool of one seed says.
+//!
+//! # Held to this by
+//! `experiment::tests`.
+
+use std::path::Path;
+
+use crate::error::Result;
+use crate::film::{Film, Plane};
+use crate::integrator::StopReason;
+use crate::report::{Claims, Comparison, Named, Tolerance, compare};
+use crate::stats::{Interval, clopper_pearson};
+
+/// Trials that did, of those that could.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// How many did.
+    pub count: u64,
+    /// How many could.
+    pub of: u64,
+}
+
+impl Share {
+    /// The share; none if there were no trials.
+    pub fn value(&self) -> Option<f64> {
+        (self.of > 0).then(|| self.count as f64 / self.of as f64)
+    }
+
+    /// Clopper–Pearson interval at [`Claims::CONFIDENCE`].
+    pub fn interval(&self) -> Interval {
+        clopper_pearson(self.count, self.of, Claims::CONFIDENCE)
+    }
+}
+
+/// Trials, and what became of them.
+#[derive(Clone, Debug)]
+pub struct Pool {
+    tolerance: f64,
+    errors: Vec<f64>,
+    claims: Share,
+    budget_hit: u64,
+    pairs: f64,
+    rays: f64,
+}
+
+impl Pool {
+    /// A pool without trials, for that relative tolerance.
+    pub fn new(tolerance: f64) -> Self {
+        let claims = Share { count: 0, of: 0 };
+        Self { tolerance, errors: Vec::new(), claims, budget_hit: 0, pairs: 0.0, rays: 0.0 }
+    }
+
+    /// Adds the pixels that both films hold; returns how they compare.
+    ///
+    /// # Errors
+    /// As [`compare`](crate::report::compare()).
+    ///
+    /// # Panics
+    /// If one of the films is not of [`render`](crate::render).
+    pub fn add(&mut self, film: &Film, reference: &Film) -> Result<Comparison> {
+        let name = film.metadata().text("method").unwrap_or("estimate");
+        let image = Named { name: Path::new(name), film };
+        let reference = Named { name: Path::new("reference"), film: reference };
+        let tolerance = Tolerance { relative: self.tolerance, absolute: 0.0 };
+        let comparison = compare(image, reference, &tolerance)?;
+        if let Some(claims) = &comparison.claims {
+            self.claims.count += claims.kept;
+            self.claims.of += claims.of;
+        }
+        let [pairs, rays] = ["pairs", "rays"]
+            .map(|name| film.plane(name).and_then(Plane::f32_samples).expect("a film of `render`"));
+        let [stops, reference_stops] = [film, reference.film]
+            .map(|film| film.plane("stop").and_then(Plane::u32_samples).expect("a film of `render`"));
+        let absent = StopReason::NotRendered.id();
+        for (i, error) in comparison.errors.iter().enumerate() {
+            if stops[i] == absent || reference_stops[i] == absent {
+                continue;
+            }
+            self.errors.push(if error.is_nan() { f64::INFINITY } else { *error });
+            self.budget_hit += u64::from(stops[i] == StopReason::Budget.id());
+            self.pairs += f64::from(pairs[i]);
+            self.rays += f64::from(rays[i]);
+        }
+        Ok(comparison)
+    }
+
+    /// How many trials there are.
+    pub fn trials(&self) -> u64 {
+        self.errors.len() as u64
+    }
+
+    /// Trials within the tolerance.
+    pub fn within(&self) -> Share {
+        let count = self.errors.iter().filter(|error| **error <= self.tolerance).count() as u64;
+        Share { count, of: self.trials() }
+    }
+
+    /// Claims whose interval holds the reference, of the claims made.
+    pub fn claims(&self) -> Share {
+        self.claims
+    }
+
+    /// Trials that ran out of budget.
+    pub fn budget_hit(&self) -> u64 {
+        self.budget_hit
+    }
+
+    /// Mean of the errors that are finite; infinite if none is.
+    pub fn mean(&self) -> f64 {
+        let finite = self.errors.iter().filter(|error| error.is_finite());
+        let count = finite.clone().count();
+        if count > 0 { finite.sum::<f64>() / count as f64 } else { f64::INFINITY }
+    }
+
+    /// The error that `percent` of the trials do not exceed, 1 to 100: 100 is the worst. Infinite without trials.
+    pub fn quantile(&self, percent: u64) -> f64 {
+        let mut errors = self.errors.clone();
+        if errors.is_empty() {
+            return f64::INFINITY;
+        }
+        let rank = (self.trials() * percent).div_ceil(100).max(1);
+        *errors.select_nth_unstable_by(rank as usize - 1, f64::total_cmp).1
+    }
+
+    /// Mean number of pairs of a trial.
+    pub fn pairs_per_pixel(&self) -> f64 {
+        self.pairs / self.trials().max(1) as f64
+    }
+
+    /// Mean number of rays of a trial.
+    pub fn rays_per_pixel(&self) -> f64 {
+        self.rays / self.trials().max(1) as f64
+    }
+}

@@ -1,0 +1,119 @@
+//! The methods by name: a closed list, for those who choose one at run time.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::{
+    Exact, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016, PublishedOptions, Sakai2018,
+};
+use crate::error::{Error, Result};
+use crate::tree::LightTree;
+use crate::vpl::VplSet;
+
+/// A method that estimates the sum over a set of VPLs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Method {
+    /// The whole sum.
+    Exact,
+    /// Walter 2005.
+    Lightcuts,
+    /// Walter 2006.
+    Mdlc,
+    /// Nabata 2016.
+    Nabata2016,
+    /// Sakai 2018.
+    Sakai2018,
+    /// Iwasaki 2019.
+    Iwasaki2019,
+}
+
+/// A set of VPLs, and the tree over them.
+#[derive(Clone, Copy, Debug)]
+pub struct LitBy<'a> {
+    /// The set.
+    pub set: &'a VplSet,
+    /// The tree over it, for the methods that [need](Method::needs_tree) one.
+    pub tree: Option<&'a LightTree>,
+}
+
+impl Method {
+    /// All methods, in the order of their years.
+    pub const ALL: [Self; 6] =
+        [Self::Exact, Self::Lightcuts, Self::Mdlc, Self::Nabata2016, Self::Sakai2018, Self::Iwasaki2019];
+
+    /// Name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Lightcuts => "lightcuts",
+            Self::Mdlc => "mdlc",
+            Self::Nabata2016 => "nabata2016",
+            Self::Sakai2018 => "sakai2018",
+            Self::Iwasaki2019 => "iwasaki2019",
+        }
+    }
+
+    /// Whether it states an interval for each pixel.
+    pub fn states_interval(self) -> bool {
+        match self {
+            Self::Exact | Self::Lightcuts | Self::Mdlc => false,
+            Self::Nabata2016 | Self::Sakai2018 | Self::Iwasaki2019 => true,
+        }
+    }
+
+    /// Whether it works on a light tree.
+    pub fn needs_tree(self) -> bool {
+        self != Self::Exact
+    }
+
+    /// The method on these lights.
+    ///
+    /// # Panics
+    /// If it needs a tree and there is none.
+    pub fn integrator<'a>(self, lit_by: LitBy<'a>, options: &PublishedOptions) -> Box<dyn Integrator + 'a> {
+        if self == Self::Exact {
+            return Box::new(Exact::new(lit_by.set));
+        }
+        let tree = lit_by.tree.expect("the method needs a light tree");
+        let lights = Lights { tree, provenance: lit_by.set.provenance() };
+        match self {
+            Self::Exact => unreachable!("handled above"),
+            Self::Lightcuts => Box::new(Lightcuts::new(lights, options)),
+            Self::Mdlc => Box::new(Mdlc::new(lights, options)),
+            Self::Nabata2016 => Box::new(Nabata2016::new(lights, options)),
+            Self::Sakai2018 => Box::new(Sakai2018::new(lights, options)),
+            Self::Iwasaki2019 => Box::new(Iwasaki2019::new(lights, options)),
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Method {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        Self::ALL.into_iter().find(|method| method.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            Error::option("method", name, format!("one of {names}"))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for method in Method::ALL {
+            assert_eq!(method.name().parse::<Method>().unwrap(), method);
+        }
+        let message = "iwasaki".parse::<Method>().unwrap_err().to_string();
+        assert!(message.contains("iwasaki2019"), "{message}");
+    }
+}

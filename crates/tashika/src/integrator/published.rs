@@ -1,0 +1,190 @@
+//! What the published methods have in common: options, lights, and the way from a tile to cuts.
+//!
+//! All of them refine the pair with the largest upper bound, on the same trees, with the same transport and the same rays. They differ
+//! in what is clustered (lights, or pairs with gather points), how a pair is estimated, how the material is bounded, and when
+//! they stop.
+
+use super::{ErrorClaim, PixelEstimate, Setting, StopReason};
+use crate::bounds::UpperMaterial;
+use crate::color::RgbSum;
+use crate::cut::{Clusters, CutEnd, CutEstimate, Refiner, Scheme, StoppingRule, gather_tree};
+use crate::error::{Error, Result};
+use crate::film::{Metadata, Window};
+use crate::gather::GatherPoint;
+use crate::rng::{self, Purpose, Stream};
+use crate::transport::Transport;
+use crate::tree::LightTree;
+use crate::vpl::Provenance;
+
+/// The lights of an image, in a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Lights<'a> {
+    /// The tree over them.
+    pub tree: &'a LightTree,
+    /// Where they come from, with the clamp that belongs to them.
+    pub provenance: &'a Provenance,
+}
+
+/// What a user chooses of a published method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PublishedOptions {
+    /// Relative error `ε`. Lower values cost more. Default 0.02; above 0, at most 1.
+    pub error: f64,
+    /// Confidence of the interval, for the methods that state one. Higher values cost more. Default 0.95; in (0, 1).
+    pub confidence: f64,
+    /// Pairs beyond which a cut does not grow. Default: what the method's source says, or [`MANY_PAIRS`]. At least 1.
+    pub max_pairs: Option<u64>,
+    /// Seed of the terms that are drawn. The gather points have their own, in the view. Default 1.
+    pub seed: u64,
+}
+
+impl Default for PublishedOptions {
+    fn default() -> Self {
+        Self { error: 0.02, confidence: 0.95, max_pairs: None, seed: 1 }
+    }
+}
+
+/// Largest cut where the source names none: bounds the memory of a pixel to about 100 MB.
+pub const MANY_PAIRS: u64 = 1 << 20;
+
+/// Pairs before the t-interval is looked at. Two terms that are both in shadow have no variance: a cut of a few pairs would end there.
+pub(super) const MIN_PAIRS: u64 = 32;
+
+impl PublishedOptions {
+    /// # Errors
+    /// Says which value is out of range, and the range.
+    pub fn validate(&self) -> Result<()> {
+        if !(self.error > 0.0 && self.error <= 1.0) {
+            return Err(Error::option("error", self.error, "above 0, at most 1 (100%)"));
+        }
+        if !(self.confidence > 0.0 && self.confidence < 1.0) {
+            return Err(Error::option("confidence", self.confidence, "above 0 and below 1 (100%)"));
+        }
+        if self.max_pairs == Some(0) {
+            return Err(Error::option("max-pairs", 0, "1 or more"));
+        }
+        Ok(())
+    }
+
+    /// The rule of Walter 2005.
+    pub(super) fn largest_upper(&self) -> StoppingRule {
+        StoppingRule::LargestUpper { error: self.error }
+    }
+
+    /// The rule of Nabata 2016.
+    pub(super) fn interval(&self) -> StoppingRule {
+        let Self { error, confidence, .. } = *self;
+        StoppingRule::Interval { error, confidence, min_pairs: MIN_PAIRS }
+    }
+}
+
+/// What one cut is made over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// Lights and all gather points of the pixel.
+    Pixel,
+    /// Lights alone, for each gather point by itself.
+    Point,
+}
+
+/// A published method: everything in which they differ, but for the bound of the material.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Published<'a, S> {
+    pub lights: Lights<'a>,
+    pub scheme: S,
+    pub scope: Scope,
+    pub rule: StoppingRule,
+    pub max_pairs: u64,
+    pub seed: u64,
+}
+
+impl<S: Scheme + Copy> Published<'_, S> {
+    /// Writes down what the result depends on.
+    pub(super) fn describe(&self, metadata: &mut Metadata) {
+        super::describe_lights(self.lights.provenance, metadata);
+        metadata.set("max_pairs", self.max_pairs);
+        metadata.set("cut.seed", self.seed);
+        match self.rule {
+            StoppingRule::LargestUpper { error } => metadata.set("error", error),
+            StoppingRule::Interval { error, confidence, min_pairs } => {
+                metadata.set("error", error);
+                metadata.set("confidence", confidence);
+                metadata.set("min_pairs", min_pairs);
+            }
+        }
+    }
+
+    /// Estimates of the tile's pixels, row by row, with materials bounded by `B`.
+    pub(super) fn estimate<B: UpperMaterial>(
+        &self,
+        setting: &Setting<'_>,
+        tile: &Window,
+    ) -> Vec<PixelEstimate> {
+        tile.pixels().map(|(x, y)| self.pixel::<B>(setting, [x, y])).collect()
+    }
+
+    fn pixel<B: UpperMaterial>(&self, setting: &Setting<'_>, [x, y]: [u32; 2]) -> PixelEstimate {
+        let pixel = setting.view.pixel(setting.tracer, [x, y]);
+        let key = rng::key(self.seed, Purpose::Cut, u64::from(y) << 32 | u64::from(x));
+        let cut = |points: &[GatherPoint], number: u64| {
+            self.cut::<B>(setting, points, &mut Stream::new(key, Purpose::Cut, number))
+        };
+        let cuts: Vec<CutEstimate> = match self.scope {
+            Scope::Pixel => vec![cut(&pixel.points, 0)],
+            Scope::Point => {
+                (0..).zip(pixel.points.chunks(1)).map(|(number, point)| cut(point, number)).collect()
+            }
+        };
+        let mut radiance = RgbSum::default();
+        radiance.add(pixel.background);
+        let (mut variance, mut squared_width, mut pairs, mut rays) = (0.0, 0.0, 0, 0);
+        for cut in &cuts {
+            radiance.merge(&cut.radiance);
+            variance += cut.variance;
+            squared_width += cut.half_width * cut.half_width;
+            pairs += cut.pairs;
+            rays += cut.segments;
+        }
+        let stop = if cuts.iter().any(|cut| cut.end == CutEnd::Budget) {
+            StopReason::Budget
+        } else if cuts.iter().any(|cut| cut.end == CutEnd::RuleMet) {
+            StopReason::RuleMet
+        } else {
+            StopReason::Complete
+        };
+        let claim = match self.rule.confidence() {
+            Some(confidence) if stop != StopReason::Budget => ErrorClaim::Published {
+                half_width: squared_width.sqrt() as f32,
+                confidence: confidence as f32,
+            },
+            _ => ErrorClaim::None,
+        };
+        PixelEstimate {
+            radiance: radiance.total(),
+            standard_error: variance.sqrt() as f32,
+            claim,
+            stop,
+            pairs,
+            rays,
+            features: pixel.features,
+        }
+    }
+
+    fn cut<B: UpperMaterial>(
+        &self,
+        setting: &Setting<'_>,
+        points: &[GatherPoint],
+        stream: &mut Stream,
+    ) -> CutEstimate {
+        let clamp_distance = self.lights.provenance.clamp_distance;
+        let refiner = Refiner {
+            tracer: setting.tracer,
+            transport: Transport::new(clamp_distance),
+            scheme: self.scheme,
+            rule: self.rule,
+            max_pairs: self.max_pairs,
+        };
+        let points = gather_tree::<B>(points);
+        refiner.estimate(Clusters { lights: self.lights.tree, points: &points, clamp_distance }, stream)
+    }
+}

@@ -1,0 +1,182 @@
+//! The published methods against the exact sum of the same lights and gather points.
+
+use std::sync::Arc;
+
+use tashika::accel::Tracer;
+use tashika::film::Window;
+use tashika::gather::{GatherOptions, View};
+use tashika::integrator::{ErrorClaim, LitBy, Method, PixelEstimate, PublishedOptions, Setting, StopReason};
+use tashika::scene::builtin;
+use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::vpl::{VplOptions, VplSet};
+
+const SIZE: [u32; 2] = [12, 8];
+
+/// A scene with glossy surfaces, its lights, and their tree.
+struct World {
+    tracer: Tracer,
+    set: VplSet,
+    tree: LightTree,
+}
+
+impl World {
+    fn new(vpls: u64) -> Self {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let set =
+            VplSet::trace(&tracer, &VplOptions { count: vpls, seed: 4, ..VplOptions::default() }).unwrap();
+        let tree = LightTree::build(&set, LightTreeBuilder::default());
+        Self { tracer, set, tree }
+    }
+
+    fn estimate(
+        &self,
+        method: Method,
+        options: &PublishedOptions,
+        points: u32,
+        tile: Window,
+    ) -> Vec<PixelEstimate> {
+        let scene = self.tracer.scene().clone();
+        let view = View {
+            camera: &scene.cameras()[0],
+            size: SIZE,
+            gather: GatherOptions { points, ..GatherOptions::default() },
+            seed: 2,
+        };
+        let integrator = method.integrator(LitBy { set: &self.set, tree: Some(&self.tree) }, options);
+        integrator.estimate(&Setting { tracer: &self.tracer, view }, &tile)
+    }
+}
+
+const PUBLISHED: [Method; 5] =
+    [Method::Lightcuts, Method::Mdlc, Method::Nabata2016, Method::Sakai2018, Method::Iwasaki2019];
+const WITH_INTERVAL: [Method; 3] = [Method::Nabata2016, Method::Sakai2018, Method::Iwasaki2019];
+
+fn luminance(e: &PixelEstimate) -> f64 {
+    f64::from(e.radiance.luminance())
+}
+
+#[test]
+fn the_finest_cut_is_the_whole_sum() {
+    let world = World::new(150);
+    let all = Window::full(SIZE);
+    let exact = world.estimate(Method::Exact, &PublishedOptions::default(), 3, all);
+    let options = PublishedOptions { error: 1e-12, max_pairs: Some(1 << 20), ..PublishedOptions::default() };
+    for method in PUBLISHED {
+        let finest = world.estimate(method, &options, 3, all);
+        let mut complete = 0;
+        for (a, b) in finest.iter().zip(&exact) {
+            assert_ne!(a.stop, StopReason::Budget, "{method}");
+            // An interval of zero width, where all samples are alike, is no whole sum; a bound of nothing is nothing.
+            if a.stop == StopReason::RuleMet && WITH_INTERVAL.contains(&method) {
+                continue;
+            }
+            complete += 1;
+            // Pair by pair terms are rounded to f32, after their probability was divided out and multiplied in again.
+            let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
+            assert!((luminance(a) - luminance(b)).abs() <= allowed, "{method}: {a:?} {b:?}");
+            assert_eq!(a.standard_error, 0.0, "{method}");
+        }
+        // A pixel of three points is complete only if all of them are.
+        assert!(complete > 20, "{method}: {complete} of 96");
+    }
+    assert!(exact.iter().map(luminance).sum::<f64>() > 0.0);
+}
+
+/// Means over many seeds of a cut that is stopped by its size alone, and so cannot be biased by when it stops; and what the strata say
+/// of their own variance. Five standard errors of 96 pixels and 5 methods: false alarms once in 3000 sets of seeds.
+#[test]
+fn estimates_of_a_fixed_cut_are_unbiased() {
+    let world = World::new(400);
+    let all = Window::full(SIZE);
+    let exact = world.estimate(Method::Exact, &PublishedOptions::default(), 4, all);
+    let runs = 400;
+    for method in PUBLISHED {
+        let mut moments = vec![tashika::stats::Moments::default(); exact.len()];
+        let mut said = 0.0;
+        for seed in 0..runs {
+            let options =
+                PublishedOptions { error: 1e-12, max_pairs: Some(40), seed, ..PublishedOptions::default() };
+            for (m, e) in moments.iter_mut().zip(world.estimate(method, &options, 4, all)) {
+                assert!(matches!(e.stop, StopReason::Budget | StopReason::Complete));
+                assert!(e.claim == ErrorClaim::None || e.stop == StopReason::Complete, "{e:?}");
+                m.push(luminance(&e));
+                said += f64::from(e.standard_error).powi(2) / runs as f64;
+            }
+        }
+        for (m, e) in moments.iter().zip(&exact) {
+            let allowed = 5.0 * m.standard_error() + 1e-6 * luminance(e);
+            assert!((m.mean() - luminance(e)).abs() <= allowed, "{method}: {m:?} {}", luminance(e));
+        }
+        if WITH_INTERVAL.contains(&method) {
+            let measured: f64 = moments.iter().map(tashika::stats::Moments::variance).sum();
+            // Sums over 96 pixels of 400 runs each: heavy tails leave a few percent.
+            assert!((said / measured - 1.0).abs() < 0.1, "{method}: says {said}, is {measured}");
+        }
+    }
+}
+
+#[test]
+fn an_interval_is_stated_only_where_the_rule_is_met() {
+    let world = World::new(1000);
+    let all = Window::full(SIZE);
+    for method in WITH_INTERVAL {
+        for max_pairs in [64, 1 << 20] {
+            let options = PublishedOptions {
+                error: 0.05,
+                confidence: 0.9,
+                max_pairs: Some(max_pairs),
+                ..PublishedOptions::default()
+            };
+            let estimates = world.estimate(method, &options, 2, all);
+            let stopped = |stop| estimates.iter().filter(|e| e.stop == stop).count();
+            if max_pairs == 64 {
+                assert!(stopped(StopReason::Budget) > 0, "{method}");
+            } else {
+                assert!(stopped(StopReason::RuleMet) > 48, "{method}");
+                assert_eq!(stopped(StopReason::Budget), 0, "{method}");
+            }
+            for e in &estimates {
+                match e.claim {
+                    ErrorClaim::None => assert_eq!(e.stop, StopReason::Budget),
+                    ErrorClaim::Published { half_width, confidence } => {
+                        assert_ne!(e.stop, StopReason::Budget);
+                        assert_eq!(confidence, 0.9);
+                        let allowed = 0.05 * luminance(e) * (1.0 + 1e-5);
+                        assert!(f64::from(half_width) <= allowed, "{method}: {e:?}");
+                    }
+                    ErrorClaim::Exact => panic!("{method} cannot know"),
+                }
+            }
+        }
+    }
+}
+
+/// Lower tolerances and higher confidences never make a method cheaper on the whole.
+#[test]
+fn promising_more_costs_more() {
+    let world = World::new(1000);
+    let all = Window::full(SIZE);
+    let cost = |method, error, confidence| {
+        let options = PublishedOptions { error, confidence, ..PublishedOptions::default() };
+        world.estimate(method, &options, 2, all).iter().map(|e| e.pairs).sum::<u64>()
+    };
+    for method in PUBLISHED {
+        assert!(cost(method, 0.1, 0.95) < cost(method, 0.02, 0.95), "{method}");
+    }
+    for method in WITH_INTERVAL {
+        assert!(cost(method, 0.1, 0.5) < cost(method, 0.1, 0.99), "{method}");
+    }
+}
+
+#[test]
+fn a_pixel_is_the_same_in_any_tile() {
+    let world = World::new(500);
+    let options = PublishedOptions::default();
+    for method in PUBLISHED {
+        let all = world.estimate(method, &options, 2, Window::full(SIZE));
+        for (x, y) in [(0, 0), (7, 3), (11, 7)] {
+            let alone = world.estimate(method, &options, 2, Window { x, y, width: 1, height: 1 });
+            assert_eq!(alone[0], all[(y * SIZE[0] + x) as usize], "{method}");
+        }
+    }
+}
