@@ -74,7 +74,8 @@ fn the_finest_cut_is_the_whole_sum() {
             // Pair by pair terms are rounded to f32, after their probability was divided out and multiplied in again.
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
             assert!((luminance(a) - luminance(b)).abs() <= allowed, "{method}: {a:?} {b:?}");
-            assert_eq!(a.standard_error, 0.0, "{method}");
+            // Of variances that were added and taken away again a rounding is left, 10⁻¹⁶ of the largest; as an error, its root.
+            assert!(f64::from(a.standard_error) <= 1e-6 * luminance(b), "{method}: {a:?}");
         }
         // A pixel of three points is complete only if all of them are.
         assert!(complete > 20, "{method}: {complete} of 96");
