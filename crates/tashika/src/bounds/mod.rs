@@ -12,7 +12,7 @@ mod reflector;
 mod spans;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use analytic::UpperAnalytic;
 pub use constant::UpperConstant;

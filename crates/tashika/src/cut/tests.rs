@@ -1,6 +1,7 @@
 //! Pairs, their bounds and their order, on lights and points at random.
 
 use super::{ByUpper, Clusters, Pair, Refinement, gather_tree};
+use crate::bounds::tests::many;
 use crate::bounds::{UpperAnalytic, UpperConstant, UpperCubeMap, UpperMaterial};
 use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, Lambert, MetallicRoughness, Phong};
 use crate::color::Rgb;
@@ -80,8 +81,8 @@ fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B, ByUpper>, splits: us
 /// Every term of every pair on the way down, as it is drawn: never brighter than the pair's bound.
 fn terms_are_within_bounds<B: UpperMaterial>() {
     let transport = Transport::new(CLAMP);
-    for round in 0..4 {
-        let mut s = Stream::new(round, Purpose::Test, 7);
+    for round in 0..many(4) {
+        let mut s = Stream::new(round as u64, Purpose::Test, 7);
         let (lights, points) = (lights(200, &mut s), gather_tree::<B>(&points(12, &mut s)));
         let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
         let mut refinement = Refinement::new(clusters, ByUpper).unwrap();

@@ -8,20 +8,20 @@ use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{ErrorClaim, LitBy, Method, PixelEstimate, PublishedOptions, Setting, StopReason};
 use tashika::scene::builtin;
 use tashika::tree::{LightTree, LightTreeBuilder};
-use tashika::vpl::{VplOptions, VplSet};
+use tashika::vpl::{Vpl, VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [12, 8];
 
 /// A scene with glossy surfaces, its lights, and their tree.
 struct World {
-    tracer: Tracer,
+    tracer: Arc<Tracer>,
     set: VplSet,
     tree: LightTree,
 }
 
 impl World {
     fn new(vpls: u64) -> Self {
-        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let tracer = Arc::new(Tracer::new(Arc::new(builtin::tiny())));
         let set =
             VplSet::trace(&tracer, &VplOptions { count: vpls, seed: 4, ..VplOptions::default() }).unwrap();
         let tree = LightTree::build(&set, LightTreeBuilder::default());
@@ -167,6 +167,38 @@ fn promising_more_costs_more() {
     for method in WITH_INTERVAL {
         assert!(cost(method, 0.1, 0.5) < cost(method, 0.1, 0.99), "{method}");
     }
+}
+
+/// Intensities times a power of two change no mantissa: the same terms are drawn, and every number is twice what it was.
+#[test]
+fn twice_the_light_is_twice_the_picture_to_the_bit() {
+    let world = World::new(500);
+    let doubled: Vec<Vpl> =
+        world.set.lights().iter().map(|l| Vpl { intensity: l.intensity * 2.0, ..*l }).collect();
+    let set = VplSet::new(doubled, world.set.provenance().clone());
+    let tree = LightTree::build(&set, LightTreeBuilder::default());
+    let all = Window::full(SIZE);
+    let bright = World { tracer: Arc::clone(&world.tracer), set, tree };
+    // What is seen directly is not doubled; the film's background is taken off.
+    let none = VplSet::new(Vec::new(), world.set.provenance().clone());
+    let tree = LightTree::build(&none, LightTreeBuilder::default());
+    let dark = World { tracer: Arc::clone(&world.tracer), set: none, tree };
+    let options = PublishedOptions::default();
+    let background = dark.estimate(Method::Exact, &options, 2, all);
+    let mut compared = 0;
+    for method in PUBLISHED {
+        let (once, twice) =
+            (world.estimate(method, &options, 2, all), bright.estimate(method, &options, 2, all));
+        for ((a, b), seen) in once.iter().zip(&twice).zip(&background) {
+            if seen.radiance.is_black() {
+                assert_eq!(a.radiance * 2.0, b.radiance, "{method}");
+                assert_eq!((a.standard_error * 2.0, a.pairs, a.rays), (b.standard_error, b.pairs, b.rays));
+                assert_eq!(a.claim.half_width() * 2.0, b.claim.half_width(), "{method}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 5 * 48, "{compared}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::cases::*;
+use super::many;
 use crate::bounds::{Reflector, Towards, UpperAnalytic, UpperConstant, UpperMaterial};
 use crate::bsdf::{Bsdf, MIN_COSINE};
 use crate::math::{Aabb, Cone, Vec3};
@@ -136,7 +137,7 @@ fn check(
     sets: impl Fn(&mut Stream) -> (Vec<Reflector>, Towards),
 ) -> [Vec<f64>; 2] {
     let mut ratios = [Vec::new(), Vec::new()];
-    for round in 0..rounds {
+    for round in 0..many(rounds as usize) as u32 {
         let (points, towards) = sets(s);
         let bounds = [
             merged::<UpperConstant>(&points).upper_material(&towards),

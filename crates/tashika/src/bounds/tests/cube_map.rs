@@ -1,6 +1,7 @@
 //! Cube maps of single points and of clusters against random members.
 
 use super::cases::*;
+use super::many;
 use crate::bounds::{Reflector, Towards, UpperCubeMap, UpperMaterial};
 use crate::math::{Aabb, Cone, Vec3};
 use crate::rng::{Purpose, Stream};
@@ -103,7 +104,7 @@ fn member(lights: &Towards, point: &Reflector, s: &mut Stream) -> Option<Vec3> {
 fn bounds_hold<B: UpperMaterial>(size: usize, rounds: usize) -> f64 {
     let mut s = Stream::new(41, Purpose::Test, size as u64);
     let mut quotients = Vec::new();
-    for _ in 0..rounds {
+    for _ in 0..many(rounds) {
         let points = cluster(&mut s, size);
         let map: B = map_of(&points);
         for _ in 0..20 {

@@ -1,6 +1,7 @@
 //! Bounds of one point over one cone.
 
 use super::cases::*;
+use super::many;
 use crate::bounds::Reflector;
 use crate::bsdf::{Bsdf, Coated, MIN_COSINE, MetallicRoughness, Mirror, Phong, Plastic};
 use crate::color::Rgb;
@@ -56,7 +57,7 @@ fn bounds_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
         let mut s = Stream::new(31, Purpose::Test, index as u64);
         let mut ratios = [Vec::new(), Vec::new()];
-        for round in 0..3000 {
+        for round in 0..many(3000) {
             let point = random_point(kind, &mut s);
             let cone = cone(&point, &mut s);
             let bounds = [point.upper_brdf(&cone), point.upper_brdf_cos(&cone)];
