@@ -12,6 +12,8 @@ pub enum Outcome {
     Done,
     /// Done, but some pixels ran out of budget (4).
     BudgetHit,
+    /// Done, but the audit contradicts the claim (5).
+    Contradicted,
     /// Ctrl-C: what was finished is written and says that it is not complete (130).
     Interrupted,
 }
@@ -21,6 +23,7 @@ impl From<Outcome> for ExitCode {
         Self::from(match outcome {
             Outcome::Done => 0,
             Outcome::BudgetHit => 4,
+            Outcome::Contradicted => 5,
             Outcome::Interrupted => INTERRUPTED,
         })
     }

@@ -9,6 +9,7 @@ use tashika::render::{RenderOptions, Totals, render, with_threads};
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
+use crate::audit::{Audit, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::plan::{Integration, Lights, RenderPlan};
@@ -45,13 +46,29 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     let window = stage.window;
     let setting = stage.setting(plan.gather, plan.seed);
     let options = RenderOptions { window, share: plan.share };
-    let rendered = timed(&mut seconds.render, || {
+    let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
             meter.phase(&format!("rendering {}x{}, {}", window.width, window.height, integrator.name()));
             render(&setting, integrator.as_ref(), &options, &|p| meter.update(p), cancel)
         })
     })?;
     let progress = meter.finish();
+    let audit = match (plan.audit, &plan.integration, &lights) {
+        (Some(count), Integration::ManyLights { options, .. }, Some(set)) if rendered.complete => {
+            let subject = Subject { film: &rendered.film, window, setting, set, options: *options };
+            timed(&mut seconds.audit, || {
+                interrupt::with_flag(|cancel| audit(count, &subject, &meter, cancel))
+            })?
+        }
+        _ => None,
+    };
+    if let Some(audit) = &audit {
+        meter.finish();
+        let metadata = rendered.film.metadata_mut();
+        metadata.set("audit.kept", audit.kept);
+        metadata.set("audit.of", audit.of);
+    }
+    let contradicted = audit.as_ref().is_some_and(|audit| audit.contradicts);
     let exposure_stops = timed(&mut seconds.write, || -> Result<f32, Failure> {
         write_exr(&plan.exr, &rendered.film)?;
         Ok(write_png(&plan.png, &rendered.film, &plan.tone_map)?)
@@ -65,17 +82,20 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
         // Nothing was told if no tile was finished; then only the window is known.
         pixels_asked: if progress.of > 0 { progress.of } else { window.area() },
         complete: rendered.complete,
+        audit,
         exposure_stops,
     };
-    let report = report(plan, &done, seconds);
+    let (complete, budget_hit) = (done.complete, done.totals.budget_hit);
+    let report = report(plan, done, seconds);
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }
     if !plan.common.quiet {
         report.rows().print()?;
     }
-    Ok(match (done.complete, done.totals.budget_hit) {
+    Ok(match (complete, budget_hit) {
         (false, _) => Outcome::Interrupted,
+        (true, _) if contradicted => Outcome::Contradicted,
         (true, 0) => Outcome::Done,
         (true, _) => Outcome::BudgetHit,
     })
@@ -104,11 +124,12 @@ struct Done<'a> {
     totals: Totals,
     pixels_asked: u64,
     complete: bool,
+    audit: Option<Audit>,
     exposure_stops: f32,
 }
 
-fn report(plan: &RenderPlan, done: &Done<'_>, seconds: Seconds) -> RenderReport {
-    let Done { stage, totals, .. } = done;
+fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
+    let Done { stage, totals, .. } = &done;
     let Stage { scene, camera, size, window, .. } = stage;
     let mean = |sum: u64| if totals.pixels > 0 { sum as f64 / totals.pixels as f64 } else { 0.0 };
     RenderReport {
@@ -146,7 +167,7 @@ fn report(plan: &RenderPlan, done: &Done<'_>, seconds: Seconds) -> RenderReport 
             threads => threads,
         },
         seconds,
-        audit: None,
+        audit: done.audit,
         exposure_stops: done.exposure_stops,
         files: vec![plan.exr.clone(), plan.png.clone()],
     }

@@ -7,6 +7,7 @@ use indicatif::HumanCount;
 use serde::Serialize;
 use tashika::io::write_file;
 
+use crate::audit::Audit;
 use crate::exit::Failure;
 use crate::progress::rate;
 
@@ -90,6 +91,8 @@ pub struct Seconds {
     pub trees: f64,
     /// Rendering.
     pub render: f64,
+    /// Exact sums of the audit.
+    pub audit: f64,
     /// Writing the files.
     pub write: f64,
 }
@@ -146,7 +149,7 @@ pub struct RenderReport {
     /// Time.
     pub seconds: Seconds,
     /// The audit, if one was asked for.
-    pub audit: Option<()>,
+    pub audit: Option<Audit>,
     /// Stops by which the picture was exposed.
     pub exposure_stops: f32,
     /// Files written.
@@ -196,6 +199,18 @@ impl RenderReport {
         rows.push("pixels", format!("{}{share}{state}", HumanCount(self.pixels)));
         if self.budget_hit > 0 {
             rows.push("", format!("{} of them ran out of budget", HumanCount(self.budget_hit)));
+        }
+        if let Some(audit) = &self.audit {
+            let Audit { kept, of, low, high, contradicts, .. } = audit;
+            let verdict = if *contradicts { ": LESS than claimed" } else { "" };
+            rows.push(
+                "audit",
+                format!(
+                    "{kept} of {of} pixels at random are within the error ({:.1} to {:.1} % at 95 %){verdict}",
+                    100.0 * low,
+                    100.0 * high
+                ),
+            );
         }
         let [r, g, b] = self.mean_radiance;
         rows.push("radiance", format!("mean {r:.4} {g:.4} {b:.4} W/m2/sr (R G B)"));

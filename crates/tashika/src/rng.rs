@@ -35,6 +35,8 @@ pub enum Purpose {
     Cut = 11,
     /// Choice of the representatives of clusters.
     Representative = 12,
+    /// What only guides where work goes.
+    Guidance = 13,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes well.

@@ -2,7 +2,7 @@
 
 use tashika::experiment::{Cell, Column, Ground, Pixels, Row, Search};
 use tashika::film::Window;
-use tashika::integrator::PublishedOptions;
+use tashika::integrator::ControlOptions;
 use tashika::report::{percent_of_share, percent_of_tolerance};
 
 use crate::exit::{Failure, Outcome};
@@ -69,7 +69,7 @@ fn search(bench: &Bench<'_>, ground: &Ground<'_>, cell: &Cell, share: f64) -> Re
     let mut search = Search::new(cell.tolerance);
     let mut best: Option<Row> = None;
     while let Some(error) = search.next_trial() {
-        let cell = Cell { options: PublishedOptions { error, ..cell.options }, ..*cell };
+        let cell = Cell { options: ControlOptions { error, ..cell.options }, ..*cell };
         let Some(row) = bench.run(ground, &cell)? else { return Ok(None) };
         let reached = row.within_tolerance >= share;
         search.tell(error, reached);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use tashika::experiment::Cell;
 use tashika::gather::GatherOptions;
-use tashika::integrator::{MANY_PAIRS, Method, PublishedOptions};
+use tashika::integrator::{ControlOptions, MANY_PAIRS, Method};
 use tashika::vpl::VplOptions;
 
 use super::{Common, Lights, StagePlan, gather_options, vpl_options};
@@ -51,15 +51,15 @@ impl MeasurePlan {
         let methods = if args.methods.is_empty() { measured().collect() } else { args.methods.clone() };
         let common = Cell {
             method: Method::Exact,
-            options: PublishedOptions { max_pairs: told.max_pairs, ..PublishedOptions::default() },
+            options: ControlOptions { max_pairs: told.max_pairs, ..ControlOptions::default() },
             tolerance: 0.0,
             seeds: told.seeds,
         };
         for &error in told.errors {
-            PublishedOptions { error, ..common.options }.validate()?;
+            ControlOptions { error, ..common.options }.validate()?;
         }
         for &confidence in told.confidences {
-            PublishedOptions { confidence, ..common.options }.validate()?;
+            ControlOptions { confidence, ..common.options }.validate()?;
         }
         let cells = Cell::grid(&methods, told.errors, told.confidences, &common);
         let inputs = stage.inputs(lights);

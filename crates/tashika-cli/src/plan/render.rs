@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use tashika::gather::GatherOptions;
-use tashika::integrator::{self, PublishedOptions};
+use tashika::integrator::{self, ControlOptions};
 use tashika::io::ToneMap;
 use tashika::render::TileShare;
 
 use super::{Common, Lights, StagePlan, gather_options, with_ending};
-use crate::args::{Method, RenderArgs};
+use crate::args::{Claim, Method, RenderArgs};
 use crate::exit::Failure;
 
 /// Paths a pixel where the user does not say.
@@ -23,8 +23,8 @@ pub enum Integration {
         method: integrator::Method,
         /// What is summed over.
         lights: Lights,
-        /// What the published methods are told.
-        options: PublishedOptions,
+        /// What methods that control their error are told.
+        options: ControlOptions,
     },
     /// Path tracing with so many paths a pixel.
     Path(u32),
@@ -53,6 +53,8 @@ pub struct RenderPlan {
     pub common: Common,
     /// Options that were typed and mean nothing to the method.
     pub unused: Vec<&'static str>,
+    /// Pixels whose exact sums are computed after the render, if the method controls its error.
+    pub audit: Option<u64>,
 }
 
 impl RenderPlan {
@@ -77,6 +79,7 @@ impl RenderPlan {
             png,
             tone_map,
             common,
+            audit: args.audit.filter(|_| !unused.contains(&"--audit")),
             unused,
         })
     }
@@ -99,6 +102,10 @@ fn integration(args: &RenderArgs) -> Result<(Integration, Vec<&'static str>), Fa
         Method::Nabata2016 => Some(Many::Nabata2016),
         Method::Sakai2018 => Some(Many::Sakai2018),
         Method::Iwasaki2019 => Some(Many::Iwasaki2019),
+        Method::Tashika => Some(Many::Tashika(match args.claim {
+            None | Some(Claim::Calibrated) => integrator::Claim::Calibrated,
+            Some(Claim::Certified) => integrator::Claim::Certified,
+        })),
         Method::Path => None,
     };
     let controlled = method.is_some_and(|method| method != Many::Exact);
@@ -110,11 +117,13 @@ fn integration(args: &RenderArgs) -> Result<(Integration, Vec<&'static str>), Fa
         ("--paths", args.paths.is_some() && method.is_some()),
         ("--error", args.error.is_some() && !controlled),
         ("--confidence", args.confidence.is_some() && !method.is_some_and(Many::states_interval)),
+        ("--claim", args.claim.is_some() && args.method != Method::Tashika),
+        ("--audit", args.audit.is_some() && !controlled),
         ("--max-pairs", args.max_pairs.is_some() && !controlled),
     ];
     let unused = typed_in_vain.into_iter().filter(|(_, vain)| *vain).map(|(option, _)| option).collect();
-    let default = PublishedOptions::default();
-    let options = PublishedOptions {
+    let default = ControlOptions::default();
+    let options = ControlOptions {
         error: args.error.unwrap_or(default.error),
         confidence: args.confidence.unwrap_or(default.confidence),
         max_pairs: args.max_pairs,

@@ -5,10 +5,12 @@
 //! ```
 //!
 //! * [`Clusters`]: pairs, their bounds, how they are split.
-//! * [`Refinement`]: the order of splits, by upper bounds alone.
+//! * [`Refinement`]: the order of splits, by ranks that an [`Order`] gives: upper bounds ([`ByUpper`]), or these with pilot visibility
+//!   ([`ByVisibility`]).
 //! * [`Scheme`]: how a pair is estimated, by [`Strata`] or by [`Representatives`].
 //! * [`StoppingRule`]: when a cut is fine enough; a closed family.
-//! * [`Refiner`]: all of these together.
+//! * [`Refiner`]: all of these together, as the published methods do it.
+//! * [`InheritedCut`]: strata that keep their samples when they are split.
 //!
 //! # Guarantee
 //! The partition is a function of bounds, which samples do not enter; so the samples of a cut are independent of it. But *when* the published rules
@@ -19,17 +21,21 @@
 
 mod clusters;
 mod estimation;
+mod inherited;
 mod refinement;
 mod sampling;
 mod stopping;
 mod terms;
+mod visibility;
 
 #[cfg(test)]
 mod tests;
 
 pub use clusters::{Clusters, Pair, gather_tree};
 pub use estimation::{CutEnd, CutEstimate, Refiner};
+pub use inherited::InheritedCut;
 pub use refinement::{ByUpper, Expectation, Order, Refinement, Split};
 pub use sampling::{PairEstimate, Representative, Representatives, Scheme, Strata};
 pub use stopping::{Progress, StoppingRule};
 pub use terms::{Term, TermBatch};
+pub use visibility::{ByVisibility, Pilot, PilotVisibility};

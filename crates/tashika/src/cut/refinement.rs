@@ -29,9 +29,12 @@ pub struct Expectation {
     pub importance_range: f64,
 }
 
-/// By upper bound `R`, down to single terms: the order of all published methods.
+/// By upper bound `R`: the order of all published methods, and of certificates, which the largest bounds decide.
 #[derive(Clone, Copy, Debug)]
-pub struct ByUpper;
+pub struct ByUpper {
+    /// Terms up to which a pair is not split any more. At least 1, which is what published methods do.
+    pub finest: u64,
+}
 
 impl Order for ByUpper {
     fn expect<B: UpperMaterial>(&mut self, clusters: &Clusters<'_, B>, pair: &Pair) -> Expectation {
@@ -40,7 +43,7 @@ impl Order for ByUpper {
     }
 
     fn finest(&self) -> u64 {
-        1
+        self.finest
     }
 }
 

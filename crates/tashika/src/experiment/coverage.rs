@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use super::{Pixels, Pool};
 use crate::error::Result;
 use crate::film::Film;
-use crate::integrator::{LitBy, Method, PublishedOptions, Setting};
+use crate::integrator::{ControlOptions, LitBy, Method, Setting};
 use crate::render::Progress;
 
 /// What methods are held against each other on.
@@ -33,7 +33,7 @@ pub struct Cell {
     /// The method.
     pub method: Method,
     /// What it is told; the seed is replaced.
-    pub options: PublishedOptions,
+    pub options: ControlOptions,
     /// Relative tolerance by which it is judged.
     pub tolerance: f64,
     /// Times that each pixel is rendered, with the seeds 1, 2, ….
@@ -49,7 +49,7 @@ impl Cell {
                 let cell = |confidence: f64| Self {
                     method,
                     tolerance: error,
-                    options: PublishedOptions { error, confidence, ..common.options },
+                    options: ControlOptions { error, confidence, ..common.options },
                     ..*common
                 };
                 if method.states_interval() {
@@ -88,7 +88,7 @@ impl Ground<'_> {
         let (mut pool, mut seconds) = (Pool::new(cell.tolerance), 0.0);
         let mut before = Progress { of: cell.seeds * self.pixels.count(), ..Progress::default() };
         for seed in 1..=cell.seeds {
-            let integrator = cell.method.integrator(self.lit_by, &PublishedOptions { seed, ..cell.options });
+            let integrator = cell.method.integrator(self.lit_by, &ControlOptions { seed, ..cell.options });
             let tell = |now: &Progress| {
                 (watch.progress)(&Progress {
                     pixels: before.pixels + now.pixels,

@@ -7,7 +7,7 @@ use super::*;
 use crate::accel::Tracer;
 use crate::film::{Film, PlaneSpec, SampleKind, Window};
 use crate::gather::{GatherOptions, View};
-use crate::integrator::{Exact, LitBy, Method, PublishedOptions, Setting};
+use crate::integrator::{ControlOptions, Exact, LitBy, Method, Setting};
 use crate::render::{Progress, render_pixels, with_threads};
 use crate::scene::builtin;
 use crate::tree::{LightTree, LightTreeBuilder};
@@ -123,7 +123,7 @@ fn trials_of_all_seeds_are_pooled() {
     near(pool.quantile(72), 1.0);
     assert_eq!((pool.quantile(95), pool.quantile(100)), (f64::INFINITY, f64::INFINITY));
 
-    let options = PublishedOptions { error: 0.01, ..PublishedOptions::default() };
+    let options = ControlOptions { error: 0.01, ..ControlOptions::default() };
     let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.02, seeds: 2 };
     let subject = Subject { scene: "made".to_owned(), vpls: 1234, gather: 4, pixels: 4 };
     let row = Row::new(&subject, &cell, &pool, 1.5);
@@ -140,7 +140,7 @@ fn trials_of_all_seeds_are_pooled() {
 fn methods_without_intervals_have_no_confidence() {
     let common = Cell {
         method: Method::Exact,
-        options: PublishedOptions { max_pairs: Some(7), ..PublishedOptions::default() },
+        options: ControlOptions { max_pairs: Some(7), ..ControlOptions::default() },
         tolerance: 0.0,
         seeds: 3,
     };
@@ -181,7 +181,7 @@ fn a_cell_is_what_its_renders_are() {
     let Pixels::Chosen(chosen) = &pixels else { panic!("a subset was asked for") };
     on_ground(&pixels, |ground| {
         let go = AtomicBool::new(false);
-        let options = PublishedOptions { error: 0.2, confidence: 0.5, ..PublishedOptions::default() };
+        let options = ControlOptions { error: 0.2, confidence: 0.5, ..ControlOptions::default() };
         let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.05, seeds: 2 };
         let told = std::sync::Mutex::new(Progress::default());
         // A clock that moves on by a second whenever it is looked at.
@@ -195,7 +195,7 @@ fn a_cell_is_what_its_renders_are() {
         assert_eq!(seconds, 2.0, "one for each seed");
         let (mut within, mut kept, mut rays) = (0, 0, 0);
         for seed in [1, 2] {
-            let method = cell.method.integrator(ground.lit_by, &PublishedOptions { seed, ..options });
+            let method = cell.method.integrator(ground.lit_by, &ControlOptions { seed, ..options });
             let single = render_pixels(&ground.setting, method.as_ref(), chosen, &|_| {}, &go).unwrap();
             rays += single.totals.rays;
             for &[x, y] in chosen {
@@ -230,7 +230,7 @@ fn a_cell_is_what_its_renders_are() {
 fn the_exact_method_is_always_within() {
     let all = Pixels::of(Window::full([24, 16]), None, 5).unwrap();
     on_ground(&all, |ground| {
-        let options = PublishedOptions::default();
+        let options = ControlOptions::default();
         let cell = Cell { method: Method::Exact, options, tolerance: 1e-6, seeds: 1 };
         let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false), clock: &|| 0.0 };
         let (pool, _) = ground.run(&cell, &watch).unwrap().unwrap();
@@ -272,7 +272,7 @@ fn tables_are_aligned_and_pages_escape() {
         pool
     };
     let subject = Subject { scene: "made".to_owned(), vpls: 55_000, gather: 4, pixels: 3 };
-    let options = PublishedOptions::default();
+    let options = ControlOptions::default();
     let cell = Cell { method: Method::Mdlc, options, tolerance: 0.02, seeds: 1 };
     let row = Row::new(&subject, &cell, &pool, 0.25);
     let columns = [Column::Method, Column::Vpls, Column::Confidence, Column::Within, Column::Claims];

@@ -27,7 +27,7 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, PublishedOptions, Scope, Setting};
+use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, Scope, Setting};
 use crate::bounds::UpperCubeMap;
 use crate::cut::Strata;
 use crate::film::{Metadata, Window};
@@ -38,7 +38,7 @@ pub struct Iwasaki2019<'a>(Published<'a, Strata>);
 
 impl<'a> Iwasaki2019<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &PublishedOptions) -> Self {
+    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scheme: Strata,

@@ -25,7 +25,7 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{Integrator, Lights, PixelEstimate, Published, PublishedOptions, Scope, Setting};
+use super::{ControlOptions, Integrator, Lights, PixelEstimate, Published, Scope, Setting};
 use crate::bounds::UpperAnalytic;
 use crate::cut::Representatives;
 use crate::film::{Metadata, Window};
@@ -39,7 +39,7 @@ pub struct Mdlc<'a>(Published<'a, Representatives>);
 
 impl<'a> Mdlc<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &PublishedOptions) -> Self {
+    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scheme: Representatives,

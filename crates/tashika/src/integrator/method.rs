@@ -4,7 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::{
-    Exact, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016, PublishedOptions, Sakai2018,
+    Claim, ControlOptions, Exact, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016, Sakai2018,
+    Tashika,
 };
 use crate::error::{Error, Result};
 use crate::tree::LightTree;
@@ -25,6 +26,8 @@ pub enum Method {
     Sakai2018,
     /// Iwasaki 2019.
     Iwasaki2019,
+    /// Ours.
+    Tashika(Claim),
 }
 
 /// A set of VPLs, and the tree over them.
@@ -38,8 +41,16 @@ pub struct LitBy<'a> {
 
 impl Method {
     /// All methods, in the order of their years.
-    pub const ALL: [Self; 6] =
-        [Self::Exact, Self::Lightcuts, Self::Mdlc, Self::Nabata2016, Self::Sakai2018, Self::Iwasaki2019];
+    pub const ALL: [Self; 8] = [
+        Self::Exact,
+        Self::Lightcuts,
+        Self::Mdlc,
+        Self::Nabata2016,
+        Self::Sakai2018,
+        Self::Iwasaki2019,
+        Self::Tashika(Claim::Calibrated),
+        Self::Tashika(Claim::Certified),
+    ];
 
     /// Name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -50,6 +61,8 @@ impl Method {
             Self::Nabata2016 => "nabata2016",
             Self::Sakai2018 => "sakai2018",
             Self::Iwasaki2019 => "iwasaki2019",
+            Self::Tashika(Claim::Calibrated) => "tashika",
+            Self::Tashika(Claim::Certified) => "tashika-certified",
         }
     }
 
@@ -57,7 +70,7 @@ impl Method {
     pub fn states_interval(self) -> bool {
         match self {
             Self::Exact | Self::Lightcuts | Self::Mdlc => false,
-            Self::Nabata2016 | Self::Sakai2018 | Self::Iwasaki2019 => true,
+            Self::Nabata2016 | Self::Sakai2018 | Self::Iwasaki2019 | Self::Tashika(_) => true,
         }
     }
 
@@ -70,7 +83,7 @@ impl Method {
     ///
     /// # Panics
     /// If it needs a tree and there is none.
-    pub fn integrator<'a>(self, lit_by: LitBy<'a>, options: &PublishedOptions) -> Box<dyn Integrator + 'a> {
+    pub fn integrator<'a>(self, lit_by: LitBy<'a>, options: &ControlOptions) -> Box<dyn Integrator + 'a> {
         if self == Self::Exact {
             return Box::new(Exact::new(lit_by.set));
         }
@@ -83,6 +96,7 @@ impl Method {
             Self::Nabata2016 => Box::new(Nabata2016::new(lights, options)),
             Self::Sakai2018 => Box::new(Sakai2018::new(lights, options)),
             Self::Iwasaki2019 => Box::new(Iwasaki2019::new(lights, options)),
+            Self::Tashika(claim) => Box::new(Tashika::new(lights, options, claim)),
         }
     }
 }

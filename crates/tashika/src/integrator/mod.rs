@@ -6,9 +6,11 @@ mod lightcuts;
 mod mdlc;
 mod method;
 mod nabata2016;
+mod options;
 mod path;
 mod published;
 mod sakai2018;
+mod tashika;
 
 pub use exact::Exact;
 pub use iwasaki2019::Iwasaki2019;
@@ -16,9 +18,10 @@ pub use lightcuts::Lightcuts;
 pub use mdlc::Mdlc;
 pub use method::{LitBy, Method};
 pub use nabata2016::Nabata2016;
+pub use options::{ControlOptions, Lights, MANY_PAIRS};
 pub use path::Path;
-pub use published::{Lights, MANY_PAIRS, PublishedOptions};
 pub use sakai2018::Sakai2018;
+pub use tashika::{Claim, Tashika};
 
 use published::{Published, Scope};
 
@@ -46,6 +49,20 @@ pub enum ErrorClaim {
         /// Confidence, in (0, 1).
         confidence: f32,
     },
+    /// An interval that holds at least as often as its confidence says, on scenes at large; measured, not proven.
+    Calibrated {
+        /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹).
+        half_width: f32,
+        /// Confidence, in (0, 1).
+        confidence: f32,
+    },
+    /// An interval that holds with at least the confidence, for this pixel; proven.
+    Certified {
+        /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹).
+        half_width: f32,
+        /// Confidence, in (0, 1).
+        confidence: f32,
+    },
 }
 
 impl ErrorClaim {
@@ -55,6 +72,8 @@ impl ErrorClaim {
             Self::None => 0,
             Self::Exact => 1,
             Self::Published { .. } => 2,
+            Self::Calibrated { .. } => 3,
+            Self::Certified { .. } => 4,
         }
     }
 
@@ -62,7 +81,9 @@ impl ErrorClaim {
     pub fn half_width(&self) -> f32 {
         match self {
             Self::None | Self::Exact => 0.0,
-            Self::Published { half_width, .. } => *half_width,
+            Self::Published { half_width, .. }
+            | Self::Calibrated { half_width, .. }
+            | Self::Certified { half_width, .. } => *half_width,
         }
     }
 }

@@ -25,7 +25,7 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, PublishedOptions, Scope, Setting};
+use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, Scope, Setting};
 use crate::bounds::UpperAnalytic;
 use crate::cut::Strata;
 use crate::film::{Metadata, Window};
@@ -36,7 +36,7 @@ pub struct Nabata2016<'a>(Published<'a, Strata>);
 
 impl<'a> Nabata2016<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &PublishedOptions) -> Self {
+    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scheme: Strata,

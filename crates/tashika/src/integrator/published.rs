@@ -1,71 +1,22 @@
-//! What the published methods have in common: options, lights, and the way from a tile to cuts.
+//! What the published methods have in common: rules, and the way from a tile to cuts.
 //!
 //! All of them refine the pair with the largest upper bound, on the same trees, with the same transport and the same rays. They differ
 //! in what is clustered (lights, or pairs with gather points), how a pair is estimated, how the material is bounded, and when
 //! they stop.
 
-use super::{ErrorClaim, PixelEstimate, Setting, StopReason};
+use super::{ControlOptions, ErrorClaim, Lights, PixelEstimate, Setting, StopReason};
 use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
 use crate::cut::{Clusters, CutEnd, CutEstimate, Refiner, Scheme, StoppingRule, gather_tree};
-use crate::error::{Error, Result};
 use crate::film::{Metadata, Window};
 use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
-use crate::tree::LightTree;
-use crate::vpl::Provenance;
-
-/// The lights of an image, in a tree.
-#[derive(Clone, Copy, Debug)]
-pub struct Lights<'a> {
-    /// The tree over them.
-    pub tree: &'a LightTree,
-    /// Where they come from, with the clamp that belongs to them.
-    pub provenance: &'a Provenance,
-}
-
-/// What a user chooses of a published method.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PublishedOptions {
-    /// Relative error `ε`. Lower values cost more. Default 0.02; above 0, at most 1.
-    pub error: f64,
-    /// Confidence of the interval, for the methods that state one. Higher values cost more. Default 0.95; in (0, 1).
-    pub confidence: f64,
-    /// Pairs beyond which a cut does not grow. Default: what the method's source says, or [`MANY_PAIRS`]. At least 1.
-    pub max_pairs: Option<u64>,
-    /// Seed of the terms that are drawn. The gather points have their own, in the view. Default 1.
-    pub seed: u64,
-}
-
-impl Default for PublishedOptions {
-    fn default() -> Self {
-        Self { error: 0.02, confidence: 0.95, max_pairs: None, seed: 1 }
-    }
-}
-
-/// Largest cut where the source names none: bounds the memory of a pixel to about 100 MB.
-pub const MANY_PAIRS: u64 = 1 << 20;
 
 /// Pairs before the t-interval is looked at. Two terms that are both in shadow have no variance: a cut of a few pairs would end there.
 pub(super) const MIN_PAIRS: u64 = 32;
 
-impl PublishedOptions {
-    /// # Errors
-    /// Says which value is out of range, and the range.
-    pub fn validate(&self) -> Result<()> {
-        if !(self.error > 0.0 && self.error <= 1.0) {
-            return Err(Error::option("error", self.error, "above 0, at most 1 (100%)"));
-        }
-        if !(self.confidence > 0.0 && self.confidence < 1.0) {
-            return Err(Error::option("confidence", self.confidence, "above 0 and below 1 (100%)"));
-        }
-        if self.max_pairs == Some(0) {
-            return Err(Error::option("max-pairs", 0, "1 or more"));
-        }
-        Ok(())
-    }
-
+impl ControlOptions {
     /// The rule of Walter 2005.
     pub(super) fn largest_upper(&self) -> StoppingRule {
         StoppingRule::LargestUpper { error: self.error }

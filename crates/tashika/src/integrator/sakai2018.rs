@@ -20,7 +20,7 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, PublishedOptions, Scope, Setting};
+use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, Scope, Setting};
 use crate::bounds::UpperConstant;
 use crate::cut::Strata;
 use crate::film::{Metadata, Window};
@@ -31,7 +31,7 @@ pub struct Sakai2018<'a>(Published<'a, Strata>);
 
 impl<'a> Sakai2018<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &PublishedOptions) -> Self {
+    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scheme: Strata,

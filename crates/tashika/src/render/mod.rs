@@ -84,7 +84,13 @@ const PLANES: &[PlaneSpec] = &[
         SampleKind::F32,
         "half-width of the interval that is claimed for the luminance, 0 if exact or nothing is claimed",
     ),
-    plane("claim", &["id"], "1", SampleKind::U32, "what is claimed: 0 nothing, 1 exact, 2 published"),
+    plane(
+        "claim",
+        &["id"],
+        "1",
+        SampleKind::U32,
+        "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified",
+    ),
     plane(
         "stop",
         &["id"],

@@ -3,6 +3,7 @@
 mod binomial;
 mod discrete;
 mod moments;
+pub mod stratified;
 mod student_t;
 
 pub use binomial::{Interval, clopper_pearson};

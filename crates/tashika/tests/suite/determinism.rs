@@ -6,14 +6,15 @@ use std::sync::atomic::AtomicBool;
 use tashika::accel::Tracer;
 use tashika::film::{Film, Window};
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{Exact, Integrator, LitBy, Method, Path, PublishedOptions, Setting};
+use tashika::integrator::{ControlOptions, Exact, Integrator, LitBy, Method, Path, Setting};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
 use tashika::scene::builtin;
 use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [37, 23];
-const METHODS: [&str; 5] = ["exact", "path", "lightcuts", "nabata2016", "iwasaki2019"];
+const METHODS: [&str; 7] =
+    ["exact", "path", "lightcuts", "nabata2016", "iwasaki2019", "tashika", "tashika-certified"];
 
 /// Everything from the tracer to the film, on a pool of `threads`.
 fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film, VplSet) {
@@ -29,7 +30,7 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
             seed: 5,
         };
         let tree = LightTree::build(&set, LightTreeBuilder::default());
-        let published = PublishedOptions { error: 0.1, ..PublishedOptions::default() };
+        let published = ControlOptions { error: 0.1, ..ControlOptions::default() };
         let options = RenderOptions { window, share };
         let render = |integrator: Box<dyn Integrator + '_>| {
             let setting = Setting { tracer: &tracer, view };

@@ -2,6 +2,7 @@
 
 mod cases;
 mod closed_forms;
+mod control;
 mod cuts;
 mod damaged_gltf;
 mod damaged_mitsuba;

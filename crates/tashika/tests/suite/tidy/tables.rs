@@ -58,7 +58,7 @@ pub(super) struct SideBySide {
 
 /// Modules whose files are alternatives to each other: they share what their `mod.rs` and their common files offer, and no more.
 pub(super) const SIDE_BY_SIDE: &[SideBySide] =
-    &[SideBySide { module: "integrator", common: &["published"], lists: &["method"] }];
+    &[SideBySide { module: "integrator", common: &["options", "published"], lists: &["method"] }];
 
 /// Which modules may name a dependency of the library; none: all of them.
 pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
@@ -79,7 +79,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("roxmltree", &["io"]),
     ("serde", &[]),
     ("serde_json", &["io"]),
-    ("smallvec", &["io"]),
+    ("smallvec", &["cut", "io"]),
     ("sobol_burley", &["gather"]),
     ("thiserror", &["error"]),
 ];

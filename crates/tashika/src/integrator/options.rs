@@ -1,0 +1,53 @@
+//! What the methods that control their error are told, and the lights that they work on.
+
+use crate::error::{Error, Result};
+use crate::tree::LightTree;
+use crate::vpl::Provenance;
+
+/// The lights of an image, in a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Lights<'a> {
+    /// The tree over them.
+    pub tree: &'a LightTree,
+    /// Where they come from, with the clamp that belongs to them.
+    pub provenance: &'a Provenance,
+}
+
+/// What a user chooses of a method that controls its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlOptions {
+    /// Relative error `ε`. Lower values cost more. Default 0.02; above 0, at most 1.
+    pub error: f64,
+    /// Confidence of the interval, for the methods that state one. Higher values cost more. Default 0.95; in (0, 1).
+    pub confidence: f64,
+    /// Pairs beyond which a cut does not grow. Default: what the method's source says, or [`MANY_PAIRS`]. At least 1.
+    pub max_pairs: Option<u64>,
+    /// Seed of the terms that are drawn. The gather points have their own, in the view. Default 1.
+    pub seed: u64,
+}
+
+impl Default for ControlOptions {
+    fn default() -> Self {
+        Self { error: 0.02, confidence: 0.95, max_pairs: None, seed: 1 }
+    }
+}
+
+/// Largest cut where no source names one: bounds the memory of a pixel to about 100 MB.
+pub const MANY_PAIRS: u64 = 1 << 20;
+
+impl ControlOptions {
+    /// # Errors
+    /// Says which value is out of range, and the range.
+    pub fn validate(&self) -> Result<()> {
+        if !(self.error > 0.0 && self.error <= 1.0) {
+            return Err(Error::option("error", self.error, "above 0, at most 1 (100%)"));
+        }
+        if !(self.confidence > 0.0 && self.confidence < 1.0) {
+            return Err(Error::option("confidence", self.confidence, "above 0 and below 1 (100%)"));
+        }
+        if self.max_pairs == Some(0) {
+            return Err(Error::option("max-pairs", 0, "1 or more"));
+        }
+        Ok(())
+    }
+}
