@@ -114,7 +114,7 @@ fn help_names_every_command_and_has_examples() {
         assert!(help.succeeds().stdout.contains(words), "{words}");
     }
     let help = folder.run("render --help");
-    for words in ["--vpl-file", "--exposure", "Examples:", "[default: exact]"] {
+    for words in ["--vpl-file", "--exposure", "Examples:", "[default: tashika]"] {
         assert!(help.succeeds().stdout.contains(words), "{words}");
     }
     assert_eq!(folder.run("").code, Some(2), "no command is a usage error");
@@ -169,7 +169,7 @@ fn a_render_writes_image_picture_and_numbers() {
     let run =
         folder.run("render scene.obj --size 12x8 --crop 2,1,9,5 --vpls 60 --gather 2 --seed 5 --json a.json");
     assert_eq!(folder.names(), ["a.json", "render.exr", "render.png", "scene.mtl", "scene.obj"]);
-    for words in ["4 triangles", "exact", "45", "render.exr, render.png"] {
+    for words in ["4 triangles", "tashika", "45", "render.exr, render.png"] {
         assert!(run.succeeds().stdout.contains(words), "{words:?} is not in: {}", run.stdout);
     }
     let film = folder.film("render.exr");
@@ -193,6 +193,30 @@ fn a_render_writes_image_picture_and_numbers() {
     for part in ["load", "vpls", "trees", "render"] {
         assert!(json["seconds"][part].is_number(), "{part}");
     }
+}
+
+#[test]
+fn an_audit_says_what_was_kept() {
+    let folder = Folder::new();
+    let stage = "render builtin:tiny --size 24x16 --vpls 300 --gather 2 --error 5%";
+    let run = folder.run(&format!("{stage} --audit 60 --json a.json"));
+    assert!(run.succeeds().stdout.contains("of 60 pixels at random are within the error"), "{}", run.stdout);
+    let audit = folder.json("a.json")["audit"].clone();
+    let number = |key: &str| audit[key].as_f64().unwrap();
+    assert_eq!(number("of"), 60.0);
+    assert!(number("kept") >= 54.0 && audit["contradicts"] == false, "{audit}");
+    assert!(number("low") <= number("kept") / 60.0 && number("kept") / 60.0 <= number("high"));
+    let kept = folder.film("render.exr").metadata().number("audit.kept");
+    assert_eq!(kept, Some(number("kept")));
+
+    // A cut that may not grow claims nothing, and is far off.
+    let run = folder.run(&format!("{stage} --audit 60 --max-pairs 2 --json b.json"));
+    assert_eq!(run.code, Some(5), "{}", run.stderr);
+    assert_eq!(folder.json("b.json")["audit"]["contradicts"], true);
+    folder.run(&format!("{stage} --method exact --audit 9 -o e.exr")).succeeds();
+    assert!(
+        folder.run(&format!("{stage} --method exact --audit 9")).stderr.contains("--audit means nothing")
+    );
 }
 
 #[test]
@@ -512,7 +536,7 @@ fn the_seed_experiment_is_what_render_and_compare_say() {
     let rows = sound_rows(folder.json("out/table.json"));
     assert_eq!(rows.len(), 2);
     folder.run(&format!("render {stage} --method sakai2018 --error 5% -o s.exr -q")).succeeds();
-    folder.run(&format!("render {stage} -o r.exr -q")).succeeds();
+    folder.run(&format!("render {stage} --method exact -o r.exr -q")).succeeds();
     folder.run("compare s.exr r.exr --error 5% --json c.json -q").succeeds();
     assert_eq!(folder.film("s.exr"), folder.film("out/sakai2018.exr"));
     assert_eq!(folder.film("r.exr"), folder.film("out/reference.exr"));
@@ -571,7 +595,7 @@ fn methods_are_brought_to_the_same_quality() {
         .run("experiment equal-quality builtin:tiny --size 20x12 --out . --vpls 200 --pixels 40 --share 90%");
     let rows = sound_rows(folder.json("table.json"));
     assert!(run.succeeds().stdout.contains("90.0 % of the pixels within 2 %"), "{}", run.stdout);
-    assert_eq!(rows.len(), 5);
+    assert_eq!(rows.len(), 7);
     for row in &rows {
         assert!(row["within_tolerance"].as_f64().unwrap() >= 0.9 && row["error"] == 0.02, "{row}");
     }
