@@ -10,9 +10,9 @@ use crate::vpl::{Vpl, VplSet};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightTreeBuilder {
     /// From the root, by the surface area orientation heuristic (Conty Estévez, Kulla 2018).
-    #[default]
     TopDown,
     /// From the lights, always joining neighbours that cost little by the metric of Walter 2005.
+    #[default]
     Agglomerative,
 }
 
