@@ -30,7 +30,8 @@ pub struct Transport {
     clamp_squared: f32,
 }
 
-/// Points closer than 10⁻¹⁰ m are the same point: keeps the geometric term, and its products with intensities, finite (m²).
+/// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the geometric term, and its products with
+/// intensities, finite (m²).
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
 /// The geometry between a point and a light.
@@ -54,7 +55,8 @@ impl Transport {
         }
         let d = light.position - position;
         let squared = d.length_squared();
-        let towards_light = d / squared.sqrt().max(f32::MIN_POSITIVE);
+        // Squares of shorter vectors lose digits to underflow: they have no direction.
+        let towards_light = if squared > SMALLEST_SQUARED_DISTANCE { d / squared.sqrt() } else { Vec3::ZERO };
         let cos = -light.direction.dot(towards_light);
         let shape = match light.kind {
             VplKind::Omni => 1.0,
