@@ -128,19 +128,19 @@ fn bounds_hold<B: UpperMaterial>(size: usize, rounds: usize) -> f64 {
     median(&mut quotients)
 }
 
-// The limits of medians are those measured and a tenth of the excess over 1, at least 0.01. Clusters have lobes down to the narrowest.
+// The limits of medians are those measured in the slow suite and a tenth of the excess over 1, at least 0.01. Clusters have lobes down to the narrowest.
 
 #[test]
 fn bounds_of_single_points_hold_and_are_tight() {
     let published = bounds_hold::<Published>(1, 600);
-    assert!(published < 1.25, "{published}");
+    assert!(published < 1.29, "{published}");
     let folded = bounds_hold::<Folded>(1, 600);
-    assert!(folded < 1.09, "{folded}");
+    assert!(folded < 1.12, "{folded}");
 }
 
 #[test]
 fn bounds_of_clusters_hold_and_are_tight() {
-    for (size, rounds, limits) in [(2, 200, [1.57, 1.27]), (8, 200, [2.07, 1.52]), (64, 200, [2.5, 1.49])] {
+    for (size, rounds, limits) in [(2, 200, [1.63, 1.28]), (8, 200, [2.14, 1.56]), (64, 200, [3.5, 1.66])] {
         let medians = [bounds_hold::<Published>(size, rounds), bounds_hold::<Folded>(size, rounds)];
         assert!(medians[0] < limits[0] && medians[1] < limits[1], "{size} points: {medians:?}");
     }
