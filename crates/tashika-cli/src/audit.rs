@@ -3,17 +3,15 @@
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
-use tashika::experiment::{Pixels, Pool, Share};
+use tashika::experiment::{Pixels, Pool};
 use tashika::film::{Film, Window};
 use tashika::integrator::{ControlOptions, Exact, Setting};
+use tashika::report::Claims;
 use tashika::vpl::VplSet;
 
 use crate::exit::Failure;
 use crate::progress::Meter;
 use crate::summary::counted;
-
-/// Confidence of the interval that is told.
-const CONFIDENCE: f64 = 0.95;
 
 /// What an audit found.
 #[derive(Debug, Serialize)]
@@ -65,14 +63,14 @@ pub fn audit(
     }
     let mut pool = Pool::new(options.error);
     let comparison = pool.add(film, &exact.film)?;
-    let share: Share = pool.within();
+    let share = pool.within();
     let interval = share.interval();
     Ok(Some(Audit {
         kept: share.count,
         of: share.of,
         low: interval.low,
         high: interval.high,
-        confidence: CONFIDENCE,
+        confidence: Claims::CONFIDENCE,
         worst: comparison.worst,
         contradicts: interval.high < options.confidence,
     }))

@@ -33,8 +33,6 @@ pub enum Purpose {
     Build = 10,
     /// Terms drawn of the pairs of a cut.
     Cut = 11,
-    /// Choice of the representatives of clusters.
-    Representative = 12,
     /// What only guides where work goes.
     Guidance = 13,
 }

@@ -66,6 +66,8 @@ impl fmt::Display for Claim {
 }
 
 /// Error control that keeps its promise.
+///
+/// An instance is for one view: pilot visibility is that of the view it is first used with.
 #[derive(Debug)]
 pub struct Tashika<'a> {
     lights: Lights<'a>,
