@@ -6,7 +6,7 @@ use serde::Serialize;
 use tashika::experiment::{Pixels, Pool};
 use tashika::film::{Film, Window};
 use tashika::integrator::{ControlOptions, Exact, Setting};
-use tashika::report::Claims;
+use tashika::report::{Claims, Tolerance};
 use tashika::vpl::VplSet;
 
 use crate::exit::Failure;
@@ -61,7 +61,7 @@ pub fn audit(
     if !exact.complete {
         return Ok(None);
     }
-    let mut pool = Pool::new(options.error);
+    let mut pool = Pool::new(Tolerance { relative: options.error, absolute: options.absolute_error });
     let comparison = pool.add(film, &exact.film)?;
     let share = pool.within();
     let interval = share.interval();

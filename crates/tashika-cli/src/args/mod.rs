@@ -135,6 +135,11 @@ pub struct RenderArgs {
         help_heading = "Method")]
     pub error: Option<f64>,
 
+    /// Absolute error that is enough where it is more than --error allows, with --method tashika: for
+    /// dark pixels, as luminance in the unit of the image [default: 0]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Method")]
+    pub absolute: Option<f64>,
+
     /// Confidence of the interval about a pixel, for the methods that state one: above 0, below 100%
     /// [default: 95%]
     #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, allow_negative_numbers = true,

@@ -103,7 +103,7 @@ impl Run<'_> {
         if !rendered.complete {
             return Ok(None);
         }
-        let mut pool = Pool::new(cell.tolerance);
+        let mut pool = Pool::new(cell.allowed());
         let comparison = pool.add(&rendered.film, reference)?;
         let row = Row::new(&subject(&self.setting, &self.lit.set, self.pixels), cell, &pool, seconds);
         let name = cell.method.name();

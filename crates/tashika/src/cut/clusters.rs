@@ -81,6 +81,15 @@ impl<B: UpperMaterial> Clusters<'_, B> {
             * u64::from(self.points.nodes()[pair.points as usize].count)
     }
 
+    /// The terms of a pair, light by light.
+    pub fn all_terms(&self, pair: &Pair) -> impl Iterator<Item = Term> + use<B> {
+        let light = &self.lights.nodes()[pair.light as usize];
+        let points = &self.points.nodes()[pair.points as usize];
+        let (first, end) = (points.first, points.first + points.count);
+        (light.first..light.first + light.count)
+            .flat_map(move |light| (first..end).map(move |point| Term { light, point }))
+    }
+
     /// Whether the pair is a single term.
     pub fn is_single(&self, pair: &Pair) -> bool {
         self.terms(pair) == 1

@@ -70,7 +70,7 @@ pub struct Refiner<'a, S> {
 impl<S: Scheme> Refiner<'_, S> {
     /// Estimates the sum of all terms; random numbers come from `stream`.
     pub fn estimate<B: UpperMaterial>(&self, clusters: Clusters<'_, B>, stream: &mut Stream) -> CutEstimate {
-        let Some(refinement) = Refinement::new(clusters, ByUpper { finest: 1 }) else {
+        let Some(refinement) = Refinement::new(clusters, ByUpper { finest: 1 }, None) else {
             return CutEstimate {
                 radiance: RgbSum::default(),
                 variance: 0.0,

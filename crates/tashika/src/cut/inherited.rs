@@ -1,24 +1,32 @@
 //! Pairs of a cut as strata that keep their samples: a split hands each sample on to the child that it lies in.
 //!
 //! ```text
-//! L̂ = Σ_k ȳ_k          V̂ = Σ_k s_k² / n_k          y = term · I_C W_G / (I_i w_j) in [0, R_k],   n_k ≥ 2
+//! L̂ = E + Σ_k ȳ_k          V̂ = Σ_k s_k² / n_k          y in [0, R_k],   n_k ≥ 2
 //! ```
 //!
-//! with the mean `ȳ_k` and the sample variance `s_k²` of the `n_k` terms drawn from pair `k`. Pairs of few terms are evaluated as a whole and
-//! have no variance.
+//! with the mean `ȳ_k` and the sample variance `s_k²` of the `n_k` terms drawn from pair `k`, and the sum `E` of all pairs that are evaluated as a
+//! whole.
+//!
+//! | pair | a term is drawn with probability | value `y` | `R` |
+//! |---|---|---|---|
+//! | large | `I_i / I_C · w_j / W_G` | term `· I_C W_G / (I_i w_j)` | upper bound |
+//! | [listed](super::ListedTerms) | `u_ij / U` | term `· U / u_ij` | `U` |
 //!
 //! # Why samples may be kept
-//! A term drawn from a pair with probability `I_i/I_C · w_j/W_G` has, given that it lies in a child, the child's own distribution. So the
-//! samples of a child are independent draws from it, given how many there are, *if the split did not look at their values*. An
-//! [`Order`] cannot: it sees clusters alone. What it may look at besides (unoccluded terms, other pixels) comes from streams of its own.
+//! A term drawn from a pair has, given that it lies in a child, the child's own distribution of the same kind. Where a large pair has a listed
+//! child, a sample is kept with the probability `(u/(I w)) / max (u/(I w))`, the maximum over the terms of the child: what is kept has the
+//! distribution of the listed pair (rejection sampling). So the samples of a child are independent draws from it, given how many there are,
+//! *if neither the split nor the rejection looked at visibility*. An [`Order`] cannot: it sees clusters alone. Rejection sees `u`. What an order
+//! may look at besides (other pixels) comes from streams of its own.
 //!
 //! # Guarantee
-//! Given the partition and the counts `n_k`, which do not depend on any value, all samples are independent, those of a stratum
-//! identically distributed, with mean `L_k` and within `[0, R_k]` (luminance). Tested by the suite's `control`.
+//! Given the partition and the counts `n_k`, which do not depend on any visibility of this pixel's samples, all samples are independent, those of
+//! a stratum identically distributed, with mean `L_k` and within `[0, R_k]` (luminance). Tested by the suite's `control`.
 
 use smallvec::SmallVec;
 
 use super::clusters::Clusters;
+use super::listed::{Listed, Listing};
 use super::refinement::{Order, Refinement};
 use super::terms::{Term, TermBatch};
 use crate::accel::Tracer;
@@ -30,25 +38,34 @@ use crate::transport::Transport;
 
 /// Samples of a stratum that is not evaluated as a whole.
 const SAMPLES: usize = 2;
+/// Terms up to which a pair is listed. A bound costs about as much as a dozen terms.
+const LISTED: u64 = 256;
+/// How many samples of the pixel an expected visibility weighs as much as, when it is corrected by what they saw.
+const EXPECTATION_WEIGHT: f64 = 1.0;
 
 /// A term that was evaluated.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     term: Term,
-    /// Its value over `I_i w_j`, with visibility (W·m⁻²·sr⁻¹ for each unit of `I W`).
+    /// Its value, with visibility, over what its probability is proportional to: `I_i w_j`, or `u` of a listed pair's.
     unit: Rgb,
 }
 
 /// A pair of the cut, with its samples.
 #[derive(Clone, Debug, Default)]
 struct Stratum {
-    in_cut: bool,
-    /// Whether its samples are all its terms.
-    whole: bool,
-    /// Upper bound `R` (W·m⁻²·sr⁻¹); zero if the pair contributes nothing.
-    upper: f64,
-    /// Into [`InheritedCut::samples`].
+    was_split: bool,
+    /// Into [`InheritedCut::samples`]; none if the pair was split, contributes nothing, or is evaluated as a whole.
     samples: SmallVec<[u32; 4]>,
+}
+
+/// Where the value of a term of the batch goes.
+#[derive(Clone, Copy, Debug)]
+enum Destination {
+    /// A sample.
+    Sample(u32),
+    /// The sum of what is evaluated as a whole.
+    Whole,
 }
 
 /// A cut whose strata inherit samples.
@@ -59,7 +76,11 @@ pub struct InheritedCut<'a, B, O> {
     stream: Stream,
     strata: Vec<Stratum>,
     samples: Vec<Sample>,
+    /// `E`.
+    whole: RgbSum,
     batch: TermBatch,
+    /// Of the terms of the batch.
+    destinations: Vec<Destination>,
     visibility: Vec<f32>,
     pairs: u64,
     segments: u64,
@@ -76,38 +97,48 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         transport: Transport,
         stream: Stream,
     ) -> Option<Self> {
-        let refinement = Refinement::new(clusters, order)?;
-        let upper = clusters.upper(&refinement.pairs()[0]);
+        let listing = Listing { transport, most: LISTED };
         let mut cut = Self {
-            refinement,
+            refinement: Refinement::new(clusters, order, Some(listing))?,
             tracer,
             transport,
             stream,
-            strata: vec![Stratum { in_cut: true, upper, ..Stratum::default() }],
+            strata: vec![Stratum::default()],
             samples: Vec::new(),
+            whole: RgbSum::default(),
             batch: TermBatch::default(),
+            destinations: Vec::new(),
             visibility: Vec::new(),
             pairs: 1,
             segments: 0,
         };
+        cut.take(0, &[], None);
         cut.fill(0);
-        cut.trace(0);
+        cut.trace();
         Some(cut)
     }
 
     /// Refines until there are `pairs` pairs or nothing can be split, and draws and traces what new strata lack.
     pub fn grow(&mut self, pairs: u64) {
-        let (first_pair, first_sample) = (self.strata.len(), self.samples.len());
+        let first = self.strata.len();
         while self.pairs < pairs {
-            let Some(split) = self.refinement.split_next() else { break };
-            self.split(split.parent as usize, split.children as usize);
+            let Some(next) = self.refinement.split_next() else { break };
+            let (parent, children) = (next.parent as usize, next.children as usize);
+            let inherited = std::mem::take(&mut self.strata[parent].samples);
+            let from = self.refinement.known(parent).listed;
+            self.strata[parent].was_split = true;
+            self.pairs += 1;
+            for child in [children, children + 1] {
+                self.strata.push(Stratum::default());
+                self.take(child, &inherited, from);
+            }
         }
-        for number in first_pair..self.strata.len() {
-            if self.strata[number].in_cut {
+        for number in first..self.strata.len() {
+            if !self.strata[number].was_split {
                 self.fill(number);
             }
         }
-        self.trace(first_sample);
+        self.trace();
     }
 
     /// Whether nothing can be split any more: the estimate is the whole sum.
@@ -125,100 +156,138 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         self.segments
     }
 
+    /// Terms of the whole sum.
+    pub fn terms(&self) -> u64 {
+        self.refinement.clusters().terms(&self.refinement.pairs()[0])
+    }
+
     /// The estimate, in the order of the pairs, and what each stratum that is not whole says.
     pub fn summarize(&self, strata: &mut Vec<stratified::Stratum>) -> RgbSum {
         strata.clear();
-        let mut sum = RgbSum::default();
+        let mut sum = self.whole;
         for (number, (stratum, pair)) in self.strata.iter().zip(self.refinement.pairs()).enumerate() {
-            if !stratum.in_cut || stratum.samples.is_empty() {
+            if stratum.samples.is_empty() {
                 continue;
             }
-            let values = stratum.samples.iter().map(|&k| self.samples[k as usize]);
-            if stratum.whole {
-                let clusters = self.refinement.clusters();
-                values.for_each(|s| sum.add(scaled(s.unit, clusters.weight_of_term(s.term))));
-                continue;
-            }
-            let weight = self.refinement.clusters().weight(pair);
+            let known = self.refinement.known(number);
+            let weight =
+                known.listed.map_or_else(|| self.refinement.clusters().weight(pair), |listed| listed.upper);
+            let values = stratum.samples.iter().map(|&k| self.samples[k as usize].unit);
             let n = stratum.samples.len() as f64;
             let mut mean = 0.0;
-            for sample in values.clone() {
-                sum.add(scaled(sample.unit, weight / n));
-                mean += f64::from(sample.unit.luminance()) / n;
+            for unit in values.clone() {
+                sum.add(scaled(unit, weight / n));
+                mean += f64::from(unit.luminance()) / n;
             }
             let squares: f64 = values
-                .map(|s| f64::from(s.unit.luminance()) - mean)
+                .map(|unit| f64::from(unit.luminance()) - mean)
                 .map(|deviation| deviation * deviation)
                 .sum();
+            // What is expected to be in shadow and is seen in the light is a reason to expect more.
+            let expected = EXPECTATION_WEIGHT * known.expectation.importance_visibility;
+            let seen = (n * mean * weight / known.upper).min(n);
+            let visibility = (expected + seen) / (EXPECTATION_WEIGHT + n);
             strata.push(stratified::Stratum {
                 samples: stratum.samples.len() as u32,
-                upper: stratum.upper,
-                importance_range: self.refinement.expectation(number).importance_range,
+                upper: known.upper,
+                importance_range: known.upper * visibility.sqrt(),
                 variance: squares * weight * weight / (n - 1.0),
             });
         }
         sum
     }
 
-    /// Takes two children for their parent, and hands the parent's samples on.
-    fn split(&mut self, parent: usize, children: usize) {
-        let inherited = std::mem::take(&mut self.strata[parent].samples);
-        self.strata[parent].in_cut = false;
-        self.pairs += 1;
-        let clusters = self.refinement.clusters();
-        for number in [children, children + 1] {
-            let pair = &self.refinement.pairs()[number];
-            let upper = clusters.upper(pair);
-            let holds = |&k: &u32| clusters.holds(pair, self.samples[k as usize].term);
-            // A pair that contributes nothing needs no samples, and one that is evaluated as a whole needs each term once.
-            let keeps = upper > 0.0 && !self.refinement.is_finest(pair);
-            let samples =
-                if keeps { inherited.iter().copied().filter(holds).collect() } else { SmallVec::new() };
-            self.strata.push(Stratum { in_cut: true, whole: false, upper, samples });
+    /// Takes a pair into the cut, with those samples of its parent that lie in it; `from` is what is known of the parent's terms.
+    fn take(&mut self, number: usize, inherited: &[u32], from: Option<Listed>) {
+        let (clusters, pair) = (*self.refinement.clusters(), self.refinement.pairs()[number]);
+        let known = *self.refinement.known(number);
+        if known.upper <= 0.0 {
+            return;
+        }
+        let inside =
+            inherited.iter().copied().filter(|&k| clusters.holds(&pair, self.samples[k as usize].term));
+        let mut samples: SmallVec<[u32; 4]> = inside.collect();
+        if known.is_finest {
+            self.evaluate_whole(number, &samples, from);
+            return;
+        }
+        if let (Some(listed), None, false) = (&known.listed, from, samples.is_empty()) {
+            let terms = self.refinement.terms();
+            let share = |term: Term| terms.unoccluded(listed, term) / clusters.weight_of_term(term);
+            let most = clusters.all_terms(&pair).map(share).fold(0.0, f64::max);
+            samples.retain(|k| {
+                let sample = &mut self.samples[*k as usize];
+                let share = share(sample.term);
+                let keep = self.stream.uniform_f64() * most < share;
+                if keep {
+                    sample.unit = scaled(sample.unit, 1.0 / share);
+                }
+                keep
+            });
+        }
+        self.strata[number].samples = samples;
+    }
+
+    /// Adds all terms of a pair to the sum; those that have been drawn are known.
+    fn evaluate_whole(&mut self, number: usize, drawn: &[u32], from: Option<Listed>) {
+        let (clusters, pair) = (*self.refinement.clusters(), self.refinement.pairs()[number]);
+        for term in clusters.all_terms(&pair) {
+            let known = drawn.iter().map(|&k| &self.samples[k as usize]).find(|sample| sample.term == term);
+            if let Some(sample) = known {
+                let measure = match &from {
+                    Some(listed) => self.refinement.terms().unoccluded(listed, term),
+                    None => clusters.weight_of_term(term),
+                };
+                self.whole.add(scaled(sample.unit, measure));
+            } else {
+                self.evaluate(term, 1.0, Destination::Whole);
+            }
         }
     }
 
     /// Draws what a stratum lacks.
     fn fill(&mut self, number: usize) {
-        let pair = self.refinement.pairs()[number];
-        if self.strata[number].upper <= 0.0 {
+        let known = *self.refinement.known(number);
+        if known.upper <= 0.0 || known.is_finest {
             return;
         }
-        let clusters = *self.refinement.clusters();
-        if self.refinement.is_finest(&pair) {
-            self.strata[number].whole = true;
-            let light = clusters.lights.nodes()[pair.light as usize];
-            let points = clusters.points.nodes()[pair.points as usize];
-            for light in light.first..light.first + light.count {
-                for point in points.first..points.first + points.count {
-                    self.evaluate(number, Term { light, point });
-                }
-            }
-        } else {
-            while self.strata[number].samples.len() < SAMPLES {
+        let (clusters, pair) = (*self.refinement.clusters(), self.refinement.pairs()[number]);
+        while self.strata[number].samples.len() < SAMPLES {
+            let (term, measure) = if let Some(listed) = &known.listed {
+                let terms = self.refinement.terms();
+                let term = terms.draw(&clusters, &pair, listed, self.stream.uniform_f64());
+                (term, terms.unoccluded(listed, term))
+            } else {
                 let term = clusters.draw(&pair, &mut self.stream);
-                self.evaluate(number, term);
-            }
+                (term, clusters.weight_of_term(term))
+            };
+            let sample = self.samples.len() as u32;
+            self.strata[number].samples.push(sample);
+            self.samples.push(Sample { term, unit: Rgb::BLACK });
+            self.evaluate(term, 1.0 / measure, Destination::Sample(sample));
         }
     }
 
-    fn evaluate(&mut self, number: usize, term: Term) {
+    fn evaluate(&mut self, term: Term, factor: f64, destination: Destination) {
         let clusters = self.refinement.clusters();
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-        self.batch.push(&self.transport, point, light, 1.0 / clusters.weight_of_term(term));
-        self.strata[number].samples.push(self.samples.len() as u32);
-        self.samples.push(Sample { term, unit: Rgb::BLACK });
+        self.batch.push(&self.transport, point, light, factor);
+        self.destinations.push(destination);
     }
 
-    /// Traces the batch, whose terms are the samples from `first` on.
-    fn trace(&mut self, first: usize) {
+    /// Traces the batch.
+    fn trace(&mut self) {
         self.tracer.visibility(self.batch.segments(), &mut self.visibility);
         self.batch.shadow(&self.visibility);
-        for (sample, &value) in self.samples[first..].iter_mut().zip(self.batch.values()) {
-            sample.unit = value;
+        for (&value, destination) in self.batch.values().iter().zip(&self.destinations) {
+            match destination {
+                Destination::Sample(k) => self.samples[*k as usize].unit = value,
+                Destination::Whole => self.whole.add(value),
+            }
         }
         self.segments += self.batch.segments().len() as u64;
         self.batch.clear();
+        self.destinations.clear();
     }
 }
 

@@ -10,7 +10,8 @@
 //! * [`Scheme`]: how a pair is estimated, by [`Strata`] or by [`Representatives`].
 //! * [`StoppingRule`]: when a cut is fine enough; a closed family.
 //! * [`Refiner`]: all of these together, as the published methods do it.
-//! * [`InheritedCut`]: strata that keep their samples when they are split.
+//! * [`InheritedCut`]: strata that keep their samples when they are split; small ones with all their terms [listed](ListedTerms).
+//! * [`PilotVisibility`]: what other pixels of the neighbourhood see.
 //!
 //! # Guarantee
 //! The partition is a function of bounds, which samples do not enter; so the samples of a cut are independent of it. But *when* the published rules
@@ -22,6 +23,8 @@
 mod clusters;
 mod estimation;
 mod inherited;
+mod listed;
+mod pilot;
 mod refinement;
 mod sampling;
 mod stopping;
@@ -34,8 +37,10 @@ mod tests;
 pub use clusters::{Clusters, Pair, gather_tree};
 pub use estimation::{CutEnd, CutEstimate, Refiner};
 pub use inherited::InheritedCut;
-pub use refinement::{ByUpper, Expectation, Order, Refinement, Split};
+pub use listed::{Listed, ListedTerms, Listing};
+pub use pilot::{CellVisibility, Pilot, PilotVisibility};
+pub use refinement::{ByUpper, Candidate, Expectation, Known, Order, Refinement, Split};
 pub use sampling::{PairEstimate, Representative, Representatives, Scheme, Strata};
 pub use stopping::{Progress, StoppingRule};
 pub use terms::{Term, TermBatch};
-pub use visibility::{ByVisibility, Pilot, PilotVisibility};
+pub use visibility::ByVisibility;

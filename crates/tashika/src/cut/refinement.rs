@@ -7,14 +7,26 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::clusters::{Clusters, Pair};
+use super::listed::{Listed, ListedTerms, Listing};
 use crate::bounds::UpperMaterial;
+
+/// A pair that is to be ranked.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidate<'a> {
+    /// The pair.
+    pub pair: &'a Pair,
+    /// `R`: no drawn term has a higher luminance (W·m⁻²·sr⁻¹). Above zero.
+    pub upper: f64,
+    /// Whether its terms are [listed](super::ListedTerms), so that visibility alone makes them differ.
+    pub is_listed: bool,
+}
 
 /// Ranks pairs for refinement.
 ///
 /// It is given no way to the samples of an estimate: that is what makes the partition independent of them.
 pub trait Order {
-    /// What is expected of a pair that can be split and has a positive bound.
-    fn expect<B: UpperMaterial>(&mut self, clusters: &Clusters<'_, B>, pair: &Pair) -> Expectation;
+    /// What is expected of a pair that can be split.
+    fn expect(&mut self, candidate: &Candidate<'_>) -> Expectation;
 
     /// Terms up to which a pair is not split any more, but evaluated as a whole. At least 1.
     fn finest(&self) -> u64;
@@ -25,8 +37,8 @@ pub trait Order {
 pub struct Expectation {
     /// The higher, the earlier the pair is split; not negative.
     pub rank: f64,
-    /// About the largest luminance of a drawn term (W·m⁻²·sr⁻¹); at most the upper bound `R`, and unlike that not proven.
-    pub importance_range: f64,
+    /// About the share of the pair that is visible, in `[0, 1]`; not proven.
+    pub importance_visibility: f64,
 }
 
 /// By upper bound `R`: the order of all published methods, and of certificates, which the largest bounds decide.
@@ -37,9 +49,8 @@ pub struct ByUpper {
 }
 
 impl Order for ByUpper {
-    fn expect<B: UpperMaterial>(&mut self, clusters: &Clusters<'_, B>, pair: &Pair) -> Expectation {
-        let upper = clusters.upper(pair);
-        Expectation { rank: upper, importance_range: upper }
+    fn expect(&mut self, candidate: &Candidate<'_>) -> Expectation {
+        Expectation { rank: candidate.upper, importance_visibility: 1.0 }
     }
 
     fn finest(&self) -> u64 {
@@ -58,13 +69,27 @@ pub struct Split {
     pub rank: f64,
 }
 
+/// What is known of a pair before anything is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// `R`, the luminance that no drawn term exceeds (W·m⁻²·sr⁻¹); zero if the pair contributes nothing.
+    pub upper: f64,
+    /// Its terms, if they are listed.
+    pub listed: Option<Listed>,
+    /// Whether it is evaluated as a whole.
+    pub is_finest: bool,
+    /// What the order expects of it; nothing if it is not split.
+    pub expectation: Expectation,
+}
+
 /// All pairs that have been made so far, and those that can be split next.
 #[derive(Debug)]
 pub struct Refinement<'a, B, O> {
     clusters: Clusters<'a, B>,
     order: O,
+    terms: Option<ListedTerms>,
     pairs: Vec<Pair>,
-    expectations: Vec<Expectation>,
+    known: Vec<Known>,
     waiting: BinaryHeap<Waiting>,
 }
 
@@ -97,12 +122,18 @@ impl PartialEq for Waiting {
 impl Eq for Waiting {}
 
 impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
-    /// The cut of a single pair; `None` if the sum has no terms.
-    pub fn new(clusters: Clusters<'a, B>, order: O) -> Option<Self> {
+    /// The cut of a single pair; `None` if the sum has no terms. Without `listing`, pairs are known by their bounds alone.
+    pub fn new(clusters: Clusters<'a, B>, order: O, listing: Option<Listing>) -> Option<Self> {
         let root = clusters.root()?;
-        let mut refinement =
-            Self { clusters, order, pairs: Vec::new(), expectations: Vec::new(), waiting: BinaryHeap::new() };
-        refinement.add(root);
+        let mut refinement = Self {
+            clusters,
+            order,
+            terms: listing.map(ListedTerms::new),
+            pairs: Vec::new(),
+            known: Vec::new(),
+            waiting: BinaryHeap::new(),
+        };
+        refinement.add(root, None);
         Some(refinement)
     }
 
@@ -116,22 +147,26 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
         &self.pairs
     }
 
-    /// What is expected of a pair, by number; nothing of those that are not split.
-    pub fn expectation(&self, pair: usize) -> &Expectation {
-        &self.expectations[pair]
+    /// What is known of a pair, by number.
+    pub fn known(&self, pair: usize) -> &Known {
+        &self.known[pair]
     }
 
-    /// Whether a pair is evaluated as a whole.
-    pub fn is_finest(&self, pair: &Pair) -> bool {
-        self.clusters.terms(pair) <= self.order.finest()
+    /// The terms of listed pairs.
+    ///
+    /// # Panics
+    /// If none are to be listed.
+    pub fn terms(&self) -> &ListedTerms {
+        self.terms.as_ref().expect("pairs are listed")
     }
 
     /// Splits the pair of the highest rank; `None` if all that is left are pairs that are evaluated as a whole, or contribute nothing.
     pub fn split_next(&mut self) -> Option<Split> {
         let Waiting { rank, pair: parent } = self.waiting.pop()?;
         let children = self.pairs.len() as u32;
+        let listed = self.known[parent as usize].listed;
         for child in self.clusters.split(&self.pairs[parent as usize]) {
-            self.add(child);
+            self.add(child, listed);
         }
         Some(Split { parent, children, rank })
     }
@@ -141,13 +176,28 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
         self.waiting.peek().map(|w| w.rank)
     }
 
-    fn add(&mut self, pair: Pair) {
-        let mut expectation = Expectation::default();
-        if self.clusters.upper(&pair) > 0.0 && !self.is_finest(&pair) {
-            expectation = self.order.expect(&self.clusters, &pair);
-            self.waiting.push(Waiting { rank: expectation.rank, pair: self.pairs.len() as u32 });
+    fn add(&mut self, pair: Pair, listed_parent: Option<Listed>) {
+        let bound = self.clusters.upper(&pair);
+        let mut known = Known {
+            upper: bound,
+            listed: None,
+            is_finest: self.clusters.terms(&pair) <= self.order.finest(),
+            expectation: Expectation::default(),
+        };
+        if let (Some(terms), true) = (&mut self.terms, bound > 0.0) {
+            known.listed = terms.list(&self.clusters, &pair, listed_parent);
+            if let Some(listed) = &known.listed {
+                known.upper = listed.upper;
+                known.is_finest |= u64::from(listed.lit) <= self.order.finest();
+            }
         }
-        self.expectations.push(expectation);
+        if known.upper > 0.0 && !known.is_finest {
+            let candidate = Candidate { pair: &pair, upper: known.upper, is_listed: known.listed.is_some() };
+            known.expectation = self.order.expect(&candidate);
+            let waiting = Waiting { rank: known.expectation.rank, pair: self.pairs.len() as u32 };
+            self.waiting.push(waiting);
+        }
+        self.known.push(known);
         self.pairs.push(pair);
     }
 }

@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::integrator::{ControlOptions, LitBy, Method, Setting};
 use crate::render::Progress;
+use crate::report::Tolerance;
 
 /// What methods are held against each other on.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +63,11 @@ impl Cell {
         cells
     }
 
+    /// What it is judged by.
+    pub fn allowed(&self) -> Tolerance {
+        Tolerance { relative: self.tolerance, absolute: self.options.absolute_error }
+    }
+
     /// The confidence that it is told, if it states an interval.
     pub fn confidence(&self) -> Option<f64> {
         self.method.states_interval().then_some(self.options.confidence)
@@ -85,7 +91,7 @@ impl Ground<'_> {
     /// # Errors
     /// As [`Pixels::render`] and [`Pool::add`].
     pub fn run(&self, cell: &Cell, watch: &Watch<'_>) -> Result<Option<(Pool, f64)>> {
-        let (mut pool, mut seconds) = (Pool::new(cell.tolerance), 0.0);
+        let (mut pool, mut seconds) = (Pool::new(cell.allowed()), 0.0);
         let mut before = Progress { of: cell.seeds * self.pixels.count(), ..Progress::default() };
         for seed in 1..=cell.seeds {
             let integrator = cell.method.integrator(self.lit_by, &ControlOptions { seed, ..cell.options });

@@ -49,7 +49,7 @@ impl Share {
 /// Trials, and what became of them.
 #[derive(Clone, Debug)]
 pub struct Pool {
-    tolerance: f64,
+    tolerance: Tolerance,
     errors: Vec<f64>,
     claims: Share,
     budget_hit: u64,
@@ -58,8 +58,8 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// A pool without trials, for that relative tolerance.
-    pub fn new(tolerance: f64) -> Self {
+    /// A pool without trials, for that tolerance.
+    pub fn new(tolerance: Tolerance) -> Self {
         let claims = Share { count: 0, of: 0 };
         Self { tolerance, errors: Vec::new(), claims, budget_hit: 0, pairs: 0.0, rays: 0.0 }
     }
@@ -75,8 +75,7 @@ impl Pool {
         let name = film.metadata().text("method").unwrap_or("estimate");
         let image = Named { name: Path::new(name), film };
         let reference = Named { name: Path::new("reference"), film: reference };
-        let tolerance = Tolerance { relative: self.tolerance, absolute: 0.0 };
-        let comparison = compare(image, reference, &tolerance)?;
+        let comparison = compare(image, reference, &self.tolerance)?;
         if let Some(claims) = &comparison.claims {
             self.claims.count += claims.kept;
             self.claims.of += claims.of;
@@ -105,7 +104,7 @@ impl Pool {
 
     /// Trials within the tolerance.
     pub fn within(&self) -> Share {
-        let count = self.errors.iter().filter(|error| **error <= self.tolerance).count() as u64;
+        let count = self.errors.iter().filter(|error| **error <= self.tolerance.relative).count() as u64;
         Share { count, of: self.trials() }
     }
 

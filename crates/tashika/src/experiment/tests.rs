@@ -9,6 +9,7 @@ use crate::film::{Film, PlaneSpec, SampleKind, Window};
 use crate::gather::{GatherOptions, View};
 use crate::integrator::{ControlOptions, Exact, LitBy, Method, Setting};
 use crate::render::{Progress, render_pixels, with_threads};
+use crate::report::Tolerance;
 use crate::scene::builtin;
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{VplOptions, VplSet};
@@ -106,7 +107,7 @@ fn trials_of_all_seeds_are_pooled() {
         (f32::INFINITY, 0.0, 2, 3, 6.0, 3.0),
         (1.015, 0.02, 2, 3, 8.0, 1.0),
     ]);
-    let mut pool = Pool::new(0.02);
+    let mut pool = Pool::new(Tolerance::default());
     assert_eq!((pool.trials(), pool.within().value(), pool.quantile(100)), (0, None, f64::INFINITY));
     assert_eq!(pool.add(&first, &reference).unwrap().pixels, 3);
     pool.add(&second, &reference).unwrap();
@@ -266,7 +267,7 @@ fn a_search_ends_just_below_the_limit() {
 #[test]
 fn tables_are_aligned_and_pages_escape() {
     let pool = {
-        let mut pool = Pool::new(0.02);
+        let mut pool = Pool::new(Tolerance::default());
         let made = (1.01, 0.0, 0, 4, 2000.0, 1.0);
         pool.add(&film(&[made; 3]), &film(&[(1.0, 0.0, 1, 1, 9.0, 9.0); 3])).unwrap();
         pool

@@ -18,6 +18,9 @@ pub struct Lights<'a> {
 pub struct ControlOptions {
     /// Relative error `ε`. Lower values cost more. Default 0.02; above 0, at most 1.
     pub error: f64,
+    /// Absolute error that is enough where it is more than `ε` of the pixel: for the dark, where nobody sees a relative error
+    /// (W·m⁻²·sr⁻¹). Default 0; at least 0. Only our own method takes it.
+    pub absolute_error: f64,
     /// Confidence of the interval, for the methods that state one. Higher values cost more. Default 0.95; in (0, 1).
     pub confidence: f64,
     /// Pairs beyond which a cut does not grow. Default: what the method's source says, or [`MANY_PAIRS`]. At least 1.
@@ -28,7 +31,7 @@ pub struct ControlOptions {
 
 impl Default for ControlOptions {
     fn default() -> Self {
-        Self { error: 0.02, confidence: 0.95, max_pairs: None, seed: 1 }
+        Self { error: 0.02, absolute_error: 0.0, confidence: 0.95, max_pairs: None, seed: 1 }
     }
 }
 
@@ -41,6 +44,9 @@ impl ControlOptions {
     pub fn validate(&self) -> Result<()> {
         if !(self.error > 0.0 && self.error <= 1.0) {
             return Err(Error::option("error", self.error, "above 0, at most 1 (100%)"));
+        }
+        if !(self.absolute_error >= 0.0 && self.absolute_error.is_finite()) {
+            return Err(Error::option("absolute", self.absolute_error, "a radiance of 0 or more"));
         }
         if !(self.confidence > 0.0 && self.confidence < 1.0) {
             return Err(Error::option("confidence", self.confidence, "above 0 and below 1 (100%)"));

@@ -4,14 +4,14 @@
 //!
 //! 1. refine the cut by a fixed factor, in an order that no sample of the estimate has a say in;
 //! 2. draw what new strata lack, and trace all segments together;
-//! 3. state an interval ([`stats::stratified`](crate::stats)); stop if its half-width is at most `ε L̂ / (1 + ε)`.
+//! 3. state an interval ([`stats::stratified`](crate::stats)); stop if its half-width is at most `max(ε L̂ / (1 + ε), ε_abs)`.
 //!
 //! With the half-width at most `ε L̂ / (1 + ε)`, the error is at most `ε L` relative to the *true* sum, whenever the interval holds.
 //!
 //! | claim | order of refinement | interval |
 //! |---|---|---|
 //! | [`Claim::Calibrated`] | by upper bounds and pilot visibility ([`PilotVisibility`]) | Student's, with a term for what is rare and bright; measured coverage |
-//! | [`Claim::Certified`] | by upper bounds | a finite-sample certificate, with a share of `δ` for every look; proven |
+//! | [`Claim::Certified`] | by upper bounds | a finite-sample certificate, with `δ/J` for each of the `J` looks that there can be; proven |
 //!
 //! # Assumptions of the certificate
 //! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of bounds and of draws that the estimate does not
@@ -19,8 +19,9 @@
 //! pixel's sum over the given VPLs and gather points, without what is seen directly, which is exact.
 //!
 //! # Differences to the published methods
-//! Samples are inherited; pairs whose lights other pixels near by do not see are split late; looks are few; the interval knows of rare light;
-//! pairs of two terms are evaluated as a whole; the error is relative to the truth. The record says what each is worth.
+//! Samples are inherited; pairs whose lights other pixels near by do not see are split late; terms of small pairs are drawn in proportion to what
+//! they would contribute unoccluded; looks are few; the interval knows of rare light; pairs of two terms are evaluated as a whole; the error is
+//! relative to the truth. The record says what each is worth.
 //!
 //! Tested by the suite's `control`.
 
@@ -30,18 +31,42 @@ use std::sync::OnceLock;
 use super::{ControlOptions, ErrorClaim, Integrator, Lights, MANY_PAIRS, PixelEstimate, Setting, StopReason};
 use crate::bounds::{UpperAnalytic, UpperMaterial};
 use crate::color::RgbSum;
-use crate::cut::{ByUpper, Clusters, InheritedCut, Order, Pilot, PilotVisibility, gather_tree};
+use crate::cut::{
+    ByUpper, CellVisibility, Clusters, InheritedCut, Order, Pilot, PilotVisibility, gather_tree,
+};
 use crate::film::{Metadata, Window};
 use crate::rng::{self, Purpose, Stream};
-use crate::stats::stratified::{Spread, share_of_look};
+use crate::stats::stratified::Spread;
 use crate::transport::Transport;
 
-/// Pairs at the first look. Fewer looks at small cuts mean fewer chances to be fooled by samples that are all alike.
-const FIRST_LOOK: u64 = 64;
-/// By what the cut grows from look to look.
-const GROWTH: f64 = 1.15;
-/// The same for certificates, which pay for every look.
-const CERTIFIED_GROWTH: f64 = 1.3;
+/// When a cut is looked at: at a number of pairs, and whenever it has grown by a factor since.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Schedule {
+    first: u64,
+    growth: f64,
+}
+
+/// Fewer looks at small cuts would mean fewer chances to be fooled by samples that are all alike, and more pairs than needed.
+const CALIBRATED: Schedule = Schedule { first: 64, growth: 1.15 };
+/// Certificates pay for every look.
+const CERTIFIED: Schedule = Schedule { first: 512, growth: 1.3 };
+
+impl Schedule {
+    /// Pairs at the look after the one at `pairs`.
+    fn next(&self, pairs: u64) -> u64 {
+        ((pairs as f64 * self.growth) as u64).max(pairs + 1)
+    }
+
+    /// How many looks there are at most until a cut has `most` pairs.
+    fn looks(&self, most: u64) -> u32 {
+        let (mut pairs, mut looks) = (self.first, 1);
+        while pairs < most {
+            pairs = self.next(pairs);
+            looks += 1;
+        }
+        looks
+    }
+}
 
 /// Terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
 const FINEST: u64 = 2;
@@ -90,7 +115,12 @@ impl<'a> Tashika<'a> {
         Self { lights, options: *options, claim, pilot: OnceLock::new() }
     }
 
-    fn pixel(&self, setting: &Setting<'_>, [x, y]: [u32; 2]) -> PixelEstimate {
+    fn pixel(
+        &self,
+        setting: &Setting<'_>,
+        [x, y]: [u32; 2],
+        visibility: Option<&CellVisibility<'_>>,
+    ) -> PixelEstimate {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let number = u64::from(y) << 32 | u64::from(x);
         let key = rng::key(self.options.seed, Purpose::Cut, number);
@@ -99,21 +129,17 @@ impl<'a> Tashika<'a> {
         let points = gather_tree::<UpperAnalytic>(&pixel.points);
         let clusters = Clusters { lights: self.lights.tree, points: &points, clamp_distance };
         let samples = Stream::new(key, Purpose::Cut, 0);
-        let (ended, pairs, rays) = match self.claim {
-            Claim::Calibrated => {
-                let lights = self.lights.tree;
-                let visibility = self
-                    .pilot
-                    .get_or_init(|| PilotVisibility::new(lights, setting.view.size, self.options.seed));
-                let pilot = Pilot { tracer: setting.tracer, view: setting.view, lights, transport };
-                let order = visibility.order_at(&pilot, [x, y]);
+        let (ended, pairs, segments) = match visibility {
+            Some(visibility) => {
+                let order = visibility.order();
                 self.control(InheritedCut::new(clusters, order, setting.tracer, transport, samples))
             }
-            Claim::Certified => {
+            None => {
                 let order = ByUpper { finest: FINEST };
                 self.control(InheritedCut::new(clusters, order, setting.tracer, transport, samples))
             }
         };
+        let rays = segments + visibility.map_or(0, |v| v.segments_per_pixel);
         let mut radiance = ended.sum;
         radiance.add(pixel.background);
         let (half_width, confidence) = (ended.half_width as f32, self.options.confidence as f32);
@@ -145,21 +171,20 @@ impl<'a> Tashika<'a> {
             };
             return (nothing, 0, 0);
         };
-        let error = self.options.error;
         let max_pairs = self.max_pairs();
-        let growth = match self.claim {
-            Claim::Calibrated => GROWTH,
-            Claim::Certified => CERTIFIED_GROWTH,
+        let schedule = match self.claim {
+            Claim::Calibrated => CALIBRATED,
+            Claim::Certified => CERTIFIED,
         };
+        let looks = schedule.looks(max_pairs.min(cut.terms()));
         let mut strata = Vec::new();
-        let mut wanted = FIRST_LOOK;
-        let mut look = 1;
+        let mut wanted = schedule.first;
         loop {
             cut.grow(wanted.min(max_pairs));
             let sum = cut.summarize(&mut strata);
             let spread = Spread::of(&strata);
-            let half_width = self.half_width(&spread, look);
-            let tolerance = error / (1.0 + error) * sum.luminance();
+            let half_width = self.half_width(&spread, looks);
+            let tolerance = self.tolerance(sum.luminance());
             let stop = if strata.is_empty() {
                 Some(StopReason::Complete)
             } else if half_width <= tolerance {
@@ -173,8 +198,7 @@ impl<'a> Tashika<'a> {
                 let ended = Ended { sum, spread, half_width, stop };
                 return (ended, cut.pairs(), cut.segments());
             }
-            wanted = ((cut.pairs() as f64 * growth) as u64).max(cut.pairs() + 1);
-            look += 1;
+            wanted = schedule.next(wanted);
         }
     }
 
@@ -182,12 +206,27 @@ impl<'a> Tashika<'a> {
         self.options.max_pairs.unwrap_or(MANY_PAIRS)
     }
 
-    fn half_width(&self, spread: &Spread, look: u32) -> f64 {
+    /// Half-width that is narrow enough for an estimate.
+    fn tolerance(&self, luminance: f64) -> f64 {
+        let ControlOptions { error, absolute_error, .. } = self.options;
+        (error / (1.0 + error) * luminance).max(absolute_error)
+    }
+
+    /// Half-width at one of that many looks.
+    fn half_width(&self, spread: &Spread, looks: u32) -> f64 {
         let delta = 1.0 - self.options.confidence;
         match self.claim {
             Claim::Calibrated => spread.calibrated(self.options.confidence),
-            Claim::Certified => spread.certified(delta * share_of_look(look)),
+            Claim::Certified => spread.certified(delta / f64::from(looks)),
         }
+    }
+
+    /// What the neighbourhood of a cell sees of the lights.
+    fn about(&self, setting: &Setting<'_>, cell: [u32; 2]) -> CellVisibility<'_> {
+        let transport = Transport::new(self.lights.provenance.clamp_distance);
+        let pilot = Pilot { tracer: setting.tracer, view: setting.view, lights: self.lights.tree, transport };
+        let visibility = self.pilot.get_or_init(|| PilotVisibility::new(&pilot, self.options.seed));
+        visibility.about(&pilot, cell)
     }
 }
 
@@ -200,6 +239,7 @@ impl Integrator for Tashika<'_> {
         super::describe_lights(self.lights.provenance, metadata);
         let o = &self.options;
         metadata.set("error", o.error);
+        metadata.set("error_absolute", o.absolute_error);
         metadata.set("confidence", o.confidence);
         metadata.set("claim", self.claim.to_string());
         metadata.set("max_pairs", self.max_pairs());
@@ -207,6 +247,40 @@ impl Integrator for Tashika<'_> {
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
-        tile.pixels().map(|(x, y)| self.pixel(setting, [x, y])).collect()
+        let mut cells: Vec<([u32; 2], CellVisibility<'_>)> = Vec::new();
+        let mut estimate = |pixel: [u32; 2]| {
+            if self.claim == Claim::Certified {
+                return self.pixel(setting, pixel, None);
+            }
+            let cell = PilotVisibility::cell_of(pixel);
+            let place = cells.iter().position(|(known, _)| *known == cell).unwrap_or_else(|| {
+                cells.push((cell, self.about(setting, cell)));
+                cells.len() - 1
+            });
+            self.pixel(setting, pixel, Some(&cells[place].1))
+        };
+        tile.pixels().map(|(x, y)| estimate([x, y])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The number of looks that a certificate pays for is the number of looks that there can be.
+    #[test]
+    fn looks_are_counted() {
+        for schedule in [CALIBRATED, CERTIFIED, Schedule { first: 1, growth: 1.0 }] {
+            for most in [1, 2, 63, 64, 65, 511, 512, 513, 1000, 4000] {
+                let (mut wanted, mut looks) = (schedule.first, 1);
+                // As `control` does it: the last look is at a cut that is whole, or out of budget.
+                while wanted.min(most) < most {
+                    wanted = schedule.next(wanted);
+                    looks += 1;
+                }
+                assert_eq!(schedule.looks(most), looks, "{schedule:?} {most}");
+            }
+        }
+        assert!((20..30).contains(&CERTIFIED.looks(1 << 18)));
     }
 }

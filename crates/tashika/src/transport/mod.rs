@@ -45,7 +45,7 @@ struct Link {
 
 impl Transport {
     /// With the geometric term held below `clamp_distance` (m); zero for no clamp.
-    pub fn new(clamp_distance: f32) -> Self {
+    pub const fn new(clamp_distance: f32) -> Self {
         Self { clamp_squared: clamp_distance * clamp_distance }
     }
 

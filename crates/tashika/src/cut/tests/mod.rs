@@ -1,5 +1,8 @@
 //! Pairs, their bounds and their order, on lights and points at random.
 
+mod listed;
+mod pilot;
+
 use super::{ByUpper, Clusters, Pair, Refinement, gather_tree};
 use crate::bounds::tests::many;
 use crate::bounds::{UpperAnalytic, UpperConstant, UpperCubeMap, UpperMaterial};
@@ -85,7 +88,7 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
         let mut s = Stream::new(round as u64, Purpose::Test, 7);
         let (lights, points) = (lights(200, &mut s), gather_tree::<B>(&points(12, &mut s)));
         let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
-        let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }).unwrap();
+        let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }, None).unwrap();
         cut(&mut refinement, 1500);
         let (mut checked, mut lit) = (0, 0);
         for pair in refinement.pairs() {
@@ -135,7 +138,7 @@ fn a_cut_holds_every_term_once() {
     for splits in [0, 1, 10, 100, 1_000_000] {
         let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
         let mut held = vec![0; 60 * 9];
-        for pair in cut(&mut Refinement::new(clusters, ByUpper { finest: 1 }).unwrap(), splits) {
+        for pair in cut(&mut Refinement::new(clusters, ByUpper { finest: 1 }, None).unwrap(), splits) {
             let (c, g) = (&lights.nodes()[pair.light as usize], &points.nodes()[pair.points as usize]);
             for i in c.first..c.first + c.count {
                 for j in g.first..g.first + g.count {
@@ -152,7 +155,7 @@ fn bounds_never_grow_on_the_way_down() {
     let mut s = Stream::new(6, Purpose::Test, 7);
     let (lights, points) = (lights(300, &mut s), gather_tree::<UpperAnalytic>(&points(16, &mut s)));
     let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
-    let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }).unwrap();
+    let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }, None).unwrap();
     let mut last = f64::INFINITY;
     let mut splits = 0;
     while let Some(split) = refinement.split_next() {

@@ -1,0 +1,277 @@
+//! How visible clusters of lights are from parts of the image: what pilot segments, drawn for no estimate, tell.
+//!
+//! The image is divided into cells of [`CELL`] × [`CELL`] pixels, the lights into up to [`CLUSTERS`] nodes of the light tree. For every cell
+//! and cluster [`TRIALS`] segments are traced, from gather points of random pixels of the cell to random lights of the cluster. For a
+//! pixel, those of its own cell and of the eight about it count. From the root of the light tree down,
+//!
+//! ```text
+//! p_node = (s p_parent + Σ V) / (s + trials)          p above the root: ½
+//! ```
+//!
+//! with the trials of all clusters under the node, so that what few trials leave open is decided by the lights around.
+//!
+//! The cost is at most `CLUSTERS · TRIALS / CELL²` = 256 segments a pixel. Cells are measured when they are first asked for.
+//!
+//! # Independence
+//! Pilot points, lights and pixels come from streams of their own ([`Purpose::Guidance`]); a cell is a function of the image and its place,
+//! not of who asks first. So what a pixel learns here is independent of all samples of its estimate.
+
+use std::collections::BinaryHeap;
+use std::sync::OnceLock;
+
+use super::visibility::ByVisibility;
+use crate::accel::{SegmentBatch, Tracer};
+use crate::bounds::LightShape;
+use crate::gather::{GatherOptions, GatherPoint, View};
+use crate::math::Vec3;
+use crate::rng::{self, Purpose, Stream};
+use crate::transport::Transport;
+use crate::tree::{LightNode, LightTree};
+
+/// Side of a cell (pixels).
+const CELL: u32 = 16;
+/// Clusters of lights.
+const CLUSTERS: usize = 8192;
+/// Segments for each cell and cluster.
+const TRIALS: u32 = 8;
+/// `s`: how many trials the visibility of the parent weighs as much as.
+const PARENT_WEIGHT: f32 = 2.0;
+/// Points of the image that say which clusters matter.
+const PROBES: u64 = 256;
+/// Visibility is counted in parts of this: `TRIALS` times as many fit into a byte.
+const PARTS: f32 = 16.0;
+/// Keeps a cluster at a probe's own place finite (m²).
+const LEAST_SQUARED_DISTANCE: f32 = 1e-6;
+
+/// What is needed to trace pilot segments.
+#[derive(Clone, Copy, Debug)]
+pub struct Pilot<'a> {
+    /// Rays.
+    pub tracer: &'a Tracer,
+    /// Gather points.
+    pub view: View<'a>,
+    /// Lights.
+    pub lights: &'a LightTree,
+    /// Which lights can light a point at all.
+    pub transport: Transport,
+}
+
+/// Pilot visibility of an image.
+#[derive(Debug)]
+pub struct PilotVisibility {
+    /// Nodes of the light tree of which visibility is known: the clusters and all nodes above, in the order of the tree.
+    nodes: Vec<u32>,
+    /// Of `nodes`: the place of the parent; the root is its own.
+    parents: Vec<u32>,
+    /// Places in `nodes` of the clusters.
+    clusters: Vec<u32>,
+    /// By node of the light tree: the place of the lowest of `nodes` that holds it.
+    place_of: Vec<u32>,
+    /// Row by row.
+    cells: Vec<OnceLock<Cell>>,
+    columns: u32,
+    rows: u32,
+    seed: u64,
+}
+
+/// What the segments of a cell saw.
+#[derive(Debug)]
+struct Cell {
+    /// By cluster.
+    tallies: Vec<Tally>,
+    /// Segments traced.
+    segments: u64,
+}
+
+/// Trials of a cell and a cluster.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    /// In [`PARTS`] of a segment.
+    visible: u8,
+    trials: u8,
+}
+
+/// Visibility about one cell.
+#[derive(Debug)]
+pub struct CellVisibility<'a> {
+    place_of: &'a [u32],
+    visibility: Vec<f32>,
+    /// Segments that each pixel of the cell cost.
+    pub segments_per_pixel: u64,
+}
+
+impl CellVisibility<'_> {
+    /// The order of refinement that it suggests.
+    pub fn order(&self) -> ByVisibility<'_> {
+        ByVisibility { place_of: self.place_of, visibility: &self.visibility }
+    }
+}
+
+impl PilotVisibility {
+    /// For the image that `pilot` looks at; chooses clusters, but traces no segment yet.
+    pub fn new(pilot: &Pilot<'_>, seed: u64) -> Self {
+        let lights = pilot.lights.nodes();
+        let clusters = choose_clusters(lights, &probes(pilot, seed));
+        let mut place_of = vec![u32::MAX; lights.len()];
+        let (mut nodes, mut parents, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        // Nodes are in depth-first order: a subtree over n lights is 2n − 1 nodes in a row, and those not below a cluster are above one.
+        let mut node = 0_u32;
+        let mut above = vec![0];
+        let mut clusters = clusters.into_iter().peekable();
+        while let Some(light) = lights.get(node as usize) {
+            let place = nodes.len() as u32;
+            nodes.push(node);
+            parents.push(above.pop().expect("every node has a place above it"));
+            if clusters.next_if_eq(&node).is_some() {
+                let end = node + 2 * light.count - 1;
+                place_of[node as usize..end as usize].fill(place);
+                places.push(place);
+                node = end;
+            } else {
+                place_of[node as usize] = place;
+                above.extend([place, place]);
+                node += 1;
+            }
+        }
+        let [columns, rows] = pilot.view.size.map(|side| side.div_ceil(CELL));
+        let cells = (0..columns as usize * rows as usize).map(|_| OnceLock::new()).collect();
+        Self { nodes, parents, clusters: places, place_of, cells, columns, rows, seed }
+    }
+
+    /// The cell that a pixel lies in, as column and row.
+    pub fn cell_of(pixel: [u32; 2]) -> [u32; 2] {
+        pixel.map(|at| at / CELL)
+    }
+
+    /// What is known about a cell.
+    pub fn about(&self, pilot: &Pilot<'_>, [column, row]: [u32; 2]) -> CellVisibility<'_> {
+        let mut sums = vec![[0.0_f32; 2]; self.nodes.len()];
+        for row in row.saturating_sub(1)..(row + 2).min(self.rows) {
+            for column in column.saturating_sub(1)..(column + 2).min(self.columns) {
+                for (&place, tally) in self.clusters.iter().zip(&self.cell(pilot, [column, row]).tallies) {
+                    let [visible, trials] = &mut sums[place as usize];
+                    *visible += f32::from(tally.visible) / PARTS;
+                    *trials += f32::from(tally.trials);
+                }
+            }
+        }
+        for place in (1..sums.len()).rev() {
+            let [visible, trials] = sums[place];
+            let parent = &mut sums[self.parents[place] as usize];
+            *parent = [parent[0] + visible, parent[1] + trials];
+        }
+        let mut visibility: Vec<f32> = Vec::with_capacity(sums.len());
+        for (place, [visible, trials]) in sums.into_iter().enumerate() {
+            let above = if place == 0 { 0.5 } else { visibility[self.parents[place] as usize] };
+            visibility.push((PARENT_WEIGHT * above + visible) / (PARENT_WEIGHT + trials));
+        }
+        let [width, height] = pilot.view.size;
+        let [across, down] =
+            [(column, width), (row, height)].map(|(at, side)| ((at + 1) * CELL).min(side) - at * CELL);
+        let segments_per_pixel =
+            self.cell(pilot, [column, row]).segments.div_ceil(u64::from(across) * u64::from(down));
+        CellVisibility { place_of: &self.place_of, visibility, segments_per_pixel }
+    }
+
+    fn cell(&self, pilot: &Pilot<'_>, [column, row]: [u32; 2]) -> &Cell {
+        let cell = &self.cells[(row * self.columns + column) as usize];
+        cell.get_or_init(|| self.measure(pilot, [column, row]))
+    }
+
+    fn measure(&self, pilot: &Pilot<'_>, [column, row]: [u32; 2]) -> Cell {
+        let [width, height] = pilot.view.size;
+        let key = rng::key(self.seed, Purpose::Guidance, u64::from(row) << 32 | u64::from(column));
+        let mut stream = Stream::new(key, Purpose::Guidance, 0);
+        let within = |first: u32, end: u32, s: &mut Stream| first + s.below(u64::from(end - first)) as u32;
+        let mut points = Vec::new();
+        for trial in 0..TRIALS {
+            let x = within(column * CELL, ((column + 1) * CELL).min(width), &mut stream);
+            let y = within(row * CELL, ((row + 1) * CELL).min(height), &mut stream);
+            points.extend(one_point(pilot, [x, y], key.wrapping_add(u64::from(trial))));
+        }
+        let mut batch = SegmentBatch::default();
+        let mut trials = Vec::with_capacity(self.clusters.len());
+        let mut drawn: Vec<u32> = Vec::new();
+        for &place in &self.clusters {
+            let node = self.nodes[place as usize];
+            drawn.clear();
+            drawn.extend(points.iter().map(|_| pilot.lights.draw(node, stream.uniform_f64())));
+            let before = batch.len();
+            let mut pairs = drawn.iter().zip(&points).peekable();
+            while let Some((&light, point)) = pairs.next() {
+                // Points with the same light, all of them where a cluster is one light, make a fan.
+                let mut fan: smallvec::SmallVec<[&GatherPoint; TRIALS as usize]> = smallvec::smallvec![point];
+                while let Some((_, point)) = pairs.next_if(|(next, _)| **next == light) {
+                    fan.push(point);
+                }
+                let light = pilot.lights.light(light);
+                let facing = |p: &&GatherPoint| !pilot.transport.unoccluded(p, light).is_black();
+                batch.push_fan(light.apex(), fan.into_iter().filter(facing).map(|p| p.position));
+            }
+            trials.push((batch.len() - before) as u8);
+        }
+        let mut visibility = Vec::new();
+        pilot.tracer.visibility(&batch, &mut visibility);
+        let mut seen = visibility.iter();
+        let tally = |trials: u8| {
+            let visible: f32 = seen.by_ref().take(trials.into()).sum();
+            Tally { visible: (visible * PARTS).round() as u8, trials }
+        };
+        Cell { tallies: trials.into_iter().map(tally).collect(), segments: batch.len() as u64 }
+    }
+}
+
+/// A gather point of a pixel; none where nothing gathers.
+fn one_point(pilot: &Pilot<'_>, pixel: [u32; 2], seed: u64) -> Option<GatherPoint> {
+    let view = View { gather: GatherOptions { points: 1, ..pilot.view.gather }, seed, ..pilot.view };
+    view.pixel(pilot.tracer, pixel).points.into_iter().next()
+}
+
+/// Points of random pixels of the whole image.
+fn probes(pilot: &Pilot<'_>, seed: u64) -> Vec<Vec3> {
+    let mut stream = Stream::new(seed, Purpose::Guidance, 1);
+    let point = |number: u64| {
+        let pixel = pilot.view.size.map(|side| stream.below(side.into()) as u32);
+        one_point(pilot, pixel, rng::key(seed, Purpose::Guidance, number)).map(|point| point.position)
+    };
+    (0..PROBES).filter_map(point).collect()
+}
+
+/// Up to [`CLUSTERS`] nodes that hold every light once, in the order of the tree: always the node that could light the probes most is split.
+fn choose_clusters(lights: &[LightNode], probes: &[Vec3]) -> Vec<u32> {
+    let mut chosen = Vec::new();
+    // Numbers that are not negative are in the order of their bits.
+    let entry = |node: u32| (importance(&lights[node as usize], probes).to_bits(), node);
+    let mut waiting = BinaryHeap::new();
+    if !lights.is_empty() {
+        waiting.push(entry(0));
+    }
+    while waiting.len() + chosen.len() < CLUSTERS {
+        let Some((_, node)) = waiting.pop() else { break };
+        match lights[node as usize].children {
+            Some(children) => waiting.extend(children.map(entry)),
+            None => chosen.push(node),
+        }
+    }
+    chosen.extend(waiting.into_iter().map(|(_, node)| node));
+    chosen.sort_unstable();
+    chosen
+}
+
+/// About how much light the probes could get from a cluster (W·m⁻²), as if it were anywhere in its box.
+fn importance(node: &LightNode, probes: &[Vec3]) -> f64 {
+    let geometric = match node.bounds.shape {
+        LightShape::Directional(_) => probes.len() as f64,
+        _ if node.bounds.reaches_infinity() => return f64::INFINITY,
+        _ => {
+            let aabb = &node.bounds.aabb;
+            let size = aabb.diagonal() * aabb.diagonal();
+            let of = |x: &Vec3| {
+                let squared = x.clamp(aabb.lo, aabb.hi).distance_squared(*x);
+                f64::from(1.0 / squared.max(size).max(LEAST_SQUARED_DISTANCE))
+            };
+            probes.iter().map(of).sum()
+        }
+    };
+    node.luminance * geometric
+}

@@ -1,0 +1,92 @@
+//! Listed pairs: their sums, what is drawn from them, and that parts take their values from the whole.
+
+use super::{CLAMP, lights, points};
+use crate::bounds::UpperAnalytic;
+use crate::cut::{ByUpper, Clusters, Listed, ListedTerms, Listing, Pair, Refinement, gather_tree};
+use crate::rng::{Purpose, Stream};
+use crate::transport::Transport;
+use crate::tree::{GatherTree, LightTree};
+
+const LISTING: Listing = Listing { transport: Transport::new(CLAMP), most: 40 };
+
+fn world() -> (LightTree, GatherTree<UpperAnalytic>) {
+    let mut s = Stream::new(9, Purpose::Test, 7);
+    (lights(120, &mut s), gather_tree(&points(10, &mut s)))
+}
+
+/// What a listed pair comes to by itself.
+fn terms(clusters: &Clusters<'_, UpperAnalytic>, pair: &Pair) -> Vec<f64> {
+    let value = |term: crate::cut::Term| {
+        let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
+        f64::from(LISTING.transport.unoccluded(point, light).luminance())
+    };
+    clusters.all_terms(pair).map(value).collect()
+}
+
+#[test]
+fn small_pairs_are_known_by_their_terms_and_large_ones_by_bounds() {
+    let (lights, points) = world();
+    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let mut refinement = Refinement::new(clusters, ByUpper { finest: 2 }, Some(LISTING)).unwrap();
+    while refinement.split_next().is_some() {}
+    let (mut listed, mut dark, mut tighter) = (0, 0, 0);
+    for (number, pair) in refinement.pairs().iter().enumerate() {
+        let known = refinement.known(number);
+        let bound = clusters.upper(pair);
+        let Some(of) = &known.listed else {
+            assert!(clusters.terms(pair) > LISTING.most || bound == 0.0);
+            assert_eq!(known.upper, bound);
+            continue;
+        };
+        let values = terms(&clusters, pair);
+        let sum: f64 = values.iter().sum();
+        assert!((known.upper >= sum) && known.upper <= sum * (1.0 + 1e-5), "{sum} {known:?}");
+        assert!(known.upper <= bound * (1.0 + 1e-5), "{bound} {known:?}");
+        assert_eq!(of.lit as usize, values.iter().filter(|v| **v > 0.0).count());
+        for (term, value) in clusters.all_terms(pair).zip(values) {
+            assert_eq!(refinement.terms().unoccluded(of, term), value, "{pair:?} {term:?}");
+        }
+        listed += 1;
+        dark += u32::from(of.lit == 0);
+        tighter += u32::from(known.upper < 0.5 * bound);
+    }
+    assert!(listed > 300 && dark > 0 && tighter > 30, "{listed} listed, {dark} dark, {tighter} tighter");
+}
+
+/// Frequencies of 20,000 draws against probabilities, by their χ²: with some 20 degrees of freedom it is above 60 once in 100,000.
+#[test]
+fn terms_are_drawn_in_proportion_to_their_values() {
+    let (lights, points) = world();
+    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let mut s = Stream::new(3, Purpose::Test, 1);
+    let mut tested = 0;
+    let leaf_points = points.root().unwrap();
+    for light in 0..lights.nodes().len() as u32 {
+        let pair = Pair { light, points: leaf_points, upper: 1.0 };
+        let mut list = ListedTerms::new(LISTING);
+        let Some(listed) = list.list(&clusters, &pair, None::<Listed>) else { continue };
+        if listed.lit < 15 {
+            continue;
+        }
+        let values = terms(&clusters, &pair);
+        let (sum, draws) = (values.iter().sum::<f64>(), 20_000);
+        let mut counts = vec![0; values.len()];
+        let all: Vec<_> = clusters.all_terms(&pair).collect();
+        for _ in 0..draws {
+            let drawn = list.draw(&clusters, &pair, &listed, s.uniform_f64());
+            counts[all.iter().position(|term| *term == drawn).unwrap()] += 1;
+        }
+        let mut chi = 0.0;
+        for (count, value) in counts.iter().zip(&values) {
+            let expected = f64::from(draws) * value / sum;
+            if *value == 0.0 {
+                assert_eq!(*count, 0, "nothing dark is drawn");
+            } else {
+                chi += (f64::from(*count) - expected).powi(2) / expected;
+            }
+        }
+        assert!(chi < 3.0 * values.len() as f64 + 30.0, "{chi} of {} terms", listed.lit);
+        tested += 1;
+    }
+    assert!(tested > 5, "{tested}");
+}

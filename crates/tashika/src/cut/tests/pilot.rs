@@ -1,0 +1,81 @@
+//! What pilot segments tell of the visibility of lights.
+
+use std::sync::Arc;
+
+use crate::accel::Tracer;
+use crate::cut::{Candidate, Order, Pair, Pilot, PilotVisibility};
+use crate::gather::{GatherOptions, View};
+use crate::math::Vec3;
+use crate::scene::builtin;
+use crate::transport::Transport;
+use crate::tree::{LightTree, LightTreeBuilder};
+use crate::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
+
+/// The view of the built-in box, lit by its own VPLs and by as many outside of it, whom nothing in it can see.
+fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
+    let tracer = Tracer::new(Arc::new(builtin::tiny()));
+    let traced = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
+    let mut lights = traced.lights().to_vec();
+    let outside = |light: &Vpl| Vpl {
+        position: light.position + Vec3::new(0.0, 50.0, 0.0),
+        kind: VplKind::Omni,
+        ..*light
+    };
+    lights.extend(traced.lights().iter().map(outside));
+    let tree = LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default());
+    let gather = GatherOptions { points: 2, ..GatherOptions::default() };
+    let view = View { camera: &tracer.scene().cameras()[0], size: [40, 24], gather, seed: 2 };
+    work(&Pilot { tracer: &tracer, view, lights: &tree, transport: Transport::new(0.05) })
+}
+
+/// Expected visibility of every node of the light tree.
+fn visibilities(pilot: &Pilot<'_>, visibility: &PilotVisibility, cell: [u32; 2]) -> Vec<f64> {
+    let about = visibility.about(pilot, cell);
+    let mut order = about.order();
+    let expect = |light: u32| {
+        let pair = Pair { light, points: 0, upper: 1.0 };
+        order.expect(&Candidate { pair: &pair, upper: 1.0, is_listed: true }).importance_visibility
+    };
+    (0..pilot.lights.nodes().len() as u32).map(expect).collect()
+}
+
+#[test]
+fn lights_behind_walls_are_expected_to_be_dark_and_others_are_not() {
+    with_pilot(|pilot| {
+        let visibility = PilotVisibility::new(pilot, 1);
+        let expected = visibilities(pilot, &visibility, [1, 0]);
+        let (mut inside, mut outside) = ((0.0, 0.0), (0.0, 0.0));
+        for (node, p) in pilot.lights.nodes().iter().zip(&expected) {
+            if node.count == 1 {
+                let high = node.bounds.aabb.lo.y > 25.0;
+                let sums = if high { &mut outside } else { &mut inside };
+                *sums = (sums.0 + p, sums.1 + 1.0);
+            }
+        }
+        assert!(inside.1 > 100.0 && outside.1 > 100.0);
+        let (inside, outside) = (inside.0 / inside.1, outside.0 / outside.1);
+        assert!(outside < 0.02 && inside > 0.5, "{inside} inside, {outside} outside");
+    });
+}
+
+#[test]
+fn a_cell_is_the_same_whoever_asks_first_and_another_with_another_seed() {
+    with_pilot(|pilot| {
+        let [one, other, third] = [1, 1, 2].map(|seed| PilotVisibility::new(pilot, seed));
+        let first = visibilities(pilot, &one, [0, 0]);
+        visibilities(pilot, &other, [2, 1]);
+        visibilities(pilot, &other, [1, 1]);
+        assert_eq!(first, visibilities(pilot, &other, [0, 0]));
+        assert_ne!(first, visibilities(pilot, &third, [0, 0]));
+    });
+}
+
+#[test]
+fn what_it_costs_is_told() {
+    with_pilot(|pilot| {
+        // 600 lights, each a cluster, and 8 points of a cell: those that face each other, over the 16 × 8 pixels of a cell below.
+        let visibility = PilotVisibility::new(pilot, 1);
+        let cost = visibility.about(pilot, [1, 1]).segments_per_pixel;
+        assert!((5..=600 * 8 / 128 + 1).contains(&cost), "{cost}");
+    });
+}
