@@ -1,19 +1,19 @@
 //! `tashika coverage`.
 
-use tashika::experiment::{Column, Ground, Pixels};
-use tashika::film::Window;
+use tashika::experiment::{Column, Ground, Group};
 use tashika::render::with_threads;
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, Lit, about_intervals, quantities, scenery};
+use crate::measure::{Bench, Findings, about_intervals, prepare, quantities, scenery};
 use crate::plan::CoveragePlan;
 use crate::progress::Meter;
-use crate::stage::{Stage, light_tree, stored_lights};
-use crate::summary::{Seconds, counted};
+use crate::summary::counted;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
+    Column::Group,
+    Column::Trials,
     Column::Error,
     Column::Within,
     Column::Confidence,
@@ -35,12 +35,7 @@ pub fn run(plan: &CoveragePlan) -> Result<Outcome, Failure> {
 fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
     let common = &plan.measure.common;
     let meter = Meter::new(common.quiet);
-    let mut seconds = Seconds::default();
-    let stored = stored_lights(Some(&plan.lights), &meter, &mut seconds)?;
-    let stage = Stage::load(&plan.measure.stage, &meter, &mut seconds)?;
-    let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), plan.measure.seed)?;
-    let set = stage.lights(&plan.lights, stored, &meter, &mut seconds)?;
-    let lit = Lit { tree: light_tree(&set, &meter, &mut seconds), set };
+    let (stage, pixels, lit) = prepare(&plan.measure, &plan.lights, plan.pixels, &meter)?;
     let setting = stage.setting(plan.gather, plan.measure.seed);
     let cells = &plan.measure.cells;
     let mut findings = Findings {
@@ -60,10 +55,14 @@ fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };
         let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
-        let ground = Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference };
+        let groups: Vec<Group> =
+            plan.by.iter().flat_map(|grouping| grouping.groups(&reference, &setting)).collect();
+        findings.of = cells.len() * (1 + groups.len());
+        let ground =
+            Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &groups };
         for cell in cells {
-            let Some(row) = bench.run(&ground, cell)? else { break };
-            findings.rows.push(row);
+            let Some(rows) = bench.run(&ground, cell)? else { break };
+            findings.rows.extend(rows);
         }
         Ok(())
     })?;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use tashika::experiment::{Cell, Column, Ground, Pixels, Row, Subject, Table, Watch};
-use tashika::film::Film;
+use tashika::experiment::{Cell, Column, Ground, Group, Pixels, Pool, Row, Subject, Table, Watch};
+use tashika::film::{Film, Window};
 use tashika::integrator::{Exact, LitBy, Setting};
 use tashika::io::write_file;
 use tashika::report::{Claims, percent_of_error, percent_of_share, percent_of_tolerance};
@@ -13,10 +13,10 @@ use tashika::tree::LightTree;
 use tashika::vpl::VplSet;
 
 use crate::exit::{Failure, Outcome};
-use crate::plan::{Common, Folder};
+use crate::plan::{Common, Folder, Lights, MeasurePlan};
 use crate::progress::Meter;
-use crate::stage::Stage;
-use crate::summary::{counted, print, write_json};
+use crate::stage::{Stage, light_tree, stored_lights};
+use crate::summary::{Seconds, counted, print, write_json};
 
 /// Lights and the tree over them.
 pub struct Lit {
@@ -31,6 +31,22 @@ impl Lit {
     pub fn by(&self) -> LitBy<'_> {
         LitBy { set: &self.set, tree: Some(&self.tree) }
     }
+}
+
+/// Scene, pixels and lights of a measurement.
+pub fn prepare(
+    plan: &MeasurePlan,
+    lights: &Lights,
+    pixels: u64,
+    meter: &Meter,
+) -> Result<(Stage, Pixels, Lit), Failure> {
+    let mut seconds = Seconds::default();
+    let stored = stored_lights(Some(lights), meter, &mut seconds)?;
+    let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
+    let pixels = Pixels::of(Window::full(stage.size), Some(pixels), plan.seed)?;
+    let set = stage.lights(lights, stored, meter, &mut seconds)?;
+    let tree = light_tree(&set, meter, &mut seconds);
+    Ok((stage, pixels, Lit { set, tree }))
 }
 
 /// Measures, and stops when Ctrl-C says so.
@@ -56,8 +72,13 @@ impl Bench<'_> {
         Ok(rendered.complete.then_some(rendered.film))
     }
 
-    /// Runs a cell; none if interrupted.
-    pub fn run(&self, ground: &Ground<'_>, cell: &Cell) -> Result<Option<Row>, Failure> {
+    /// Runs a cell: the row of all pixels; none if interrupted.
+    pub fn row(&self, ground: &Ground<'_>, cell: &Cell) -> Result<Option<Row>, Failure> {
+        Ok(self.run(ground, cell)?.and_then(|rows| rows.into_iter().next()))
+    }
+
+    /// Runs a cell: the row of all pixels, then those of groups; none if interrupted.
+    pub fn run(&self, ground: &Ground<'_>, cell: &Cell) -> Result<Option<Vec<Row>>, Failure> {
         let trials = counted(ground.pixels.count(), "pixel", "pixels");
         let seeds = counted(cell.seeds, "seed", "seeds");
         self.meter.phase(&format!("{}: {trials}, {seeds}", told(cell)));
@@ -67,9 +88,15 @@ impl Bench<'_> {
             cancel: self.cancel,
             clock: &|| begun.elapsed().as_secs_f64(),
         };
-        let subject = subject(&ground.setting, ground.lit_by.set, ground.pixels);
+        let all = subject(&ground.setting, ground.lit_by.set, ground.pixels);
+        let group = |group: &Group| Subject { pixels: group.pixels, group: Some(group.name), ..all.clone() };
+        let groups: Vec<Subject> = ground.groups.iter().map(group).collect();
         let found = ground.run(cell, &watch)?;
-        Ok(found.map(|(pool, seconds)| Row::new(&subject, cell, &pool, seconds)))
+        Ok(found.map(|(pools, seconds)| {
+            let subjects = std::iter::once(&all).chain(&groups);
+            let row = |(subject, pool): (&Subject, &Pool)| Row::new(subject, cell, pool, seconds);
+            subjects.zip(&pools).map(row).collect()
+        }))
     }
 }
 
@@ -88,6 +115,7 @@ pub fn subject(setting: &Setting<'_>, set: &VplSet, pixels: &Pixels) -> Subject 
         vpls: set.len() as u64,
         gather: setting.view.gather.points,
         pixels: pixels.count(),
+        group: None,
     }
 }
 

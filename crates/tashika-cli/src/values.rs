@@ -1,5 +1,7 @@
 //! Values of options as people type them; each error says what would be accepted.
 
+use tashika::color::Controlled;
+use tashika::experiment::Grouping;
 use tashika::film::Window;
 use tashika::integrator::Method;
 use tashika::io::Exposure;
@@ -82,6 +84,23 @@ pub fn exposure(typed: &str) -> Result<Exposure, String> {
             .map(Exposure::Stops)
             .map_err(|_| "expected auto, or a number of stops, such as -1.5".to_owned()),
     }
+}
+
+/// What is controlled.
+pub fn controlled(typed: &str) -> Result<Controlled, String> {
+    named(&Controlled::ALL, typed)
+}
+
+/// What pixels are grouped by.
+pub fn grouping(typed: &str) -> Result<Grouping, String> {
+    named(&Grouping::ALL, typed)
+}
+
+fn named<T: Copy + ToString>(all: &[T], typed: &str) -> Result<T, String> {
+    all.iter().copied().find(|one| one.to_string() == typed.trim()).ok_or_else(|| {
+        let names: Vec<String> = all.iter().map(T::to_string).collect();
+        format!("expected {}", names.join(" or "))
+    })
 }
 
 /// A method that is measured: any but the exact one, by which the others are judged.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use tashika::experiment::Grouping;
 use tashika::integrator::Method;
 
 use super::{ClampArgs, CommonArgs, GatherArgs, SourceArgs, StageArgs};
@@ -39,6 +40,12 @@ Examples:
 
 Each method is told larger or smaller errors, by doubling or halving and then by bisection, until
 what it is told is the largest, to a tenth, with which that share of its pixels is within --error.";
+
+const ABLATION_EXAMPLES: &str = "\
+Examples:
+  tashika experiment ablation kitchen.glb --pixels 500 --seeds 4 --out ablation
+
+Each row is the calibrated method without one thing that it is made of.";
 
 /// What all measurements have.
 #[derive(Debug, Args)]
@@ -111,6 +118,12 @@ pub struct CoverageArgs {
         default_values = ["50%", "80%", "90%", "95%", "99%"], allow_negative_numbers = true, help_heading = "Method")]
     pub confidence: Vec<f64>,
 
+    /// Besides all pixels, tell of those of a kind by themselves: quarters by brightness, or diffuse and
+    /// glossy surfaces
+    #[arg(long, value_name = "brightness,material", value_delimiter = ',', value_parser = values::grouping,
+        help_heading = "Image")]
+    pub by: Vec<Grouping>,
+
     #[command(flatten)]
     pub pairs: PairsArgs,
 
@@ -132,6 +145,9 @@ pub enum ExperimentArgs {
     /// Cost of each method when it is told what it takes for the same quality
     #[command(after_help = EQUAL_QUALITY_EXAMPLES)]
     EqualQuality(EqualQualityArgs),
+    /// What our own method keeps and costs without each of its ingredients
+    #[command(after_help = ABLATION_EXAMPLES)]
+    Ablation(AblationArgs),
 }
 
 #[derive(Debug, Args)]
@@ -201,6 +217,31 @@ pub struct ScalingArgs {
 
     /// Folder for the tables; made if it is not there
     #[arg(long, value_name = "DIR", default_value = "scaling", help_heading = "Output")]
+    pub out: PathBuf,
+
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct AblationArgs {
+    #[command(flatten)]
+    pub stage: StageArgs,
+
+    #[command(flatten)]
+    pub gather: GatherArgs,
+
+    #[command(flatten)]
+    pub source: SourceArgs,
+
+    #[command(flatten)]
+    pub tolerance: ToleranceArgs,
+
+    #[command(flatten)]
+    pub trials: TrialsArgs,
+
+    /// Folder for the tables; made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "ablation", help_heading = "Output")]
     pub out: PathBuf,
 
     #[command(flatten)]

@@ -2,11 +2,14 @@
 
 mod measure;
 
-pub use measure::{CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs};
+pub use measure::{
+    AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
+};
 
 use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use tashika::color::Controlled;
 use tashika::film::Window;
 use tashika::gather::GatherOptions;
 use tashika::io::Exposure;
@@ -134,6 +137,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub error: Option<f64>,
+
+    /// What is controlled, with --method tashika: the luminance, or the worst of the three channels,
+    /// relative to the largest [default: luminance]
+    #[arg(long, value_name = "luminance|channels", value_parser = values::controlled, help_heading = "Method")]
+    pub control: Option<Controlled>,
 
     /// Absolute error that is enough where it is more than --error allows, with --method tashika: for
     /// dark pixels, as luminance in the unit of the image [default: 0]

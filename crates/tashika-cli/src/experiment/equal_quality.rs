@@ -1,17 +1,14 @@
 //! `tashika experiment equal-quality`: what each method costs when it is told what it takes for the same quality.
 
-use tashika::experiment::{Cell, Column, Ground, Pixels, Row, Search};
-use tashika::film::Window;
+use tashika::experiment::{Cell, Column, Ground, Row, Search};
 use tashika::integrator::ControlOptions;
 use tashika::report::{percent_of_share, percent_of_tolerance};
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, Lit, about_intervals, not_reached, quantities, scenery};
+use crate::measure::{Bench, Findings, about_intervals, not_reached, prepare, quantities, scenery};
 use crate::plan::EqualQualityPlan;
 use crate::progress::Meter;
-use crate::stage::{Stage, light_tree, stored_lights};
-use crate::summary::Seconds;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
@@ -29,12 +26,7 @@ const COLUMNS: &[Column] = &[
 pub fn work(plan: &EqualQualityPlan) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
     let meter = Meter::new(measure.common.quiet);
-    let mut seconds = Seconds::default();
-    let stored = stored_lights(Some(&plan.lights), &meter, &mut seconds)?;
-    let stage = Stage::load(&measure.stage, &meter, &mut seconds)?;
-    let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), measure.seed)?;
-    let set = stage.lights(&plan.lights, stored, &meter, &mut seconds)?;
-    let lit = Lit { tree: light_tree(&set, &meter, &mut seconds), set };
+    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, &meter)?;
     let setting = stage.setting(plan.gather, measure.seed);
     let asked = format!(
         "Asked of each method: {} of the pixels within {} of the exact sum.",
@@ -51,7 +43,8 @@ pub fn work(plan: &EqualQualityPlan) -> Result<Outcome, Failure> {
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };
         let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
-        let ground = Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference };
+        let ground =
+            Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
         for cell in &measure.cells {
             let Some(row) = search(&bench, &ground, cell, plan.share)? else { break };
             if row.within_tolerance < plan.share {
@@ -70,7 +63,7 @@ fn search(bench: &Bench<'_>, ground: &Ground<'_>, cell: &Cell, share: f64) -> Re
     let mut best: Option<Row> = None;
     while let Some(error) = search.next_trial() {
         let cell = Cell { options: ControlOptions { error, ..cell.options }, ..*cell };
-        let Some(row) = bench.run(ground, &cell)? else { return Ok(None) };
+        let Some(row) = bench.row(ground, &cell)? else { return Ok(None) };
         let reached = row.within_tolerance >= share;
         search.tell(error, reached);
         if reached || search.found().is_none() {

@@ -1,5 +1,6 @@
 //! `tashika experiment`: the figures and curves of the literature, one command each.
 
+mod ablation;
 mod equal_quality;
 mod scaling;
 mod seed;
@@ -17,10 +18,12 @@ pub fn run(plan: &ExperimentPlan) -> Result<Outcome, Failure> {
         ExperimentPlan::Seed(plan) => &plan.measure,
         ExperimentPlan::Scaling(plan) => &plan.measure,
         ExperimentPlan::EqualQuality(plan) => &plan.measure,
+        ExperimentPlan::Ablation(plan) => &plan.measure,
     };
     with_threads(common.threads, || match plan {
         ExperimentPlan::Seed(plan) => seed::work(plan),
         ExperimentPlan::Scaling(plan) => scaling::work(plan),
         ExperimentPlan::EqualQuality(plan) => equal_quality::work(plan),
+        ExperimentPlan::Ablation(plan) => ablation::work(plan),
     })?
 }

@@ -49,9 +49,10 @@ pub fn work(plan: &ScalingPlan) -> Result<Outcome, Failure> {
             for gather in &plan.gather {
                 let setting = stage.setting(*gather, measure.seed);
                 let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
-                let ground = Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference };
+                let ground =
+                    Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
                 for cell in &measure.cells {
-                    let Some(row) = bench.run(&ground, cell)? else { return Ok(()) };
+                    let Some(row) = bench.row(&ground, cell)? else { return Ok(()) };
                     findings.rows.push(row);
                 }
             }

@@ -3,14 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use tashika::experiment::Cell;
+use tashika::experiment::{Cell, Grouping};
 use tashika::gather::GatherOptions;
-use tashika::integrator::{ControlOptions, MANY_PAIRS, Method};
+use tashika::integrator::{Claim, ControlOptions, Ingredient, MANY_PAIRS, Method};
 use tashika::vpl::VplOptions;
 
 use super::{Common, Lights, StagePlan, gather_options, vpl_options};
 use crate::args::{
-    CommonArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs, StageArgs,
+    AblationArgs, CommonArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs,
+    SeedArgs, StageArgs,
 };
 use crate::exit::Failure;
 use crate::values::measured;
@@ -82,6 +83,8 @@ pub struct CoveragePlan {
     pub lights: Lights,
     /// Pixels at random.
     pub pixels: u64,
+    /// What they are grouped by, besides.
+    pub by: Vec<Grouping>,
 }
 
 impl CoveragePlan {
@@ -96,7 +99,7 @@ impl CoveragePlan {
             seeds: args.trials.seeds,
         };
         let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), None)?;
-        Ok(Self { measure, gather, lights, pixels: args.trials.pixels })
+        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, by: args.by.clone() })
     }
 }
 
@@ -109,6 +112,8 @@ pub enum ExperimentPlan {
     Scaling(ScalingPlan),
     /// Cost of the same quality.
     EqualQuality(EqualQualityPlan),
+    /// What each ingredient of our method is worth.
+    Ablation(AblationPlan),
 }
 
 impl ExperimentPlan {
@@ -118,6 +123,7 @@ impl ExperimentPlan {
             ExperimentArgs::Seed(args) => Self::Seed(SeedPlan::new(args)?),
             ExperimentArgs::Scaling(args) => Self::Scaling(ScalingPlan::new(args)?),
             ExperimentArgs::EqualQuality(args) => Self::EqualQuality(EqualQualityPlan::new(args)?),
+            ExperimentArgs::Ablation(args) => Self::Ablation(AblationPlan::new(args)?),
         })
     }
 }
@@ -219,6 +225,46 @@ impl EqualQualityPlan {
         };
         let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Some(&folder))?;
         Ok(Self { measure, gather, lights, pixels: args.trials.pixels, share: args.share, folder })
+    }
+}
+
+/// The calibrated method, and the same without each of its ingredients.
+#[derive(Debug)]
+pub struct AblationPlan {
+    /// What all measurements have.
+    pub measure: MeasurePlan,
+    /// Gather points.
+    pub gather: GatherOptions,
+    /// The lights.
+    pub lights: Lights,
+    /// Pixels at random.
+    pub pixels: u64,
+    /// Where the tables go.
+    pub folder: Folder,
+}
+
+impl AblationPlan {
+    fn new(args: &AblationArgs) -> Result<Self, Failure> {
+        let gather = gather_options(args.gather.points)?;
+        let lights = Lights::of(&args.source, args.measure.seed)?;
+        if !args.measure.methods.is_empty() {
+            return Err(Failure::usage(
+                "--methods does not go with ablation, which has methods of its own".to_owned(),
+            ));
+        }
+        let folder = Folder(args.out.clone());
+        let told = Told {
+            errors: &[args.tolerance.error],
+            confidences: &[args.tolerance.confidence],
+            max_pairs: None,
+            seeds: args.trials.seeds,
+        };
+        let mut measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Some(&folder))?;
+        let first = measure.cells[0];
+        let methods =
+            std::iter::once(Method::Tashika(Claim::Calibrated)).chain(Ingredient::ALL.map(Method::Without));
+        measure.cells = methods.map(|method| Cell { method, ..first }).collect();
+        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, folder })
     }
 }
 

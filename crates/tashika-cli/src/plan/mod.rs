@@ -4,7 +4,7 @@ mod measure;
 mod render;
 
 pub use measure::{
-    CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
+    AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
 pub use render::{Integration, RenderPlan};
 

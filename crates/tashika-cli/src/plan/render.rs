@@ -116,6 +116,7 @@ fn integration(args: &RenderArgs) -> Result<(Integration, Vec<&'static str>), Fa
         ("--gather", args.gather.points.is_some() && method.is_none()),
         ("--paths", args.paths.is_some() && method.is_some()),
         ("--error", args.error.is_some() && !controlled),
+        ("--control", args.control.is_some() && args.method != Method::Tashika),
         ("--absolute", args.absolute.is_some() && args.method != Method::Tashika),
         ("--confidence", args.confidence.is_some() && !method.is_some_and(Many::states_interval)),
         ("--claim", args.claim.is_some() && args.method != Method::Tashika),
@@ -126,6 +127,7 @@ fn integration(args: &RenderArgs) -> Result<(Integration, Vec<&'static str>), Fa
     let default = ControlOptions::default();
     let options = ControlOptions {
         error: args.error.unwrap_or(default.error),
+        controlled: args.control.unwrap_or_default(),
         absolute_error: args.absolute.unwrap_or(default.absolute_error),
         confidence: args.confidence.unwrap_or(default.confidence),
         max_pairs: args.max_pairs,

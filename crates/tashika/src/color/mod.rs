@@ -1,7 +1,10 @@
 //! Linear RGB with the primaries of Rec. 709 / sRGB, and its transfer function.
 
+mod controlled;
 pub mod metals;
 pub mod spectrum;
+
+pub use controlled::{Controlled, Part};
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Sub};

@@ -31,7 +31,7 @@ use super::refinement::{Order, Refinement};
 use super::terms::{Term, TermBatch};
 use crate::accel::Tracer;
 use crate::bounds::UpperMaterial;
-use crate::color::{Rgb, RgbSum};
+use crate::color::{Part, Rgb, RgbSum};
 use crate::rng::Stream;
 use crate::stats::stratified;
 use crate::transport::Transport;
@@ -68,9 +68,27 @@ enum Destination {
     Whole,
 }
 
+/// What strata are made with. All of it is on; to leave something out is for measuring what it is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StrataOptions {
+    /// Whether samples are handed on.
+    pub inherits: bool,
+    /// Whether small pairs are listed.
+    pub lists: bool,
+    /// Whether what samples see corrects the visibility that was expected.
+    pub corrects: bool,
+}
+
+impl Default for StrataOptions {
+    fn default() -> Self {
+        Self { inherits: true, lists: true, corrects: true }
+    }
+}
+
 /// A cut whose strata inherit samples.
 pub struct InheritedCut<'a, B, O> {
     refinement: Refinement<'a, B, O>,
+    options: StrataOptions,
     tracer: &'a Tracer,
     transport: Transport,
     stream: Stream,
@@ -93,13 +111,15 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
     pub fn new(
         clusters: Clusters<'a, B>,
         order: O,
+        options: StrataOptions,
         tracer: &'a Tracer,
         transport: Transport,
         stream: Stream,
     ) -> Option<Self> {
-        let listing = Listing { transport, most: LISTED };
+        let listing = options.lists.then_some(Listing { transport, most: LISTED });
         let mut cut = Self {
-            refinement: Refinement::new(clusters, order, Some(listing))?,
+            refinement: Refinement::new(clusters, order, listing)?,
+            options,
             tracer,
             transport,
             stream,
@@ -124,7 +144,10 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         while self.pairs < pairs {
             let Some(next) = self.refinement.split_next() else { break };
             let (parent, children) = (next.parent as usize, next.children as usize);
-            let inherited = std::mem::take(&mut self.strata[parent].samples);
+            let mut inherited = std::mem::take(&mut self.strata[parent].samples);
+            if !self.options.inherits {
+                inherited.clear();
+            }
             let from = self.refinement.known(parent).listed;
             self.strata[parent].was_split = true;
             self.pairs += 1;
@@ -161,40 +184,60 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         self.refinement.clusters().terms(&self.refinement.pairs()[0])
     }
 
-    /// The estimate, in the order of the pairs, and what each stratum that is not whole says.
-    pub fn summarize(&self, strata: &mut Vec<stratified::Stratum>) -> RgbSum {
-        strata.clear();
+    /// The estimate, in the order of the pairs.
+    pub fn estimate(&self) -> RgbSum {
         let mut sum = self.whole;
-        for (number, (stratum, pair)) in self.strata.iter().zip(self.refinement.pairs()).enumerate() {
+        for (number, stratum) in self.strata.iter().enumerate() {
+            let n = stratum.samples.len() as f64;
+            let weight = self.weight(number) / n;
+            for &k in &stratum.samples {
+                sum.add(scaled(self.samples[k as usize].unit, weight));
+            }
+        }
+        sum
+    }
+
+    /// What each stratum that is not whole says of a part of the colour.
+    ///
+    /// * `per_luminance`: about how much of the part there is for a luminance of 1; for what is expected, not for bounds.
+    pub fn summarize(&self, part: &Part, per_luminance: f64, strata: &mut Vec<stratified::Stratum>) {
+        strata.clear();
+        for (number, stratum) in self.strata.iter().enumerate() {
             if stratum.samples.is_empty() {
                 continue;
             }
             let known = self.refinement.known(number);
-            let weight =
-                known.listed.map_or_else(|| self.refinement.clusters().weight(pair), |listed| listed.upper);
-            let values = stratum.samples.iter().map(|&k| self.samples[k as usize].unit);
+            let weight = self.weight(number);
             let n = stratum.samples.len() as f64;
-            let mut mean = 0.0;
-            for unit in values.clone() {
-                sum.add(scaled(unit, weight / n));
-                mean += f64::from(unit.luminance()) / n;
+            let units = stratum.samples.iter().map(|&k| self.samples[k as usize].unit);
+            let (mut mean, mut luminance) = (0.0, 0.0);
+            for unit in units.clone() {
+                mean += part.of(unit) / n;
+                luminance += f64::from(unit.luminance());
             }
-            let squares: f64 = values
-                .map(|unit| f64::from(unit.luminance()) - mean)
-                .map(|deviation| deviation * deviation)
-                .sum();
-            // What is expected to be in shadow and is seen in the light is a reason to expect more.
-            let expected = EXPECTATION_WEIGHT * known.expectation.importance_visibility;
-            let seen = (n * mean * weight / known.upper).min(n);
-            let visibility = (expected + seen) / (EXPECTATION_WEIGHT + n);
+            let squares: f64 =
+                units.map(|unit| part.of(unit) - mean).map(|deviation| deviation * deviation).sum();
+            let mut visibility = known.expectation.importance_visibility;
+            if self.options.corrects {
+                // What is expected to be in shadow and is seen in the light is a reason to expect more.
+                let seen = (luminance * weight / known.upper).min(n);
+                visibility = (EXPECTATION_WEIGHT * visibility + seen) / (EXPECTATION_WEIGHT + n);
+            }
+            let upper = known.upper * part.per_luminance;
             strata.push(stratified::Stratum {
                 samples: stratum.samples.len() as u32,
-                upper: known.upper,
-                importance_range: known.upper * visibility.sqrt(),
+                upper,
+                importance_range: (known.upper * visibility.sqrt() * per_luminance).min(upper),
                 variance: squares * weight * weight / (n - 1.0),
             });
         }
-        sum
+    }
+
+    /// What makes values of units: `I_C W_G`, or `U` of a listed pair.
+    fn weight(&self, number: usize) -> f64 {
+        let listed = self.refinement.known(number).listed;
+        let weight = || self.refinement.clusters().weight(&self.refinement.pairs()[number]);
+        listed.map_or_else(weight, |listed| listed.upper)
     }
 
     /// Takes a pair into the cut, with those samples of its parent that lie in it; `from` is what is known of the parent's terms.

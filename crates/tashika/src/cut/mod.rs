@@ -36,7 +36,7 @@ mod tests;
 
 pub use clusters::{Clusters, Pair, gather_tree};
 pub use estimation::{CutEnd, CutEstimate, Refiner};
-pub use inherited::InheritedCut;
+pub use inherited::{InheritedCut, StrataOptions};
 pub use listed::{Listed, ListedTerms, Listing};
 pub use pilot::{CellVisibility, Pilot, PilotVisibility};
 pub use refinement::{ByUpper, Candidate, Expectation, Known, Order, Refinement, Split};

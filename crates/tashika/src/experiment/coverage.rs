@@ -8,7 +8,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{Pixels, Pool};
+use super::{Group, Pixels, Pool};
 use crate::error::Result;
 use crate::film::Film;
 use crate::integrator::{ControlOptions, LitBy, Method, Setting};
@@ -26,6 +26,8 @@ pub struct Ground<'a> {
     pub pixels: &'a Pixels,
     /// Their exact sums.
     pub reference: &'a Film,
+    /// Groups of them that are told of by themselves, too.
+    pub groups: &'a [Group],
 }
 
 /// One method with one setting.
@@ -86,12 +88,14 @@ pub struct Watch<'a> {
 }
 
 impl Ground<'_> {
-    /// Runs all seeds of a cell: what they say together, and the seconds that rendering took; nothing if it was cancelled.
+    /// Runs all seeds of a cell: what they say together, first of all pixels, then of each group; and the seconds that rendering took. Nothing if
+    /// it was cancelled.
     ///
     /// # Errors
     /// As [`Pixels::render`] and [`Pool::add`].
-    pub fn run(&self, cell: &Cell, watch: &Watch<'_>) -> Result<Option<(Pool, f64)>> {
-        let (mut pool, mut seconds) = (Pool::new(cell.allowed()), 0.0);
+    pub fn run(&self, cell: &Cell, watch: &Watch<'_>) -> Result<Option<(Vec<Pool>, f64)>> {
+        let mut pools = vec![Pool::new(cell.allowed()); 1 + self.groups.len()];
+        let mut seconds = 0.0;
         let mut before = Progress { of: cell.seeds * self.pixels.count(), ..Progress::default() };
         for seed in 1..=cell.seeds {
             let integrator = cell.method.integrator(self.lit_by, &ControlOptions { seed, ..cell.options });
@@ -108,10 +112,13 @@ impl Ground<'_> {
             if !rendered.complete {
                 return Ok(None);
             }
-            pool.add(&rendered.film, self.reference)?;
+            let references = std::iter::once(self.reference).chain(self.groups.iter().map(|g| &g.reference));
+            for (pool, reference) in pools.iter_mut().zip(references) {
+                pool.add(&rendered.film, reference)?;
+            }
             before.pixels += rendered.totals.pixels;
             before.rays += rendered.totals.rays;
         }
-        Ok(Some((pool, seconds)))
+        Ok(Some((pools, seconds)))
     }
 }

@@ -6,6 +6,7 @@
 //!
 //! * [`Pixels`]: all of a window, or some of it at random.
 //! * [`Ground`]: setting, lights, pixels and their truth; it runs a [`Cell`], one method with one setting and several seeds.
+//! * [`Group`]: pixels that have something in common, judged by themselves.
 //! * [`Pool`]: what all seeds and pixels say together.
 //! * [`Row`]: the same as it is written down, and [`Table`] as it is shown.
 //! * [`Search`]: the setting at which a method just does what is asked of it.
@@ -16,6 +17,7 @@
 //! `experiment::tests`.
 
 mod coverage;
+mod groups;
 mod page;
 mod pool;
 mod rows;
@@ -27,6 +29,7 @@ mod table;
 mod tests;
 
 pub use coverage::{Cell, Ground, Watch};
+pub use groups::{Group, Grouping};
 pub use page::{Figure, page};
 pub use pool::{Pool, Share};
 pub use rows::{Row, Subject};

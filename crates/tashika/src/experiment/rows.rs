@@ -15,6 +15,8 @@ pub struct Subject {
     pub gather: u32,
     /// Pixels that were held against their exact sums.
     pub pixels: u64,
+    /// What they have in common, if they are not all.
+    pub group: Option<&'static str>,
 }
 
 /// One row. Shares are in 0 to 1, errors relative; infinite errors become `null` in JSON. All counts and means are over the trials:
@@ -25,6 +27,8 @@ pub struct Row {
     pub method: &'static str,
     /// Name of the scene.
     pub scene: String,
+    /// What the pixels have in common, if they are not all.
+    pub group: Option<&'static str>,
     /// VPLs.
     pub vpls: u64,
     /// Gather points a pixel.
@@ -81,6 +85,7 @@ impl Row {
         Self {
             method: cell.method.name(),
             scene: subject.scene.clone(),
+            group: subject.group,
             vpls: subject.vpls,
             gather: subject.gather,
             error: cell.tolerance,

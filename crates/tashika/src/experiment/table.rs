@@ -10,6 +10,10 @@ use crate::report::{count, percent_of_error, percent_of_share, percent_of_tolera
 pub enum Column {
     /// Method.
     Method,
+    /// Which of the pixels.
+    Group,
+    /// How many trials.
+    Trials,
     /// VPLs.
     Vpls,
     /// Gather points a pixel.
@@ -45,6 +49,8 @@ impl Column {
     fn head(self) -> &'static str {
         match self {
             Self::Method => "method",
+            Self::Group => "pixels",
+            Self::Trials => "trials",
             Self::Vpls => "VPLs",
             Self::Gather => "gather points",
             Self::Error => "error",
@@ -66,6 +72,8 @@ impl Column {
     fn cell(self, row: &Row) -> String {
         match self {
             Self::Method => row.method.to_owned(),
+            Self::Group => row.group.unwrap_or("all").to_owned(),
+            Self::Trials => count(row.pixels * row.seeds),
             Self::Vpls => count(row.vpls),
             Self::Gather => row.gather.to_string(),
             Self::Error => percent_of_tolerance(row.error),

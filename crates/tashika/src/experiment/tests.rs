@@ -126,7 +126,7 @@ fn trials_of_all_seeds_are_pooled() {
 
     let options = ControlOptions { error: 0.01, ..ControlOptions::default() };
     let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.02, seeds: 2 };
-    let subject = Subject { scene: "made".to_owned(), vpls: 1234, gather: 4, pixels: 4 };
+    let subject = Subject { scene: "made".to_owned(), vpls: 1234, gather: 4, pixels: 4, group: None };
     let row = Row::new(&subject, &cell, &pool, 1.5);
     assert_eq!((row.within_tolerance, row.claims_kept, row.claims), (3.0 / 7.0, Some(0.8), 5));
     // Ends by an independent program, to four digits.
@@ -173,7 +173,7 @@ fn on_ground<T>(pixels: &Pixels, work: impl FnOnce(&Ground<'_>) -> T) -> T {
     let go = AtomicBool::new(false);
     let reference = pixels.render(&setting, &Exact::new(&set), &|_| {}, &go).unwrap().film;
     let lit_by = LitBy { set: &set, tree: Some(&tree) };
-    work(&Ground { setting, lit_by, pixels, reference: &reference })
+    work(&Ground { setting, lit_by, pixels, reference: &reference, groups: &[] })
 }
 
 #[test]
@@ -192,7 +192,8 @@ fn a_cell_is_what_its_renders_are() {
             cancel: &go,
             clock: &|| f64::from(looks.fetch_add(1, Ordering::Relaxed)),
         };
-        let (pool, seconds) = ground.run(&cell, &watch).unwrap().unwrap();
+        let (pools, seconds) = ground.run(&cell, &watch).unwrap().unwrap();
+        let [pool] = &pools[..] else { panic!("no groups were asked for") };
         assert_eq!(seconds, 2.0, "one for each seed");
         let (mut within, mut kept, mut rays) = (0, 0, 0);
         for seed in [1, 2] {
@@ -220,7 +221,7 @@ fn a_cell_is_what_its_renders_are() {
         let numbers = |pool: &Pool| (pool.within(), pool.claims(), pool.mean(), pool.quantile(95));
         for threads in [1, 2] {
             let again = with_threads(threads, || ground.run(&cell, &watch).unwrap().unwrap()).unwrap();
-            assert_eq!(numbers(&again.0), numbers(&pool), "{threads} threads");
+            assert_eq!(numbers(&again.0[0]), numbers(pool), "{threads} threads");
         }
         let cancelled = ground.run(&cell, &Watch { cancel: &AtomicBool::new(true), ..watch }).unwrap();
         assert!(cancelled.is_none());
@@ -234,9 +235,35 @@ fn the_exact_method_is_always_within() {
         let options = ControlOptions::default();
         let cell = Cell { method: Method::Exact, options, tolerance: 1e-6, seeds: 1 };
         let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false), clock: &|| 0.0 };
-        let (pool, _) = ground.run(&cell, &watch).unwrap().unwrap();
+        let pool = &ground.run(&cell, &watch).unwrap().unwrap().0[0];
         let every = Share { count: 384, of: 384 };
         assert_eq!((pool.within(), pool.claims(), pool.quantile(100)), (every, every, 0.0));
+    });
+}
+
+/// The share of trials within, of all pixels and of each group, for pixels of a box that the sky shows around.
+#[test]
+fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
+    let all = Pixels::of(Window::full([24, 16]), None, 5).unwrap();
+    on_ground(&all, |ground| {
+        for grouping in Grouping::ALL {
+            let groups = grouping.groups(ground.reference, &ground.setting);
+            assert_eq!(groups.iter().map(|g| g.pixels).sum::<u64>(), 384, "{grouping}");
+            assert!(groups.len() > 1, "{grouping}: {:?}", groups.iter().map(|g| g.name).collect::<Vec<_>>());
+            let options = ControlOptions { error: 0.2, confidence: 0.5, ..ControlOptions::default() };
+            let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.05, seeds: 1 };
+            let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false), clock: &|| 0.0 };
+            let (pools, _) = Ground { groups: &groups, ..*ground }.run(&cell, &watch).unwrap().unwrap();
+            let of_groups = pools[1..].iter().map(|pool| pool.within());
+            assert!(of_groups.clone().zip(&groups).all(|(share, group)| share.of == group.pixels));
+            let sum = of_groups.map(|share| share.count).sum::<u64>();
+            assert_eq!(Share { count: sum, of: 384 }, pools[0].within(), "{grouping}");
+            assert!(sum > 0 && sum < 384);
+        }
+        let quarters = Grouping::Brightness.groups(ground.reference, &ground.setting);
+        let lit: Vec<u64> = quarters.iter().filter(|g| g.name != "black").map(|g| g.pixels).collect();
+        let (least, most) = (lit.iter().min().unwrap(), lit.iter().max().unwrap());
+        assert!(lit.len() == 4 && most - least <= 1, "{lit:?}");
     });
 }
 
@@ -272,7 +299,7 @@ fn tables_are_aligned_and_pages_escape() {
         pool.add(&film(&[made; 3]), &film(&[(1.0, 0.0, 1, 1, 9.0, 9.0); 3])).unwrap();
         pool
     };
-    let subject = Subject { scene: "made".to_owned(), vpls: 55_000, gather: 4, pixels: 3 };
+    let subject = Subject { scene: "made".to_owned(), vpls: 55_000, gather: 4, pixels: 3, group: None };
     let options = ControlOptions::default();
     let cell = Cell { method: Method::Mdlc, options, tolerance: 0.02, seeds: 1 };
     let row = Row::new(&subject, &cell, &pool, 0.25);

@@ -4,8 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::{
-    Claim, ControlOptions, Exact, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016, Sakai2018,
-    Tashika,
+    Claim, ControlOptions, Exact, Ingredient, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016,
+    Sakai2018, Tashika,
 };
 use crate::error::{Error, Result};
 use crate::tree::LightTree;
@@ -28,6 +28,8 @@ pub enum Method {
     Iwasaki2019,
     /// Ours.
     Tashika(Claim),
+    /// Ours, calibrated, without one of its ingredients.
+    Without(Ingredient),
 }
 
 /// A set of VPLs, and the tree over them.
@@ -40,7 +42,7 @@ pub struct LitBy<'a> {
 }
 
 impl Method {
-    /// All methods, in the order of their years.
+    /// All methods that images are made with, in the order of their years.
     pub const ALL: [Self; 8] = [
         Self::Exact,
         Self::Lightcuts,
@@ -63,6 +65,7 @@ impl Method {
             Self::Iwasaki2019 => "iwasaki2019",
             Self::Tashika(Claim::Calibrated) => "tashika",
             Self::Tashika(Claim::Certified) => "tashika-certified",
+            Self::Without(ingredient) => ingredient.left_out(),
         }
     }
 
@@ -70,7 +73,9 @@ impl Method {
     pub fn states_interval(self) -> bool {
         match self {
             Self::Exact | Self::Lightcuts | Self::Mdlc => false,
-            Self::Nabata2016 | Self::Sakai2018 | Self::Iwasaki2019 | Self::Tashika(_) => true,
+            Self::Nabata2016 | Self::Sakai2018 | Self::Iwasaki2019 | Self::Tashika(_) | Self::Without(_) => {
+                true
+            }
         }
     }
 
@@ -96,6 +101,7 @@ impl Method {
             Self::Nabata2016 => Box::new(Nabata2016::new(lights, options)),
             Self::Sakai2018 => Box::new(Sakai2018::new(lights, options)),
             Self::Iwasaki2019 => Box::new(Iwasaki2019::new(lights, options)),
+            Self::Without(ingredient) => Box::new(Tashika::without(lights, options, ingredient)),
             Self::Tashika(claim) => Box::new(Tashika::new(lights, options, claim)),
         }
     }

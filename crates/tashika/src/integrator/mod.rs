@@ -21,7 +21,7 @@ pub use nabata2016::Nabata2016;
 pub use options::{ControlOptions, Lights, MANY_PAIRS};
 pub use path::Path;
 pub use sakai2018::Sakai2018;
-pub use tashika::{Claim, Tashika};
+pub use tashika::{Claim, Ingredient, Tashika};
 
 use published::{Published, Scope};
 
@@ -44,21 +44,21 @@ pub enum ErrorClaim {
     /// The interval that a published method states: that sum is said to be within the half-width, with the confidence. Neither proven nor
     /// calibrated.
     Published {
-        /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹).
+        /// Half-width of the interval (W·m⁻²·sr⁻¹).
         half_width: f32,
         /// Confidence, in (0, 1).
         confidence: f32,
     },
     /// An interval that holds at least as often as its confidence says, on scenes at large; measured, not proven.
     Calibrated {
-        /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹).
+        /// Half-width of the interval (W·m⁻²·sr⁻¹).
         half_width: f32,
         /// Confidence, in (0, 1).
         confidence: f32,
     },
     /// An interval that holds with at least the confidence, for this pixel; proven.
     Certified {
-        /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹).
+        /// Half-width of the interval (W·m⁻²·sr⁻¹).
         half_width: f32,
         /// Confidence, in (0, 1).
         confidence: f32,
@@ -77,7 +77,7 @@ impl ErrorClaim {
         }
     }
 
-    /// Half-width of the interval of the luminance (W·m⁻²·sr⁻¹); zero if exact, or if nothing is claimed.
+    /// Half-width of the interval (W·m⁻²·sr⁻¹) of what is [controlled](crate::color::Controlled); zero if exact, or if nothing is claimed.
     pub fn half_width(&self) -> f32 {
         match self {
             Self::None | Self::Exact => 0.0,
@@ -122,7 +122,7 @@ impl StopReason {
 pub struct PixelEstimate {
     /// Estimated radiance (W·m⁻²·sr⁻¹).
     pub radiance: Rgb,
-    /// Standard error of the luminance, as far as it is known (W·m⁻²·sr⁻¹); zero if the estimate is exact.
+    /// Standard error of what is controlled, luminance as a rule, as far as it is known (W·m⁻²·sr⁻¹); zero if the estimate is exact.
     pub standard_error: f32,
     /// What is promised.
     pub claim: ErrorClaim,

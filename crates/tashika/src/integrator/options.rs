@@ -1,5 +1,6 @@
 //! What the methods that control their error are told, and the lights that they work on.
 
+use crate::color::Controlled;
 use crate::error::{Error, Result};
 use crate::tree::LightTree;
 use crate::vpl::Provenance;
@@ -18,6 +19,8 @@ pub struct Lights<'a> {
 pub struct ControlOptions {
     /// Relative error `ε`. Lower values cost more. Default 0.02; above 0, at most 1.
     pub error: f64,
+    /// What `error` is the error of. Default: luminance. Only our own method takes another.
+    pub controlled: Controlled,
     /// Absolute error that is enough where it is more than `ε` of the pixel: for the dark, where nobody sees a relative error
     /// (W·m⁻²·sr⁻¹). Default 0; at least 0. Only our own method takes it.
     pub absolute_error: f64,
@@ -31,7 +34,14 @@ pub struct ControlOptions {
 
 impl Default for ControlOptions {
     fn default() -> Self {
-        Self { error: 0.02, absolute_error: 0.0, confidence: 0.95, max_pairs: None, seed: 1 }
+        Self {
+            error: 0.02,
+            controlled: Controlled::Luminance,
+            absolute_error: 0.0,
+            confidence: 0.95,
+            max_pairs: None,
+            seed: 1,
+        }
     }
 }
 

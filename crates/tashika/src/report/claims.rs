@@ -4,7 +4,7 @@
 //! `claim` is not 0; without a plane `claim` every half-width is a claim. A claim is kept if the reference is inside:
 //!
 //! ```text
-//! |L − L_r| ≤ h + 2⁻²³ max(|L|, |L_r|)
+//! |L − L_r| ≤ h + 2⁻²³ (|L_r| + |L − L_r|)
 //! ```
 //!
 //! where the second term is what storing the colours in single precision may have moved them.
@@ -64,16 +64,16 @@ impl<'f> Judge<'f> {
         })
     }
 
-    /// Judges the pixel at that position by its luminance and the reference's.
-    pub(super) fn judge(&mut self, pixel: usize, luminance: f64, reference: f64) {
+    /// Judges the pixel at that position by its distance from a reference of that size.
+    pub(super) fn judge(&mut self, pixel: usize, distance: f64, size: f64) {
         if self.kinds.is_some_and(|kinds| kinds[pixel] == 0) {
             return;
         }
-        let rounding = f64::from(f32::EPSILON) * luminance.abs().max(reference.abs());
+        let rounding = f64::from(f32::EPSILON) * (size + distance);
         let allowed = f64::from(self.half_widths[pixel]) + rounding;
         self.of += 1;
         // A half-width that is not a number keeps nothing.
-        self.kept += u64::from((luminance - reference).abs() <= allowed);
+        self.kept += u64::from(distance <= allowed);
     }
 
     /// What was found.

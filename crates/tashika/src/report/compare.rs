@@ -1,6 +1,7 @@
 //! A film against a reference, pixel by pixel.
 //!
-//! The measured quantity is the luminance `L = 0.2126 R + 0.7152 G + 0.0722 B` of the main plane. With the tolerance `ε` (relative)
+//! The measured quantity is the luminance `L = 0.2126 R + 0.7152 G + 0.0722 B` of the main plane, unless the metadata of the film say that its
+//! worst channel was controlled: then `|L − L_r|` stands for the largest distance of the three channels, and `|L_r|` for the largest channel. With the tolerance `ε` (relative)
 //! and `ε_abs` (in the film's unit), the error of a pixel of luminance `L` with reference `L_r` is
 //!
 //! ```text
@@ -26,7 +27,7 @@
 use std::path::Path;
 
 use super::claims::{Claims, Judge};
-use crate::color::{LUMINANCE_WEIGHTS, Rgb};
+use crate::color::{Controlled, LUMINANCE_WEIGHTS, Rgb};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Plane, Window};
 
@@ -72,12 +73,11 @@ impl Tolerance {
     }
 
     /// Error of a pixel; see the module.
-    fn error(&self, luminance: f64, reference: f64) -> f64 {
-        let distance = (luminance - reference).abs();
+    fn error(&self, distance: f64, size: f64) -> f64 {
         if distance == 0.0 {
             return 0.0;
         }
-        distance / reference.abs().max(self.absolute / self.relative)
+        distance / size.max(self.absolute / self.relative)
     }
 }
 
@@ -141,6 +141,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let rendered = both_rendered(image.film, reference.film);
     let pairs = colors(image)?.zip(colors(reference)?).zip(rendered);
 
+    let controlled = controlled(image.film);
     let mut out = Comparison::empty(image.film.window(), *tolerance);
     let mut judge = Judge::of(image.film, reference.film);
     let (mut sum, mut reference_sum, mut distance_sum, mut error_sum) = (0.0, 0.0, 0.0, 0.0);
@@ -152,7 +153,8 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
             continue;
         }
         let (l, r) = (luminance(color), luminance(truth));
-        let error = tolerance.error(l, r);
+        let (size, distance) = controlled.size_and_distance(truth, color);
+        let error = tolerance.error(distance, size);
         out.errors.push(error);
         out.pixels += 1;
         out.within += u64::from(error <= tolerance.relative);
@@ -167,7 +169,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
             worst = Some((error, i));
         }
         if let Some(judge) = &mut judge {
-            judge.judge(i, l, r);
+            judge.judge(i, distance, size);
         }
     }
     let Some((worst, at)) = worst else {
@@ -213,6 +215,11 @@ impl Comparison {
             errors: Vec::with_capacity(window.area() as usize),
         }
     }
+}
+
+/// What the film controlled the error of; luminance if it does not say.
+fn controlled(film: &Film) -> Controlled {
+    film.metadata().text("control").and_then(Controlled::named).unwrap_or_default()
 }
 
 /// Luminance in `f64`, so that the sum of three large channels stays finite.

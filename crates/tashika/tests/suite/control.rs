@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use tashika::accel::Tracer;
-use tashika::color::Rgb;
+use tashika::color::{Controlled, Rgb};
 use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{
@@ -159,6 +159,82 @@ fn calibrated_intervals_hold_as_often_as_they_say() {
             let allowed = confidence - 5.0 * (confidence * (1.0 - confidence) / 160.0_f64).sqrt();
             assert!(holds >= allowed && within >= allowed, "{name}, {confidence}: {holds}, {within}");
         }
+    }
+}
+
+/// The largest error of the three channels, relative to the largest channel.
+fn worst_channel(e: &PixelEstimate, truth: &PixelEstimate) -> (f64, f64) {
+    Controlled::Channels.size_and_distance(truth.radiance, e.radiance)
+}
+
+#[test]
+fn every_channel_is_kept_where_all_are_controlled() {
+    // Lights of one channel each: their luminances differ ten times, and blue hardly counts in any.
+    let mut world = World::new(1500, |_| ());
+    let pure = |(number, light): (usize, &Vpl)| {
+        let mut channels = [0.0; 3];
+        channels[number % 3] = light.intensity.max_channel();
+        Vpl { intensity: Rgb::from(channels), ..*light }
+    };
+    let lights = world.set.lights().iter().enumerate().map(pure).collect();
+    world.set = VplSet::new(lights, world.set.provenance().clone());
+    world.tree = LightTree::build(&world.set, LightTreeBuilder::default());
+    let exact = world.exact(4);
+    for (method, least) in [(CALIBRATED, 0.9), (CERTIFIED, 0.97)] {
+        let control = |controlled: Controlled, judge: &dyn Fn(&PixelEstimate, &PixelEstimate) -> bool| {
+            let (mut good, mut rays) = (0, 0);
+            for seed in 1..=3 {
+                let options = ControlOptions {
+                    error: 0.05,
+                    confidence: 0.95,
+                    controlled,
+                    seed,
+                    ..ControlOptions::default()
+                };
+                for (e, truth) in world.estimate(method, &options, 4).iter().zip(&exact) {
+                    good += u32::from(judge(e, truth));
+                    rays += e.rays;
+                }
+            }
+            (f64::from(good) / 480.0, rays)
+        };
+        let within = |e: &PixelEstimate, truth: &PixelEstimate| {
+            let (size, distance) = worst_channel(e, truth);
+            distance <= 0.05 * size * (1.0 + 1e-5)
+        };
+        let held = |e: &PixelEstimate, truth: &PixelEstimate| {
+            let (size, distance) = worst_channel(e, truth);
+            distance <= f64::from(e.claim.half_width()) + 1e-5 * size && within(e, truth)
+        };
+        let (kept, rays) = control(Controlled::Channels, &held);
+        assert!(kept >= least, "{method}: {kept}");
+        let (by_luminance, fewer) = control(Controlled::Luminance, &within);
+        assert!(fewer < rays, "{method}: {fewer} {rays}");
+        if method == CALIBRATED {
+            assert!(by_luminance < kept, "luminance says little of blue: {by_luminance} {kept}");
+        }
+    }
+}
+
+#[test]
+fn what_is_tolerated_in_the_dark_is_not_worked_for() {
+    let world = World::new(1500, |_| ());
+    let exact = world.exact(4);
+    let brightest = exact.iter().map(luminance).fold(0.0, f64::max);
+    let absolute_error = 0.05 * brightest;
+    let options = ControlOptions { error: 0.01, absolute_error, ..ControlOptions::default() };
+    for method in [CALIBRATED, CERTIFIED] {
+        let tolerant = world.estimate(method, &options, 4);
+        let strict = world.estimate(method, &ControlOptions { absolute_error: 0.0, ..options }, 4);
+        let rays = |all: &[PixelEstimate]| all.iter().map(|e| e.rays).sum::<u64>();
+        assert!(2 * rays(&tolerant) < rays(&strict), "{method}");
+        let good = tolerant.iter().zip(&exact).filter(|(e, truth)| {
+            let distance = (luminance(e) - luminance(truth)).abs();
+            assert!(f64::from(e.claim.half_width()) <= absolute_error * (1.0 + 1e-5), "{method}: {e:?}");
+            distance <= absolute_error
+        });
+        // 95 % of 160, less five standard errors of as many.
+        assert!(good.count() >= 138, "{method}");
     }
 }
 

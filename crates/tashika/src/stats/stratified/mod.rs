@@ -113,10 +113,14 @@ impl Spread {
         if self.fourth > 0.0 { (self.variance * self.variance / self.fourth - 2.0).max(1.0) } else { 1.0 }
     }
 
+    /// Half-width of Student's interval of this confidence, in (0, 1): knows only of what was sampled.
+    pub fn student(&self, confidence: f64) -> f64 {
+        student_t_two_sided(confidence, self.freedom()) * self.variance.sqrt()
+    }
+
     /// Half-width `h` of the calibrated interval of this confidence, in (0, 1).
     pub fn calibrated(&self, confidence: f64) -> f64 {
-        let t = student_t_two_sided(confidence, self.freedom());
-        t * self.variance.sqrt() + KAPPA * self.importance_largest * ln_f64(2.0 / (1.0 - confidence))
+        self.student(confidence) + KAPPA * self.importance_largest * ln_f64(2.0 / (1.0 - confidence))
     }
 
     /// Half-width that `|L̂ − L|` does not exceed, but for a probability of `delta`, in (0, 1).

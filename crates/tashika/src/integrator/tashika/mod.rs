@@ -16,7 +16,8 @@
 //! # Assumptions of the certificate
 //! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of bounds and of draws that the estimate does not
 //! use (`cut::InheritedCut`: the order has no way to sampled values); random numbers are random. It speaks of the luminance of this
-//! pixel's sum over the given VPLs and gather points, without what is seen directly, which is exact.
+//! pixel's sum over the given VPLs and gather points, and what is seen directly, which is exact. Where all channels are
+//! controlled ([`Controlled`](crate::color::Controlled)), each has a third of `δ`, and as its bound that of luminance over its weight.
 //!
 //! # Differences to the published methods
 //! Samples are inherited; pairs whose lights other pixels near by do not see are split late; terms of small pairs are drawn in proportion to what
@@ -25,6 +26,13 @@
 //!
 //! Tested by the suite's `control`.
 
+mod ingredient;
+mod schedule;
+
+pub use ingredient::Ingredient;
+
+use schedule::{CALIBRATED, CERTIFIED, OFTEN, Schedule};
+
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -32,41 +40,13 @@ use super::{ControlOptions, ErrorClaim, Integrator, Lights, MANY_PAIRS, PixelEst
 use crate::bounds::{UpperAnalytic, UpperMaterial};
 use crate::color::RgbSum;
 use crate::cut::{
-    ByUpper, CellVisibility, Clusters, InheritedCut, Order, Pilot, PilotVisibility, gather_tree,
+    ByUpper, CellVisibility, Clusters, InheritedCut, Order, Pilot, PilotVisibility, StrataOptions,
+    gather_tree,
 };
 use crate::film::{Metadata, Window};
 use crate::rng::{self, Purpose, Stream};
-use crate::stats::stratified::Spread;
+use crate::stats::stratified::{Spread, Stratum};
 use crate::transport::Transport;
-
-/// When a cut is looked at: at a number of pairs, and whenever it has grown by a factor since.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Schedule {
-    first: u64,
-    growth: f64,
-}
-
-/// Fewer looks at small cuts would mean fewer chances to be fooled by samples that are all alike, and more pairs than needed.
-const CALIBRATED: Schedule = Schedule { first: 64, growth: 1.15 };
-/// Certificates pay for every look.
-const CERTIFIED: Schedule = Schedule { first: 512, growth: 1.3 };
-
-impl Schedule {
-    /// Pairs at the look after the one at `pairs`.
-    fn next(&self, pairs: u64) -> u64 {
-        ((pairs as f64 * self.growth) as u64).max(pairs + 1)
-    }
-
-    /// How many looks there are at most until a cut has `most` pairs.
-    fn looks(&self, most: u64) -> u32 {
-        let (mut pairs, mut looks) = (self.first, 1);
-        while pairs < most {
-            pairs = self.next(pairs);
-            looks += 1;
-        }
-        looks
-    }
-}
 
 /// Terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
 const FINEST: u64 = 2;
@@ -98,21 +78,54 @@ pub struct Tashika<'a> {
     lights: Lights<'a>,
     options: ControlOptions,
     claim: Claim,
+    left_out: Option<Ingredient>,
     pilot: OnceLock<PilotVisibility>,
 }
 
 /// What is known of a pixel when work on it ends.
 struct Ended {
+    /// With the background.
     sum: RgbSum,
-    spread: Spread,
-    half_width: f64,
+    interval: Interval,
     stop: StopReason,
+}
+
+/// The widest interval of what is controlled.
+#[derive(Clone, Copy, Default)]
+struct Interval {
+    half_width: f64,
+    standard_error: f64,
 }
 
 impl<'a> Tashika<'a> {
     /// The method on these lights.
     pub fn new(lights: Lights<'a>, options: &ControlOptions, claim: Claim) -> Self {
-        Self { lights, options: *options, claim, pilot: OnceLock::new() }
+        Self { lights, options: *options, claim, left_out: None, pilot: OnceLock::new() }
+    }
+
+    /// The calibrated method without one of its ingredients.
+    pub fn without(lights: Lights<'a>, options: &ControlOptions, ingredient: Ingredient) -> Self {
+        Self { left_out: Some(ingredient), ..Self::new(lights, options, Claim::Calibrated) }
+    }
+
+    fn has(&self, ingredient: Ingredient) -> bool {
+        self.left_out != Some(ingredient)
+    }
+
+    fn strata_options(&self) -> StrataOptions {
+        StrataOptions {
+            inherits: self.has(Ingredient::Inheritance),
+            lists: self.has(Ingredient::Listing),
+            corrects: self.has(Ingredient::Correction),
+        }
+    }
+
+    fn schedule(&self) -> Schedule {
+        match self.claim {
+            Claim::Calibrated if self.has(Ingredient::FewLooks) => CALIBRATED,
+            Claim::Calibrated => OFTEN,
+            Claim::Certified => CERTIFIED,
+        }
     }
 
     fn pixel(
@@ -129,20 +142,23 @@ impl<'a> Tashika<'a> {
         let points = gather_tree::<UpperAnalytic>(&pixel.points);
         let clusters = Clusters { lights: self.lights.tree, points: &points, clamp_distance };
         let samples = Stream::new(key, Purpose::Cut, 0);
+        let mut background = RgbSum::default();
+        background.add(pixel.background);
+        let options = self.strata_options();
         let (ended, pairs, segments) = match visibility {
             Some(visibility) => {
                 let order = visibility.order();
-                self.control(InheritedCut::new(clusters, order, setting.tracer, transport, samples))
+                let cut = InheritedCut::new(clusters, order, options, setting.tracer, transport, samples);
+                self.control(cut, &background)
             }
             None => {
                 let order = ByUpper { finest: FINEST };
-                self.control(InheritedCut::new(clusters, order, setting.tracer, transport, samples))
+                let cut = InheritedCut::new(clusters, order, options, setting.tracer, transport, samples);
+                self.control(cut, &background)
             }
         };
         let rays = segments + visibility.map_or(0, |v| v.segments_per_pixel);
-        let mut radiance = ended.sum;
-        radiance.add(pixel.background);
-        let (half_width, confidence) = (ended.half_width as f32, self.options.confidence as f32);
+        let (half_width, confidence) = (ended.interval.half_width as f32, self.options.confidence as f32);
         let claim = match (ended.stop, self.claim) {
             (StopReason::Complete, _) => ErrorClaim::Exact,
             (StopReason::RuleMet, Claim::Calibrated) => ErrorClaim::Calibrated { half_width, confidence },
@@ -150,8 +166,8 @@ impl<'a> Tashika<'a> {
             _ => ErrorClaim::None,
         };
         PixelEstimate {
-            radiance: radiance.total(),
-            standard_error: ended.spread.variance.sqrt() as f32,
+            radiance: ended.sum.total(),
+            standard_error: ended.interval.standard_error as f32,
             claim,
             stop: ended.stop,
             pairs,
@@ -161,33 +177,29 @@ impl<'a> Tashika<'a> {
     }
 
     /// Refines a cut until its interval is narrow enough; with the pairs and segments that it took.
-    fn control<B: UpperMaterial, O: Order>(&self, cut: Option<InheritedCut<'_, B, O>>) -> (Ended, u64, u64) {
+    fn control<B: UpperMaterial, O: Order>(
+        &self,
+        cut: Option<InheritedCut<'_, B, O>>,
+        background: &RgbSum,
+    ) -> (Ended, u64, u64) {
         let Some(mut cut) = cut else {
-            let nothing = Ended {
-                sum: RgbSum::default(),
-                spread: Spread::default(),
-                half_width: 0.0,
-                stop: StopReason::Complete,
-            };
-            return (nothing, 0, 0);
+            let interval = Interval::default();
+            return (Ended { sum: *background, interval, stop: StopReason::Complete }, 0, 0);
         };
         let max_pairs = self.max_pairs();
-        let schedule = match self.claim {
-            Claim::Calibrated => CALIBRATED,
-            Claim::Certified => CERTIFIED,
-        };
+        let schedule = self.schedule();
         let looks = schedule.looks(max_pairs.min(cut.terms()));
         let mut strata = Vec::new();
         let mut wanted = schedule.first;
         loop {
             cut.grow(wanted.min(max_pairs));
-            let sum = cut.summarize(&mut strata);
-            let spread = Spread::of(&strata);
-            let half_width = self.half_width(&spread, looks);
-            let tolerance = self.tolerance(sum.luminance());
+            let gathered = cut.estimate();
+            let mut sum = *background;
+            sum.merge(&gathered);
+            let interval = self.interval(&cut, &gathered, looks, &mut strata);
             let stop = if strata.is_empty() {
                 Some(StopReason::Complete)
-            } else if half_width <= tolerance {
+            } else if interval.half_width <= self.tolerance(&sum) {
                 Some(StopReason::RuleMet)
             } else if cut.pairs() >= max_pairs {
                 Some(StopReason::Budget)
@@ -195,11 +207,40 @@ impl<'a> Tashika<'a> {
                 None
             };
             if let Some(stop) = stop {
-                let ended = Ended { sum, spread, half_width, stop };
-                return (ended, cut.pairs(), cut.segments());
+                return (Ended { sum, interval, stop }, cut.pairs(), cut.segments());
             }
             wanted = schedule.next(wanted);
         }
+    }
+
+    /// The interval at one of that many looks. All that is controlled shares the error evenly.
+    fn interval<B: UpperMaterial, O: Order>(
+        &self,
+        cut: &InheritedCut<'_, B, O>,
+        gathered: &RgbSum,
+        looks: u32,
+        strata: &mut Vec<Stratum>,
+    ) -> Interval {
+        let parts = self.options.controlled.parts();
+        let delta = (1.0 - self.options.confidence) / parts.len() as f64;
+        let mut widest = Interval::default();
+        for part in parts {
+            let luminance = gathered.luminance();
+            let per_luminance =
+                if luminance > 0.0 { part.of_sum(gathered) / luminance } else { part.per_luminance };
+            cut.summarize(part, per_luminance, strata);
+            let spread = Spread::of(strata.as_slice());
+            let half_width = match self.claim {
+                Claim::Calibrated if self.has(Ingredient::RareLight) => spread.calibrated(1.0 - delta),
+                Claim::Calibrated => spread.student(1.0 - delta),
+                Claim::Certified => spread.certified(delta / f64::from(looks)),
+            };
+            let standard_error = spread.variance.sqrt();
+            if half_width >= widest.half_width {
+                widest = Interval { half_width, standard_error };
+            }
+        }
+        widest
     }
 
     fn max_pairs(&self) -> u64 {
@@ -207,18 +248,9 @@ impl<'a> Tashika<'a> {
     }
 
     /// Half-width that is narrow enough for an estimate.
-    fn tolerance(&self, luminance: f64) -> f64 {
-        let ControlOptions { error, absolute_error, .. } = self.options;
-        (error / (1.0 + error) * luminance).max(absolute_error)
-    }
-
-    /// Half-width at one of that many looks.
-    fn half_width(&self, spread: &Spread, looks: u32) -> f64 {
-        let delta = 1.0 - self.options.confidence;
-        match self.claim {
-            Claim::Calibrated => spread.calibrated(self.options.confidence),
-            Claim::Certified => spread.certified(delta / f64::from(looks)),
-        }
+    fn tolerance(&self, sum: &RgbSum) -> f64 {
+        let ControlOptions { error, controlled, absolute_error, .. } = self.options;
+        (error / (1.0 + error) * controlled.size(sum)).max(absolute_error)
     }
 
     /// What the neighbourhood of a cell sees of the lights.
@@ -232,13 +264,14 @@ impl<'a> Tashika<'a> {
 
 impl Integrator for Tashika<'_> {
     fn name(&self) -> &'static str {
-        "tashika"
+        self.left_out.map_or("tashika", Ingredient::left_out)
     }
 
     fn describe(&self, metadata: &mut Metadata) {
         super::describe_lights(self.lights.provenance, metadata);
         let o = &self.options;
         metadata.set("error", o.error);
+        metadata.set("control", o.controlled.to_string());
         metadata.set("error_absolute", o.absolute_error);
         metadata.set("confidence", o.confidence);
         metadata.set("claim", self.claim.to_string());
@@ -249,7 +282,7 @@ impl Integrator for Tashika<'_> {
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
         let mut cells: Vec<([u32; 2], CellVisibility<'_>)> = Vec::new();
         let mut estimate = |pixel: [u32; 2]| {
-            if self.claim == Claim::Certified {
+            if self.claim == Claim::Certified || !self.has(Ingredient::Pilot) {
                 return self.pixel(setting, pixel, None);
             }
             let cell = PilotVisibility::cell_of(pixel);
@@ -260,27 +293,5 @@ impl Integrator for Tashika<'_> {
             self.pixel(setting, pixel, Some(&cells[place].1))
         };
         tile.pixels().map(|(x, y)| estimate([x, y])).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The number of looks that a certificate pays for is the number of looks that there can be.
-    #[test]
-    fn looks_are_counted() {
-        for schedule in [CALIBRATED, CERTIFIED, Schedule { first: 1, growth: 1.0 }] {
-            for most in [1, 2, 63, 64, 65, 511, 512, 513, 1000, 4000] {
-                let (mut wanted, mut looks) = (schedule.first, 1);
-                // As `control` does it: the last look is at a cut that is whole, or out of budget.
-                while wanted.min(most) < most {
-                    wanted = schedule.next(wanted);
-                    looks += 1;
-                }
-                assert_eq!(schedule.looks(most), looks, "{schedule:?} {most}");
-            }
-        }
-        assert!((20..30).contains(&CERTIFIED.looks(1 << 18)));
     }
 }

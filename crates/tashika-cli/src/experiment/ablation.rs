@@ -1,0 +1,47 @@
+//! `tashika experiment ablation`: what our own method keeps and costs without each of its ingredients.
+
+use tashika::experiment::{Column, Ground};
+
+use crate::exit::{Failure, Outcome};
+use crate::interrupt;
+use crate::measure::{Bench, Findings, about_intervals, prepare, quantities, scenery};
+use crate::plan::AblationPlan;
+use crate::progress::Meter;
+
+const COLUMNS: &[Column] = &[
+    Column::Method,
+    Column::Within,
+    Column::Claims,
+    Column::Median,
+    Column::Worst,
+    Column::Rays,
+    Column::Pairs,
+    Column::Seconds,
+];
+
+/// Runs the whole method, then each of the others.
+pub fn work(plan: &AblationPlan) -> Result<Outcome, Failure> {
+    let measure = &plan.measure;
+    let meter = Meter::new(measure.common.quiet);
+    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, &meter)?;
+    let setting = stage.setting(plan.gather, measure.seed);
+    let mut findings = Findings {
+        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points)],
+        rows: Vec::new(),
+        of: measure.cells.len(),
+        columns: COLUMNS,
+        below: about_intervals(),
+    };
+    interrupt::with_flag(|cancel| -> Result<(), Failure> {
+        let bench = Bench { meter: &meter, cancel };
+        let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
+        let ground =
+            Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
+        for cell in &measure.cells {
+            let Some(row) = bench.row(&ground, cell)? else { break };
+            findings.rows.push(row);
+        }
+        Ok(())
+    })?;
+    findings.finish(&measure.common, Some(&plan.folder), &meter)
+}

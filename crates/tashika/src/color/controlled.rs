@@ -1,0 +1,116 @@
+//! Which number of a colour an error is the error of.
+
+use std::fmt;
+
+use super::{LUMINANCE_WEIGHTS, Rgb, RgbSum};
+
+/// What is controlled, and judged.
+///
+/// | | error of `a` against `b` | relative to |
+/// |---|---|---|
+/// | luminance | `|Y(a) − Y(b)|` | `Y(b)` |
+/// | channels | the largest `|a_c − b_c|` of the three channels | the largest `b_c` |
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Controlled {
+    /// Luminance.
+    #[default]
+    Luminance,
+    /// The worst of the three channels.
+    Channels,
+}
+
+/// A number of a colour: a sum of its channels with weights that are not negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    weights: [f64; 3],
+    /// The largest value of a colour of luminance 1.
+    pub per_luminance: f64,
+}
+
+const RED: f64 = LUMINANCE_WEIGHTS[0] as f64;
+const GREEN: f64 = LUMINANCE_WEIGHTS[1] as f64;
+const BLUE: f64 = LUMINANCE_WEIGHTS[2] as f64;
+
+impl Controlled {
+    /// Both, as users choose among them.
+    pub const ALL: [Self; 2] = [Self::Luminance, Self::Channels];
+
+    /// The one of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|controlled| controlled.to_string() == name)
+    }
+
+    /// What has to be right for it to be right.
+    pub fn parts(self) -> &'static [Part] {
+        match self {
+            Self::Luminance => &[Part { weights: [RED, GREEN, BLUE], per_luminance: 1.0 }],
+            Self::Channels => &[
+                Part { weights: [1.0, 0.0, 0.0], per_luminance: 1.0 / RED },
+                Part { weights: [0.0, 1.0, 0.0], per_luminance: 1.0 / GREEN },
+                Part { weights: [0.0, 0.0, 1.0], per_luminance: 1.0 / BLUE },
+            ],
+        }
+    }
+
+    /// What errors of this sum are relative to.
+    pub fn size(self, sum: &RgbSum) -> f64 {
+        self.parts().iter().map(|part| part.of_sum(sum)).fold(0.0, f64::max)
+    }
+
+    /// What errors are relative to where the truth is this colour, and the error of another.
+    pub fn size_and_distance(self, truth: Rgb, other: Rgb) -> (f64, f64) {
+        let of = |part: &Part| {
+            let (a, b) = (part.of(truth), part.of(other));
+            (a.abs(), (a - b).abs())
+        };
+        self.parts()
+            .iter()
+            .map(of)
+            .fold((0.0, 0.0), |(s, d), (size, distance)| (s.max(size), d.max(distance)))
+    }
+}
+
+impl Part {
+    /// Of a colour.
+    pub fn of(&self, color: Rgb) -> f64 {
+        self.weights.iter().zip(color.to_array()).map(|(w, c)| w * f64::from(c)).sum()
+    }
+
+    /// Of a sum of colours.
+    pub fn of_sum(&self, sum: &RgbSum) -> f64 {
+        self.weights.iter().zip(sum.channels()).map(|(w, c)| w * c).sum()
+    }
+}
+
+impl fmt::Display for Controlled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Luminance => "luminance",
+            Self::Channels => "channels",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_part_of_a_color_exceeds_its_bound_by_luminance() {
+        for color in [Rgb::new(1.0, 0.0, 0.0), Rgb::new(0.0, 0.0, 3.0), Rgb::new(0.2, 0.7, 0.1)] {
+            for part in Controlled::Channels.parts().iter().chain(Controlled::Luminance.parts()) {
+                let bound = part.per_luminance * f64::from(color.luminance());
+                assert!(part.of(color) <= bound * (1.0 + 1e-6), "{part:?} {color:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_worst_channel_counts_against_the_largest() {
+        let (truth, other) = (Rgb::new(1.0, 4.0, 0.0), Rgb::new(1.0, 3.0, 2.0));
+        assert_eq!(Controlled::Channels.size_and_distance(truth, other), (4.0, 2.0));
+        let (size, distance) = Controlled::Luminance.size_and_distance(truth, other);
+        assert!((size - (0.2126 + 4.0 * 0.7152)).abs() < 1e-6);
+        assert!((distance - (0.7152 - 2.0 * 0.0722)).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,129 @@
+//! Pixels in groups, so that none hides behind the average of all.
+//!
+//! | by | groups |
+//! |---|---|
+//! | brightness | quarters of the pixels, by the luminance of their exact sums; black ones apart |
+//! | material | what the weight of a pixel's gather points lies on: diffuse surfaces, others, some of both, or nothing |
+//!
+//! # Held to this by
+//! `experiment::tests`.
+
+use std::fmt;
+
+use crate::bsdf::Bsdf;
+use crate::film::{Film, Plane};
+use crate::integrator::{Setting, StopReason};
+
+/// What pixels are grouped by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Grouping {
+    /// How bright they are.
+    Brightness,
+    /// What they show.
+    Material,
+}
+
+impl Grouping {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Brightness, Self::Material];
+}
+
+impl fmt::Display for Grouping {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Brightness => "brightness",
+            Self::Material => "material",
+        })
+    }
+}
+
+/// Some of the pixels.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// What they have in common.
+    pub name: &'static str,
+    /// How many.
+    pub pixels: u64,
+    /// Their exact sums; other pixels count as not rendered.
+    pub reference: Film,
+}
+
+impl Grouping {
+    /// The groups of the pixels of a reference that have any, in order.
+    ///
+    /// # Panics
+    /// If the film is not of [`render`](crate::render).
+    pub fn groups(self, reference: &Film, setting: &Setting<'_>) -> Vec<Group> {
+        let stop = reference.plane("stop").expect("a film of `render`");
+        let held: Vec<[u32; 2]> = reference
+            .window()
+            .pixels()
+            .map(|(x, y)| [x, y])
+            .filter(|&[x, y]| stop.u32_at(x, y)[0] != StopReason::NotRendered.id())
+            .collect();
+        let (names, classes): (&[&str], Vec<usize>) = match self {
+            Self::Brightness => (BRIGHTNESS, by_brightness(reference, &held)),
+            Self::Material => (MATERIAL, held.iter().map(|pixel| material(setting, *pixel)).collect()),
+        };
+        let group = |(class, name): (usize, &&'static str)| {
+            let members: Vec<[u32; 2]> =
+                held.iter().zip(&classes).filter(|(_, of)| **of == class).map(|(pixel, _)| *pixel).collect();
+            (!members.is_empty()).then(|| Group {
+                name,
+                pixels: members.len() as u64,
+                reference: only(reference, &members),
+            })
+        };
+        names.iter().enumerate().filter_map(group).collect()
+    }
+}
+
+const BRIGHTNESS: &[&str] =
+    &["black", "darkest quarter", "darker quarter", "brighter quarter", "brightest quarter"];
+const MATERIAL: &[&str] = &["nothing", "diffuse", "glossy", "diffuse and glossy"];
+
+/// The reference with these pixels only.
+fn only(reference: &Film, members: &[[u32; 2]]) -> Film {
+    let mut film = reference.clone();
+    let all: Vec<(u32, u32)> = film.window().pixels().collect();
+    let stop = film.plane_mut("stop").expect("a film of `render`");
+    let kept: Vec<u32> = members.iter().map(|&[x, y]| stop.u32_at(x, y)[0]).collect();
+    for (x, y) in all {
+        stop.set_u32(x, y, &[StopReason::NotRendered.id()]);
+    }
+    for (&[x, y], kept) in members.iter().zip(kept) {
+        stop.set_u32(x, y, &[kept]);
+    }
+    film
+}
+
+fn by_brightness(reference: &Film, held: &[[u32; 2]]) -> Vec<usize> {
+    let color: &Plane = &reference.planes()[0];
+    let luminance = |&[x, y]: &[u32; 2]| {
+        let c = color.f32_at(x, y);
+        crate::color::Rgb::new(c[0], c[1], c[2]).luminance()
+    };
+    let luminances: Vec<f32> = held.iter().map(luminance).collect();
+    let mut sorted: Vec<f32> = luminances.iter().copied().filter(|l| *l > 0.0).collect();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let class = |l: f32| {
+        if l > 0.0 {
+            // Equal luminances are in one group.
+            1 + sorted.partition_point(|other| *other < l) * 4 / sorted.len()
+        } else {
+            0
+        }
+    };
+    luminances.into_iter().map(class).collect()
+}
+
+fn material(setting: &Setting<'_>, pixel: [u32; 2]) -> usize {
+    let points = setting.view.pixel(setting.tracer, pixel).points;
+    let diffuse = points.iter().filter(|point| matches!(point.bsdf, Bsdf::Lambert(_))).count();
+    match (diffuse, points.len() - diffuse) {
+        (0, 0) => 0,
+        (_, 0) => 1,
+        (0, _) => 2,
+        _ => 3,
+    }
+}
