@@ -1,5 +1,6 @@
 //! The library's one test binary: everything that needs more than one module.
 
+mod adversarial;
 mod cases;
 mod closed_forms;
 mod control;

@@ -1,0 +1,468 @@
+//! Scenes made to break the published rule, and what our own method promises on them.
+//!
+//! Light is rare here: most pairs of a gather point and a light carry nothing, and a few of them carry the pixel. Samples that all say
+//! "dark" agree with each other, and an interval that is made of their spread alone is narrow around the wrong value.
+
+use std::sync::Arc;
+
+use tashika::accel::Tracer;
+use tashika::color::Rgb;
+use tashika::film::Window;
+use tashika::gather::{GatherOptions, View};
+use tashika::integrator::{
+    Claim, ControlOptions, ErrorClaim, LitBy, Method, PixelEstimate, Setting, StopReason,
+};
+use tashika::math::Vec3;
+use tashika::rng::{Purpose, Stream};
+use tashika::scene::{Camera, Emitter, Environment, Material, MeshData, SceneBuilder, Surface};
+use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::vpl::{Provenance, Vpl, VplKind, VplSet};
+use tashika::warp;
+
+use crate::cases::{builder, cuboid, lambert, parallelogram, place};
+
+const CALIBRATED: Method = Method::Tashika(Claim::Calibrated);
+const CERTIFIED: Method = Method::Tashika(Claim::Certified);
+/// Gather points a pixel.
+const POINTS: u32 = 4;
+/// Distance from which lights are not brighter any more (m), as traced sets have one.
+const CLAMP: f32 = 0.05;
+/// 95 % less five standard errors of 160 trials: there are 210 to 480 pixels, and neighbours and seeds share what is hard about one.
+const LEAST: f64 = 0.95 - 5.0 * 0.0172;
+
+/// A share that the published rule stays below where it breaks, if it says 95 %: it keeps 39 to 62 %, by more than four standard errors of
+/// 160 trials less than this.
+const BROKEN: f64 = 0.8;
+
+/// A scene and its lights.
+struct World {
+    tracer: Arc<Tracer>,
+    set: VplSet,
+    tree: LightTree,
+    size: [u32; 2],
+}
+
+impl World {
+    fn new(mut b: SceneBuilder, eye: [f32; 3], target: [f32; 3], fov: f32, lights: Vec<Vpl>) -> Self {
+        b.add_camera(Camera::look_at("main", eye.into(), target.into(), Vec3::Y, fov)).unwrap();
+        // Keeps the builder from adding a sky and a sun. All light that counts is in the set.
+        b.add_emitter(Emitter::Directional { direction: Vec3::NEG_Y, irradiance: Rgb::WHITE }).unwrap();
+        Self::lit(Arc::new(Tracer::new(Arc::new(b.build().unwrap()))), lights, CLAMP)
+    }
+
+    fn lit(tracer: Arc<Tracer>, lights: Vec<Vpl>, clamp_distance: f32) -> Self {
+        let set = VplSet::new(lights, Provenance { clamp_distance, ..Provenance::default() });
+        let tree = LightTree::build(&set, LightTreeBuilder::default());
+        Self { tracer, set, tree, size: [16, 10] }
+    }
+
+    fn see<T>(&self, look: impl FnOnce(View<'_>) -> T) -> T {
+        let gather = GatherOptions { points: POINTS, ..GatherOptions::default() };
+        look(View { camera: &self.tracer.scene().cameras()[0], size: self.size, gather, seed: 2 })
+    }
+
+    fn estimate(&self, method: Method, options: &ControlOptions) -> Vec<PixelEstimate> {
+        let integrator = method.integrator(LitBy { set: &self.set, tree: Some(&self.tree) }, options);
+        self.see(|view| {
+            integrator.estimate(&Setting { tracer: &self.tracer, view }, &Window::full(self.size))
+        })
+    }
+
+    fn exact(&self) -> Vec<PixelEstimate> {
+        self.estimate(Method::Exact, &ControlOptions::default())
+    }
+}
+
+/// A world and its exact sums.
+struct Judged {
+    world: World,
+    truth: Vec<f64>,
+}
+
+/// Shares of all pixels of some seeds that get any light.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kept {
+    /// Whose interval holds.
+    holds: f64,
+    /// Whose error is within what was asked for.
+    within: f64,
+    /// Mean number of rays of a pixel.
+    rays: f64,
+}
+
+impl Judged {
+    fn new(world: World) -> Self {
+        let truth: Vec<f64> = world.exact().iter().map(luminance).collect();
+        assert!(truth.iter().filter(|truth| **truth > 0.0).count() > truth.len() / 2);
+        Self { world, truth }
+    }
+
+    /// Pixels that get nothing have to be estimated at nothing, and do not count.
+    fn kept(&self, method: Method, options: &ControlOptions, seeds: u64) -> Kept {
+        let mut kept = Kept::default();
+        let mut lit = 0.0;
+        for seed in 1..=seeds {
+            let estimates = self.world.estimate(method, &ControlOptions { seed, ..*options });
+            for (e, &truth) in estimates.iter().zip(&self.truth) {
+                let (found, half_width) = (luminance(e), f64::from(e.claim.half_width()));
+                assert!(e.stop != StopReason::Budget && e.claim != ErrorClaim::None, "{method}: {e:?}");
+                assert!(half_width <= options.error * found * (1.0 + 1e-5), "{method}: {e:?}");
+                if truth == 0.0 {
+                    assert_eq!(found, 0.0, "{method}: {e:?}");
+                    continue;
+                }
+                // Sums of 10⁴ terms, each rounded to `f32` a dozen times.
+                let rounding = 1e-5 * truth;
+                let distance = (found - truth).abs();
+                kept.holds += f64::from(distance <= half_width + rounding);
+                kept.within += f64::from(distance <= options.error * truth + rounding);
+                kept.rays += e.rays as f64;
+                lit += 1.0;
+            }
+        }
+        Kept { holds: kept.holds / lit, within: kept.within / lit, rays: kept.rays / lit }
+    }
+
+    /// Certificates hold on any scene, and every inequality in them gives something away: of the 2600 lit pixels below not one misses,
+    /// which makes misses about as rare as one in a thousand, or rarer (the rule of three). Ten times that is no bad luck.
+    fn certificates_hold(&self) {
+        let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
+        let kept = self.kept(CERTIFIED, &options, 2);
+        assert!(kept.holds >= 0.99 && kept.within >= 0.99, "{kept:?}");
+    }
+
+    /// At 95 %, for errors of 5 %.
+    fn calibrated(&self) -> Kept {
+        let options = ControlOptions { error: 0.05, confidence: 0.95, ..ControlOptions::default() };
+        self.kept(CALIBRATED, &options, 3)
+    }
+
+    fn calibrated_intervals_hold(&self) {
+        let kept = self.calibrated();
+        assert!(kept.holds >= LEAST && kept.within >= LEAST, "{kept:?}");
+    }
+
+    /// The scene is a hard one: the published rule keeps far less than the 95 % that it says.
+    fn published_intervals_do_not_hold(&self) {
+        let options = ControlOptions { error: 0.05, confidence: 0.95, ..ControlOptions::default() };
+        let kept = self.kept(Method::Iwasaki2019, &options, 2);
+        assert!(kept.holds < BROKEN, "{kept:?}");
+    }
+}
+
+fn luminance(e: &PixelEstimate) -> f64 {
+    f64::from(e.radiance.luminance())
+}
+
+/// Something gray.
+fn put(b: &mut SceneBuilder, mesh: MeshData) {
+    place(b, mesh, Material::new("gray", lambert(0.6)));
+}
+
+/// A gray parallelogram.
+fn sheet(b: &mut SceneBuilder, corner: [f32; 3], e: [f32; 3], f: [f32; 3]) {
+    put(b, parallelogram(corner.into(), e.into(), f.into()));
+}
+
+/// A gray block.
+fn slab(b: &mut SceneBuilder, lo: [f32; 3], hi: [f32; 3]) {
+    put(b, cuboid(lo.into(), hi.into(), false));
+}
+
+fn stream(index: u64) -> Stream {
+    Stream::new(17, Purpose::Test, index)
+}
+
+/// Lights of one intensity, of all directions, in a box.
+fn omni(count: usize, lo: [f32; 3], hi: [f32; 3], intensity: f32, s: &mut Stream) -> Vec<Vpl> {
+    let (lo, hi) = (Vec3::from(lo), Vec3::from(hi));
+    let at = |s: &mut Stream| lo + Vec3::from(s.uniform_3()) * (hi - lo);
+    (0..count)
+        .map(|_| Vpl {
+            position: at(s),
+            direction: Vec3::ZERO,
+            intensity: Rgb::gray(intensity),
+            kind: VplKind::Omni,
+        })
+        .collect()
+}
+
+/// Lights on all six walls of a box, shining inward.
+fn on_walls(count: usize, lo: [f32; 3], hi: [f32; 3], intensity: f32, s: &mut Stream) -> Vec<Vpl> {
+    let (lo, hi) = (Vec3::from(lo), Vec3::from(hi));
+    (0..count)
+        .map(|_| {
+            let (axis, up) = (s.below(3) as usize, s.below(2) == 0);
+            let inward = Vec3::AXES[axis] * if up { -1.0 } else { 1.0 };
+            let mut position = lo + Vec3::from(s.uniform_3()) * (hi - lo);
+            position[axis] = if up { hi[axis] } else { lo[axis] };
+            Vpl {
+                position: position + inward * 1e-3,
+                direction: inward,
+                intensity: Rgb::gray(intensity),
+                kind: VplKind::Oriented,
+            }
+        })
+        .collect()
+}
+
+/// A room of 2 m whose ceiling has a hole of 12 cm. Each point of it sees a few of 3000 lights of a sky, and a small patch the sun.
+fn pinhole() -> World {
+    let mut b = builder();
+    slab(&mut b, [-0.1, -0.1, -0.1], [2.1, 0.0, 2.1]);
+    slab(&mut b, [-0.1, 0.0, -0.1], [0.0, 2.0, 2.1]);
+    slab(&mut b, [2.0, 0.0, -0.1], [2.1, 2.0, 2.1]);
+    slab(&mut b, [0.0, 0.0, -0.1], [2.0, 2.0, 0.0]);
+    slab(&mut b, [0.0, 0.0, 2.0], [2.0, 2.0, 2.1]);
+    sheet(&mut b, [-0.1, 2.0, -0.1], [2.2, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    sheet(&mut b, [-0.1, 2.0, 1.02], [2.2, 0.0, 0.0], [0.0, 0.0, 1.08]);
+    sheet(&mut b, [-0.1, 2.0, 0.9], [1.0, 0.0, 0.0], [0.0, 0.0, 0.12]);
+    sheet(&mut b, [1.02, 2.0, 0.9], [1.08, 0.0, 0.0], [0.0, 0.0, 0.12]);
+    let mut s = stream(1);
+    let far = |direction: Vec3, irradiance: f32| Vpl {
+        position: Vec3::ZERO,
+        direction: direction.normalize(),
+        intensity: Rgb::gray(irradiance),
+        kind: VplKind::Directional,
+    };
+    let mut lights = on_walls(1000, [0.0; 3], [2.0; 3], 1e-4, &mut s);
+    lights.extend((0..3000).map(|_| {
+        let d = warp::sphere(s.uniform_2());
+        far(Vec3::new(d.x, -d.y.abs().max(0.05), d.z), 0.1)
+    }));
+    lights.push(far(Vec3::new(0.3, -1.0, -0.3), 100.0));
+    World::new(b, [0.2, 1.2, 1.8], [1.1, 0.2, 0.6], 1.0, lights)
+}
+
+/// Two rooms, and an opening of 20 cm × 30 cm between them. The lights are in one, the eye in the other.
+fn keyhole() -> World {
+    let mut b = builder();
+    put(&mut b, cuboid(Vec3::ZERO, Vec3::new(4.0, 2.0, 2.0), true));
+    slab(&mut b, [1.95, 0.0, 0.0], [2.05, 2.0, 0.9]);
+    slab(&mut b, [1.95, 0.0, 1.1], [2.05, 2.0, 2.0]);
+    slab(&mut b, [1.95, 0.0, 0.9], [2.05, 0.8, 1.1]);
+    slab(&mut b, [1.95, 1.1, 0.9], [2.05, 2.0, 1.1]);
+    let mut s = stream(2);
+    let mut lights = on_walls(4000, [2.05, 0.0, 0.0], [4.0, 2.0, 2.0], 1.0, &mut s);
+    lights.extend(on_walls(100, [0.0; 3], [1.95, 2.0, 2.0], 1e-3, &mut s));
+    World::new(b, [1.7, 1.2, 1.6], [0.2, 0.8, 0.7], 1.1, lights)
+}
+
+/// Slivers of 50 cm × 2 cm, along two axes, in many layers between lights and a floor: what a point sees says nothing of its neighbour.
+fn wires() -> World {
+    let mut b = builder();
+    slab(&mut b, [-2.0, -0.1, -2.0], [2.0, 0.0, 2.0]);
+    let mut s = stream(3);
+    let mut mesh = MeshData::default();
+    for number in 0..12_000 {
+        let at = (Vec3::from(s.uniform_3()) - Vec3::splat(0.5)) * Vec3::new(4.0, 0.4, 4.0) + Vec3::Y;
+        let (along, across) = if number % 2 == 0 { (Vec3::X, Vec3::Z) } else { (Vec3::Z, Vec3::X) };
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([at, at + 0.5 * along, at + 0.25 * along + 0.02 * across]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    put(&mut b, mesh);
+    let lights = omni(2000, [-2.0, 1.8, -2.0], [2.0, 2.2, 2.0], 1.0, &mut s);
+    World { size: [12, 8], ..World::new(b, [0.0, 0.6, 1.8], [0.0, 0.0, 0.2], 1.0, lights) }
+}
+
+/// Half of the light is that of one of 20,000 lights, behind slats.
+fn one_of_many() -> World {
+    let mut b = builder();
+    put(&mut b, cuboid(Vec3::ZERO, Vec3::splat(2.0), true));
+    for k in 0..10u8 {
+        let x = 0.2 + 0.16 * f32::from(k);
+        sheet(&mut b, [x, 1.3, 0.4], [0.11, 0.0, 0.0], [0.0, 0.0, 1.2]);
+    }
+    let mut s = stream(4);
+    let mut lights = on_walls(20_000, [0.0; 3], [2.0; 3], 1e-4, &mut s);
+    lights.extend(omni(1, [1.0, 1.5, 1.0], [1.0, 1.5, 1.0], 2.0, &mut s));
+    World { size: [12, 8], ..World::new(b, [1.0, 1.0, 1.95], [1.0, 0.3, 0.5], 1.2, lights) }
+}
+
+/// A floor with a lobe of 2π/20,000 sr, in which a few of its 10,000 lights are mirrored.
+fn glossy_peak() -> World {
+    let mut b = builder();
+    let floor = parallelogram(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    let glossy = Surface::Phong {
+        diffuse: Rgb::gray(0.001).into(),
+        specular: Rgb::gray(0.8).into(),
+        exponent: 20_000.0,
+    };
+    place(&mut b, floor, Material::new("glossy", glossy));
+    let mut s = stream(5);
+    let lights = omni(10_000, [-2.0, 1.0, -4.0], [2.0, 3.0, -1.0], 1.0, &mut s);
+    World::new(b, [0.0, 1.0, 2.0], [0.0, 0.0, 0.2], 0.7, lights)
+}
+
+/// Of 5020 lights, 5000 are behind a thin wall that is looked at: near, so that their bounds are the largest, and all in shadow.
+fn hidden() -> World {
+    let mut b = builder();
+    put(&mut b, cuboid(Vec3::ZERO, Vec3::splat(2.0), true));
+    slab(&mut b, [0.0, 0.0, 0.3], [2.0, 2.0, 0.32]);
+    let mut s = stream(6);
+    let mut lights = omni(5000, [0.05, 0.05, 0.1], [1.95, 1.95, 0.25], 1.0, &mut s);
+    lights.extend(omni(20, [0.1, 0.1, 1.5], [1.9, 1.9, 1.9], 1.0, &mut s));
+    World::new(b, [1.0, 1.0, 1.9], [1.0, 0.7, 0.3], 1.2, lights)
+}
+
+#[test]
+fn light_through_a_pinhole_is_not_overlooked() {
+    let scene = Judged::new(pinhole());
+    scene.certificates_hold();
+    scene.calibrated_intervals_hold();
+    scene.published_intervals_do_not_hold();
+}
+
+/// Hundreds of strata are all in shadow and might each have some light. The term of the calibrated interval for what was not seen knows
+/// of the largest of them alone: 86 % of the intervals hold, though 98 % of the errors are as small as was asked for. Four standard
+/// errors of 160 trials below that.
+#[test]
+fn behind_a_keyhole_errors_are_as_asked_for_but_calibrated_intervals_are_too_narrow() {
+    let scene = Judged::new(keyhole());
+    scene.certificates_hold();
+    let kept = scene.calibrated();
+    assert!(kept.holds >= 0.75 && kept.within >= LEAST, "{kept:?}");
+    scene.published_intervals_do_not_hold();
+}
+
+#[test]
+fn shadows_of_thousands_of_wires_are_no_surprise() {
+    let scene = Judged::new(wires());
+    scene.certificates_hold();
+    scene.calibrated_intervals_hold();
+    scene.published_intervals_do_not_hold();
+}
+
+/// The published rule finds this light, too, and keeps 92 % of its claims: where bounds are large it refines first.
+#[test]
+fn one_bright_light_of_very_many_is_found() {
+    let scene = Judged::new(one_of_many());
+    scene.certificates_hold();
+    scene.calibrated_intervals_hold();
+}
+
+#[test]
+fn a_glossy_peak_that_hardly_a_light_meets_is_found() {
+    let scene = Judged::new(glossy_peak());
+    scene.certificates_hold();
+    scene.calibrated_intervals_hold();
+    scene.published_intervals_do_not_hold();
+}
+
+/// The published rule keeps about 80 % of its claims of 95 % here: too near to what the others are told by to be asserted.
+#[test]
+fn lights_that_are_nearly_all_hidden_do_not_mislead() {
+    let scene = Judged::new(hidden());
+    scene.certificates_hold();
+    scene.calibrated_intervals_hold();
+}
+
+fn floor(reflectance: f32) -> SceneBuilder {
+    let mut b = builder();
+    let floor = parallelogram(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    place(&mut b, floor, Material::new("floor", lambert(reflectance)));
+    b
+}
+
+/// A floor in the shade of some bars.
+fn barred() -> SceneBuilder {
+    let mut b = floor(0.6);
+    for k in 0..12u8 {
+        sheet(&mut b, [-1.5 + 0.25 * f32::from(k), 0.7, -1.5], [0.13, 0.0, 0.0], [0.0, 0.0, 3.0]);
+    }
+    b
+}
+
+/// Eye and target of a view of the floor.
+const ABOVE: [[f32; 3]; 2] = [[0.0, 0.6, 1.8], [0.0, 0.0, 0.2]];
+
+#[test]
+fn pixels_that_see_the_sky_alone_are_exact_and_cost_nothing() {
+    let mut b = floor(0.6);
+    b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();
+    let lights = omni(500, [-1.0, 1.0, -1.0], [1.0, 2.0, 1.0], 1.0, &mut stream(7));
+    // Straight ahead: the upper half is sky. Its height is that of whole cells of the pilot.
+    let world = World { size: [16, 64], ..World::new(b, [0.0, 0.6, 1.8], [0.0, 0.6, 0.2], 1.0, lights) };
+    let options = ControlOptions { error: 0.2, ..ControlOptions::default() };
+    for method in [CALIBRATED, CERTIFIED] {
+        let mut sky = 0;
+        for (number, e) in world.estimate(method, &options).iter().enumerate() {
+            if e.features.coverage == 0.0 {
+                sky += 1;
+                assert_eq!((e.radiance, e.pairs, e.standard_error), (Rgb::gray(0.5), 0, 0.0), "{method}");
+                assert_eq!((e.claim, e.stop), (ErrorClaim::Exact, StopReason::Complete), "{method}");
+                // A pixel pays its share of its cell's pilot, wherever that looks; cells of sky have none.
+                assert!(e.rays == 0 || (method == CALIBRATED && number >= 16 * 32), "{method}: {e:?}");
+            }
+        }
+        assert!((16 * 32..16 * 64).contains(&sky), "{method}: {sky}");
+    }
+}
+
+#[test]
+fn black_surfaces_are_exact_and_cost_nothing() {
+    let lights = omni(500, [-1.0, 1.0, -1.0], [1.0, 2.0, 1.0], 1.0, &mut stream(8));
+    let world = World::new(floor(0.0), ABOVE[0], ABOVE[1], 1.0, lights);
+    for method in [CALIBRATED, CERTIFIED] {
+        for e in world.estimate(method, &ControlOptions::default()) {
+            assert_eq!((e.radiance, e.rays, e.claim), (Rgb::BLACK, 0, ErrorClaim::Exact), "{method}");
+        }
+    }
+}
+
+/// Bounds are of the largest channel, and know of no colours: they are positive where every term is zero.
+#[test]
+fn a_green_floor_in_a_red_mirror_is_found_to_be_black() {
+    let mut b = builder();
+    let quad = |y: f32| parallelogram(Vec3::new(-2.0, y, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
+    let green = Surface::Lambert { reflectance: Rgb::new(0.0, 0.8, 0.0).into() };
+    let red = Surface::Mirror { reflectance: Rgb::new(0.9, 0.0, 0.0).into() };
+    place(&mut b, quad(0.0), Material::new("green", green));
+    place(&mut b, quad(3.0), Material::new("red", red));
+    let lights = omni(2000, [-1.0, 1.0, -1.0], [1.0, 2.0, 1.0], 1.0, &mut stream(9));
+    // Narrow enough that all the mirror shows is floor.
+    let world = World::new(b, [0.0, 1.0, 0.0], [0.0, 3.0, 0.1], 0.4, lights);
+    for method in [CALIBRATED, CERTIFIED] {
+        for e in world.estimate(method, &ControlOptions::default()) {
+            assert!(e.features.coverage == 1.0 && e.pairs > 1, "{e:?}");
+            assert_eq!((e.radiance, e.claim), (Rgb::BLACK, ErrorClaim::Exact), "{method}: {e:?}");
+        }
+    }
+}
+
+#[test]
+fn lights_all_at_one_place_are_no_trouble() {
+    let one = omni(1, [0.1, 1.4, 0.2], [0.1, 1.4, 0.2], 1.0, &mut stream(10));
+    let all_directions = on_walls(3000, [0.1, 1.4, 0.2], [0.1, 1.4, 0.2], 1.0, &mut stream(11));
+    let at_one_place = all_directions.into_iter().map(|light| Vpl { position: one[0].position, ..light });
+    for lights in [one.clone(), vec![one[0]; 3000], at_one_place.collect()] {
+        let world = Judged::new(World::new(barred(), ABOVE[0], ABOVE[1], 1.0, lights));
+        world.certificates_hold();
+        world.calibrated_intervals_hold();
+    }
+}
+
+/// Some of the lights are gather points themselves, as where a light path ends in what the eye sees. Without a clamp nothing bounds what
+/// comes from there.
+#[test]
+fn lights_where_light_is_gathered_are_no_trouble() {
+    let scene = World::new(barred(), ABOVE[0], ABOVE[1], 1.0, Vec::new());
+    let mut s = stream(12);
+    let mut lights = omni(1000, [-1.0, 1.0, -1.0], [1.0, 2.0, 1.0], 1.0, &mut s);
+    let [width, height] = scene.size;
+    scene.see(|view| {
+        for pixel in (0..height).flat_map(|y| (0..width).map(move |x| [x, y])) {
+            for point in view.pixel(&scene.tracer, pixel).points {
+                let kind = if s.below(2) == 0 { VplKind::Omni } else { VplKind::Oriented };
+                let direction = if kind == VplKind::Omni { Vec3::ZERO } else { point.geometric_normal };
+                lights.push(Vpl { position: point.position, direction, intensity: Rgb::gray(0.01), kind });
+            }
+        }
+    });
+    for clamp in [0.0, CLAMP] {
+        let world = Judged::new(World::lit(Arc::clone(&scene.tracer), lights.clone(), clamp));
+        world.certificates_hold();
+        world.calibrated_intervals_hold();
+    }
+}
