@@ -217,18 +217,21 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
             }
             let squares: f64 =
                 units.map(|unit| part.of(unit) - mean).map(|deviation| deviation * deviation).sum();
-            let mut visibility = known.expectation.importance_visibility;
+            let expected = known.expectation.importance_visibility;
+            let mut visibility = expected;
             if self.options.corrects {
                 // What is expected to be in shadow and is seen in the light is a reason to expect more.
                 let seen = (luminance * weight / known.upper).min(n);
-                visibility = (EXPECTATION_WEIGHT * visibility + seen) / (EXPECTATION_WEIGHT + n);
+                visibility = (EXPECTATION_WEIGHT * expected + seen) / (EXPECTATION_WEIGHT + n);
             }
             let upper = known.upper * part.per_luminance;
+            let range = known.upper * per_luminance;
             strata.push(stratified::Stratum {
                 samples: stratum.samples.len() as u32,
                 upper,
-                importance_range: (known.upper * visibility.sqrt() * per_luminance).min(upper),
+                importance_range: (range * visibility.sqrt()).min(upper),
                 variance: squares * weight * weight / (n - 1.0),
+                importance_variance: expected * (1.0 - expected) * range * range,
             });
         }
     }

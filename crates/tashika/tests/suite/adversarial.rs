@@ -314,9 +314,8 @@ fn light_through_a_pinhole_is_not_overlooked() {
     scene.published_intervals_do_not_hold();
 }
 
-/// Hundreds of strata are all in shadow and might each have some light. The term of the calibrated interval for what was not seen knows
-/// of the largest of them alone: 86 % of the intervals hold, though 98 % of the errors are as small as was asked for. Four standard
-/// errors of 160 trials below that.
+/// Hundreds of strata are all in shadow and might each have some light. The calibrated interval reckons with a small part of their sum: 87 % of the
+/// intervals hold, though 98 % of the errors are as small as was asked for. Four standard errors of 160 trials below that.
 #[test]
 fn behind_a_keyhole_errors_are_as_asked_for_but_calibrated_intervals_are_too_narrow() {
     let scene = Judged::new(keyhole());

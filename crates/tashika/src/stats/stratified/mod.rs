@@ -38,20 +38,26 @@
 //! # The calibrated interval
 //!
 //! ```text
-//! h = t_ν √V̂ + κ b' ln(2/δ)          b' = max R'_k/n_k          ν = (Σ S_k)² / Σ (S_k²/(ν_k + 2)) − 2,   S_k = s_k²/n_k,   ν_k = n_k − 1
+//! h = t_ν √(V̂ + γ E) + κ b' ln(2/δ)          E = Σ σ'_k²/n_k          b' = max R'_k/n_k          ν = (Σ S_k)² / Σ (S_k²/(ν_k + 2)) − 2,   S_k = s_k²/n_k,   ν_k = n_k − 1
 //! ```
 //!
 //! The first term is Student's, with the degrees of freedom of Satterthwaite 1946 corrected for estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for
 //! normal samples). The second is what Bernstein's inequality has for a single rare and large value, with a smaller factor, [`KAPPA`]: samples
 //! that are all alike, all in shadow say, are no certainty. `R'` is what a stratum is expected to reach (`importance_range`), at most `R`:
-//! `R √p` if about the share `p` of it is visible, since the square of a term is `p R²` then.
+//! `R √p` if about the share `p` of it is visible, since the square of a term is `p R²` then. It is about the largest stratum; where hundreds are in
+//! shadow and each may have some light, their sum counts: `σ'² = p (1 − p) R²` is the variance that a stratum is expected to have
+//! (`importance_variance`), of which the share [`GAMMA`] is granted even where no sample shows any.
 //! The interval is an estimate: measured, not proven.
 
 use super::student_t_two_sided;
 use crate::math::elementary::ln_f64;
 
 /// `κ`. The factor in Bernstein's inequality is 1/3; lower values cost fewer rays and promise less. Set by `tashika coverage`; see the record.
-pub const KAPPA: f64 = 0.25;
+pub const KAPPA: f64 = 0.2;
+
+/// `γ`. Visibility is much the same throughout most strata, so that they vary far less than what is expected of each; but it is not in all of them. Set by
+/// the same measurements as [`KAPPA`].
+pub const GAMMA: f64 = 0.001;
 
 /// Share of `δ` that goes to `H₁`.
 const HOEFFDING_SHARE: f64 = 0.05;
@@ -72,6 +78,8 @@ pub struct Stratum {
     pub importance_range: f64,
     /// Sample variance `s²`.
     pub variance: f64,
+    /// Variance `σ'²` that is to be expected; not proven.
+    pub importance_variance: f64,
 }
 
 /// What all strata say together.
@@ -89,13 +97,15 @@ pub struct Spread {
     largest_squared: f64,
     /// `B`.
     squares: f64,
+    /// `E`.
+    importance_variance: f64,
 }
 
 impl Spread {
     /// Of these strata.
     pub fn of<'a>(strata: impl IntoIterator<Item = &'a Stratum>) -> Self {
         let mut spread = Self::default();
-        for &Stratum { samples, upper, importance_range, variance } in strata {
+        for &Stratum { samples, upper, importance_range, variance, importance_variance } in strata {
             let n = f64::from(samples);
             let of_mean = variance / n;
             spread.variance += of_mean;
@@ -104,6 +114,7 @@ impl Spread {
             spread.importance_largest = spread.importance_largest.max(importance_range / n);
             spread.largest_squared = spread.largest_squared.max(upper * upper / (4.0 * (n - 1.0)));
             spread.squares += upper * upper / n;
+            spread.importance_variance += importance_variance / n;
         }
         spread
     }
@@ -120,7 +131,9 @@ impl Spread {
 
     /// Half-width `h` of the calibrated interval of this confidence, in (0, 1).
     pub fn calibrated(&self, confidence: f64) -> f64 {
-        self.student(confidence) + KAPPA * self.importance_largest * ln_f64(2.0 / (1.0 - confidence))
+        let t = student_t_two_sided(confidence, self.freedom());
+        t * (self.variance + GAMMA * self.importance_variance).sqrt()
+            + KAPPA * self.importance_largest * ln_f64(2.0 / (1.0 - confidence))
     }
 
     /// Half-width that `|L̂ − L|` does not exceed, but for a probability of `delta`, in (0, 1).

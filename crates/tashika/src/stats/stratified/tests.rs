@@ -28,7 +28,16 @@ impl Skewed {
         let share = lit / n;
         let variance = self.upper * self.upper * share * (1.0 - share) * n / (n - 1.0);
         let upper = self.upper * told;
-        (self.upper * share, Stratum { samples: self.samples, upper, importance_range: upper, variance })
+        (
+            self.upper * share,
+            Stratum {
+                samples: self.samples,
+                upper,
+                importance_range: upper,
+                variance,
+                importance_variance: 0.0,
+            },
+        )
     }
 }
 
@@ -128,7 +137,7 @@ fn looks_have_to_be_counted() {
 #[test]
 fn variances_are_bounded_by_more_than_they_are_estimated_at() {
     for (variance, upper) in [(0.0, 1.0), (1e-6, 1.0), (1.0, 1.0), (1.0, 1e-6), (1e6, 1.0), (1.0, 1e-200)] {
-        let said = Stratum { samples: 2, upper, importance_range: upper, variance };
+        let said = Stratum { samples: 2, upper, importance_range: upper, variance, importance_variance: 0.0 };
         let spread = Spread::of(&[said]);
         let target = 0.25 * upper * upper * ln_f64(20.0);
         let bound = spread.upper_variance(0.05);
@@ -156,10 +165,35 @@ fn calibrated_intervals_know_of_what_is_rare_and_bright() {
     assert!(missed <= 0.05, "{missed}");
 }
 
+/// Hundreds of strata, each with a little chance of some light that no sample has met: the term for the largest of them knows nothing of their sum.
+#[test]
+fn calibrated_intervals_know_of_many_strata_in_shadow() {
+    let visibility: f64 = 0.02;
+    let dark = Stratum {
+        samples: 2,
+        upper: 1.0,
+        importance_range: visibility.sqrt(),
+        variance: 0.0,
+        importance_variance: visibility * (1.0 - visibility),
+    };
+    let width = |count: usize| Spread::of(&vec![dark; count]).calibrated(0.95);
+    // In proportion to the root of their number, once they are many.
+    assert!(width(40_000) > 1.8 * width(10_000) && width(10_000) > 2.0 * width(1));
+}
+
 /// Of many strata of comparable size the certificate is within a small factor of the normal interval.
 #[test]
 fn certificates_are_tight_where_strata_are_many() {
-    let strata = vec![Stratum { samples: 2, upper: 1.0, importance_range: 1.0, variance: 0.1 }; 100_000];
+    let strata = vec![
+        Stratum {
+            samples: 2,
+            upper: 1.0,
+            importance_range: 1.0,
+            variance: 0.1,
+            importance_variance: 0.0
+        };
+        100_000
+    ];
     let spread = Spread::of(&strata);
     let normal = student_t_two_sided(0.95, 1e6) * spread.variance.sqrt();
     let ratio = spread.certified(0.05) / normal;
@@ -187,7 +221,16 @@ fn halved(s: &mut Stream, by_own_samples: bool) -> (f64, Spread) {
         let (upper, n) = ((to - from) as f64, samples.len() as f64);
         let mean = samples.iter().map(|&t| lit(t) * upper).sum::<f64>() / n;
         let variance = samples.iter().map(|&t| (lit(t) * upper - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        (mean, Stratum { samples: samples.len() as u32, upper, importance_range: 0.0, variance })
+        (
+            mean,
+            Stratum {
+                samples: samples.len() as u32,
+                upper,
+                importance_range: 0.0,
+                variance,
+                importance_variance: 0.0,
+            },
+        )
     };
     let all = (0, TERMS);
     let mut parts = vec![(all, vec![draw(all, s), draw(all, s)])];
@@ -240,8 +283,16 @@ fn refining_by_ones_own_samples_is_noticed() {
 #[test]
 fn freedom_counts_strata() {
     // Equal variances of two samples each: 3 N − 2.
-    let spread =
-        Spread::of(&vec![Stratum { samples: 2, upper: 1.0, importance_range: 1.0, variance: 0.2 }; 40]);
+    let spread = Spread::of(&vec![
+        Stratum {
+            samples: 2,
+            upper: 1.0,
+            importance_range: 1.0,
+            variance: 0.2,
+            importance_variance: 0.0
+        };
+        40
+    ]);
     assert!((spread.freedom() - 118.0).abs() < 1e-9);
     assert_eq!(Spread::of(&[]).freedom(), 1.0);
 }
