@@ -155,7 +155,7 @@ pub struct RenderArgs {
     pub confidence: Option<f64>,
 
     /// What is claimed of each pixel, with --method tashika: calibrated intervals hold at least as often
-    /// as the confidence says, by measurement; certified ones by proof, for three to six times the rays
+    /// as the confidence says, by measurement; certified ones by proof, for two to six times the rays
     /// [default: calibrated]
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
