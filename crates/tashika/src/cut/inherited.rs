@@ -68,7 +68,7 @@ enum Destination {
     Whole,
 }
 
-/// What strata are made with. All of it is on; to leave something out is for measuring what it is worth.
+/// What strata are made with. To leave something out is for measuring what it is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StrataOptions {
     /// Whether samples are handed on.
@@ -77,12 +77,6 @@ pub struct StrataOptions {
     pub lists: bool,
     /// Whether what samples see corrects the visibility that was expected.
     pub corrects: bool,
-}
-
-impl Default for StrataOptions {
-    fn default() -> Self {
-        Self { inherits: true, lists: true, corrects: true }
-    }
 }
 
 /// A cut whose strata inherit samples.
@@ -164,11 +158,6 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         self.trace();
     }
 
-    /// Whether nothing can be split any more: the estimate is the whole sum.
-    pub fn is_finest(&self) -> bool {
-        self.refinement.highest_rank().is_none()
-    }
-
     /// Pairs of the cut.
     pub fn pairs(&self) -> u64 {
         self.pairs
@@ -240,7 +229,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
     fn weight(&self, number: usize) -> f64 {
         let listed = self.refinement.known(number).listed;
         let weight = || self.refinement.clusters().weight(&self.refinement.pairs()[number]);
-        listed.map_or_else(weight, |listed| listed.upper)
+        listed.map_or_else(weight, |listed| listed.total)
     }
 
     /// Takes a pair into the cut, with those samples of its parent that lie in it; `from` is what is known of the parent's terms.
@@ -277,7 +266,11 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
     /// Adds all terms of a pair to the sum; those that have been drawn are known.
     fn evaluate_whole(&mut self, number: usize, drawn: &[u32], from: Option<Listed>) {
         let (clusters, pair) = (*self.refinement.clusters(), self.refinement.pairs()[number]);
+        let listed = self.refinement.known(number).listed;
         for term in clusters.all_terms(&pair) {
+            if listed.is_some_and(|listed| self.refinement.terms().unoccluded(&listed, term) <= 0.0) {
+                continue;
+            }
             let known = drawn.iter().map(|&k| &self.samples[k as usize]).find(|sample| sample.term == term);
             if let Some(sample) = known {
                 let measure = match &from {

@@ -33,8 +33,15 @@ pub struct Listed {
     block: u32,
     /// Terms above zero.
     pub lit: u32,
-    /// `U`, rounded up: bounds the luminance of a drawn term (W·m⁻²·sr⁻¹).
-    pub upper: f64,
+    /// `U` (W·m⁻²·sr⁻¹).
+    pub total: f64,
+}
+
+impl Listed {
+    /// `U`, rounded up: no drawn term has a higher luminance (W·m⁻²·sr⁻¹).
+    pub fn upper(&self) -> f64 {
+        self.total * ROUNDING
+    }
 }
 
 /// Where the values of a pair are, of which others are parts: light by light.
@@ -89,13 +96,12 @@ impl ListedTerms {
     }
 
     fn sum<B: UpperMaterial>(&self, clusters: &Clusters<'_, B>, pair: &Pair, block: u32) -> Listed {
-        let mut listed = Listed { block, lit: 0, upper: 0.0 };
+        let mut listed = Listed { block, lit: 0, total: 0.0 };
         for term in clusters.all_terms(pair) {
             let value = self.unoccluded(&listed, term);
-            listed.upper += value;
+            listed.total += value;
             listed.lit += u32::from(value > 0.0);
         }
-        listed.upper *= ROUNDING;
         listed
     }
 
@@ -115,7 +121,7 @@ impl ListedTerms {
         listed: &Listed,
         x: f64,
     ) -> Term {
-        let mut left = x * listed.upper / ROUNDING;
+        let mut left = x * listed.total;
         let mut drawn = None;
         for term in clusters.all_terms(pair) {
             let value = self.unoccluded(listed, term);

@@ -187,7 +187,7 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
         if let (Some(terms), true) = (&mut self.terms, bound > 0.0) {
             known.listed = terms.list(&self.clusters, &pair, listed_parent);
             if let Some(listed) = &known.listed {
-                known.upper = listed.upper;
+                known.upper = listed.upper();
                 known.is_finest |= u64::from(listed.lit) <= self.order.finest();
             }
         }
