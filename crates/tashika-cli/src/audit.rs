@@ -1,13 +1,12 @@
-//! The audit after a render: exact sums of pixels at random, and how many are within the tolerance.
+//! The audit after a render: the truth of pixels at random, by exact sums or by path tracing, and how many are within the tolerance.
 
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
-use tashika::experiment::{Pixels, Pool};
+use tashika::experiment::{Pixels, Pool, SHARE_OF_TRUTH, converged};
 use tashika::film::{Film, Window};
-use tashika::integrator::{ControlOptions, Exact, Setting};
+use tashika::integrator::{ControlOptions, Integrator, PathLength, Setting};
 use tashika::report::{Claims, Tolerance};
-use tashika::vpl::VplSet;
 
 use crate::exit::Failure;
 use crate::progress::Meter;
@@ -40,10 +39,28 @@ pub struct Subject<'a> {
     pub window: Window,
     /// Rays and gather points.
     pub setting: Setting<'a>,
-    /// Lights.
-    pub set: &'a VplSet,
+    /// What tells the truth.
+    pub truth: Box<dyn Integrator + 'a>,
     /// What was promised.
-    pub options: ControlOptions,
+    pub promise: ControlOptions,
+}
+
+/// Confidence of an interval of one standard error.
+const ONE_SIGMA: f64 = 0.682_689_492;
+/// Paths from which a truth may be taken for converged: fewer may not have met what is rare.
+const FIRST_PATHS: u32 = 4096;
+/// Paths at which the truth of a pixel is given up, if nobody says otherwise.
+pub const MOST_PATHS: u32 = 1 << 20;
+
+/// How long paths are traced for a truth by which a promise can be judged, `most` at most.
+pub fn until_converged(promise: &ControlOptions, most: u32) -> PathLength {
+    let options = ControlOptions {
+        error: promise.error * SHARE_OF_TRUTH,
+        absolute_error: promise.absolute_error * SHARE_OF_TRUTH,
+        confidence: ONE_SIGMA,
+        ..*promise
+    };
+    PathLength::Until { options, first: FIRST_PATHS.min(most), most }
 }
 
 /// Audits `count` pixels; none if interrupted.
@@ -53,16 +70,17 @@ pub fn audit(
     meter: &Meter,
     cancel: &AtomicBool,
 ) -> Result<Option<Audit>, Failure> {
-    let Subject { film, window, setting, set, options } = subject;
+    let Subject { film, window, setting, truth, promise: options } = subject;
     // Pixels are drawn apart from anything that the render has drawn.
     let pixels = Pixels::of(*window, Some(count), options.seed.wrapping_add(0x5eed))?;
-    meter.phase(&format!("audit: exact sums of {}", counted(pixels.count(), "pixel", "pixels")));
-    let exact = pixels.render(setting, &Exact::new(set), &|p| meter.update(p), cancel)?;
+    meter.phase(&format!("audit by {}: {}", truth.name(), counted(pixels.count(), "pixel", "pixels")));
+    let exact = pixels.render(setting, truth.as_ref(), &|p| meter.update(p), cancel)?;
     if !exact.complete {
         return Ok(None);
     }
-    let mut pool = Pool::new(Tolerance { relative: options.error, absolute: options.absolute_error });
-    let comparison = pool.add(film, &exact.film)?;
+    let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
+    let mut pool = Pool::new(tolerance);
+    pool.add(film, &converged(&exact.film, &tolerance))?;
     let share = pool.within();
     let interval = share.interval();
     Ok(Some(Audit {
@@ -71,7 +89,7 @@ pub fn audit(
         low: interval.low,
         high: interval.high,
         confidence: Claims::CONFIDENCE,
-        worst: comparison.worst,
+        worst: pool.quantile(100),
         contradicts: interval.high < options.confidence,
     }))
 }

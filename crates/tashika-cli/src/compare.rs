@@ -58,7 +58,7 @@ struct ClaimsReport {
     high: f64,
     confidence: f64,
     /// Whether the reference is of the same VPLs and gather points, which the claims are about.
-    same_sum: bool,
+    same_truth: bool,
 }
 
 /// Compares, writes what was asked for, and tells the numbers.
@@ -118,7 +118,7 @@ fn report(plan: &ComparePlan, c: &Comparison) -> Report {
             low: claims.interval.low,
             high: claims.interval.high,
             confidence: Claims::CONFIDENCE,
-            same_sum: claims.same_sum,
+            same_truth: claims.same_truth,
         }),
         files: plan.picture.iter().chain(&plan.html).cloned().collect(),
     }

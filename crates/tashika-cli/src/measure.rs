@@ -94,7 +94,7 @@ impl Bench<'_> {
         let found = ground.run(cell, &watch)?;
         Ok(found.map(|(pools, seconds)| {
             let subjects = std::iter::once(&all).chain(&groups);
-            let row = |(subject, pool): (&Subject, &Pool)| Row::new(subject, cell, pool, seconds);
+            let row = |(subject, pool): (&Subject, &Pool)| Row::new(subject, cell.into(), pool, seconds);
             subjects.zip(&pools).map(row).collect()
         }))
     }

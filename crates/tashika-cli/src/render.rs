@@ -3,19 +3,22 @@
 use std::thread::available_parallelism;
 
 use tashika::accel::Tracer;
-use tashika::integrator::{Integrator, LitBy, Path};
+use tashika::integrator::{
+    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathLength,
+};
 use tashika::io::{write_exr, write_png};
 use tashika::render::{RenderOptions, Totals, render, with_threads};
+use tashika::report::{ErrorBudget, error_budget};
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
-use crate::audit::{Audit, Subject, audit};
+use crate::audit::{Audit, MOST_PATHS, Subject, audit, until_converged};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::plan::{Integration, Lights, RenderPlan};
 use crate::progress::Meter;
 use crate::stage::{Stage, light_tree, stored_lights, timed};
-use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, write_json};
+use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, write_json};
 
 /// Renders and writes the files.
 pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
@@ -31,17 +34,8 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     let mut seconds = Seconds::default();
     let stored = stored_lights(plan.lights(), &meter, &mut seconds)?;
     let stage = Stage::load(&plan.stage, &meter, &mut seconds)?;
-    let lights = match plan.lights() {
-        Some(lights) => Some(stage.lights(lights, stored, &meter, &mut seconds)?),
-        None => None,
-    };
-    let tree = match (&plan.integration, &lights) {
-        (Integration::ManyLights { method, .. }, Some(set)) if method.needs_tree() => {
-            Some(light_tree(set, &meter, &mut seconds))
-        }
-        _ => None,
-    };
-    let integrator = integrator(plan, lights.as_ref(), tree.as_ref(), &stage.tracer)?;
+    let lit = Lit::new(plan, &stage, stored, &meter, &mut seconds)?;
+    let integrator = integrator(plan, &lit, &stage.tracer)?;
 
     let window = stage.window;
     let setting = stage.setting(plan.gather, plan.seed);
@@ -53,9 +47,9 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
         })
     })?;
     let progress = meter.finish();
-    let audit = match (plan.audit, &plan.integration, &lights) {
-        (Some(count), Integration::ManyLights { options, .. }, Some(set)) if rendered.complete => {
-            let subject = Subject { film: &rendered.film, window, setting, set, options: *options };
+    let audit = match (plan.audit, truth(plan, &lit, &stage.tracer)?) {
+        (Some(count), Some((truth, promise))) if rendered.complete => {
+            let subject = Subject { film: &rendered.film, window, setting, truth, promise };
             timed(&mut seconds.audit, || {
                 interrupt::with_flag(|cancel| audit(count, &subject, &meter, cancel))
             })?
@@ -76,12 +70,14 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
 
     let done = Done {
         stage: &stage,
-        lights: lights.as_ref(),
+        lit: &lit,
         method: integrator.name(),
         totals: rendered.totals,
         // Nothing was told if no tile was finished; then only the window is known.
         pixels_asked: if progress.of > 0 { progress.of } else { window.area() },
         complete: rendered.complete,
+        truth: rendered.film.metadata().text("truth").filter(|_| plan.promises()).map(str::to_owned),
+        error_budget: error_budget(&rendered.film),
         audit,
         exposure_stops,
     };
@@ -101,29 +97,111 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     })
 }
 
+/// The lights of a render.
+enum Lit {
+    /// None: paths find them.
+    Emitters,
+    /// One set, in a tree if the method needs one.
+    Set(VplSet, Option<LightTree>),
+    /// Independent sets.
+    Sets(LightSets),
+}
+
+impl Lit {
+    fn new(
+        plan: &RenderPlan,
+        stage: &Stage,
+        stored: Option<VplSet>,
+        meter: &Meter,
+        seconds: &mut Seconds,
+    ) -> Result<Self, Failure> {
+        Ok(match &plan.integration {
+            Integration::Path(_) => Self::Emitters,
+            Integration::Transport { lights, sets, truth, .. } => {
+                let each = counted(lights.count, "VPL", "VPLs");
+                meter.phase(&format!("tracing {sets} sets of about {each}"));
+                let trace = || LightSets::trace(&stage.tracer, lights, *sets, *truth);
+                Self::Sets(timed(&mut seconds.vpls, trace)?)
+            }
+            Integration::ManyLights { method, lights, .. } => {
+                let set = stage.lights(lights, stored, meter, seconds)?;
+                let tree = method.needs_tree().then(|| light_tree(&set, meter, seconds));
+                Self::Set(set, tree)
+            }
+        })
+    }
+
+    fn report(&self, plan: &RenderPlan) -> Option<LightsReport> {
+        Some(match self {
+            Self::Emitters => return None,
+            Self::Set(set, _) => LightsReport {
+                count: set.len() as u64,
+                sets: 1,
+                direct: set.provenance().direct,
+                indirect: set.provenance().indirect,
+                clamp_m: set.provenance().clamp_distance,
+                seed: set.provenance().seed,
+                file: plan.lights().and_then(Lights::file).map(ToOwned::to_owned),
+            },
+            Self::Sets(sets) => LightsReport {
+                count: sets.lights(),
+                sets: sets.count(),
+                direct: sets.direct(),
+                indirect: sets.lights() - sets.direct(),
+                clamp_m: sets.clamp_distance(),
+                seed: sets.options().seed,
+                file: None,
+            },
+        })
+    }
+}
+
 fn integrator<'a>(
     plan: &RenderPlan,
-    lights: Option<&'a VplSet>,
-    tree: Option<&'a LightTree>,
+    lit: &'a Lit,
     tracer: &'a Tracer,
 ) -> Result<Box<dyn Integrator + 'a>, Failure> {
-    Ok(match &plan.integration {
-        Integration::ManyLights { method, options, .. } => {
-            let set = lights.expect("this method's lights were made");
-            method.integrator(LitBy { set, tree }, options)
+    Ok(match (&plan.integration, lit) {
+        (Integration::ManyLights { method, options, .. }, Lit::Set(set, tree)) => {
+            method.integrator(LitBy { set, tree: tree.as_ref() }, options)
         }
-        Integration::Path(paths) => Box::new(Path::new(tracer, *paths, VplOptions::default().max_depth)?),
+        (Integration::Transport { truth, options, .. }, Lit::Sets(sets)) => {
+            Box::new(LightTransport::new(tracer, sets, options, *truth))
+        }
+        (Integration::Path(length), _) => {
+            Box::new(Path::new(tracer, *length, VplOptions::default().max_depth + 1)?)
+        }
+        _ => unreachable!("lights are made for the plan"),
+    })
+}
+
+/// What tells the truth about a render, and what was promised about it.
+type Judged<'a> = (Box<dyn Integrator + 'a>, ControlOptions);
+
+/// By what a render can be judged; none if nothing was promised.
+fn truth<'a>(plan: &RenderPlan, lit: &'a Lit, tracer: &'a Tracer) -> Result<Option<Judged<'a>>, Failure> {
+    Ok(match (&plan.integration, lit) {
+        (Integration::ManyLights { options, .. }, Lit::Set(set, _)) => {
+            Some((Box::new(Exact::new(set)), *options))
+        }
+        (Integration::Transport { options, .. }, _) => {
+            let depth = VplOptions::default().max_depth + 1;
+            Some((Box::new(Path::new(tracer, until_converged(options, MOST_PATHS), depth)?), *options))
+        }
+        _ => None,
     })
 }
 
 /// A finished render.
 struct Done<'a> {
     stage: &'a Stage,
-    lights: Option<&'a VplSet>,
+    lit: &'a Lit,
     method: &'static str,
     totals: Totals,
     pixels_asked: u64,
     complete: bool,
+    truth: Option<String>,
+    error_budget: Option<ErrorBudget>,
     audit: Option<Audit>,
     exposure_stops: f32,
 }
@@ -131,6 +209,7 @@ struct Done<'a> {
 fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
     let Done { stage, totals, .. } = &done;
     let Stage { scene, camera, size, window, .. } = stage;
+    let lights = done.lit.report(plan);
     let mean = |sum: u64| if totals.pixels > 0 { sum as f64 / totals.pixels as f64 } else { 0.0 };
     RenderReport {
         version: env!("CARGO_PKG_VERSION"),
@@ -142,22 +221,20 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         window: [window.x, window.y, window.width, window.height],
         tiles: plan.share.to_string(),
         method: done.method,
-        paths: if let Integration::Path(paths) = plan.integration { Some(paths) } else { None },
-        gather: done.lights.map(|_| plan.gather.points),
-        lights: done.lights.map(|set| LightsReport {
-            count: set.len() as u64,
-            direct: set.provenance().direct,
-            indirect: set.provenance().indirect,
-            clamp_m: set.provenance().clamp_distance,
-            seed: set.provenance().seed,
-            file: plan.lights().and_then(Lights::file).map(ToOwned::to_owned),
-        }),
+        paths: match plan.integration {
+            Integration::Path(PathLength::Count(paths)) => Some(paths),
+            _ => None,
+        },
+        gather: lights.as_ref().map(|_| plan.gather.points),
+        lights,
         seed: plan.seed,
         pixels: totals.pixels,
         pixels_asked: done.pixels_asked,
         complete: done.complete,
         promise_met: totals.promise_met,
         budget_hit: totals.budget_hit,
+        truth: done.truth.clone(),
+        error_budget: done.error_budget,
         rays_per_pixel: mean(totals.rays),
         pairs_per_pixel: mean(totals.pairs),
         mean_radiance: totals.mean.to_array(),

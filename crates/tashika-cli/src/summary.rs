@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::HumanCount;
 use serde::Serialize;
 use tashika::io::write_file;
+use tashika::report::{ErrorBudget, percent_of_error};
 
 use crate::audit::Audit;
 use crate::exit::Failure;
@@ -55,8 +56,10 @@ pub fn counted(n: u64, one: &str, many: &str) -> String {
 /// Where the lights of a render came from.
 #[derive(Debug, Serialize)]
 pub struct LightsReport {
-    /// How many.
+    /// How many, in all sets.
     pub count: u64,
+    /// Independent sets.
+    pub sets: u32,
     /// On or towards emitters.
     pub direct: u64,
     /// Left by light paths.
@@ -95,6 +98,18 @@ pub struct Seconds {
     pub audit: f64,
     /// Writing the files.
     pub write: f64,
+}
+
+/// What a promise about that truth is a promise about.
+fn about(truth: &str) -> String {
+    match truth {
+        "vpl" => {
+            "the sum over these VPLs, clamped; not what other VPLs would give, nor what VPLs do not carry"
+        }
+        "clamped" => "what VPLs give on average, clamped; not what they do not carry",
+        _ => "light transport",
+    }
+    .to_owned()
 }
 
 /// Everything that is told about a render.
@@ -136,6 +151,10 @@ pub struct RenderReport {
     pub promise_met: u64,
     /// Pixels that ran out of budget.
     pub budget_hit: u64,
+    /// What the promise is about, if there is one.
+    pub truth: Option<String>,
+    /// What the half-widths are made of, if intervals are claimed.
+    pub error_budget: Option<ErrorBudget>,
     /// Mean over the pixels rendered.
     pub rays_per_pixel: f64,
     /// Mean over the pixels rendered.
@@ -177,8 +196,9 @@ impl RenderReport {
             rows.push(
                 "lights",
                 format!(
-                    "{}, {} direct and {} indirect; clamp {clamp}",
+                    "{}{}, {} direct and {} indirect; clamp {clamp}",
                     counted(lights.count, "VPL", "VPLs"),
+                    if lights.sets > 1 { format!(" in {} sets", lights.sets) } else { String::new() },
                     HumanCount(lights.direct),
                     HumanCount(lights.indirect)
                 ),
@@ -199,6 +219,19 @@ impl RenderReport {
         rows.push("pixels", format!("{}{share}{state}", HumanCount(self.pixels)));
         if self.budget_hit > 0 {
             rows.push("", format!("{} of them ran out of budget", HumanCount(self.budget_hit)));
+        }
+        if let Some(truth) = &self.truth {
+            rows.push("truth", about(truth));
+        }
+        if let Some(ErrorBudget { total, clustering, lights, compensation }) = self.error_budget {
+            let [total, clustering, lights, compensation] =
+                [total, clustering, lights, compensation].map(percent_of_error);
+            let made_of = if self.truth.as_deref() == Some("vpl") {
+                "all of it from clustering".to_owned()
+            } else {
+                format!("alone: clustering {clustering}, lights {lights}, compensation {compensation}")
+            };
+            rows.push("half-width", format!("median {total}; {made_of}"));
         }
         if let Some(audit) = &self.audit {
             let Audit { kept, of, low, high, contradicts, .. } = audit;

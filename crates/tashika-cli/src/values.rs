@@ -3,7 +3,7 @@
 use tashika::color::Controlled;
 use tashika::experiment::Grouping;
 use tashika::film::Window;
-use tashika::integrator::Method;
+use tashika::integrator::{Method, Truth};
 use tashika::io::Exposure;
 use tashika::render::TileShare;
 use tashika::vpl::Clamp;
@@ -89,6 +89,11 @@ pub fn exposure(typed: &str) -> Result<Exposure, String> {
 /// What is controlled.
 pub fn controlled(typed: &str) -> Result<Controlled, String> {
     named(&Controlled::ALL, typed)
+}
+
+/// What an error is the distance from.
+pub fn truth(typed: &str) -> Result<Truth, String> {
+    named(&Truth::ALL, typed)
 }
 
 /// What pixels are grouped by.

@@ -220,6 +220,57 @@ fn an_audit_says_what_was_kept() {
 }
 
 #[test]
+fn light_transport_is_promised_and_audited() {
+    let folder = Folder::new();
+    let stage = "render builtin:tiny --size 12x8 --truth transport --vpls 1k --sets 17 --error 20%";
+    let run = folder.run(&format!("{stage} --audit 40 --json a.json"));
+    assert!([Some(0), Some(4)].contains(&run.code), "{}", run.stderr);
+    assert!(run.stderr.contains("audit by path"), "{}", run.stderr);
+    assert!(run.stdout.contains("light transport") && run.stdout.contains("in 17 sets"), "{}", run.stdout);
+    let json = folder.json("a.json");
+    assert_eq!(json["truth"], "transport");
+    let audit = &json["audit"];
+    // Pixels whose truth cannot be told are left out.
+    assert!(audit["of"].as_u64() > Some(30) && audit["contradicts"] == false, "{audit}");
+    assert!(json["error_budget"]["compensation"].as_f64() > Some(0.0), "{}", json["error_budget"]);
+    let film = folder.film("render.exr");
+    assert_eq!(film.metadata().text("truth"), Some("transport"));
+    assert_eq!(film.plane("half_width_parts").unwrap().channels().len(), 3);
+
+    for (more, answer) in [
+        ("transport --claim certified", "--claim certified goes with --truth vpl"),
+        ("transport --sets 3", "9 to 1024"),
+        ("light", "expected vpl or clamped or transport"),
+    ] {
+        let run = folder.run(&format!("render builtin:tiny --truth {more}"));
+        assert!(run.code == Some(2) && run.stderr.contains(answer), "{more}: {}", run.stderr);
+    }
+    let run = folder.run("render builtin:tiny --size 6x4 --method path --error 30% --json p.json");
+    run.succeeds();
+    assert_eq!(folder.json("p.json")["truth"], "transport");
+}
+
+#[test]
+fn light_transport_is_measured_against_a_path_tracer() {
+    let folder = Folder::new();
+    let command =
+        "experiment transport builtin:tiny --size 20x12 --pixels 20 --error 10%,20% --sets 17 --vpls 1k";
+    let run = folder.run(&format!("{command} --out . --paths 20k"));
+    let rows = folder.json("table.json");
+    let methods: Vec<_> = rows.as_array().unwrap().iter().map(|r| r["method"].as_str().unwrap()).collect();
+    assert_eq!(methods, ["tashika", "tashika", "path", "path"], "{}", run.succeeds().stdout);
+    for row in rows.as_array().unwrap() {
+        assert!(row["pixels"].as_u64() > Some(10) && row["within_tolerance"].as_f64() > Some(0.6), "{row}");
+    }
+    // The truth is there to be used again.
+    let again = folder.run(&format!("{command} --out again --paths 20k --reference reference.exr"));
+    again.succeeds();
+    for (a, b) in folder.json("again/table.json").as_array().unwrap().iter().zip(rows.as_array().unwrap()) {
+        assert_eq!(a["within_tolerance"], b["within_tolerance"]);
+    }
+}
+
+#[test]
 fn quiet_is_silent() {
     let folder = Folder::new();
     let run = folder.run("render scene.obj --size 2x2 --vpls 5 -q");

@@ -10,7 +10,7 @@
 //! | 3 | [`vpl`], [`gather`], [`transport`] |
 //! | 4 | [`bounds`] |
 //! | 5 | [`tree`] |
-//! | 6 | [`cut`] |
+//! | 6 | [`cut`], [`uncarried`] |
 //! | 7 | [`integrator`] |
 //! | 8 | [`render`], [`report`] |
 //! | 9 | [`experiment`], [`io`] |
@@ -35,6 +35,7 @@ pub mod scene;
 pub mod stats;
 pub mod transport;
 pub mod tree;
+pub mod uncarried;
 pub mod vpl;
 pub mod warp;
 

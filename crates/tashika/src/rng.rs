@@ -35,6 +35,10 @@ pub enum Purpose {
     Cut = 11,
     /// What only guides where work goes.
     Guidance = 13,
+    /// Independent repetitions of the same: sets of VPLs, gather points.
+    Replicate = 14,
+    /// Paths of what VPLs do not carry.
+    Uncarried = 15,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes well.

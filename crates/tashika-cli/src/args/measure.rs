@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use tashika::experiment::Grouping;
 use tashika::integrator::Method;
 
-use super::{ClampArgs, CommonArgs, GatherArgs, SourceArgs, StageArgs};
+use super::{ClampArgs, CommonArgs, GatherArgs, LightArgs, SourceArgs, StageArgs};
 use crate::values;
 
 const COVERAGE_EXAMPLES: &str = "\
@@ -46,6 +46,15 @@ Examples:
   tashika experiment ablation kitchen.glb --pixels 500 --seeds 4 --out ablation
 
 Each row is the calibrated method without one thing that it is made of.";
+
+const TRANSPORT_EXAMPLES: &str = "\
+Examples:
+  tashika experiment transport kitchen.glb --out transport
+  tashika experiment transport kitchen.glb --error 2% --pixels 500 --reference transport/reference.exr
+
+Pixels are drawn at random and path-traced until the standard error is a quarter of the smallest
+--error, or --paths are spent; a row judges by the pixels whose truth has a standard error of at
+most a quarter of its own error. The folder gets the truth as reference.exr, to be used again.";
 
 /// What all measurements have.
 #[derive(Debug, Args)]
@@ -148,6 +157,10 @@ pub enum ExperimentArgs {
     /// What our own method keeps and costs without each of its ingredients
     #[command(after_help = ABLATION_EXAMPLES)]
     Ablation(AblationArgs),
+    /// Our method with --truth transport, and a path tracer that stops at its own interval, against converged
+    /// path tracing
+    #[command(after_help = TRANSPORT_EXAMPLES)]
+    Transport(TransportArgs),
 }
 
 #[derive(Debug, Args)]
@@ -281,4 +294,67 @@ pub struct EqualQualityArgs {
 
     #[command(flatten)]
     pub measure: MeasureArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct TransportArgs {
+    #[command(flatten)]
+    pub stage: StageArgs,
+
+    #[command(flatten)]
+    pub gather: GatherArgs,
+
+    #[command(flatten)]
+    pub lights: LightArgs,
+
+    /// Independent sets of virtual point lights [default: 65]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light")]
+    pub sets: Option<u64>,
+
+    /// Relative errors that both are told and judged by: above 0, at most 100%
+    #[arg(long, value_name = "2%,5%", value_delimiter = ',', value_parser = values::percentage,
+        default_values = ["2%", "5%", "10%"], allow_negative_numbers = true, help_heading = "Method")]
+    pub error: Vec<f64>,
+
+    /// Confidence that both are told: above 0, below 100%
+    #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, default_value = "95%",
+        allow_negative_numbers = true, help_heading = "Method")]
+    pub confidence: f64,
+
+    /// Which of the two; path is the path tracer
+    #[arg(long, value_name = "tashika,path", value_delimiter = ',', value_enum,
+        default_values = ["tashika", "path"], help_heading = "Method")]
+    pub methods: Vec<TransportMethod>,
+
+    /// Paths a pixel of the truth, and of the path tracer, at most
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "1M", help_heading = "Method")]
+    pub paths: u64,
+
+    /// The truth of an earlier run of the same scene, size, camera, seed and number of pixels
+    #[arg(long, value_name = "FILE.exr", help_heading = "Image")]
+    pub reference: Option<PathBuf>,
+
+    /// Pixels at random
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "200", help_heading = "Image")]
+    pub pixels: u64,
+
+    /// Seed of everything
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
+    pub seed: u64,
+
+    /// Folder for the tables and the truth; made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "transport", help_heading = "Output")]
+    pub out: PathBuf,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// What estimates light transport.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TransportMethod {
+    /// Ours
+    Tashika,
+    /// Path tracing until Student's interval is narrow enough
+    Path,
 }

@@ -4,6 +4,7 @@ mod measure;
 
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
+    TransportArgs, TransportMethod,
 };
 
 use std::path::PathBuf;
@@ -12,6 +13,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use tashika::color::Controlled;
 use tashika::film::Window;
 use tashika::gather::GatherOptions;
+use tashika::integrator::Truth;
 use tashika::io::Exposure;
 use tashika::render::TileShare;
 use tashika::vpl::{Clamp, VplOptions};
@@ -59,6 +61,7 @@ Examples:
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
   tashika render kitchen.glb --claim certified --error 5%
+  tashika render kitchen.glb --truth transport --error 5%
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
 
 const VPL_EXAMPLES: &str = "\
@@ -160,8 +163,19 @@ pub struct RenderArgs {
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
 
-    /// After the render, compute the exact sums of N pixels at random, and tell how many are within
-    /// --error
+    /// What --error is the distance from, with --method tashika: the sum over the one set of virtual point
+    /// lights (vpl), light transport itself (transport), or what an endless number of such lights would
+    /// give, with their clamp and without what they do not carry (clamped) [default: vpl]
+    #[arg(long, value_name = "vpl|transport|clamped", value_parser = values::truth, help_heading = "Method")]
+    pub truth: Option<Truth>,
+
+    /// Independent sets of virtual point lights, with --truth transport or clamped; a pixel that has used
+    /// them up says so and claims nothing [default: 65]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
+    pub sets: Option<u64>,
+
+    /// After the render, compute the truth of N pixels at random, exact sums or by path tracing, and tell
+    /// how many are within --error
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub audit: Option<u64>,
 
@@ -170,7 +184,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
-    /// Paths a pixel, with --method path [default: 64]
+    /// Paths a pixel, with --method path; with --error, those at most [default: 64; with --error 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub paths: Option<u64>,
 

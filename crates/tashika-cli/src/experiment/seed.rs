@@ -105,7 +105,7 @@ impl Run<'_> {
         }
         let mut pool = Pool::new(cell.allowed());
         let comparison = pool.add(&rendered.film, reference)?;
-        let row = Row::new(&subject(&self.setting, &self.lit.set, self.pixels), cell, &pool, seconds);
+        let row = Row::new(&subject(&self.setting, &self.lit.set, self.pixels), cell.into(), &pool, seconds);
         let name = cell.method.name();
         write_exr(&gallery.folder.file(&format!("{name}.exr")), &rendered.film)?;
         let within = percent_of_share(row.within_tolerance);

@@ -8,7 +8,7 @@ use tashika::gather::GatherOptions;
 use tashika::integrator::{Claim, ControlOptions, Ingredient, MANY_PAIRS, Method};
 use tashika::vpl::VplOptions;
 
-use super::{Common, Lights, StagePlan, gather_options, vpl_options};
+use super::{Common, Lights, StagePlan, TransportPlan, gather_options, vpl_options};
 use crate::args::{
     AblationArgs, CommonArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs,
     SeedArgs, StageArgs,
@@ -114,6 +114,8 @@ pub enum ExperimentPlan {
     EqualQuality(EqualQualityPlan),
     /// What each ingredient of our method is worth.
     Ablation(AblationPlan),
+    /// Light transport, by us and by a path tracer.
+    Transport(TransportPlan),
 }
 
 impl ExperimentPlan {
@@ -124,7 +126,19 @@ impl ExperimentPlan {
             ExperimentArgs::Scaling(args) => Self::Scaling(ScalingPlan::new(args)?),
             ExperimentArgs::EqualQuality(args) => Self::EqualQuality(EqualQualityPlan::new(args)?),
             ExperimentArgs::Ablation(args) => Self::Ablation(AblationPlan::new(args)?),
+            ExperimentArgs::Transport(args) => Self::Transport(TransportPlan::new(args)?),
         })
+    }
+
+    /// What every command has.
+    pub fn common(&self) -> &Common {
+        match self {
+            Self::Seed(plan) => &plan.measure.common,
+            Self::Scaling(plan) => &plan.measure.common,
+            Self::EqualQuality(plan) => &plan.measure.common,
+            Self::Ablation(plan) => &plan.measure.common,
+            Self::Transport(plan) => &plan.common,
+        }
     }
 }
 
@@ -147,7 +161,7 @@ impl SeedPlan {
     fn new(args: &SeedArgs) -> Result<Self, Failure> {
         let gather = gather_options(Some(args.gather))?;
         let lights = Lights::new(args.vpl_file.as_deref(), Some(args.vpls), &args.clamp, args.measure.seed)?;
-        let folder = Folder(args.out.clone());
+        let folder = Folder::new(&args.out);
         let told = Told {
             errors: &[args.tolerance.error],
             confidences: &[args.tolerance.confidence],
@@ -180,7 +194,7 @@ impl ScalingPlan {
         let lights = args.vpls.iter().map(|n| vpl_options(Some(*n), &args.clamp, args.measure.seed));
         let lights: Result<_, _> = lights.collect();
         let (gather, lights) = (gather?, lights?);
-        let folder = Folder(args.out.clone());
+        let folder = Folder::new(&args.out);
         let told = Told {
             errors: &[args.tolerance.error],
             confidences: &[args.tolerance.confidence],
@@ -216,7 +230,7 @@ impl EqualQualityPlan {
         if !(args.share > 0.0 && args.share <= 1.0) {
             return Err(Failure::option("share", args.share, "above 0, at most 1 (100%)"));
         }
-        let folder = Folder(args.out.clone());
+        let folder = Folder::new(&args.out);
         let told = Told {
             errors: &[args.tolerance.error],
             confidences: &[args.tolerance.confidence],
@@ -252,7 +266,7 @@ impl AblationPlan {
                 "--methods does not go with ablation, which has methods of its own".to_owned(),
             ));
         }
-        let folder = Folder(args.out.clone());
+        let folder = Folder::new(&args.out);
         let told = Told {
             errors: &[args.tolerance.error],
             confidences: &[args.tolerance.confidence],
@@ -273,6 +287,11 @@ impl AblationPlan {
 pub struct Folder(PathBuf);
 
 impl Folder {
+    /// A folder that may not be there yet.
+    pub(super) fn new(path: &Path) -> Self {
+        Self(path.to_owned())
+    }
+
     /// Path of a file in it.
     pub fn file(&self, name: &str) -> PathBuf {
         self.0.join(name)
@@ -289,7 +308,7 @@ impl Folder {
     }
 
     /// Makes the folder, and checks that it can be written to.
-    fn common(&self, args: &CommonArgs, inputs: &[&Path]) -> Result<Common, Failure> {
+    pub(super) fn common(&self, args: &CommonArgs, inputs: &[&Path]) -> Result<Common, Failure> {
         fs::create_dir_all(&self.0)
             .map_err(|e| Failure::file(format!("cannot write {}: {e}", self.0.display())))?;
         Common::new(args, &[&self.json(), &self.markdown()], inputs)

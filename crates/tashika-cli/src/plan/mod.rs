@@ -2,11 +2,13 @@
 
 mod measure;
 mod render;
+mod transport;
 
 pub use measure::{
     AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
 pub use render::{Integration, RenderPlan};
+pub use transport::TransportPlan;
 
 use std::fs;
 use std::path::{Path, PathBuf};

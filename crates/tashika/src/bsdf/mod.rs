@@ -222,6 +222,19 @@ impl Bsdf {
         }
     }
 
+    /// The GGX roughness `α` of its lobe, or of one as wide: `√(2/(n + 2))` for Phong's exponent `n` (Walter et al. 2007); none if
+    /// it has no lobe of finite width.
+    pub fn roughness(&self) -> Option<f32> {
+        match self {
+            Self::Phong(b) => (!b.specular.is_black()).then(|| (2.0 / (b.exponent + 2.0)).sqrt()),
+            Self::Plastic(b) => Some(b.alpha),
+            Self::Conductor(b) => Some(b.alpha),
+            Self::Coated(b) => (!b.specular.is_black()).then_some(b.alpha),
+            Self::MetallicRoughness(b) => Some(b.alpha),
+            Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
+        }
+    }
+
     /// A rough overall reflectance, each channel in `[0, 1]`, for the albedo image of a denoiser.
     ///
     /// The albedo of a smooth surface of the kind at normal incidence; for [`Glass`] what it reflects

@@ -204,6 +204,12 @@ impl RgbSum {
         }
     }
 
+    /// The sum times a factor.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self(self.0.map(|c| c * factor))
+    }
+
     /// The sum, rounded once.
     pub fn total(&self) -> Rgb {
         Rgb::new(self.0[0] as f32, self.0[1] as f32, self.0[2] as f32)

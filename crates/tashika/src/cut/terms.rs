@@ -40,6 +40,7 @@ impl TermBatch {
     pub fn push(&mut self, transport: &Transport, point: &GatherPoint, light: &Vpl, factor: f64) {
         let value = transport.unoccluded(point, light).map(|c| (f64::from(c) * factor) as f32);
         if !value.is_black() {
+            self.segments.glass = transport.glass();
             self.traced.push(self.values.len() as u32);
             self.segments.push_fan(light.apex(), [point.position]);
         }

@@ -7,6 +7,7 @@
 //! * [`Pixels`]: all of a window, or some of it at random.
 //! * [`Ground`]: setting, lights, pixels and their truth; it runs a [`Cell`], one method with one setting and several seeds.
 //! * [`Group`]: pixels that have something in common, judged by themselves.
+//! * [`converged()`]: which pixels of a path-traced truth can be judged by, where the truth is light transport.
 //! * [`Pool`]: what all seeds and pixels say together.
 //! * [`Row`]: the same as it is written down, and [`Table`] as it is shown.
 //! * [`Search`]: the setting at which a method just does what is asked of it.
@@ -16,6 +17,7 @@
 //! # Held to this by
 //! `experiment::tests`.
 
+mod converged;
 mod coverage;
 mod groups;
 mod page;
@@ -28,11 +30,12 @@ mod table;
 #[cfg(test)]
 mod tests;
 
+pub use converged::{SHARE_OF_TRUTH, converged};
 pub use coverage::{Cell, Ground, Watch};
 pub use groups::{Group, Grouping};
 pub use page::{Figure, page};
 pub use pool::{Pool, Share};
-pub use rows::{Row, Subject};
+pub use rows::{Row, Subject, Told};
 pub use search::Search;
 pub use subset::{Pixels, subset};
 pub use table::{Column, Table};

@@ -77,23 +77,53 @@ pub struct Row {
     pub seconds: f64,
 }
 
+/// What was run, and what it was told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// Name of the method.
+    pub method: &'static str,
+    /// Tolerance by which it is judged.
+    pub tolerance: f64,
+    /// Error that it was told.
+    pub error: f64,
+    /// Confidence that it was told, if it states an interval.
+    pub confidence: Option<f64>,
+    /// Largest cut that it was told.
+    pub max_pairs: Option<u64>,
+    /// Times that each pixel was rendered.
+    pub seeds: u64,
+}
+
+impl From<&Cell> for Told {
+    fn from(cell: &Cell) -> Self {
+        Self {
+            method: cell.method.name(),
+            tolerance: cell.tolerance,
+            error: cell.options.error,
+            confidence: cell.confidence(),
+            max_pairs: cell.options.max_pairs,
+            seeds: cell.seeds,
+        }
+    }
+}
+
 impl Row {
-    /// The row of a cell that was run on that subject, in so many seconds.
-    pub fn new(subject: &Subject, cell: &Cell, pool: &Pool, seconds: f64) -> Self {
+    /// The row of what was run on that subject, in so many seconds.
+    pub fn new(subject: &Subject, told: Told, pool: &Pool, seconds: f64) -> Self {
         let (within, claims) = (pool.within(), pool.claims());
         let claimed = (claims.of > 0).then(|| claims.interval());
         Self {
-            method: cell.method.name(),
+            method: told.method,
             scene: subject.scene.clone(),
             group: subject.group,
             vpls: subject.vpls,
             gather: subject.gather,
-            error: cell.tolerance,
-            method_error: cell.options.error,
-            confidence: cell.confidence(),
-            max_pairs: cell.options.max_pairs,
+            error: told.tolerance,
+            method_error: told.error,
+            confidence: told.confidence,
+            max_pairs: told.max_pairs,
             pixels: subject.pixels,
-            seeds: cell.seeds,
+            seeds: told.seeds,
             within_tolerance: within.value().unwrap_or(0.0),
             low: within.interval().low,
             high: within.interval().high,

@@ -127,7 +127,7 @@ fn trials_of_all_seeds_are_pooled() {
     let options = ControlOptions { error: 0.01, ..ControlOptions::default() };
     let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.02, seeds: 2 };
     let subject = Subject { scene: "made".to_owned(), vpls: 1234, gather: 4, pixels: 4, group: None };
-    let row = Row::new(&subject, &cell, &pool, 1.5);
+    let row = Row::new(&subject, (&cell).into(), &pool, 1.5);
     assert_eq!((row.within_tolerance, row.claims_kept, row.claims), (3.0 / 7.0, Some(0.8), 5));
     // Ends by an independent program, to four digits.
     let ends = [row.low, row.high, row.claims_low.unwrap(), row.claims_high.unwrap()];
@@ -302,7 +302,7 @@ fn tables_are_aligned_and_pages_escape() {
     let subject = Subject { scene: "made".to_owned(), vpls: 55_000, gather: 4, pixels: 3, group: None };
     let options = ControlOptions::default();
     let cell = Cell { method: Method::Mdlc, options, tolerance: 0.02, seeds: 1 };
-    let row = Row::new(&subject, &cell, &pool, 0.25);
+    let row = Row::new(&subject, (&cell).into(), &pool, 0.25);
     let columns = [Column::Method, Column::Vpls, Column::Confidence, Column::Within, Column::Claims];
     let table = Table::new(&[row], &columns);
     let expected = "\

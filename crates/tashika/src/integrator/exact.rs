@@ -7,7 +7,7 @@
 //! Summed in `f64`, in the order (VPL, gather point), so that the result does not depend on tiles. Work goes VPL by VPL: all points
 //! of a tile make one fan of segments to it, the order in which rays are fastest.
 
-use super::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
+use super::{ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason};
 use crate::accel::SegmentBatch;
 use crate::color::RgbSum;
 use crate::film::{Metadata, Window};
@@ -89,6 +89,7 @@ impl Integrator for Exact<'_> {
                     radiance: total.total(),
                     standard_error: 0.0,
                     claim: ErrorClaim::Exact,
+                    half_widths: HalfWidths::default(),
                     stop: StopReason::Complete,
                     pairs: self.lights.len() as u64 * pixel.points.len() as u64,
                     rays: sums.rays[i],

@@ -2,6 +2,7 @@
 
 mod exact;
 mod iwasaki2019;
+mod light_transport;
 mod lightcuts;
 mod mdlc;
 mod method;
@@ -14,12 +15,13 @@ mod tashika;
 
 pub use exact::Exact;
 pub use iwasaki2019::Iwasaki2019;
+pub use light_transport::{LightSets, LightTransport};
 pub use lightcuts::Lightcuts;
 pub use mdlc::Mdlc;
 pub use method::{LitBy, Method};
 pub use nabata2016::Nabata2016;
-pub use options::{ControlOptions, Lights, MANY_PAIRS};
-pub use path::Path;
+pub use options::{ControlOptions, Lights, MANY_PAIRS, Truth};
+pub use path::{Path, PathLength};
 pub use sakai2018::Sakai2018;
 pub use tashika::{Claim, Ingredient, Tashika};
 
@@ -88,6 +90,19 @@ impl ErrorClaim {
     }
 }
 
+/// What a half-width is made of, where an estimate knows: what each source of error would make it if it were all (W·m⁻²·sr⁻¹).
+///
+/// Errors of independent sources add up in squares, so the whole is less than the sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HalfWidths {
+    /// That few terms of the sums over VPLs were drawn.
+    pub clustering: f32,
+    /// That the VPLs, and the gather points, are some of all that there could be.
+    pub lights: f32,
+    /// That what VPLs do not carry is estimated by few paths.
+    pub compensation: f32,
+}
+
 /// Why work on a pixel ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StopReason {
@@ -126,6 +141,8 @@ pub struct PixelEstimate {
     pub standard_error: f32,
     /// What is promised.
     pub claim: ErrorClaim,
+    /// What its half-width is made of.
+    pub half_widths: HalfWidths,
     /// Why work ended.
     pub stop: StopReason,
     /// Terms of the sum that were looked at, or paths.
@@ -138,6 +155,7 @@ pub struct PixelEstimate {
 
 /// Writes into a film's metadata where the lights come from.
 fn describe_lights(p: &Provenance, metadata: &mut Metadata) {
+    metadata.set("truth", Truth::Vpl.to_string());
     metadata.set("vpls", p.direct + p.indirect);
     metadata.set("vpls.requested", p.requested);
     metadata.set("vpls.direct", p.direct);

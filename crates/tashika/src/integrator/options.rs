@@ -1,6 +1,8 @@
 //! What the methods that control their error are told, and the lights that they work on.
 
-use crate::color::Controlled;
+use std::fmt;
+
+use crate::color::{Controlled, RgbSum};
 use crate::error::{Error, Result};
 use crate::tree::LightTree;
 use crate::vpl::Provenance;
@@ -12,6 +14,33 @@ pub struct Lights<'a> {
     pub tree: &'a LightTree,
     /// Where they come from, with the clamp that belongs to them.
     pub provenance: &'a Provenance,
+}
+
+/// What an error is the distance from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Truth {
+    /// The sum over one given set of VPLs and one given set of gather points.
+    #[default]
+    Vpl,
+    /// The expectation of that sum over sets, clamped as it is, and of what is seen directly: what VPLs do not carry is missing.
+    Clamped,
+    /// Light transport.
+    Transport,
+}
+
+impl Truth {
+    /// All of them, as users choose among them.
+    pub const ALL: [Self; 3] = [Self::Vpl, Self::Clamped, Self::Transport];
+}
+
+impl fmt::Display for Truth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Vpl => "vpl",
+            Self::Clamped => "clamped",
+            Self::Transport => "transport",
+        })
+    }
 }
 
 /// What a user chooses of a method that controls its error.
@@ -49,6 +78,13 @@ impl Default for ControlOptions {
 pub const MANY_PAIRS: u64 = 1 << 20;
 
 impl ControlOptions {
+    /// Half-width that is narrow enough for an estimate: `max(ε L̂ / (1 + ε), ε_abs)`.
+    ///
+    /// With the error at most `ε L̂ / (1 + ε)`, it is at most `ε L` relative to the truth.
+    pub fn tolerance(&self, sum: &RgbSum) -> f64 {
+        (self.error / (1.0 + self.error) * self.controlled.size(sum)).max(self.absolute_error)
+    }
+
     /// # Errors
     /// Says which value is out of range, and the range.
     pub fn validate(&self) -> Result<()> {

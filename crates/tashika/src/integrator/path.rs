@@ -5,10 +5,14 @@
 //! estimator has nothing in common with them. No clamp. Solid glass bends light: what comes through it is found by following paths
 //! only, while panes, which do not bend it, are seen through by both ways.
 //!
-//! The estimate is the mean of `samples` independent paths, its standard error that of the mean. No claim is made: the
-//! interval that one would compute from it breaks on heavy-tailed samples.
+//! The estimate is the mean of independent paths, its standard error that of the mean.
+//!
+//! # When it stops
+//! After a number of paths, and then nothing is claimed; or by the rule that a careful user would build ([`PathLength::Until`]): when Student's
+//! interval of the mean is within the tolerance. That rule is the peer of our own method. It keeps its word where samples have light tails;
+//! where they do not, it stops before it has met the rare bright path. So its interval is claimed as that of a published method is.
 
-use super::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
+use super::{ControlOptions, ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason};
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
@@ -16,15 +20,31 @@ use crate::film::{Metadata, Window};
 use crate::gather::{Features, Scatter};
 use crate::math::Ray;
 use crate::rng::{self, Purpose, Stream};
-use crate::stats::Moments;
+use crate::stats::{Moments, student_t_two_sided};
 use crate::transport::Transport;
 use crate::vpl::{EmitterSampler, VplKind};
+
+/// How many paths a pixel has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathLength {
+    /// So many.
+    Count(u32),
+    /// At least `first`, and half as many again, until Student's interval of what is controlled is within the tolerance, or there are `most`.
+    Until {
+        /// Tolerance, confidence, what is controlled.
+        options: ControlOptions,
+        /// Paths at the first look, at least 2.
+        first: u32,
+        /// Paths at which a pixel is out of budget.
+        most: u32,
+    },
+}
 
 /// The path tracer.
 #[derive(Debug)]
 pub struct Path<'s> {
     emitters: EmitterSampler<'s>,
-    samples: u32,
+    length: PathLength,
     max_depth: u32,
 }
 
@@ -34,19 +54,90 @@ const CERTAIN_DEPTH: u32 = 3;
 const MAX_SURVIVAL: f32 = 0.98;
 
 impl<'s> Path<'s> {
-    /// A path tracer with `samples` paths a pixel that meet at most `max_depth` surfaces.
+    /// A path tracer whose paths meet at most `max_depth` surfaces.
     ///
     /// # Errors
-    /// `samples` or `max_depth` of zero.
-    pub fn new(tracer: &'s Tracer, samples: u32, max_depth: u32) -> Result<Self> {
-        if samples == 0 {
-            return Err(Error::option("paths", samples, "at least 1"));
+    /// No paths, a first look at fewer than two, a `max_depth` of zero, options out of range.
+    pub fn new(tracer: &'s Tracer, length: PathLength, max_depth: u32) -> Result<Self> {
+        match length {
+            PathLength::Count(0) => return Err(Error::option("paths", 0, "at least 1")),
+            PathLength::Count(_) => {}
+            PathLength::Until { options, first, most } => {
+                options.validate()?;
+                if first < 2 || most < first {
+                    let paths = format!("{first}, then {most}");
+                    return Err(Error::option(
+                        "paths",
+                        paths,
+                        "at least 2 at first, and no fewer in the end",
+                    ));
+                }
+            }
         }
         if max_depth == 0 {
             return Err(Error::option("max depth", max_depth, "at least 1"));
         }
-        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), samples, max_depth })
+        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), length, max_depth })
     }
+
+    fn pixel(&self, setting: &Setting<'_>, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelEstimate {
+        let parts = match &self.length {
+            PathLength::Count(_) => ControlOptions::default().controlled.parts(),
+            PathLength::Until { options, .. } => options.controlled.parts(),
+        };
+        let mut sum = RgbSum::default();
+        let mut moments = vec![Moments::default(); parts.len()];
+        tracing.rays = 0;
+        let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
+        let mut stream = Stream::new(setting.view.seed, Purpose::CameraPath, index);
+        let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
+        let mut wanted = match self.length {
+            PathLength::Count(count) => count,
+            PathLength::Until { first, .. } => first,
+        };
+        let mut done = 0;
+        let (claim, stop) = loop {
+            for k in done..wanted {
+                let [u, v] = stream.uniform_2();
+                let [s, t] = stream.uniform_2();
+                let ray = setting.view.ray_through(pixel, [u, v, s, t]);
+                let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
+                let radiance = tracing.radiance(ray, key, &mut stream);
+                sum.add(radiance);
+                parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
+            }
+            done = wanted;
+            let PathLength::Until { options, most, .. } = &self.length else {
+                break (ErrorClaim::None, StopReason::SampleCount);
+            };
+            let half_width = half_width(&moments, options.confidence);
+            if half_width <= options.tolerance(&sum.scaled(1.0 / f64::from(done))) {
+                let (half_width, confidence) = (half_width as f32, options.confidence as f32);
+                break (ErrorClaim::Published { half_width, confidence }, StopReason::RuleMet);
+            }
+            if done >= *most {
+                break (ErrorClaim::None, StopReason::Budget);
+            }
+            wanted = done.saturating_add(done / 2).min(*most);
+        };
+        PixelEstimate {
+            radiance: sum.scaled(1.0 / f64::from(done)).total(),
+            standard_error: moments.iter().map(Moments::standard_error).fold(0.0, f64::max) as f32,
+            claim,
+            half_widths: HalfWidths::default(),
+            stop,
+            pairs: u64::from(done),
+            rays: tracing.rays,
+            features: Features::default(),
+        }
+    }
+}
+
+/// The widest of Student's intervals of means that share the error evenly.
+fn half_width(moments: &[Moments], confidence: f64) -> f64 {
+    let delta = (1.0 - confidence) / moments.len() as f64;
+    let of = |m: &Moments| student_t_two_sided(1.0 - delta, (m.count() - 1) as f64) * m.standard_error();
+    moments.iter().map(of).fold(0.0, f64::max)
 }
 
 impl Integrator for Path<'_> {
@@ -55,7 +146,18 @@ impl Integrator for Path<'_> {
     }
 
     fn describe(&self, metadata: &mut Metadata) {
-        metadata.set("paths", self.samples);
+        metadata.set("truth", "transport");
+        match &self.length {
+            PathLength::Count(count) => metadata.set("paths", *count),
+            PathLength::Until { options, first, most } => {
+                metadata.set("paths.first", *first);
+                metadata.set("paths.most", *most);
+                metadata.set("error", options.error);
+                metadata.set("control", options.controlled.to_string());
+                metadata.set("error_absolute", options.absolute_error);
+                metadata.set("confidence", options.confidence);
+            }
+        }
         metadata.set("max_depth", self.max_depth);
     }
 
@@ -68,35 +170,7 @@ impl Integrator for Path<'_> {
             visibility: Vec::new(),
             rays: 0,
         };
-        tile.pixels()
-            .map(|(x, y)| {
-                let pixel = [x, y];
-                let mut sum = RgbSum::default();
-                let mut moments = Moments::default();
-                tracing.rays = 0;
-                let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
-                let mut stream = Stream::new(setting.view.seed, Purpose::CameraPath, index);
-                let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
-                for k in 0..self.samples {
-                    let [u, v] = stream.uniform_2();
-                    let [s, t] = stream.uniform_2();
-                    let ray = setting.view.ray_through(pixel, [u, v, s, t]);
-                    let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
-                    let radiance = tracing.radiance(ray, key, &mut stream);
-                    sum.add(radiance);
-                    moments.push(f64::from(radiance.luminance()));
-                }
-                PixelEstimate {
-                    radiance: sum.total() / self.samples as f32,
-                    standard_error: moments.standard_error() as f32,
-                    claim: ErrorClaim::None,
-                    stop: StopReason::SampleCount,
-                    pairs: u64::from(self.samples),
-                    rays: tracing.rays,
-                    features: Features::default(),
-                }
-            })
-            .collect()
+        tile.pixels().map(|(x, y)| self.pixel(setting, [x, y], &mut tracing)).collect()
     }
 }
 

@@ -4,7 +4,7 @@
 //! in what is clustered (lights, or pairs with gather points), how a pair is estimated, how the material is bounded, and when
 //! they stop.
 
-use super::{ControlOptions, ErrorClaim, Lights, PixelEstimate, Setting, StopReason};
+use super::{ControlOptions, ErrorClaim, HalfWidths, Lights, PixelEstimate, Setting, StopReason};
 use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
 use crate::cut::{Clusters, CutEnd, CutEstimate, Refiner, Scheme, StoppingRule, gather_tree};
@@ -114,6 +114,7 @@ impl<S: Scheme + Copy> Published<'_, S> {
             radiance: radiance.total(),
             standard_error: variance.sqrt() as f32,
             claim,
+            half_widths: HalfWidths { clustering: claim.half_width(), ..HalfWidths::default() },
             stop,
             pairs,
             rays,

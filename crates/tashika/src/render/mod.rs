@@ -85,6 +85,13 @@ const PLANES: &[PlaneSpec] = &[
         "half-width of the interval that is claimed for the luminance, 0 if exact or nothing is claimed",
     ),
     plane(
+        "half_width_parts",
+        &["clustering", "lights", "compensation"],
+        "W·m⁻²·sr⁻¹",
+        SampleKind::F32,
+        "what the half-width would be if one source of error were all: few terms drawn, few VPLs, few paths of what VPLs do not carry",
+    ),
+    plane(
         "claim",
         &["id"],
         "1",
@@ -278,7 +285,7 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film)
 fn store(film: &mut Film, x: u32, y: u32, e: &PixelEstimate) {
     let f = &e.features;
     // In the order of PLANES.
-    let [color, error, half_width, claim, stop, pairs, rays, depth, normal, albedo, coverage] =
+    let [color, error, half_width, half_widths, claim, stop, pairs, rays, depth, normal, albedo, coverage] =
         film.planes_mut()
     else {
         unreachable!("the film was made from PLANES")
@@ -286,6 +293,8 @@ fn store(film: &mut Film, x: u32, y: u32, e: &PixelEstimate) {
     color.set_f32(x, y, &e.radiance.to_array());
     error.set_f32(x, y, &[e.standard_error]);
     half_width.set_f32(x, y, &[e.claim.half_width()]);
+    let parts = e.half_widths;
+    half_widths.set_f32(x, y, &[parts.clustering, parts.lights, parts.compensation]);
     claim.set_u32(x, y, &[e.claim.id()]);
     stop.set_u32(x, y, &[e.stop.id()]);
     pairs.set_f32(x, y, &[e.pairs as f32]);

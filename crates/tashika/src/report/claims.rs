@@ -10,7 +10,7 @@
 //! where the second term is what storing the colours in single precision may have moved them.
 //!
 //! Claims are about the sum over the film's own VPLs and gather points. Where the reference is another sum, or light transport itself, the
-//! difference between the two truths is judged with them; [`Claims::same_sum`] says whether the films' metadata name the same sum.
+//! difference between the two truths is judged with them; [`Claims::same_truth`] says whether the films' metadata name the same sum.
 //!
 //! # Assumption
 //! The interval of the share takes pixels for independent trials. Pixels of one image share their VPLs, so that it is narrower than the
@@ -29,7 +29,7 @@ pub struct Claims {
     /// Clopper–Pearson interval of the share kept, at [`Claims::CONFIDENCE`].
     pub interval: Interval,
     /// Whether the reference says that it is of the same scene, VPLs and gather points.
-    pub same_sum: bool,
+    pub same_truth: bool,
 }
 
 impl Claims {
@@ -46,7 +46,7 @@ impl Claims {
 pub(super) struct Judge<'f> {
     half_widths: &'f [f32],
     kinds: Option<&'f [u32]>,
-    same_sum: bool,
+    same_truth: bool,
     kept: u64,
     of: u64,
 }
@@ -58,7 +58,7 @@ impl<'f> Judge<'f> {
         Some(Self {
             half_widths: single("half_width").and_then(Plane::f32_samples)?,
             kinds: single("claim").and_then(Plane::u32_samples),
-            same_sum: sum_of(film.metadata()).eq(sum_of(reference.metadata())),
+            same_truth: truth_of(film.metadata()).eq(truth_of(reference.metadata())),
             kept: 0,
             of: 0,
         })
@@ -78,14 +78,17 @@ impl<'f> Judge<'f> {
 
     /// What was found.
     pub(super) fn claims(self) -> Claims {
-        let Self { same_sum, kept, of, .. } = self;
-        Claims { kept, of, interval: clopper_pearson(kept, of, Claims::CONFIDENCE), same_sum }
+        let Self { same_truth, kept, of, .. } = self;
+        Claims { kept, of, interval: clopper_pearson(kept, of, Claims::CONFIDENCE), same_truth }
     }
 }
 
-/// What the metadata say of the sum that a film estimates: scene, camera, and what VPLs and gather points were drawn from.
-fn sum_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
-    metadata.iter().filter(|(name, _)| {
-        ["scene", "camera", "seed"].contains(name) || name.starts_with("vpls") || name.starts_with("gather.")
+/// What the metadata say of the truth that a film estimates: scene, camera, and, unless it is light transport, what VPLs and gather points were
+/// drawn from.
+fn truth_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
+    let is_transport = metadata.text("truth") == Some("transport");
+    metadata.iter().filter(move |(name, _)| {
+        let of_sum = *name == "seed" || name.starts_with("vpls") || name.starts_with("gather.points");
+        ["scene", "camera", "truth", "gather.filter"].contains(name) || (of_sum && !is_transport)
     })
 }

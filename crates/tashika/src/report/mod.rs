@@ -6,6 +6,7 @@
 mod claims;
 mod color_scale;
 mod compare;
+mod error_budget;
 mod error_image;
 mod page;
 mod picture;
@@ -15,6 +16,7 @@ mod words;
 
 pub use claims::Claims;
 pub use compare::{Comparison, Named, Tolerance, compare};
+pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::error_image;
 pub use page::page;
 pub use picture::Picture;

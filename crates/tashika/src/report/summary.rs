@@ -25,7 +25,7 @@ pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
     rows.push(("bias", percent_of_error(c.bias)));
     if let Some(claims) = &c.claims {
         rows.push(("claims", told(claims)));
-        if claims.of > 0 && !claims.same_sum {
+        if claims.of > 0 && !claims.same_truth {
             let why = "by a reference of other VPLs or gather points: what these differ by is judged too";
             rows.push(("", why.to_owned()));
         }

@@ -171,14 +171,14 @@ fn claims_are_kept_up_to_their_half_widths() {
         "a film without half-widths claims nothing"
     );
 
-    assert!(claims.same_sum, "neither film says of what");
+    assert!(claims.same_truth, "neither film says of what");
     let mut other = reference.clone();
     other.metadata_mut().set("gather.points", 16_u32);
     image.metadata_mut().set("gather.points", 16_u32);
     image.metadata_mut().set("method", "lightcuts");
-    assert!(compared(&image, &other, 0.02, 0.0).claims.unwrap().same_sum, "methods estimate the same sum");
+    assert!(compared(&image, &other, 0.02, 0.0).claims.unwrap().same_truth, "methods estimate the same sum");
     other.metadata_mut().set("vpls.seed", 2_u32);
-    assert!(!compared(&image, &other, 0.02, 0.0).claims.unwrap().same_sum);
+    assert!(!compared(&image, &other, 0.02, 0.0).claims.unwrap().same_truth);
 
     let mut all = film_in_rows(1, &[1.1], &[COLOR, HALF_WIDTH]);
     all.plane_mut("half_width").unwrap().set_f32(CORNER[0], CORNER[1], &[0.2]);
@@ -287,4 +287,25 @@ fn the_page_holds_numbers_and_pictures_and_escapes_names() {
     assert_eq!((shown[1].get_pixel(1, 0).0, shown[0].get_pixel(0, 0).0), ([255; 3], [255; 3]));
     assert!(shown[0].get_pixel(27, 0).0[0] < 250, "10 % darker");
     assert!(!page.contains("http"), "nothing is fetched");
+}
+
+#[test]
+fn half_widths_are_told_by_their_sources() {
+    let specs = [COLOR, HALF_WIDTH, spec("half_width_parts", &["a", "b", "c"], SampleKind::F32)];
+    let mut film = Film::new([5, 1], Window::full([5, 1]), &specs).unwrap();
+    // The fourth claims nothing, the fifth is black.
+    let pixels = [(1.0, 0.1), (2.0, 0.6), (4.0, 0.8), (1.0, 0.0), (0.0, 0.5)];
+    for (x, (luminance, half_width)) in (0..).zip(pixels) {
+        film.plane_mut("").unwrap().set_f32(x, 0, &[luminance; 3]);
+        film.plane_mut("half_width").unwrap().set_f32(x, 0, &[half_width]);
+        let parts = [0.5 * half_width, 0.25 * half_width, 0.125 * half_width];
+        film.plane_mut("half_width_parts").unwrap().set_f32(x, 0, &parts);
+    }
+    // Relative: 0.1, 0.3, 0.2.
+    let found = error_budget(&film).unwrap();
+    let expected = [0.2, 0.1, 0.05, 0.025];
+    let found = [found.total, found.clustering, found.lights, found.compensation];
+    assert!(found.iter().zip(expected).all(|(a, b): (&f64, f64)| (a - b).abs() < 1e-6), "{found:?}");
+    film.plane_mut("half_width").unwrap().set_f32(0, 0, &[0.0]);
+    assert!(error_budget(&Film::new([5, 1], Window::full([5, 1]), &specs).unwrap()).is_none());
 }

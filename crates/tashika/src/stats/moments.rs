@@ -7,15 +7,37 @@ pub struct Moments {
     mean: f64,
     /// Sum of squared deviations from the mean.
     deviation: f64,
+    /// Largest in size.
+    largest: f64,
 }
 
 impl Moments {
     /// Takes in one number.
     pub fn push(&mut self, x: f64) {
         self.count += 1;
+        self.largest = self.largest.max(x.abs());
         let d = x - self.mean;
         self.mean += d / self.count as f64;
         self.deviation += d * (x - self.mean);
+    }
+
+    /// Takes in what another has taken in (Chan, Golub, LeVeque 1979).
+    pub fn merge(&mut self, other: &Self) {
+        if other.count == 0 {
+            return;
+        }
+        let count = self.count + other.count;
+        let (own, theirs) = (self.count as f64, other.count as f64);
+        let d = other.mean - self.mean;
+        self.mean += d * theirs / count as f64;
+        self.deviation += other.deviation + d * d * own * theirs / count as f64;
+        self.count = count;
+        self.largest = self.largest.max(other.largest);
+    }
+
+    /// The largest size of a number; zero if there were none.
+    pub fn largest(&self) -> f64 {
+        self.largest
     }
 
     /// How many numbers were taken in.
@@ -52,5 +74,23 @@ mod tests {
         assert!((m.variance() - 30.0).abs() < 1e-6);
         assert!((m.standard_error() - (30.0f64 / 4.0).sqrt()).abs() < 1e-6);
         assert_eq!(Moments::default().standard_error(), 0.0);
+    }
+
+    #[test]
+    fn halves_merge_to_the_whole() {
+        let data = [3.0, -1.0, 4.5, 8.0, 0.25, 2.0, 7.5];
+        let of = |numbers: &[f64]| {
+            let mut m = Moments::default();
+            numbers.iter().for_each(|&x| m.push(x));
+            m
+        };
+        for cut in 0..=data.len() {
+            let mut merged = of(&data[..cut]);
+            merged.merge(&of(&data[cut..]));
+            let whole = of(&data);
+            assert_eq!((merged.count(), merged.largest()), (whole.count(), 8.0));
+            assert!((merged.mean() - whole.mean()).abs() < 1e-14, "{cut}");
+            assert!((merged.variance() - whole.variance()).abs() < 1e-13, "{cut}");
+        }
     }
 }

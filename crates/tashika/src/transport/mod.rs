@@ -20,6 +20,7 @@ pub use receivers::Receivers;
 
 use glam::Vec3;
 
+use crate::accel::Glass;
 use crate::color::Rgb;
 use crate::gather::GatherPoint;
 use crate::vpl::{Vpl, VplKind};
@@ -28,6 +29,7 @@ use crate::vpl::{Vpl, VplKind};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Transport {
     clamp_squared: f32,
+    glass: Glass,
 }
 
 /// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the geometric term, and its products with
@@ -36,22 +38,46 @@ const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
 /// The geometry between a point and a light.
 #[derive(Clone, Copy, Debug)]
-struct Link {
-    /// Unit direction from the point to the light.
-    towards_light: Vec3,
-    /// `G` (m⁻² or 1).
-    geometric: f32,
+pub struct Link {
+    /// Unit direction from the point to the light; zero if they are in the same place.
+    pub towards_light: Vec3,
+    /// `G`, clamped (m⁻² or 1).
+    pub geometric: f32,
+    /// Squared distance (m²); infinite for directional lights.
+    pub squared_distance: f32,
 }
 
 impl Transport {
     /// With the geometric term held below `clamp_distance` (m); zero for no clamp.
     pub const fn new(clamp_distance: f32) -> Self {
-        Self { clamp_squared: clamp_distance * clamp_distance }
+        Self { clamp_squared: clamp_distance * clamp_distance, glass: Glass::Passes }
     }
 
-    fn link(&self, position: Vec3, light: &Vpl) -> Link {
+    /// The same where solid glass does this to segments.
+    #[must_use]
+    pub const fn with_glass(self, glass: Glass) -> Self {
+        Self { glass, ..self }
+    }
+
+    /// Distance below which the geometric term no longer grows (m).
+    pub fn clamp_distance(&self) -> f32 {
+        self.clamp_squared.sqrt()
+    }
+
+    /// What solid glass does to segments.
+    pub const fn glass(&self) -> Glass {
+        self.glass
+    }
+
+    /// The share of the true geometric term that the clamped one is at a squared distance (m²): `min(1, d²/d_c²)`, in `[0, 1]`.
+    pub fn share(&self, squared_distance: f32) -> f32 {
+        if squared_distance >= self.clamp_squared { 1.0 } else { squared_distance / self.clamp_squared }
+    }
+
+    /// The geometry between a point and a light.
+    pub fn link(&self, position: Vec3, light: &Vpl) -> Link {
         if light.kind == VplKind::Directional {
-            return Link { towards_light: -light.direction, geometric: 1.0 };
+            return Link { towards_light: -light.direction, geometric: 1.0, squared_distance: f32::INFINITY };
         }
         let d = light.position - position;
         let squared = d.length_squared();
@@ -67,6 +93,7 @@ impl Transport {
         Link {
             towards_light,
             geometric: shape / squared.max(self.clamp_squared).max(SMALLEST_SQUARED_DISTANCE),
+            squared_distance: squared,
         }
     }
 

@@ -28,7 +28,7 @@ enum Source {
     Environment,
 }
 
-/// Draws lights from all emitters of a scene, in proportion to their power.
+/// Draws lights from all emitters of a scene, in proportion to their power unless it is said otherwise.
 ///
 /// Power (W, luminance): `π A L` a side for triangles, `4π I` for points, `I ∫ falloff` for spots, `π R² E` for
 /// directional light and `4π · π R² L̄` for the environment, `R` being the radius of the scene's sphere.
@@ -36,6 +36,8 @@ enum Source {
 pub struct EmitterSampler<'s> {
     scene: &'s Scene,
     sources: Vec<Source>,
+    /// Of `sources`, in proportion to which they are drawn.
+    weights: Vec<f64>,
     /// Over `sources`; `None` if nothing shines.
     all: Option<Discrete>,
     /// Over `sources`, without those that are points or single directions.
@@ -101,7 +103,6 @@ impl<'s> EmitterSampler<'s> {
                 sources.push(Source::Triangle { instance, triangle: triangle as u32, area, two_sided });
             }
         }
-        let surfaces = sources.len();
         for e in scene.emitters() {
             weights.push(f64::from(match e {
                 Emitter::Point { intensity, .. } => 4.0 * PI * intensity.luminance(),
@@ -115,19 +116,48 @@ impl<'s> EmitterSampler<'s> {
             sources.push(Source::Environment);
             sources.len() - 1
         });
-        let is_extended = |i: usize| i < surfaces || Some(i) == environment;
-        let extended =
-            Discrete::new(weights.iter().enumerate().map(|(i, &w)| if is_extended(i) { w } else { 0.0 }));
-        Self {
+        let mut sampler = Self {
             scene,
-            all: Discrete::new(weights),
-            extended,
+            all: None,
+            extended: None,
             sources,
+            weights,
             first,
             environment,
             center: bounds.center(),
             radius,
+        };
+        sampler.distribute();
+        sampler
+    }
+
+    /// The same emitters, where those of a kind are drawn in proportion to power, and one of the kinds with these weights: emitters in the scene, and
+    /// light from infinity. Both at least 0; a kind that there is not is not drawn.
+    #[must_use]
+    pub fn weighted(mut self, kinds: [f64; 2]) -> Self {
+        let kind = |source: &Source| match source {
+            Source::Environment | Source::Punctual(Emitter::Directional { .. }) => 1,
+            Source::Triangle { .. } | Source::Punctual(_) => 0,
+        };
+        let mut power = [0.0; 2];
+        for (source, weight) in self.sources.iter().zip(&self.weights) {
+            power[kind(source)] += weight;
         }
+        for (source, weight) in self.sources.iter().zip(&mut self.weights) {
+            let kind = kind(source);
+            if power[kind] > 0.0 {
+                *weight *= kinds[kind] / power[kind];
+            }
+        }
+        self.distribute();
+        self
+    }
+
+    fn distribute(&mut self) {
+        let is_extended = |source: &Source| !matches!(source, Source::Punctual(_));
+        let extended = self.sources.iter().zip(&self.weights);
+        self.extended = Discrete::new(extended.map(|(s, &w)| if is_extended(s) { w } else { 0.0 }));
+        self.all = Discrete::new(self.weights.iter().copied());
     }
 
     /// Centre and radius of the sphere about the scene (m).

@@ -3,6 +3,7 @@
 //! A [`VplSet`] is traced from the emitters (Keller 1997) or loaded from a file; all methods share it. It
 //! knows where it came from ([`Provenance`]).
 
+mod carried;
 mod clamp;
 mod emitters;
 mod light;
@@ -11,10 +12,11 @@ mod trace;
 #[cfg(test)]
 mod tests;
 
+pub use carried::carried_cos;
 pub use clamp::Clamp;
 pub use emitters::{EmitterSampler, LightSample};
 pub use light::{Vpl, VplKind};
-pub use trace::VplOptions;
+pub use trace::{Emission, VplOptions};
 
 use serde::{Deserialize, Serialize};
 

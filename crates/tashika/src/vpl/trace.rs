@@ -27,13 +27,35 @@ use std::f32::consts::PI;
 
 use rayon::prelude::*;
 
-use super::{Clamp, EmitterSampler, Provenance, Vpl, VplKind, VplSet};
+use super::{Clamp, EmitterSampler, Provenance, Vpl, VplKind, VplSet, carried_cos};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::math::{Aabb, Frame, Ray};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::Part;
+
+/// Which emitters light paths start from, and how many direct VPLs each has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Emission {
+    /// In proportion to power. Light from infinity has the power of all that enters the sphere about the scene, most of which may miss what can be
+    /// seen of it.
+    #[default]
+    ByPower,
+    /// Emitters in the scene, and light from infinity, by how much light of either reaches surfaces as a pilot finds it; among those of
+    /// a kind by power. Where few light paths leave VPLs, on metals say, the set stays smaller sooner.
+    ByUse,
+}
+
+impl Emission {
+    /// Most light paths for each VPL that was asked for: where nearly all light misses the scene, the set stays smaller.
+    fn max_paths_per_vpl(self) -> u64 {
+        match self {
+            Self::ByPower => 256,
+            Self::ByUse => 4,
+        }
+    }
+}
 
 /// How a set of VPLs is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,20 +69,27 @@ pub struct VplOptions {
     /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1: at 0 their direct light is left
     /// out, at 1 all indirect light. Default: 0.25.
     pub direct_share: f32,
+    /// Which emitters have them. Default: by power.
+    pub emission: Emission,
     /// Distance below which the geometric term no longer grows.
     pub clamp: Clamp,
 }
 
 impl Default for VplOptions {
     fn default() -> Self {
-        Self { count: 5000, seed: 1, max_depth: 64, direct_share: 0.25, clamp: Clamp::Auto }
+        Self {
+            count: 5000,
+            seed: 1,
+            max_depth: 64,
+            direct_share: 0.25,
+            emission: Emission::ByPower,
+            clamp: Clamp::Auto,
+        }
     }
 }
 
 /// Largest number of VPLs (4.8 GB).
 const MAX_COUNT: u64 = 100_000_000;
-/// Most light paths for each VPL that was asked for: where nearly all light misses the scene, the set stays smaller.
-const MAX_PATHS_PER_VPL: u64 = 256;
 /// Light paths of the first pilot.
 const PILOT_PATHS: u64 = 4096;
 /// VPLs from which a pilot knows the number to about 6 %.
@@ -105,7 +134,10 @@ impl VplSet {
     pub fn trace(tracer: &Tracer, options: &VplOptions) -> Result<Self> {
         options.validate()?;
         let scene = tracer.scene();
-        let emitters = EmitterSampler::new(scene);
+        let emitters = match options.emission {
+            Emission::ByPower => EmitterSampler::new(scene),
+            Emission::ByUse => EmitterSampler::by_use(tracer, options),
+        };
         let mut lights: Vec<Vpl> = emitters.punctual().collect();
         // However many lights are points: half of the count goes to what has to be sampled.
         let rest = options.count.saturating_sub(lights.len() as u64).max(options.count.div_ceil(2));
@@ -120,7 +152,9 @@ impl VplSet {
         if per_path > 0.0 {
             let wanted = (rest - direct) as f64 / per_path;
             let least = u64::from(share < 1.0);
-            paths = (wanted.round() as u64).max(least).min(options.count.saturating_mul(MAX_PATHS_PER_VPL));
+            paths = (wanted.round() as u64)
+                .max(least)
+                .min(options.count.saturating_mul(options.emission.max_paths_per_vpl()));
         } else if has_extended {
             direct = rest;
         }
@@ -157,13 +191,31 @@ impl VplSet {
     }
 }
 
+/// Least share of the light paths that a kind of emitters has.
+const LEAST_SHARE: f64 = 0.05;
+
+impl<'s> EmitterSampler<'s> {
+    /// The emitters of the tracer's scene, either kind in proportion to the flux that a pilot's paths bring to surfaces ([`Emission::ByUse`]).
+    pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
+        let reflected = |kinds: [f64; 2]| {
+            let emitters = EmitterSampler::new(tracer.scene()).weighted(kinds);
+            let trail = trace_paths(tracer, &emitters, options, Purpose::LightPathPilot, PILOT_PATHS);
+            trail.diffuse + trail.reflected
+        };
+        let fluxes = [reflected([1.0, 0.0]), reflected([0.0, 1.0])];
+        let sum: f64 = fluxes.iter().sum();
+        let shares = fluxes.map(|flux| if sum > 0.0 { (flux / sum).max(LEAST_SHARE) } else { 0.5 });
+        EmitterSampler::new(tracer.scene()).weighted(shares)
+    }
+}
+
 /// VPLs that a light path leaves on average, from a pilot that grows until it knows.
 fn lights_per_path(tracer: &Tracer, emitters: &EmitterSampler<'_>, options: &VplOptions) -> f64 {
     if options.max_depth == 0 {
         return 0.0;
     }
     // More than will be traced would tell nothing that can be used.
-    let most = options.count.saturating_mul(MAX_PATHS_PER_VPL).min(MAX_PILOT_PATHS);
+    let most = options.count.saturating_mul(options.emission.max_paths_per_vpl()).min(MAX_PILOT_PATHS);
     let mut paths = PILOT_PATHS;
     loop {
         let left = trace_paths(tracer, emitters, options, Purpose::LightPathPilot, paths).lights.len();
@@ -241,10 +293,10 @@ fn walk(
             wo.z = -wo.z;
         }
         let adjoint = cos_ns / cos_ng;
-        let reflectance = bsdf.vpl_reflectance(wo);
-        if !reflectance.is_black() {
+        let carried = carried_cos(&point, &bsdf, incoming);
+        if !carried.is_black() {
             let normal = if (cos_ng > 0.0) != through { ng } else { -ng };
-            let intensity = flux * reflectance * (adjoint / PI);
+            let intensity = flux * carried / cos_ng.abs();
             trail.diffuse += f64::from(intensity.luminance() * PI);
             trail.lights.push(Vpl {
                 position: point.leave(normal),

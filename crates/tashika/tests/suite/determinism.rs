@@ -6,15 +6,26 @@ use std::sync::atomic::AtomicBool;
 use tashika::accel::Tracer;
 use tashika::film::{Film, Window};
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{ControlOptions, Exact, Integrator, LitBy, Method, Path, Setting};
+use tashika::integrator::{
+    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Method, Path, PathLength, Setting,
+    Truth,
+};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
 use tashika::scene::builtin;
 use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [37, 23];
-const METHODS: [&str; 7] =
-    ["exact", "path", "lightcuts", "nabata2016", "iwasaki2019", "tashika", "tashika-certified"];
+const METHODS: [&str; 8] = [
+    "exact",
+    "path",
+    "lightcuts",
+    "nabata2016",
+    "iwasaki2019",
+    "tashika",
+    "tashika-certified",
+    "light transport",
+];
 
 /// Everything from the tracer to the film, on a pool of `threads`.
 fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film, VplSet) {
@@ -37,8 +48,14 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
             render(&setting, &*integrator, &options, &|_| (), &AtomicBool::new(false)).unwrap().film
         };
         let film = match method.parse::<Method>() {
+            Err(_) if method == "light transport" => {
+                let lights = VplOptions { count: 300, seed: 9, ..VplOptions::default() };
+                let sets = LightSets::trace(&tracer, &lights, 13, Truth::Transport).unwrap();
+                let options = ControlOptions { error: 0.5, ..published };
+                render(Box::new(LightTransport::new(&tracer, &sets, &options, Truth::Transport)))
+            }
             Ok(method) => render(method.integrator(LitBy { set: &set, tree: Some(&tree) }, &published)),
-            Err(_) => render(Box::new(Path::new(&tracer, 8, 16).unwrap())),
+            Err(_) => render(Box::new(Path::new(&tracer, PathLength::Count(8), 16).unwrap())),
         };
         (film, set)
     })

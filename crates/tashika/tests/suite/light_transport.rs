@@ -1,12 +1,13 @@
-//! Many lights against an independent path tracer: the mean over VPL sets, unclamped, on diffuse scenes with every kind of
-//! emitter, pixel by pixel.
+//! Many lights against an independent path tracer, pixel by pixel: the mean over VPL sets, unclamped, on diffuse scenes with every kind of
+//! emitter; and clamped, with what VPLs do not carry put back, on scenes with gloss, mirrors and glass.
 
+use tashika::bsdf::ConductorFresnel;
 use tashika::color::Rgb;
-use tashika::integrator::{Exact, Path};
+use tashika::integrator::{ControlOptions, Exact, LightSets, LightTransport, Path, PathLength, Truth};
 use tashika::math::{Mat3, Vec3};
 use tashika::scene::{
-    Alpha, AlphaMode, Emitter, Environment, Falloff, FalloffShape, Image, Material, Pixels, SceneBuilder,
-    Surface,
+    Alpha, AlphaMode, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, Pixels,
+    SceneBuilder, Surface,
 };
 use tashika::stats::Moments;
 use tashika::vpl::{Clamp, VplOptions, VplSet};
@@ -39,7 +40,7 @@ fn agree(b: SceneBuilder, what: &str) {
         image.push(l.iter().sum::<f64>() / 36.0);
         many.iter_mut().zip(l).for_each(|(m, l)| m.push(l));
     }
-    let reference = film(&tracer, &Path::new(&tracer, 4000, 65).unwrap(), SIZE, 1, 1000);
+    let reference = film(&tracer, &Path::new(&tracer, PathLength::Count(4000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
     // Two-sided level 10⁻⁵ for each of 36 pixels and the image. Every set comes with gather points of its own.
@@ -114,4 +115,183 @@ fn light_through_leaves_panes_and_holes() {
     let block = cuboid(Vec3::new(-0.8, 0.0, -0.2), Vec3::new(-0.4, 0.4, 0.3), false);
     place(&mut b, block, Material::new("mixed", mix));
     agree(b, "several parts");
+}
+
+/// Our estimate of light transport and the path tracer's, each pixel within their common error; and the whole image more sharply, of which
+/// what VPLs do not carry is at least the share `left_out`.
+fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
+    let tracer = tracer(b);
+    // Far enough for what it cuts off to matter.
+    let lights = VplOptions { count: 2000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
+    let options = ControlOptions { error: 0.01, ..ControlOptions::default() };
+    let estimate = |truth: Truth| {
+        let sets = LightSets::trace(&tracer, &lights, 65, truth).unwrap();
+        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options, truth), SIZE, 4, 3);
+        let errors = film.plane("standard_error").unwrap().f32_samples().unwrap().to_vec();
+        (luminances(&film), errors)
+    };
+    let (ours, our_errors) = estimate(Truth::Transport);
+    let reference = film(&tracer, &Path::new(&tracer, PathLength::Count(10_000), 65).unwrap(), SIZE, 1, 1000);
+    let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
+    let expected = luminances(&reference);
+    let mut variance = 0.0;
+    for (i, (l, e)) in expected.iter().zip(errors).enumerate() {
+        let (found, own) = (ours[i], our_errors[i]);
+        let error = f64::from(*e).hypot(own.into());
+        variance += error * error;
+        assert!((found - l).abs() < 4.42 * error, "{what}, pixel {i}: {found} ± {own} for {l} ± {e}");
+    }
+    let (sum, of) = (ours.iter().sum::<f64>(), expected.iter().sum::<f64>());
+    let error = variance.sqrt();
+    assert!(error < 0.01 * of, "{what}: the comparison is sharp: {error} of {of}");
+    assert!((sum - of).abs() < 4.42 * error, "{what}: {sum} ± {error} for {of}");
+    // Without this the agreement would say nothing about paths.
+    let clamped = estimate(Truth::Clamped).0.iter().sum::<f64>();
+    assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
+}
+
+fn plastic(alpha: f32) -> Surface {
+    Surface::Plastic {
+        diffuse: Rgb::new(0.5, 0.4, 0.3).into(),
+        specular: Rgb::WHITE.into(),
+        ior: 1.5,
+        alpha: alpha.into(),
+    }
+}
+
+#[test]
+fn the_clamp_is_made_good() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    transport_agrees(b, 0.02, "diffuse room");
+}
+
+/// Broad and narrow lobes, at gather points and on the way; coats, whose diffuse part is no plain cosine lobe.
+#[test]
+fn gloss_is_put_back() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
+    place(&mut b, floor, Material::new("floor", plastic(0.15)));
+    let metal = Surface::Conductor {
+        fresnel: ConductorFresnel::Schlick { f0: Rgb::new(0.9, 0.7, 0.4) },
+        specular: Rgb::WHITE.into(),
+        alpha: 0.4.into(),
+    };
+    let left = cuboid(Vec3::new(-0.8, 0.02, -0.2), Vec3::new(-0.4, 0.5, 0.3), false);
+    place(&mut b, left, Material::new("metal", metal));
+    let coated = Surface::Coated {
+        reflectance: Rgb::new(0.7, 0.2, 0.2).into(),
+        base: CoatBase::Saturating,
+        specular: Rgb::WHITE.into(),
+        ior: 1.5,
+        alpha: 0.3.into(),
+    };
+    let right = cuboid(Vec3::new(0.5, 0.02, -0.1), Vec3::new(0.8, 0.8, 0.3), false);
+    place(&mut b, right, Material::new("coated", coated));
+    transport_agrees(b, 0.02, "gloss");
+}
+
+/// A mirror that lights what VPLs cannot, a smooth coat, a pane and a block of solid glass in front of an open side with a sky.
+#[test]
+fn mirrors_panes_and_glass_are_put_back() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    b.set_environment(Environment::constant(Rgb::new(0.3, 0.5, 0.9))).unwrap();
+    let mirror = Surface::Mirror { reflectance: Rgb::gray(0.9).into() };
+    let side = parallelogram(Vec3::new(-0.99, 0.3, -0.6), Vec3::Y * 1.2, Vec3::Z * 1.2);
+    place(&mut b, side, Material::new("mirror", mirror));
+    let coat = cuboid(Vec3::new(0.5, 0.01, -0.2), Vec3::new(0.9, 0.5, 0.3), false);
+    place(&mut b, coat, Material::new("smooth coat", plastic(0.0)));
+    let glass = Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.95) };
+    let block = cuboid(Vec3::new(-0.7, 0.01, 0.0), Vec3::new(-0.4, 0.6, 0.3), false);
+    place(&mut b, block, Material::new("glass", glass));
+    let pane =
+        Surface::ThinGlass { ior: 1.5, reflectance: Rgb::WHITE.into(), transmittance: Rgb::gray(0.8).into() };
+    let front = parallelogram(Vec3::new(-1.0, 0.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0);
+    place(&mut b, front, Material::new("pane", pane));
+    transport_agrees(b, 0.05, "mirrors and glass");
+}
+
+/// Points and spots so close to surfaces that they are clamped, and a sun.
+#[test]
+fn punctual_lights_near_by_are_made_good() {
+    let mut b = diffuse_room();
+    b.add_emitter(Emitter::Point { position: Vec3::new(-0.95, 1.0, 0.2), intensity: Rgb::gray(0.2) })
+        .unwrap();
+    b.add_emitter(Emitter::Directional {
+        direction: Vec3::new(0.2, -0.4, -1.0).normalize(),
+        irradiance: Rgb::new(1.0, 0.9, 0.7),
+    })
+    .unwrap();
+    transport_agrees(b, 0.02, "punctual lights");
+}
+
+/// Light through leaves and holes is carried by both sides' rules.
+#[test]
+fn leaves_and_holes_are_told_apart_from_gloss() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let leaf = Surface::Translucent {
+        reflectance: Rgb::new(0.2, 0.5, 0.1).into(),
+        transmittance: Rgb::new(0.5, 0.4, 0.1).into(),
+    };
+    let sheet = |y: f32, x: f32| parallelogram(Vec3::new(x, y, -0.6), Vec3::X * 0.8, Vec3::Z * 1.2);
+    place(&mut b, sheet(1.5, -0.9), Material::new("leaf", leaf));
+    let alpha = Some(Alpha { value: 0.4.into(), mode: AlphaMode::Blend });
+    place(&mut b, sheet(1.4, 0.1), Material { alpha, ..Material::new("gauze", plastic(0.3)) });
+    transport_agrees(b, 0.02, "leaves");
+}
+
+/// Few VPLs a set, so that which ones there are is most of the error: intervals that did not know of it would be far too narrow.
+#[test]
+fn intervals_reckon_with_the_choice_of_vpls() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let tracer = tracer(b);
+    let size = [12, 12];
+    let reference = film(&tracer, &Path::new(&tracer, PathLength::Count(10_000), 65).unwrap(), size, 1, 1000);
+    let expected = luminances(&reference);
+    let (mut kept, mut claims, mut from_lights) = (0, 0, 0);
+    for seed in 1..=4 {
+        let lights = VplOptions { count: 100, seed, ..VplOptions::default() };
+        let sets = LightSets::trace(&tracer, &lights, 17, Truth::Transport).unwrap();
+        let options = ControlOptions { error: 0.1, seed, ..ControlOptions::default() };
+        let film =
+            film(&tracer, &LightTransport::new(&tracer, &sets, &options, Truth::Transport), size, 4, seed);
+        let (found, claim) = (luminances(&film), film.plane("claim").unwrap().u32_samples().unwrap());
+        let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
+        let parts = film.plane("half_width_parts").unwrap().f32_samples().unwrap();
+        for i in (0..144).filter(|&i| claim[i] == 3) {
+            claims += 1;
+            kept += u64::from((found[i] - expected[i]).abs() <= half_widths[i].into());
+            from_lights += u32::from(parts[3 * i + 1] > parts[3 * i].max(parts[3 * i + 2]));
+        }
+    }
+    // Pixels of an image share their sets, so that this is no sharp test; with one set for all it would be a third.
+    assert!(claims > 400 && from_lights > 100, "{claims} claims, {from_lights} mostly of the choice of VPLs");
+    assert!(kept * 100 >= claims * 90, "{kept} of {claims}");
+}
+
+#[test]
+fn a_path_tracer_stops_by_its_own_interval() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let tracer = tracer(b);
+    let until = |error: f64, most: u32| {
+        let options = ControlOptions { error, ..ControlOptions::default() };
+        let path = Path::new(&tracer, PathLength::Until { options, first: 64, most }, 65).unwrap();
+        film(&tracer, &path, SIZE, 1, 7)
+    };
+    let film = until(0.05, 1 << 20);
+    let paths = film.plane("pairs").unwrap().f32_samples().unwrap();
+    let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
+    for ((paths, half_width), l) in paths.iter().zip(half_widths).zip(luminances(&film)) {
+        assert!(f64::from(*half_width) <= 0.05 / 1.05 * l * (1.0 + 1e-5), "{half_width} of {l}");
+        // 64, 96, 144, …
+        let looks = std::iter::successors(Some(64_u32), |n| Some(n + n / 2));
+        assert!(looks.take_while(|n| *n <= 1 << 20).any(|n| n as f32 == *paths), "{paths}");
+    }
+    let stops = until(0.001, 100).plane("stop").unwrap().u32_samples().unwrap().to_vec();
+    assert!(stops.iter().all(|stop| *stop == 4), "out of budget: {stops:?}");
 }

@@ -36,7 +36,10 @@ use schedule::{CALIBRATED, CERTIFIED, OFTEN, Schedule};
 use std::fmt;
 use std::sync::OnceLock;
 
-use super::{ControlOptions, ErrorClaim, Integrator, Lights, MANY_PAIRS, PixelEstimate, Setting, StopReason};
+use super::{
+    ControlOptions, ErrorClaim, HalfWidths, Integrator, Lights, MANY_PAIRS, PixelEstimate, Setting,
+    StopReason,
+};
 use crate::bounds::{UpperAnalytic, UpperMaterial};
 use crate::color::RgbSum;
 use crate::cut::{
@@ -169,6 +172,7 @@ impl<'a> Tashika<'a> {
             radiance: ended.sum.total(),
             standard_error: ended.interval.standard_error as f32,
             claim,
+            half_widths: HalfWidths { clustering: claim.half_width(), ..HalfWidths::default() },
             stop: ended.stop,
             pairs,
             rays,
@@ -199,7 +203,7 @@ impl<'a> Tashika<'a> {
             let interval = self.interval(&cut, &gathered, looks, &mut strata);
             let stop = if strata.is_empty() {
                 Some(StopReason::Complete)
-            } else if interval.half_width <= self.tolerance(&sum) {
+            } else if interval.half_width <= self.options.tolerance(&sum) {
                 Some(StopReason::RuleMet)
             } else if cut.pairs() >= max_pairs {
                 Some(StopReason::Budget)
@@ -245,12 +249,6 @@ impl<'a> Tashika<'a> {
 
     fn max_pairs(&self) -> u64 {
         self.options.max_pairs.unwrap_or(MANY_PAIRS)
-    }
-
-    /// Half-width that is narrow enough for an estimate.
-    fn tolerance(&self, sum: &RgbSum) -> f64 {
-        let ControlOptions { error, controlled, absolute_error, .. } = self.options;
-        (error / (1.0 + error) * controlled.size(sum)).max(absolute_error)
     }
 
     /// What the neighbourhood of a cell sees of the lights.

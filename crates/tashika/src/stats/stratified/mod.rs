@@ -119,6 +119,16 @@ impl Spread {
         spread
     }
 
+    /// `V̂ + γ E`: the variance that calibrated intervals reckon with.
+    pub fn reckoned_variance(&self) -> f64 {
+        self.variance + GAMMA * self.importance_variance
+    }
+
+    /// `b'`: about the largest contribution that no sample may have shown.
+    pub fn importance_largest(&self) -> f64 {
+        self.importance_largest
+    }
+
     /// Effective degrees of freedom `ν` of `V̂`, at least 1.
     pub fn freedom(&self) -> f64 {
         if self.fourth > 0.0 { (self.variance * self.variance / self.fourth - 2.0).max(1.0) } else { 1.0 }
@@ -132,7 +142,7 @@ impl Spread {
     /// Half-width `h` of the calibrated interval of this confidence, in (0, 1).
     pub fn calibrated(&self, confidence: f64) -> f64 {
         let t = student_t_two_sided(confidence, self.freedom());
-        t * (self.variance + GAMMA * self.importance_variance).sqrt()
+        t * self.reckoned_variance().sqrt()
             + KAPPA * self.importance_largest * ln_f64(2.0 / (1.0 - confidence))
     }
 

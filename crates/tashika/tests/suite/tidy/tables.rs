@@ -40,6 +40,7 @@ pub(super) const MODULES: &[Module] = &[
     module("bounds", 4, &[0, 1], &[]),
     module("tree", 5, &[0, 1, 3, 4], &[]),
     module("cut", 6, &[0, 2, 3, 4, 5], &[]),
+    module("uncarried", 6, &[0, 1, 2, 3, 4, 5], &[]),
     module("integrator", 7, &[0, 1, 2, 3, 4, 5, 6], &[]),
     module("render", 8, &[0, 1, 2, 3, 7], &[]),
     module("report", 8, &[0, 1], &[]),
@@ -79,7 +80,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("roxmltree", &["io"]),
     ("serde", &[]),
     ("serde_json", &["io"]),
-    ("smallvec", &["cut", "io"]),
+    ("smallvec", &["cut", "integrator", "io"]),
     ("sobol_burley", &["gather"]),
     ("thiserror", &["error"]),
 ];

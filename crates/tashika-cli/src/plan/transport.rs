@@ -1,0 +1,80 @@
+//! What is to be done by `experiment transport`.
+
+use std::path::PathBuf;
+
+use tashika::gather::GatherOptions;
+use tashika::integrator::{ControlOptions, PathLength};
+use tashika::vpl::VplOptions;
+
+use super::render::{FIRST_PATHS, POINTS_OF_SET, light_sets, path_count};
+use super::{Common, Folder, StagePlan, gather_options};
+use crate::args::{TransportArgs, TransportMethod};
+use crate::exit::Failure;
+
+/// Light transport, by us and by a path tracer.
+#[derive(Debug)]
+pub struct TransportPlan {
+    /// Scene, camera, size.
+    pub stage: StagePlan,
+    /// Gather points.
+    pub gather: GatherOptions,
+    /// How each set is traced.
+    pub lights: VplOptions,
+    /// How many sets.
+    pub sets: u32,
+    /// Who.
+    pub methods: Vec<TransportMethod>,
+    /// What they are told, one after the other; at least one.
+    pub options: Vec<ControlOptions>,
+    /// Paths a pixel at most.
+    pub most_paths: u32,
+    /// The truth of an earlier run.
+    pub reference: Option<PathBuf>,
+    /// Pixels at random.
+    pub pixels: u64,
+    /// Seed of everything.
+    pub seed: u64,
+    /// Where the tables go.
+    pub folder: Folder,
+    /// What every command has.
+    pub common: Common,
+}
+
+impl TransportPlan {
+    /// Checks what was typed, and that the outputs can be written; makes the folder.
+    pub fn new(args: &TransportArgs) -> Result<Self, Failure> {
+        let stage = StagePlan::new(&args.stage, None)?;
+        let gather = gather_options(args.gather.points.or(Some(POINTS_OF_SET)))?;
+        let (lights, sets) = light_sets(&args.lights, args.sets, args.seed)?;
+        let confidence = args.confidence;
+        let told = |error| ControlOptions { error, confidence, seed: args.seed, ..ControlOptions::default() };
+        let options: Vec<ControlOptions> = args.error.iter().map(|error| told(*error)).collect();
+        options.iter().try_for_each(ControlOptions::validate)?;
+        let folder = Folder::new(&args.out);
+        let inputs = stage.inputs(args.reference.as_deref());
+        let common = folder.common(&args.common, &inputs)?;
+        Ok(Self {
+            gather,
+            lights,
+            sets,
+            methods: args.methods.clone(),
+            options,
+            most_paths: path_count(args.paths)?.max(2),
+            reference: args.reference.clone(),
+            pixels: args.pixels,
+            seed: args.seed,
+            folder,
+            common,
+            stage,
+        })
+    }
+
+    /// The rule that a careful user of a path tracer would stop by.
+    pub fn stops_by_itself(&self, options: &ControlOptions) -> PathLength {
+        PathLength::Until {
+            options: *options,
+            first: FIRST_PATHS.min(self.most_paths),
+            most: self.most_paths,
+        }
+    }
+}

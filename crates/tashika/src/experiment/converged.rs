@@ -1,0 +1,34 @@
+//! Which pixels of an estimate of the truth are good enough to judge by.
+//!
+//! A path-traced truth has errors of its own. With a standard error of `e` and a tolerance of `τ`, an estimate that is within `τ` is judged rightly but
+//! where it is within about `2 e` of the border. Pixels with `e > τ/4` are left out, whatever they would say.
+
+use crate::film::{Film, Plane};
+use crate::integrator::StopReason;
+use crate::report::Tolerance;
+
+/// Share of the tolerance that the standard error of the truth may have.
+pub const SHARE_OF_TRUTH: f64 = 0.25;
+
+/// The film without the pixels whose standard error is above [`SHARE_OF_TRUTH`] of the tolerance: they count as not rendered.
+///
+/// # Panics
+/// If it is not a film of [`render`](crate::render) in luminance.
+pub fn converged(film: &Film, tolerance: &Tolerance) -> Film {
+    let errors = film.plane("standard_error").and_then(Plane::f32_samples).expect("a film of `render`");
+    let colors = film.colors().expect("a film of `render`");
+    let unknown: Vec<bool> = colors
+        .zip(errors)
+        .map(|(color, error)| {
+            let allowed = (tolerance.relative * f64::from(color.luminance())).max(tolerance.absolute);
+            f64::from(*error) > SHARE_OF_TRUTH * allowed
+        })
+        .collect();
+    let mut film = film.clone();
+    let pixels: Vec<(u32, u32)> = film.window().pixels().collect();
+    let stop = film.plane_mut("stop").expect("a film of `render`");
+    for ((x, y), _) in pixels.into_iter().zip(unknown).filter(|(_, unknown)| *unknown) {
+        stop.set_u32(x, y, &[StopReason::NotRendered.id()]);
+    }
+    film
+}

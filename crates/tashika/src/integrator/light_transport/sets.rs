@@ -1,0 +1,132 @@
+//! Independent sets of VPLs.
+
+use super::super::Truth;
+use crate::accel::Tracer;
+use crate::error::{Error, Result};
+use crate::rng::{self, Purpose};
+use crate::tree::{LightTree, LightTreeBuilder};
+use crate::vpl::{Clamp, Emission, Provenance, VplOptions, VplSet};
+
+/// Sets of VPLs of one scene that have nothing in common but how they were made, each in its tree.
+#[derive(Clone, Debug)]
+pub struct LightSets {
+    sets: Vec<LightSet>,
+    options: VplOptions,
+}
+
+/// One of them.
+#[derive(Clone, Debug)]
+pub(super) struct LightSet {
+    pub(super) tree: LightTree,
+    pub(super) provenance: Provenance,
+}
+
+/// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL near by, in units of the light of a wall of them,
+/// falls with the square of this, that of the paths which find such walls hardly grows.
+const COMPENSATED: f32 = 4.0;
+/// Fewest sets: one that plans, and as many as an interval needs.
+const FEWEST: u32 = 1 + 8;
+/// Most sets.
+const MOST: u32 = 1024;
+
+impl LightSets {
+    /// How many sets there are if nobody says.
+    pub const DEFAULT_COUNT: u32 = 65;
+
+    /// Traces `count` sets, 9 to 1024, of `options.count` VPLs each, with seeds that are functions of `options.seed`, for this truth. All have one
+    /// clamp distance. Runs on the current thread pool.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn trace(tracer: &Tracer, options: &VplOptions, count: u32, truth: Truth) -> Result<Self> {
+        Self::check(count)?;
+        let set = |number: u32, clamp: Clamp| {
+            let seed = rng::key(options.seed, Purpose::Replicate, number.into());
+            let set = VplSet::trace(
+                tracer,
+                &VplOptions { seed, clamp, emission: Emission::ByUse, ..options.clone() },
+            )?;
+            let tree = LightTree::build(&set, LightTreeBuilder::default());
+            Ok(LightSet { tree, provenance: set.provenance().clone() })
+        };
+        let mut planning = set(0, options.clamp)?;
+        if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
+            planning.provenance.clamp_distance *= COMPENSATED;
+        }
+        let clamp = Clamp::Distance(planning.provenance.clamp_distance);
+        let sets: Result<Vec<LightSet>> = (1..count).map(|number| set(number, clamp)).collect();
+        let sets = std::iter::once(planning).chain(sets?).collect();
+        Ok(Self { sets, options: options.clone() })
+    }
+
+    /// # Errors
+    /// If `count` sets are too few or too many.
+    pub fn check(count: u32) -> Result<()> {
+        if !(FEWEST..=MOST).contains(&count) {
+            return Err(Error::option("sets", count, format!("{FEWEST} to {MOST}")));
+        }
+        Ok(())
+    }
+
+    /// How many sets.
+    pub fn count(&self) -> u32 {
+        self.sets.len() as u32
+    }
+
+    /// VPLs of all of them.
+    pub fn lights(&self) -> u64 {
+        self.sets.iter().map(|set| set.provenance.direct + set.provenance.indirect).sum()
+    }
+
+    /// VPLs on or towards emitters, of all of them.
+    pub fn direct(&self) -> u64 {
+        self.sets.iter().map(|set| set.provenance.direct).sum()
+    }
+
+    /// Their clamp distance (m).
+    pub fn clamp_distance(&self) -> f32 {
+        self.sets[0].provenance.clamp_distance
+    }
+
+    /// How they were traced.
+    pub fn options(&self) -> &VplOptions {
+        &self.options
+    }
+
+    /// The one that only plans.
+    pub(super) fn planning(&self) -> &LightSet {
+        &self.sets[0]
+    }
+
+    /// Those that estimates are made of.
+    pub(super) fn estimating(&self) -> &[LightSet] {
+        &self.sets[1..]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn no_two_sets_have_a_light_in_common() {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let lights = VplOptions { count: 50, ..VplOptions::default() };
+        let sets = LightSets::trace(&tracer, &lights, 33, Truth::Transport).unwrap();
+        let places = |set: &LightSet| {
+            let bits = |light: &crate::vpl::Vpl| light.position.to_array().map(f32::to_bits);
+            set.tree.lights().iter().map(bits).collect::<Vec<_>>()
+        };
+        let mut all: Vec<_> = sets.sets.iter().flat_map(places).collect();
+        let count = all.len();
+        assert!(count > 33 * 30, "{count}");
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), count, "lights that are in two sets");
+        let clamped = LightSets::trace(&tracer, &lights, 9, Truth::Clamped).unwrap().clamp_distance();
+        assert_eq!(sets.clamp_distance(), COMPENSATED * clamped);
+    }
+}

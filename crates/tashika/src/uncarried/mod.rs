@@ -1,0 +1,302 @@
+//! What a set of VPLs does not carry of the light that a gather point receives, estimated by paths.
+//!
+//! # A partition of path space
+//! Light reaches a gather point `x` along paths `x, y, z, …` to an emitter. At every surface after `x` scattering is a sum of two kernels, at `x` of
+//! two as well:
+//!
+//! ```text
+//! f cos = c + g          after x:   c = ρ/π |n_s·ω|  what its VPLs send out (`vpl::carried_cos`),   g = the rest
+//!                        at x:      c = what is summed over VPLs,                                   g = the rest
+//! ```
+//!
+//! The sum over VPLs of the set, with the clamped geometric term, is the light that is scattered at `x` by `c` and comes straight from
+//!
+//! * the `c` of a surface `y`: its share `κ(d) = min(1, d²/d_c²)` at the distance `d = |x − y|`; `d_c` is the clamp distance;
+//! * an emitting surface or a point: the same share; the environment and directional lights: all of it.
+//!
+//! Every other path is one of these, and each is estimated by its own kind of step:
+//!
+//! | scattered at `x` by | arrives from | share | step |
+//! |---|---|---|---|
+//! | `c` | `c` of `y` | `1 − κ` | follow `c` of `x` to `y`; go on from `y` by `(1 − κ) c` |
+//! | `c` | `g` of `y` | 1 | follow `c` of `x` to `y`; go on from `y` by `g` |
+//! | `c` | an emitter | `1 − κ` | follow `c` of `x`, or draw from the emitters; weighted by the balance heuristic |
+//! | `c` | anything behind a surface that bends or mirrors the way | 1 | follow `c` of `x` |
+//! | `g` | anything | 1 | follow `g` of `x`, or draw from the emitters, weighted |
+//!
+//! "Go on from `y` by `c`" is the same problem again: what `y` receives is a sum over the VPLs, of which one is drawn, and what they do not carry, with the
+//! table above (Kollig, Keller 2004, for the clamp). So shares sum to one over every path:
+//! `κ + (1 − κ)` for `c` after `c`, and 1 for all else, which VPLs do not carry.
+//!
+//! # Guarantee
+//! With the sum over a set of VPLs whose expectation is the light by `c` (an unbiased trace, solid glass that stops segments), the expectation over
+//! sets and paths is light transport itself, but for paths longer than the most surfaces, and for what neither can find: a point or a single
+//! direction of light seen by a bent way only. Held to this by the suite's `light_transport`.
+
+mod vertex;
+
+use glam::Vec3;
+
+use crate::accel::{Apex, Glass, SegmentBatch, Tracer};
+use crate::bounds::{Towards, upper_geometric};
+use crate::bsdf::Bsdf;
+use crate::color::Rgb;
+use crate::gather::{GatherPoint, Scatter};
+use crate::math::{Aabb, Cone, Ray};
+use crate::rng::Stream;
+use crate::transport::{Link, Transport};
+use crate::tree::{LightNode, LightTree};
+use crate::vpl::{EmitterSampler, Vpl, VplKind};
+
+use vertex::{Kernel, Vertex};
+
+/// Surfaces after which a path may end however bright it is.
+const CERTAIN_DEPTH: u32 = 3;
+/// Highest probability of going on beyond these.
+const MAX_SURVIVAL: f32 = 0.98;
+
+/// What is followed.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit<'a> {
+    /// Rays.
+    pub tracer: &'a Tracer,
+    /// The emitters of its scene.
+    pub emitters: &'a EmitterSampler<'a>,
+    /// The VPLs.
+    pub lights: &'a LightTree,
+    /// How they are clamped.
+    pub transport: Transport,
+    /// Most surfaces of a path.
+    pub max_depth: u32,
+}
+
+/// Paths of what VPLs do not carry.
+#[derive(Debug)]
+pub struct Uncarried<'a> {
+    lit: Lit<'a>,
+    batch: SegmentBatch,
+    visibility: Vec<f32>,
+    rays: u64,
+}
+
+/// How a path came to where it is.
+struct Way {
+    /// Where it was scattered last.
+    from: Vec3,
+    /// Density of its direction then (sr⁻¹).
+    density: f32,
+    /// Whether VPLs carry a share of what comes straight.
+    is_carried: bool,
+}
+
+/// Density with which emitters are found by following the way that is weighed against drawing from them.
+fn balance(this: f32, other: f32) -> f32 {
+    if this.is_infinite() { 1.0 } else { this / (this + other) }
+}
+
+/// Largest channel in size: weights of differences have signs.
+fn size(c: Rgb) -> f32 {
+    c.map(f32::abs).max_channel()
+}
+
+impl<'a> Uncarried<'a> {
+    /// Paths in this light.
+    pub fn new(lit: Lit<'a>) -> Self {
+        Self { lit, batch: SegmentBatch::new(Glass::SolidStops), visibility: Vec::new(), rays: 0 }
+    }
+
+    /// Rays and segments traced.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// An unbiased estimate of what the sum over VPLs leaves out at a gather point (W·m⁻²·sr⁻¹), with its weight; single estimates may be negative.
+    ///
+    /// * `summed`: the BSDF that the VPLs are summed with there.
+    /// * `key`: of the decisions of rays.
+    pub fn estimate(&mut self, point: &GatherPoint, summed: &Bsdf, key: u64, stream: &mut Stream) -> Rgb {
+        let mut radiance = Rgb::BLACK;
+        let mut weight = Rgb::WHITE;
+        let mut vertex = Vertex::first(point, summed);
+        let mut rays_of_path = 0;
+        for depth in 0..self.lit.max_depth {
+            let Some(rest) = vertex.probability_of_rest() else { break };
+            if depth > 0 {
+                let mut survival = (size(weight) * vertex.importance_albedo()).min(1.0);
+                if depth > CERTAIN_DEPTH {
+                    survival = survival.min(MAX_SURVIVAL);
+                }
+                if stream.uniform() >= survival {
+                    break;
+                }
+                weight = weight / survival;
+            }
+            let (kernel, probability) =
+                if stream.uniform() < rest { (Kernel::Rest, rest) } else { (Kernel::Carried, 1.0 - rest) };
+            weight = weight / probability;
+            if kernel == Kernel::Carried && !vertex.is_first() {
+                radiance += weight * self.drawn_light(&vertex, stream);
+            }
+            radiance += weight * self.drawn_emitter(&vertex, kernel, stream);
+            let Some((direction, density, factor)) = vertex.sample(kernel, stream) else { break };
+            weight *= factor;
+            if weight.is_black() {
+                break;
+            }
+            let way = Way { from: vertex.position(), density, is_carried: kernel == Kernel::Carried };
+            let ray = Ray::new(vertex.position(), direction);
+            let path_key = key.wrapping_add(rays_of_path);
+            let Some(next) = self.follow(ray, &way, path_key, &mut weight, &mut radiance, stream) else {
+                break;
+            };
+            rays_of_path += u64::from(self.lit.max_depth);
+            vertex = next;
+        }
+        point.weight * radiance
+    }
+
+    /// Follows a ray to the next surface that is not specular, and adds what is emitted on the way.
+    fn follow(
+        &mut self,
+        mut ray: Ray,
+        way: &Way,
+        key: u64,
+        weight: &mut Rgb,
+        radiance: &mut Rgb,
+        stream: &mut Stream,
+    ) -> Option<Vertex> {
+        let Lit { tracer, emitters, transport, max_depth, .. } = self.lit;
+        let scene = tracer.scene();
+        let mut is_straight = true;
+        for step in 0..u64::from(max_depth) {
+            self.rays += 1;
+            let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(step)) else {
+                if let Some(e) = scene.environment() {
+                    let d = ray.direction.normalize();
+                    let share = match (is_straight, way.is_carried) {
+                        (false, _) => 1.0,
+                        (true, true) => 0.0,
+                        (true, false) => balance(way.density, emitters.pdf_of_environment(d)),
+                    };
+                    *radiance += *weight * e.radiance(d) * share;
+                }
+                return None;
+            };
+            let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+            let outgoing = -ray.direction;
+            let squared = way.from.distance_squared(surface.position);
+            let carried = if is_straight && way.is_carried { transport.share(squared) } else { 0.0 };
+            let emitted = scene.emitted(&surface, outgoing);
+            if !emitted.is_black() {
+                let on_area = emitters.pdf_on_triangle(hit.instance, hit.triangle);
+                let share = if is_straight && on_area > 0.0 {
+                    let cos = surface.geometric_normal.dot(outgoing).abs();
+                    (1.0 - carried) * balance(way.density, on_area * squared / cos.max(f32::MIN_POSITIVE))
+                } else {
+                    1.0
+                };
+                *radiance += *weight * emitted * share;
+            }
+            match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
+                Scatter::Specular(specular) => {
+                    let (next, factor) = specular.step(stream.uniform_3())?;
+                    is_straight &= specular.passes_straight(next.direction);
+                    *weight *= factor;
+                    ray = next;
+                }
+                Scatter::Gathers(point) => {
+                    *weight *= point.weight;
+                    return Some(Vertex::next(&point, &surface, 1.0 - carried));
+                }
+            }
+        }
+        None
+    }
+
+    /// What one VPL, drawn for the vertex, gives by what is carried.
+    fn drawn_light(&mut self, vertex: &Vertex, stream: &mut Stream) -> Rgb {
+        let Some((light, probability)) = self.draw(vertex, stream.uniform_f64()) else { return Rgb::BLACK };
+        let light = *self.lit.lights.light(light);
+        let link = self.lit.transport.link(vertex.position(), &light);
+        let value = vertex.carried_cos(link.towards_light) * light.intensity * link.geometric;
+        if value.is_black() {
+            return Rgb::BLACK;
+        }
+        value * (self.visible(&light, vertex.position()) / probability as f32)
+    }
+
+    /// A VPL about in proportion to what it can give to the vertex, and its probability; none if nothing can give anything.
+    fn draw(&self, vertex: &Vertex, u: f64) -> Option<(u32, f64)> {
+        let nodes = self.lit.lights.nodes();
+        let mut node = self.lit.lights.root()?;
+        let (mut probability, mut u) = (1.0, u);
+        while let Some(children) = nodes[node as usize].children {
+            let [a, b] = children.map(|child| self.importance(&nodes[child as usize], vertex));
+            if a + b <= 0.0 {
+                return None;
+            }
+            let p = a / (a + b);
+            if u < p {
+                node = children[0];
+                probability *= p;
+                u /= p;
+            } else {
+                node = children[1];
+                probability *= 1.0 - p;
+                u = (u - p) / (1.0 - p);
+            }
+        }
+        Some((nodes[node as usize].first, probability))
+    }
+
+    /// About what a cluster of lights can give; zero only if it can give nothing.
+    fn importance(&self, node: &LightNode, vertex: &Vertex) -> f64 {
+        let at = vertex.position();
+        let towards = Towards::between(&node.bounds, &Aabb { lo: at, hi: at });
+        // Lights are seldom at the nearest corner of their box.
+        let about = if node.bounds.reaches_infinity() { 0.0 } else { 0.5 * node.bounds.aabb.diagonal() };
+        let geometric =
+            upper_geometric(&node.bounds, &towards, self.lit.transport.clamp_distance().max(about));
+        let cos = towards.upper_cos(&Cone::of(vertex.geometric_normal()));
+        node.luminance * f64::from(geometric * cos)
+    }
+
+    /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted against following the kernel.
+    fn drawn_emitter(&mut self, vertex: &Vertex, kernel: Kernel, stream: &mut Stream) -> Rgb {
+        let (u, v) = (stream.uniform_f64(), stream.uniform_2());
+        let Some(sample) = self.lit.emitters.sample(u, v) else { return Rgb::BLACK };
+        let light = &sample.light;
+        // Unclamped.
+        let Link { towards_light, geometric, squared_distance } =
+            Transport::default().link(vertex.position(), light);
+        let carried = match kernel {
+            Kernel::Carried => self.lit.transport.share(squared_distance),
+            Kernel::Rest => 0.0,
+        };
+        if carried >= 1.0 {
+            return Rgb::BLACK;
+        }
+        let value = vertex.value(kernel, towards_light) * light.intensity * (geometric * (1.0 - carried));
+        if value.is_black() {
+            return Rgb::BLACK;
+        }
+        let weight = sample.pdf.map_or(1.0, |pdf| {
+            let jacobian = if light.kind == VplKind::Directional {
+                1.0
+            } else {
+                squared_distance / -light.direction.dot(towards_light)
+            };
+            balance(pdf * jacobian, vertex.density(kernel, towards_light))
+        });
+        value * (weight * self.visible(light, vertex.position()))
+    }
+
+    fn visible(&mut self, light: &Vpl, target: Vec3) -> f32 {
+        self.rays += 1;
+        self.batch.clear();
+        let apex: Apex = light.apex();
+        self.batch.push_fan(apex, [target]);
+        self.lit.tracer.visibility(&self.batch, &mut self.visibility);
+        self.visibility[0]
+    }
+}

@@ -1,0 +1,159 @@
+//! A surface on a path, and the two kernels that it scatters by.
+
+use glam::Vec3;
+
+use crate::bsdf::{Bsdf, Lambert, glossy_probability};
+use crate::color::Rgb;
+use crate::gather::GatherPoint;
+use crate::rng::Stream;
+use crate::scene::SurfacePoint;
+use crate::vpl::carried_cos;
+
+/// A share of a surface's scattering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kernel {
+    /// `c`: what sums over VPLs are made with, or what VPLs send out.
+    Carried,
+    /// `g`: all else.
+    Rest,
+}
+
+/// What `c` is.
+#[derive(Clone, Copy, Debug)]
+enum Carried {
+    /// At the gather point: what the sum over VPLs evaluates.
+    Summed(Bsdf),
+    /// At a surface that has VPLs.
+    BySurface(SurfacePoint),
+}
+
+/// A surface on a path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    point: GatherPoint,
+    carried: Carried,
+    /// How much of `c` is left for paths.
+    amplitude: f32,
+    has_rest: bool,
+}
+
+/// Cosine between a shading normal and what stands in for it above which they are the same.
+const SAME: f32 = 1.0 - 1e-6;
+/// Albedo that a gloss is taken to have at least: at grazing angles it has more than at normal incidence.
+const LEAST_GLOSS: f32 = 0.04;
+
+impl Vertex {
+    /// The gather point.
+    pub(super) fn first(point: &GatherPoint, summed: &Bsdf) -> Self {
+        Self {
+            point: *point,
+            carried: Carried::Summed(*summed),
+            amplitude: 1.0,
+            has_rest: *summed != point.bsdf,
+        }
+    }
+
+    /// A surface after it, where the share `amplitude` of `c` is left.
+    pub(super) fn next(point: &GatherPoint, surface: &SurfacePoint, amplitude: f32) -> Self {
+        // At silhouettes viewers see another shading normal than light does.
+        let same = point.frame.n.dot(surface.shading_normal).abs() > SAME;
+        let has_rest = !(same && matches!(point.bsdf, Bsdf::Lambert(_)));
+        Self { point: *point, carried: Carried::BySurface(*surface), amplitude, has_rest }
+    }
+
+    pub(super) fn is_first(&self) -> bool {
+        matches!(self.carried, Carried::Summed(_))
+    }
+
+    pub(super) fn position(&self) -> Vec3 {
+        self.point.position
+    }
+
+    pub(super) fn geometric_normal(&self) -> Vec3 {
+        self.point.geometric_normal
+    }
+
+    /// About the albedos of what is left of `c`, and of `g`.
+    fn importance_albedos(&self) -> [f32; 2] {
+        let bsdf = &self.point.bsdf;
+        let diffuse = bsdf.vpl_reflectance(self.point.wo).max_channel();
+        let carried = match &self.carried {
+            Carried::Summed(summed) if summed == bsdf => bsdf.albedo().max_channel(),
+            Carried::Summed(_) | Carried::BySurface(_) => diffuse,
+        };
+        let rest = if self.has_rest { (bsdf.albedo().max_channel() - diffuse).max(LEAST_GLOSS) } else { 0.0 };
+        [self.amplitude * carried, rest]
+    }
+
+    /// About the albedo of all that is left.
+    pub(super) fn importance_albedo(&self) -> f32 {
+        self.importance_albedos().iter().sum()
+    }
+
+    /// With which probability a path goes on by `g`; none if there is nothing left to go on by.
+    pub(super) fn probability_of_rest(&self) -> Option<f32> {
+        let [carried, rest] = self.importance_albedos();
+        glossy_probability(rest, carried)
+    }
+
+    fn is_above(&self, direction: Vec3) -> bool {
+        self.point.geometric_normal.dot(direction) > 0.0
+    }
+
+    /// `c` for light from a unit direction (sr⁻¹).
+    pub(super) fn carried_cos(&self, direction: Vec3) -> Rgb {
+        if !self.is_above(direction) {
+            return Rgb::BLACK;
+        }
+        let Self { point, carried, amplitude, .. } = self;
+        match carried {
+            Carried::Summed(summed) => summed.eval_cos(point.wo, point.frame.to_local(direction)),
+            Carried::BySurface(surface) => carried_cos(surface, &point.bsdf, direction) * *amplitude,
+        }
+    }
+
+    /// `g` for light from a unit direction (sr⁻¹).
+    fn rest_cos(&self, direction: Vec3) -> Rgb {
+        if !self.is_above(direction) {
+            return Rgb::BLACK;
+        }
+        let Self { point, carried, .. } = self;
+        let wi = point.frame.to_local(direction);
+        let carried = match carried {
+            Carried::Summed(summed) => summed.eval_cos(point.wo, wi),
+            Carried::BySurface(surface) => carried_cos(surface, &point.bsdf, direction),
+        };
+        point.bsdf.eval_cos(point.wo, wi) - carried
+    }
+
+    /// A kernel for light from a unit direction (sr⁻¹).
+    pub(super) fn value(&self, kernel: Kernel, direction: Vec3) -> Rgb {
+        match kernel {
+            Kernel::Carried => self.carried_cos(direction),
+            Kernel::Rest => self.rest_cos(direction),
+        }
+    }
+
+    /// What directions of a kernel are drawn from.
+    fn drawn_from(&self, kernel: Kernel) -> Bsdf {
+        match (kernel, &self.carried) {
+            (Kernel::Rest, _) => self.point.bsdf,
+            (Kernel::Carried, Carried::Summed(summed)) => *summed,
+            (Kernel::Carried, Carried::BySurface(_)) => Bsdf::Lambert(Lambert { reflectance: Rgb::WHITE }),
+        }
+    }
+
+    /// Density with which [`Vertex::sample`] draws a unit direction (sr⁻¹).
+    pub(super) fn density(&self, kernel: Kernel, direction: Vec3) -> f32 {
+        self.drawn_from(kernel).pdf(self.point.wo, self.point.frame.to_local(direction))
+    }
+
+    /// A direction for a kernel, its density (sr⁻¹), and the kernel over it; none if the path ends.
+    pub(super) fn sample(&self, kernel: Kernel, stream: &mut Stream) -> Option<(Vec3, f32, Rgb)> {
+        let Self { point, .. } = self;
+        let sample = self.drawn_from(kernel).sample(point.wo, stream.uniform_3())?;
+        let direction = point.frame.to_world(sample.wi).normalize();
+        let value = self.value(kernel, direction);
+        Some((direction, sample.pdf, value / sample.pdf)).filter(|_| !value.is_black())
+    }
+}
