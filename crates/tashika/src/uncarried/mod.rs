@@ -118,7 +118,8 @@ impl<'a> Uncarried<'a> {
         let mut radiance = Rgb::BLACK;
         let mut weight = Rgb::WHITE;
         let mut vertex = Vertex::first(point, summed);
-        let mut rays_of_path = 0;
+        // Decisions of rays so far, at most.
+        let mut decided = 0;
         for depth in 0..self.lit.max_depth {
             let Some(rest) = vertex.probability_of_rest() else { break };
             if depth > 0 {
@@ -145,11 +146,11 @@ impl<'a> Uncarried<'a> {
             }
             let way = Way { from: vertex.position(), density, is_carried: kernel == Kernel::Carried };
             let ray = Ray::new(vertex.position(), direction);
-            let path_key = key.wrapping_add(rays_of_path);
+            let path_key = key.wrapping_add(decided);
             let Some(next) = self.follow(ray, &way, path_key, &mut weight, &mut radiance, stream) else {
                 break;
             };
-            rays_of_path += u64::from(self.lit.max_depth);
+            decided += u64::from(self.lit.max_depth);
             vertex = next;
         }
         point.weight * radiance

@@ -43,7 +43,7 @@ use crate::vpl::EmitterSampler;
 
 use cells::{Cell, Cells};
 use looks::Look;
-use replicate::{Known, Repeated, Repetition};
+use replicate::{Known, Planned, Repeated, Repetition};
 
 /// How many times wider than asked for the interval of a single cut is.
 const LOOSE: f64 = 3.0;
@@ -153,10 +153,8 @@ impl<'a> LightTransport<'a> {
         let confidence = self.options.confidence;
         let next = |n: &u64| Some((*n as f64 * PAIRS_GROWTH) as u64).filter(|n| *n <= MOST_PAIRS);
         let sizes = std::iter::successors(Some(FIRST_PAIRS), next);
-        let size = std::cell::Cell::new(0.0);
-        let (pairs, rays) = planning.plan(self.options.controlled, sizes, |sum, spread| {
-            size.set(self.options.tolerance(sum));
-            spread.calibrated(confidence) <= LOOSE * size.get()
+        let Planned { pairs, sum, rays } = planning.plan(self.options.controlled, sizes, |sum, spread| {
+            spread.calibrated(confidence) <= LOOSE * self.options.tolerance(sum)
         });
         let mut own = Moments::default();
         let mut path_rays = 0;
@@ -167,7 +165,7 @@ impl<'a> LightTransport<'a> {
         let nearby = cell.paths.iter().map(Moments::variance).fold(0.0, f64::max);
         let known = own.count() as f64;
         let variance = if known > 0.0 { 0.5 * (own.variance() + nearby) } else { nearby };
-        let error = PATHS_SHARE.sqrt() * LOOSE * size.get() / ERRORS_OF_HALF_WIDTH;
+        let error = PATHS_SHARE.sqrt() * LOOSE * self.options.tolerance(&sum) / ERRORS_OF_HALF_WIDTH;
         let paths = if variance > 0.0 { variance / (error * error) } else { 0.0 };
         let paths = if self.compensates { paths.clamp(*PATHS.start(), *PATHS.end()) as u32 } else { 0 };
         (pairs, paths, rays + path_rays)

@@ -31,6 +31,8 @@ pub(super) struct Repetition<'a> {
     pixel: PixelSum,
     /// The gather points as they are summed: without narrow lobes.
     summed: Vec<GatherPoint>,
+    /// One for each gather point that was looked for; those behind mirrors and glass take more, which are not counted.
+    camera_rays: u64,
     key: u64,
 }
 
@@ -45,6 +47,14 @@ pub(super) struct Known {
     pub paths: Moments,
     /// Of the whole.
     pub value: Moments,
+}
+
+/// How far a cut was refined.
+pub(super) struct Planned {
+    pub pairs: u64,
+    /// What it came to then, with the background.
+    pub sum: RgbSum,
+    pub rays: u64,
 }
 
 /// What a repetition says.
@@ -91,30 +101,34 @@ impl<'a> Repetition<'a> {
             transport,
             max_depth: set.provenance.max_depth,
         };
-        Self { set, lit, pixel, summed, key }
+        Self { set, lit, pixel, summed, camera_rays: view.gather.points.into(), key }
     }
 
-    /// Has a look at cuts of growing size until `enough` says so of the sum with background and its spread; the number of pairs then.
+    /// Has a look at cuts of growing size until `enough` says so of the sum with background and its spread.
     pub(super) fn plan(
         &self,
         controlled: Controlled,
         sizes: impl Iterator<Item = u64>,
         enough: impl Fn(&RgbSum, &Spread) -> bool,
-    ) -> (u64, u64) {
+    ) -> Planned {
+        let mut sum = RgbSum::default();
+        sum.add(self.pixel.background);
         let points = gather_tree::<UpperAnalytic>(&self.summed);
-        let Some(mut cut) = self.cut(&points) else { return (0, 0) };
+        let Some(mut cut) = self.cut(&points) else {
+            return Planned { pairs: 0, sum, rays: self.camera_rays };
+        };
         let part = &controlled.parts()[0];
         let mut strata: Vec<Stratum> = Vec::new();
         for size in sizes {
             cut.grow(size);
-            let mut sum = cut.estimate();
+            sum = cut.estimate();
             sum.add(self.pixel.background);
             cut.summarize(part, 1.0, &mut strata);
             if strata.is_empty() || enough(&sum, &Spread::of(strata.as_slice())) {
                 break;
             }
         }
-        (cut.pairs(), cut.segments())
+        Planned { pairs: cut.pairs(), sum, rays: self.camera_rays + cut.segments() }
     }
 
     fn cut<'c>(
@@ -134,7 +148,7 @@ impl<'a> Repetition<'a> {
         sum.add(self.pixel.background);
         let mut known: SmallVec<[Known; 3]> = SmallVec::new();
         let mut repeated_pairs = 0;
-        let mut rays = 0;
+        let mut rays = self.camera_rays;
         let points = gather_tree::<UpperAnalytic>(&self.summed);
         let parts = controlled.parts();
         known.resize(parts.len(), Known::default());
@@ -153,7 +167,7 @@ impl<'a> Repetition<'a> {
             }
             sum.merge(&gathered);
             repeated_pairs = cut.pairs();
-            rays = cut.segments();
+            rays += cut.segments();
         }
         rays += self.paths(paths, |value, of| {
             sum.add(value / of as f32);
