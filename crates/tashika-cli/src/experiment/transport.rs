@@ -40,6 +40,8 @@ const OTHER_SEED: u64 = 0x7_2074;
 pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
     let meter = Meter::new(plan.common.quiet);
     let mut seconds = Seconds::default();
+    // A file that cannot be read is told before any work.
+    let stored = plan.reference.as_ref().map(|file| read_exr(file)).transpose()?;
     let stage = Stage::load(&plan.stage, &meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), plan.seed)?;
     meter.phase(&format!(
@@ -69,7 +71,11 @@ pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };
         let setting = stage.setting(plan.gather, plan.seed);
-        let Some(truth) = truth(plan, &bench, &stage, &pixels)? else { return Ok(()) };
+        let truth = match &stored {
+            Some(film) => Some(film.clone()),
+            None => truth(plan, &bench, &stage, &pixels)?,
+        };
+        let Some(truth) = truth else { return Ok(()) };
         for method in &plan.methods {
             for options in &plan.options {
                 let integrator: Box<dyn Integrator> = match method {
@@ -106,9 +112,6 @@ fn truth(
     stage: &Stage,
     pixels: &Pixels,
 ) -> Result<Option<Film>, Failure> {
-    if let Some(file) = &plan.reference {
-        return Ok(Some(read_exr(file)?));
-    }
     let strictest =
         plan.options.iter().min_by(|a, b| a.error.total_cmp(&b.error)).expect("there is an error");
     let length = until_converged(strictest, plan.most_paths);
