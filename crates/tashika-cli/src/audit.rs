@@ -3,9 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
-use tashika::experiment::{Pixels, Pool, SHARE_OF_TRUTH, converged};
+use tashika::experiment::{Pixels, Pool, converged};
 use tashika::film::{Film, Window};
-use tashika::integrator::{ControlOptions, Integrator, PathLength, Setting};
+use tashika::integrator::{ControlOptions, Integrator, Setting};
 use tashika::report::{Claims, Tolerance};
 
 use crate::exit::Failure;
@@ -45,23 +45,8 @@ pub struct Subject<'a> {
     pub promise: ControlOptions,
 }
 
-/// Confidence of an interval of one standard error.
-const ONE_SIGMA: f64 = 0.682_689_492;
-/// Paths from which a truth may be taken for converged: fewer may not have met what is rare.
-const FIRST_PATHS: u32 = 4096;
 /// Paths at which the truth of a pixel is given up, if nobody says otherwise.
 pub const MOST_PATHS: u32 = 1 << 20;
-
-/// How long paths are traced for a truth by which a promise can be judged, `most` at most.
-pub fn until_converged(promise: &ControlOptions, most: u32) -> PathLength {
-    let options = ControlOptions {
-        error: promise.error * SHARE_OF_TRUTH,
-        absolute_error: promise.absolute_error * SHARE_OF_TRUTH,
-        confidence: ONE_SIGMA,
-        ..*promise
-    };
-    PathLength::Until { options, first: FIRST_PATHS.min(most), most }
-}
 
 /// Audits `count` pixels; none if interrupted.
 pub fn audit(

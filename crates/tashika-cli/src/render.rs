@@ -3,8 +3,9 @@
 use std::thread::available_parallelism;
 
 use tashika::accel::Tracer;
+use tashika::experiment::until_converged;
 use tashika::integrator::{
-    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathLength,
+    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop,
 };
 use tashika::io::{write_exr, write_png};
 use tashika::render::{RenderOptions, Totals, render, with_threads};
@@ -12,7 +13,7 @@ use tashika::report::{ErrorBudget, error_budget};
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
-use crate::audit::{Audit, MOST_PATHS, Subject, audit, until_converged};
+use crate::audit::{Audit, MOST_PATHS, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::plan::{Integration, Lights, RenderPlan};
@@ -165,8 +166,8 @@ fn integrator<'a>(
         (Integration::ManyLights { method, options, .. }, Lit::Set(set, tree)) => {
             method.integrator(LitBy { set, tree: tree.as_ref() }, options)
         }
-        (Integration::Transport { truth, options, .. }, Lit::Sets(sets)) => {
-            Box::new(LightTransport::new(tracer, sets, options, *truth))
+        (Integration::Transport { options, .. }, Lit::Sets(sets)) => {
+            Box::new(LightTransport::new(tracer, sets, options))
         }
         (Integration::Path(length), _) => {
             Box::new(Path::new(tracer, *length, VplOptions::default().max_depth + 1)?)
@@ -222,7 +223,7 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         tiles: plan.share.to_string(),
         method: done.method,
         paths: match plan.integration {
-            Integration::Path(PathLength::Count(paths)) => Some(paths),
+            Integration::Path(PathStop::Count(paths)) => Some(paths),
             _ => None,
         },
         gather: lights.as_ref().map(|_| plan.gather.points),

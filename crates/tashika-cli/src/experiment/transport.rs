@@ -2,14 +2,13 @@
 
 use std::time::Instant;
 
-use tashika::experiment::{Column, Pixels, Pool, Row, Subject, Told, converged};
+use tashika::experiment::{Column, Pixels, Pool, Row, Subject, Told, converged, until_converged};
 use tashika::film::{Film, Window};
 use tashika::integrator::{ControlOptions, Integrator, LightSets, LightTransport, Path, Setting, Truth};
 use tashika::io::{read_exr, write_exr};
 use tashika::report::{Tolerance, percent_of_tolerance};
 
 use crate::args::TransportMethod;
-use crate::audit::until_converged;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::measure::{Bench, Findings, about_intervals, quantities, scenery};
@@ -79,9 +78,7 @@ pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
         for method in &plan.methods {
             for options in &plan.options {
                 let integrator: Box<dyn Integrator> = match method {
-                    TransportMethod::Tashika => {
-                        Box::new(LightTransport::new(&stage.tracer, &sets, options, Truth::Transport))
-                    }
+                    TransportMethod::Tashika => Box::new(LightTransport::new(&stage.tracer, &sets, options)),
                     TransportMethod::Path => {
                         Box::new(Path::new(&stage.tracer, plan.stops_by_itself(options), depth)?)
                     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use tashika::gather::GatherOptions;
-use tashika::integrator::{self, ControlOptions, LightSets, PathLength, Truth};
+use tashika::integrator::{self, ControlOptions, LightSets, PathStop, Truth};
 use tashika::io::ToneMap;
 use tashika::render::TileShare;
 use tashika::vpl::VplOptions;
@@ -48,7 +48,7 @@ pub enum Integration {
         options: ControlOptions,
     },
     /// Path tracing.
-    Path(PathLength),
+    Path(PathStop),
 }
 
 /// A render.
@@ -110,7 +110,7 @@ impl RenderPlan {
 
     /// Whether an error is promised.
     pub fn promises(&self) -> bool {
-        !matches!(self.integration, Integration::Path(PathLength::Count(_)))
+        !matches!(self.integration, Integration::Path(PathStop::Count(_)))
     }
 
     /// The lights, if the method has any.
@@ -181,9 +181,9 @@ fn integration(args: &RenderArgs) -> Result<(Integration, Vec<&'static str>), Fa
         let paths = |default| args.paths.map_or(Ok(default), path_count);
         let length = if until {
             let most = paths(MOST_PATHS)?.max(2);
-            PathLength::Until { options, first: FIRST_PATHS.min(most), most }
+            PathStop::Until { options, first: FIRST_PATHS.min(most), most }
         } else {
-            PathLength::Count(paths(DEFAULT_PATHS)?)
+            PathStop::Count(paths(DEFAULT_PATHS)?)
         };
         return Ok((Integration::Path(length), unused));
     };

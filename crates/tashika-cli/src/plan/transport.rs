@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use tashika::gather::GatherOptions;
-use tashika::integrator::{ControlOptions, PathLength};
+use tashika::integrator::{ControlOptions, PathStop};
 use tashika::vpl::VplOptions;
 
 use super::render::{FIRST_PATHS, POINTS_OF_SET, light_sets, path_count};
@@ -70,11 +70,7 @@ impl TransportPlan {
     }
 
     /// The rule that a careful user of a path tracer would stop by.
-    pub fn stops_by_itself(&self, options: &ControlOptions) -> PathLength {
-        PathLength::Until {
-            options: *options,
-            first: FIRST_PATHS.min(self.most_paths),
-            most: self.most_paths,
-        }
+    pub fn stops_by_itself(&self, options: &ControlOptions) -> PathStop {
+        PathStop::Until { options: *options, first: FIRST_PATHS.min(self.most_paths), most: self.most_paths }
     }
 }

@@ -1,16 +1,33 @@
-//! Which pixels of an estimate of the truth are good enough to judge by.
+//! How long the truth is path-traced, and which of its pixels are good enough to judge by.
 //!
 //! A path-traced truth has errors of its own. With a standard error of `e` and a tolerance of `τ`, an estimate that is within `τ` is judged rightly but
 //! where it is within about `2 e` of the border. Pixels with `e > τ/4` are left out, whatever they would say.
+//!
+//! Held to this by `experiment::tests`.
 
 use crate::film::{Film, Plane};
-use crate::integrator::StopReason;
+use crate::integrator::{ControlOptions, PathStop, StopReason};
 use crate::report::Tolerance;
 
 /// Share of the tolerance that the standard error of the truth may have.
-pub const SHARE_OF_TRUTH: f64 = 0.25;
+const SHARE: f64 = 0.25;
+/// Confidence of an interval of one standard error.
+const ONE_SIGMA: f64 = 0.682_689_492;
+/// Paths from which a truth may be taken for converged: fewer may not have met what is rare.
+const FIRST_PATHS: u32 = 4096;
 
-/// The film without the pixels whose standard error is above [`SHARE_OF_TRUTH`] of the tolerance: they count as not rendered.
+/// When a pixel has paths enough for its truth to judge such a promise, `most` at most: at a standard error of a quarter of the tolerance.
+pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
+    let options = ControlOptions {
+        error: promise.error * SHARE,
+        absolute_error: promise.absolute_error * SHARE,
+        confidence: ONE_SIGMA,
+        ..*promise
+    };
+    PathStop::Until { options, first: FIRST_PATHS.min(most), most }
+}
+
+/// The film without the pixels whose standard error is above a quarter of the tolerance: they count as not rendered.
 ///
 /// # Panics
 /// If it is not a film of [`render`](crate::render) in luminance.
@@ -21,7 +38,7 @@ pub fn converged(film: &Film, tolerance: &Tolerance) -> Film {
         .zip(errors)
         .map(|(color, error)| {
             let allowed = (tolerance.relative * f64::from(color.luminance())).max(tolerance.absolute);
-            f64::from(*error) > SHARE_OF_TRUTH * allowed
+            f64::from(*error) > SHARE * allowed
         })
         .collect();
     let mut film = film.clone();

@@ -30,7 +30,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use converged::{SHARE_OF_TRUTH, converged};
+pub use converged::{converged, until_converged};
 pub use coverage::{Cell, Ground, Watch};
 pub use groups::{Group, Grouping};
 pub use page::{Figure, page};

@@ -324,3 +324,23 @@ fn tables_are_aligned_and_pages_escape() {
     }
     assert!(!page.contains("http"), "nothing is fetched");
 }
+
+#[test]
+fn pixels_whose_truth_is_not_known_well_enough_are_left_out() {
+    let spec = |name, channels, kind| PlaneSpec { name, channels, unit: "1", kind, doc: "" };
+    let specs = [
+        spec("", &["R", "G", "B"], SampleKind::F32),
+        spec("standard_error", &["Y"], SampleKind::F32),
+        spec("stop", &["id"], SampleKind::U32),
+    ];
+    let mut film = Film::new([4, 1], Window::full([4, 1]), &specs).unwrap();
+    // A quarter of 10 % is 0.025 of the luminance; of 0.04 it is 0.01, however dark.
+    for (x, (luminance, error)) in (0..).zip([(1.0, 0.024), (1.0, 0.026), (0.1, 0.009), (0.1, 0.011)]) {
+        film.plane_mut("").unwrap().set_f32(x, 0, &[luminance; 3]);
+        film.plane_mut("standard_error").unwrap().set_f32(x, 0, &[error]);
+        film.plane_mut("stop").unwrap().set_u32(x, 0, &[3]);
+    }
+    let found = converged(&film, &Tolerance { relative: 0.1, absolute: 0.04 });
+    assert_eq!(found.plane("stop").unwrap().u32_samples().unwrap(), [3, 0, 3, 0]);
+    assert_eq!(found.plane("").unwrap(), film.plane("").unwrap());
+}

@@ -21,7 +21,7 @@ pub use mdlc::Mdlc;
 pub use method::{LitBy, Method};
 pub use nabata2016::Nabata2016;
 pub use options::{ControlOptions, Lights, MANY_PAIRS, Truth};
-pub use path::{Path, PathLength};
+pub use path::{Path, PathStop};
 pub use sakai2018::Sakai2018;
 pub use tashika::{Claim, Ingredient, Tashika};
 

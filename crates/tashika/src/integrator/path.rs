@@ -8,7 +8,7 @@
 //! The estimate is the mean of independent paths, its standard error that of the mean.
 //!
 //! # When it stops
-//! After a number of paths, and then nothing is claimed; or by the rule that a careful user would build ([`PathLength::Until`]): when Student's
+//! After a number of paths, and then nothing is claimed; or by the rule that a careful user would build ([`PathStop::Until`]): when Student's
 //! interval of the mean is within the tolerance. That rule is the peer of our own method. It keeps its word where samples have light tails;
 //! where they do not, it stops before it has met the rare bright path. So its interval is claimed as that of a published method is.
 
@@ -24,9 +24,9 @@ use crate::stats::{Moments, student_t_two_sided};
 use crate::transport::Transport;
 use crate::vpl::{EmitterSampler, VplKind};
 
-/// How many paths a pixel has.
+/// When a pixel has had paths enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PathLength {
+pub enum PathStop {
     /// So many.
     Count(u32),
     /// At least `first`, and half as many again, until Student's interval of what is controlled is within the tolerance, or there are `most`.
@@ -44,7 +44,7 @@ pub enum PathLength {
 #[derive(Debug)]
 pub struct Path<'s> {
     emitters: EmitterSampler<'s>,
-    length: PathLength,
+    stop: PathStop,
     max_depth: u32,
 }
 
@@ -58,11 +58,11 @@ impl<'s> Path<'s> {
     ///
     /// # Errors
     /// No paths, a first look at fewer than two, a `max_depth` of zero, options out of range.
-    pub fn new(tracer: &'s Tracer, length: PathLength, max_depth: u32) -> Result<Self> {
-        match length {
-            PathLength::Count(0) => return Err(Error::option("paths", 0, "at least 1")),
-            PathLength::Count(_) => {}
-            PathLength::Until { options, first, most } => {
+    pub fn new(tracer: &'s Tracer, stop: PathStop, max_depth: u32) -> Result<Self> {
+        match stop {
+            PathStop::Count(0) => return Err(Error::option("paths", 0, "at least 1")),
+            PathStop::Count(_) => {}
+            PathStop::Until { options, first, most } => {
                 options.validate()?;
                 if first < 2 || most < first {
                     let paths = format!("{first}, then {most}");
@@ -77,13 +77,13 @@ impl<'s> Path<'s> {
         if max_depth == 0 {
             return Err(Error::option("max depth", max_depth, "at least 1"));
         }
-        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), length, max_depth })
+        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), stop, max_depth })
     }
 
     fn pixel(&self, setting: &Setting<'_>, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelEstimate {
-        let parts = match &self.length {
-            PathLength::Count(_) => ControlOptions::default().controlled.parts(),
-            PathLength::Until { options, .. } => options.controlled.parts(),
+        let parts = match &self.stop {
+            PathStop::Count(_) => ControlOptions::default().controlled.parts(),
+            PathStop::Until { options, .. } => options.controlled.parts(),
         };
         let mut sum = RgbSum::default();
         let mut moments = vec![Moments::default(); parts.len()];
@@ -91,9 +91,9 @@ impl<'s> Path<'s> {
         let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
         let mut stream = Stream::new(setting.view.seed, Purpose::CameraPath, index);
         let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
-        let mut wanted = match self.length {
-            PathLength::Count(count) => count,
-            PathLength::Until { first, .. } => first,
+        let mut wanted = match self.stop {
+            PathStop::Count(count) => count,
+            PathStop::Until { first, .. } => first,
         };
         let mut done = 0;
         let (claim, stop) = loop {
@@ -107,7 +107,7 @@ impl<'s> Path<'s> {
                 parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
             }
             done = wanted;
-            let PathLength::Until { options, most, .. } = &self.length else {
+            let PathStop::Until { options, most, .. } = &self.stop else {
                 break (ErrorClaim::None, StopReason::SampleCount);
             };
             let half_width = half_width(&moments, options.confidence);
@@ -147,9 +147,9 @@ impl Integrator for Path<'_> {
 
     fn describe(&self, metadata: &mut Metadata) {
         metadata.set("truth", "transport");
-        match &self.length {
-            PathLength::Count(count) => metadata.set("paths", *count),
-            PathLength::Until { options, first, most } => {
+        match &self.stop {
+            PathStop::Count(count) => metadata.set("paths", *count),
+            PathStop::Until { options, first, most } => {
                 metadata.set("paths.first", *first);
                 metadata.set("paths.most", *most);
                 metadata.set("error", options.error);

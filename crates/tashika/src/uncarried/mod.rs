@@ -37,7 +37,7 @@ mod vertex;
 
 use glam::Vec3;
 
-use crate::accel::{Apex, Glass, SegmentBatch, Tracer};
+use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::bounds::{Towards, upper_geometric};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
@@ -55,7 +55,7 @@ const CERTAIN_DEPTH: u32 = 3;
 /// Highest probability of going on beyond these.
 const MAX_SURVIVAL: f32 = 0.98;
 
-/// What is followed.
+/// The light in which paths are followed.
 #[derive(Clone, Copy, Debug)]
 pub struct Lit<'a> {
     /// Rays.
@@ -89,7 +89,7 @@ struct Way {
     is_carried: bool,
 }
 
-/// Density with which emitters are found by following the way that is weighed against drawing from them.
+/// Weight of a strategy of density `this` beside another of density `other` (Veach 1997, section 9.2).
 fn balance(this: f32, other: f32) -> f32 {
     if this.is_infinite() { 1.0 } else { this / (this + other) }
 }
@@ -295,8 +295,7 @@ impl<'a> Uncarried<'a> {
     fn visible(&mut self, light: &Vpl, target: Vec3) -> f32 {
         self.rays += 1;
         self.batch.clear();
-        let apex: Apex = light.apex();
-        self.batch.push_fan(apex, [target]);
+        self.batch.push_fan(light.apex(), [target]);
         self.lit.tracer.visibility(&self.batch, &mut self.visibility);
         self.visibility[0]
     }

@@ -100,15 +100,20 @@ impl Vertex {
         self.point.geometric_normal.dot(direction) > 0.0
     }
 
-    /// `c` for light from a unit direction (sr⁻¹).
+    /// What is left of `c` for light from a unit direction (sr⁻¹).
     pub(super) fn carried_cos(&self, direction: Vec3) -> Rgb {
         if !self.is_above(direction) {
             return Rgb::BLACK;
         }
-        let Self { point, carried, amplitude, .. } = self;
-        match carried {
+        self.whole_carried_cos(direction) * self.amplitude
+    }
+
+    /// `c`, also as far as it is not left for paths.
+    fn whole_carried_cos(&self, direction: Vec3) -> Rgb {
+        let point = &self.point;
+        match &self.carried {
             Carried::Summed(summed) => summed.eval_cos(point.wo, point.frame.to_local(direction)),
-            Carried::BySurface(surface) => carried_cos(surface, &point.bsdf, direction) * *amplitude,
+            Carried::BySurface(surface) => carried_cos(surface, &point.bsdf, direction),
         }
     }
 
@@ -117,13 +122,9 @@ impl Vertex {
         if !self.is_above(direction) {
             return Rgb::BLACK;
         }
-        let Self { point, carried, .. } = self;
-        let wi = point.frame.to_local(direction);
-        let carried = match carried {
-            Carried::Summed(summed) => summed.eval_cos(point.wo, wi),
-            Carried::BySurface(surface) => carried_cos(surface, &point.bsdf, direction),
-        };
-        point.bsdf.eval_cos(point.wo, wi) - carried
+        let point = &self.point;
+        let whole = point.bsdf.eval_cos(point.wo, point.frame.to_local(direction));
+        whole - self.whole_carried_cos(direction)
     }
 
     /// A kernel for light from a unit direction (sr⁻¹).

@@ -7,7 +7,7 @@ use tashika::accel::Tracer;
 use tashika::film::{Film, Window};
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{
-    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Method, Path, PathLength, Setting,
+    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Method, Path, PathStop, Setting,
     Truth,
 };
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
@@ -52,10 +52,10 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
                 let lights = VplOptions { count: 300, seed: 9, ..VplOptions::default() };
                 let sets = LightSets::trace(&tracer, &lights, 13, Truth::Transport).unwrap();
                 let options = ControlOptions { error: 0.5, ..published };
-                render(Box::new(LightTransport::new(&tracer, &sets, &options, Truth::Transport)))
+                render(Box::new(LightTransport::new(&tracer, &sets, &options)))
             }
             Ok(method) => render(method.integrator(LitBy { set: &set, tree: Some(&tree) }, &published)),
-            Err(_) => render(Box::new(Path::new(&tracer, PathLength::Count(8), 16).unwrap())),
+            Err(_) => render(Box::new(Path::new(&tracer, PathStop::Count(8), 16).unwrap())),
         };
         (film, set)
     })

@@ -3,7 +3,7 @@
 
 use tashika::bsdf::ConductorFresnel;
 use tashika::color::Rgb;
-use tashika::integrator::{ControlOptions, Exact, LightSets, LightTransport, Path, PathLength, Truth};
+use tashika::integrator::{ControlOptions, Exact, LightSets, LightTransport, Path, PathStop, Truth};
 use tashika::math::{Mat3, Vec3};
 use tashika::scene::{
     Alpha, AlphaMode, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, Pixels,
@@ -40,7 +40,7 @@ fn agree(b: SceneBuilder, what: &str) {
         image.push(l.iter().sum::<f64>() / 36.0);
         many.iter_mut().zip(l).for_each(|(m, l)| m.push(l));
     }
-    let reference = film(&tracer, &Path::new(&tracer, PathLength::Count(4000), 65).unwrap(), SIZE, 1, 1000);
+    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(4000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
     // Two-sided level 10⁻⁵ for each of 36 pixels and the image. Every set comes with gather points of its own.
@@ -90,6 +90,18 @@ fn an_environment_with_a_sun_through_the_open_side() {
     agree(b, "environment");
 }
 
+/// A leaf under the lamp, and a sheet of that surface beside it that lets pass more than half of the light.
+fn add_leaf_and_gauze(b: &mut SceneBuilder, gauze: Surface) {
+    let leaf = Surface::Translucent {
+        reflectance: Rgb::new(0.2, 0.5, 0.1).into(),
+        transmittance: Rgb::new(0.5, 0.4, 0.1).into(),
+    };
+    let sheet = |y: f32, x: f32| parallelogram(Vec3::new(x, y, -0.6), Vec3::X * 0.8, Vec3::Z * 1.2);
+    place(b, sheet(1.5, -0.9), Material::new("leaf", leaf));
+    let alpha = Some(Alpha { value: 0.4.into(), mode: AlphaMode::Blend });
+    place(b, sheet(1.4, 0.1), Material { alpha, ..Material::new("gauze", gauze) });
+}
+
 /// Surfaces of several parts: a leaf under the lamp, a pane with a grey tint in the open side, a half-transparent sheet, and a block
 /// of two materials. The pane reflects nothing, for what a mirror reflects onto a surface is not in the sum over VPLs.
 #[test]
@@ -97,14 +109,7 @@ fn light_through_leaves_panes_and_holes() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     b.set_environment(sky()).unwrap();
-    let leaf = Surface::Translucent {
-        reflectance: Rgb::new(0.2, 0.5, 0.1).into(),
-        transmittance: Rgb::new(0.5, 0.4, 0.1).into(),
-    };
-    let sheet = |y: f32, x: f32| parallelogram(Vec3::new(x, y, -0.6), Vec3::X * 0.8, Vec3::Z * 1.2);
-    place(&mut b, sheet(1.5, -0.9), Material::new("leaf", leaf));
-    let alpha = Some(Alpha { value: 0.4.into(), mode: AlphaMode::Blend });
-    place(&mut b, sheet(1.4, 0.1), Material { alpha, ..Material::new("gauze", lambert(0.8)) });
+    add_leaf_and_gauze(&mut b, lambert(0.8));
     let pane =
         Surface::ThinGlass { ior: 1.5, reflectance: Rgb::BLACK.into(), transmittance: Rgb::gray(0.8).into() };
     let front = parallelogram(Vec3::new(-1.0, 0.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0);
@@ -126,12 +131,12 @@ fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let options = ControlOptions { error: 0.01, ..ControlOptions::default() };
     let estimate = |truth: Truth| {
         let sets = LightSets::trace(&tracer, &lights, 65, truth).unwrap();
-        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options, truth), SIZE, 4, 3);
+        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), SIZE, 4, 3);
         let errors = film.plane("standard_error").unwrap().f32_samples().unwrap().to_vec();
         (luminances(&film), errors)
     };
     let (ours, our_errors) = estimate(Truth::Transport);
-    let reference = film(&tracer, &Path::new(&tracer, PathLength::Count(10_000), 65).unwrap(), SIZE, 1, 1000);
+    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(10_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
     let mut variance = 0.0;
@@ -232,14 +237,7 @@ fn punctual_lights_near_by_are_made_good() {
 fn leaves_and_holes_are_told_apart_from_gloss() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
-    let leaf = Surface::Translucent {
-        reflectance: Rgb::new(0.2, 0.5, 0.1).into(),
-        transmittance: Rgb::new(0.5, 0.4, 0.1).into(),
-    };
-    let sheet = |y: f32, x: f32| parallelogram(Vec3::new(x, y, -0.6), Vec3::X * 0.8, Vec3::Z * 1.2);
-    place(&mut b, sheet(1.5, -0.9), Material::new("leaf", leaf));
-    let alpha = Some(Alpha { value: 0.4.into(), mode: AlphaMode::Blend });
-    place(&mut b, sheet(1.4, 0.1), Material { alpha, ..Material::new("gauze", plastic(0.3)) });
+    add_leaf_and_gauze(&mut b, plastic(0.3));
     transport_agrees(b, 0.02, "leaves");
 }
 
@@ -250,15 +248,14 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
     let size = [12, 12];
-    let reference = film(&tracer, &Path::new(&tracer, PathLength::Count(10_000), 65).unwrap(), size, 1, 1000);
+    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(10_000), 65).unwrap(), size, 1, 1000);
     let expected = luminances(&reference);
     let (mut kept, mut claims, mut from_lights) = (0, 0, 0);
     for seed in 1..=4 {
         let lights = VplOptions { count: 100, seed, ..VplOptions::default() };
         let sets = LightSets::trace(&tracer, &lights, 17, Truth::Transport).unwrap();
         let options = ControlOptions { error: 0.1, seed, ..ControlOptions::default() };
-        let film =
-            film(&tracer, &LightTransport::new(&tracer, &sets, &options, Truth::Transport), size, 4, seed);
+        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), size, 4, seed);
         let (found, claim) = (luminances(&film), film.plane("claim").unwrap().u32_samples().unwrap());
         let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
         let parts = film.plane("half_width_parts").unwrap().f32_samples().unwrap();
@@ -280,7 +277,7 @@ fn a_path_tracer_stops_by_its_own_interval() {
     let tracer = tracer(b);
     let until = |error: f64, most: u32| {
         let options = ControlOptions { error, ..ControlOptions::default() };
-        let path = Path::new(&tracer, PathLength::Until { options, first: 64, most }, 65).unwrap();
+        let path = Path::new(&tracer, PathStop::Until { options, first: 64, most }, 65).unwrap();
         film(&tracer, &path, SIZE, 1, 7)
     };
     let film = until(0.05, 1 << 20);

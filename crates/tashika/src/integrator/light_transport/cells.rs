@@ -1,10 +1,11 @@
 //! What paths of the neighbourhood say of the variance of a pixel's paths.
 //!
 //! A pixel that has followed a hundred paths may not have met the bright one of a thousand. Its neighbours together have: the image is divided into
-//! cells of [`CELL`] × [`CELL`] pixels, and [`PATHS`] paths of random pixels of the cell and random sets of VPLs are followed for no estimate.
+//! cells of [`CELL`] × [`CELL`] pixels, and [`PATHS`] paths of random pixels of the cell are followed for no estimate.
 //!
 //! # Independence
-//! Pixels and paths come from streams of their own ([`Purpose::Guidance`]); a cell is a function of the image and its place.
+//! Pixels and paths come from streams of their own ([`Purpose::Guidance`]), their VPLs are those of the set that only plans; a cell is a function of the
+//! image and its place.
 
 use std::sync::OnceLock;
 
@@ -69,15 +70,8 @@ impl Cells {
             let mut rays = 0;
             for path in 0..PATHS {
                 let pixel = [within(column * CELL, width), within(row * CELL, height)];
-                let set = &sets.estimating()[(path % sets.estimating().len() as u64) as usize];
-                let repetition = Repetition::new(
-                    &setting,
-                    emitters,
-                    set,
-                    pixel,
-                    rng::key(key, Purpose::Guidance, path),
-                    true,
-                );
+                let key = rng::key(key, Purpose::Guidance, path);
+                let repetition = Repetition::new(&setting, emitters, sets.planning(), pixel, key, true);
                 let mut met = false;
                 rays += 1 + repetition.paths(1, |value, _| {
                     met = true;

@@ -8,10 +8,9 @@
 //!
 //! the emission seen directly, a stratified sum over the VPLs of the set by a cut of a size that no sample of the estimate has a say in
 //! ([`cut`](crate::cut)), and paths of what VPLs do not carry ([`uncarried`](crate::uncarried)). The size of the cut is planned on a set that is
-//! used for nothing else, so that it is refined about as far as worth while: until its own interval is a few times wider than the one that
-//! is asked for. After 8, 12, 18, … repetitions, when all sets
-//! are used up after whole rounds of repetitions with all of them, the interval of [`stats::Replicates`](crate::stats::Replicates) is looked at, and work ends when its half-width is
-//! at most `max(ε L̂ / (1 + ε), ε_abs)`.
+//! used for no estimate, so that it is refined about as far as worth while: until its own interval is a few times wider than the one that
+//! is asked for. After 8, 12, 18, … repetitions, and when all sets are used up after whole rounds of repetitions with all of them, the interval of
+//! [`stats::Replicates`](crate::stats::Replicates) is looked at, and work ends when its half-width is at most `max(ε L̂ / (1 + ε), ε_abs)`.
 //!
 //! The spread between repetitions holds everything: which VPLs there are, which of them were drawn, gather points, paths. What is known within
 //! repetitions, the spread of samples within pairs and of paths, steadies it. The variance of paths is pooled with that of paths of
@@ -45,11 +44,15 @@ use cells::{Cell, Cells};
 use looks::Look;
 use replicate::{Known, Planned, Repeated, Repetition};
 
+// What follows was chosen on the development scenes; it decides about cost, and about how rare the light may be that intervals reckon with, not about the mean.
+
 /// How many times wider than asked for the interval of a single cut is.
 const LOOSE: f64 = 3.0;
-/// Pairs of the smallest cut, and growth while planning.
+/// Pairs of the smallest cut.
 const FIRST_PAIRS: u64 = 16;
+/// Growth of a cut from look to look while planning.
 const PAIRS_GROWTH: f64 = 1.3;
+/// Pairs of the largest cut: beyond, another repetition tells more.
 const MOST_PAIRS: u64 = 256;
 /// Standard errors in the half-width of an interval, about.
 const ERRORS_OF_HALF_WIDTH: f64 = 2.0;
@@ -68,8 +71,6 @@ pub struct LightTransport<'a> {
     sets: &'a LightSets,
     emitters: EmitterSampler<'a>,
     options: ControlOptions,
-    /// Whether what VPLs do not carry is put back.
-    compensates: bool,
     cells: OnceLock<Cells>,
 }
 
@@ -77,21 +78,20 @@ impl<'a> LightTransport<'a> {
     /// The method on these sets of the tracer's scene.
     ///
     /// An instance is for one view: what it knows of neighbourhoods is of the view it is first used with.
-    pub fn new(tracer: &'a Tracer, sets: &'a LightSets, options: &ControlOptions, truth: Truth) -> Self {
+    pub fn new(tracer: &'a Tracer, sets: &'a LightSets, options: &ControlOptions) -> Self {
         let emitters = EmitterSampler::by_use(tracer, sets.options());
-        Self {
-            sets,
-            emitters,
-            options: *options,
-            compensates: truth == Truth::Transport,
-            cells: OnceLock::new(),
-        }
+        Self { sets, emitters, options: *options, cells: OnceLock::new() }
+    }
+
+    /// Whether what VPLs do not carry is put back.
+    fn compensates(&self) -> bool {
+        self.sets.truth() == Truth::Transport
     }
 
     fn pixel(&self, setting: &Setting<'_>, [x, y]: [u32; 2]) -> PixelEstimate {
         let controlled = self.options.controlled;
         let none = Cell::default();
-        let cell = if self.compensates {
+        let cell = if self.compensates() {
             let cells = self.cells.get_or_init(|| Cells::new(setting.view.size));
             cells.of([x, y], setting, &self.emitters, self.sets, controlled, self.options.seed)
         } else {
@@ -100,7 +100,7 @@ impl<'a> LightTransport<'a> {
         let key = rng::key(self.options.seed, Purpose::Replicate, u64::from(y) << 32 | u64::from(x));
         let repetition = |number: usize, set| {
             let key = rng::key(key, Purpose::Replicate, number as u64);
-            Repetition::new(setting, &self.emitters, set, [x, y], key, self.compensates)
+            Repetition::new(setting, &self.emitters, set, [x, y], key, self.compensates())
         };
         let sets = self.sets.estimating();
         let (pairs, paths, planning_rays) = self.plan(&repetition(0, self.sets.planning()), cell);
@@ -158,7 +158,7 @@ impl<'a> LightTransport<'a> {
         });
         let mut own = Moments::default();
         let mut path_rays = 0;
-        if self.compensates {
+        if self.compensates() {
             path_rays = planning.paths(PLANNING_PATHS, |value, _| own.push(f64::from(value.luminance())));
         }
         // The neighbourhood may be brighter than the pixel, but has seen more.
@@ -167,14 +167,14 @@ impl<'a> LightTransport<'a> {
         let variance = if known > 0.0 { 0.5 * (own.variance() + nearby) } else { nearby };
         let error = PATHS_SHARE.sqrt() * LOOSE * self.options.tolerance(&sum) / ERRORS_OF_HALF_WIDTH;
         let paths = if variance > 0.0 { variance / (error * error) } else { 0.0 };
-        let paths = if self.compensates { paths.clamp(*PATHS.start(), *PATHS.end()) as u32 } else { 0 };
+        let paths = if self.compensates() { paths.clamp(*PATHS.start(), *PATHS.end()) as u32 } else { 0 };
         (pairs, paths, rays + path_rays)
     }
 
     /// Whether more rounds with the same sets could bring the interval to the tolerance: they do nothing about which VPLs there are.
     ///
     /// With the variance `w` between the repetitions with one set, known from two rounds on, the sets' own share of the variance of their means is
-    /// about `s² − w / rounds`.
+    /// about `s² − w / rounds`. That samples of the estimate are looked at here decides about giving up, and who gives up claims nothing.
     fn can_be_met(&self, by_set: &[OfSet], tolerance: f64) -> bool {
         let sets = by_set.len() as f64;
         let of_part = |number: usize| {
@@ -274,13 +274,13 @@ impl Integrator for LightTransport<'_> {
 
     fn describe(&self, metadata: &mut Metadata) {
         let (o, lights) = (&self.options, self.sets.options());
-        let truth = if self.compensates { Truth::Transport } else { Truth::Clamped };
-        metadata.set("truth", truth.to_string());
+        metadata.set("truth", self.sets.truth().to_string());
         metadata.set("sets", self.sets.count());
         metadata.set("vpls", self.sets.lights());
         metadata.set("vpls.requested", lights.count);
         metadata.set("vpls.seed", lights.seed);
         metadata.set("vpls.max_depth", lights.max_depth);
+        metadata.set("vpls.clamp_distance_m", f64::from(self.sets.clamp_distance()));
         metadata.set("error", o.error);
         metadata.set("control", o.controlled.to_string());
         metadata.set("error_absolute", o.absolute_error);

@@ -7,13 +7,14 @@ use super::sets::LightSet;
 use crate::accel::Glass;
 use crate::bounds::UpperAnalytic;
 use crate::bsdf::{Bsdf, Lambert};
-use crate::color::{Controlled, RgbSum};
+use crate::color::{Controlled, Rgb, RgbSum};
 use crate::cut::{ByUpper, Clusters, InheritedCut, StrataOptions, gather_tree};
 use crate::gather::{Features, GatherPoint, PixelSum, View};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 use crate::stats::stratified::{Spread, Stratum};
 use crate::transport::Transport;
+use crate::tree::GatherTree;
 use crate::uncarried::{Lit, Uncarried};
 use crate::vpl::EmitterSampler;
 
@@ -133,7 +134,7 @@ impl<'a> Repetition<'a> {
 
     fn cut<'c>(
         &'c self,
-        points: &'c crate::tree::GatherTree<UpperAnalytic>,
+        points: &'c GatherTree<UpperAnalytic>,
     ) -> Option<InheritedCut<'c, UpperAnalytic, ByUpper>> {
         let clamp_distance = self.set.provenance.clamp_distance;
         let clusters = Clusters { lights: &self.set.tree, points, clamp_distance };
@@ -183,7 +184,7 @@ impl<'a> Repetition<'a> {
 
     /// Follows `count` paths, rounded up to as many from each gather point; each is told as an estimate of all that VPLs do not carry, with how many there
     /// are. Returns the rays.
-    pub(super) fn paths(&self, count: u32, mut tell: impl FnMut(crate::color::Rgb, u32)) -> u64 {
+    pub(super) fn paths(&self, count: u32, mut tell: impl FnMut(Rgb, u32)) -> u64 {
         let points = self.pixel.points.len() as u32;
         if points == 0 {
             return 0;

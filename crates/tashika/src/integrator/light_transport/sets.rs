@@ -12,6 +12,7 @@ use crate::vpl::{Clamp, Emission, Provenance, VplOptions, VplSet};
 pub struct LightSets {
     sets: Vec<LightSet>,
     options: VplOptions,
+    truth: Truth,
 }
 
 /// One of them.
@@ -37,15 +38,20 @@ impl LightSets {
     /// clamp distance. Runs on the current thread pool.
     ///
     /// # Errors
-    /// Options out of range.
+    /// Options out of range; no direct VPLs or no others; the truth of a single set.
     pub fn trace(tracer: &Tracer, options: &VplOptions, count: u32, truth: Truth) -> Result<Self> {
         Self::check(count)?;
+        if truth == Truth::Vpl {
+            return Err(Error::option("truth", truth, "clamped or transport, which need many sets"));
+        }
+        // Both kinds of light are taken for carried by VPLs.
+        if !(options.direct_share > 0.0 && options.direct_share < 1.0) {
+            return Err(Error::option("direct share", options.direct_share, "above 0 and below 1"));
+        }
+        let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
         let set = |number: u32, clamp: Clamp| {
             let seed = rng::key(options.seed, Purpose::Replicate, number.into());
-            let set = VplSet::trace(
-                tracer,
-                &VplOptions { seed, clamp, emission: Emission::ByUse, ..options.clone() },
-            )?;
+            let set = VplSet::trace(tracer, &VplOptions { seed, clamp, ..options.clone() })?;
             let tree = LightTree::build(&set, LightTreeBuilder::default());
             Ok(LightSet { tree, provenance: set.provenance().clone() })
         };
@@ -56,7 +62,7 @@ impl LightSets {
         let clamp = Clamp::Distance(planning.provenance.clamp_distance);
         let sets: Result<Vec<LightSet>> = (1..count).map(|number| set(number, clamp)).collect();
         let sets = std::iter::once(planning).chain(sets?).collect();
-        Ok(Self { sets, options: options.clone() })
+        Ok(Self { sets, options, truth })
     }
 
     /// # Errors
@@ -88,7 +94,12 @@ impl LightSets {
         self.sets[0].provenance.clamp_distance
     }
 
-    /// How they were traced.
+    /// What their mean is to be.
+    pub fn truth(&self) -> Truth {
+        self.truth
+    }
+
+    /// How they were traced, but for the seed and the clamp of each.
     pub fn options(&self) -> &VplOptions {
         &self.options
     }
@@ -128,5 +139,20 @@ mod tests {
         assert_eq!(all.len(), count, "lights that are in two sets");
         let clamped = LightSets::trace(&tracer, &lights, 9, Truth::Clamped).unwrap().clamp_distance();
         assert_eq!(sets.clamp_distance(), COMPENSATED * clamped);
+    }
+
+    #[test]
+    fn sets_that_could_not_have_that_mean_are_refused() {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let lights = VplOptions { count: 50, ..VplOptions::default() };
+        let refused = |lights: &VplOptions, count, truth, what: &str| {
+            let message = LightSets::trace(&tracer, lights, count, truth).unwrap_err().to_string();
+            assert!(message.contains(what), "{message}");
+        };
+        refused(&lights, 8, Truth::Transport, "9 to 1024");
+        refused(&lights, 9, Truth::Vpl, "clamped or transport");
+        for direct_share in [0.0, 1.0] {
+            refused(&VplOptions { direct_share, ..lights.clone() }, 9, Truth::Transport, "direct share");
+        }
     }
 }
