@@ -239,7 +239,7 @@ fn light_transport_is_promised_and_audited() {
 
     for (more, answer) in [
         ("transport --claim certified", "--claim certified goes with --truth vpl"),
-        ("transport --sets 3", "9 to 1024"),
+        ("transport --sets 3", "12 to 1024"),
         ("light", "expected vpl or clamped or transport"),
     ] {
         let run = folder.run(&format!("render builtin:tiny --truth {more}"));

@@ -307,7 +307,7 @@ pub struct TransportArgs {
     #[command(flatten)]
     pub lights: LightArgs,
 
-    /// Independent sets of virtual point lights [default: 65]
+    /// Independent sets of virtual point lights [default: 68]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light")]
     pub sets: Option<u64>,
 

@@ -170,7 +170,7 @@ pub struct RenderArgs {
     pub truth: Option<Truth>,
 
     /// Independent sets of virtual point lights, with --truth transport or clamped; a pixel that has used
-    /// them up says so and claims nothing [default: 65]
+    /// them up says so and claims nothing [default: 68]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub sets: Option<u64>,
 

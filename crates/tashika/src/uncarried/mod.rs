@@ -28,6 +28,8 @@
 //! table above (Kollig, Keller 2004, for the clamp). So shares sum to one over every path:
 //! `κ + (1 − κ)` for `c` after `c`, and 1 for all else, which VPLs do not carry.
 //!
+//! Where there is no set of VPLs, nothing is carried: the last row is all there is, and the paths are those of a path tracer.
+//!
 //! # Guarantee
 //! With the sum over a set of VPLs whose expectation is the light by `c` (an unbiased trace, solid glass that stops segments), the expectation over
 //! sets and paths is light transport itself, but for paths longer than the most surfaces, and for what neither can find: a point or a single
@@ -62,8 +64,8 @@ pub struct Lit<'a> {
     pub tracer: &'a Tracer,
     /// The emitters of its scene.
     pub emitters: &'a EmitterSampler<'a>,
-    /// The VPLs.
-    pub lights: &'a LightTree,
+    /// The VPLs; if there are none, nothing is carried, and paths have all that there is to do.
+    pub lights: Option<&'a LightTree>,
     /// How they are clamped.
     pub transport: Transport,
     /// Most surfaces of a path.
@@ -112,18 +114,23 @@ impl<'a> Uncarried<'a> {
 
     /// An unbiased estimate of what the sum over VPLs leaves out at a gather point (W·m⁻²·sr⁻¹), with its weight; single estimates may be negative.
     ///
-    /// * `summed`: the BSDF that the VPLs are summed with there.
+    /// * `summed`: the BSDF that the VPLs are summed with there, if there are any.
     /// * `key`: of the decisions of rays.
     pub fn estimate(&mut self, point: &GatherPoint, summed: &Bsdf, key: u64, stream: &mut Stream) -> Rgb {
         let mut radiance = Rgb::BLACK;
         let mut weight = Rgb::WHITE;
-        let mut vertex = Vertex::first(point, summed);
+        let lights = self.lit.lights;
+        let mut vertex = Vertex::first(point, lights.map(|_| summed));
         // Decisions of rays so far, at most.
         let mut decided = 0;
+        // Of what VPLs leave little may be left at the first surface.
+        let certain = if lights.is_some() { 0 } else { CERTAIN_DEPTH };
+        // A path from a dark surface is worth as much to its pixel as one from a bright one.
+        let whole = vertex.importance_albedo();
         for depth in 0..self.lit.max_depth {
             let Some(rest) = vertex.probability_of_rest() else { break };
-            if depth > 0 {
-                let mut survival = (size(weight) * vertex.importance_albedo()).min(1.0);
+            if depth > certain {
+                let mut survival = (size(weight) / whole * vertex.importance_albedo()).min(1.0);
                 if depth > CERTAIN_DEPTH {
                     survival = survival.min(MAX_SURVIVAL);
                 }
@@ -207,7 +214,8 @@ impl<'a> Uncarried<'a> {
                 }
                 Scatter::Gathers(point) => {
                     *weight *= point.weight;
-                    return Some(Vertex::next(&point, &surface, 1.0 - carried));
+                    let left = self.lit.lights.map(|_| 1.0 - carried);
+                    return Some(Vertex::next(&point, &surface, left));
                 }
             }
         }
@@ -216,8 +224,10 @@ impl<'a> Uncarried<'a> {
 
     /// What one VPL, drawn for the vertex, gives by what is carried.
     fn drawn_light(&mut self, vertex: &Vertex, stream: &mut Stream) -> Rgb {
-        let Some((light, probability)) = self.draw(vertex, stream.uniform_f64()) else { return Rgb::BLACK };
-        let light = *self.lit.lights.light(light);
+        let u = stream.uniform_f64();
+        let Some(lights) = self.lit.lights else { return Rgb::BLACK };
+        let Some((light, probability)) = self.draw(lights, vertex, u) else { return Rgb::BLACK };
+        let light = *lights.light(light);
         let link = self.lit.transport.link(vertex.position(), &light);
         let value = vertex.carried_cos(link.towards_light) * light.intensity * link.geometric;
         if value.is_black() {
@@ -227,9 +237,9 @@ impl<'a> Uncarried<'a> {
     }
 
     /// A VPL about in proportion to what it can give to the vertex, and its probability; none if nothing can give anything.
-    fn draw(&self, vertex: &Vertex, u: f64) -> Option<(u32, f64)> {
-        let nodes = self.lit.lights.nodes();
-        let mut node = self.lit.lights.root()?;
+    fn draw(&self, lights: &LightTree, vertex: &Vertex, u: f64) -> Option<(u32, f64)> {
+        let nodes = lights.nodes();
+        let mut node = lights.root()?;
         let (mut probability, mut u) = (1.0, u);
         while let Some(children) = nodes[node as usize].children {
             let [a, b] = children.map(|child| self.importance(&nodes[child as usize], vertex));

@@ -25,6 +25,8 @@ enum Carried {
     Summed(Bsdf),
     /// At a surface that has VPLs.
     BySurface(SurfacePoint),
+    /// Where there are no VPLs.
+    Nothing,
 }
 
 /// A surface on a path.
@@ -43,18 +45,19 @@ const SAME: f32 = 1.0 - 1e-6;
 const LEAST_GLOSS: f32 = 0.04;
 
 impl Vertex {
-    /// The gather point.
-    pub(super) fn first(point: &GatherPoint, summed: &Bsdf) -> Self {
+    /// The gather point, and the BSDF that VPLs are summed with there, if there are any.
+    pub(super) fn first(point: &GatherPoint, summed: Option<&Bsdf>) -> Self {
         Self {
             point: *point,
-            carried: Carried::Summed(*summed),
+            carried: summed.map_or(Carried::Nothing, |summed| Carried::Summed(*summed)),
             amplitude: 1.0,
-            has_rest: *summed != point.bsdf,
+            has_rest: summed != Some(&point.bsdf),
         }
     }
 
-    /// A surface after it, where the share `amplitude` of `c` is left.
-    pub(super) fn next(point: &GatherPoint, surface: &SurfacePoint, amplitude: f32) -> Self {
+    /// A surface after it. If there are VPLs, the share `left` of `c` is left.
+    pub(super) fn next(point: &GatherPoint, surface: &SurfacePoint, left: Option<f32>) -> Self {
+        let Some(amplitude) = left else { return Self::first(point, None) };
         // At silhouettes viewers see another shading normal than light does.
         let same = point.frame.n.dot(surface.shading_normal).abs() > SAME;
         let has_rest = !(same && matches!(point.bsdf, Bsdf::Lambert(_)));
@@ -77,11 +80,13 @@ impl Vertex {
     fn importance_albedos(&self) -> [f32; 2] {
         let bsdf = &self.point.bsdf;
         let diffuse = bsdf.vpl_reflectance(self.point.wo).max_channel();
+        let all = bsdf.albedo().max_channel();
         let carried = match &self.carried {
-            Carried::Summed(summed) if summed == bsdf => bsdf.albedo().max_channel(),
+            Carried::Nothing => return [0.0, all],
+            Carried::Summed(summed) if summed == bsdf => all,
             Carried::Summed(_) | Carried::BySurface(_) => diffuse,
         };
-        let rest = if self.has_rest { (bsdf.albedo().max_channel() - diffuse).max(LEAST_GLOSS) } else { 0.0 };
+        let rest = if self.has_rest { (all - diffuse).max(LEAST_GLOSS) } else { 0.0 };
         [self.amplitude * carried, rest]
     }
 
@@ -114,6 +119,7 @@ impl Vertex {
         match &self.carried {
             Carried::Summed(summed) => summed.eval_cos(point.wo, point.frame.to_local(direction)),
             Carried::BySurface(surface) => carried_cos(surface, &point.bsdf, direction),
+            Carried::Nothing => Rgb::BLACK,
         }
     }
 
@@ -140,7 +146,9 @@ impl Vertex {
         match (kernel, &self.carried) {
             (Kernel::Rest, _) => self.point.bsdf,
             (Kernel::Carried, Carried::Summed(summed)) => *summed,
-            (Kernel::Carried, Carried::BySurface(_)) => Bsdf::Lambert(Lambert { reflectance: Rgb::WHITE }),
+            (Kernel::Carried, Carried::BySurface(_) | Carried::Nothing) => {
+                Bsdf::Lambert(Lambert { reflectance: Rgb::WHITE })
+            }
         }
     }
 

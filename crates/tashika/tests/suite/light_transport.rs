@@ -1,19 +1,27 @@
 //! Many lights against an independent path tracer, pixel by pixel: the mean over VPL sets, unclamped, on diffuse scenes with every kind of
 //! emitter; and clamped, with what VPLs do not carry put back, on scenes with gloss, mirrors and glass.
 
-use tashika::bsdf::ConductorFresnel;
+use tashika::accel::Glass;
+use tashika::bsdf::{Bsdf, ConductorFresnel, Lambert};
 use tashika::color::Rgb;
-use tashika::integrator::{ControlOptions, Exact, LightSets, LightTransport, Path, PathStop, Truth};
+use tashika::gather::GatherPoint;
+use tashika::integrator::{
+    ControlOptions, Estimator, Exact, LightSets, LightTransport, Path, PathStop, Truth,
+};
 use tashika::math::{Mat3, Vec3};
+use tashika::rng::{Purpose, Stream};
 use tashika::scene::{
     Alpha, AlphaMode, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, Pixels,
     SceneBuilder, Surface,
 };
 use tashika::stats::Moments;
-use tashika::vpl::{Clamp, VplOptions, VplSet};
+use tashika::transport::Transport;
+use tashika::tree::LightTree;
+use tashika::uncarried::{Lit, Uncarried};
+use tashika::vpl::{Clamp, EmitterSampler, VplOptions, VplSet};
 
 use crate::cases::{
-    add_ceiling_lamp, cuboid, diffuse_room, film, lambert, luminances, parallelogram, place, tracer,
+    add_ceiling_lamp, cuboid, diffuse_room, film, lambert, luminances, parallelogram, place, tracer, view,
 };
 
 const SIZE: [u32; 2] = [6, 6];
@@ -128,30 +136,35 @@ fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
     // Far enough for what it cuts off to matter.
     let lights = VplOptions { count: 2000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
-    let options = ControlOptions { error: 0.01, ..ControlOptions::default() };
-    let estimate = |truth: Truth| {
-        let sets = LightSets::trace(&tracer, &lights, 65, truth).unwrap();
-        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), SIZE, 4, 3);
+    let options = ControlOptions { error: 0.015, ..ControlOptions::default() };
+    let estimate = |sets: &LightSets, estimator: Estimator| {
+        let ours = LightTransport::new(&tracer, sets, &options).only_by(estimator);
+        let film = film(&tracer, &ours, SIZE, 4, 3);
         let errors = film.plane("standard_error").unwrap().f32_samples().unwrap().to_vec();
         (luminances(&film), errors)
     };
-    let (ours, our_errors) = estimate(Truth::Transport);
-    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(10_000), 65).unwrap(), SIZE, 1, 1000);
+    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
-    let mut variance = 0.0;
-    for (i, (l, e)) in expected.iter().zip(errors).enumerate() {
-        let (found, own) = (ours[i], our_errors[i]);
-        let error = f64::from(*e).hypot(own.into());
-        variance += error * error;
-        assert!((found - l).abs() < 4.42 * error, "{what}, pixel {i}: {found} ± {own} for {l} ± {e}");
+    let sets = LightSets::trace(&tracer, &lights, 68, Truth::Transport).unwrap();
+    let of = expected.iter().sum::<f64>();
+    for estimator in [Estimator::Vpls, Estimator::Paths] {
+        let (ours, our_errors) = estimate(&sets, estimator);
+        let mut variance = 0.0;
+        for (i, (l, e)) in expected.iter().zip(errors).enumerate() {
+            let (found, own) = (ours[i], our_errors[i]);
+            let error = f64::from(*e).hypot(own.into());
+            variance += error * error;
+            let pixel = (what, estimator, i);
+            assert!((found - l).abs() < 4.42 * error, "{pixel:?}: {found} ± {own} for {l} ± {e}");
+        }
+        let (sum, error) = (ours.iter().sum::<f64>(), variance.sqrt());
+        assert!(error < 0.01 * of, "{what}: the comparison is sharp: {error} of {of}");
+        assert!((sum - of).abs() < 4.42 * error, "{what}, {estimator:?}: {sum} ± {error} for {of}");
     }
-    let (sum, of) = (ours.iter().sum::<f64>(), expected.iter().sum::<f64>());
-    let error = variance.sqrt();
-    assert!(error < 0.01 * of, "{what}: the comparison is sharp: {error} of {of}");
-    assert!((sum - of).abs() < 4.42 * error, "{what}: {sum} ± {error} for {of}");
-    // Without this the agreement would say nothing about paths.
-    let clamped = estimate(Truth::Clamped).0.iter().sum::<f64>();
+    // Without this the agreement would say nothing about paths beside sums.
+    let sets = LightSets::trace(&tracer, &lights, 12, Truth::Clamped).unwrap();
+    let clamped = estimate(&sets, Estimator::Vpls).0.iter().sum::<f64>();
     assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
 }
 
@@ -222,7 +235,7 @@ fn mirrors_panes_and_glass_are_put_back() {
 #[test]
 fn punctual_lights_near_by_are_made_good() {
     let mut b = diffuse_room();
-    b.add_emitter(Emitter::Point { position: Vec3::new(-0.95, 1.0, 0.2), intensity: Rgb::gray(0.2) })
+    b.add_emitter(Emitter::Point { position: Vec3::new(-0.85, 1.0, 0.2), intensity: Rgb::gray(0.2) })
         .unwrap();
     b.add_emitter(Emitter::Directional {
         direction: Vec3::new(0.2, -0.4, -1.0).normalize(),
@@ -253,9 +266,10 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     let (mut kept, mut claims, mut from_lights) = (0, 0, 0);
     for seed in 1..=4 {
         let lights = VplOptions { count: 100, seed, ..VplOptions::default() };
-        let sets = LightSets::trace(&tracer, &lights, 17, Truth::Transport).unwrap();
+        let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport).unwrap();
         let options = ControlOptions { error: 0.1, seed, ..ControlOptions::default() };
-        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), size, 4, seed);
+        let ours = LightTransport::new(&tracer, &sets, &options).only_by(Estimator::Vpls);
+        let film = film(&tracer, &ours, size, 4, seed);
         let (found, claim) = (luminances(&film), film.plane("claim").unwrap().u32_samples().unwrap());
         let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
         let parts = film.plane("half_width_parts").unwrap().f32_samples().unwrap();
@@ -268,6 +282,39 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     // Pixels of an image share their sets, so that this is no sharp test; with one set for all it would be a third.
     assert!(claims > 400 && from_lights > 100, "{claims} claims, {from_lights} mostly of the choice of VPLs");
     assert!(kept * 100 >= claims * 90, "{kept} of {claims}");
+}
+
+/// A dark surface scatters less, and tolerates as much less: were its paths ended for being dark, those left would be few and bright.
+#[test]
+fn paths_from_dark_surfaces_go_as_far() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let tracer = tracer(b);
+    let lights = VplOptions { count: 500, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
+    let set = VplSet::trace(&tracer, &lights).unwrap();
+    let (tree, emitters) = (LightTree::build(&set, Default::default()), EmitterSampler::new(tracer.scene()));
+    let point = view(tracer.scene(), SIZE, 1, 1).pixel(&tracer, [3, 4]).points[0];
+    for lights in [Some(&tree), None] {
+        let lit = Lit {
+            tracer: &tracer,
+            emitters: &emitters,
+            lights,
+            transport: Transport::new(0.8).with_glass(Glass::SolidStops),
+            max_depth: 16,
+        };
+        let mut seen = 0;
+        for path in 0..5000 {
+            let [dark, bright] = [0.01, 0.5].map(|reflectance| {
+                let bsdf = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(reflectance) });
+                let mut stream = Stream::new(7, Purpose::Test, path);
+                let point = GatherPoint { bsdf, ..point };
+                Uncarried::new(lit).estimate(&point, &bsdf, path, &mut stream).luminance() / reflectance
+            });
+            assert!((dark - bright).abs() <= 1e-4 * bright.abs(), "path {path}: {dark}, {bright}");
+            seen += u32::from(bright != 0.0);
+        }
+        assert!(seen > 50, "{seen} paths found light");
+    }
 }
 
 #[test]

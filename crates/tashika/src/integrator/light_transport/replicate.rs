@@ -50,6 +50,25 @@ pub(super) struct Known {
     pub value: Moments,
 }
 
+/// By what a pixel is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimator {
+    /// A sum over VPLs, and paths of what these do not carry.
+    Vpls,
+    /// Paths alone.
+    Paths,
+}
+
+/// What a repetition is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Recipe {
+    pub estimator: Estimator,
+    /// Pairs of the cut.
+    pub pairs: u64,
+    /// Paths, which are spread over the gather points.
+    pub paths: u32,
+}
+
 /// How far a cut was refined.
 pub(super) struct Planned {
     pub pairs: u64,
@@ -98,7 +117,7 @@ impl<'a> Repetition<'a> {
         let lit = Lit {
             tracer: setting.tracer,
             emitters,
-            lights: &set.tree,
+            lights: Some(&set.tree),
             transport,
             max_depth: set.provenance.max_depth,
         };
@@ -143,8 +162,7 @@ impl<'a> Repetition<'a> {
         InheritedCut::new(clusters, order, STRATA, self.lit.tracer, self.lit.transport, samples)
     }
 
-    /// With a cut of that many pairs, and that many paths, which are spread over the gather points.
-    pub(super) fn estimate(&self, controlled: Controlled, pairs: u64, paths: u32) -> Repeated {
+    pub(super) fn estimate(&self, controlled: Controlled, recipe: &Recipe) -> Repeated {
         let mut sum = RgbSum::default();
         sum.add(self.pixel.background);
         let mut known: SmallVec<[Known; 3]> = SmallVec::new();
@@ -153,8 +171,8 @@ impl<'a> Repetition<'a> {
         let points = gather_tree::<UpperAnalytic>(&self.summed);
         let parts = controlled.parts();
         known.resize(parts.len(), Known::default());
-        if let Some(mut cut) = self.cut(&points) {
-            cut.grow(pairs);
+        if let (Estimator::Vpls, Some(mut cut)) = (recipe.estimator, self.cut(&points)) {
+            cut.grow(recipe.pairs);
             let gathered = cut.estimate();
             let luminance = gathered.luminance();
             let mut strata: Vec<Stratum> = Vec::new();
@@ -170,7 +188,7 @@ impl<'a> Repetition<'a> {
             repeated_pairs = cut.pairs();
             rays += cut.segments();
         }
-        rays += self.paths(paths, |value, of| {
+        rays += self.paths(recipe.estimator, recipe.paths, |value, of| {
             sum.add(value / of as f32);
             for (part, known) in parts.iter().zip(&mut known) {
                 known.paths.push(part.of(value));
@@ -182,14 +200,15 @@ impl<'a> Repetition<'a> {
         Repeated { sum, known, features: self.pixel.features, pairs: repeated_pairs, rays }
     }
 
-    /// Follows `count` paths, rounded up to as many from each gather point; each is told as an estimate of all that VPLs do not carry, with how many there
-    /// are. Returns the rays.
-    pub(super) fn paths(&self, count: u32, mut tell: impl FnMut(Rgb, u32)) -> u64 {
+    /// Follows `count` paths, rounded up to as many from each gather point; each is told as an estimate of all that such paths have to find, with how many
+    /// there are. Returns the rays.
+    pub(super) fn paths(&self, estimator: Estimator, count: u32, mut tell: impl FnMut(Rgb, u32)) -> u64 {
         let points = self.pixel.points.len() as u32;
         if points == 0 {
             return 0;
         }
-        let mut uncarried = Uncarried::new(self.lit);
+        let lights = self.lit.lights.filter(|_| estimator == Estimator::Vpls);
+        let mut uncarried = Uncarried::new(Lit { lights, ..self.lit });
         let each = count.div_ceil(points);
         let of = each * points;
         for (number, (point, summed)) in self.pixel.points.iter().zip(&self.summed).enumerate() {

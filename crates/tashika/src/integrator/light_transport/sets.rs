@@ -25,16 +25,18 @@ pub(super) struct LightSet {
 /// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL near by, in units of the light of a wall of them,
 /// falls with the square of this, that of the paths which find such walls hardly grows.
 const COMPENSATED: f32 = 4.0;
-/// Fewest sets: one that plans, and as many as an interval needs.
-const FEWEST: u32 = 1 + 8;
+/// Sets that only plan.
+const PLANNING: usize = 4;
+/// Fewest sets: those that plan, and as many as an interval needs.
+const FEWEST: u32 = PLANNING as u32 + 8;
 /// Most sets.
 const MOST: u32 = 1024;
 
 impl LightSets {
     /// How many sets there are if nobody says.
-    pub const DEFAULT_COUNT: u32 = 65;
+    pub const DEFAULT_COUNT: u32 = PLANNING as u32 + 64;
 
-    /// Traces `count` sets, 9 to 1024, of `options.count` VPLs each, with seeds that are functions of `options.seed`, for this truth. All have one
+    /// Traces `count` sets, 12 to 1024, of `options.count` VPLs each, with seeds that are functions of `options.seed`, for this truth. All have one
     /// clamp distance. Runs on the current thread pool.
     ///
     /// # Errors
@@ -55,13 +57,13 @@ impl LightSets {
             let tree = LightTree::build(&set, LightTreeBuilder::default());
             Ok(LightSet { tree, provenance: set.provenance().clone() })
         };
-        let mut planning = set(0, options.clamp)?;
+        let mut first = set(0, options.clamp)?;
         if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
-            planning.provenance.clamp_distance *= COMPENSATED;
+            first.provenance.clamp_distance *= COMPENSATED;
         }
-        let clamp = Clamp::Distance(planning.provenance.clamp_distance);
+        let clamp = Clamp::Distance(first.provenance.clamp_distance);
         let sets: Result<Vec<LightSet>> = (1..count).map(|number| set(number, clamp)).collect();
-        let sets = std::iter::once(planning).chain(sets?).collect();
+        let sets = std::iter::once(first).chain(sets?).collect();
         Ok(Self { sets, options, truth })
     }
 
@@ -104,14 +106,14 @@ impl LightSets {
         &self.options
     }
 
-    /// The one that only plans.
-    pub(super) fn planning(&self) -> &LightSet {
-        &self.sets[0]
+    /// Those that only plan.
+    pub(super) fn planning(&self) -> &[LightSet] {
+        &self.sets[..PLANNING]
     }
 
     /// Those that estimates are made of.
     pub(super) fn estimating(&self) -> &[LightSet] {
-        &self.sets[1..]
+        &self.sets[PLANNING..]
     }
 }
 
@@ -137,7 +139,7 @@ mod tests {
         all.sort_unstable();
         all.dedup();
         assert_eq!(all.len(), count, "lights that are in two sets");
-        let clamped = LightSets::trace(&tracer, &lights, 9, Truth::Clamped).unwrap().clamp_distance();
+        let clamped = LightSets::trace(&tracer, &lights, 12, Truth::Clamped).unwrap().clamp_distance();
         assert_eq!(sets.clamp_distance(), COMPENSATED * clamped);
     }
 
@@ -149,10 +151,10 @@ mod tests {
             let message = LightSets::trace(&tracer, lights, count, truth).unwrap_err().to_string();
             assert!(message.contains(what), "{message}");
         };
-        refused(&lights, 8, Truth::Transport, "9 to 1024");
-        refused(&lights, 9, Truth::Vpl, "clamped or transport");
+        refused(&lights, 11, Truth::Transport, "12 to 1024");
+        refused(&lights, 12, Truth::Vpl, "clamped or transport");
         for direct_share in [0.0, 1.0] {
-            refused(&VplOptions { direct_share, ..lights.clone() }, 9, Truth::Transport, "direct share");
+            refused(&VplOptions { direct_share, ..lights.clone() }, 12, Truth::Transport, "direct share");
         }
     }
 }
