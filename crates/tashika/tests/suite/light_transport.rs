@@ -317,6 +317,24 @@ fn paths_from_dark_surfaces_go_as_far() {
     }
 }
 
+/// Pixels that see nothing at all, in the neighbourhood of a bright room.
+#[test]
+fn pixels_that_see_nothing_are_black_for_certain() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 50.0);
+    let tracer = tracer(b);
+    let lights = VplOptions { count: 200, ..VplOptions::default() };
+    let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport).unwrap();
+    let options = ControlOptions { error: 0.5, ..ControlOptions::default() };
+    // Wider than the room.
+    let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), [24, 8], 4, 1);
+    let stops = film.plane("stop").unwrap().u32_samples().unwrap();
+    let pixels = luminances(&film).into_iter().zip(stops);
+    let black: Vec<u32> = pixels.filter(|(l, _)| *l == 0.0).map(|(_, stop)| *stop).collect();
+    assert!(black.len() > 10 && black.len() < 24 * 8, "{} black pixels", black.len());
+    assert!(black.iter().all(|stop| *stop == 3), "the rule is met: {black:?}");
+}
+
 #[test]
 fn a_path_tracer_stops_by_its_own_interval() {
     let mut b = diffuse_room();

@@ -119,7 +119,8 @@ impl Attempt {
             for of_set in &self.by_set {
                 paths.merge(&of_set.known[number].paths);
             }
-            let nearby = nearby.get(number).copied().unwrap_or_default();
+            // Without a gather point there is no path to be unlike those that were followed.
+            let nearby = nearby.get(number).copied().filter(|_| paths.count() > 0).unwrap_or_default();
             let (own, theirs) = (paths.count() as f64, NEIGHBOURHOOD_WEIGHT.min(nearby.count() as f64));
             let largest = paths.largest().max(nearby.largest());
             let of_path = (own * paths.variance() + theirs * nearby.variance()) / (own + theirs).max(1.0);
