@@ -317,6 +317,23 @@ fn paths_from_dark_surfaces_go_as_far() {
     }
 }
 
+#[test]
+fn where_sets_are_too_few_paths_take_over() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let tracer = tracer(b);
+    let lights = VplOptions { count: 60, ..VplOptions::default() };
+    let sets = LightSets::trace(&tracer, &lights, 12, Truth::Transport).unwrap();
+    let options = ControlOptions { error: 0.05, ..ControlOptions::default() };
+    let out_of_budget = |ours: LightTransport<'_>| {
+        let film = film(&tracer, &ours, SIZE, 4, 1);
+        film.plane("stop").unwrap().u32_samples().unwrap().iter().filter(|stop| **stop == 4).count()
+    };
+    let ours = || LightTransport::new(&tracer, &sets, &options);
+    let found = [out_of_budget(ours().only_by(Estimator::Vpls)), out_of_budget(ours())];
+    assert!(found[0] > 10 && found[1] == 0, "out of budget: {found:?}");
+}
+
 /// Pixels that see nothing at all, in the neighbourhood of a bright room.
 #[test]
 fn pixels_that_see_nothing_are_black_for_certain() {

@@ -38,6 +38,7 @@ use smallvec::SmallVec;
 use super::{ControlOptions, ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason, Truth};
 use crate::accel::Tracer;
 use crate::film::{Metadata, Window};
+use crate::gather::View;
 use crate::rng::{self, Purpose};
 use crate::vpl::EmitterSampler;
 
@@ -101,8 +102,14 @@ impl<'a> LightTransport<'a> {
         let round = pixel.attempt.rounds(number) as usize;
         let key = rng::key(pixel.key, Purpose::Replicate, recipe.estimator as u64);
         let key = rng::key(key, Purpose::Replicate, (round * sets.len() + number) as u64);
+        let mut gather = setting.view.gather;
+        if recipe.estimator == Estimator::Paths {
+            // Each path from a point of its own: what is seen in a pixel differs as much as what lights it.
+            gather.points = gather.points.max(recipe.paths);
+        }
+        let setting = Setting { view: View { gather, ..setting.view }, ..*setting };
         let compensates = self.compensates();
-        let repetition = Repetition::new(setting, &self.emitters, &sets[number], pixel.at, key, compensates);
+        let repetition = Repetition::new(&setting, &self.emitters, &sets[number], pixel.at, key, compensates);
         let repeated = repetition.estimate(self.options.controlled, recipe);
         pixel.pairs += repeated.pairs;
         pixel.rays += repeated.rays;
