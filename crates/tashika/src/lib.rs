@@ -14,7 +14,7 @@
 //! | 7 | [`integrator`] |
 //! | 8 | [`render`], [`report`] |
 //! | 9 | [`experiment`], [`io`] |
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 pub mod accel;
 pub mod bounds;

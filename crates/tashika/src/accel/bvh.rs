@@ -7,10 +7,8 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 
 use crate::math::Aabb;
+use crate::math::simd::WIDTH;
 use crate::rng::{self, Purpose};
-
-/// Most items of a leaf.
-const LEAF_ITEMS: u32 = 4;
 
 /// Below this depth items are split in halves: coincident boxes make the builder's tree as deep as there are boxes.
 const BUILDER_DEPTH: usize = 32;
@@ -19,9 +17,6 @@ const BUILDER_DEPTH: usize = 32;
 /// of the number of items, and each level leaves at most `WIDTH - 1` nodes behind.
 pub(super) const MAX_WAITING: usize = (BUILDER_DEPTH + 33) * (WIDTH - 1) + 1;
 
-/// Children of a node.
-pub(super) const WIDTH: usize = 8;
-
 /// [`Node::count`] of an inner child.
 pub(super) const INNER: u32 = u32::MAX;
 
@@ -29,10 +24,10 @@ pub(super) const INNER: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Boxes of the children, grown by the build's margin. Absent ones are inverted and have no items.
-    pub lo: [[f32; WIDTH]; 3],
-    pub hi: [[f32; WIDTH]; 3],
-    /// First item of a leaf, or number of an inner node.
+    /// Boxes of the children, grown by the build's margin: the lower planes of the three axes, then the upper ones. Absent ones are
+    /// inverted and have no items.
+    pub planes: [[f32; WIDTH]; 6],
+    /// Number of a leaf or of an inner node.
     pub first: [u32; WIDTH],
     /// Items of a leaf, or [`INNER`].
     pub count: [u32; WIDTH],
@@ -40,27 +35,54 @@ pub(super) struct Node {
 
 impl Node {
     const EMPTY: Self = Self {
-        lo: [[f32::INFINITY; WIDTH]; 3],
-        hi: [[f32::NEG_INFINITY; WIDTH]; 3],
+        planes: {
+            let (lower, upper) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+            [lower, lower, lower, upper, upper, upper]
+        },
         first: [0; WIDTH],
         count: [0; WIDTH],
     };
 
     fn set_box(&mut self, slot: usize, b: &Aabb, margin: f32) {
         for axis in 0..3 {
-            self.lo[axis][slot] = b.lo[axis] - margin;
-            self.hi[axis][slot] = b.hi[axis] + margin;
+            self.planes[axis][slot] = b.lo[axis] - margin;
+            self.planes[axis + 3][slot] = b.hi[axis] + margin;
         }
     }
 }
 
-/// A tree over items, which its owner keeps in the order that the build returned.
+/// A tree over items.
 #[derive(Debug, Default)]
 pub(super) struct Bvh {
     /// Nodes, the root first; empty if there are no items.
     pub nodes: Vec<Node>,
     /// Inner nodes above the deepest leaf.
     pub depth: usize,
+}
+
+/// The items of each leaf, in the order in which a depth-first walk meets them.
+#[derive(Debug, Default)]
+pub(super) struct Leaves {
+    items: Vec<u32>,
+    ends: Vec<u32>,
+}
+
+impl Leaves {
+    fn push(&mut self, items: &[u32]) -> u32 {
+        self.items.extend_from_slice(items);
+        self.ends.push(self.items.len() as u32);
+        self.ends.len() as u32 - 1
+    }
+
+    /// Leaf by leaf.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let mut begin = 0;
+        self.ends.iter().map(move |&end| {
+            let items = &self.items[begin as usize..end as usize];
+            begin = end;
+            items
+        })
+    }
 }
 
 struct Item(BuilderAabb);
@@ -72,22 +94,23 @@ impl Boundable for Item {
 }
 
 impl Bvh {
-    /// A tree over `boxes`, and the order in which its leaves want their items.
+    /// A tree over `boxes` with at most `most` items in a leaf, 1 to [`WIDTH`].
     ///
     /// Boxes are grown by 2⁻²² of the largest coordinate: a segment that touches a box's face is inside it,
     /// whatever rounding says.
-    pub fn build(boxes: &[Aabb]) -> (Self, Vec<u32>) {
+    pub fn build(boxes: &[Aabb], most: usize) -> (Self, Leaves) {
         let items: Vec<Item> = (0u64..).zip(boxes).map(|(i, b)| Item(unequal(i, b))).collect();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
         let margin = 2.0 * f32::EPSILON * bounds.lo.abs().max(bounds.hi.abs()).max_element();
-        if boxes.len() <= LEAF_ITEMS as usize {
+        if boxes.len() <= most {
             return Self::single_leaf(boxes.len() as u32, bounds, margin);
         }
         let mut params = BvhBuildParams::medium_build();
-        params.max_prims_per_leaf = LEAF_ITEMS;
+        params.max_prims_per_leaf = most as u32;
         let tree = build_bvh2(&items, params, &mut std::time::Duration::default());
         let mut bvh = Self { nodes: Vec::with_capacity(tree.nodes.len() / 2), depth: 0 };
-        let mut order = Vec::with_capacity(boxes.len());
+        let mut leaves = Leaves::default();
+        let opening = Opening { tree: &tree, boxes, most };
         if tree.nodes[0].is_leaf() {
             return Self::single_leaf(boxes.len() as u32, bounds, margin);
         }
@@ -101,13 +124,12 @@ impl Bvh {
             }
             let mut node = Node::EMPTY;
             let mut inner = Vec::new();
-            for (slot, child) in opened(source, &tree, boxes, depth).into_iter().enumerate() {
-                node.set_box(slot, &child.bounds(&tree, boxes), margin);
+            for (slot, child) in opening.children(source, depth).into_iter().enumerate() {
+                node.set_box(slot, &opening.bounds(&child), margin);
                 match child {
-                    Source::Items(items) if items.len() <= LEAF_ITEMS as usize => {
-                        node.first[slot] = order.len() as u32;
+                    Source::Items(items) if items.len() <= most => {
+                        node.first[slot] = leaves.push(&items);
                         node.count[slot] = items.len() as u32;
-                        order.extend(items);
                     }
                     source => {
                         node.count[slot] = INNER;
@@ -118,20 +140,21 @@ impl Bvh {
             bvh.nodes.push(node);
             stack.extend(inner.into_iter().rev());
         }
-        (bvh, order)
+        (bvh, leaves)
     }
 
     /// A root whose first child holds everything.
-    fn single_leaf(items: u32, bounds: Aabb, margin: f32) -> (Self, Vec<u32>) {
-        let mut nodes = Vec::new();
+    fn single_leaf(items: u32, bounds: Aabb, margin: f32) -> (Self, Leaves) {
+        let (mut nodes, mut leaves) = (Vec::new(), Leaves::default());
         if items > 0 {
             let mut root = Node::EMPTY;
             root.set_box(0, &bounds, margin);
+            root.first[0] = leaves.push(&(0..items).collect::<Vec<_>>());
             root.count[0] = items;
             nodes.push(root);
         }
         let depth = nodes.len();
-        (Self { nodes, depth }, (0..items).collect())
+        (Self { nodes, depth }, leaves)
     }
 }
 
@@ -162,56 +185,65 @@ struct Pending {
     depth: usize,
 }
 
-impl Source {
-    fn bounds(&self, tree: &Bvh2, boxes: &[Aabb]) -> Aabb {
-        match self {
-            Self::Builder(n) => {
-                let b = tree.nodes[*n as usize].aabb();
+/// What decides which parts of the builder's tree become the children of a node.
+struct Opening<'a> {
+    tree: &'a Bvh2,
+    boxes: &'a [Aabb],
+    /// Items of a leaf, at most.
+    most: usize,
+}
+
+impl Opening<'_> {
+    fn bounds(&self, source: &Source) -> Aabb {
+        match source {
+            Source::Builder(n) => {
+                let b = self.tree.nodes[*n as usize].aabb();
                 Aabb { lo: b.min.into(), hi: b.max.into() }
             }
-            Self::Items(items) => items.iter().fold(Aabb::EMPTY, |all, &i| all.union(boxes[i as usize])),
+            Source::Items(items) => {
+                items.iter().fold(Aabb::EMPTY, |all, &i| all.union(self.boxes[i as usize]))
+            }
         }
     }
 
-    fn is_leaf(&self) -> bool {
-        matches!(self, Self::Items(items) if items.len() <= LEAF_ITEMS as usize)
+    fn is_leaf(&self, source: &Source) -> bool {
+        matches!(source, Source::Items(items) if items.len() <= self.most)
     }
 
-    /// The two parts of what is not a leaf.
-    fn parts(self, tree: &Bvh2, boxes: &[Aabb], depth: usize) -> [Self; 2] {
-        match self {
-            Self::Items(items) => halves(items, boxes).map(Self::Items),
-            Self::Builder(n) => {
-                let first = tree.nodes[n as usize].first_index;
+    /// The two parts of what is not a leaf, each with half the area of its box.
+    fn parts(&self, source: Source, depth: usize) -> [(f32, Source); 2] {
+        let parts = match source {
+            Source::Items(items) => halves(items, self.boxes).map(Source::Items),
+            Source::Builder(n) => {
+                let first = self.tree.nodes[n as usize].first_index;
                 [first, first + 1].map(|c| {
-                    if tree.nodes[c as usize].is_leaf() || depth >= BUILDER_DEPTH {
-                        Self::Items(items_below(tree, c))
+                    if self.tree.nodes[c as usize].is_leaf() || depth >= BUILDER_DEPTH {
+                        Source::Items(items_below(self.tree, c))
                     } else {
-                        Self::Builder(c)
+                        Source::Builder(c)
                     }
                 })
             }
-        }
+        };
+        parts.map(|part| {
+            let e = self.bounds(&part).size();
+            (e.x * e.y + e.y * e.z + e.z * e.x, part)
+        })
     }
-}
 
-/// The children of a node: the largest part is opened until there are [`WIDTH`], and the larger come first, since they are the
-/// likelier blockers.
-fn opened(source: Source, tree: &Bvh2, boxes: &[Aabb], depth: usize) -> Vec<Source> {
-    let half_area = |s: &Source| {
-        let e = s.bounds(tree, boxes).size();
-        e.x * e.y + e.y * e.z + e.z * e.x
-    };
-    let mut children: Vec<(f32, Source)> =
-        source.parts(tree, boxes, depth).into_iter().map(|s| (half_area(&s), s)).collect();
-    while children.len() < WIDTH {
-        let open = (0..children.len()).filter(|&i| !children[i].1.is_leaf());
-        let Some(largest) = open.max_by(|&a, &b| children[a].0.total_cmp(&children[b].0)) else { break };
-        let (_, source) = children.swap_remove(largest);
-        children.extend(source.parts(tree, boxes, depth).into_iter().map(|s| (half_area(&s), s)));
+    /// The children of a node: the largest part is opened until there are [`WIDTH`], and the larger come first, since they are the
+    /// likelier blockers.
+    fn children(&self, source: Source, depth: usize) -> Vec<Source> {
+        let mut children: Vec<(f32, Source)> = self.parts(source, depth).into();
+        while children.len() < WIDTH {
+            let open = (0..children.len()).filter(|&i| !self.is_leaf(&children[i].1));
+            let Some(largest) = open.max_by(|&a, &b| children[a].0.total_cmp(&children[b].0)) else { break };
+            let (_, source) = children.swap_remove(largest);
+            children.extend(self.parts(source, depth));
+        }
+        children.sort_by(|a, b| b.0.total_cmp(&a.0));
+        children.into_iter().map(|(_, s)| s).collect()
     }
-    children.sort_by(|a, b| b.0.total_cmp(&a.0));
-    children.into_iter().map(|(_, s)| s).collect()
 }
 
 /// All items below a node of the builder's tree.

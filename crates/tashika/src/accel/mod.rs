@@ -34,15 +34,20 @@
 //! whose boxes it meets itself, in the order of the tree, and the arithmetic is plain IEEE operations without contraction.
 //! Grouping, threads and instruction sets do not enter.
 
+mod beam;
 mod bvh;
-mod closest;
 mod kernel;
+mod listener;
+mod packet;
 mod segments;
+mod single;
 mod tracer;
+mod trees;
 mod triangle;
 
 #[cfg(test)]
 mod tests;
 
+pub use listener::Listener;
 pub use segments::{Apex, Fan, Glass, SegmentBatch};
 pub use tracer::{Hit, Tracer, TracerSize};

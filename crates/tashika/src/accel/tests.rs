@@ -167,6 +167,7 @@ fn grouping_does_not_change_a_bit() {
         let alone: Vec<f32> = targets.iter().map(|x| visible(&t, fan, &[*x])[0]).collect();
         let shifted = visible(&t, fan, &targets[5..]);
         assert_eq!(together, alone);
+        assert_eq!(together, visible(&t.portable(), fan, &targets), "without vector instructions");
         assert_eq!(together[5..], shifted);
         partly += together.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
     }

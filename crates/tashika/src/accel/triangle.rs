@@ -1,8 +1,9 @@
-//! The triangle test, written once for any number of lanes.
+//! The triangle test, written once: eight triangles against a segment, or a triangle against eight segments.
 
 use glam::Vec3;
 
 use crate::math::gamma;
+use crate::math::simd::{F32x8, WIDTH, each};
 
 /// Bits of [`Triangle::flags`].
 pub(super) mod flag {
@@ -12,9 +13,8 @@ pub(super) mod flag {
     pub const HOLES: u32 = 2;
 }
 
-/// A triangle as the tracer keeps it, in the order of the leaves.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
+/// A triangle.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Triangle {
     /// Corners (m).
     pub v: [Vec3; 3],
@@ -26,7 +26,74 @@ pub(super) struct Triangle {
     pub flags: u32,
 }
 
-/// What the planes of a triangle need, without any segment.
+/// The triangles of a leaf. Places beyond its count have no area, so that nothing meets them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Block {
+    /// By corner and axis (m).
+    v: [[[f32; WIDTH]; 3]; 3],
+    instance: [u32; WIDTH],
+    index: [u32; WIDTH],
+    flags: [u32; WIDTH],
+}
+
+/// Eight numbers for each axis.
+pub(super) type Vec3x8<F> = [F; 3];
+
+impl Block {
+    /// Of at most [`WIDTH`] triangles.
+    pub fn new(triangles: impl ExactSizeIterator<Item = Triangle>) -> Self {
+        assert!(triangles.len() <= WIDTH, "more triangles than a leaf holds");
+        let mut block =
+            Self { v: [[[0.0; WIDTH]; 3]; 3], instance: [0; WIDTH], index: [0; WIDTH], flags: [0; WIDTH] };
+        for (slot, t) in triangles.enumerate() {
+            for (corner, v) in t.v.iter().enumerate() {
+                for axis in 0..3 {
+                    block.v[corner][axis][slot] = v[axis];
+                }
+            }
+            (block.instance[slot], block.index[slot], block.flags[slot]) = (t.instance, t.index, t.flags);
+        }
+        block
+    }
+
+    /// One of the triangles.
+    #[inline(always)]
+    pub fn triangle(&self, slot: usize) -> Triangle {
+        let v = [0, 1, 2].map(|corner| {
+            let axes = &self.v[corner];
+            Vec3::new(axes[0][slot], axes[1][slot], axes[2][slot])
+        });
+        Triangle { v, instance: self.instance[slot], index: self.index[slot], flags: self.flags[slot] }
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub fn corners<F: F32x8>(&self) -> [Vec3x8<F>; 3] {
+        each!(|corner| each!(|axis| F::load(&self.v[corner][axis])))
+    }
+
+    /// Eight times the same.
+    #[inline(always)]
+    pub fn corners_of<F: F32x8>(&self, slot: usize) -> [Vec3x8<F>; 3] {
+        each!(|corner| each!(|axis| F::splat(self.v[corner][axis][slot])))
+    }
+}
+
+/// Segments or rays, of which each has a place: all the same, or each its own.
+#[derive(Clone, Copy)]
+pub(super) struct Lines<F> {
+    /// Where they start (m).
+    pub origin: Vec3x8<F>,
+    /// From start to end, or the direction to infinity.
+    pub direction: Vec3x8<F>,
+    /// Where they end (m); not used of those that go to infinity.
+    pub target: Vec3x8<F>,
+    /// Error of each component of the ends (m), from transforming them into this space.
+    pub point_error: F,
+}
+
+/// What the planes of triangles need, without any segment.
 ///
 /// # Error of the signed volume `(v₀ − p) · n`
 /// With `M = ‖e₁‖_∞ ‖e₂‖_∞` a component of `n` is at most `2M` and computed with an error of at most
@@ -40,61 +107,112 @@ pub(super) struct Triangle {
 /// and for a point that is itself wrong by `e` in each component, `6 M e` more, as `‖n‖₁ ≤ 6 M`. The constants
 /// below are rounded up, which pays for the rounding of the bound itself.
 #[derive(Clone, Copy)]
-pub(super) struct Planes {
-    pub n: Vec3,
+struct Planes<F> {
+    n: Vec3x8<F>,
     /// `M · 20 u`, to be multiplied by `‖v₀ − p‖₁`.
-    per_length: f32,
+    per_length: F,
     /// `7 M`, to be multiplied by the error of the point.
-    per_error: f32,
+    per_error: F,
 }
 
-impl Planes {
+impl<F: F32x8> Planes<F> {
     #[inline(always)]
-    pub fn new(t: &Triangle) -> Self {
-        let (e1, e2) = (t.v[1] - t.v[0], t.v[2] - t.v[0]);
-        let n = Vec3::new(e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z, e1.x * e2.y - e1.y * e2.x);
+    fn new(v: &[Vec3x8<F>; 3]) -> Self {
+        let (e1, e2) = (sub(v[1], v[0]), sub(v[2], v[0]));
         let m = largest(e1) * largest(e2);
-        Self { n, per_length: m * gamma(20), per_error: m * 7.0 }
+        Self { n: cross(e1, e2), per_length: m * F::splat(gamma(20)), per_error: m * F::splat(7.0) }
     }
 
     /// `(v₀ − p) · n` from `a = v₀ − p`.
     #[inline(always)]
-    pub fn volume(&self, a: [f32; 3]) -> f32 {
-        a[0] * self.n.x + a[1] * self.n.y + a[2] * self.n.z
+    fn volume(&self, a: Vec3x8<F>) -> F {
+        a[0] * self.n[0] + a[1] * self.n[1] + a[2] * self.n[2]
     }
 
     /// Bound of the error of [`Planes::volume`]; `point_error` is that of each component of `p` (m).
     #[inline(always)]
-    pub fn error(&self, a: [f32; 3], point_error: f32) -> f32 {
+    fn error(&self, a: Vec3x8<F>, point_error: F) -> F {
         (a[0].abs() + a[1].abs() + a[2].abs()) * self.per_length + self.per_error * point_error
     }
 }
 
+/// Places whose segment is blocked, by the two rules of [`accel`](crate::accel).
 #[inline(always)]
-fn largest(v: Vec3) -> f32 {
-    let a = v.abs();
-    let xy = if a.x > a.y { a.x } else { a.y };
-    if xy > a.z { xy } else { a.z }
+pub(super) fn blocked<F: F32x8, const BOUNDED: bool>(v: &[Vec3x8<F>; 3], s: &Lines<F>) -> u32 {
+    let planes = Planes::new(v);
+    let (a, b, c) = (sub(v[0], s.origin), sub(v[1], s.origin), sub(v[2], s.origin));
+    let start = planes.volume(a);
+    // Turned so that the start is on the positive side.
+    let (end, end_error) = if BOUNDED {
+        let e = sub(v[0], s.target);
+        (F::splat(0.0) - planes.volume(e).flipped_by(start), planes.error(e, s.point_error))
+    } else {
+        (planes.volume(s.direction).flipped_by(start), planes.error(s.direction, F::splat(0.0)))
+    };
+    let across = F::both(start.abs().gt(planes.error(a, s.point_error)), end.gt(end_error));
+    if F::bits(across) == 0 {
+        return 0;
+    }
+    F::bits(F::both(across, inside(edges(a, b, c, s.direction), start)))
 }
 
-/// `a × b`; swapping the arguments negates every bit of the result.
+/// Places whose ray meets a triangle, and the parameters: the origin is certainly off the plane, the direction certainly towards it,
+/// and the line passes inside.
 #[inline(always)]
-pub(super) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+pub(super) fn met<F: F32x8>(v: &[Vec3x8<F>; 3], s: &Lines<F>) -> (u32, F) {
+    let planes = Planes::new(v);
+    let (a, b, c) = (sub(v[0], s.origin), sub(v[1], s.origin), sub(v[2], s.origin));
+    let start = planes.volume(a);
+    let slope = planes.volume(s.direction);
+    let off = start.abs().gt(planes.error(a, s.point_error));
+    let towards = slope.flipped_by(start).gt(planes.error(s.direction, F::splat(0.0)));
+    let inside = inside(edges(a, b, c, s.direction), start);
+    (F::bits(F::both(F::both(off, towards), inside)), start / slope)
 }
 
+/// Places where all three have the sign of `start`, or are zero.
 #[inline(always)]
-pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-pub(super) fn sub(v: Vec3, o: [f32; 3]) -> [f32; 3] {
-    [v.x - o[0], v.y - o[1], v.z - o[2]]
+fn inside<F: F32x8>(edges: [F; 3], start: F) -> F::Mask {
+    // NaN is outside, as it must be: the smallest of three that hold one could be another.
+    let [u, v, w] = each!(|edge| F::splat(0.0).le(edges[edge].flipped_by(start)));
+    F::both(F::both(u, v), w)
 }
 
 /// The edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)`: barycentric weights of the three corners, up to a factor.
 #[inline(always)]
-pub(super) fn edges(a: [f32; 3], b: [f32; 3], c: [f32; 3], d: [f32; 3]) -> [f32; 3] {
+fn edges<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>, c: Vec3x8<F>, d: Vec3x8<F>) -> [F; 3] {
     [dot(cross(b, c), d), dot(cross(c, a), d), dot(cross(a, b), d)]
+}
+
+/// Barycentric weights of the point at which a line passes a triangle.
+pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 3] {
+    let [a, b, c] = t.v.map(|v| v - origin);
+    let edge = |p: Vec3, q: Vec3| {
+        let n = [p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x];
+        n[0] * direction.x + n[1] * direction.y + n[2] * direction.z
+    };
+    let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
+    let sum = u + v + w;
+    if sum == 0.0 || !sum.is_finite() { [1.0 / 3.0; 3] } else { [u / sum, v / sum, w / sum] }
+}
+
+#[inline(always)]
+fn largest<F: F32x8>(v: Vec3x8<F>) -> F {
+    v[0].abs().max(v[1].abs()).max(v[2].abs())
+}
+
+/// `a × b`; swapping the arguments negates every bit of the result.
+#[inline(always)]
+fn cross<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>) -> Vec3x8<F> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+fn dot<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>) -> F {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn sub<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>) -> Vec3x8<F> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

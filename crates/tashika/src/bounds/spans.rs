@@ -196,7 +196,7 @@ mod tests {
             let points = Directions::of_point(wo.as_dvec3());
             let lights = [Some(Bundle::one(wi.as_dvec3()))];
             let known = HalfVectors::new(&points, &lights, least_from_mirror(&points, &lights));
-            let half = HalfVector::between(wo, wi);
+            let half = HalfVector::between(wo, wi.to_array());
             assert!(f64::from(half.cos_incidence()) >= known.cos_incidence, "{wo} {wi}");
             let tan = f64::from(half.tangential2 / half.axial2).sqrt();
             let Angle { sin, cos } = known.least_from_normal;

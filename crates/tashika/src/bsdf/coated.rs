@@ -21,9 +21,9 @@
 //!
 //! Tested by `bsdf::tests::energy` and by `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::{Real, Vec3};
 use crate::warp;
 use microfacet::HalfVector;
 
@@ -41,21 +41,21 @@ pub struct Coated {
 }
 
 impl Coated {
-    #[inline]
-    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let facets = microfacet::distribution(half, self.alpha);
         let coat = facets
-            * microfacet::visibility(wo.z, wi.z, self.alpha)
+            * microfacet::visibility(wo.z, wi[2], self.alpha)
             * fresnel::dielectric(half.cos_incidence(), self.ior);
-        let passed = self.transmittance(wo.z) * self.transmittance(wi.z);
-        diffuse_brdf(self.base()) * passed + self.specular * coat
+        let passed = R::splat(self.transmittance(wo.z)) * self.transmittance(wi[2]);
+        sum_of_lobes(diffuse_brdf(self.base()), passed, self.specular, coat)
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.coat_probability(wo.z) else { return 0.0 };
-        let coat = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi), self.alpha);
+        let coat = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * coat
     }
 
@@ -89,9 +89,9 @@ impl Coated {
     }
 
     /// What the smooth boundary lets through at cosine `cos`.
-    #[inline]
-    fn transmittance(&self, cos: f32) -> f32 {
-        1.0 - fresnel::dielectric(cos, self.ior)
+    #[inline(always)]
+    fn transmittance<R: Real>(&self, cos: R) -> R {
+        R::splat(1.0) - fresnel::dielectric(cos, self.ior)
     }
 
     /// Probability of drawing from the coat's lobe; `None` if the surface is black.

@@ -12,7 +12,8 @@
 
 use super::{Lobe, fresnel, microfacet, validate};
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::simd::each;
+use crate::math::{Real, Vec3};
 use microfacet::HalfVector;
 
 /// Largest component of a complex index of refraction; metals reach about 10 in visible light.
@@ -53,6 +54,12 @@ impl ConductorFresnel {
     /// The reflectance at an angle of incidence of cosine `cos` in `[0, 1]`.
     #[inline]
     pub fn at(&self, cos: f32) -> Rgb {
+        Rgb::from(self.of(cos))
+    }
+
+    /// The same for one cosine or several.
+    #[inline(always)]
+    pub(super) fn of<R: Real>(&self, cos: R) -> [R; 3] {
         match *self {
             Self::Schlick { f0 } => fresnel::schlick(f0, cos),
             Self::Exact { eta, k } => fresnel::conductor(cos, eta, k),
@@ -61,17 +68,18 @@ impl ConductorFresnel {
 }
 
 impl Conductor {
-    #[inline]
-    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let facets = microfacet::distribution(half, self.alpha);
-        let facets = facets * microfacet::visibility(wo.z, wi.z, self.alpha);
-        self.fresnel.at(half.cos_incidence()) * self.specular * facets
+        let facets = facets * microfacet::visibility(wo.z, wi[2], self.alpha);
+        let (f, specular) = (self.fresnel.of(half.cos_incidence()), self.specular.to_array());
+        each!(|channel| f[channel] * R::splat(specular[channel]) * facets)
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi), self.alpha)
+        microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha)
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {

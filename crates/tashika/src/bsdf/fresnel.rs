@@ -12,6 +12,8 @@
 //! the fits against quadrature.
 
 use crate::color::Rgb;
+use crate::math::Real;
+use crate::math::simd::each;
 
 /// Reflectance of the boundary to a dielectric of relative index `eta = η_t / η_i`.
 ///
@@ -19,24 +21,24 @@ use crate::color::Rgb;
 ///
 /// With `g = η cos θ_t = √(η² − 1 + c²)` the amplitudes are `(η² c − g) / (η² c + g)` in the plane of
 /// incidence and `(c − g) / (c + g)` across it. Exactly 1 under total internal reflection.
-#[inline]
-pub fn dielectric(cos: f32, eta: f32) -> f32 {
-    let g2 = (eta - 1.0) * (eta + 1.0) + cos * cos;
-    if g2 <= 0.0 {
-        return 1.0;
-    }
-    let g = g2.sqrt();
-    let dense = eta * eta * cos;
+#[inline(always)]
+pub fn dielectric<R: Real>(cos: R, eta: f32) -> R {
+    let g2 = R::splat((eta - 1.0) * (eta + 1.0)) + cos * cos;
+    let g = g2.max(R::splat(0.0)).sqrt();
+    let dense = R::splat(eta * eta) * cos;
     let (parallel, perpendicular) = ((dense - g) * (cos + g), (cos - g) * (dense + g));
     let denominator = (dense + g) * (cos + g);
     // One division for both; the bound only takes a rounding away.
-    (0.5 * (parallel * parallel + perpendicular * perpendicular) / (denominator * denominator)).min(1.0)
+    let squares = R::splat(0.5) * (parallel * parallel + perpendicular * perpendicular);
+    let reflected = (squares / (denominator * denominator)).min(R::splat(1.0));
+    R::select(g2.le(R::splat(0.0)), R::splat(1.0), reflected)
 }
 
 /// Reflectance of the boundary to a conductor of relative complex index `eta + i k`, by channel.
-#[inline]
-pub fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
-    eta.zip(k, |eta, k| conductor_channel(cos, eta, k))
+#[inline(always)]
+pub fn conductor<R: Real>(cos: R, eta: Rgb, k: Rgb) -> [R; 3] {
+    let (eta, k) = (eta.to_array(), k.to_array());
+    each!(|channel| conductor_channel(cos, eta[channel], k[channel]))
 }
 
 /// With `a + i b = √((η + i k)² − sin²θ)` and `m = a² + b²`,
@@ -47,32 +49,34 @@ pub fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
 /// ```
 ///
 /// so that their mean has the numerator `(m − 2 a c + c²)(c² m + s⁴)`.
-#[inline]
-fn conductor_channel(cos: f32, eta: f32, k: f32) -> f32 {
+#[inline(always)]
+fn conductor_channel<R: Real>(cos: R, eta: f32, k: f32) -> R {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let cos2 = cos * cos;
-    let sin2 = (1.0 - cos) * (1.0 + cos);
-    let real = (eta - k) * (eta + k) - sin2;
-    let modulus = (real * real + 4.0 * eta * eta * k * k).sqrt();
-    let a = (0.5 * (modulus + real)).max(0.0).sqrt();
-    let (across, across_mixed) = (modulus + cos2, 2.0 * cos * a);
+    let sin2 = (one - cos) * (one + cos);
+    let real = R::splat((eta - k) * (eta + k)) - sin2;
+    let modulus = (real * real + R::splat(4.0 * eta * eta * k * k)).sqrt();
+    let a = (R::splat(0.5) * (modulus + real)).max(zero).sqrt();
+    let (across, across_mixed) = (modulus + cos2, R::splat(2.0) * cos * a);
     let (within, within_mixed) = (cos2 * modulus + sin2 * sin2, across_mixed * sin2);
     let numerator = (across - across_mixed) * within;
     let denominator = (across + across_mixed) * (within + within_mixed);
     // The floor matters only where there is no boundary (η = 1, k = 0), at grazing incidence.
-    (numerator / denominator.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
+    (numerator / denominator.max(R::splat(f32::MIN_POSITIVE))).max(zero).min(one)
 }
 
 /// Schlick's approximation from the reflectance `f0` at normal incidence.
-#[inline]
-pub fn schlick(f0: Rgb, cos: f32) -> Rgb {
+#[inline(always)]
+pub fn schlick<R: Real>(f0: Rgb, cos: R) -> [R; 3] {
     let weight = schlick_weight(cos);
-    f0.map(|f| f + (1.0 - f) * weight)
+    let f0 = f0.to_array();
+    each!(|channel| R::splat(f0[channel]) + R::splat(1.0 - f0[channel]) * weight)
 }
 
 /// `(1 − c)⁵`.
-#[inline]
-pub fn schlick_weight(cos: f32) -> f32 {
-    let x = (1.0 - cos).max(0.0);
+#[inline(always)]
+pub fn schlick_weight<R: Real>(cos: R) -> R {
+    let x = (R::splat(1.0) - cos).max(R::splat(0.0));
     let x2 = x * x;
     x2 * x2 * x
 }
@@ -122,7 +126,7 @@ mod tests {
             let tolerance = expected * 8.0 * f32::EPSILON / (eta - 1.0).abs();
             assert!((dielectric(1.0, eta) - expected).abs() <= tolerance, "eta {eta}");
         }
-        let gold = conductor(1.0, Rgb::gray(0.2), Rgb::gray(3.0)).r;
+        let gold = conductor(1.0_f32, Rgb::gray(0.2), Rgb::gray(3.0))[0];
         let expected = (0.8 * 0.8 + 9.0) / (1.2 * 1.2 + 9.0);
         assert!((gold - expected).abs() < 1e-6, "{gold} against {expected}");
     }
@@ -165,9 +169,9 @@ mod tests {
     fn a_conductor_without_absorption_is_a_dielectric() {
         for i in 0..=100 {
             let cos = i as f32 / 100.0;
-            let metal = conductor(cos, Rgb::gray(1.5), Rgb::BLACK).g;
+            let metal = conductor(cos, Rgb::gray(1.5), Rgb::BLACK)[1];
             assert!((metal - dielectric(cos, 1.5)).abs() < 2e-6, "cos {cos}");
-            let nothing = conductor(cos, Rgb::WHITE, Rgb::BLACK).g;
+            let nothing = conductor(cos, Rgb::WHITE, Rgb::BLACK)[1];
             assert!(nothing.is_finite() && (i == 0 || nothing < 1e-6), "cos {cos}: {nothing}");
         }
     }
@@ -191,7 +195,7 @@ mod tests {
                 let s = norm((cos - q.0, -q.1)) / norm((cos + q.0, q.1));
                 let p = norm((index2.0 * cos - q.0, index2.1 * cos - q.1))
                     / norm((index2.0 * cos + q.0, index2.1 * cos + q.1));
-                let got = conductor(cos as f32, Rgb::gray(eta as f32), Rgb::gray(k as f32)).r;
+                let got = conductor(cos as f32, Rgb::gray(eta as f32), Rgb::gray(k as f32))[0];
                 assert!((f64::from(got) - 0.5 * (s + p)).abs() < 3e-6, "{eta} + {k}i at {cos}");
             }
         }
@@ -200,8 +204,8 @@ mod tests {
     #[test]
     fn schlick_meets_its_ends() {
         let f0 = Rgb::new(0.04, 0.5, 0.9);
-        assert_eq!(schlick(f0, 1.0), f0);
-        assert_eq!(schlick(f0, 0.0), Rgb::WHITE);
+        assert_eq!(schlick(f0, 1.0_f32), f0.to_array());
+        assert_eq!(schlick(f0, 0.0_f32), [1.0; 3]);
     }
 
     /// Midpoint rule in `√c`, which takes the root of the grazing behaviour away.

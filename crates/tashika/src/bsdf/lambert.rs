@@ -6,7 +6,7 @@
 
 use super::{Lobe, diffuse_brdf, validate};
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::{Real, Vec3};
 use crate::warp;
 
 /// Ideal diffuse reflection.
@@ -17,9 +17,10 @@ pub struct Lambert {
 }
 
 impl Lambert {
-    #[inline]
-    pub(super) fn eval(&self) -> Rgb {
-        diffuse_brdf(self.reflectance)
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self) -> [R; 3] {
+        let f = diffuse_brdf(self.reflectance);
+        [R::splat(f.r), R::splat(f.g), R::splat(f.b)]
     }
 
     #[inline]

@@ -22,7 +22,8 @@
 
 use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::simd::each;
+use crate::math::{Real, Vec3};
 use crate::warp;
 use microfacet::HalfVector;
 
@@ -40,20 +41,23 @@ pub struct MetallicRoughness {
 }
 
 impl MetallicRoughness {
-    #[inline]
-    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let facets =
-            microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi.z, self.alpha);
+            microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi[2], self.alpha);
         let f = fresnel::schlick(self.f0, half.cos_incidence());
         let over_diffuse = fresnel::schlick(self.dielectric_f0, half.cos_incidence());
-        diffuse_brdf(self.diffuse) * (Rgb::WHITE - over_diffuse) + f * facets
+        let diffuse = diffuse_brdf(self.diffuse).to_array();
+        each!(|channel| {
+            R::splat(diffuse[channel]) * (R::splat(1.0) - over_diffuse[channel]) + f[channel] * facets
+        })
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let p = self.facet_probability(wo.z);
-        let facets = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi), self.alpha);
+        let facets = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
     }
 
@@ -73,7 +77,7 @@ impl MetallicRoughness {
 
     /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles even if `F₀ = 0`.
     fn facet_probability(&self, cos_o: f32) -> f32 {
-        let facets = fresnel::schlick(self.f0, cos_o).max_channel().max(f32::MIN_POSITIVE);
+        let facets = Rgb::from(fresnel::schlick(self.f0, cos_o)).max_channel().max(f32::MIN_POSITIVE);
         glossy_probability(facets, self.diffuse_albedo(cos_o).max_channel()).unwrap_or(1.0)
     }
 

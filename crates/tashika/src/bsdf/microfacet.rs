@@ -23,8 +23,8 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use crate::math::Vec3;
 use crate::math::elementary::sin_cos;
+use crate::math::{Real, Vec3};
 
 /// Smallest roughness `α` for which `f32` directions determine the value.
 ///
@@ -36,52 +36,53 @@ pub const MIN_ALPHA: f32 = 1e-3;
 
 /// The half vector of two directions above the horizon, as far as the model needs it, not normalised.
 #[derive(Clone, Copy, Debug)]
-pub struct HalfVector {
+pub struct HalfVector<R> {
     /// Squared length of the part in the surface.
-    pub tangential2: f32,
+    pub tangential2: R,
     /// Squared length of the part along the normal.
-    pub axial2: f32,
+    pub axial2: R,
 }
 
-impl HalfVector {
+impl<R: Real> HalfVector<R> {
     /// `ω_o + ω_i` of unit vectors with positive `z`.
-    #[inline]
-    pub fn between(wo: Vec3, wi: Vec3) -> Self {
-        let sum = wo + wi;
-        Self { tangential2: sum.x * sum.x + sum.y * sum.y, axial2: sum.z * sum.z }
+    #[inline(always)]
+    pub fn between(wo: Vec3, wi: [R; 3]) -> Self {
+        let [x, y, z] = [R::splat(wo.x) + wi[0], R::splat(wo.y) + wi[1], R::splat(wo.z) + wi[2]];
+        Self { tangential2: x * x + y * y, axial2: z * z }
     }
 
     /// `ω_o·h = ω_i·h = ‖ω_o + ω_i‖ / 2`, in `[0, 1]`.
-    #[inline]
-    pub fn cos_incidence(self) -> f32 {
-        (0.5 * (self.tangential2 + self.axial2).sqrt()).min(1.0)
+    #[inline(always)]
+    pub fn cos_incidence(self) -> R {
+        (R::splat(0.5) * (self.tangential2 + self.axial2).sqrt()).min(R::splat(1.0))
     }
 }
 
 /// The density `D` of microfacet normals at `half` (sr⁻¹, per area of the surface).
-#[inline]
-pub fn distribution(half: HalfVector, alpha: f32) -> f32 {
+#[inline(always)]
+pub fn distribution<R: Real>(half: HalfVector<R>, alpha: f32) -> R {
     let HalfVector { tangential2, axial2 } = half;
-    let root = alpha * (tangential2 + axial2) / (alpha * alpha * axial2 + tangential2);
-    root * root * FRAC_1_PI
+    let root = R::splat(alpha) * (tangential2 + axial2) / (R::splat(alpha * alpha) * axial2 + tangential2);
+    root * root * R::splat(FRAC_1_PI)
 }
 
 /// `G₂ / (4 c_o c_i)`: masking and shadowing with the Jacobian of the reflection.
-#[inline]
-pub fn visibility(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
-    0.5 / (cos_o * stretch(cos_i, alpha) + cos_i * stretch(cos_o, alpha))
+#[inline(always)]
+pub fn visibility<R: Real>(cos_o: f32, cos_i: R, alpha: f32) -> R {
+    let both = R::splat(cos_o) * stretch(cos_i, alpha) + cos_i * R::splat(stretch(cos_o, alpha));
+    R::splat(0.5) / both
 }
 
 /// `S(c)`: length of a direction of cosine `c` after stretching the surface to `α = 1`.
-#[inline]
-fn stretch(cos: f32, alpha: f32) -> f32 {
+#[inline(always)]
+fn stretch<R: Real>(cos: R, alpha: f32) -> R {
     let alpha2 = alpha * alpha;
-    (alpha2 + (1.0 - alpha2) * cos * cos).sqrt()
+    (R::splat(alpha2) + R::splat(1.0 - alpha2) * cos * cos).sqrt()
 }
 
 /// Density (sr⁻¹) of the reflections drawn by [`sample_reflection`].
 #[inline]
-pub fn reflection_pdf(cos_o: f32, half: HalfVector, alpha: f32) -> f32 {
+pub fn reflection_pdf(cos_o: f32, half: HalfVector<f32>, alpha: f32) -> f32 {
     distribution(half, alpha) / (2.0 * (cos_o + stretch(cos_o, alpha)))
 }
 
@@ -183,7 +184,7 @@ mod tests {
                 }
                 let a2 = f64::from(MIN_ALPHA).powi(2);
                 let exact = a2 / (std::f64::consts::PI * (h.z * h.z * (a2 - 1.0) + 1.0).powi(2));
-                let half = HalfVector::between(wo.as_vec3(), wi.as_vec3());
+                let half = HalfVector::between(wo.as_vec3(), wi.as_vec3().to_array());
                 let got = f64::from(distribution(half, MIN_ALPHA));
                 worst = worst.max((got / exact - 1.0).abs());
                 assert!((f64::from(half.cos_incidence()) - wo.dot(h)).abs() < 2e-7);

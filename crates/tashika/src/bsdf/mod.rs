@@ -34,7 +34,8 @@
 use std::f32::consts::FRAC_1_PI;
 
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::simd::each;
+use crate::math::{Real, Vec3};
 
 mod coated;
 mod conductor;
@@ -135,7 +136,7 @@ impl Bsdf {
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match above_horizon(wo, wi) {
-            Some((wo, wi)) => self.eval_above(wo, wi),
+            Some((wo, wi)) => Rgb::from(self.eval_above(wo, wi.to_array())),
             None => Rgb::BLACK,
         }
     }
@@ -144,9 +145,26 @@ impl Bsdf {
     #[inline]
     pub fn eval_cos(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match above_horizon(wo, wi) {
-            Some((wo, wi)) => self.eval_above(wo, wi) * wi.z,
+            Some((wo, wi)) => Rgb::from(self.eval_above(wo, wi.to_array())) * wi.z,
             None => Rgb::BLACK,
         }
+    }
+
+    /// [`Bsdf::eval_cos`] of one direction `wi` or several; the same bits.
+    #[inline(always)]
+    pub(crate) fn eval_cos_of<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        let zero = R::splat(0.0);
+        let side = 1.0_f32.copysign(wo.z);
+        let cos_o = wo.z * side;
+        if cos_o.is_nan() || cos_o <= MIN_COSINE {
+            return [zero; 3];
+        }
+        let cos_i = wi[2] * R::splat(side);
+        let above = cos_i.gt(R::splat(MIN_COSINE));
+        // Directions below are evaluated as if they were above, which is finite, and left out.
+        let wi = [wi[0], wi[1], cos_i.max(R::splat(MIN_COSINE))];
+        let f = self.eval_above(Vec3::new(wo.x, wo.y, cos_o), wi);
+        each!(|channel| R::select(above, f[channel] * wi[2], zero))
     }
 
     /// Density with which [`Bsdf::sample`] draws `wi` (sr⁻¹); zero for specular lobes.
@@ -189,7 +207,7 @@ impl Bsdf {
         if pdf <= 0.0 {
             return None;
         }
-        let weight = self.eval_above(up, wi) * (wi.z / pdf);
+        let weight = Rgb::from(self.eval_above(up, wi.to_array())) * (wi.z / pdf);
         let wi = Vec3::new(wi.x, wi.y, wi.z * side);
         Some(BsdfSample { wi, weight, pdf, lobe }).filter(carries_light)
     }
@@ -273,8 +291,8 @@ impl Bsdf {
     }
 
     /// [`Bsdf::eval`] for two directions above the horizon.
-    #[inline]
-    fn eval_above(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    #[inline(always)]
+    fn eval_above<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         match self {
             Self::Lambert(b) => b.eval(),
             Self::Phong(b) => b.eval(wo, wi),
@@ -282,7 +300,7 @@ impl Bsdf {
             Self::Conductor(b) => b.eval(wo, wi),
             Self::Coated(b) => b.eval(wo, wi),
             Self::MetallicRoughness(b) => b.eval(wo, wi),
-            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
+            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => [R::splat(0.0); 3],
         }
     }
 
@@ -333,6 +351,13 @@ fn mirror_direction(w: Vec3) -> Vec3 {
 /// Whether anything goes along the direction drawn.
 fn carries_light(sample: &BsdfSample) -> bool {
     !sample.weight.is_black()
+}
+
+/// `a x + b y`, channel by channel.
+#[inline(always)]
+fn sum_of_lobes<R: Real>(a: Rgb, x: R, b: Rgb, y: R) -> [R; 3] {
+    let (a, b) = (a.to_array(), b.to_array());
+    each!(|channel| R::splat(a[channel]) * x + R::splat(b[channel]) * y)
 }
 
 /// `f_r` of an ideal diffuse surface (sr⁻¹).

@@ -17,17 +17,21 @@
 
 use std::f32::consts::PI;
 
-use super::{Lobe, diffuse_brdf, glossy_probability, mirror_direction, validate};
+use super::{Lobe, diffuse_brdf, glossy_probability, mirror_direction, sum_of_lobes, validate};
 use crate::color::Rgb;
-use crate::math::elementary::{exp, ln, sin_cos};
-use crate::math::{Frame, Vec3};
+use crate::math::elementary::{exp, exp_of, ln, ln_of, sin_cos};
+use crate::math::simd::each;
+use crate::math::{Frame, Real, Vec3};
 use crate::warp;
 
 /// Largest exponent. Its lobe is 0.08° wide; beyond, rounding of the directions shows in the value.
 const MAX_EXPONENT: f32 = 1e6;
 
 /// `exp(−x)` is zero in the product with any normalisation if `x` is larger.
-const NEGLIGIBLE_POWER: f32 = 100.0;
+const NEGLIGIBLE_POWER: f32 = 87.0;
+
+/// The largest `1 − cos α` below 1.
+const LARGEST_VERSINE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Diffuse reflection and a cosine lobe about the mirror direction (the modified Phong model).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,16 +45,16 @@ pub struct Phong {
 }
 
 impl Phong {
-    #[inline]
-    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
-        let lobe = self.cosine_power(wo, wi) * (self.exponent + 2.0) / (2.0 * PI);
-        diffuse_brdf(self.diffuse) + self.specular * lobe
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        let lobe = self.cosine_power(wo, wi) * R::splat((self.exponent + 2.0) / (2.0 * PI));
+        sum_of_lobes(diffuse_brdf(self.diffuse), R::splat(1.0), self.specular, lobe)
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.lobe_probability() else { return 0.0 };
-        let lobe = self.cosine_power(wo, wi) * (self.exponent + 1.0) / (2.0 * PI);
+        let lobe = self.cosine_power(wo, wi.to_array()) * (self.exponent + 1.0) / (2.0 * PI);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * lobe
     }
 
@@ -67,14 +71,17 @@ impl Phong {
     }
 
     /// `cosⁿα`, zero for `α > 90°`.
-    #[inline]
-    fn cosine_power(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let versine = 0.5 * (wi - mirror_direction(wo)).length_squared();
-        // cosⁿα ≤ exp(−n (1 − cos α)): most pairs of a sharp lobe need no logarithm.
-        if versine >= 1.0 || self.exponent * versine > NEGLIGIBLE_POWER {
-            return 0.0;
-        }
-        exp(self.exponent * ln_1m(versine))
+    #[inline(always)]
+    fn cosine_power<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> R {
+        let mirror = mirror_direction(wo).to_array();
+        let [x, y, z] = each!(|axis| wi[axis] - R::splat(mirror[axis]));
+        let versine = R::splat(0.5) * (x * x + y * y + z * z);
+        // The power of the largest number below 1 that is left is negligible for all but tiny exponents, where it is far from zero.
+        let within = versine.min(R::splat(LARGEST_VERSINE));
+        let power = R::splat(self.exponent) * ln_1m(within);
+        let lobe = exp_of(power.max(R::splat(-NEGLIGIBLE_POWER)));
+        let above = R::both(versine.le(R::splat(LARGEST_VERSINE)), power.gt(R::splat(-NEGLIGIBLE_POWER)));
+        R::select(above, lobe, R::splat(0.0))
     }
 
     /// Probability of drawing from the lobe; `None` if the surface is black.
@@ -95,10 +102,12 @@ impl Phong {
 /// The rounding of `u = 1 − x` is undone by the factor `x / (1 − u)`, which has the same one
 /// (Kahan; Goldberg 1991, "What every computer scientist should know about floating-point arithmetic",
 /// theorem 4).
-#[inline]
-fn ln_1m(x: f32) -> f32 {
-    let u = 1.0 - x;
-    if u == 1.0 { -x } else { ln(u) * (x / (1.0 - u)) }
+#[inline(always)]
+fn ln_1m<R: Real>(x: R) -> R {
+    let one = R::splat(1.0);
+    let u = one - x;
+    let corrected = ln_of(u) * (x / (one - u));
+    R::select(one.gt(u), corrected, R::splat(0.0) - x)
 }
 
 /// `1 − eˣ` for `x ≤ 0`, precise for small `x` by the same device.
@@ -126,7 +135,7 @@ mod tests {
                     let wi = Vec3::new(tilt_sin(tilt - angle), 0.0, tilt_cos(tilt - angle));
                     let (a, b) = (mirror_direction(wo).as_dvec3().normalize(), wi.as_dvec3().normalize());
                     let exact = ((-(b - a).length_squared() / 2.0).ln_1p() * f64::from(exponent)).exp();
-                    let error = (f64::from(phong.cosine_power(wo, wi)) - exact).abs() / exact;
+                    let error = (f64::from(phong.cosine_power(wo, wi.to_array())) - exact).abs() / exact;
                     let allowed = 1e-5 + 2e-7 * (16.0 * f64::from(exponent)).sqrt();
                     assert!(error < allowed, "n = {exponent}, angle {angle}: {error:e}");
                 }
@@ -157,7 +166,7 @@ mod tests {
     fn the_peak_is_normalised() {
         let phong = Phong { diffuse: Rgb::BLACK, specular: Rgb::gray(0.5), exponent: 98.0 };
         let wo = Vec3::new(0.6, 0.0, 0.8);
-        let peak = phong.eval(wo, mirror_direction(wo)).g;
+        let peak = phong.eval(wo, mirror_direction(wo).to_array())[1];
         assert!((peak - 0.5 * 100.0 / (2.0 * PI)).abs() < 1e-5, "{peak}");
     }
 }

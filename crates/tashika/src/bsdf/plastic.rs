@@ -9,9 +9,9 @@
 //! `ρ_d + k_s ≤ 1` no more is reflected than arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated)
 //! is the physical form. Tested by `bsdf::tests`.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::{Real, Vec3};
 use crate::warp;
 use microfacet::HalfVector;
 
@@ -29,19 +29,19 @@ pub struct Plastic {
 }
 
 impl Plastic {
-    #[inline]
-    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let facets =
-            microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi.z, self.alpha);
-        diffuse_brdf(self.diffuse)
-            + self.specular * (facets * fresnel::dielectric(half.cos_incidence(), self.ior))
+            microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi[2], self.alpha);
+        let glossy = facets * fresnel::dielectric(half.cos_incidence(), self.ior);
+        sum_of_lobes(diffuse_brdf(self.diffuse), R::splat(1.0), self.specular, glossy)
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.lobe_probability(wo.z) else { return 0.0 };
-        let lobe = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi), self.alpha);
+        let lobe = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * lobe
     }
 

@@ -12,6 +12,8 @@
 //! A pair keeps the smaller of its own `M_ub G_ub` and its parent's, so that `M_ub G_ub` never grows on the way down and every bound
 //! still holds. Tested by `cut::tests::bounds`.
 
+use std::ops::Range;
+
 use super::terms::Term;
 use crate::bounds::{Reflector, Towards, UpperMaterial, upper_geometric};
 use crate::gather::GatherPoint;
@@ -79,6 +81,14 @@ impl<B: UpperMaterial> Clusters<'_, B> {
     pub fn terms(&self, pair: &Pair) -> u64 {
         u64::from(self.lights.nodes()[pair.light as usize].count)
             * u64::from(self.points.nodes()[pair.points as usize].count)
+    }
+
+    /// The places of a pair's gather points and lights in their trees.
+    pub fn members(&self, pair: &Pair) -> (Range<usize>, Range<usize>) {
+        let points = &self.points.nodes()[pair.points as usize];
+        let lights = &self.lights.nodes()[pair.light as usize];
+        let range = |first: u32, count: u32| first as usize..(first + count) as usize;
+        (range(points.first, points.count), range(lights.first, lights.count))
     }
 
     /// The terms of a pair, light by light.

@@ -38,8 +38,8 @@ use crate::transport::Transport;
 
 /// Samples of a stratum that is not evaluated as a whole.
 const SAMPLES: usize = 2;
-/// Terms up to which a pair is listed. A bound costs about as much as a dozen terms.
-const LISTED: u64 = 256;
+/// Terms up to which a pair is listed. Higher: fewer bounds and fewer segments, but more terms to evaluate and to search.
+const LISTED: u64 = 1024;
 /// How many samples of the pixel an expected visibility weighs as much as, when it is corrected by what they saw.
 const EXPECTATION_WEIGHT: f64 = 1.0;
 
@@ -249,7 +249,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         if let (Some(listed), None, false) = (&known.listed, from, samples.is_empty()) {
             let terms = self.refinement.terms();
             let share = |term: Term| terms.unoccluded(listed, term) / clusters.weight_of_term(term);
-            let most = clusters.all_terms(&pair).map(share).fold(0.0, f64::max);
+            let most = terms.largest_share(&clusters, &pair, listed);
             samples.retain(|k| {
                 let sample = &mut self.samples[*k as usize];
                 let share = share(sample.term);

@@ -6,7 +6,7 @@
 //!
 //! A term drawn with probability `u_ij / U` has, divided by that probability, the luminance `U V_ij`: within `[0, U]`, and of a variance
 //! that only visibility makes. `U` is the smallest bound that a pair can have without a ray; bounds of clusters are some times larger,
-//! and cost as much as a dozen terms.
+//! and cost as much as a hundred terms.
 //!
 //! Terms are evaluated once, when a pair becomes small enough; what is split from it later takes its values from there.
 
@@ -44,13 +44,13 @@ impl Listed {
     }
 }
 
-/// Where the values of a pair are, of which others are parts: light by light.
+/// Where the values of a pair are, of which others are parts: point by point, and for each all lights.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     values: u32,
     first_light: u32,
     first_point: u32,
-    points: u32,
+    lights: u32,
 }
 
 /// The values of all pairs that have been listed.
@@ -80,36 +80,69 @@ impl ListedTerms {
         if clusters.terms(pair) > self.listing.most {
             return None;
         }
-        let points = &clusters.points.nodes()[pair.points as usize];
+        let (points, lights) = clusters.members(pair);
         let (block, values) = (self.blocks.len() as u32, self.values.len() as u32);
-        for term in clusters.all_terms(pair) {
-            let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-            self.values.push(self.listing.transport.unoccluded(point, light).luminance());
-        }
+        let members = (&clusters.points.points()[points.clone()], &clusters.lights.lights()[lights.clone()]);
+        self.listing.transport.list(members.0, members.1, &mut self.values);
         self.blocks.push(Block {
             values,
-            first_light: clusters.lights.nodes()[pair.light as usize].first,
-            first_point: points.first,
-            points: points.count,
+            first_light: lights.start as u32,
+            first_point: points.start as u32,
+            lights: lights.len() as u32,
         });
         Some(self.sum(clusters, pair, block))
     }
 
     fn sum<B: UpperMaterial>(&self, clusters: &Clusters<'_, B>, pair: &Pair, block: u32) -> Listed {
         let mut listed = Listed { block, lit: 0, total: 0.0 };
-        for term in clusters.all_terms(pair) {
-            let value = self.unoccluded(&listed, term);
-            listed.total += value;
-            listed.lit += u32::from(value > 0.0);
+        for (_, row) in self.rows(clusters, pair, block) {
+            let (sum, lit) = sum_of(row);
+            listed.total += sum;
+            listed.lit += lit;
         }
         listed
+    }
+
+    /// The largest `u_ij / (I_i w_j)` of a listed pair (m⁻²·sr⁻¹).
+    pub fn largest_share<B: UpperMaterial>(
+        &self,
+        clusters: &Clusters<'_, B>,
+        pair: &Pair,
+        listed: &Listed,
+    ) -> f64 {
+        let lights = &clusters.lights.lights()[clusters.members(pair).1];
+        let mut largest = 0.0_f64;
+        for (point, row) in self.rows(clusters, pair, listed.block) {
+            let weight = f64::from(clusters.points.point(point).weight.max_channel());
+            for (&value, light) in row.iter().zip(lights) {
+                let share = f64::from(value) / (f64::from(light.intensity.luminance()) * weight);
+                largest = largest.max(share);
+            }
+        }
+        largest
+    }
+
+    /// The values of a pair that is part of a block: for each point, its number and one value a light.
+    fn rows<B: UpperMaterial>(
+        &self,
+        clusters: &Clusters<'_, B>,
+        pair: &Pair,
+        block: u32,
+    ) -> impl Iterator<Item = (u32, &[f32])> {
+        let block = &self.blocks[block as usize];
+        let (points, lights) = clusters.members(pair);
+        points.map(move |point| {
+            let row = block.values as usize + (point - block.first_point as usize) * block.lights as usize;
+            let first = row + lights.start - block.first_light as usize;
+            (point as u32, &self.values[first..first + lights.len()])
+        })
     }
 
     /// `u` of a term of a listed pair (W·m⁻²·sr⁻¹).
     pub fn unoccluded(&self, listed: &Listed, term: Term) -> f64 {
         let block = &self.blocks[listed.block as usize];
-        let place =
-            block.values + (term.light - block.first_light) * block.points + term.point - block.first_point;
+        let row = block.values + (term.point - block.first_point) * block.lights;
+        let place = row + term.light - block.first_light;
         f64::from(self.values[place as usize])
     }
 
@@ -121,19 +154,59 @@ impl ListedTerms {
         listed: &Listed,
         x: f64,
     ) -> Term {
+        let first_light = clusters.members(pair).1.start as u32;
         let mut left = x * listed.total;
-        let mut drawn = None;
-        for term in clusters.all_terms(pair) {
-            let value = self.unoccluded(listed, term);
-            if value > 0.0 {
-                drawn = Some(term);
-                left -= value;
-                if left < 0.0 {
-                    break;
+        let mut last = None;
+        for (point, row) in self.rows(clusters, pair, listed.block) {
+            for (some, first) in row.chunks(SKIPPED).zip((first_light..).step_by(SKIPPED)) {
+                let (sum, lit) = sum_of(some);
+                if lit == 0 {
+                    continue;
                 }
+                last = Some((point, first, some));
+                if left < sum {
+                    return drawn_of(point, first, some, left);
+                }
+                left -= sum;
             }
         }
         // Where rounding leaves a rest, it is the last one's.
-        drawn.expect("something of the pair is above zero")
+        let (point, first, some) = last.expect("something of the pair is above zero");
+        drawn_of(point, first, some, f64::INFINITY)
     }
+}
+
+/// Values that a draw skips together.
+const SKIPPED: usize = 32;
+
+/// The sum of values, and how many are above zero.
+fn sum_of(values: &[f32]) -> (f64, u32) {
+    // Eight sums that do not wait for each other.
+    let mut sums = [0.0; 8];
+    let (eights, rest) = values.as_chunks::<8>();
+    for eight in eights {
+        for i in 0..8 {
+            sums[i] += f64::from(eight[i]);
+        }
+    }
+    for (sum, &value) in sums.iter_mut().zip(rest) {
+        *sum += f64::from(value);
+    }
+    let lit = values.iter().map(|&value| u32::from(value > 0.0)).sum();
+    (((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7])), lit)
+}
+
+/// The term of one of `values`, of lights from `first` on, at which their running sum exceeds `left`, or else the last above zero.
+fn drawn_of(point: u32, first: u32, values: &[f32], mut left: f64) -> Term {
+    let mut drawn = first;
+    for (light, &value) in (first..).zip(values) {
+        if value > 0.0 {
+            drawn = light;
+            left -= f64::from(value);
+            if left < 0.0 {
+                break;
+            }
+        }
+    }
+    Term { light: drawn, point }
 }

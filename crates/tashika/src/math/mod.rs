@@ -6,6 +6,7 @@ pub mod elementary;
 mod frame;
 mod ray;
 mod rounding;
+pub(crate) mod simd;
 
 pub use aabb::Aabb;
 pub use cone::Cone;
@@ -13,3 +14,4 @@ pub use frame::Frame;
 pub use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
 pub use ray::Ray;
 pub use rounding::{GAMMA_3, GAMMA_4, GAMMA_7, UNIT_ROUNDOFF, gamma, offset_from_surface};
+pub use simd::Real;

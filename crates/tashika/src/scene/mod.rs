@@ -110,6 +110,11 @@ impl Scene {
         &self.instances
     }
 
+    /// What the instances are called by, in order.
+    pub fn instance_ids(&self) -> impl ExactSizeIterator<Item = InstanceId> + use<> {
+        (0..self.instances.len() as u32).map(InstanceId)
+    }
+
     /// All materials.
     pub fn materials(&self) -> &[Material] {
         &self.materials

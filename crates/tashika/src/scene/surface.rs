@@ -46,7 +46,7 @@ impl SurfacePoint {
 
 impl Scene {
     /// World corners of a triangle (m): the surface itself of a baked instance.
-    pub(crate) fn world_corners(&self, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
+    pub fn world_corners(&self, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
         let placed = &self.instances[instance.index()];
         let corners = self.mesh_of(instance).corners(triangle);
         if placed.is_identity() { corners } else { corners.map(|v| placed.to_world.transform_point3(v)) }
@@ -139,7 +139,7 @@ impl Scene {
     }
 
     /// Whether light may pass a material along a straight segment, through holes or glass.
-    pub(crate) fn may_be_transparent(&self, instance: InstanceId) -> bool {
+    pub fn may_be_transparent(&self, instance: InstanceId) -> bool {
         let material = self.mesh_of(instance).material;
         self.materials[material.index()].has_holes() || self.glassy[material.index()]
     }
@@ -156,7 +156,7 @@ impl Scene {
     ///
     /// * `direction`: of the segment, world, any length.
     /// * `solid_glass`: whether solid glass lets pass straight what it would refract, or stops everything.
-    pub(crate) fn stopped(
+    pub fn stopped(
         &self,
         instance: InstanceId,
         triangle: u32,

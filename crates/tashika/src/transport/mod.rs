@@ -14,6 +14,7 @@
 //! `d_c` is the clamp distance; zero is none. Visibility `V` comes from [`accel`](crate::accel). Nothing is reflected by the
 //! back of either normal: M is zero unless the light is above both the geometric and the shading plane.
 
+mod lists;
 mod receivers;
 
 pub use receivers::Receivers;

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Looking for the cheapest of all pairs takes quadratic time. Instead clusters are kept in a list along a space-filling curve, each
-//! finds its cheapest partner within [`WINDOW`] places, and all pairs that chose each other are joined at once: Daniel Meister, Jiří
+//! finds its cheapest partner within [`WINDOW`](super::partners::WINDOW) places, and all pairs that chose each other are joined at once: Daniel Meister, Jiří
 //! Bittner. "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction." IEEE TVCG 24(3), 2018,
 //! doi:10.1109/TVCG.2017.2669983. Directional lights are points of the unit sphere.
 //!
@@ -25,11 +25,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::build::{Item, Span};
+use super::partners::best_partners;
 use super::saoh::{Bounds6, Emission};
 use crate::math::Cone;
 
-/// Places to each side in which a cluster looks for a partner. Higher: better trees, longer builds, in proportion.
-const WINDOW: usize = 12;
 /// Bits of a coordinate in Morton order.
 const BITS: u32 = 20;
 /// Of these, bits that come before the face of the normal.
@@ -39,25 +38,25 @@ const FEW_PAIRS: usize = 16;
 
 /// A cluster of lights while the tree is built.
 #[derive(Clone, Copy)]
-struct Cluster {
-    lo: Vec3,
-    hi: Vec3,
-    cone: Cone,
+pub(super) struct Cluster {
+    pub(super) lo: Vec3,
+    pub(super) hi: Vec3,
+    pub(super) cone: Cone,
     /// Cosine and sine of half the cone's half-angle.
-    half: [f32; 2],
-    luminance: f32,
+    pub(super) half: [f32; 2],
+    pub(super) luminance: f32,
     /// Item, or number of items plus the row of [`Joined`].
     id: u32,
 }
 
 impl Cluster {
-    fn of_item(item: &Item, id: u32) -> Self {
+    pub(super) fn of_item(item: &Item, id: u32) -> Self {
         let at = item.position();
         let cone = Cone::of(item.direction());
         Self { lo: at, hi: at, cone, half: [1.0, 0.0], luminance: item.luminance, id }
     }
 
-    fn join(&self, other: &Self, directed: bool, id: u32) -> Self {
+    pub(super) fn join(&self, other: &Self, directed: bool, id: u32) -> Self {
         let cone = if directed { self.cone.union(other.cone) } else { self.cone };
         Self {
             lo: self.lo.min(other.lo),
@@ -70,7 +69,7 @@ impl Cluster {
     }
 
     /// Walter's cost of the two together; the same bits in either order.
-    fn cost(&self, other: &Self, c2: f32) -> f32 {
+    pub(super) fn cost(&self, other: &Self, c2: f32) -> f32 {
         let diagonal = (self.hi.max(other.hi) - self.lo.min(other.lo)).length_squared();
         let narrow = 1.0 - if c2 > 0.0 { self.cos_together(other) } else { 1.0 };
         (self.luminance + other.luminance) * (diagonal + c2 * narrow * narrow)
@@ -117,25 +116,7 @@ pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission
 /// Disjoint pairs of places, each and all in ascending order; at least one.
 fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
     let n = clusters.len();
-    let best: Vec<u32> = (0..n)
-        .into_par_iter()
-        .with_min_len(256)
-        .map(|i| {
-            let mut best = (f32::INFINITY, usize::MAX);
-            for j in i.saturating_sub(WINDOW)..n.min(i + WINDOW + 1) {
-                if i == j {
-                    continue;
-                }
-                // A cost too large for a number is as good as any other such.
-                let cost = clusters[i].cost(&clusters[j], c2).min(f32::MAX);
-                // Of equals, the one that differs in the lowest bit: two such always choose each other.
-                if cost < best.0 || (cost == best.0 && i ^ j < best.1) {
-                    best = (cost, i ^ j);
-                }
-            }
-            (i ^ best.1) as u32
-        })
-        .collect();
+    let best = best_partners(clusters, c2);
     let mutual = |i: usize| best[best[i] as usize] as usize == i;
     let mut pairs: Vec<[u32; 2]> =
         (0..n).filter(|&i| i < best[i] as usize && mutual(i)).map(|i| [i as u32, best[i]]).collect();
@@ -205,9 +186,12 @@ fn sort_along_curve(items: &mut [Item], bounds: &Bounds6) {
         let place = spread(cell(0)) << 2 | spread(cell(1)) << 1 | spread(cell(2));
         let fine_bits = 3 * (BITS - COARSE_BITS);
         let fine = place & ((1 << fine_bits) - 1);
-        ((place >> fine_bits << 3 | face(item.direction())) << fine_bits | fine, item.light)
+        (place >> fine_bits << 3 | face(item.direction())) << fine_bits | fine
     };
-    items.par_sort_by_cached_key(key);
+    let mut places: Vec<_> = items.par_iter().map(key).zip(0u32..items.len() as u32).collect();
+    places.par_sort_unstable();
+    let sorted: Vec<Item> = places.par_iter().map(|&(_, place)| items[place as usize]).collect();
+    items.copy_from_slice(&sorted);
 }
 
 /// Face of the cube about the origin through which a direction passes.

@@ -18,6 +18,7 @@ mod agglomerative;
 mod build;
 mod gather_tree;
 mod light_tree;
+mod partners;
 mod prefix;
 mod saoh;
 mod top_down;

@@ -72,7 +72,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("gltf", &["io"]),
     ("image", &["io", "report"]),
     ("libm", &["math"]),
-    ("multiversion", &["accel", "transport"]),
+    ("multiversion", &["transport"]),
     ("obvhs", &["accel"]),
     ("rand_core", &["rng"]),
     ("rand_pcg", &["rng"]),
@@ -130,7 +130,13 @@ pub(super) const HASHED: &[(&str, &str)] = &[
 ];
 
 /// Files that may hold `unsafe` code, and why.
-pub(super) const UNSAFE: &[(&str, &str)] = &[];
+pub(super) const UNSAFE: &[(&str, &str)] = &[
+    (
+        "crates/tashika/src/math/simd.rs",
+        "vector instructions, and the call of what is compiled for an instruction set",
+    ),
+    ("crates/tashika-bench/src/embree.rs", "a C library, loaded at run time"),
+];
 
 /// Most lines of a file, and of one that holds tests only.
 pub(super) const MOST_LINES: usize = 700;

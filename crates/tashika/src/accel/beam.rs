@@ -1,0 +1,168 @@
+//! What boxes have to do with segments: one segment with the eight boxes of a node, a group of segments with them, and one box
+//! with eight segments.
+//!
+//! All three are made of the same roundings, which are monotone: a group enters every box that one of its segments would enter alone,
+//! and a segment that meets the box of a leaf meets those of all its ancestors.
+
+use super::bvh::Node;
+use super::triangle::Lines;
+use crate::math::gamma;
+use crate::math::simd::F32x8;
+
+/// Factor on the far end of a slab: two bounds of three rounded operations each (Ize 2013), and the rounding of the direction.
+const SLAB_SLACK: f32 = 1.0 + 2.0 * gamma(5);
+
+/// How far boxes reach for segments whose ends are wrong: the start's error, and twice that for the difference of the ends.
+const REACH_PER_ERROR: f32 = 3.0;
+
+/// Directions closer to zero than this are moved away from it, so that no slab is `0 · ∞`.
+const SMALLEST_DIRECTION: f32 = 1e-30;
+
+/// `1 / d`, finite and with the sign of `d`.
+#[inline(always)]
+pub(super) fn reciprocal(d: f32) -> f32 {
+    1.0 / if d.abs() < SMALLEST_DIRECTION { SMALLEST_DIRECTION.copysign(d) } else { d }
+}
+
+/// The same of eight.
+#[inline(always)]
+pub(super) fn reciprocals<F: F32x8>(d: F) -> F {
+    let smallest = F::splat(SMALLEST_DIRECTION);
+    F::splat(1.0) / F::select(smallest.gt(d.abs()), smallest.flipped_by(d), d)
+}
+
+/// The largest parameter at which a segment still meets a box, with slack.
+#[inline(always)]
+pub(super) fn limit(t_max: f32) -> f32 {
+    t_max * SLAB_SLACK
+}
+
+/// One segment or ray.
+#[derive(Clone, Copy)]
+pub(super) struct Slope<F> {
+    /// What the lower and the upper planes of boxes are seen from, which are moved apart by the error of the segment's ends.
+    from: [[F; 3]; 2],
+    reciprocal: [F; 3],
+    /// Numbers of the near and far planes of each axis in [`Node::planes`].
+    near: [usize; 3],
+    far: [usize; 3],
+}
+
+impl<F: F32x8> Slope<F> {
+    /// Of a segment whose points are wrong by at most `error` (m) in each component.
+    #[inline(always)]
+    pub fn new(origin: [f32; 3], direction: [f32; 3], error: f32) -> Self {
+        let reach = REACH_PER_ERROR * error;
+        let mut slope = Self {
+            from: [[F::splat(0.0); 3]; 2],
+            reciprocal: [F::splat(0.0); 3],
+            near: [0, 1, 2],
+            far: [3, 4, 5],
+        };
+        for axis in 0..3 {
+            let r = reciprocal(direction[axis]);
+            let (lower, upper) = (F::splat(origin[axis] + reach), F::splat(origin[axis] - reach));
+            slope.reciprocal[axis] = F::splat(r);
+            slope.from[0][axis] = lower;
+            slope.from[1][axis] = upper;
+            if r < 0.0 {
+                (slope.near[axis], slope.far[axis]) = (axis + 3, axis);
+                (slope.from[0][axis], slope.from[1][axis]) = (upper, lower);
+            }
+        }
+        slope
+    }
+
+    /// Children of a node that the segment meets below [`limit`], as a mask; and the parameters at which it enters them.
+    #[inline(always)]
+    pub fn meets_children(&self, node: &Node, limit: f32) -> (u32, F) {
+        let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
+        let slack = F::splat(SLAB_SLACK);
+        for axis in 0..3 {
+            let into = F::load(&node.planes[self.near[axis]]) - self.from[0][axis];
+            let out = F::load(&node.planes[self.far[axis]]) - self.from[1][axis];
+            near = (into * self.reciprocal[axis]).max(near);
+            far = (out * self.reciprocal[axis] * slack).min(far);
+        }
+        (F::bits(near.le(far)), near)
+    }
+}
+
+/// Intervals around the origins and reciprocal directions of segments whose directions have the same signs.
+#[derive(Clone, Copy)]
+pub(super) struct Beam<F> {
+    /// The end of the origins' interval that bounds the parameter of the near plane from below, and of the far plane from above.
+    from: [[F; 3]; 2],
+    /// Smallest and largest magnitude of the reciprocal direction, with its sign.
+    reciprocal: [[F; 3]; 2],
+    near: [usize; 3],
+    far: [usize; 3],
+}
+
+impl<F: F32x8> Beam<F> {
+    /// The beam around segments: by axis, the least and the largest origin and reciprocal direction. `None` if directions differ in
+    /// sign.
+    #[inline(always)]
+    pub fn new(origins: [[f32; 2]; 3], reciprocals: [[f32; 2]; 3], error: f32) -> Option<Self> {
+        let reach = REACH_PER_ERROR * error;
+        let mut beam = Self {
+            from: [[F::splat(0.0); 3]; 2],
+            reciprocal: [[F::splat(0.0); 3]; 2],
+            near: [0, 1, 2],
+            far: [3, 4, 5],
+        };
+        for axis in 0..3 {
+            let [least, largest] = reciprocals[axis];
+            if least < 0.0 && largest > 0.0 {
+                return None;
+            }
+            let (lower, upper) = (F::splat(origins[axis][0] - reach), F::splat(origins[axis][1] + reach));
+            let (least, largest) = (F::splat(least), F::splat(largest));
+            if reciprocals[axis][0] < 0.0 {
+                (beam.near[axis], beam.far[axis]) = (axis + 3, axis);
+                (beam.from[0][axis], beam.from[1][axis]) = (lower, upper);
+                (beam.reciprocal[0][axis], beam.reciprocal[1][axis]) = (largest, least);
+            } else {
+                (beam.from[0][axis], beam.from[1][axis]) = (upper, lower);
+                (beam.reciprocal[0][axis], beam.reciprocal[1][axis]) = (least, largest);
+            }
+        }
+        Some(beam)
+    }
+
+    /// Children of a node that some segment may meet below [`limit`], as a mask.
+    #[inline(always)]
+    pub fn meets_children(&self, node: &Node, limit: f32) -> u32 {
+        let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
+        let slack = F::splat(SLAB_SLACK);
+        for axis in 0..3 {
+            let into = F::load(&node.planes[self.near[axis]]) - self.from[0][axis];
+            let out = F::load(&node.planes[self.far[axis]]) - self.from[1][axis];
+            // A product with either end of the interval; the smaller is early, the larger late.
+            let [small, large] = [self.reciprocal[0][axis], self.reciprocal[1][axis]];
+            near = (into * small).min(into * large).max(near);
+            far = ((out * small).max(out * large) * slack).min(far);
+        }
+        F::bits(near.le(far))
+    }
+}
+
+/// Which of eight segments meet one child's box below [`limit`], as a mask.
+#[inline(always)]
+pub(super) fn meet_child<F: F32x8>(
+    s: &Lines<F>,
+    reciprocal: &[F; 3],
+    limit: f32,
+    node: &Node,
+    slot: usize,
+) -> u32 {
+    let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
+    let (slack, reach) = (F::splat(SLAB_SLACK), F::splat(REACH_PER_ERROR) * s.point_error);
+    for (axis, &r) in reciprocal.iter().enumerate() {
+        let lower = (F::splat(node.planes[axis][slot]) - (s.origin[axis] + reach)) * r;
+        let upper = (F::splat(node.planes[axis + 3][slot]) - (s.origin[axis] - reach)) * r;
+        near = lower.min(upper).max(near);
+        far = (lower.max(upper) * slack).min(far);
+    }
+    F::bits(near.le(far))
+}

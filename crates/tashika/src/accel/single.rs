@@ -1,0 +1,366 @@
+//! One segment or ray after the other.
+
+use glam::Vec3;
+
+use super::Hit;
+use super::beam::{Slope, limit};
+use super::bvh::{INNER, MAX_WAITING, Node};
+use super::segments::Glass;
+use super::trees::{Placed, Tree, Trees};
+use super::triangle::{Block, Lines, Triangle, barycentric, blocked, flag, met};
+use crate::math::simd::{F32x8, WIDTH, each};
+use crate::math::{Ray, Real};
+use crate::rng::{self, Purpose};
+use crate::scene::{InstanceId, Scene};
+
+/// Nodes that wait, with the parameter at which a ray enters them, or with the lanes that do.
+pub(super) type Stack<T> = [(u32, T); MAX_WAITING];
+
+/// Room for nodes that wait, kept from one walk to the next: to clear it would cost as much as a short walk.
+pub(super) struct Waiting {
+    pub top: Box<Stack<f32>>,
+    pub below: Box<Stack<f32>>,
+    pub packets_top: Box<Stack<u32>>,
+    pub packets_below: Box<Stack<u32>>,
+}
+
+impl Waiting {
+    pub fn new() -> Self {
+        Self {
+            top: Box::new([(0, 0.0); MAX_WAITING]),
+            below: Box::new([(0, 0.0); MAX_WAITING]),
+            packets_top: Box::new([(0, 0); MAX_WAITING]),
+            packets_below: Box::new([(0, 0); MAX_WAITING]),
+        }
+    }
+}
+
+/// A segment between points, or from a point to infinity.
+#[derive(Clone, Copy)]
+pub(super) struct Segment {
+    pub origin: Vec3,
+    /// From start to end, or the direction to infinity.
+    pub direction: Vec3,
+    /// Where it ends; none if it goes to infinity.
+    pub target: Vec3,
+    /// Error of each component of the ends (m).
+    pub point_error: f32,
+}
+
+impl Segment {
+    /// A segment between points.
+    #[inline(always)]
+    pub fn between(origin: Vec3, target: Vec3) -> Self {
+        Self { origin, direction: target - origin, target, point_error: 0.0 }
+    }
+
+    /// A segment to infinity.
+    #[inline(always)]
+    pub fn towards(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, target: origin, point_error: 0.0 }
+    }
+
+    /// The same in the space of an instance.
+    #[inline(always)]
+    pub fn in_space_of<const BOUNDED: bool>(&self, placed: &Placed) -> Self {
+        let (origin, error) = placed.points(self.origin.to_array());
+        let origin = Vec3::from(origin);
+        if BOUNDED {
+            let (target, other) = placed.points(self.target.to_array());
+            let target = Vec3::from(target);
+            Self { origin, direction: target - origin, target, point_error: Real::max(error, other) }
+        } else {
+            let direction = Vec3::from(placed.directions(self.direction.to_array()));
+            Self { origin, direction, target: origin, point_error: error }
+        }
+    }
+
+    #[inline(always)]
+    pub fn slope<F: F32x8>(&self) -> Slope<F> {
+        Slope::new(self.origin.to_array(), self.direction.to_array(), self.point_error)
+    }
+
+    #[inline(always)]
+    pub fn lines<F: F32x8>(&self) -> Lines<F> {
+        Lines {
+            origin: each!(|axis| F::splat(self.origin[axis])),
+            direction: each!(|axis| F::splat(self.direction[axis])),
+            target: each!(|axis| F::splat(self.target[axis])),
+            point_error: F::splat(self.point_error),
+        }
+    }
+}
+
+/// What stands where a segment meets something that may let light pass.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub scene: &'a Scene,
+    pub glass: Glass,
+    /// The instance whose space is walked through; none in world space.
+    pub instance: Option<u32>,
+}
+
+impl Place<'_> {
+    /// The share of light that a triangle stops of a segment that meets it.
+    #[inline(never)]
+    pub fn stopped(&self, block: &Block, slot: usize, origin: Vec3, direction: Vec3) -> f32 {
+        let t = block.triangle(slot);
+        if t.flags & flag::TRANSPARENT == 0 {
+            return 1.0;
+        }
+        let b = barycentric(origin, direction, &t);
+        let passes = self.glass == Glass::Passes;
+        match self.instance {
+            None => self.scene.stopped(InstanceId(t.instance), t.index, b, direction, passes),
+            Some(instance) => {
+                let world = self.scene.instances()[instance as usize].to_world.transform_vector3(direction);
+                self.scene.stopped(InstanceId(instance), t.index, b, world, passes)
+            }
+        }
+    }
+}
+
+/// The share of light that passes along a segment.
+#[inline(always)]
+pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
+    trees: &Trees,
+    scene: &Scene,
+    glass: Glass,
+    s: &Segment,
+    waiting: &mut Waiting,
+) -> f32 {
+    let world = Place { scene, glass, instance: None };
+    let visible = pass::<F, BOUNDED>(&trees.world, 0, s, 1.0, &world, &mut waiting.below);
+    if visible > 0.0 && !trees.placed.is_empty() {
+        pass_placed::<F, BOUNDED>(trees, 0, s, visible, &world, waiting)
+    } else {
+        visible
+    }
+}
+
+/// What passes the instances below a node, of what is visible so far.
+#[inline(always)]
+pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
+    trees: &Trees,
+    root: u32,
+    s: &Segment,
+    mut visible: f32,
+    place: &Place<'_>,
+    waiting: &mut Waiting,
+) -> f32 {
+    let limit = limit(if BOUNDED { 1.0 } else { f32::INFINITY });
+    let slope = s.slope::<F>();
+    let mut top = 1;
+    waiting.top[0].0 = root;
+    while top > 0 {
+        top -= 1;
+        let node = &trees.top.nodes[waiting.top[top].0 as usize];
+        let (mut met, _) = slope.meets_children(node, limit);
+        let mut inner = 0;
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize;
+            met &= met - 1;
+            if node.count[slot & (WIDTH - 1)] == INNER {
+                inner |= 1 << slot;
+                continue;
+            }
+            let p = &trees.placed[node.first[slot & (WIDTH - 1)] as usize];
+            let local = s.in_space_of::<BOUNDED>(p);
+            let place = Place { instance: Some(p.instance), ..*place };
+            let tree = &trees.shared[p.tree as usize];
+            visible = pass::<F, BOUNDED>(tree, 0, &local, visible, &place, &mut waiting.below);
+            if visible <= 0.0 {
+                return 0.0;
+            }
+        }
+        push_children(node, inner, &mut waiting.top, &mut top);
+    }
+    visible
+}
+
+/// What passes the triangles below a node, of what is visible so far.
+#[inline(always)]
+pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
+    tree: &Tree,
+    root: u32,
+    s: &Segment,
+    mut visible: f32,
+    place: &Place<'_>,
+    waiting: &mut Stack<f32>,
+) -> f32 {
+    if tree.nodes.is_empty() {
+        return visible;
+    }
+    let limit = limit(if BOUNDED { 1.0 } else { f32::INFINITY });
+    let (slope, lines) = (s.slope::<F>(), s.lines::<F>());
+    let mut top = 1;
+    waiting[0].0 = root;
+    while top > 0 {
+        top -= 1;
+        let node = &tree.nodes[waiting[top].0 as usize];
+        let (mut met, _) = slope.meets_children(node, limit);
+        let (mut inner, mut leaves) = (0, 0u32);
+        while met != 0 {
+            let slot = met.trailing_zeros() as usize;
+            met &= met - 1;
+            let first = node.first[slot & (WIDTH - 1)] as usize;
+            if node.count[slot & (WIDTH - 1)] == INNER {
+                inner |= 1 << slot;
+                F::announce(&tree.nodes[first]);
+            } else {
+                leaves |= 1 << slot;
+                F::announce(&tree.blocks[first]);
+            }
+        }
+        while leaves != 0 {
+            let slot = leaves.trailing_zeros() as usize;
+            leaves &= leaves - 1;
+            let block = &tree.blocks[node.first[slot & (WIDTH - 1)] as usize];
+            let mut hit = blocked::<F, BOUNDED>(&block.corners(), &lines);
+            while hit != 0 {
+                visible *= 1.0 - place.stopped(block, hit.trailing_zeros() as usize, s.origin, s.direction);
+                hit &= hit - 1;
+                if visible <= 0.0 {
+                    return 0.0;
+                }
+            }
+        }
+        push_children(node, inner, waiting, &mut top);
+    }
+    visible
+}
+
+/// The first child comes on top, so that leaves are met in the same order by all.
+#[inline(always)]
+fn push_children(node: &Node, mut inner: u32, waiting: &mut Stack<f32>, top: &mut usize) {
+    while inner != 0 {
+        let slot = (u32::BITS - 1 - inner.leading_zeros()) as usize;
+        inner ^= 1 << slot;
+        waiting[*top].0 = node.first[slot & (WIDTH - 1)];
+        *top += 1;
+    }
+}
+
+/// The first surface along a ray; see [`Tracer::closest_hit`](super::Tracer::closest_hit).
+#[inline(always)]
+pub(super) fn closest_hit<F: F32x8>(
+    trees: &Trees,
+    scene: &Scene,
+    ray: &Ray,
+    key: u64,
+    waiting: &mut Waiting,
+) -> Option<Hit> {
+    let s = Segment::towards(ray.origin, ray.direction);
+    let mut nearest = Nearest { t_max: ray.t_max, hit: None, scene, key };
+    nearest.look::<F>(&trees.world, &s, None, &mut waiting.below);
+    if trees.placed.is_empty() {
+        return nearest.hit;
+    }
+    let slope = s.slope::<F>();
+    let mut top = 1;
+    waiting.top[0] = (0, 0.0);
+    while top > 0 {
+        top -= 1;
+        let (number, near) = waiting.top[top];
+        if near > limit(nearest.t_max) {
+            continue;
+        }
+        if number & LEAF != 0 {
+            let p = &trees.placed[(number ^ LEAF) as usize];
+            let local = s.in_space_of::<false>(p);
+            let tree = &trees.shared[p.tree as usize];
+            nearest.look::<F>(tree, &local, Some(p.instance), &mut waiting.below);
+            continue;
+        }
+        let node = &trees.top.nodes[number as usize];
+        let (met, near) = slope.meets_children(node, limit(nearest.t_max));
+        push_sorted(node, met, near, &mut waiting.top, &mut top);
+    }
+    nearest.hit
+}
+
+/// Marks leaves among the numbers of nodes that wait.
+const LEAF: u32 = 1 << 31;
+
+/// The nearest hit so far.
+struct Nearest<'a> {
+    t_max: f32,
+    hit: Option<Hit>,
+    scene: &'a Scene,
+    key: u64,
+}
+
+impl Nearest<'_> {
+    /// Looks for a nearer one in one tree.
+    #[inline(always)]
+    fn look<F: F32x8>(&mut self, tree: &Tree, s: &Segment, instance: Option<u32>, waiting: &mut Stack<f32>) {
+        if tree.nodes.is_empty() {
+            return;
+        }
+        let (slope, lines) = (s.slope::<F>(), s.lines::<F>());
+        let mut top = 1;
+        waiting[0] = (0, 0.0);
+        while top > 0 {
+            top -= 1;
+            let (number, near) = waiting[top];
+            if near > limit(self.t_max) {
+                continue;
+            }
+            if number & LEAF == 0 {
+                let node = &tree.nodes[number as usize];
+                let (met, near) = slope.meets_children(node, limit(self.t_max));
+                push_sorted(node, met, near, waiting, &mut top);
+                continue;
+            }
+            let block = &tree.blocks[(number ^ LEAF) as usize];
+            let (mut met, parameters) = met::<F>(&block.corners(), &lines);
+            if met == 0 {
+                continue;
+            }
+            let parameters = parameters.array();
+            while met != 0 {
+                let slot = met.trailing_zeros() as usize & (WIDTH - 1);
+                met &= met - 1;
+                if parameters[slot] < self.t_max {
+                    self.take(&block.triangle(slot), instance, s, parameters[slot]);
+                }
+            }
+        }
+    }
+
+    /// Takes a hit that is nearer, if the surface is there for the ray.
+    fn take(&mut self, t: &Triangle, instance: Option<u32>, s: &Segment, parameter: f32) {
+        let instance = instance.unwrap_or(t.instance);
+        let b = barycentric(s.origin, s.direction, t);
+        if t.flags & flag::HOLES != 0 {
+            let opacity = self.scene.opacity(InstanceId(instance), t.index, b);
+            let place = u64::from(instance) << 32 | u64::from(t.index);
+            let u = (rng::key(self.key, Purpose::Opacity, place) >> 40) as f32 * (1.0 / (1 << 24) as f32);
+            if u >= opacity {
+                return;
+            }
+        }
+        self.t_max = parameter;
+        self.hit =
+            Some(Hit { t: parameter, instance: InstanceId(instance), triangle: t.index, barycentric: b });
+    }
+}
+
+/// The nearest child comes on top.
+#[inline(always)]
+fn push_sorted<F: F32x8>(node: &Node, mut met: u32, near: F, waiting: &mut Stack<f32>, top: &mut usize) {
+    let near = near.array();
+    let base = *top;
+    while met != 0 {
+        let slot = met.trailing_zeros() as usize & (WIDTH - 1);
+        met &= met - 1;
+        let leaf = if node.count[slot] == INNER { 0 } else { LEAF };
+        let mut at = *top;
+        while at > base && waiting[at - 1].1 < near[slot] {
+            waiting[at] = waiting[at - 1];
+            at -= 1;
+        }
+        waiting[at] = (node.first[slot] | leaf, near[slot]);
+        *top += 1;
+    }
+}
