@@ -1,0 +1,95 @@
+//! What it takes until the first ray: reading the scene, the tree for rays (beside Embree's), VPLs and the light tree.
+//!
+//!     cargo bench -p tashika-bench --bench trees -- --scene SCENE --vpls 1000000 --embree libembree4.so.4
+//!
+//! Elapsed times on all threads that are asked for, since what is built in parallel is waited for.
+
+#![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::Parser;
+use tashika::accel::Tracer;
+use tashika::render::with_threads;
+use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::vpl::{VplOptions, VplSet};
+use tashika_bench::embree::{Build, Library4};
+use tashika_bench::measure::median;
+use tashika_bench::subject::{SubjectArgs, scene};
+
+#[derive(Parser, Debug)]
+struct Args {
+    #[command(flatten)]
+    subject: SubjectArgs,
+    /// The library of Embree 4, to be measured beside
+    #[arg(long)]
+    embree: Option<PathBuf>,
+    /// Threads
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
+    /// Repetitions
+    #[arg(long, default_value_t = 5)]
+    rounds: usize,
+    /// What cargo adds
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
+    let args = Args::parse();
+    with_threads(args.threads, || work(&args))?
+}
+
+fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let (loaded, loading) = timed(|| scene(&args.subject).map_err(|e| e.to_string()));
+    let loaded = loaded?;
+    println!("{}, {} threads\n\n| step | s |\n|---|---|", loaded.name(), args.threads);
+    println!("| reading | {loading:.2} |");
+
+    let library = args.embree.as_deref().map(Library4::load).transpose()?;
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    for _ in 0..args.rounds {
+        ours.push(timed(|| Tracer::new(Arc::clone(&loaded))).1);
+        if let Some(library) = &library {
+            let build = Build { robust: false, threads: args.threads as u32 };
+            theirs.push(timed(|| library.build(&loaded, build)).1);
+        }
+    }
+    let tree = median(&mut ours);
+    println!("| tree for rays | {tree:.2} |");
+    if library.is_some() {
+        let embree = median(&mut theirs);
+        println!("| Embree's, medium quality | {embree:.2} |\n| ours / Embree's | {:.2} |", tree / embree);
+    }
+
+    let tracer = Tracer::new(Arc::clone(&loaded));
+    let size = tracer.size();
+    let options = VplOptions { count: args.subject.vpls, ..VplOptions::default() };
+    let (lights, tracing) = timed(|| VplSet::trace(&tracer, &options));
+    let lights = lights?;
+    let mut seconds = Vec::new();
+    let mut bytes = 0;
+    for _ in 0..args.rounds {
+        let (tree, taken) = timed(|| LightTree::build(&lights, LightTreeBuilder::default()));
+        seconds.push(taken);
+        bytes = tree.bytes();
+    }
+    let (count, seconds) = (lights.len() as f64, median(&mut seconds));
+    println!("| {count} VPLs | {tracing:.2} |\n| light tree | {seconds:.2} |");
+    println!("| light tree, per million VPLs | {:.2} |\n", seconds / count * 1e6);
+    println!(
+        "{:.0} bytes a VPL in the light tree, {} MB in the trees for rays",
+        bytes as f64 / count,
+        size.bytes >> 20
+    );
+    Ok(())
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let begun = Instant::now();
+    let result = work();
+    (result, begun.elapsed().as_secs_f64())
+}

@@ -1,0 +1,477 @@
+//! Embree 4, loaded at run time: what others trace the same segments with.
+//!
+//! Declarations follow the documentation of its C interface (Embree 4, `rtcore_*.h`; Apache-2.0). Nothing of it is needed to build.
+//! PyPI's package `embreex` carries the library.
+//!
+//! Meshes are built as the scene places them: what is placed once in world space, the rest as instances. Materials that let light
+//! pass are asked in a filter, as a user of the library would.
+
+use std::ffi::{CString, c_char, c_int, c_uint, c_void};
+use std::path::Path;
+use std::ptr::null_mut;
+use std::sync::Arc;
+
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW, Symbol};
+use tashika::math::Vec3;
+use tashika::scene::{InstanceId, Scene};
+
+/// How far, in parameters, rays stay away from the ends of segments, where surfaces would shadow themselves.
+const MARGIN: f32 = 1e-4;
+
+/// Segments of a packet.
+pub const PACKET: usize = 16;
+
+type Handle = *mut c_void;
+type Filter = unsafe extern "C" fn(*const FilterArguments);
+
+const GEOMETRY_TRIANGLE: c_uint = 0;
+const GEOMETRY_INSTANCE: c_uint = 121;
+const BUFFER_INDEX: c_uint = 0;
+const BUFFER_VERTEX: c_uint = 1;
+const FORMAT_UINT3: c_uint = 0x5003;
+const FORMAT_FLOAT3: c_uint = 0x9003;
+const FORMAT_FLOAT3X4_COLUMN_MAJOR: c_uint = 0x9234;
+const SCENE_ROBUST: c_uint = 1 << 2;
+const QUALITY_MEDIUM: c_uint = 1;
+const QUERY_COHERENT: c_uint = 1 << 16;
+const ALL_FEATURES: c_uint = u32::MAX;
+const INVALID: c_uint = u32::MAX;
+
+macro_rules! functions {
+    ($($name:ident: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
+        /// The functions that are used.
+        #[expect(non_snake_case, reason = "as the library names them")]
+        struct Functions {
+            $($name: Symbol<unsafe extern "C" fn($($argument),*) $(-> $result)?>,)*
+        }
+
+        impl Functions {
+            /// # Safety
+            /// `library` must be Embree 4.
+            unsafe fn load(library: &Library) -> Result<Self, libloading::Error> {
+                // SAFETY: the types are those of the documentation.
+                unsafe { Ok(Self { $($name: library.get(concat!(stringify!($name), "\0").as_bytes())?,)* }) }
+            }
+        }
+    };
+}
+
+functions! {
+    rtcNewDevice: fn(*const c_char) -> Handle;
+    rtcReleaseDevice: fn(Handle);
+    rtcGetDeviceError: fn(Handle) -> c_uint;
+    rtcNewScene: fn(Handle) -> Handle;
+    rtcReleaseScene: fn(Handle);
+    rtcSetSceneFlags: fn(Handle, c_uint);
+    rtcSetSceneBuildQuality: fn(Handle, c_uint);
+    rtcCommitScene: fn(Handle);
+    rtcNewGeometry: fn(Handle, c_uint) -> Handle;
+    rtcReleaseGeometry: fn(Handle);
+    rtcSetNewGeometryBuffer: fn(Handle, c_uint, c_uint, c_uint, usize, usize) -> *mut c_void;
+    rtcSetGeometryInstancedScene: fn(Handle, Handle);
+    rtcSetGeometryTransform: fn(Handle, c_uint, c_uint, *const f32);
+    rtcSetGeometryOccludedFilterFunction: fn(Handle, Filter);
+    rtcCommitGeometry: fn(Handle);
+    rtcAttachGeometryByID: fn(Handle, Handle, c_uint);
+    rtcOccluded1: fn(Handle, *mut Ray1, *mut OccludedArguments);
+    rtcOccluded16: fn(*const c_int, Handle, *mut Ray16, *mut OccludedArguments);
+    rtcIntersect1: fn(Handle, *mut RayHit1, *mut c_void);
+}
+
+/// `RTCRay`.
+#[repr(C, align(16))]
+#[derive(Clone, Copy)]
+struct Ray1 {
+    origin: [f32; 3],
+    near: f32,
+    direction: [f32; 3],
+    time: f32,
+    far: f32,
+    mask: c_uint,
+    id: c_uint,
+    flags: c_uint,
+}
+
+/// `RTCRayHit`.
+#[repr(C, align(16))]
+#[derive(Clone, Copy)]
+struct RayHit1 {
+    ray: Ray1,
+    normal: [f32; 3],
+    uv: [f32; 2],
+    primitive: c_uint,
+    geometry: c_uint,
+    instance: [c_uint; 2],
+}
+
+/// `RTCRay16`.
+#[repr(C, align(64))]
+#[derive(Clone, Copy)]
+struct Ray16 {
+    origin: [[f32; PACKET]; 3],
+    near: [f32; PACKET],
+    direction: [[f32; PACKET]; 3],
+    time: [f32; PACKET],
+    far: [f32; PACKET],
+    mask: [c_uint; PACKET],
+    id: [c_uint; PACKET],
+    flags: [c_uint; PACKET],
+}
+
+/// Which lanes hold a ray, aligned as packets have to be.
+#[repr(C, align(64))]
+struct Valid([c_int; PACKET]);
+
+/// `RTCRayQueryContext`, and what the filter keeps with it.
+#[repr(C)]
+struct Context<'a> {
+    instance: [c_uint; 2],
+    model: *const Model<'a>,
+    visible: [f32; PACKET],
+}
+
+/// `RTCOccludedArguments`.
+#[repr(C)]
+struct OccludedArguments {
+    flags: c_uint,
+    features: c_uint,
+    context: *mut c_void,
+    filter: *mut c_void,
+    occluded: *mut c_void,
+    /// Room for what a build of the library may have beyond.
+    reserve: [u64; 4],
+}
+
+/// `RTCFilterFunctionNArguments`.
+#[repr(C)]
+struct FilterArguments {
+    valid: *mut c_int,
+    user: *mut c_void,
+    context: *mut c_void,
+    ray: *const f32,
+    hit: *const f32,
+    count: c_uint,
+}
+
+/// What a filter has to know.
+struct Model<'a> {
+    scene: &'a Scene,
+    /// By geometry of the top scene.
+    ids: &'a [InstanceId],
+}
+
+// Sizes that the library's headers give these.
+const _: () = assert!(size_of::<Ray1>() == 48 && size_of::<RayHit1>() == 96 && size_of::<Ray16>() == 768);
+
+/// How Embree is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Call {
+    /// `rtcOccluded1`, one segment after the other.
+    Single,
+    /// `rtcOccluded16`.
+    Packet,
+    /// `rtcOccluded16` of rays that are said to be coherent.
+    CoherentPacket,
+}
+
+/// What a scene is built as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Build {
+    /// `RTC_SCENE_FLAG_ROBUST`.
+    pub robust: bool,
+    /// Threads of the build.
+    pub threads: u32,
+}
+
+/// A library that was found.
+pub struct Library4 {
+    functions: Functions,
+    /// Keeps the functions valid; never unloaded, as its threads may outlive all that we know of.
+    _library: std::mem::ManuallyDrop<Library>,
+}
+
+/// A scene of Embree's.
+pub struct Traced<'a> {
+    library: &'a Library4,
+    scene: Arc<Scene>,
+    device: Handle,
+    top: Handle,
+    /// By geometry of the top scene.
+    ids: Vec<InstanceId>,
+}
+
+// SAFETY: a committed scene may be asked from any thread, and nothing else is done with the handles until they are dropped.
+unsafe impl Sync for Traced<'_> {}
+
+impl Library4 {
+    /// Loads the library.
+    ///
+    /// # Errors
+    /// If there is none, or it lacks what Embree 4 has.
+    pub fn load(path: &Path) -> Result<Self, libloading::Error> {
+        // SAFETY: that the file is Embree 4 is what whoever names it says.
+        unsafe {
+            let library = Library::open(Some(path), RTLD_NOW | RTLD_LOCAL)?;
+            Ok(Self { functions: Functions::load(&library)?, _library: std::mem::ManuallyDrop::new(library) })
+        }
+    }
+
+    /// Builds a scene.
+    pub fn build(&self, scene: &Arc<Scene>, build: Build) -> Traced<'_> {
+        let f = &self.functions;
+        let config = CString::new(format!("threads={}", build.threads)).expect("no zero inside");
+        // SAFETY: a configuration that ends with a zero.
+        let device = unsafe { (f.rtcNewDevice)(config.as_ptr()) };
+        assert!(!device.is_null(), "Embree makes no device");
+        let new_scene = || {
+            // SAFETY: the device lives.
+            unsafe {
+                let new = (f.rtcNewScene)(device);
+                (f.rtcSetSceneFlags)(new, if build.robust { SCENE_ROBUST } else { 0 });
+                (f.rtcSetSceneBuildQuality)(new, QUALITY_MEDIUM);
+                new
+            }
+        };
+        let top = new_scene();
+        let mut shared: Vec<Handle> = vec![null_mut(); scene.meshes().len()];
+        let ids: Vec<InstanceId> = scene.instance_ids().collect();
+        for ((number, instance), &id) in (0u32..).zip(scene.instances()).zip(&ids) {
+            let mesh = &scene.meshes()[instance.mesh.index()];
+            let transparent = scene.may_be_transparent(id);
+            if instance.is_baked() {
+                let corners = |k| scene.world_corners(id, k);
+                self.attach_triangles(device, top, number, mesh.triangles().len(), corners, transparent);
+                continue;
+            }
+            let below = &mut shared[instance.mesh.index()];
+            if below.is_null() {
+                *below = new_scene();
+                let corners = |k| mesh.corners(k);
+                self.attach_triangles(device, *below, 0, mesh.triangles().len(), corners, transparent);
+                // SAFETY: a scene that was just made.
+                unsafe { (f.rtcCommitScene)(*below) };
+            }
+            let columns = instance.to_world.to_cols_array();
+            // SAFETY: handles that live, a matrix of twelve numbers in columns.
+            unsafe {
+                let geometry = (f.rtcNewGeometry)(device, GEOMETRY_INSTANCE);
+                (f.rtcSetGeometryInstancedScene)(geometry, *below);
+                (f.rtcSetGeometryTransform)(geometry, 0, FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.as_ptr());
+                (f.rtcCommitGeometry)(geometry);
+                (f.rtcAttachGeometryByID)(top, geometry, number);
+                (f.rtcReleaseGeometry)(geometry);
+            }
+        }
+        // SAFETY: handles that live; instances hold the scenes that they place.
+        unsafe {
+            (f.rtcCommitScene)(top);
+            for below in shared.into_iter().filter(|below| !below.is_null()) {
+                (f.rtcReleaseScene)(below);
+            }
+            assert_eq!((f.rtcGetDeviceError)(device), 0, "Embree refuses the scene");
+        }
+        Traced { library: self, scene: Arc::clone(scene), device, top, ids }
+    }
+
+    fn attach_triangles(
+        &self,
+        device: Handle,
+        scene: Handle,
+        number: u32,
+        count: usize,
+        corners: impl Fn(u32) -> [Vec3; 3],
+        transparent: bool,
+    ) {
+        let f = &self.functions;
+        // SAFETY: handles that live; buffers are filled with as many items as they were asked for.
+        unsafe {
+            let geometry = (f.rtcNewGeometry)(device, GEOMETRY_TRIANGLE);
+            let vertices =
+                (f.rtcSetNewGeometryBuffer)(geometry, BUFFER_VERTEX, 0, FORMAT_FLOAT3, 12, 3 * count);
+            let indices = (f.rtcSetNewGeometryBuffer)(geometry, BUFFER_INDEX, 0, FORMAT_UINT3, 12, count);
+            let (vertices, indices) = (vertices.cast::<[[f32; 3]; 3]>(), indices.cast::<[u32; 3]>());
+            for k in 0..count {
+                vertices.add(k).write_unaligned(corners(k as u32).map(|v| v.to_array()));
+                indices.add(k).write_unaligned([0, 1, 2].map(|corner| 3 * k as u32 + corner));
+            }
+            if transparent {
+                (f.rtcSetGeometryOccludedFilterFunction)(geometry, let_pass);
+            }
+            (f.rtcCommitGeometry)(geometry);
+            (f.rtcAttachGeometryByID)(scene, geometry, number);
+            (f.rtcReleaseGeometry)(geometry);
+        }
+    }
+}
+
+/// Takes in what a transparent surface stops, and lets those segments go on of which something is left.
+///
+/// # Safety
+/// To be called by Embree, with a [`Context`].
+unsafe extern "C" fn let_pass(arguments: *const FilterArguments) {
+    // SAFETY: the pointers and layouts are those of the documentation: arrays of `count` numbers, one after the other.
+    unsafe {
+        let arguments = &*arguments;
+        let n = arguments.count as usize;
+        let context = &mut *arguments.context.cast::<Context<'_>>();
+        let model = &*context.model;
+        let ray = |field: usize, i: usize| *arguments.ray.add(field * n + i);
+        let hit = |field: usize, i: usize| *arguments.hit.add(field * n + i);
+        for i in 0..n {
+            if *arguments.valid.add(i) == 0 {
+                continue;
+            }
+            let [primitive, geometry, instance] = [5, 6, 7].map(|field| hit(field, i).to_bits());
+            let id = model.ids[if instance == INVALID { geometry } else { instance } as usize];
+            let direction = if instance == INVALID {
+                Vec3::new(ray(4, i), ray(5, i), ray(6, i))
+            } else {
+                let placed = &model.scene.instances()[id.index()];
+                placed.to_world.transform_vector3(Vec3::new(ray(4, i), ray(5, i), ray(6, i)))
+            };
+            let (u, v) = (hit(3, i), hit(4, i));
+            let stopped = model.scene.stopped(id, primitive, [1.0 - u - v, u, v], direction, true);
+            let lane = ray(10, i).to_bits() as usize;
+            context.visible[lane] *= 1.0 - stopped;
+            if context.visible[lane] > 0.0 {
+                *arguments.valid.add(i) = 0;
+            }
+        }
+    }
+}
+
+impl Traced<'_> {
+    fn context(&self, model: &Model<'_>) -> (Context<'static>, OccludedArguments) {
+        let context = Context {
+            instance: [INVALID; 2],
+            model: std::ptr::from_ref(model).cast(),
+            visible: [1.0; PACKET],
+        };
+        let arguments = OccludedArguments {
+            flags: 0,
+            features: ALL_FEATURES,
+            context: null_mut(),
+            filter: null_mut(),
+            occluded: null_mut(),
+            reserve: [0; 4],
+        };
+        (context, arguments)
+    }
+
+    /// Visibility of segments, in order: 0 where they are blocked.
+    pub fn visibility(&self, segments: &[Segment], call: Call, visibility: &mut Vec<f32>) {
+        let model = Model { scene: &self.scene, ids: &self.ids };
+        let (mut context, mut arguments) = self.context(&model);
+        arguments.context = std::ptr::from_mut(&mut context).cast();
+        visibility.clear();
+        match call {
+            Call::Single => {
+                for s in segments {
+                    context.visible[0] = 1.0;
+                    let mut ray = s.ray();
+                    // SAFETY: a committed scene, a ray and arguments of the documented layout.
+                    unsafe {
+                        (self.library.functions.rtcOccluded1)(self.top, &raw mut ray, &raw mut arguments)
+                    };
+                    visibility.push(if ray.far < 0.0 { 0.0 } else { context.visible[0] });
+                }
+            }
+            Call::Packet | Call::CoherentPacket => {
+                arguments.flags = if call == Call::Packet { 0 } else { QUERY_COHERENT };
+                for group in segments.chunks(PACKET) {
+                    context.visible = [1.0; PACKET];
+                    let mut rays = Ray16::of(group);
+                    let valid = Valid(std::array::from_fn(|i| if i < group.len() { -1 } else { 0 }));
+                    // SAFETY: as above.
+                    unsafe {
+                        (self.library.functions.rtcOccluded16)(
+                            valid.0.as_ptr(),
+                            self.top,
+                            &raw mut rays,
+                            &raw mut arguments,
+                        );
+                    }
+                    let passed = |i: usize| if rays.far[i] < 0.0 { 0.0 } else { context.visible[i] };
+                    visibility.extend((0..group.len()).map(passed));
+                }
+            }
+        }
+    }
+
+    /// Ray parameters of the closest hits, infinite where there is none. Holes are not asked for.
+    pub fn closest_hits(&self, rays: &[Segment], parameters: &mut Vec<f32>) {
+        parameters.clear();
+        for s in rays {
+            let mut hit = RayHit1 {
+                ray: s.ray(),
+                normal: [0.0; 3],
+                uv: [0.0; 2],
+                primitive: INVALID,
+                geometry: INVALID,
+                instance: [INVALID; 2],
+            };
+            // SAFETY: a committed scene and a ray of the documented layout; no arguments are the default ones.
+            unsafe { (self.library.functions.rtcIntersect1)(self.top, &raw mut hit, null_mut()) };
+            parameters.push(if hit.geometry == INVALID { f32::INFINITY } else { hit.ray.far });
+        }
+    }
+}
+
+impl Drop for Traced<'_> {
+    fn drop(&mut self) {
+        // SAFETY: handles that live and are used no more.
+        unsafe {
+            (self.library.functions.rtcReleaseScene)(self.top);
+            (self.library.functions.rtcReleaseDevice)(self.device);
+        }
+    }
+}
+
+/// A segment, or a ray to infinity, as a ray tracer is given it.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    /// Where it starts (m).
+    pub origin: Vec3,
+    /// To its end, or the direction.
+    pub direction: Vec3,
+    /// Largest parameter.
+    pub t_max: f32,
+}
+
+impl Segment {
+    fn ray(&self) -> Ray1 {
+        Ray1 {
+            origin: self.origin.to_array(),
+            near: MARGIN,
+            direction: self.direction.to_array(),
+            time: 0.0,
+            far: self.t_max * (1.0 - MARGIN),
+            mask: u32::MAX,
+            id: 0,
+            flags: 0,
+        }
+    }
+}
+
+impl Ray16 {
+    fn of(group: &[Segment]) -> Self {
+        let mut rays = Self {
+            origin: [[0.0; PACKET]; 3],
+            near: [MARGIN; PACKET],
+            direction: [[1.0; PACKET]; 3],
+            time: [0.0; PACKET],
+            far: [-1.0; PACKET],
+            mask: [u32::MAX; PACKET],
+            id: std::array::from_fn(|i| i as u32),
+            flags: [0; PACKET],
+        };
+        for (i, s) in group.iter().enumerate() {
+            for axis in 0..3 {
+                rays.origin[axis][i] = s.origin[axis];
+                rays.direction[axis][i] = s.direction[axis];
+            }
+            rays.far[i] = s.t_max * (1.0 - MARGIN);
+        }
+        rays
+    }
+}

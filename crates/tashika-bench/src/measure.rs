@@ -1,0 +1,68 @@
+//! Variants timed in turns: medians, and ratios to the first.
+
+use rustix::time::{ClockId, clock_gettime};
+
+/// Seconds of processor time that this thread has taken. (Other libraries' threads may spin beside it.)
+pub fn cpu_seconds() -> f64 {
+    let t = clock_gettime(ClockId::ThreadCPUTime);
+    t.tv_sec as f64 + t.tv_nsec as f64 * 1e-9
+}
+
+/// Something to be timed.
+pub struct Variant<'a> {
+    /// What it is called.
+    pub name: String,
+    /// Does it once.
+    pub work: Box<dyn FnMut() + 'a>,
+}
+
+impl<'a> Variant<'a> {
+    /// A variant.
+    pub fn new(name: impl Into<String>, work: impl FnMut() + 'a) -> Self {
+        Self { name: name.into(), work: Box::new(work) }
+    }
+}
+
+/// What was measured of a variant.
+#[derive(Clone, Debug)]
+pub struct Timed {
+    /// What it is called.
+    pub name: String,
+    /// Median of the processor time (s).
+    pub seconds: f64,
+    /// Median, over the rounds, of the first variant's time over this one's in the same round.
+    pub speed: f64,
+    /// Smallest and largest of these.
+    pub range: [f64; 2],
+}
+
+/// Times variants in turns for that many rounds, after one that does not count.
+pub fn in_turns(variants: &mut [Variant<'_>], rounds: usize) -> Vec<Timed> {
+    assert!(rounds > 0, "something has to be measured");
+    let mut times = vec![Vec::with_capacity(rounds); variants.len()];
+    for round in 0..=rounds {
+        for (variant, times) in variants.iter_mut().zip(&mut times) {
+            let begun = cpu_seconds();
+            (variant.work)();
+            let taken = cpu_seconds() - begun;
+            if round > 0 {
+                times.push(taken);
+            }
+        }
+    }
+    let first = times[0].clone();
+    let summary = |(variant, times): (&Variant<'_>, Vec<f64>)| {
+        let mut speeds: Vec<f64> = first.iter().zip(&times).map(|(first, own)| first / own).collect();
+        let speed = median(&mut speeds);
+        let range = [speeds[0], speeds[speeds.len() - 1]];
+        Timed { name: variant.name.clone(), seconds: median(&mut times.clone()), speed, range }
+    };
+    variants.iter().zip(times).map(summary).collect()
+}
+
+/// The median; sorts.
+pub fn median(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
+}

@@ -1,0 +1,80 @@
+//! The rays and segments of a render, kept in the order in which they were asked for.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use tashika::accel::{Apex, Listener, SegmentBatch, Tracer};
+use tashika::math::Ray;
+
+/// What a tracer was asked.
+#[derive(Debug, Default)]
+pub struct Recording {
+    /// Batches of segments.
+    pub batches: Vec<SegmentBatch>,
+    /// Rays, with the keys of their holes.
+    pub rays: Vec<(Ray, u64)>,
+}
+
+/// Keeps what it hears.
+#[derive(Debug, Default)]
+struct Recorder(Mutex<Recording>);
+
+impl Listener for Recorder {
+    fn segments(&self, batch: &SegmentBatch) {
+        if !batch.is_empty() {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).batches.push(batch.clone());
+        }
+    }
+
+    fn ray(&self, ray: &Ray, key: u64) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).rays.push((*ray, key));
+    }
+}
+
+impl Recording {
+    /// Records what `work` asks of the tracer that it is given.
+    pub fn of(tracer: &Tracer, work: impl FnOnce(&Tracer)) -> Self {
+        let recorder = Arc::new(Recorder::default());
+        work(&tracer.heard_by(Arc::clone(&recorder) as Arc<dyn Listener>));
+        let recorder = Arc::into_inner(recorder).expect("nobody listens any more");
+        recorder.0.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How many segments there are.
+    pub fn segments(&self) -> usize {
+        self.batches.iter().map(SegmentBatch::len).sum()
+    }
+
+    /// Asks for the visibility of all segments again, batch by batch; the sum of what is visible.
+    pub fn trace_segments(&self, tracer: &Tracer) -> f64 {
+        let mut visibility = Vec::new();
+        let mut sum = 0.0;
+        for batch in &self.batches {
+            tracer.visibility(batch, &mut visibility);
+            sum += visibility.iter().map(|&v| f64::from(v)).sum::<f64>();
+        }
+        sum
+    }
+
+    /// Asks for all closest hits again; how many there are.
+    pub fn trace_rays(&self, tracer: &Tracer) -> usize {
+        self.rays.iter().filter(|(ray, key)| tracer.closest_hit(ray, *key).is_some()).count()
+    }
+}
+
+/// The ends of each segment of a batch, in order: where it starts, its direction, its largest parameter.
+pub fn segments_of(batch: &SegmentBatch) -> Vec<crate::embree::Segment> {
+    let mut segments = Vec::with_capacity(batch.len());
+    for fan in batch.fans() {
+        for &target in &batch.targets()[fan.targets.start as usize..fan.targets.end as usize] {
+            segments.push(match fan.apex {
+                Apex::Point(apex) => {
+                    crate::embree::Segment { origin: apex, direction: target - apex, t_max: 1.0 }
+                }
+                Apex::Direction(direction) => {
+                    crate::embree::Segment { origin: target, direction, t_max: f32::INFINITY }
+                }
+            });
+        }
+    }
+    segments
+}
