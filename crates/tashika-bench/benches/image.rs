@@ -10,26 +10,20 @@ use std::time::Instant;
 use clap::Parser;
 use tashika::render::with_threads;
 use tashika_bench::measure::median;
-use tashika_bench::subject::{Subject, SubjectArgs};
+use tashika_bench::subject::{BenchArgs, Subject};
 
 #[derive(Parser, Debug)]
 struct Args {
     #[command(flatten)]
-    subject: SubjectArgs,
+    common: BenchArgs,
     /// Threads beside one
     #[arg(long, default_value_t = 2)]
     threads: usize,
-    /// Rounds
-    #[arg(long, default_value_t = 5)]
-    rounds: usize,
-    /// What cargo adds
-    #[arg(long, hide = true)]
-    bench: bool,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args = Args::parse();
-    let subject = Subject::new(&args.subject)?;
+    let subject = Subject::new(&args.common.subject)?;
     let once = |threads: usize| {
         let begun = Instant::now();
         let rendered = with_threads(threads, || subject.render(&subject.tracer));
@@ -39,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pixels = subject.window().area();
     println!("{}: {} rays a pixel", subject.describe(), rays / pixels);
     let mut speeds = Vec::new();
-    for _ in 0..args.rounds {
+    for _ in 0..args.common.rounds {
         let (one, many) = (once(1)?.0, once(args.threads)?.0);
         println!("{one:.2} s on one thread, {many:.2} s on {}", args.threads);
         speeds.push(one / many);

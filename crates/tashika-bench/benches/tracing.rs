@@ -15,21 +15,15 @@ use tashika::render::with_threads;
 use tashika_bench::embree::{Build, Call, Library4, Segment, Traced};
 use tashika_bench::measure::{Timed, Variant, in_turns};
 use tashika_bench::recording::{Recording, segments_of};
-use tashika_bench::subject::{Subject, SubjectArgs};
+use tashika_bench::subject::{BenchArgs, Subject};
 
 #[derive(Parser, Debug)]
 struct Args {
     #[command(flatten)]
-    subject: SubjectArgs,
+    common: BenchArgs,
     /// The library of Embree 4, to be measured beside
     #[arg(long)]
     embree: Option<PathBuf>,
-    /// Rounds that count
-    #[arg(long, default_value_t = 5)]
-    rounds: usize,
-    /// What cargo adds
-    #[arg(long, hide = true)]
-    bench: bool,
 }
 
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
@@ -39,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
 
 fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
     let told = |e: Box<dyn Error>| e.to_string();
-    let subject = Subject::new(&args.subject).map_err(told)?;
+    let subject = Subject::new(&args.common.subject).map_err(told)?;
     println!("{}\n", subject.describe());
     let recording = Recording::of(&subject.tracer, |tracer| drop(subject.render(tracer)));
     println!(
@@ -56,7 +50,7 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
         Variant::new("its segments", || _ = black_box(recording.trace_segments(tracer))),
         Variant::new("its rays", || _ = black_box(recording.trace_rays(tracer))),
     ];
-    let timed = in_turns(&mut variants, args.rounds);
+    let timed = in_turns(&mut variants, args.common.rounds);
     table("Whole render", "processor time (s)", &timed, 1.0);
     println!("render / (segments + rays): {:.2}\n", timed[0].seconds / (timed[1].seconds + timed[2].seconds));
     drop(variants);
@@ -79,7 +73,12 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
     variants
         .push(Variant::new("Embree, rtcOccluded16, coherent, robust", || all(&robust, Call::CoherentPacket)));
     variants.push(Variant::new("tashika", || _ = black_box(recording.trace_segments(tracer))));
-    table("Segments", "M/s", &in_turns(&mut variants, args.rounds), recording.segments() as f64 * 1e-6);
+    table(
+        "Segments",
+        "M/s",
+        &in_turns(&mut variants, args.common.rounds),
+        recording.segments() as f64 * 1e-6,
+    );
     drop(variants);
 
     let rays: Vec<Segment> = recording
@@ -97,7 +96,7 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
         Variant::new("Embree, rtcIntersect1, robust", || hits(&robust)),
         Variant::new("tashika", || _ = black_box(recording.trace_rays(tracer))),
     ];
-    table("Closest hits", "M/s", &in_turns(&mut variants, args.rounds), rays.len() as f64 * 1e-6);
+    table("Closest hits", "M/s", &in_turns(&mut variants, args.common.rounds), rays.len() as f64 * 1e-6);
     drop(variants);
 
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());

@@ -18,24 +18,18 @@ use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{VplOptions, VplSet};
 use tashika_bench::embree::{Build, Library4};
 use tashika_bench::measure::median;
-use tashika_bench::subject::{SubjectArgs, scene};
+use tashika_bench::subject::{BenchArgs, scene};
 
 #[derive(Parser, Debug)]
 struct Args {
     #[command(flatten)]
-    subject: SubjectArgs,
+    common: BenchArgs,
     /// The library of Embree 4, to be measured beside
     #[arg(long)]
     embree: Option<PathBuf>,
     /// Threads
     #[arg(long, default_value_t = 2)]
     threads: usize,
-    /// Repetitions
-    #[arg(long, default_value_t = 5)]
-    rounds: usize,
-    /// What cargo adds
-    #[arg(long, hide = true)]
-    bench: bool,
 }
 
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
@@ -44,14 +38,14 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
 }
 
 fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
-    let (loaded, loading) = timed(|| scene(&args.subject).map_err(|e| e.to_string()));
+    let (loaded, loading) = timed(|| scene(&args.common.subject).map_err(|e| e.to_string()));
     let loaded = loaded?;
     println!("{}, {} threads\n\n| step | s |\n|---|---|", loaded.name(), args.threads);
     println!("| reading | {loading:.2} |");
 
     let library = args.embree.as_deref().map(Library4::load).transpose()?;
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-    for _ in 0..args.rounds {
+    for _ in 0..args.common.rounds {
         ours.push(timed(|| Tracer::new(Arc::clone(&loaded))).1);
         if let Some(library) = &library {
             let build = Build { robust: false, threads: args.threads as u32 };
@@ -67,12 +61,12 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
 
     let tracer = Tracer::new(Arc::clone(&loaded));
     let size = tracer.size();
-    let options = VplOptions { count: args.subject.vpls, ..VplOptions::default() };
+    let options = VplOptions { count: args.common.subject.vpls, ..VplOptions::default() };
     let (lights, tracing) = timed(|| VplSet::trace(&tracer, &options));
     let lights = lights?;
     let mut seconds = Vec::new();
     let mut bytes = 0;
-    for _ in 0..args.rounds {
+    for _ in 0..args.common.rounds {
         let (tree, taken) = timed(|| LightTree::build(&lights, LightTreeBuilder::default()));
         seconds.push(taken);
         bytes = tree.bytes();

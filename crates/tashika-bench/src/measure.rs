@@ -37,9 +37,9 @@ pub struct Timed {
 }
 
 /// Times variants in turns for that many rounds, after one that does not count.
-pub fn in_turns(variants: &mut [Variant<'_>], rounds: usize) -> Vec<Timed> {
+pub fn in_turns(variants: &mut [Variant<'_>], rounds: u32) -> Vec<Timed> {
     assert!(rounds > 0, "something has to be measured");
-    let mut times = vec![Vec::with_capacity(rounds); variants.len()];
+    let mut times = vec![Vec::with_capacity(rounds as usize); variants.len()];
     for round in 0..=rounds {
         for (variant, times) in variants.iter_mut().zip(&mut times) {
             let begun = cpu_seconds();

@@ -26,10 +26,10 @@ pub struct SubjectArgs {
     #[arg(long, default_value = "256x256", value_parser = size)]
     pub size: [u32; 2],
     /// Side of the square in the middle of the image that is rendered (pixels); all if not given
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub crop: Option<u32>,
     /// Gather points a pixel
-    #[arg(long, default_value_t = 64)]
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub points: u32,
     /// VPLs
     #[arg(long, default_value_t = 55_000)]
@@ -40,6 +40,20 @@ pub struct SubjectArgs {
     /// Relative error
     #[arg(long, default_value_t = 0.02)]
     pub error: f64,
+}
+
+/// What every benchmark takes.
+#[derive(Args, Clone, Debug)]
+pub struct BenchArgs {
+    /// What is rendered.
+    #[command(flatten)]
+    pub subject: SubjectArgs,
+    /// Rounds that count
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub rounds: u32,
+    /// What cargo adds
+    #[arg(long, hide = true)]
+    bench: bool,
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

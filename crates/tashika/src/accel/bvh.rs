@@ -56,8 +56,6 @@ impl Node {
 pub(super) struct Bvh {
     /// Nodes, the root first; empty if there are no items.
     pub nodes: Vec<Node>,
-    /// Inner nodes above the deepest leaf.
-    pub depth: usize,
 }
 
 /// The items of each leaf, in the order in which a depth-first walk meets them.
@@ -108,7 +106,7 @@ impl Bvh {
         let mut params = BvhBuildParams::medium_build();
         params.max_prims_per_leaf = most as u32;
         let tree = build_bvh2(&items, params, &mut std::time::Duration::default());
-        let mut bvh = Self { nodes: Vec::with_capacity(tree.nodes.len() / 2), depth: 0 };
+        let mut bvh = Self { nodes: Vec::with_capacity(tree.nodes.len() / 2) };
         let mut leaves = Leaves::default();
         let opening = Opening { tree: &tree, boxes, most };
         if tree.nodes[0].is_leaf() {
@@ -117,7 +115,6 @@ impl Bvh {
         // Depth first, children before siblings, so that a path lies together in memory.
         let mut stack = vec![Pending { source: Source::Builder(0), parent: None, depth: 1 }];
         while let Some(Pending { source, parent, depth }) = stack.pop() {
-            bvh.depth = bvh.depth.max(depth);
             let number = bvh.nodes.len() as u32;
             if let Some((parent, slot)) = parent {
                 bvh.nodes[parent as usize].first[slot] = number;
@@ -153,8 +150,7 @@ impl Bvh {
             root.count[0] = items;
             nodes.push(root);
         }
-        let depth = nodes.len();
-        (Self { nodes, depth }, leaves)
+        (Self { nodes }, leaves)
     }
 }
 

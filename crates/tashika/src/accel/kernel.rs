@@ -41,22 +41,22 @@ pub(super) fn closest_hit(level: Level, trees: &Trees, scene: &Scene, ray: &Ray,
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::*;
-    use crate::math::simd::Avx2;
+    use crate::math::simd::{Avx2, for_avx2};
 
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn visibility(trees: &Trees, scene: &Scene, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
-        trace::<Avx2>(trees, scene, batch, visibility);
-    }
+    for_avx2! {
+        pub fn visibility(trees: &Trees, scene: &Scene, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
+            trace::<Avx2>(trees, scene, batch, visibility);
+        }
 
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn closest_hit(
-        trees: &Trees,
-        scene: &Scene,
-        ray: &Ray,
-        key: u64,
-        waiting: &mut Waiting,
-    ) -> Option<Hit> {
-        single::closest_hit::<Avx2>(trees, scene, ray, key, waiting)
+        pub fn closest_hit(
+            trees: &Trees,
+            scene: &Scene,
+            ray: &Ray,
+            key: u64,
+            waiting: &mut Waiting,
+        ) -> Option<Hit> {
+            single::closest_hit::<Avx2>(trees, scene, ray, key, waiting)
+        }
     }
 }
 

@@ -4,8 +4,8 @@
 //! * [`Tracer::closest_hit`]: the first surface along a ray.
 //! * [`Tracer::visibility`]: for each segment of a [`SegmentBatch`] the share of light that passes,
 //!   `V ∈ [0, 1]`. Segments come as *fans*: one end is common to all segments of a fan (a VPL, or a gather point,
-//!   or a direction to infinity), the other ends are its targets. What does not depend on the target is then
-//!   computed once a fan, and the order of targets decides the speed: neighbours should be close.
+//!   or a direction to infinity), the other ends are its targets. Those of a fan walk through the trees together as long as
+//!   they can, so that the order of targets decides the speed: neighbours should be close.
 //!
 //! Nothing outside this module names a ray tracer or asks about a single segment in a loop.
 //!
@@ -13,7 +13,7 @@
 //! For a segment from `o` to `x` and a triangle `(v₀, v₁, v₂)` with `n = (v₁ − v₀) × (v₂ − v₀)`:
 //!
 //! 1. *Ends on opposite sides, certainly.* `T₀ = (v₀ − o)·n` and `T₁ = (v₀ − x)·n` have opposite signs and
-//!    each is larger than the bound of its own rounding error (`triangle::plane_error`). For a segment to
+//!    each is larger than the bound of its own rounding error (`triangle::Planes`). For a segment to
 //!    infinity, `T₁ = −d·n`.
 //! 2. *The line passes inside.* `d·(b × c)`, `d·(c × a)`, `d·(a × b)` with `a, b, c = vᵢ − o` all have the sign of
 //!    `T₀`, or are zero. Two triangles with a common edge compute the very same number for it, negated, so that

@@ -41,7 +41,7 @@ pub(super) struct Segment {
     pub origin: Vec3,
     /// From start to end, or the direction to infinity.
     pub direction: Vec3,
-    /// Where it ends; none if it goes to infinity.
+    /// Where it ends; not used if it goes to infinity.
     pub target: Vec3,
     /// Error of each component of the ends (m).
     pub point_error: f32,

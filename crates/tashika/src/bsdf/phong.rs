@@ -27,10 +27,10 @@ use crate::warp;
 /// Largest exponent. Its lobe is 0.08° wide; beyond, rounding of the directions shows in the value.
 const MAX_EXPONENT: f32 = 1e6;
 
-/// `exp(−x)` is zero in the product with any normalisation if `x` is larger.
+/// Where `exp(−x)`, with any normalisation below 10⁻³², counts as zero if `x` is not smaller: what `exp_of` takes.
 const NEGLIGIBLE_POWER: f32 = 87.0;
 
-/// The largest `1 − cos α` below 1.
+/// The largest number below 1.
 const LARGEST_VERSINE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Diffuse reflection and a cosine lobe about the mirror direction (the modified Phong model).
@@ -76,7 +76,7 @@ impl Phong {
         let mirror = mirror_direction(wo).to_array();
         let [x, y, z] = each!(|axis| wi[axis] - R::splat(mirror[axis]));
         let versine = R::splat(0.5) * (x * x + y * y + z * z);
-        // The power of the largest number below 1 that is left is negligible for all but tiny exponents, where it is far from zero.
+        // Directions behind are evaluated as if they were just in front, which is finite, and left out.
         let within = versine.min(R::splat(LARGEST_VERSINE));
         let power = R::splat(self.exponent) * ln_1m(within);
         let lobe = exp_of(power.max(R::splat(-NEGLIGIBLE_POWER)));

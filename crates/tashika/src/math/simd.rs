@@ -157,7 +157,7 @@ impl Real for f32 {
 pub(crate) enum Level {
     /// What every machine has.
     Portable,
-    /// AVX2, and what else every machine has that has it: `avx2,bmi1,bmi2,lzcnt,popcnt`.
+    /// AVX2, and what else every machine has that has it: see `for_avx2`.
     #[cfg(target_arch = "x86_64")]
     Avx2,
 }
@@ -202,6 +202,16 @@ macro_rules! on_level {
     };
 }
 pub(crate) use on_level;
+
+/// Functions that are compiled for [`Level::Avx2`], to be called by [`on_level`].
+macro_rules! for_avx2 {
+    ($(pub fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block)*) => {$(
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        pub fn $name($($argument: $type),*) $(-> $result)? $body
+    )*};
+}
+#[cfg(target_arch = "x86_64")]
+pub(crate) use for_avx2;
 
 /// Plain arrays.
 #[derive(Clone, Copy, Debug)]

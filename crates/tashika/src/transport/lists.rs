@@ -120,11 +120,12 @@ fn along<F: F32x8>(v: [F; 3], axis: Vec3) -> F {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::{GatherPoint, Transport, Vpl};
-    use crate::math::simd::Avx2;
+    use crate::math::simd::{Avx2, for_avx2};
 
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn list(transport: &Transport, points: &[GatherPoint], lights: &[Vpl], luminances: &mut Vec<f32>) {
-        transport.list_with::<Avx2>(points, lights, luminances);
+    for_avx2! {
+        pub fn list(transport: &Transport, points: &[GatherPoint], lights: &[Vpl], luminances: &mut Vec<f32>) {
+            transport.list_with::<Avx2>(points, lights, luminances);
+        }
     }
 }
 

@@ -137,11 +137,12 @@ fn best_with(level: Level, clusters: &[Cluster], c2: f32) -> Vec<u32> {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::Columns;
-    use crate::math::simd::Avx2;
+    use crate::math::simd::{Avx2, for_avx2};
 
-    #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn inside(columns: &Columns, first: usize, c2: f32, best: &mut [u32]) {
-        columns.inside::<Avx2>(first, c2, best);
+    for_avx2! {
+        pub fn inside(columns: &Columns, first: usize, c2: f32, best: &mut [u32]) {
+            columns.inside::<Avx2>(first, c2, best);
+        }
     }
 }
 
