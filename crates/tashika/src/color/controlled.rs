@@ -35,6 +35,9 @@ impl Controlled {
     /// Both, as users choose among them.
     pub const ALL: [Self; 2] = [Self::Luminance, Self::Channels];
 
+    /// As many [parts](Controlled::parts) as there are at most.
+    pub const MOST_PARTS: usize = 3;
+
     /// The one of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|controlled| controlled.to_string() == name)

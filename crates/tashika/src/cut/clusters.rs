@@ -66,7 +66,11 @@ pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<B> {
 impl<B: UpperMaterial> Clusters<'_, B> {
     /// All terms as one pair; `None` if there are none.
     pub fn root(&self) -> Option<Pair> {
-        Some(self.pair(self.lights.root()?, self.points.root()?, f32::INFINITY))
+        Some(self.bounded(Pair {
+            light: self.lights.root()?,
+            points: self.points.root()?,
+            upper: f32::INFINITY,
+        }))
     }
 
     /// The upper bound `R` of the luminance of a drawn term (W·m⁻²·sr⁻¹).
@@ -132,7 +136,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         f64::from(light.intensity.luminance()) * f64::from(point.weight.max_channel())
     }
 
-    /// The two halves of a pair, which must not be single: it is cut where the diagonal of the box is longer.
+    /// The two halves of a pair, which must not be single, with the bound of the whole: it is cut where the diagonal of the box is longer.
     ///
     /// Light from infinity has no box; it is infinitely far apart, hence cut before the points.
     pub fn split(&self, pair: &Pair) -> [Pair; 2] {
@@ -140,26 +144,26 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         let points = &self.points.nodes()[pair.points as usize];
         let light_is_longer =
             light.bounds.reaches_infinity() || light.bounds.aabb.diagonal() >= points.aabb.diagonal();
+        let cut_lights = |lights: [u32; 2]| lights.map(|light| Pair { light, ..*pair });
         match (light.children, points.children) {
-            (Some(lights), None) => lights.map(|l| self.pair(l, pair.points, pair.upper)),
-            (Some(lights), Some(_)) if light_is_longer => {
-                lights.map(|l| self.pair(l, pair.points, pair.upper))
-            }
-            (_, Some(points)) => points.map(|p| self.pair(pair.light, p, pair.upper)),
+            (Some(lights), None) => cut_lights(lights),
+            (Some(lights), Some(_)) if light_is_longer => cut_lights(lights),
+            (_, Some(points)) => points.map(|points| Pair { points, ..*pair }),
             (None, None) => unreachable!("a single term is not split"),
         }
     }
 
-    fn pair(&self, light: u32, points: u32, upper_of_parent: f32) -> Pair {
-        let lights = &self.lights.nodes()[light as usize].bounds;
-        let towards = Towards::between(lights, &self.points.nodes()[points as usize].aabb);
+    /// A pair with its own bound, where that is smaller than the one that it has.
+    pub fn bounded(&self, pair: Pair) -> Pair {
+        let lights = &self.lights.nodes()[pair.light as usize].bounds;
+        let towards = Towards::between(lights, &self.points.nodes()[pair.points as usize].aabb);
         let geometric = upper_geometric(lights, &towards, self.clamp_distance);
         // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a bound.
         let own = if geometric > 0.0 {
-            (geometric * self.points.material(points).upper_material(&towards)).next_up()
+            (geometric * self.points.material(pair.points).upper_material(&towards)).next_up()
         } else {
             0.0
         };
-        Pair { light, points, upper: own.min(upper_of_parent) }
+        Pair { upper: own.min(pair.upper), ..pair }
     }
 }

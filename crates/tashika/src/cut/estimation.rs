@@ -9,7 +9,7 @@
 //! which the rule was met is thrown away, and not counted.
 
 use super::clusters::{Clusters, Pair};
-use super::refinement::{ByUpper, Refinement, Split};
+use super::refinement::{ByUpper, Refinement, RefinementMemory, Split};
 use super::sampling::{PairEstimate, Scheme};
 use super::stopping::{Progress, StoppingRule};
 use super::terms::TermBatch;
@@ -70,7 +70,8 @@ pub struct Refiner<'a, S> {
 impl<S: Scheme> Refiner<'_, S> {
     /// Estimates the sum of all terms; random numbers come from `stream`.
     pub fn estimate<B: UpperMaterial>(&self, clusters: Clusters<'_, B>, stream: &mut Stream) -> CutEstimate {
-        let Some(refinement) = Refinement::new(clusters, ByUpper { finest: 1 }, None) else {
+        let mut memory = RefinementMemory::default();
+        let Some(refinement) = Refinement::new(clusters, ByUpper { finest: 1 }, None, &mut memory) else {
             return CutEstimate {
                 radiance: RgbSum::default(),
                 variance: 0.0,

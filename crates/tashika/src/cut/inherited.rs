@@ -27,13 +27,13 @@ use smallvec::SmallVec;
 
 use super::clusters::Clusters;
 use super::listed::{Listed, Listing};
-use super::refinement::{Order, Refinement};
+use super::refinement::{Order, Refinement, RefinementMemory};
 use super::terms::{Term, TermBatch};
 use crate::accel::Tracer;
 use crate::bounds::UpperMaterial;
-use crate::color::{Part, Rgb, RgbSum};
+use crate::color::{Controlled, Rgb, RgbSum};
 use crate::rng::Stream;
-use crate::stats::stratified;
+use crate::stats::stratified::{self, Spread};
 use crate::transport::Transport;
 
 /// Samples of a stratum that is not evaluated as a whole.
@@ -59,6 +59,19 @@ struct Stratum {
     samples: SmallVec<[u32; 4]>,
 }
 
+/// What the samples of a stratum of the cut say; nothing of it changes until the stratum is split.
+#[derive(Clone, Copy, Debug)]
+struct Said {
+    /// Of the pair.
+    number: u32,
+    /// Of the luminance; its `variance` stands in `variances`.
+    luminance: stratified::Stratum,
+    /// Sample variance of each part that is controlled.
+    variances: [f64; Controlled::MOST_PARTS],
+    /// Estimate of the stratum.
+    mean: RgbSum,
+}
+
 /// Where the value of a term of the batch goes.
 #[derive(Clone, Copy, Debug)]
 enum Destination {
@@ -77,6 +90,8 @@ pub struct StrataOptions {
     pub lists: bool,
     /// Whether what samples see corrects the visibility that was expected.
     pub corrects: bool,
+    /// Which numbers of the colour the strata tell about.
+    pub controlled: Controlled,
 }
 
 /// A cut whose strata inherit samples.
@@ -86,16 +101,30 @@ pub struct InheritedCut<'a, B, O> {
     tracer: &'a Tracer,
     transport: Transport,
     stream: Stream,
-    strata: Vec<Stratum>,
-    samples: Vec<Sample>,
     /// `E`.
     whole: RgbSum,
+    pairs: u64,
+    segments: u64,
+    memory: &'a mut StrataMemory,
+}
+
+/// Memory of an [`InheritedCut`], which the next one uses again.
+#[derive(Debug, Default)]
+pub struct CutMemory {
+    refinement: RefinementMemory,
+    strata: StrataMemory,
+}
+
+#[derive(Debug, Default)]
+struct StrataMemory {
+    strata: Vec<Stratum>,
+    samples: Vec<Sample>,
+    /// Of all strata that have samples, in the order of their pairs.
+    said: Vec<Said>,
     batch: TermBatch,
     /// Of the terms of the batch.
     destinations: Vec<Destination>,
     visibility: Vec<f32>,
-    pairs: u64,
-    segments: u64,
 }
 
 impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
@@ -109,53 +138,49 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         tracer: &'a Tracer,
         transport: Transport,
         stream: Stream,
+        memory: &'a mut CutMemory,
     ) -> Option<Self> {
         let listing = options.lists.then_some(Listing { transport, most: LISTED });
+        let CutMemory { refinement, strata: memory } = memory;
+        memory.strata.clear();
+        memory.samples.clear();
+        memory.said.clear();
+        memory.strata.push(Stratum::default());
         let mut cut = Self {
-            refinement: Refinement::new(clusters, order, listing)?,
+            refinement: Refinement::new(clusters, order, listing, refinement)?,
             options,
             tracer,
             transport,
             stream,
-            strata: vec![Stratum::default()],
-            samples: Vec::new(),
             whole: RgbSum::default(),
-            batch: TermBatch::default(),
-            destinations: Vec::new(),
-            visibility: Vec::new(),
             pairs: 1,
             segments: 0,
+            memory,
         };
         cut.take(0, &[], None);
-        cut.fill(0);
-        cut.trace();
+        cut.complete(0);
         Some(cut)
     }
 
     /// Refines until there are `pairs` pairs or nothing can be split, and draws and traces what new strata lack.
     pub fn grow(&mut self, pairs: u64) {
-        let first = self.strata.len();
+        let first = self.memory.strata.len();
         while self.pairs < pairs {
             let Some(next) = self.refinement.split_next() else { break };
             let (parent, children) = (next.parent as usize, next.children as usize);
-            let mut inherited = std::mem::take(&mut self.strata[parent].samples);
+            let mut inherited = std::mem::take(&mut self.memory.strata[parent].samples);
             if !self.options.inherits {
                 inherited.clear();
             }
             let from = self.refinement.known(parent).listed;
-            self.strata[parent].was_split = true;
+            self.memory.strata[parent].was_split = true;
             self.pairs += 1;
             for child in [children, children + 1] {
-                self.strata.push(Stratum::default());
+                self.memory.strata.push(Stratum::default());
                 self.take(child, &inherited, from);
             }
         }
-        for number in first..self.strata.len() {
-            if !self.strata[number].was_split {
-                self.fill(number);
-            }
-        }
-        self.trace();
+        self.complete(first);
     }
 
     /// Pairs of the cut.
@@ -173,56 +198,92 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         self.refinement.clusters().terms(&self.refinement.pairs()[0])
     }
 
+    /// Whether nothing is left that is only sampled: the estimate is the sum.
+    pub fn is_whole(&self) -> bool {
+        self.memory.said.is_empty()
+    }
+
     /// The estimate, in the order of the pairs.
     pub fn estimate(&self) -> RgbSum {
         let mut sum = self.whole;
-        for (number, stratum) in self.strata.iter().enumerate() {
-            let n = stratum.samples.len() as f64;
-            let weight = self.weight(number) / n;
-            for &k in &stratum.samples {
-                sum.add(scaled(self.samples[k as usize].unit, weight));
-            }
+        for said in &self.memory.said {
+            sum.merge(&said.mean);
         }
         sum
     }
 
-    /// What each stratum that is not whole says of a part of the colour.
+    /// What the strata say of a part that is controlled, by its number among [`Controlled::parts`].
     ///
-    /// * `per_luminance`: about how much of the part there is for a luminance of 1; for what is expected, not for bounds.
-    pub fn summarize(&self, part: &Part, per_luminance: f64, strata: &mut Vec<stratified::Stratum>) {
-        strata.clear();
-        for (number, stratum) in self.strata.iter().enumerate() {
-            if stratum.samples.is_empty() {
-                continue;
-            }
-            let known = self.refinement.known(number);
-            let weight = self.weight(number);
-            let n = stratum.samples.len() as f64;
-            let units = stratum.samples.iter().map(|&k| self.samples[k as usize].unit);
-            let (mut mean, mut luminance) = (0.0, 0.0);
-            for unit in units.clone() {
-                mean += part.of(unit) / n;
-                luminance += f64::from(unit.luminance());
-            }
-            let squares: f64 =
-                units.map(|unit| part.of(unit) - mean).map(|deviation| deviation * deviation).sum();
-            let expected = known.expectation.importance_visibility;
-            let mut visibility = expected;
-            if self.options.corrects {
-                // What is expected to be in shadow and is seen in the light is a reason to expect more.
-                let seen = (luminance * weight / known.upper).min(n);
-                visibility = (EXPECTATION_WEIGHT * expected + seen) / (EXPECTATION_WEIGHT + n);
-            }
-            let upper = known.upper * part.per_luminance;
-            let range = known.upper * per_luminance;
-            strata.push(stratified::Stratum {
-                samples: stratum.samples.len() as u32,
+    /// * `estimate`: [of the cut](InheritedCut::estimate). How much of the part there is for a luminance of 1 is taken from it, for what is expected; not
+    ///   for bounds.
+    pub fn spread(&self, part: usize, estimate: &RgbSum) -> Spread {
+        let of = &self.options.controlled.parts()[part];
+        let luminance = estimate.luminance();
+        let per_luminance = if luminance > 0.0 { of.of_sum(estimate) / luminance } else { of.per_luminance };
+        Spread::of(self.memory.said.iter().map(|said| {
+            let luminance = &said.luminance;
+            let upper = luminance.upper * of.per_luminance;
+            stratified::Stratum {
+                samples: luminance.samples,
                 upper,
-                importance_range: (range * visibility.sqrt()).min(upper),
-                variance: squares * weight * weight / (n - 1.0),
-                importance_variance: expected * (1.0 - expected) * range * range,
-            });
+                importance_range: (luminance.importance_range * per_luminance).min(upper),
+                variance: said.variances[part],
+                importance_variance: luminance.importance_variance * per_luminance * per_luminance,
+            }
+        }))
+    }
+
+    /// Draws and traces what the strata from `first` on lack, and hears what they say.
+    fn complete(&mut self, first: usize) {
+        let strata = &self.memory.strata;
+        self.memory.said.retain(|said| !strata[said.number as usize].was_split);
+        for number in first..self.memory.strata.len() {
+            if !self.memory.strata[number].was_split {
+                self.fill(number);
+            }
         }
+        self.trace();
+        for number in first..self.memory.strata.len() {
+            if !self.memory.strata[number].samples.is_empty() {
+                self.memory.said.push(self.said(number));
+            }
+        }
+    }
+
+    fn said(&self, number: usize) -> Said {
+        let known = self.refinement.known(number);
+        let weight = self.weight(number);
+        let samples = &self.memory.strata[number].samples;
+        let n = samples.len() as f64;
+        let units = || samples.iter().map(|&k| self.memory.samples[k as usize].unit);
+        let mut mean = RgbSum::default();
+        for unit in units() {
+            mean.add(unit);
+        }
+        let luminance = mean.luminance();
+        let mean = mean.scaled(1.0 / n);
+        let mut variances = [0.0; Controlled::MOST_PARTS];
+        for (variance, part) in variances.iter_mut().zip(self.options.controlled.parts()) {
+            let middle = part.of_sum(&mean);
+            let squares: f64 =
+                units().map(|unit| part.of(unit) - middle).map(|deviation| deviation * deviation).sum();
+            *variance = squares * weight * weight / (n - 1.0);
+        }
+        let expected = known.expectation.importance_visibility;
+        let mut visibility = expected;
+        if self.options.corrects {
+            // What is expected to be in shadow and is seen in the light is a reason to expect more.
+            let seen = (luminance * weight / known.upper).min(n);
+            visibility = (EXPECTATION_WEIGHT * expected + seen) / (EXPECTATION_WEIGHT + n);
+        }
+        let luminance = stratified::Stratum {
+            samples: samples.len() as u32,
+            upper: known.upper,
+            importance_range: known.upper * visibility.sqrt(),
+            variance: 0.0,
+            importance_variance: expected * (1.0 - expected) * known.upper * known.upper,
+        };
+        Said { number: number as u32, luminance, variances, mean: mean.scaled(weight) }
     }
 
     /// What makes values of units: `I_C W_G`, or `U` of a listed pair.
@@ -239,8 +300,10 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         if known.upper <= 0.0 {
             return;
         }
-        let inside =
-            inherited.iter().copied().filter(|&k| clusters.holds(&pair, self.samples[k as usize].term));
+        let inside = inherited
+            .iter()
+            .copied()
+            .filter(|&k| clusters.holds(&pair, self.memory.samples[k as usize].term));
         let mut samples: SmallVec<[u32; 4]> = inside.collect();
         if known.is_finest {
             self.evaluate_whole(number, &samples, from);
@@ -251,7 +314,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
             let share = |term: Term| terms.unoccluded(listed, term) / clusters.weight_of_term(term);
             let most = terms.largest_share(&clusters, &pair, listed);
             samples.retain(|k| {
-                let sample = &mut self.samples[*k as usize];
+                let sample = &mut self.memory.samples[*k as usize];
                 let share = share(sample.term);
                 let keep = self.stream.uniform_f64() * most < share;
                 if keep {
@@ -260,7 +323,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
                 keep
             });
         }
-        self.strata[number].samples = samples;
+        self.memory.strata[number].samples = samples;
     }
 
     /// Adds all terms of a pair to the sum; those that have been drawn are known.
@@ -271,7 +334,8 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
             if listed.is_some_and(|listed| self.refinement.terms().unoccluded(&listed, term) <= 0.0) {
                 continue;
             }
-            let known = drawn.iter().map(|&k| &self.samples[k as usize]).find(|sample| sample.term == term);
+            let known =
+                drawn.iter().map(|&k| &self.memory.samples[k as usize]).find(|sample| sample.term == term);
             if let Some(sample) = known {
                 let measure = match &from {
                     Some(listed) => self.refinement.terms().unoccluded(listed, term),
@@ -291,7 +355,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
             return;
         }
         let (clusters, pair) = (*self.refinement.clusters(), self.refinement.pairs()[number]);
-        while self.strata[number].samples.len() < SAMPLES {
+        while self.memory.strata[number].samples.len() < SAMPLES {
             let (term, measure) = if let Some(listed) = &known.listed {
                 let terms = self.refinement.terms();
                 let term = terms.draw(&clusters, &pair, listed, self.stream.uniform_f64());
@@ -300,9 +364,9 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
                 let term = clusters.draw(&pair, &mut self.stream);
                 (term, clusters.weight_of_term(term))
             };
-            let sample = self.samples.len() as u32;
-            self.strata[number].samples.push(sample);
-            self.samples.push(Sample { term, unit: Rgb::BLACK });
+            let sample = self.memory.samples.len() as u32;
+            self.memory.strata[number].samples.push(sample);
+            self.memory.samples.push(Sample { term, unit: Rgb::BLACK });
             self.evaluate(term, 1.0 / measure, Destination::Sample(sample));
         }
     }
@@ -310,23 +374,23 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
     fn evaluate(&mut self, term: Term, factor: f64, destination: Destination) {
         let clusters = self.refinement.clusters();
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-        self.batch.push(&self.transport, point, light, factor);
-        self.destinations.push(destination);
+        self.memory.batch.push(&self.transport, point, light, factor);
+        self.memory.destinations.push(destination);
     }
 
     /// Traces the batch.
     fn trace(&mut self) {
-        self.tracer.visibility(self.batch.segments(), &mut self.visibility);
-        self.batch.shadow(&self.visibility);
-        for (&value, destination) in self.batch.values().iter().zip(&self.destinations) {
+        self.tracer.visibility(self.memory.batch.segments(), &mut self.memory.visibility);
+        self.memory.batch.shadow(&self.memory.visibility);
+        for (&value, destination) in self.memory.batch.values().iter().zip(&self.memory.destinations) {
             match destination {
-                Destination::Sample(k) => self.samples[*k as usize].unit = value,
+                Destination::Sample(k) => self.memory.samples[*k as usize].unit = value,
                 Destination::Whole => self.whole.add(value),
             }
         }
-        self.segments += self.batch.segments().len() as u64;
-        self.batch.clear();
-        self.destinations.clear();
+        self.segments += self.memory.batch.segments().len() as u64;
+        self.memory.batch.clear();
+        self.memory.destinations.clear();
     }
 }
 

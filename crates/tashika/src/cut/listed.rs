@@ -54,22 +54,23 @@ struct Block {
 }
 
 /// The values of all pairs that have been listed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ListedTerms {
-    listing: Listing,
     values: Vec<f32>,
     blocks: Vec<Block>,
 }
 
 impl ListedTerms {
-    /// No pair yet.
-    pub fn new(listing: Listing) -> Self {
-        Self { listing, values: Vec::new(), blocks: Vec::new() }
+    /// Forgets all pairs but keeps the memory.
+    pub fn clear(&mut self) {
+        self.values.clear();
+        self.blocks.clear();
     }
 
     /// Lists a pair if it is small enough; `parent` is what is known of the pair it is a half of.
     pub fn list<B: UpperMaterial>(
         &mut self,
+        listing: &Listing,
         clusters: &Clusters<'_, B>,
         pair: &Pair,
         parent: Option<Listed>,
@@ -77,13 +78,13 @@ impl ListedTerms {
         if let Some(parent) = parent {
             return Some(self.sum(clusters, pair, parent.block));
         }
-        if clusters.terms(pair) > self.listing.most {
+        if clusters.terms(pair) > listing.most {
             return None;
         }
         let (points, lights) = clusters.members(pair);
         let (block, values) = (self.blocks.len() as u32, self.values.len() as u32);
         let members = (&clusters.points.points()[points.clone()], &clusters.lights.lights()[lights.clone()]);
-        self.listing.transport.list(members.0, members.1, &mut self.values);
+        listing.transport.list(members.0, members.1, &mut self.values);
         self.blocks.push(Block {
             values,
             first_light: lights.start as u32,

@@ -36,10 +36,10 @@ mod tests;
 
 pub use clusters::{Clusters, Pair, gather_tree};
 pub use estimation::{CutEnd, CutEstimate, Refiner};
-pub use inherited::{InheritedCut, StrataOptions};
+pub use inherited::{CutMemory, InheritedCut, StrataOptions};
 pub use listed::{Listed, ListedTerms, Listing};
 pub use pilot::{CellVisibility, Pilot, PilotVisibility};
-pub use refinement::{ByUpper, Candidate, Expectation, Known, Order, Refinement, Split};
+pub use refinement::{ByUpper, Candidate, Expectation, Known, Order, Refinement, RefinementMemory, Split};
 pub use sampling::{PairEstimate, Representative, Representatives, Scheme, Strata};
 pub use stopping::{Progress, StoppingRule};
 pub use terms::{Term, TermBatch};

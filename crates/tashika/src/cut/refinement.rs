@@ -87,7 +87,14 @@ pub struct Known {
 pub struct Refinement<'a, B, O> {
     clusters: Clusters<'a, B>,
     order: O,
-    terms: Option<ListedTerms>,
+    listing: Option<Listing>,
+    memory: &'a mut RefinementMemory,
+}
+
+/// Memory of a [`Refinement`], which the next one uses again.
+#[derive(Clone, Debug, Default)]
+pub struct RefinementMemory {
+    terms: ListedTerms,
     pairs: Vec<Pair>,
     known: Vec<Known>,
     waiting: BinaryHeap<Waiting>,
@@ -123,16 +130,18 @@ impl Eq for Waiting {}
 
 impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
     /// The cut of a single pair; `None` if the sum has no terms. Without `listing`, pairs are known by their bounds alone.
-    pub fn new(clusters: Clusters<'a, B>, order: O, listing: Option<Listing>) -> Option<Self> {
+    pub fn new(
+        clusters: Clusters<'a, B>,
+        order: O,
+        listing: Option<Listing>,
+        memory: &'a mut RefinementMemory,
+    ) -> Option<Self> {
         let root = clusters.root()?;
-        let mut refinement = Self {
-            clusters,
-            order,
-            terms: listing.map(ListedTerms::new),
-            pairs: Vec::new(),
-            known: Vec::new(),
-            waiting: BinaryHeap::new(),
-        };
+        memory.terms.clear();
+        memory.pairs.clear();
+        memory.known.clear();
+        memory.waiting.clear();
+        let mut refinement = Self { clusters, order, listing, memory };
         refinement.add(root, None);
         Some(refinement)
     }
@@ -144,28 +153,27 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
 
     /// All pairs ever made, by number; the first is the root.
     pub fn pairs(&self) -> &[Pair] {
-        &self.pairs
+        &self.memory.pairs
     }
 
     /// What is known of a pair, by number.
     pub fn known(&self, pair: usize) -> &Known {
-        &self.known[pair]
+        &self.memory.known[pair]
     }
 
     /// The terms of listed pairs.
-    ///
-    /// # Panics
-    /// If none are to be listed.
     pub fn terms(&self) -> &ListedTerms {
-        self.terms.as_ref().expect("pairs are listed")
+        &self.memory.terms
     }
 
     /// Splits the pair of the highest rank; `None` if all that is left are pairs that are evaluated as a whole, or contribute nothing.
     pub fn split_next(&mut self) -> Option<Split> {
-        let Waiting { rank, pair: parent } = self.waiting.pop()?;
-        let children = self.pairs.len() as u32;
-        let listed = self.known[parent as usize].listed;
-        for child in self.clusters.split(&self.pairs[parent as usize]) {
+        let Waiting { rank, pair: parent } = self.memory.waiting.pop()?;
+        let children = self.memory.pairs.len() as u32;
+        let listed = self.memory.known[parent as usize].listed;
+        for half in self.clusters.split(&self.memory.pairs[parent as usize]) {
+            // What is listed needs no other bound.
+            let child = if listed.is_some() { half } else { self.clusters.bounded(half) };
             self.add(child, listed);
         }
         Some(Split { parent, children, rank })
@@ -173,7 +181,7 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
 
     /// Rank of the pair that would be split next; `None` if there is none.
     pub fn highest_rank(&self) -> Option<f64> {
-        self.waiting.peek().map(|w| w.rank)
+        self.memory.waiting.peek().map(|w| w.rank)
     }
 
     fn add(&mut self, pair: Pair, listed_parent: Option<Listed>) {
@@ -184,8 +192,8 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
             is_finest: self.clusters.terms(&pair) <= self.order.finest(),
             expectation: Expectation::default(),
         };
-        if let (Some(terms), true) = (&mut self.terms, bound > 0.0) {
-            known.listed = terms.list(&self.clusters, &pair, listed_parent);
+        if let (Some(listing), true) = (&self.listing, bound > 0.0) {
+            known.listed = self.memory.terms.list(listing, &self.clusters, &pair, listed_parent);
             if let Some(listed) = &known.listed {
                 known.upper = listed.upper();
                 known.is_finest |= u64::from(listed.lit) <= self.order.finest();
@@ -194,10 +202,10 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
         if known.upper > 0.0 && !known.is_finest {
             let candidate = Candidate { pair: &pair, upper: known.upper, is_listed: known.listed.is_some() };
             known.expectation = self.order.expect(&candidate);
-            let waiting = Waiting { rank: known.expectation.rank, pair: self.pairs.len() as u32 };
-            self.waiting.push(waiting);
+            let waiting = Waiting { rank: known.expectation.rank, pair: self.memory.pairs.len() as u32 };
+            self.memory.waiting.push(waiting);
         }
-        self.known.push(known);
-        self.pairs.push(pair);
+        self.memory.known.push(known);
+        self.memory.pairs.push(pair);
     }
 }

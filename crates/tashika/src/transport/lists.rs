@@ -66,7 +66,10 @@ impl Transport {
                 match &together {
                     Some(lights) => {
                         let values = self.luminances::<F>(point, lights).array();
-                        row.copy_from_slice(&values[..chunk.len()]);
+                        match row.first_chunk_mut() {
+                            Some(whole) => *whole = values,
+                            None => row.copy_from_slice(&values[..chunk.len()]),
+                        }
                     }
                     None => {
                         for (value, light) in row.iter_mut().zip(chunk) {

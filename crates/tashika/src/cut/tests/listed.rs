@@ -2,7 +2,9 @@
 
 use super::{CLAMP, lights, points};
 use crate::bounds::UpperAnalytic;
-use crate::cut::{ByUpper, Clusters, Listed, ListedTerms, Listing, Pair, Refinement, gather_tree};
+use crate::cut::{
+    ByUpper, Clusters, Listed, ListedTerms, Listing, Pair, Refinement, RefinementMemory, gather_tree,
+};
 use crate::rng::{Purpose, Stream};
 use crate::transport::Transport;
 use crate::tree::{GatherTree, LightTree};
@@ -27,7 +29,9 @@ fn terms(clusters: &Clusters<'_, UpperAnalytic>, pair: &Pair) -> Vec<f64> {
 fn small_pairs_are_known_by_their_terms_and_large_ones_by_bounds() {
     let (lights, points) = world();
     let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
-    let mut refinement = Refinement::new(clusters, ByUpper { finest: 2 }, Some(LISTING)).unwrap();
+    let mut memory = RefinementMemory::default();
+    let mut refinement =
+        Refinement::new(clusters, ByUpper { finest: 2 }, Some(LISTING), &mut memory).unwrap();
     while refinement.split_next().is_some() {}
     let (mut listed, mut dark, mut tighter) = (0, 0, 0);
     for (number, pair) in refinement.pairs().iter().enumerate() {
@@ -63,8 +67,8 @@ fn terms_are_drawn_in_proportion_to_their_values() {
     let leaf_points = points.root().unwrap();
     for light in 0..lights.nodes().len() as u32 {
         let pair = Pair { light, points: leaf_points, upper: 1.0 };
-        let mut list = ListedTerms::new(LISTING);
-        let Some(listed) = list.list(&clusters, &pair, None::<Listed>) else { continue };
+        let mut list = ListedTerms::default();
+        let Some(listed) = list.list(&LISTING, &clusters, &pair, None::<Listed>) else { continue };
         if listed.lit < 15 {
             continue;
         }

@@ -8,11 +8,11 @@ use crate::accel::Glass;
 use crate::bounds::UpperAnalytic;
 use crate::bsdf::{Bsdf, Lambert};
 use crate::color::{Controlled, Rgb, RgbSum};
-use crate::cut::{ByUpper, Clusters, InheritedCut, StrataOptions, gather_tree};
+use crate::cut::{ByUpper, Clusters, CutMemory, InheritedCut, StrataOptions, gather_tree};
 use crate::gather::{Features, GatherPoint, PixelSum, View};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
-use crate::stats::stratified::{Spread, Stratum};
+use crate::stats::stratified::Spread;
 use crate::transport::Transport;
 use crate::tree::GatherTree;
 use crate::uncarried::{Lit, Uncarried};
@@ -22,8 +22,6 @@ use crate::vpl::EmitterSampler;
 const FINEST: u64 = 2;
 /// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs would be spots. Chosen.
 const NARROW: f32 = 0.25;
-
-const STRATA: StrataOptions = StrataOptions { inherits: true, lists: true, corrects: true };
 
 /// A pixel in the light of one set.
 pub(super) struct Repetition<'a> {
@@ -134,17 +132,16 @@ impl<'a> Repetition<'a> {
         let mut sum = RgbSum::default();
         sum.add(self.pixel.background);
         let points = gather_tree::<UpperAnalytic>(&self.summed);
-        let Some(mut cut) = self.cut(&points) else {
+        let mut memory = CutMemory::default();
+        let Some(mut cut) = self.cut(&points, controlled, &mut memory) else {
             return Planned { pairs: 0, sum, rays: self.camera_rays };
         };
-        let part = &controlled.parts()[0];
-        let mut strata: Vec<Stratum> = Vec::new();
         for size in sizes {
             cut.grow(size);
-            sum = cut.estimate();
+            let gathered = cut.estimate();
+            sum = gathered;
             sum.add(self.pixel.background);
-            cut.summarize(part, 1.0, &mut strata);
-            if strata.is_empty() || enough(&sum, &Spread::of(strata.as_slice())) {
+            if cut.is_whole() || enough(&sum, &cut.spread(0, &gathered)) {
                 break;
             }
         }
@@ -154,12 +151,15 @@ impl<'a> Repetition<'a> {
     fn cut<'c>(
         &'c self,
         points: &'c GatherTree<UpperAnalytic>,
+        controlled: Controlled,
+        memory: &'c mut CutMemory,
     ) -> Option<InheritedCut<'c, UpperAnalytic, ByUpper>> {
         let clamp_distance = self.set.provenance.clamp_distance;
         let clusters = Clusters { lights: &self.set.tree, points, clamp_distance };
         let samples = Stream::new(self.key, Purpose::Cut, 0);
         let order = ByUpper { finest: FINEST };
-        InheritedCut::new(clusters, order, STRATA, self.lit.tracer, self.lit.transport, samples)
+        let options = StrataOptions { inherits: true, lists: true, corrects: true, controlled };
+        InheritedCut::new(clusters, order, options, self.lit.tracer, self.lit.transport, samples, memory)
     }
 
     pub(super) fn estimate(&self, controlled: Controlled, recipe: &Recipe) -> Repeated {
@@ -171,16 +171,14 @@ impl<'a> Repetition<'a> {
         let points = gather_tree::<UpperAnalytic>(&self.summed);
         let parts = controlled.parts();
         known.resize(parts.len(), Known::default());
-        if let (Estimator::Vpls, Some(mut cut)) = (recipe.estimator, self.cut(&points)) {
+        let mut memory = CutMemory::default();
+        if let (Estimator::Vpls, Some(mut cut)) =
+            (recipe.estimator, self.cut(&points, controlled, &mut memory))
+        {
             cut.grow(recipe.pairs);
             let gathered = cut.estimate();
-            let luminance = gathered.luminance();
-            let mut strata: Vec<Stratum> = Vec::new();
-            for (part, known) in parts.iter().zip(&mut known) {
-                let per_luminance =
-                    if luminance > 0.0 { part.of_sum(&gathered) / luminance } else { part.per_luminance };
-                cut.summarize(part, per_luminance, &mut strata);
-                let spread = Spread::of(strata.as_slice());
+            for (part, known) in known.iter_mut().enumerate() {
+                let spread = cut.spread(part, &gathered);
                 known.clustering = spread.reckoned_variance();
                 known.rare = spread.importance_largest();
             }

@@ -43,12 +43,11 @@ use super::{
 use crate::bounds::{UpperAnalytic, UpperMaterial};
 use crate::color::RgbSum;
 use crate::cut::{
-    ByUpper, CellVisibility, Clusters, InheritedCut, Order, Pilot, PilotVisibility, StrataOptions,
+    ByUpper, CellVisibility, Clusters, CutMemory, InheritedCut, Order, Pilot, PilotVisibility, StrataOptions,
     gather_tree,
 };
 use crate::film::{Metadata, Window};
 use crate::rng::{self, Purpose, Stream};
-use crate::stats::stratified::{Spread, Stratum};
 use crate::transport::Transport;
 
 /// Terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
@@ -120,6 +119,7 @@ impl<'a> Tashika<'a> {
             inherits: self.has(Ingredient::Inheritance),
             lists: self.has(Ingredient::Listing),
             corrects: self.has(Ingredient::Correction),
+            controlled: self.options.controlled,
         }
     }
 
@@ -136,6 +136,7 @@ impl<'a> Tashika<'a> {
         setting: &Setting<'_>,
         [x, y]: [u32; 2],
         visibility: Option<&CellVisibility<'_>>,
+        memory: &mut CutMemory,
     ) -> PixelEstimate {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let number = u64::from(y) << 32 | u64::from(x);
@@ -148,17 +149,15 @@ impl<'a> Tashika<'a> {
         let mut background = RgbSum::default();
         background.add(pixel.background);
         let options = self.strata_options();
-        let (ended, pairs, segments) = match visibility {
-            Some(visibility) => {
-                let order = visibility.order();
-                let cut = InheritedCut::new(clusters, order, options, setting.tracer, transport, samples);
-                self.control(cut, &background)
-            }
-            None => {
-                let order = ByUpper { finest: FINEST };
-                let cut = InheritedCut::new(clusters, order, options, setting.tracer, transport, samples);
-                self.control(cut, &background)
-            }
+        let tracer = setting.tracer;
+        let (ended, pairs, segments) = if let Some(visibility) = visibility {
+            let order = visibility.order();
+            let cut = InheritedCut::new(clusters, order, options, tracer, transport, samples, memory);
+            self.control(cut, &background)
+        } else {
+            let order = ByUpper { finest: FINEST };
+            let cut = InheritedCut::new(clusters, order, options, tracer, transport, samples, memory);
+            self.control(cut, &background)
         };
         let rays = segments + visibility.map_or(0, |v| v.segments_per_pixel);
         let (half_width, confidence) = (ended.interval.half_width as f32, self.options.confidence as f32);
@@ -193,15 +192,14 @@ impl<'a> Tashika<'a> {
         let max_pairs = self.max_pairs();
         let schedule = self.schedule();
         let looks = schedule.looks(max_pairs.min(cut.terms()));
-        let mut strata = Vec::new();
         let mut wanted = schedule.first;
         loop {
             cut.grow(wanted.min(max_pairs));
             let gathered = cut.estimate();
             let mut sum = *background;
             sum.merge(&gathered);
-            let interval = self.interval(&cut, &gathered, looks, &mut strata);
-            let stop = if strata.is_empty() {
+            let interval = self.interval(&cut, &gathered, looks);
+            let stop = if cut.is_whole() {
                 Some(StopReason::Complete)
             } else if interval.half_width <= self.options.tolerance(&sum) {
                 Some(StopReason::RuleMet)
@@ -223,17 +221,12 @@ impl<'a> Tashika<'a> {
         cut: &InheritedCut<'_, B, O>,
         gathered: &RgbSum,
         looks: u32,
-        strata: &mut Vec<Stratum>,
     ) -> Interval {
-        let parts = self.options.controlled.parts();
-        let delta = (1.0 - self.options.confidence) / parts.len() as f64;
+        let parts = self.options.controlled.parts().len();
+        let delta = (1.0 - self.options.confidence) / parts as f64;
         let mut widest = Interval::default();
-        for part in parts {
-            let luminance = gathered.luminance();
-            let per_luminance =
-                if luminance > 0.0 { part.of_sum(gathered) / luminance } else { part.per_luminance };
-            cut.summarize(part, per_luminance, strata);
-            let spread = Spread::of(strata.as_slice());
+        for part in 0..parts {
+            let spread = cut.spread(part, gathered);
             let half_width = match self.claim {
                 Claim::Calibrated if self.has(Ingredient::RareLight) => spread.calibrated(1.0 - delta),
                 Claim::Calibrated => spread.student(1.0 - delta),
@@ -279,16 +272,17 @@ impl Integrator for Tashika<'_> {
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
         let mut cells: Vec<([u32; 2], CellVisibility<'_>)> = Vec::new();
+        let mut memory = CutMemory::default();
         let mut estimate = |pixel: [u32; 2]| {
             if self.claim == Claim::Certified || !self.has(Ingredient::Pilot) {
-                return self.pixel(setting, pixel, None);
+                return self.pixel(setting, pixel, None, &mut memory);
             }
             let cell = PilotVisibility::cell_of(pixel);
             let place = cells.iter().position(|(known, _)| *known == cell).unwrap_or_else(|| {
                 cells.push((cell, self.about(setting, cell)));
                 cells.len() - 1
             });
-            self.pixel(setting, pixel, Some(&cells[place].1))
+            self.pixel(setting, pixel, Some(&cells[place].1), &mut memory)
         };
         tile.pixels().map(|(x, y)| estimate([x, y])).collect()
     }

@@ -103,9 +103,9 @@ pub struct Spread {
 
 impl Spread {
     /// Of these strata.
-    pub fn of<'a>(strata: impl IntoIterator<Item = &'a Stratum>) -> Self {
+    pub fn of(strata: impl IntoIterator<Item = Stratum>) -> Self {
         let mut spread = Self::default();
-        for &Stratum { samples, upper, importance_range, variance, importance_variance } in strata {
+        for Stratum { samples, upper, importance_range, variance, importance_variance } in strata {
             let n = f64::from(samples);
             let of_mean = variance / n;
             spread.variance += of_mean;

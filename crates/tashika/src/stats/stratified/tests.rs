@@ -57,7 +57,7 @@ fn share(strata: &[Skewed], told: f64, runs: u32, fails: impl Fn(f64, &Spread) -
             mean += of_stratum;
             all.push(said);
         }
-        fails(mean, &Spread::of(&all))
+        fails(mean, &Spread::of(all.iter().copied()))
     });
     failed.count() as f64 / f64::from(runs)
 }
@@ -138,7 +138,7 @@ fn looks_have_to_be_counted() {
 fn variances_are_bounded_by_more_than_they_are_estimated_at() {
     for (variance, upper) in [(0.0, 1.0), (1e-6, 1.0), (1.0, 1.0), (1.0, 1e-6), (1e6, 1.0), (1.0, 1e-200)] {
         let said = Stratum { samples: 2, upper, importance_range: upper, variance, importance_variance: 0.0 };
-        let spread = Spread::of(&[said]);
+        let spread = Spread::of([said]);
         let target = 0.25 * upper * upper * ln_f64(20.0);
         let bound = spread.upper_variance(0.05);
         assert!(bound >= spread.variance && bound >= target, "{variance} {upper}: {bound}");
@@ -176,7 +176,7 @@ fn calibrated_intervals_know_of_many_strata_in_shadow() {
         variance: 0.0,
         importance_variance: visibility * (1.0 - visibility),
     };
-    let width = |count: usize| Spread::of(&vec![dark; count]).calibrated(0.95);
+    let width = |count: usize| Spread::of(vec![dark; count]).calibrated(0.95);
     // In proportion to the root of their number, once they are many.
     assert!(width(40_000) > 1.8 * width(10_000) && width(10_000) > 2.0 * width(1));
 }
@@ -194,7 +194,7 @@ fn certificates_are_tight_where_strata_are_many() {
         };
         100_000
     ];
-    let spread = Spread::of(&strata);
+    let spread = Spread::of(strata);
     let normal = student_t_two_sided(0.95, 1e6) * spread.variance.sqrt();
     let ratio = spread.certified(0.05) / normal;
     assert!((1.0..2.0).contains(&ratio), "{ratio}");
@@ -259,7 +259,7 @@ fn halved(s: &mut Stream, by_own_samples: bool) -> (f64, Spread) {
     }
     let told: Vec<(f64, Stratum)> = parts.iter().map(said).collect();
     let truth: f64 = (0..TERMS).map(lit).sum();
-    (told.iter().map(|(mean, _)| mean).sum::<f64>() / truth, Spread::of(told.iter().map(|(_, of)| of)))
+    (told.iter().map(|(mean, _)| mean).sum::<f64>() / truth, Spread::of(told.iter().map(|(_, of)| *of)))
 }
 
 /// The mistake that inheriting samples invites: parts whose samples differ are split and their variance vanishes, those whose samples are
@@ -283,7 +283,7 @@ fn refining_by_ones_own_samples_is_noticed() {
 #[test]
 fn freedom_counts_strata() {
     // Equal variances of two samples each: 3 N − 2.
-    let spread = Spread::of(&vec![
+    let spread = Spread::of(vec![
         Stratum {
             samples: 2,
             upper: 1.0,
@@ -294,5 +294,5 @@ fn freedom_counts_strata() {
         40
     ]);
     assert!((spread.freedom() - 118.0).abs() < 1e-9);
-    assert_eq!(Spread::of(&[]).freedom(), 1.0);
+    assert_eq!(Spread::of([]).freedom(), 1.0);
 }
