@@ -18,7 +18,7 @@ use tashika::bounds::{LightShape, Towards, upper_geometric};
 use tashika::math::{Aabb, Vec3};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::builtin;
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::tree::{LightCluster, LightTree, LightTreeBuilder};
 use tashika::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
 /// Random points, and clusters of the cut seen from each.
@@ -60,28 +60,28 @@ fn main() {
 
 fn bound(tree: &LightTree) -> f64 {
     let mut stream = Stream::new(2, Purpose::Test, 0);
-    let room = tree.nodes()[0].bounds.aabb;
+    let root = tree.root().expect("there are lights");
+    let room = tree.bounds(&root).aabb;
     let sum: f64 = (0..POINTS)
         .map(|_| {
             let at = room.lo + room.size() * (Vec3::from(stream.uniform_3()) * 0.8 + 0.1);
             let point = Aabb { lo: at, hi: at };
-            let upper = |node: u32| {
-                let node = &tree.nodes()[node as usize];
-                let towards = Towards::between(&node.bounds, &point);
-                node.luminance * f64::from(upper_geometric(&node.bounds, &towards, 0.1))
+            let upper = |cluster: &LightCluster| {
+                let bounds = tree.bounds(cluster);
+                let towards = Towards::between(&bounds, &point);
+                tree.luminance(cluster) * f64::from(upper_geometric(&bounds, &towards, 0.1))
             };
-            let mut cut = vec![(upper(0), 0)];
+            let mut cut = vec![(upper(&root), root)];
             while cut.len() < CLUSTERS {
-                let splits =
-                    |&(_, (_, node)): &(usize, (f64, u32))| tree.nodes()[node as usize].children.is_some();
+                let splits = |(_, (_, cluster)): &(usize, (f64, LightCluster))| cluster.count > 1;
                 let largest =
                     cut.iter().copied().enumerate().filter(splits).max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-                let Some((place, (_, node))) = largest else { break };
+                let Some((place, (_, cluster))) = largest else { break };
                 cut.swap_remove(place);
-                let children = tree.nodes()[node as usize].children.expect("it splits");
-                cut.extend(children.map(|child| (upper(child), child)));
+                let children = tree.children(&cluster).expect("it splits");
+                cut.extend(children.map(|child| (upper(&child), child)));
             }
-            let value: f64 = tree.lights().iter().map(|light| f64::from(geometric(light, at))).sum();
+            let value: f64 = tree.lights().iter().map(|light| f64::from(geometric(&light, at))).sum();
             cut.iter().map(|c| c.0).sum::<f64>() / value
         })
         .sum();
@@ -101,16 +101,17 @@ fn geometric(light: &Vpl, at: Vec3) -> f32 {
 }
 
 fn area(tree: &LightTree) -> f64 {
-    let c2 = f64::from(tree.nodes()[0].bounds.aabb.diagonal()).powi(2);
-    let cost = |k: usize| {
-        let node = &tree.nodes()[k];
-        let narrow = match node.bounds.shape {
+    let root = tree.root().expect("there are lights");
+    let c2 = f64::from(tree.bounds(&root).aabb.diagonal()).powi(2);
+    let cost = |cluster: LightCluster| {
+        let bounds = tree.bounds(&cluster);
+        let narrow = match bounds.shape {
             LightShape::Oriented(cone) => 1.0 - f64::from(cone.cos.clamp(-1.0, 1.0)),
             _ => 2.0,
         };
-        let diagonal = f64::from(node.bounds.aabb.diagonal());
-        node.luminance * (diagonal * diagonal + c2 * narrow * narrow)
+        let diagonal = f64::from(bounds.aabb.diagonal());
+        tree.luminance(&cluster) * (diagonal * diagonal + c2 * narrow * narrow)
     };
-    let inner = (0..tree.nodes().len()).filter(|&k| tree.nodes()[k].count > 1);
-    inner.map(cost).sum::<f64>() / cost(0)
+    let inner = tree.depth_first().filter(|cluster| cluster.count > 1);
+    inner.map(cost).sum::<f64>() / cost(root)
 }

@@ -18,7 +18,7 @@ use super::terms::Term;
 use crate::bounds::{Reflector, Towards, UpperMaterial, upper_geometric};
 use crate::gather::GatherPoint;
 use crate::rng::Stream;
-use crate::tree::{GatherTree, LightTree};
+use crate::tree::{GatherTree, LightCluster, LightTree};
 
 /// The clusters of one pixel's sum.
 #[derive(Debug)]
@@ -42,8 +42,8 @@ impl<B> Copy for Clusters<'_, B> {}
 /// A light cluster and a gather cluster: the terms `Σ_{j∈G} Σ_{i∈C}`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// Node of the light tree.
-    pub light: u32,
+    /// Cluster of the light tree.
+    pub light: LightCluster,
     /// Node of the gather tree.
     pub points: u32,
     /// Upper bound of `M G` over its terms (m⁻²·sr⁻¹; sr⁻¹ for directional lights).
@@ -83,21 +83,18 @@ impl<B: UpperMaterial> Clusters<'_, B> {
 
     /// How many terms the pair has.
     pub fn terms(&self, pair: &Pair) -> u64 {
-        u64::from(self.lights.nodes()[pair.light as usize].count)
-            * u64::from(self.points.nodes()[pair.points as usize].count)
+        u64::from(pair.light.count) * u64::from(self.points.nodes()[pair.points as usize].count)
     }
 
     /// The places of a pair's gather points and lights in their trees.
     pub fn members(&self, pair: &Pair) -> (Range<usize>, Range<usize>) {
         let points = &self.points.nodes()[pair.points as usize];
-        let lights = &self.lights.nodes()[pair.light as usize];
-        let range = |first: u32, count: u32| first as usize..(first + count) as usize;
-        (range(points.first, points.count), range(lights.first, lights.count))
+        (points.first as usize..(points.first + points.count) as usize, pair.light.lights())
     }
 
     /// The terms of a pair, light by light.
     pub fn all_terms(&self, pair: &Pair) -> impl Iterator<Item = Term> + use<B> {
-        let light = &self.lights.nodes()[pair.light as usize];
+        let light = pair.light;
         let points = &self.points.nodes()[pair.points as usize];
         let (first, end) = (points.first, points.first + points.count);
         (light.first..light.first + light.count)
@@ -111,43 +108,42 @@ impl<B: UpperMaterial> Clusters<'_, B> {
 
     /// Whether a term is one of the pair's.
     pub fn holds(&self, pair: &Pair, term: Term) -> bool {
-        let light = &self.lights.nodes()[pair.light as usize];
         let points = &self.points.nodes()[pair.points as usize];
-        // Numbers below the first wrap to numbers beyond the last.
-        term.light.wrapping_sub(light.first) < light.count
-            && term.point.wrapping_sub(points.first) < points.count
+        pair.light.holds(term.light) && term.point.wrapping_sub(points.first) < points.count
     }
 
     /// Draws a term of a pair with probability `I_i / I_C · w_j / W_G`.
     pub fn draw(&self, pair: &Pair, stream: &mut Stream) -> Term {
-        let light = self.lights.draw(pair.light, stream.uniform_f64());
+        let light = self.lights.draw(&pair.light, stream.uniform_f64());
         Term { light, point: self.points.draw(pair.points, stream.uniform()) }
     }
 
     /// `I_C W_G`: one over a term's probability is this over the term's [own](Clusters::weight_of_term).
     pub fn weight(&self, pair: &Pair) -> f64 {
         let points = &self.points.nodes()[pair.points as usize];
-        self.lights.nodes()[pair.light as usize].luminance * f64::from(points.weight)
+        self.lights.luminance(&pair.light) * f64::from(points.weight)
     }
 
     /// `I_i w_j`.
     pub fn weight_of_term(&self, term: Term) -> f64 {
-        let (light, point) = (self.lights.light(term.light), self.points.point(term.point));
-        f64::from(light.intensity.luminance()) * f64::from(point.weight.max_channel())
+        let point = self.points.point(term.point);
+        let intensity = self.lights.lights().intensity(term.light as usize);
+        f64::from(intensity.luminance()) * f64::from(point.weight.max_channel())
     }
 
     /// The two halves of a pair, which must not be single, with the bound of the whole: it is cut where the diagonal of the box is longer.
     ///
     /// Light from infinity has no box; it is infinitely far apart, hence cut before the points.
     pub fn split(&self, pair: &Pair) -> [Pair; 2] {
-        let light = &self.lights.nodes()[pair.light as usize];
         let points = &self.points.nodes()[pair.points as usize];
-        let light_is_longer =
-            light.bounds.reaches_infinity() || light.bounds.aabb.diagonal() >= points.aabb.diagonal();
-        let cut_lights = |lights: [u32; 2]| lights.map(|light| Pair { light, ..*pair });
-        match (light.children, points.children) {
+        let light_is_longer = || {
+            let bounds = self.lights.bounds(&pair.light);
+            bounds.reaches_infinity() || bounds.aabb.diagonal() >= points.aabb.diagonal()
+        };
+        let cut_lights = |lights: [LightCluster; 2]| lights.map(|light| Pair { light, ..*pair });
+        match (self.lights.children(&pair.light), points.children) {
             (Some(lights), None) => cut_lights(lights),
-            (Some(lights), Some(_)) if light_is_longer => cut_lights(lights),
+            (Some(lights), Some(_)) if light_is_longer() => cut_lights(lights),
             (_, Some(points)) => points.map(|points| Pair { points, ..*pair }),
             (None, None) => unreachable!("a single term is not split"),
         }
@@ -155,9 +151,9 @@ impl<B: UpperMaterial> Clusters<'_, B> {
 
     /// A pair with its own bound, where that is smaller than the one that it has.
     pub fn bounded(&self, pair: Pair) -> Pair {
-        let lights = &self.lights.nodes()[pair.light as usize].bounds;
-        let towards = Towards::between(lights, &self.points.nodes()[pair.points as usize].aabb);
-        let geometric = upper_geometric(lights, &towards, self.clamp_distance);
+        let lights = self.lights.bounds(&pair.light);
+        let towards = Towards::between(&lights, &self.points.nodes()[pair.points as usize].aabb);
+        let geometric = upper_geometric(&lights, &towards, self.clamp_distance);
         // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a bound.
         let own = if geometric > 0.0 {
             (geometric * self.points.material(pair.points).upper_material(&towards)).next_up()

@@ -374,7 +374,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
     fn evaluate(&mut self, term: Term, factor: f64, destination: Destination) {
         let clusters = self.refinement.clusters();
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-        self.memory.batch.push(&self.transport, point, light, factor);
+        self.memory.batch.push(&self.transport, point, &light, factor);
         self.memory.destinations.push(destination);
     }
 

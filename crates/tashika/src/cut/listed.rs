@@ -10,6 +10,8 @@
 //!
 //! Terms are evaluated once, when a pair becomes small enough; what is split from it later takes its values from there.
 
+use smallvec::SmallVec;
+
 use super::clusters::{Clusters, Pair};
 use super::terms::Term;
 use crate::bounds::UpperMaterial;
@@ -17,6 +19,10 @@ use crate::transport::Transport;
 
 /// Above the rounding of `f32` in products of a dozen factors: keeps `U` above what rounded terms come to.
 const ROUNDING: f64 = 1.0 + 1.0 / 262_144.0;
+
+/// Share of a sum below which a part is added up by itself rather than by taking the other from the whole: of 53 bits, the rounding of the whole
+/// leaves more than enough for [`ROUNDING`].
+const LEAST_SHARE: f64 = 1.0 / 1_048_576.0;
 
 /// Which pairs are listed.
 #[derive(Clone, Copy, Debug)]
@@ -67,24 +73,20 @@ impl ListedTerms {
         self.blocks.clear();
     }
 
-    /// Lists a pair if it is small enough; `parent` is what is known of the pair it is a half of.
+    /// Lists a pair if it is small enough.
     pub fn list<B: UpperMaterial>(
         &mut self,
         listing: &Listing,
         clusters: &Clusters<'_, B>,
         pair: &Pair,
-        parent: Option<Listed>,
     ) -> Option<Listed> {
-        if let Some(parent) = parent {
-            return Some(self.sum(clusters, pair, parent.block));
-        }
         if clusters.terms(pair) > listing.most {
             return None;
         }
         let (points, lights) = clusters.members(pair);
         let (block, values) = (self.blocks.len() as u32, self.values.len() as u32);
-        let members = (&clusters.points.points()[points.clone()], &clusters.lights.lights()[lights.clone()]);
-        listing.transport.list(members.0, members.1, &mut self.values);
+        let members = &clusters.points.points()[points.clone()];
+        listing.transport.list(members, clusters.lights.lights(), lights.clone(), &mut self.values);
         self.blocks.push(Block {
             values,
             first_light: lights.start as u32,
@@ -92,6 +94,25 @@ impl ListedTerms {
             lights: lights.len() as u32,
         });
         Some(self.sum(clusters, pair, block))
+    }
+
+    /// What is known of the halves of a listed pair.
+    pub fn halves<B: UpperMaterial>(
+        &self,
+        clusters: &Clusters<'_, B>,
+        halves: &[Pair; 2],
+        whole: &Listed,
+    ) -> [Listed; 2] {
+        let smaller = usize::from(clusters.terms(&halves[1]) < clusters.terms(&halves[0]));
+        let one = self.sum(clusters, &halves[smaller], whole.block);
+        let lit = whole.lit - one.lit;
+        let mut other =
+            Listed { block: whole.block, lit, total: if lit > 0 { whole.total - one.total } else { 0.0 } };
+        // A small difference of large numbers would not be above what its terms come to.
+        if lit > 0 && other.total < LEAST_SHARE * whole.total {
+            other = self.sum(clusters, &halves[1 - smaller], whole.block);
+        }
+        if smaller == 0 { [one, other] } else { [other, one] }
     }
 
     fn sum<B: UpperMaterial>(&self, clusters: &Clusters<'_, B>, pair: &Pair, block: u32) -> Listed {
@@ -104,23 +125,21 @@ impl ListedTerms {
         listed
     }
 
-    /// The largest `u_ij / (I_i w_j)` of a listed pair (m⁻²·sr⁻¹).
+    /// A bound of `u_ij / (I_i w_j)` of a listed pair, and to rounding the largest (m⁻²·sr⁻¹).
     pub fn largest_share<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
         pair: &Pair,
         listed: &Listed,
     ) -> f64 {
-        let lights = &clusters.lights.lights()[clusters.members(pair).1];
+        let luminances = clusters.lights.lights().luminances(clusters.members(pair).1);
+        let inverse: SmallVec<[f32; 64]> = luminances.map(|luminance| 1.0 / luminance).collect();
         let mut largest = 0.0_f64;
         for (point, row) in self.rows(clusters, pair, listed.block) {
             let weight = f64::from(clusters.points.point(point).weight.max_channel());
-            for (&value, light) in row.iter().zip(lights) {
-                let share = f64::from(value) / (f64::from(light.intensity.luminance()) * weight);
-                largest = largest.max(share);
-            }
+            largest = largest.max(f64::from(largest_product(row, &inverse)) / weight);
         }
-        largest
+        largest * ROUNDING
     }
 
     /// The values of a pair that is part of a block: for each point, its number and one value a light.
@@ -179,6 +198,19 @@ impl ListedTerms {
 
 /// Values that a draw skips together.
 const SKIPPED: usize = 32;
+
+/// The largest product of two numbers in the same place; zero if none is above.
+fn largest_product(a: &[f32], b: &[f32]) -> f32 {
+    let mut largest = [0.0_f32; 8];
+    let ((a, rest_of_a), (b, rest_of_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..8 {
+            largest[i] = if a[i] * b[i] > largest[i] { a[i] * b[i] } else { largest[i] };
+        }
+    }
+    let rest = rest_of_a.iter().zip(rest_of_b).map(|(a, b)| a * b);
+    largest.into_iter().chain(rest).fold(0.0, f32::max)
+}
 
 /// The sum of values, and how many are above zero.
 fn sum_of(values: &[f32]) -> (f64, u32) {

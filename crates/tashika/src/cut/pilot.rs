@@ -26,7 +26,7 @@ use crate::gather::{GatherOptions, GatherPoint, View};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
-use crate::tree::{LightNode, LightTree};
+use crate::tree::{LightCluster, LightTree};
 
 /// Side of a cell (pixels).
 const CELL: u32 = 16;
@@ -59,13 +59,12 @@ pub struct Pilot<'a> {
 /// Pilot visibility of an image.
 #[derive(Debug)]
 pub struct PilotVisibility {
-    /// Nodes of the light tree of which visibility is known: the clusters and all nodes above, in the order of the tree.
-    nodes: Vec<u32>,
-    /// Of `nodes`: the place of the parent; the root is its own.
+    /// Of all clusters of lights whose visibility is known, those that trials are for and all above, depth first: the place of the parent; the root is
+    /// its own.
     parents: Vec<u32>,
-    /// Places in `nodes` of the clusters.
-    clusters: Vec<u32>,
-    /// By node of the light tree: the place of the lowest of `nodes` that holds it.
+    /// Clusters that trials are for, each with its place.
+    clusters: Vec<(u32, LightCluster)>,
+    /// By number of a cluster: the place of the smallest whose visibility is known and that holds it.
     place_of: Vec<u32>,
     /// Row by row.
     cells: Vec<OnceLock<Cell>>,
@@ -110,32 +109,27 @@ impl CellVisibility<'_> {
 impl PilotVisibility {
     /// For the image that `pilot` looks at; chooses clusters, but traces no segment yet.
     pub fn new(pilot: &Pilot<'_>, seed: u64) -> Self {
-        let lights = pilot.lights.nodes();
-        let clusters = choose_clusters(lights, &probes(pilot, seed));
-        let mut place_of = vec![u32::MAX; lights.len()];
-        let (mut nodes, mut parents, mut places) = (Vec::new(), Vec::new(), Vec::new());
-        // Nodes are in depth-first order: a subtree over n lights is 2n − 1 nodes in a row, and those not below a cluster are above one.
-        let mut node = 0_u32;
-        let mut above = vec![0];
-        let mut clusters = clusters.into_iter().peekable();
-        while let Some(light) = lights.get(node as usize) {
-            let place = nodes.len() as u32;
-            nodes.push(node);
-            parents.push(above.pop().expect("every node has a place above it"));
-            if clusters.next_if_eq(&node).is_some() {
-                let end = node + 2 * light.count - 1;
-                place_of[node as usize..end as usize].fill(place);
-                places.push(place);
-                node = end;
+        let lights = pilot.lights;
+        let mut chosen = choose_clusters(lights, &probes(pilot, seed)).into_iter().peekable();
+        let mut place_of = vec![u32::MAX; lights.clusters()];
+        let (mut parents, mut clusters) = (Vec::new(), Vec::new());
+        // With the place above.
+        let mut waiting: Vec<(u32, LightCluster)> = lights.root().map(|root| (0, root)).into_iter().collect();
+        while let Some((above, cluster)) = waiting.pop() {
+            let place = parents.len() as u32;
+            parents.push(above);
+            if chosen.next_if_eq(&cluster).is_some() {
+                clusters.push((place, cluster));
+                fill(lights, cluster, place, &mut place_of);
             } else {
-                place_of[node as usize] = place;
-                above.extend([place, place]);
-                node += 1;
+                place_of[cluster.number()] = place;
+                let children = lights.children(&cluster).into_iter().flatten();
+                waiting.extend(children.rev().map(|child| (place, child)));
             }
         }
         let [columns, rows] = pilot.view.size.map(|side| side.div_ceil(CELL));
         let cells = (0..columns as usize * rows as usize).map(|_| OnceLock::new()).collect();
-        Self { nodes, parents, clusters: places, place_of, cells, columns, rows, seed }
+        Self { parents, clusters, place_of, cells, columns, rows, seed }
     }
 
     /// The cell that a pixel lies in, as column and row.
@@ -145,11 +139,12 @@ impl PilotVisibility {
 
     /// What is known about a cell.
     pub fn about(&self, pilot: &Pilot<'_>, [column, row]: [u32; 2]) -> CellVisibility<'_> {
-        let mut sums = vec![[0.0_f32; 2]; self.nodes.len()];
+        let mut sums = vec![[0.0_f32; 2]; self.parents.len()];
         for row in row.saturating_sub(1)..(row + 2).min(self.rows) {
             for column in column.saturating_sub(1)..(column + 2).min(self.columns) {
-                for (&place, tally) in self.clusters.iter().zip(&self.cell(pilot, [column, row]).tallies) {
-                    let [visible, trials] = &mut sums[place as usize];
+                for ((place, _), tally) in self.clusters.iter().zip(&self.cell(pilot, [column, row]).tallies)
+                {
+                    let [visible, trials] = &mut sums[*place as usize];
                     *visible += f32::from(tally.visible) / PARTS;
                     *trials += f32::from(tally.trials);
                 }
@@ -192,10 +187,9 @@ impl PilotVisibility {
         let mut batch = SegmentBatch::default();
         let mut trials = Vec::with_capacity(self.clusters.len());
         let mut drawn: Vec<u32> = Vec::new();
-        for &place in &self.clusters {
-            let node = self.nodes[place as usize];
+        for (_, cluster) in &self.clusters {
             drawn.clear();
-            drawn.extend(points.iter().map(|_| pilot.lights.draw(node, stream.uniform_f64())));
+            drawn.extend(points.iter().map(|_| pilot.lights.draw(cluster, stream.uniform_f64())));
             let before = batch.len();
             let mut pairs = drawn.iter().zip(&points).peekable();
             while let Some((&light, point)) = pairs.next() {
@@ -205,7 +199,7 @@ impl PilotVisibility {
                     fan.push(point);
                 }
                 let light = pilot.lights.light(light);
-                let facing = |p: &&GatherPoint| !pilot.transport.unoccluded(p, light).is_black();
+                let facing = |p: &&GatherPoint| !pilot.transport.unoccluded(p, &light).is_black();
                 batch.push_fan(light.apex(), fan.into_iter().filter(facing).map(|p| p.position));
             }
             trials.push((batch.len() - before) as u8);
@@ -237,34 +231,41 @@ fn probes(pilot: &Pilot<'_>, seed: u64) -> Vec<Vec3> {
     (0..PROBES).filter_map(point).collect()
 }
 
-/// Up to [`CLUSTERS`] nodes that hold every light once, in the order of the tree: always the node that could light the probes most is split.
-fn choose_clusters(lights: &[LightNode], probes: &[Vec3]) -> Vec<u32> {
+/// Everything below a cluster, and the cluster, has this place.
+fn fill(lights: &LightTree, cluster: LightCluster, place: u32, place_of: &mut [u32]) {
+    let mut waiting = vec![cluster];
+    while let Some(next) = waiting.pop() {
+        place_of[next.number()] = place;
+        waiting.extend(lights.children(&next).into_iter().flatten());
+    }
+}
+
+/// Up to [`CLUSTERS`] clusters that hold every light once, in the order of the lights: always the one that could light the probes most is split.
+fn choose_clusters(lights: &LightTree, probes: &[Vec3]) -> Vec<LightCluster> {
     let mut chosen = Vec::new();
     // Numbers that are not negative are in the order of their bits.
-    let entry = |node: u32| (importance(&lights[node as usize], probes).to_bits(), node);
-    let mut waiting = BinaryHeap::new();
-    if !lights.is_empty() {
-        waiting.push(entry(0));
-    }
+    let entry = |cluster: LightCluster| (importance(lights, &cluster, probes).to_bits(), cluster);
+    let mut waiting: BinaryHeap<(u64, LightCluster)> = lights.root().map(entry).into_iter().collect();
     while waiting.len() + chosen.len() < CLUSTERS {
-        let Some((_, node)) = waiting.pop() else { break };
-        match lights[node as usize].children {
+        let Some((_, cluster)) = waiting.pop() else { break };
+        match lights.children(&cluster) {
             Some(children) => waiting.extend(children.map(entry)),
-            None => chosen.push(node),
+            None => chosen.push(cluster),
         }
     }
-    chosen.extend(waiting.into_iter().map(|(_, node)| node));
+    chosen.extend(waiting.into_iter().map(|(_, cluster)| cluster));
     chosen.sort_unstable();
     chosen
 }
 
 /// About how much light the probes could get from a cluster (W·m⁻²), as if it were anywhere in its box.
-fn importance(node: &LightNode, probes: &[Vec3]) -> f64 {
-    let geometric = match node.bounds.shape {
+fn importance(lights: &LightTree, cluster: &LightCluster, probes: &[Vec3]) -> f64 {
+    let bounds = lights.bounds(cluster);
+    let geometric = match bounds.shape {
         LightShape::Directional(_) => probes.len() as f64,
-        _ if node.bounds.reaches_infinity() => return f64::INFINITY,
+        _ if bounds.reaches_infinity() => return f64::INFINITY,
         _ => {
-            let aabb = &node.bounds.aabb;
+            let aabb = &bounds.aabb;
             let size = aabb.diagonal() * aabb.diagonal();
             let of = |x: &Vec3| {
                 let squared = x.clamp(aabb.lo, aabb.hi).distance_squared(*x);
@@ -273,5 +274,5 @@ fn importance(node: &LightNode, probes: &[Vec3]) -> f64 {
             probes.iter().map(of).sum()
         }
     };
-    node.luminance * geometric
+    lights.luminance(cluster) * geometric
 }

@@ -142,7 +142,7 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
         memory.known.clear();
         memory.waiting.clear();
         let mut refinement = Self { clusters, order, listing, memory };
-        refinement.add(root, None);
+        refinement.add_large(root);
         Some(refinement)
     }
 
@@ -170,11 +170,17 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
     pub fn split_next(&mut self) -> Option<Split> {
         let Waiting { rank, pair: parent } = self.memory.waiting.pop()?;
         let children = self.memory.pairs.len() as u32;
-        let listed = self.memory.known[parent as usize].listed;
-        for half in self.clusters.split(&self.memory.pairs[parent as usize]) {
+        let halves = self.clusters.split(&self.memory.pairs[parent as usize]);
+        if let Some(whole) = self.memory.known[parent as usize].listed {
             // What is listed needs no other bound.
-            let child = if listed.is_some() { half } else { self.clusters.bounded(half) };
-            self.add(child, listed);
+            let listed = self.memory.terms.halves(&self.clusters, &halves, &whole);
+            for (half, listed) in halves.into_iter().zip(listed) {
+                self.add(half, Some(listed));
+            }
+        } else {
+            for half in halves {
+                self.add_large(self.clusters.bounded(half));
+            }
         }
         Some(Split { parent, children, rank })
     }
@@ -184,23 +190,24 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
         self.memory.waiting.peek().map(|w| w.rank)
     }
 
-    fn add(&mut self, pair: Pair, listed_parent: Option<Listed>) {
-        let bound = self.clusters.upper(&pair);
-        let mut known = Known {
-            upper: bound,
-            listed: None,
-            is_finest: self.clusters.terms(&pair) <= self.order.finest(),
-            expectation: Expectation::default(),
+    /// Adds a pair that is not part of a listed one.
+    fn add_large(&mut self, pair: Pair) {
+        let listed = match &self.listing {
+            Some(listing) if pair.upper > 0.0 => self.memory.terms.list(listing, &self.clusters, &pair),
+            _ => None,
         };
-        if let (Some(listing), true) = (&self.listing, bound > 0.0) {
-            known.listed = self.memory.terms.list(listing, &self.clusters, &pair, listed_parent);
-            if let Some(listed) = &known.listed {
-                known.upper = listed.upper();
-                known.is_finest |= u64::from(listed.lit) <= self.order.finest();
-            }
-        }
-        if known.upper > 0.0 && !known.is_finest {
-            let candidate = Candidate { pair: &pair, upper: known.upper, is_listed: known.listed.is_some() };
+        self.add(pair, listed);
+    }
+
+    fn add(&mut self, pair: Pair, listed: Option<Listed>) {
+        let (upper, terms) = match &listed {
+            Some(listed) => (listed.upper(), u64::from(listed.lit)),
+            None => (self.clusters.upper(&pair), self.clusters.terms(&pair)),
+        };
+        let is_finest = terms <= self.order.finest();
+        let mut known = Known { upper, listed, is_finest, expectation: Expectation::default() };
+        if upper > 0.0 && !is_finest {
+            let candidate = Candidate { pair: &pair, upper, is_listed: listed.is_some() };
             known.expectation = self.order.expect(&candidate);
             let waiting = Waiting { rank: known.expectation.rank, pair: self.memory.pairs.len() as u32 };
             self.memory.waiting.push(waiting);

@@ -114,10 +114,7 @@ impl Scheme for Representatives {
             if parent >= range.0 && parent - range.0 < range.1 { parent } else { fresh }
         };
         let term = parent.map_or(fresh, |parent| {
-            let (light, points) = (
-                &clusters.lights.nodes()[pair.light as usize],
-                &clusters.points.nodes()[pair.points as usize],
-            );
+            let (light, points) = (&pair.light, &clusters.points.nodes()[pair.points as usize]);
             Term {
                 light: of((light.first, light.count), parent.term.light, fresh.light),
                 point: of((points.first, points.count), parent.term.point, fresh.point),
@@ -150,5 +147,5 @@ fn push_term<B: UpperMaterial>(
     batch: &mut TermBatch,
 ) {
     let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-    batch.push(transport, point, light, clusters.weight(pair) / clusters.weight_of_term(term));
+    batch.push(transport, point, &light, clusters.weight(pair) / clusters.weight_of_term(term));
 }

@@ -22,7 +22,7 @@ const FINEST: u64 = 2;
 /// A term is `V u` with `0 ≤ u ≤ R`: `p (1 − p) R²` is its variance if `u = R` throughout, `c p R²` stands for that of `u`.
 #[derive(Clone, Copy, Debug)]
 pub struct ByVisibility<'a> {
-    /// By node of the light tree: a place in `visibility`.
+    /// By [number](crate::tree::LightCluster::number) of the cluster of lights: a place in `visibility`.
     pub place_of: &'a [u32],
     /// Visibilities, in `[0, 1]`.
     pub visibility: &'a [f32],
@@ -30,7 +30,7 @@ pub struct ByVisibility<'a> {
 
 impl Order for ByVisibility<'_> {
     fn expect(&mut self, candidate: &Candidate<'_>) -> Expectation {
-        let place = self.place_of[candidate.pair.light as usize];
+        let place = self.place_of[candidate.pair.light.number()];
         let p = f64::from(self.visibility[place as usize]).max(LEAST_VISIBILITY);
         let c = if candidate.is_listed { LISTED_VARIANCE } else { UNOCCLUDED_VARIANCE };
         Expectation { rank: candidate.upper * (p * (1.0 - p) + c * p).sqrt(), importance_visibility: p }

@@ -2,115 +2,117 @@
 //!
 //! The same arithmetic as [`Transport::unoccluded`], number by number, and the same bits; held to it by the tests below.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::{SMALLEST_SQUARED_DISTANCE, Transport};
 use crate::color::LUMINANCE_WEIGHTS;
 use crate::gather::GatherPoint;
 use crate::math::simd::{F32x8, Level, Portable, WIDTH, each, on_level};
-use crate::vpl::{Vpl, VplKind};
+use crate::vpl::{LightColumns, VplKind};
 
-/// Eight lights, component by component.
-struct Lights8 {
-    position: [[f32; WIDTH]; 3],
-    direction: [[f32; WIDTH]; 3],
-    intensity: [[f32; WIDTH]; 3],
-    /// 1 if as bright in all directions.
-    omni: [f32; WIDTH],
-    /// 1 if infinitely far away.
-    directional: [f32; WIDTH],
-}
-
-impl Lights8 {
-    /// Of at most eight lights; none if one of them shines otherwise than vectors know.
-    fn new(lights: &[Vpl]) -> Option<Self> {
-        let zero = [[0.0; WIDTH]; 3];
-        let (omni, directional) = ([0.0; WIDTH], [0.0; WIDTH]);
-        let mut all = Self { position: zero, direction: zero, intensity: zero, omni, directional };
-        for (i, light) in lights.iter().enumerate() {
-            match light.kind {
-                VplKind::Omni => all.omni[i] = 1.0,
-                VplKind::Oriented => {}
-                VplKind::Directional => all.directional[i] = 1.0,
-                VplKind::Spot(_) => return None,
-            }
-            for (channel, intensity) in light.intensity.to_array().into_iter().enumerate() {
-                all.position[channel][i] = light.position[channel];
-                all.direction[channel][i] = light.direction[channel];
-                all.intensity[channel][i] = intensity;
-            }
-        }
-        Some(all)
-    }
-}
+/// Positions, directions and intensities of eight lights.
+type Eight<F> = [[F; 3]; 3];
 
 impl Transport {
-    /// Appends the luminance of [`Transport::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by point, and for each all lights.
-    pub fn list(&self, points: &[GatherPoint], lights: &[Vpl], luminances: &mut Vec<f32>) {
+    /// Appends the luminance of [`Transport::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by point, and for each all of these lights.
+    pub fn list(
+        &self,
+        points: &[GatherPoint],
+        lights: &LightColumns,
+        range: Range<usize>,
+        luminances: &mut Vec<f32>,
+    ) {
         on_level!(
             Level::best(),
-            portable: self.list_with::<Portable>(points, lights, luminances),
-            avx2: x86::list(self, points, lights, luminances)
+            portable: self.list_with::<Portable>(points, lights, range, luminances),
+            avx2: x86::list(self, points, lights, range, luminances)
         );
     }
 
     #[inline(always)]
-    fn list_with<F: F32x8>(&self, points: &[GatherPoint], lights: &[Vpl], luminances: &mut Vec<f32>) {
+    fn list_with<F: F32x8>(
+        &self,
+        points: &[GatherPoint],
+        lights: &LightColumns,
+        range: Range<usize>,
+        luminances: &mut Vec<f32>,
+    ) {
         let begin = luminances.len();
-        luminances.resize(begin + points.len() * lights.len(), 0.0);
+        luminances.resize(begin + points.len() * range.len(), 0.0);
         let rows = &mut luminances[begin..];
-        for (chunk, first) in lights.chunks(WIDTH).zip((0..).step_by(WIDTH)) {
-            let together = Lights8::new(chunk);
-            for (point, row) in points.iter().zip(rows.chunks_mut(lights.len())) {
-                let row = &mut row[first..first + chunk.len()];
-                match &together {
-                    Some(lights) => {
-                        let values = self.luminances::<F>(point, lights).array();
-                        match row.first_chunk_mut() {
-                            Some(whole) => *whole = values,
-                            None => row.copy_from_slice(&values[..chunk.len()]),
-                        }
+        let columns = [lights.vector(0), lights.vector(1), lights.vector(2)];
+        for (kind, run) in lights.runs(range.clone()) {
+            let (begin, end) = (run.start - range.start, run.end - range.start);
+            if let VplKind::Spot(_) = kind {
+                for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
+                    for (value, light) in row[begin..end].iter_mut().zip(run.clone()) {
+                        *value = self.unoccluded(point, &lights.get(light)).luminance();
                     }
-                    None => {
-                        for (value, light) in row.iter_mut().zip(chunk) {
-                            *value = self.unoccluded(point, light).luminance();
-                        }
+                }
+            } else if points.len() < run.len() {
+                // What is read once is the point, or else the eight lights: whichever is read by more.
+                for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
+                    let eights = row[begin..end].chunks_mut(WIDTH);
+                    for (values, first) in eights.zip(run.clone().step_by(WIDTH)) {
+                        store(self.luminances::<F>(point, kind, &eight_at(&columns, first)), values);
+                    }
+                }
+            } else {
+                for first in (begin..end).step_by(WIDTH) {
+                    let eight: Eight<F> = eight_at(&columns, range.start + first);
+                    for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
+                        let values = &mut row[first..end.min(first + WIDTH)];
+                        store(self.luminances(point, kind, &eight), values);
                     }
                 }
             }
         }
     }
 
+    /// Of eight lights of one kind that is not the spot's.
     #[inline(always)]
-    fn luminances<F: F32x8>(&self, point: &GatherPoint, lights: &Lights8) -> F {
+    fn luminances<F: F32x8>(&self, point: &GatherPoint, kind: VplKind, lights: &Eight<F>) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let smallest = F::splat(SMALLEST_SQUARED_DISTANCE);
-        let direction = each!(|axis| F::load(&lights.direction[axis]));
-        let d = each!(|axis| F::load(&lights.position[axis]) - F::splat(point.position[axis]));
-        let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let apart = squared.gt(smallest);
-        let distance = squared.sqrt();
-        let is_directional = F::load(&lights.directional).gt(zero);
-        let towards = each!(|axis| {
-            let unit = F::select(apart, d[axis] / distance, zero);
-            F::select(is_directional, zero - direction[axis], unit)
-        });
-        let cos = zero - (direction[0] * towards[0] + direction[1] * towards[1] + direction[2] * towards[2]);
-        let shape = F::select(F::load(&lights.omni).gt(zero), one, cos.max(zero));
-        let near = squared.max(F::splat(self.clamp_squared)).max(smallest);
-        let geometric = F::select(is_directional, one, shape / near);
-
+        let [position, direction, intensity] = lights;
+        let (towards, geometric) = if let VplKind::Directional = kind {
+            (each!(|axis| zero - direction[axis]), one)
+        } else {
+            let smallest = F::splat(SMALLEST_SQUARED_DISTANCE);
+            let d = each!(|axis| position[axis] - F::splat(point.position[axis]));
+            let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            let apart = squared.gt(smallest);
+            let distance = squared.sqrt();
+            let towards = each!(|axis| F::select(apart, d[axis] / distance, zero));
+            let shape = if let VplKind::Oriented = kind {
+                let along = direction[0] * towards[0] + direction[1] * towards[1] + direction[2] * towards[2];
+                (zero - along).max(zero)
+            } else {
+                one
+            };
+            (towards, shape / squared.max(F::splat(self.clamp_squared)).max(smallest))
+        };
         let height = along(towards, point.geometric_normal);
         let frame = &point.frame;
         let wi = [along(towards, frame.t), along(towards, frame.b), along(towards, frame.n)];
         let material = point.bsdf.eval_cos_of(point.wo, wi);
         let weight = point.weight.to_array();
         let [r, g, b] = each!(|channel| {
-            let intensity = F::load(&lights.intensity[channel]);
-            let value = F::splat(weight[channel]) * material[channel] * intensity * geometric;
+            let value = F::splat(weight[channel]) * material[channel] * intensity[channel] * geometric;
             F::splat(LUMINANCE_WEIGHTS[channel]) * value
         });
         F::select(height.gt(zero), r + g + b, zero)
+    }
+}
+
+/// The first of eight numbers, as many as there is room for.
+#[inline(always)]
+fn store<F: F32x8>(eight: F, values: &mut [f32]) {
+    let eight = eight.array();
+    match values.first_chunk_mut() {
+        Some(whole) => *whole = eight,
+        None => values.copy_from_slice(&eight[..values.len()]),
     }
 }
 
@@ -120,14 +122,28 @@ fn along<F: F32x8>(v: [F; 3], axis: Vec3) -> F {
     v[0] * F::splat(axis.x) + v[1] * F::splat(axis.y) + v[2] * F::splat(axis.z)
 }
 
+/// Eight lights of the columns of positions, directions and intensities.
+#[inline(always)]
+fn eight_at<F: F32x8>(columns: &[[&[f32]; 3]; 3], first: usize) -> Eight<F> {
+    each!(|vector| each!(|axis| {
+        F::load(columns[vector][axis][first..].first_chunk().expect("columns end with eight zeros"))
+    }))
+}
+
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{GatherPoint, Transport, Vpl};
+    use super::{GatherPoint, LightColumns, Range, Transport};
     use crate::math::simd::{Avx2, for_avx2};
 
     for_avx2! {
-        pub fn list(transport: &Transport, points: &[GatherPoint], lights: &[Vpl], luminances: &mut Vec<f32>) {
-            transport.list_with::<Avx2>(points, lights, luminances);
+        pub fn list(
+            transport: &Transport,
+            points: &[GatherPoint],
+            lights: &LightColumns,
+            range: Range<usize>,
+            luminances: &mut Vec<f32>,
+        ) {
+            transport.list_with::<Avx2>(points, lights, range, luminances);
         }
     }
 }
@@ -142,6 +158,7 @@ mod tests {
     use crate::math::Frame;
     use crate::rng::{Purpose, Stream};
     use crate::scene::Falloff;
+    use crate::vpl::Vpl;
     use crate::warp;
 
     fn bsdf(s: &mut Stream) -> Bsdf {
@@ -209,20 +226,24 @@ mod tests {
         let mut lit = 0;
         for round in 0..3000 {
             let mut points: Vec<GatherPoint> = (0..=s.below(4)).map(|_| point(&mut s)).collect();
-            let mut lights: Vec<Vpl> = (0..=s.below(20)).map(|_| light(&mut s, round % 3 == 0)).collect();
+            let mut lights: Vec<Vpl> = (0..=s.below(60)).map(|_| light(&mut s, round % 3 == 0)).collect();
             if round % 5 == 0 {
                 // A light where the point is, and a point that is seen from behind.
                 lights[0].position = points[0].position;
                 points[0].wo.z = -points[0].wo.z;
             }
             let transport = Transport::new([0.0, 0.2][round % 2]);
+            lights.sort_by_key(|light| light.kind.number());
+            let first = s.below(lights.len() as u64) as usize;
+            let range = first..lights.len() - s.below((lights.len() - first) as u64) as usize;
             let expected: Vec<f32> = points
                 .iter()
-                .flat_map(|p| lights.iter().map(|l| transport.unoccluded(p, l).luminance()))
+                .flat_map(|p| lights[range.clone()].iter().map(|l| transport.unoccluded(p, l).luminance()))
                 .collect();
+            let lights = LightColumns::new(&lights);
             let (mut best, mut portable) = (Vec::new(), Vec::new());
-            transport.list(&points, &lights, &mut best);
-            transport.list_with::<Portable>(&points, &lights, &mut portable);
+            transport.list(&points, &lights, range.clone(), &mut best);
+            transport.list_with::<Portable>(&points, &lights, range, &mut portable);
             assert_eq!(best, expected);
             assert_eq!(portable, expected);
             lit += expected.iter().filter(|v| **v > 0.0).count();

@@ -3,7 +3,8 @@
 //! Each kind of light has a subtree of its own, since only lights of one kind have bounds worth having; nodes of mixed lights join
 //! the subtrees in a chain. A binary tree with one light a leaf has `2n − 1` nodes, and in depth-first order the subtree at
 //! node `k` is nodes `k` to `k + 2 count − 2`: its left child is `k + 1`, its right child `k + 2 count(k + 1)`. So a builder only sorts
-//! items and writes down ranges, each part of the tree in a part of the arrays that is known before.
+//! items and writes down ranges, each part of the tree in a part of the arrays that is known before. Of these ranges only those of several
+//! lights become nodes that are kept.
 
 use rayon::prelude::*;
 
@@ -54,7 +55,7 @@ pub(super) struct Sorted {
 /// Sorts the lights that have luminance into a tree.
 pub(super) fn sort(lights: &[Vpl], builder: LightTreeBuilder) -> Sorted {
     assert!(lights.len() < 1 << 31, "light trees have fewer than 2³¹ lights");
-    let mut groups: Vec<(Emission, Vec<Item>)> = (0..KINDS)
+    let mut groups: Vec<(Emission, Vec<Item>)> = (0..VplKind::COUNT)
         .map(|kind| (Emission::of_kind(kind, lights), items_of_kind(kind, lights)))
         .filter(|(_, items)| !items.is_empty())
         .collect();
@@ -80,28 +81,35 @@ pub(super) fn sort(lights: &[Vpl], builder: LightTreeBuilder) -> Sorted {
     Sorted { lights: sorted, spans }
 }
 
-/// The nodes of the tree over sorted lights.
+/// The inner nodes of the tree over sorted lights, in depth-first order.
 pub(super) fn nodes(lights: &[Vpl], spans: &[Span]) -> Vec<LightNode> {
-    let mut nodes: Vec<LightNode> = spans
+    let inner: Vec<Inner> = spans
         .par_iter()
         .enumerate()
-        .map(|(k, &Span { first, count })| {
-            let light = &lights[first as usize];
-            let children = (count > 1).then(|| [k as u32 + 1, k as u32 + 2 * spans[k + 1].count]);
-            // Inner nodes take the sums of their children below.
-            let (bounds, intensity) = (bounds_of(light), light.intensity);
-            LightNode {
-                bounds,
-                intensity,
-                luminance: f64::from(intensity.luminance()),
-                first,
-                count,
-                children,
-            }
-        })
+        .filter(|(_, span)| span.count > 1)
+        .map(|(k, &span)| Inner { span, left: spans[k + 1].count })
         .collect();
-    merge_up(&mut nodes);
+    let unknown = LightNode {
+        bounds: LightBounds { aabb: Aabb::EMPTY, shape: LightShape::Mixed },
+        luminance: 0.0,
+        left: 0,
+    };
+    let mut nodes = vec![unknown; inner.len()];
+    merge_up(lights, &inner, &mut nodes);
     nodes
+}
+
+/// An inner node before its bounds are known.
+#[derive(Clone, Copy)]
+struct Inner {
+    span: Span,
+    /// Items of the first child.
+    left: u32,
+}
+
+/// What is known of a single light.
+pub(super) fn leaf(light: &Vpl) -> (LightBounds, f64) {
+    (bounds_of(light), f64::from(light.intensity.luminance()))
 }
 
 /// Bounds of a single light.
@@ -119,14 +127,14 @@ fn bounds_of(light: &Vpl) -> LightBounds {
 }
 
 /// Gives inner nodes what their children sum up to: small subtrees in parallel, then the nodes above these.
-fn merge_up(nodes: &mut [LightNode]) {
+fn merge_up(lights: &[Vpl], inner: &[Inner], nodes: &mut [LightNode]) {
     let mut above = Vec::new();
     let mut subtrees = Vec::new();
     let mut rest = &mut *nodes;
     let mut at = 0;
-    while let Some(node) = rest.first() {
-        let small = node.count <= GRAIN;
-        let length = if small { 2 * node.count as usize - 1 } else { 1 };
+    while let Some(Inner { span, .. }) = inner.get(at) {
+        let small = span.count <= GRAIN;
+        let length = if small { span.count as usize - 1 } else { 1 };
         let (piece, others) = std::mem::take(&mut rest).split_at_mut(length);
         if small {
             subtrees.push((at, piece));
@@ -138,44 +146,34 @@ fn merge_up(nodes: &mut [LightNode]) {
     }
     subtrees.into_par_iter().for_each(|(offset, subtree)| {
         for k in (0..subtree.len()).rev() {
-            merge(subtree, k, offset);
+            merge(lights, &inner[offset + k], subtree, k);
         }
     });
     for k in above.into_iter().rev() {
-        merge(nodes, k, 0);
+        merge(lights, &inner[k], nodes, k);
     }
 }
 
-/// Node `k` of a piece that starts at node `offset` of the tree takes the sum of its children.
-fn merge(nodes: &mut [LightNode], k: usize, offset: usize) {
-    if let Some(children) = nodes[k].children {
-        let [a, b] = children.map(|child| &nodes[child as usize - offset]);
-        let bounds = LightBounds::union(a.bounds, b.bounds);
-        let (intensity, luminance) = (a.intensity + b.intensity, a.luminance + b.luminance);
-        nodes[k] = LightNode { bounds, intensity, luminance, ..nodes[k] };
-    }
+/// Node `k` of some takes the sum of its children.
+fn merge(lights: &[Vpl], inner: &Inner, nodes: &mut [LightNode], k: usize) {
+    let (left, right) = (inner.left as usize, (inner.span.count - inner.left) as usize);
+    let first = inner.span.first as usize;
+    let of = |node: usize, first: usize, count: usize| match count {
+        1 => leaf(&lights[first]),
+        _ => (nodes[node].bounds, nodes[node].luminance),
+    };
+    // The first child's subtree has one inner node less than it has lights.
+    let (a, b) = (of(k + 1, first, left), of(k + left, first + left, right));
+    nodes[k] = LightNode { bounds: LightBounds::union(a.0, b.0), luminance: a.1 + b.1, left: inner.left };
 }
 
-/// Kinds of lights, numbered in the order of their subtrees.
-pub(super) const KINDS: u8 = 4;
-
-/// The number of a light's kind.
-pub(super) fn kind_of(light: &Vpl) -> u8 {
-    match light.kind {
-        VplKind::Omni => 0,
-        VplKind::Oriented => 1,
-        VplKind::Spot(_) => 2,
-        VplKind::Directional => 3,
-    }
-}
-
-fn items_of_kind(kind: u8, lights: &[Vpl]) -> Vec<Item> {
+fn items_of_kind(kind: usize, lights: &[Vpl]) -> Vec<Item> {
     lights
         .par_iter()
         .enumerate()
         .filter_map(|(i, light)| {
             let luminance = light.intensity.luminance();
-            if kind_of(light) != kind || luminance <= 0.0 {
+            if light.kind.number() != kind || luminance <= 0.0 {
                 return None;
             }
             let (p, d) = match light.kind {

@@ -1,10 +1,11 @@
 //! The light tree: a binary tree over the lights, in which every node is a range of one sorted array.
 
+use std::ops::Range;
+
 use super::build;
 use super::prefix::PrefixSums;
 use crate::bounds::LightBounds;
-use crate::color::Rgb;
-use crate::vpl::{Vpl, VplSet};
+use crate::vpl::{LightColumns, Vpl, VplSet};
 
 /// How a light tree is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -16,30 +17,54 @@ pub enum LightTreeBuilder {
     Agglomerative,
 }
 
-/// A cluster of lights.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightNode {
-    /// Where the lights are, and where they shine.
-    pub bounds: LightBounds,
-    /// Sum of the intensities; added up in pairs in `f32`.
-    pub intensity: Rgb,
-    /// Sum of the luminances of the intensities; above zero.
-    pub luminance: f64,
+/// A cluster of lights: a node of a [`LightTree`], and only of that one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LightCluster {
     /// First light, in sorted order.
     pub first: u32,
     /// How many lights; one in a leaf.
     pub count: u32,
-    /// Children, of which the first holds the first lights; `None` in a leaf.
-    pub children: Option<[u32; 2]>,
+    /// Number among all nodes: inner ones in depth-first order, then the leaves in the order of their lights.
+    node: u32,
+}
+
+impl LightCluster {
+    /// Its number, below [`LightTree::clusters`].
+    pub fn number(&self) -> usize {
+        self.node as usize
+    }
+
+    /// The places of its lights in the sorted order.
+    pub fn lights(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+
+    /// Whether it has the light at a place in the sorted order.
+    pub fn holds(&self, light: u32) -> bool {
+        // Numbers below the first wrap to numbers beyond the last.
+        light.wrapping_sub(self.first) < self.count
+    }
+}
+
+/// What is kept of an inner node: one line of a cache.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub(super) struct LightNode {
+    /// Where the lights are, and where they shine.
+    pub(super) bounds: LightBounds,
+    /// Sum of the luminances of the intensities; above zero.
+    pub(super) luminance: f64,
+    /// How many lights the first child has.
+    pub(super) left: u32,
 }
 
 /// A tree over the lights of a set, all kinds under one root.
 ///
-/// Nodes are in depth-first order: the root is the first, and children have larger numbers than their parent.
-#[derive(Clone, Debug)]
+/// Only nodes of several lights are kept: about 120 bytes a light in all, with the lights.
+#[derive(Clone, Debug, PartialEq)]
 pub struct LightTree {
     pub(super) nodes: Vec<LightNode>,
-    pub(super) lights: Vec<Vpl>,
+    pub(super) lights: LightColumns,
     pub(super) sums: PrefixSums,
     dropped: usize,
 }
@@ -50,28 +75,71 @@ impl LightTree {
     /// Runs on the current thread pool; the result does not depend on it. The set must have fewer than 2³¹ lights.
     pub fn build(set: &VplSet, builder: LightTreeBuilder) -> Self {
         let build::Sorted { lights, spans } = build::sort(set.lights(), builder);
-        let sums = PrefixSums::new(lights.iter().map(|light| light.intensity.luminance()));
         let nodes = build::nodes(&lights, &spans);
+        drop(spans);
+        let lights = LightColumns::new(&lights);
+        let sums = PrefixSums::new(lights.luminances(0..lights.len()));
         Self { nodes, dropped: set.len() - lights.len(), lights, sums }
     }
 
-    /// All nodes.
-    pub fn nodes(&self) -> &[LightNode] {
-        &self.nodes
+    /// The cluster of all lights; `None` if there are none.
+    pub fn root(&self) -> Option<LightCluster> {
+        let count = self.lights.len() as u32;
+        (count > 0).then_some(LightCluster { first: 0, count, node: 0 })
     }
 
-    /// Number of the root; `None` if there are no lights.
-    pub fn root(&self) -> Option<u32> {
-        (!self.nodes.is_empty()).then_some(0)
+    /// The two halves of a cluster, of which the first has the first lights; `None` of a single light.
+    pub fn children(&self, of: &LightCluster) -> Option<[LightCluster; 2]> {
+        if of.count == 1 {
+            return None;
+        }
+        let left = self.nodes[of.node as usize].left;
+        let child = |inner: u32, first: u32, count: u32| {
+            let node = if count == 1 { self.nodes.len() as u32 + first } else { inner };
+            LightCluster { first, count, node }
+        };
+        // The first child's subtree has one inner node less than it has lights.
+        Some([child(of.node + 1, of.first, left), child(of.node + left, of.first + left, of.count - left)])
+    }
+
+    /// Where the lights of a cluster are, and where they shine.
+    pub fn bounds(&self, of: &LightCluster) -> LightBounds {
+        match self.nodes.get(of.number()) {
+            Some(node) => node.bounds,
+            None => build::leaf(&self.light(of.first)).0,
+        }
+    }
+
+    /// Sum of the luminances of the intensities of a cluster; above zero.
+    pub fn luminance(&self, of: &LightCluster) -> f64 {
+        match self.nodes.get(of.number()) {
+            Some(node) => node.luminance,
+            None => f64::from(self.lights.intensity(of.first as usize).luminance()),
+        }
+    }
+
+    /// How many clusters there are.
+    pub fn clusters(&self) -> usize {
+        self.nodes.len() + self.lights.len()
+    }
+
+    /// All clusters, each followed by those in its first half, then by those in its second.
+    pub fn depth_first(&self) -> impl Iterator<Item = LightCluster> {
+        let mut waiting: Vec<LightCluster> = self.root().into_iter().collect();
+        std::iter::from_fn(move || {
+            let next = waiting.pop()?;
+            waiting.extend(self.children(&next).into_iter().flatten().rev());
+            Some(next)
+        })
     }
 
     /// The light at a place in the sorted order.
-    pub fn light(&self, sorted: u32) -> &Vpl {
-        &self.lights[sorted as usize]
+    pub fn light(&self, sorted: u32) -> Vpl {
+        self.lights.get(sorted as usize)
     }
 
     /// All lights in sorted order.
-    pub fn lights(&self) -> &[Vpl] {
+    pub fn lights(&self) -> &LightColumns {
         &self.lights
     }
 
@@ -80,17 +148,14 @@ impl LightTree {
         self.dropped
     }
 
-    /// A light of a node for the uniform number `u` in `[0, 1)`, as its place in the sorted order; its probability is its luminance
-    /// over the node's.
-    pub fn draw(&self, node: u32, u: f64) -> u32 {
-        let node = &self.nodes[node as usize];
-        self.sums.draw(node.first, node.count, u)
+    /// A light of a cluster for the uniform number `u` in `[0, 1)`, as its place in the sorted order; its probability is its luminance
+    /// over the cluster's.
+    pub fn draw(&self, from: &LightCluster, u: f64) -> u32 {
+        self.sums.draw(from.first, from.count, u)
     }
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<LightNode>()
-            + self.lights.capacity() * size_of::<Vpl>()
-            + self.sums.bytes()
+        self.nodes.capacity() * size_of::<LightNode>() + self.lights.bytes() + self.sums.bytes()
     }
 }

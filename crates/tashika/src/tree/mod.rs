@@ -28,4 +28,4 @@ mod validate;
 mod tests;
 
 pub use gather_tree::{GatherNode, GatherTree};
-pub use light_tree::{LightNode, LightTree, LightTreeBuilder};
+pub use light_tree::{LightCluster, LightTree, LightTreeBuilder};

@@ -12,7 +12,7 @@
 //! An item of zero weight is never drawn from a range that holds another. Held to this by `tree::tests::drawing`.
 
 /// Sums of weights that are finite and not negative; one entry more than there are weights.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct PrefixSums(Vec<[f64; 2]>);
 
 impl PrefixSums {

@@ -15,7 +15,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use super::build::{Item, kind_of};
+use super::build::Item;
 use crate::math::elementary::{acos, sin_cos};
 use crate::vpl::{Vpl, VplKind};
 
@@ -35,10 +35,10 @@ pub(super) struct Emission {
 
 impl Emission {
     /// That of the lights of a kind; for spots with the widest cone.
-    pub(super) fn of_kind(kind: u8, lights: &[Vpl]) -> Self {
+    pub(super) fn of_kind(kind: usize, lights: &[Vpl]) -> Self {
         let cos_emission = lights
             .iter()
-            .filter(|light| kind_of(light) == kind)
+            .filter(|light| light.kind.number() == kind)
             .filter_map(|light| match light.kind {
                 VplKind::Spot(falloff) => Some(falloff.cos_outer),
                 VplKind::Oriented => Some(0.0),

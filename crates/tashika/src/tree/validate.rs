@@ -1,13 +1,13 @@
 //! Whether a tree is one: what every reader of a tree relies on, checked from the outside.
 //!
-//! For each node: its range is that of its children, one after the other; it has one parent and a larger number; its sums are those
+//! For each node: its range is that of its children, one after the other, both of which have items; its sums are those
 //! of its children; its bounds hold its children's bounds and every single light or point below. `O(n log n)` for trees of
 //! logarithmic depth.
 
 use super::gather_tree::GatherTree;
-use super::light_tree::{LightNode, LightTree};
+use super::light_tree::{LightCluster, LightNode, LightTree};
 use super::prefix::PrefixSums;
-use crate::bounds::LightShape;
+use crate::bounds::{LightBounds, LightShape};
 use crate::math::{Aabb, Cone};
 use crate::vpl::{Vpl, VplKind};
 
@@ -30,35 +30,33 @@ impl LightTree {
     /// # Errors
     /// Says which node is wrong, and in what.
     pub fn validate(&self) -> Result<(), String> {
-        let shape =
-            |node: &LightNode| Shape { first: node.first, count: node.count, children: node.children };
-        validate_shape(self.nodes.iter().map(shape), self.lights.len())?;
-        validate_sums(&self.sums, self.lights.iter().map(|light| light.intensity.luminance()))?;
-        for (k, node) in self.nodes.iter().enumerate() {
-            let wrong = |what: &str| Err(format!("node {k}: {what}: {node:?}"));
-            let range = node.first as usize..node.first as usize + node.count as usize;
-            if let Some(light) = self.lights[range].iter().find(|light| !holds(node, light)) {
-                return wrong(&format!("does not hold {light:?}"));
+        let expected = self.lights.len().saturating_sub(1);
+        if self.nodes.len() != expected {
+            return Err(format!("{} inner nodes; expected {expected}", self.nodes.len()));
+        }
+        validate_sums(&self.sums, self.lights.luminances(0..self.lights.len()))?;
+        let mut waiting: Vec<LightCluster> = self.root().into_iter().collect();
+        while let Some(cluster) = waiting.pop() {
+            let wrong = |what: &str| Err(format!("{cluster:?}: {what}"));
+            let bounds = self.bounds(&cluster);
+            let mut lights = cluster.lights().map(|light| self.light(light as u32));
+            if let Some(light) = lights.find(|light| !holds(&bounds, light)) {
+                return wrong(&format!("{bounds:?} does not hold {light:?}"));
             }
-            let (luminance, intensity) = match node.children {
-                None => {
-                    let intensity = self.light(node.first).intensity;
-                    (f64::from(intensity.luminance()), intensity)
-                }
-                Some(children) => {
-                    let [a, b] = children.map(|child| &self.nodes[child as usize]);
-                    if !(nests(node, a) && nests(node, b)) {
-                        return wrong("bounds do not hold those of its children");
-                    }
-                    (a.luminance + b.luminance, a.intensity + b.intensity)
-                }
-            };
-            if node.luminance != luminance || luminance <= 0.0 {
+            if let Some(LightNode { left, .. }) = self.nodes.get(cluster.number())
+                && !(1..cluster.count).contains(left)
+            {
+                return wrong(&format!("{left} lights in its first half"));
+            }
+            let Some(children) = self.children(&cluster) else { continue };
+            if !children.iter().all(|child| nests(&bounds, &self.bounds(child))) {
+                return wrong("bounds do not hold those of its children");
+            }
+            let luminance: f64 = children.iter().map(|child| self.luminance(child)).sum();
+            if self.luminance(&cluster) != luminance || luminance <= 0.0 {
                 return wrong(&format!("luminance should be {luminance}"));
             }
-            if node.intensity != intensity {
-                return wrong(&format!("intensity should be {intensity:?}"));
-            }
+            waiting.extend(children);
         }
         Ok(())
     }
@@ -143,10 +141,10 @@ fn validate_sums(sums: &PrefixSums, weights: impl ExactSizeIterator<Item = f32>)
     Ok(())
 }
 
-/// Whether a node's bounds hold a light.
-fn holds(node: &LightNode, light: &Vpl) -> bool {
+/// Whether bounds hold a light.
+fn holds(bounds: &LightBounds, light: &Vpl) -> bool {
     let direction = light.direction;
-    let in_shape = match (node.bounds.shape, light.kind) {
+    let in_shape = match (bounds.shape, light.kind) {
         (LightShape::Mixed, _) | (LightShape::Omni, VplKind::Omni) => true,
         (LightShape::Oriented(cone), VplKind::Oriented)
         | (LightShape::Directional(cone), VplKind::Directional) => cone.contains(direction),
@@ -155,15 +153,15 @@ fn holds(node: &LightNode, light: &Vpl) -> bool {
         }
         _ => false,
     };
-    in_shape && (light.kind == VplKind::Directional || node.bounds.aabb.contains(light.position))
+    in_shape && (light.kind == VplKind::Directional || bounds.aabb.contains(light.position))
 }
 
-/// Whether a node's bounds hold its child's.
-fn nests(parent: &LightNode, child: &LightNode) -> bool {
-    let (outer, inner) = (parent.bounds.aabb, child.bounds.aabb);
+/// Whether the bounds of a cluster hold those of its half.
+fn nests(parent: &LightBounds, child: &LightBounds) -> bool {
+    let (outer, inner) = (parent.aabb, child.aabb);
     let box_nests = outer.union(inner) == outer;
     box_nests
-        && match (parent.bounds.shape, child.bounds.shape) {
+        && match (parent.shape, child.shape) {
             (LightShape::Mixed, _) | (LightShape::Omni, LightShape::Omni) => true,
             (LightShape::Oriented(outer), LightShape::Oriented(inner))
             | (LightShape::Directional(outer), LightShape::Directional(inner)) => cone_nests(outer, inner),

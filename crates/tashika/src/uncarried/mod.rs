@@ -47,7 +47,7 @@ use crate::gather::{GatherPoint, Scatter};
 use crate::math::{Aabb, Cone, Ray};
 use crate::rng::Stream;
 use crate::transport::{Link, Transport};
-use crate::tree::{LightNode, LightTree};
+use crate::tree::{LightCluster, LightTree};
 use crate::vpl::{EmitterSampler, Vpl, VplKind};
 
 use vertex::{Kernel, Vertex};
@@ -227,7 +227,7 @@ impl<'a> Uncarried<'a> {
         let u = stream.uniform_f64();
         let Some(lights) = self.lit.lights else { return Rgb::BLACK };
         let Some((light, probability)) = self.draw(lights, vertex, u) else { return Rgb::BLACK };
-        let light = *lights.light(light);
+        let light = lights.light(light);
         let link = self.lit.transport.link(vertex.position(), &light);
         let value = vertex.carried_cos(link.towards_light) * light.intensity * link.geometric;
         if value.is_black() {
@@ -238,38 +238,37 @@ impl<'a> Uncarried<'a> {
 
     /// A VPL about in proportion to what it can give to the vertex, and its probability; none if nothing can give anything.
     fn draw(&self, lights: &LightTree, vertex: &Vertex, u: f64) -> Option<(u32, f64)> {
-        let nodes = lights.nodes();
-        let mut node = lights.root()?;
+        let mut cluster = lights.root()?;
         let (mut probability, mut u) = (1.0, u);
-        while let Some(children) = nodes[node as usize].children {
-            let [a, b] = children.map(|child| self.importance(&nodes[child as usize], vertex));
+        while let Some(children) = lights.children(&cluster) {
+            let [a, b] = children.map(|child| self.importance(lights, &child, vertex));
             if a + b <= 0.0 {
                 return None;
             }
             let p = a / (a + b);
             if u < p {
-                node = children[0];
+                cluster = children[0];
                 probability *= p;
                 u /= p;
             } else {
-                node = children[1];
+                cluster = children[1];
                 probability *= 1.0 - p;
                 u = (u - p) / (1.0 - p);
             }
         }
-        Some((nodes[node as usize].first, probability))
+        Some((cluster.first, probability))
     }
 
     /// About what a cluster of lights can give; zero only if it can give nothing.
-    fn importance(&self, node: &LightNode, vertex: &Vertex) -> f64 {
+    fn importance(&self, lights: &LightTree, cluster: &LightCluster, vertex: &Vertex) -> f64 {
         let at = vertex.position();
-        let towards = Towards::between(&node.bounds, &Aabb { lo: at, hi: at });
+        let bounds = lights.bounds(cluster);
+        let towards = Towards::between(&bounds, &Aabb { lo: at, hi: at });
         // Lights are seldom at the nearest corner of their box.
-        let about = if node.bounds.reaches_infinity() { 0.0 } else { 0.5 * node.bounds.aabb.diagonal() };
-        let geometric =
-            upper_geometric(&node.bounds, &towards, self.lit.transport.clamp_distance().max(about));
+        let about = if bounds.reaches_infinity() { 0.0 } else { 0.5 * bounds.aabb.diagonal() };
+        let geometric = upper_geometric(&bounds, &towards, self.lit.transport.clamp_distance().max(about));
         let cos = towards.upper_cos(&Cone::of(vertex.geometric_normal()));
-        node.luminance * f64::from(geometric * cos)
+        lights.luminance(cluster) * f64::from(geometric * cos)
     }
 
     /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted against following the kernel.

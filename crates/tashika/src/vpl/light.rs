@@ -23,6 +23,21 @@ pub enum VplKind {
     Directional,
 }
 
+impl VplKind {
+    /// How many kinds there are.
+    pub const COUNT: usize = 4;
+
+    /// The number of the kind, from zero: the order in which trees keep lights apart.
+    pub fn number(&self) -> usize {
+        match self {
+            Self::Omni => 0,
+            Self::Oriented => 1,
+            Self::Spot(_) => 2,
+            Self::Directional => 3,
+        }
+    }
+}
+
 /// A virtual point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vpl {

@@ -5,6 +5,7 @@
 
 mod carried;
 mod clamp;
+mod columns;
 mod emitters;
 mod light;
 mod trace;
@@ -14,6 +15,7 @@ mod tests;
 
 pub use carried::carried_cos;
 pub use clamp::Clamp;
+pub use columns::LightColumns;
 pub use emitters::{EmitterSampler, LightSample};
 pub use light::{Vpl, VplKind};
 pub use trace::{Emission, VplOptions};

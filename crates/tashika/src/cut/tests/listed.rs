@@ -1,13 +1,12 @@
 //! Listed pairs: their sums, what is drawn from them, and that parts take their values from the whole.
 
-use super::{CLAMP, lights, points};
+use super::{CLAMP, lights, points, tree};
 use crate::bounds::UpperAnalytic;
-use crate::cut::{
-    ByUpper, Clusters, Listed, ListedTerms, Listing, Pair, Refinement, RefinementMemory, gather_tree,
-};
+use crate::cut::{ByUpper, Clusters, ListedTerms, Listing, Pair, Refinement, RefinementMemory, gather_tree};
 use crate::rng::{Purpose, Stream};
 use crate::transport::Transport;
 use crate::tree::{GatherTree, LightTree};
+use crate::vpl::Vpl;
 
 const LISTING: Listing = Listing { transport: Transport::new(CLAMP), most: 40 };
 
@@ -20,7 +19,7 @@ fn world() -> (LightTree, GatherTree<UpperAnalytic>) {
 fn terms(clusters: &Clusters<'_, UpperAnalytic>, pair: &Pair) -> Vec<f64> {
     let value = |term: crate::cut::Term| {
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-        f64::from(LISTING.transport.unoccluded(point, light).luminance())
+        f64::from(LISTING.transport.unoccluded(point, &light).luminance())
     };
     clusters.all_terms(pair).map(value).collect()
 }
@@ -57,6 +56,33 @@ fn small_pairs_are_known_by_their_terms_and_large_ones_by_bounds() {
     assert!(listed > 300 && dark > 0 && tighter > 30, "{listed} listed, {dark} dark, {tighter} tighter");
 }
 
+/// Where one light is far brighter than all others together, what is left of a sum without it is as exact as any.
+#[test]
+fn halves_are_exact_beside_bright_ones() {
+    let mut s = Stream::new(9, Purpose::Test, 7);
+    let (world, points) = (lights(30, &mut s), gather_tree::<UpperAnalytic>(&points(1, &mut s)));
+    let brighter = |(number, light): (usize, Vpl)| {
+        let factor = [1.0, 1e15][usize::from(number == 11)];
+        Vpl { intensity: light.intensity * factor, ..light }
+    };
+    let lights = tree(world.lights().iter().enumerate().map(brighter).collect());
+    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let mut memory = RefinementMemory::default();
+    let mut refinement =
+        Refinement::new(clusters, ByUpper { finest: 2 }, Some(LISTING), &mut memory).unwrap();
+    while refinement.split_next().is_some() {}
+    let (mut largest, mut smallest) = (0.0, f64::INFINITY);
+    for (number, pair) in refinement.pairs().iter().enumerate() {
+        let listed = refinement.known(number).listed.unwrap();
+        let sum: f64 = terms(&clusters, pair).iter().sum();
+        assert!((listed.total - sum).abs() <= 1e-9 * sum, "{} of {sum}: {pair:?}", listed.total);
+        if sum > 0.0 {
+            (largest, smallest) = (f64::max(largest, sum), f64::min(smallest, sum));
+        }
+    }
+    assert!(largest > 1e14 * smallest, "{largest} {smallest}");
+}
+
 /// Frequencies of 20,000 draws against probabilities, by their χ²: with some 20 degrees of freedom it is above 60 once in 100,000.
 #[test]
 fn terms_are_drawn_in_proportion_to_their_values() {
@@ -65,10 +91,10 @@ fn terms_are_drawn_in_proportion_to_their_values() {
     let mut s = Stream::new(3, Purpose::Test, 1);
     let mut tested = 0;
     let leaf_points = points.root().unwrap();
-    for light in 0..lights.nodes().len() as u32 {
+    for light in lights.depth_first() {
         let pair = Pair { light, points: leaf_points, upper: 1.0 };
         let mut list = ListedTerms::default();
-        let Some(listed) = list.list(&LISTING, &clusters, &pair, None::<Listed>) else { continue };
+        let Some(listed) = list.list(&LISTING, &clusters, &pair) else { continue };
         if listed.lit < 15 {
             continue;
         }

@@ -34,6 +34,10 @@ fn lights(n: usize, s: &mut Stream) -> LightTree {
         }
     };
     let lights = (0..n).map(|_| light(s)).collect();
+    tree(lights)
+}
+
+fn tree(lights: Vec<Vpl>) -> LightTree {
     LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
 }
 
@@ -93,14 +97,14 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
         cut(&mut refinement, 1500);
         let (mut checked, mut lit) = (0, 0);
         for pair in refinement.pairs() {
-            let (c, g) = (&lights.nodes()[pair.light as usize], &points.nodes()[pair.points as usize]);
+            let (c, g) = (&pair.light, &points.nodes()[pair.points as usize]);
             for i in c.first..c.first + c.count {
                 for j in g.first..g.first + g.count {
                     let (light, point) = (lights.light(i), points.point(j));
-                    let term = f64::from(transport.unoccluded(point, light).luminance());
+                    let term = f64::from(transport.unoccluded(point, &light).luminance());
                     let drawn_from = f64::from(light.intensity.luminance())
                         * f64::from(point.weight.max_channel())
-                        / (c.luminance * f64::from(g.weight));
+                        / (lights.luminance(c) * f64::from(g.weight));
                     // Luminance and weights are rounded a few times outside of what is bounded.
                     assert!(
                         term / drawn_from <= clusters.upper(pair) * (1.0 + 8.0 * f64::from(f32::EPSILON)),
@@ -143,7 +147,7 @@ fn a_cut_holds_every_term_once() {
         // Used again: what was there before does not count.
         let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }, None, &mut memory).unwrap();
         for pair in cut(&mut refinement, splits) {
-            let (c, g) = (&lights.nodes()[pair.light as usize], &points.nodes()[pair.points as usize]);
+            let (c, g) = (&pair.light, &points.nodes()[pair.points as usize]);
             for i in c.first..c.first + c.count {
                 for j in g.first..g.first + g.count {
                     held[(i * 9 + j) as usize] += 1;

@@ -8,7 +8,7 @@ use crate::gather::{GatherOptions, View};
 use crate::math::Vec3;
 use crate::scene::builtin;
 use crate::transport::Transport;
-use crate::tree::{LightTree, LightTreeBuilder};
+use crate::tree::{LightCluster, LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
 /// The view of the built-in box, lit by its own VPLs and by as many outside of it, whom nothing in it can see.
@@ -28,15 +28,15 @@ fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
     work(&Pilot { tracer: &tracer, view, lights: &tree, transport: Transport::new(0.05) })
 }
 
-/// Expected visibility of every node of the light tree.
+/// Expected visibility of every cluster of lights, depth first.
 fn visibilities(pilot: &Pilot<'_>, visibility: &PilotVisibility, cell: [u32; 2]) -> Vec<f64> {
     let about = visibility.about(pilot, cell);
     let mut order = about.order();
-    let expect = |light: u32| {
+    let expect = |light: LightCluster| {
         let pair = Pair { light, points: 0, upper: 1.0 };
         order.expect(&Candidate { pair: &pair, upper: 1.0, is_listed: true }).importance_visibility
     };
-    (0..pilot.lights.nodes().len() as u32).map(expect).collect()
+    pilot.lights.depth_first().map(expect).collect()
 }
 
 #[test]
@@ -45,9 +45,9 @@ fn lights_behind_walls_are_expected_to_be_dark_and_others_are_not() {
         let visibility = PilotVisibility::new(pilot, 1);
         let expected = visibilities(pilot, &visibility, [1, 0]);
         let (mut inside, mut outside) = ((0.0, 0.0), (0.0, 0.0));
-        for (node, p) in pilot.lights.nodes().iter().zip(&expected) {
-            if node.count == 1 {
-                let high = node.bounds.aabb.lo.y > 25.0;
+        for (cluster, p) in pilot.lights.depth_first().zip(&expected) {
+            if cluster.count == 1 {
+                let high = pilot.lights.light(cluster.first).position.y > 25.0;
                 let sums = if high { &mut outside } else { &mut inside };
                 *sums = (sums.0 + p, sums.1 + 1.0);
             }

@@ -131,7 +131,7 @@ mod tests {
         let sets = LightSets::trace(&tracer, &lights, 33, Truth::Transport).unwrap();
         let places = |set: &LightSet| {
             let bits = |light: &crate::vpl::Vpl| light.position.to_array().map(f32::to_bits);
-            set.tree.lights().iter().map(bits).collect::<Vec<_>>()
+            set.tree.lights().iter().map(|light| bits(&light)).collect::<Vec<_>>()
         };
         let mut all: Vec<_> = sets.sets.iter().flat_map(places).collect();
         let count = all.len();

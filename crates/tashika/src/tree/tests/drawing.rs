@@ -14,36 +14,38 @@ fn lights_are_drawn_in_proportion_to_luminance() {
     let mut s = Stream::new(4, Purpose::Test, 0);
     let lights = (0..400).map(|_| oriented(point(&mut s), Vec3::Y, 0.2 + s.uniform() * 3.0)).collect();
     let tree = LightTree::build(&set(lights), LightTreeBuilder::TopDown);
-    let smaller = |most: u32| tree.nodes().iter().position(|n| n.count > 2 && n.count < most).unwrap() as u32;
+    let smaller = |most: u32| tree.depth_first().find(|c| c.count > 2 && c.count < most).unwrap();
     let draws = 1_000_000;
-    for k in [0, smaller(200), smaller(60), smaller(10)] {
-        let node = &tree.nodes()[k as usize];
+    for node in [tree.root().unwrap(), smaller(200), smaller(60), smaller(10)] {
         let mut counts = vec![0u32; node.count as usize];
         for _ in 0..draws {
-            counts[(tree.draw(k, s.uniform_f64()) - node.first) as usize] += 1;
+            counts[(tree.draw(&node, s.uniform_f64()) - node.first) as usize] += 1;
         }
         let statistic: f64 = (node.first..)
             .zip(&counts)
             .map(|(i, &count)| {
-                let share = f64::from(tree.light(i).intensity.luminance()) / node.luminance;
+                let share = f64::from(tree.light(i).intensity.luminance()) / tree.luminance(&node);
                 let expected = share * f64::from(draws);
                 (f64::from(count) - expected).powi(2) / expected
             })
             .sum();
         let limit = ChiSquared::new(f64::from(node.count - 1)).unwrap().inverse_cdf(1.0 - 1e-4);
-        assert!(statistic < limit, "node {k} of {}: {statistic} > {limit}", node.count);
+        assert!(statistic < limit, "{node:?}: {statistic} > {limit}");
     }
 }
 
 #[test]
 fn every_draw_is_in_its_node() {
     let tree = LightTree::build(&set(mixed(3000, 8)), LightTreeBuilder::Agglomerative);
-    for (k, node) in (0..).zip(tree.nodes()) {
+    for node in tree.depth_first() {
         for u in [0.0, 1e-300, 0.5, 1.0f64.next_down()] {
-            assert!((node.first..node.first + node.count).contains(&tree.draw(k, u)), "node {k}, u = {u}");
+            assert!(
+                (node.first..node.first + node.count).contains(&tree.draw(&node, u)),
+                "{node:?}, u = {u}"
+            );
         }
-        assert_eq!(tree.draw(k, 0.0), node.first);
-        assert_eq!(tree.draw(k, 1.0f64.next_down()), node.first + node.count - 1);
+        assert_eq!(tree.draw(&node, 0.0), node.first);
+        assert_eq!(tree.draw(&node, 1.0f64.next_down()), node.first + node.count - 1);
     }
 }
 

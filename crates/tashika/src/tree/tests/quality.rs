@@ -4,21 +4,25 @@ use super::{BUILDERS, oriented, point, room, set};
 use crate::bounds::LightShape;
 use crate::math::Vec3;
 use crate::rng::{Purpose, Stream};
-use crate::tree::{LightNode, LightTree, LightTreeBuilder};
+use crate::tree::{LightCluster, LightTree, LightTreeBuilder};
 use crate::vpl::Vpl;
 use crate::warp;
 
+/// `c²`.
+fn c2(tree: &LightTree) -> f64 {
+    f64::from(tree.bounds(&tree.root().unwrap()).aabb.diagonal()).powi(2)
+}
+
 /// Sum over inner nodes of `I_C (d² + c² (1 − cos β)²)` (Walter 2005).
 fn cost(tree: &LightTree) -> f64 {
-    let c2 = f64::from(tree.nodes()[0].bounds.aabb.diagonal()).powi(2);
-    let of_node = |k: usize| {
-        let node = &tree.nodes()[k];
-        let LightShape::Oriented(cone) = node.bounds.shape else { panic!("oriented lights only") };
-        let (d, narrow) =
-            (f64::from(node.bounds.aabb.diagonal()), 1.0 - f64::from(cone.cos.clamp(-1.0, 1.0)));
-        node.luminance * (d * d + c2 * narrow * narrow)
+    let c2 = c2(tree);
+    let of_cluster = |cluster: LightCluster| {
+        let bounds = tree.bounds(&cluster);
+        let LightShape::Oriented(cone) = bounds.shape else { panic!("oriented lights only") };
+        let (d, narrow) = (f64::from(bounds.aabb.diagonal()), 1.0 - f64::from(cone.cos.clamp(-1.0, 1.0)));
+        tree.luminance(&cluster) * (d * d + c2 * narrow * narrow)
     };
-    (0..tree.nodes().len()).filter(|&k| tree.nodes()[k].count > 1).map(of_node).sum()
+    tree.depth_first().filter(|cluster| cluster.count > 1).map(of_cluster).sum()
 }
 
 /// In squares that halve, a level costs half of the one above, so that all levels below a wall cost about two walls; the rest is
@@ -28,8 +32,7 @@ fn clusters_are_compact_and_face_one_way() {
     let lights = room(20_000, 6);
     for (builder, most) in BUILDERS.into_iter().zip([8.5, 7.0]) {
         let tree = LightTree::build(&set(lights.clone()), builder);
-        let c2 = f64::from(tree.nodes()[0].bounds.aabb.diagonal()).powi(2);
-        let relative = cost(&tree) / (tree.nodes()[0].luminance * 2.0 * c2);
+        let relative = cost(&tree) / (tree.luminance(&tree.root().unwrap()) * 2.0 * c2(&tree));
         assert!(relative < most, "{builder:?}: {relative}");
     }
 }
@@ -43,10 +46,10 @@ fn opposite_normals_are_told_apart() {
         .collect();
     for builder in BUILDERS {
         let tree = LightTree::build(&set(lights.clone()), builder);
-        let small = tree.nodes().iter().filter(|node| node.count <= 40);
+        let small = tree.depth_first().filter(|cluster| cluster.count <= 40);
         let one_normal =
-            |node: &LightNode| matches!(node.bounds.shape, LightShape::Oriented(c) if c.cos == 1.0);
-        let (pure, all) = small.fold((0, 0), |(p, n), node| (p + u32::from(one_normal(node)), n + 1));
+            |c: &LightCluster| matches!(tree.bounds(c).shape, LightShape::Oriented(c) if c.cos == 1.0);
+        let (pure, all) = small.fold((0, 0), |(p, n), cluster| (p + u32::from(one_normal(&cluster)), n + 1));
         assert!(pure == all, "{builder:?}: {pure} of {all}");
     }
 }
@@ -59,7 +62,7 @@ fn rows_and_heaps_are_halved() {
     let heap = (0..4096).map(|_| oriented(Vec3::ONE, warp::sphere(s.uniform_2()), 1.0)).collect();
     for lights in [row, heap] {
         let tree = LightTree::build(&set(lights), LightTreeBuilder::TopDown);
-        let [left, right] = tree.nodes()[0].children.unwrap().map(|child| tree.nodes()[child as usize].count);
+        let [left, right] = tree.children(&tree.root().unwrap()).unwrap().map(|half| half.count);
         assert!(left.min(right) > 1500, "{left} {right}");
     }
 }

@@ -6,27 +6,27 @@ use crate::color::Rgb;
 use crate::math::elementary::powf;
 use crate::math::{Cone, Vec3};
 use crate::rng::{Purpose, Stream};
-use crate::tree::{LightTree, LightTreeBuilder};
-use crate::vpl::{Vpl, VplKind};
+use crate::tree::{LightCluster, LightTree, LightTreeBuilder};
+use crate::vpl::{LightColumns, Vpl, VplKind};
 use crate::warp;
 
 /// Levels below the root.
 fn depth(tree: &LightTree) -> usize {
-    let mut depths = vec![0; tree.nodes().len()];
-    for (k, node) in tree.nodes().iter().enumerate() {
-        for child in node.children.into_iter().flatten() {
-            depths[child as usize] = depths[k] + 1;
+    let mut depths = vec![0; tree.clusters()];
+    for cluster in tree.depth_first() {
+        for child in tree.children(&cluster).into_iter().flatten() {
+            depths[child.number()] = depths[cluster.number()] + 1;
         }
     }
     depths.into_iter().max().unwrap_or(0)
 }
 
-fn sorted_bits(lights: &[Vpl]) -> Vec<[u32; 9]> {
-    let bits = |l: &Vpl| {
+fn sorted_bits(lights: impl Iterator<Item = Vpl>) -> Vec<[u32; 9]> {
+    let bits = |l: Vpl| {
         let (p, d, i) = (l.position.to_array(), l.direction.to_array(), l.intensity.to_array());
         std::array::from_fn(|k| [p, d, i][k / 3][k % 3].to_bits())
     };
-    let mut all: Vec<[u32; 9]> = lights.iter().map(bits).collect();
+    let mut all: Vec<[u32; 9]> = lights.map(bits).collect();
     all.sort_unstable();
     all
 }
@@ -91,12 +91,15 @@ fn trees_are_valid_and_hold_every_light_once() {
             let tree = LightTree::build(&set(lights.clone()), builder);
             tree.validate().unwrap_or_else(|e| panic!("{builder:?}, {} {name}: {e}", lights.len()));
             let lit: Vec<Vpl> = lights.iter().filter(|l| !l.intensity.is_black()).copied().collect();
-            assert_eq!(sorted_bits(tree.lights()), sorted_bits(&lit), "{builder:?}, {name}");
+            assert_eq!(
+                sorted_bits(tree.lights().iter()),
+                sorted_bits(lit.iter().copied()),
+                "{builder:?}, {name}"
+            );
             assert_eq!(tree.dropped(), lights.len() - lit.len());
             assert_eq!(tree.root().is_some(), !lit.is_empty());
             let limit = 64 + lit.len().max(1).ilog2() as usize;
             assert!(depth(&tree) <= limit, "{builder:?}, {name}: {} levels", depth(&tree));
-            assert!(tree.bytes() >= lit.len() * (2 * size_of::<crate::tree::LightNode>()) / 2);
         }
     }
 }
@@ -111,7 +114,7 @@ fn threads_do_not_enter() {
             pool.install(|| LightTree::build(&lights, builder))
         };
         let (one, many) = (build(1), build(7));
-        assert!(one.nodes() == many.nodes() && one.lights() == many.lights(), "{builder:?}");
+        assert!(one == many, "{builder:?}");
         one.validate().unwrap();
     }
 }
@@ -120,38 +123,40 @@ fn threads_do_not_enter() {
 fn kinds_have_their_own_subtrees() {
     for builder in BUILDERS {
         let tree = LightTree::build(&set(mixed(1000, 9)), builder);
-        let is_mixed = |k: usize| tree.nodes()[k].bounds.shape == LightShape::Mixed;
-        assert_eq!(
-            (0..tree.nodes().len()).filter(|&k| is_mixed(k)).count(),
-            3,
-            "four kinds are joined by three nodes"
-        );
+        let is_mixed = |c: &LightCluster| tree.bounds(c).shape == LightShape::Mixed;
+        assert_eq!(tree.depth_first().filter(is_mixed).count(), 3, "four kinds are joined by three nodes");
         let alone = LightTree::build(&set(room(1000, 9)), builder);
-        assert!(matches!(alone.nodes()[0].bounds.shape, LightShape::Oriented(_)));
+        assert!(matches!(alone.bounds(&alone.root().unwrap()).shape, LightShape::Oriented(_)));
     }
+}
+
+/// The same lights but for one.
+fn with(lights: &LightColumns, which: usize, change: fn(&mut Vpl)) -> LightColumns {
+    let mut lights: Vec<Vpl> = lights.iter().collect();
+    change(&mut lights[which]);
+    LightColumns::new(&lights)
 }
 
 /// Each way in which a tree can be wrong is found out.
 #[test]
 fn validation_finds_what_is_wrong() {
     let good = LightTree::build(&set(mixed(500, 2)), LightTreeBuilder::TopDown);
-    let inner =
-        good.nodes.iter().position(|n| n.count > 5 && matches!(n.bounds.shape, LightShape::Oriented(_)));
-    let inner = inner.unwrap();
-    let leaf = good.nodes.iter().position(|n| n.count == 1).unwrap();
+    let inner = good
+        .depth_first()
+        .find(|c| (6..100).contains(&c.count) && matches!(good.bounds(c).shape, LightShape::Oriented(_)));
+    let inner = inner.unwrap().number();
     type Damage<'a> = &'a dyn Fn(&mut LightTree);
-    let damages: [(&str, Damage); 11] = [
-        ("range", &|t| t.nodes[inner].first += 1),
-        ("number", &|t| t.nodes[inner].count -= 1),
-        ("no children", &|t| t.nodes[inner].children = None),
-        ("its own child", &|t| t.nodes[inner].children = Some([inner as u32; 2])),
-        ("children far away", &|t| t.nodes[inner].children = Some([4_000_000_000; 2])),
-        ("children in the other order", &|t| t.nodes[inner].children.as_mut().unwrap().swap(0, 1)),
+    let damages: [(&str, Damage); 10] = [
+        ("a node less", &|t| _ = t.nodes.pop()),
+        ("a node more", &|t| t.nodes.push(t.nodes[inner])),
+        ("nothing in the first half", &|t| t.nodes[inner].left = 0),
+        ("nothing in the second half", &|t| t.nodes[inner].left = 4_000_000_000),
+        ("halves of other sizes", &|t| t.nodes[inner].left ^= 1),
         ("luminance", &|t| t.nodes[inner].luminance *= 1.000_001),
-        ("intensity", &|t| t.nodes[leaf].intensity = Rgb::WHITE),
         ("box", &|t| t.nodes[inner].bounds.aabb.hi.x = t.nodes[inner].bounds.aabb.lo.x),
         ("cone", &|t| t.nodes[inner].bounds.shape = LightShape::Oriented(Cone::of(Vec3::Z))),
-        ("a light", &|t| t.lights[17].intensity = Rgb::gray(3.0)),
+        ("a light", &|t| t.lights = with(&t.lights, 17, |l| l.intensity = Rgb::gray(3.0))),
+        ("a light's place", &|t| t.lights = with(&t.lights, 17, |l| l.position.x += 10.0)),
     ];
     good.validate().unwrap();
     for (name, damage) in damages {
