@@ -110,20 +110,20 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
     Ok(())
 }
 
-/// Counts answers that are not the same to the bit without vector instructions.
+/// Counts answers that are not the same to the bit as those of the scalar twin.
 fn compare_levels(tracer: &Tracer, recording: &Recording) {
-    let portable = tracer.portable();
+    let plain = tracer.plain();
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     let mut differ = 0;
     for batch in &recording.batches {
         tracer.visibility(batch, &mut ours);
-        portable.visibility(batch, &mut theirs);
+        plain.visibility(batch, &mut theirs);
         differ += ours.iter().zip(&theirs).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
     }
     let hits = |tracer: &Tracer, (ray, key): &(Ray, u64)| tracer.closest_hit(ray, *key);
-    let rays = recording.rays.iter().filter(|ray| hits(tracer, ray) != hits(&portable, ray)).count();
+    let rays = recording.rays.iter().filter(|ray| hits(tracer, ray) != hits(&plain, ray)).count();
     let (segments, all) = (recording.segments(), recording.rays.len());
-    println!("{differ} of {segments} segments and {rays} of {all} rays differ without vector instructions\n");
+    println!("{differ} of {segments} segments and {rays} of {all} rays differ from the scalar twin's\n");
 }
 
 fn table(title: &str, unit: &str, timed: &[Timed], work: f64) {

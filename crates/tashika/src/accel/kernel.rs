@@ -1,6 +1,9 @@
 //! The way from the library to the instruction set that the machine has: one entry for each question and set.
 
+use std::cell::RefCell;
+
 use super::Hit;
+use super::occluders::Occluders;
 use super::packet::{self, FEW, LANES};
 use super::segments::{Apex, SegmentBatch};
 use super::single::{self, Segment, Waiting};
@@ -8,6 +11,10 @@ use super::trees::Trees;
 use crate::math::simd::{F32x8, Level, Portable, on_level};
 use crate::math::{Ray, Vec3};
 use crate::scene::Scene;
+
+thread_local! {
+    static WAITING: RefCell<Waiting> = RefCell::new(Waiting::new(Some(Occluders::new())));
+}
 
 /// The share of light that passes along each segment of `batch`, added to `visibility` in order.
 pub(super) fn visibility(
@@ -17,18 +24,27 @@ pub(super) fn visibility(
     batch: &SegmentBatch,
     visibility: &mut Vec<f32>,
 ) {
-    on_level!(
-        level,
-        portable: trace::<Portable>(trees, scene, batch, visibility),
-        avx2: x86::visibility(trees, scene, batch, visibility)
-    );
+    WAITING.with_borrow_mut(|waiting| {
+        on_level!(
+            level,
+            portable: trace::<Portable>(trees, scene, batch, waiting, visibility),
+            avx2: x86::visibility(trees, scene, batch, waiting, visibility)
+        );
+    });
+}
+
+/// The same as plainly as can be: without vector instructions, and as if nothing had been asked before.
+pub(super) fn plain_visibility(
+    trees: &Trees,
+    scene: &Scene,
+    batch: &SegmentBatch,
+    visibility: &mut Vec<f32>,
+) {
+    trace::<Portable>(trees, scene, batch, &mut Waiting::new(None), visibility);
 }
 
 /// The first surface along a ray.
 pub(super) fn closest_hit(level: Level, trees: &Trees, scene: &Scene, ray: &Ray, key: u64) -> Option<Hit> {
-    thread_local! {
-        static WAITING: std::cell::RefCell<Waiting> = std::cell::RefCell::new(Waiting::new());
-    }
     WAITING.with_borrow_mut(|waiting| {
         on_level!(
             level,
@@ -44,8 +60,14 @@ mod x86 {
     use crate::math::simd::{Avx2, for_avx2};
 
     for_avx2! {
-        pub fn visibility(trees: &Trees, scene: &Scene, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
-            trace::<Avx2>(trees, scene, batch, visibility);
+        pub fn visibility(
+            trees: &Trees,
+            scene: &Scene,
+            batch: &SegmentBatch,
+            waiting: &mut Waiting,
+            visibility: &mut Vec<f32>,
+        ) {
+            trace::<Avx2>(trees, scene, batch, waiting, visibility);
         }
 
         pub fn closest_hit(
@@ -62,18 +84,23 @@ mod x86 {
 
 /// Traces fans, in groups where they are large enough.
 #[inline(always)]
-fn trace<F: F32x8>(trees: &Trees, scene: &Scene, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
-    let mut waiting = Waiting::new();
+fn trace<F: F32x8>(
+    trees: &Trees,
+    scene: &Scene,
+    batch: &SegmentBatch,
+    waiting: &mut Waiting,
+    visibility: &mut Vec<f32>,
+) {
     for fan in batch.fans() {
         let targets = &batch.targets()[fan.targets.start as usize..fan.targets.end as usize];
         match fan.apex {
             Apex::Point(apex) => {
                 let segment = |target: Vec3| Segment::between(apex, target);
-                trace_fan::<F, true>(trees, scene, batch, targets, segment, &mut waiting, visibility);
+                trace_fan::<F, true>(trees, scene, batch, targets, segment, waiting, visibility);
             }
             Apex::Direction(direction) => {
                 let segment = |target: Vec3| Segment::towards(target, direction);
-                trace_fan::<F, false>(trees, scene, batch, targets, segment, &mut waiting, visibility);
+                trace_fan::<F, false>(trees, scene, batch, targets, segment, waiting, visibility);
             }
         }
     }

@@ -32,12 +32,13 @@
 //! # Same bits everywhere
 //! The answer for a segment is a function of the scene and its two ends: it is tested against the triangles of exactly those leaves
 //! whose boxes it meets itself, in the order of the tree, and the arithmetic is plain IEEE operations without contraction.
-//! Grouping, threads and instruction sets do not enter.
+//! Grouping, threads, instruction sets and what was asked before do not enter.
 
 mod beam;
 mod bvh;
 mod kernel;
 mod listener;
+mod occluders;
 mod packet;
 mod segments;
 mod single;

@@ -12,6 +12,7 @@ use glam::Vec3;
 
 use super::beam::{Beam, limit, meet_child, reciprocal, reciprocals};
 use super::bvh::{INNER, Node};
+use super::occluders::Leaf;
 use super::segments::Glass;
 use super::single::{self, Place, Segment, Waiting};
 use super::trees::{Placed, Tree, Trees};
@@ -283,6 +284,20 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
     }
 }
 
+/// What passes the triangles below a node for a segment that walks on alone.
+#[inline(always)]
+fn pass_alone<F: F32x8, const BOUNDED: bool>(
+    tree: &Tree,
+    root: u32,
+    s: &Segment,
+    visible: f32,
+    place: &Place<'_>,
+    waiting: &mut Waiting,
+) -> f32 {
+    let mut occluder = Leaf::default();
+    single::pass::<F, BOUNDED>(tree, root, s, visible, place, &mut waiting.below, &mut occluder)
+}
+
 /// Multiplies what is visible by what passes the triangles of a tree; the lanes of which something is left.
 #[inline(always)]
 fn pass<F: F32x8, const BOUNDED: bool>(
@@ -300,7 +315,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
     let Some(beam) = beam else {
         for_lanes!(active, |lane| {
             let s = &packet.segment(lane);
-            visible[lane] = single::pass::<F, BOUNDED>(tree, 0, s, visible[lane], place, &mut waiting.below);
+            visible[lane] = pass_alone::<F, BOUNDED>(tree, 0, s, visible[lane], place, waiting);
             if visible[lane] <= 0.0 {
                 active &= !(1 << lane);
             }
@@ -320,8 +335,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
         if lanes.count_ones() <= FEW {
             for_lanes!(lanes, |lane| {
                 let s = &packet.segment(lane);
-                visible[lane] =
-                    single::pass::<F, BOUNDED>(tree, number, s, visible[lane], place, &mut waiting.below);
+                visible[lane] = pass_alone::<F, BOUNDED>(tree, number, s, visible[lane], place, waiting);
                 if visible[lane] <= 0.0 {
                     active &= !(1 << lane);
                 }
@@ -348,13 +362,8 @@ fn pass<F: F32x8, const BOUNDED: bool>(
             if lanes.count_ones() < node.count[slot] {
                 for_lanes!(lanes, |lane| {
                     let s = &packet.segment(lane);
-                    let mut hit = blocked::<F, BOUNDED>(&block.corners(), &s.lines());
-                    while hit != 0 && visible[lane] > 0.0 {
-                        let stopped =
-                            place.stopped(block, hit.trailing_zeros() as usize, s.origin, s.direction);
-                        visible[lane] *= 1.0 - stopped;
-                        hit &= hit - 1;
-                    }
+                    visible[lane] =
+                        single::pass_block::<F, BOUNDED>(block, &s.lines(), s, visible[lane], place);
                     if visible[lane] <= 0.0 {
                         active &= !(1 << lane);
                     }

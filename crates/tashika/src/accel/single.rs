@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::Hit;
 use super::beam::{Slope, limit};
 use super::bvh::{INNER, MAX_WAITING, Node};
+use super::occluders::{Leaf, Occluders};
 use super::segments::Glass;
 use super::trees::{Placed, Tree, Trees};
 use super::triangle::{Block, Lines, Triangle, barycentric, blocked, flag, met};
@@ -16,21 +17,24 @@ use crate::scene::{InstanceId, Scene};
 /// Nodes that wait, with the parameter at which a ray enters them, or with the lanes that do.
 pub(super) type Stack<T> = [(u32, T); MAX_WAITING];
 
-/// Room for nodes that wait, kept from one walk to the next: to clear it would cost as much as a short walk.
+/// What one walk leaves to the next: room for nodes that wait, which would take as long as a short walk to clear, and occluders.
 pub(super) struct Waiting {
     pub top: Box<Stack<f32>>,
     pub below: Box<Stack<f32>>,
     pub packets_top: Box<Stack<u32>>,
     pub packets_below: Box<Stack<u32>>,
+    /// What stopped segments lately in the tree of the world; none is tried if none is kept.
+    pub occluders: Option<Occluders>,
 }
 
 impl Waiting {
-    pub fn new() -> Self {
+    pub fn new(occluders: Option<Occluders>) -> Self {
         Self {
             top: Box::new([(0, 0.0); MAX_WAITING]),
             below: Box::new([(0, 0.0); MAX_WAITING]),
             packets_top: Box::new([(0, 0); MAX_WAITING]),
             packets_below: Box::new([(0, 0); MAX_WAITING]),
+            occluders,
         }
     }
 }
@@ -130,7 +134,18 @@ pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
     waiting: &mut Waiting,
 ) -> f32 {
     let world = Place { scene, glass, instance: None };
-    let visible = pass::<F, BOUNDED>(&trees.world, 0, s, 1.0, &world, &mut waiting.below);
+    let mut nobody = Leaf::default();
+    let occluder = match &mut waiting.occluders {
+        Some(occluders) => {
+            let occluder = occluders.of(s.direction);
+            if passes_leaf::<F, BOUNDED>(&trees.world, *occluder, s, &world) <= 0.0 {
+                return 0.0;
+            }
+            occluder
+        }
+        None => &mut nobody,
+    };
+    let visible = pass::<F, BOUNDED>(&trees.world, 0, s, 1.0, &world, &mut waiting.below, occluder);
     if visible > 0.0 && !trees.placed.is_empty() {
         pass_placed::<F, BOUNDED>(trees, 0, s, visible, &world, waiting)
     } else {
@@ -168,7 +183,8 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
             let local = s.in_space_of::<BOUNDED>(p);
             let place = Place { instance: Some(p.instance), ..*place };
             let tree = &trees.shared[p.tree as usize];
-            visible = pass::<F, BOUNDED>(tree, 0, &local, visible, &place, &mut waiting.below);
+            let mut occluder = Leaf::default();
+            visible = pass::<F, BOUNDED>(tree, 0, &local, visible, &place, &mut waiting.below, &mut occluder);
             if visible <= 0.0 {
                 return 0.0;
             }
@@ -178,7 +194,44 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// What passes the triangles below a node, of what is visible so far.
+/// What passes a leaf of a tree.
+#[inline(always)]
+fn passes_leaf<F: F32x8, const BOUNDED: bool>(
+    tree: &Tree,
+    leaf: Leaf,
+    s: &Segment,
+    place: &Place<'_>,
+) -> f32 {
+    let slot = leaf.slot as usize & (WIDTH - 1);
+    // Another tree's leaf may be none of this one's.
+    let Some(node) = tree.nodes.get(leaf.node as usize) else { return 1.0 };
+    let is_leaf = node.count[slot] != INNER && node.count[slot] != 0;
+    let (met, _) = s.slope::<F>().meets_children(node, limit(if BOUNDED { 1.0 } else { f32::INFINITY }));
+    if !is_leaf || met & (1 << slot) == 0 {
+        return 1.0;
+    }
+    let block = &tree.blocks[node.first[slot] as usize];
+    pass_block::<F, BOUNDED>(block, &s.lines(), s, 1.0, place)
+}
+
+/// What passes the triangles of a block, of what is visible so far.
+#[inline(always)]
+pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
+    block: &Block,
+    lines: &Lines<F>,
+    s: &Segment,
+    mut visible: f32,
+    place: &Place<'_>,
+) -> f32 {
+    let mut hit = blocked::<F, BOUNDED>(&block.corners(), lines);
+    while hit != 0 && visible > 0.0 {
+        visible *= 1.0 - place.stopped(block, hit.trailing_zeros() as usize, s.origin, s.direction);
+        hit &= hit - 1;
+    }
+    visible
+}
+
+/// What passes the triangles below a node, of what is visible so far; if nothing does, `occluder` is the leaf where it ended.
 #[inline(always)]
 pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     tree: &Tree,
@@ -187,6 +240,7 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     mut visible: f32,
     place: &Place<'_>,
     waiting: &mut Stack<f32>,
+    occluder: &mut Leaf,
 ) -> f32 {
     if tree.nodes.is_empty() {
         return visible;
@@ -197,7 +251,8 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     waiting[0].0 = root;
     while top > 0 {
         top -= 1;
-        let node = &tree.nodes[waiting[top].0 as usize];
+        let number = waiting[top].0;
+        let node = &tree.nodes[number as usize];
         let (mut met, _) = slope.meets_children(node, limit);
         let (mut inner, mut leaves) = (0, 0u32);
         while met != 0 {
@@ -216,13 +271,10 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
             let slot = leaves.trailing_zeros() as usize;
             leaves &= leaves - 1;
             let block = &tree.blocks[node.first[slot & (WIDTH - 1)] as usize];
-            let mut hit = blocked::<F, BOUNDED>(&block.corners(), &lines);
-            while hit != 0 {
-                visible *= 1.0 - place.stopped(block, hit.trailing_zeros() as usize, s.origin, s.direction);
-                hit &= hit - 1;
-                if visible <= 0.0 {
-                    return 0.0;
-                }
+            visible = pass_block::<F, BOUNDED>(block, &lines, s, visible, place);
+            if visible <= 0.0 {
+                *occluder = Leaf { node: number, slot: slot as u32 };
+                return 0.0;
             }
         }
         push_children(node, inner, waiting, &mut top);

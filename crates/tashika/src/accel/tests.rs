@@ -24,15 +24,23 @@ fn mesh(triangles: &[Corners]) -> MeshData {
 
 /// A scene of one mesh at each of `places`, of the given opacity.
 fn tracer(data: MeshData, places: &[Affine3A], opacity: f32) -> Tracer {
+    tracer_of([(data, opacity)], places)
+}
+
+/// A scene of meshes at each of `places`, each of the opacity that comes with it.
+fn tracer_of(meshes: impl IntoIterator<Item = (MeshData, f32)>, places: &[Affine3A]) -> Tracer {
     let mut b = SceneBuilder::new("test", Location::default());
-    let mut material = Material::new("m", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
-    if opacity < 1.0 {
-        material.alpha = Some(Alpha { value: opacity.into(), mode: AlphaMode::Blend });
-    }
-    let material = b.add_material(material).unwrap();
-    let mesh = b.add_mesh(data, material).unwrap();
-    for &p in places {
-        b.add_instance(mesh, p).unwrap();
+    for (number, (data, opacity)) in meshes.into_iter().enumerate() {
+        let surface = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
+        let mut material = Material::new(format!("m{number}"), surface);
+        if opacity < 1.0 {
+            material.alpha = Some(Alpha { value: opacity.into(), mode: AlphaMode::Blend });
+        }
+        let material = b.add_material(material).unwrap();
+        let mesh = b.add_mesh(data, material).unwrap();
+        for &p in places {
+            b.add_instance(mesh, p).unwrap();
+        }
     }
     Tracer::new(Arc::new(b.build().unwrap()))
 }
@@ -167,11 +175,42 @@ fn grouping_does_not_change_a_bit() {
         let alone: Vec<f32> = targets.iter().map(|x| visible(&t, fan, &[*x])[0]).collect();
         let shifted = visible(&t, fan, &targets[5..]);
         assert_eq!(together, alone);
-        assert_eq!(together, visible(&t.portable(), fan, &targets), "without vector instructions");
+        assert_eq!(together, visible(&t.plain(), fan, &targets), "without vector instructions");
         assert_eq!(together[5..], shifted);
         partly += together.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
     }
     assert!(partly > 200, "{partly}");
+}
+
+/// Each segment after others that were stopped in other places, in this scene and in another one, gives what it gives first.
+#[test]
+fn what_was_asked_before_does_not_matter() {
+    let mut s = Stream::new(8, Purpose::Test, 0);
+    // Half of the triangles let light pass: of a leaf that stops one segment, some is met by a neighbour that is not stopped.
+    let triangles = soup(&mut s, 400, 0.3);
+    let (solid, pane) = (mesh(&triangles[..200]), mesh(&triangles[200..]));
+    let mixed = tracer_of([(solid, 1.0), (pane, 0.3)], &[Affine3A::IDENTITY]);
+    let other = tracer(mesh(&triangles[..50]), &[Affine3A::IDENTITY], 1.0);
+    let mut answers = [0; 3];
+    for round in 0..600 {
+        let apex = point(&mut s, 1.2);
+        let fan = if round % 3 == 2 { Apex::Direction(apex) } else { Apex::Point(apex) };
+        let center = point(&mut s, 1.2);
+        let spread = [0.5, 0.05, 0.001][round % 7 % 3];
+        // Fans of three walk alone.
+        for _ in 0..8 {
+            let targets: Vec<Vec3> = (0..3).map(|_| center + point(&mut s, spread)).collect();
+            let remembered = visible(&mixed, fan, &targets);
+            assert_eq!(remembered, visible(&mixed.plain(), fan, &targets));
+            if round % 5 == 0 {
+                assert_eq!(visible(&other, fan, &targets), visible(&other.plain(), fan, &targets));
+            }
+            for v in remembered {
+                answers[if v <= 0.0 { 0 } else { 1 + usize::from(v < 1.0) }] += 1;
+            }
+        }
+    }
+    assert!(answers.iter().all(|&count| count > 1000), "all answers occur: {answers:?}");
 }
 
 #[test]

@@ -40,6 +40,7 @@ pub struct Tracer {
     scene: Arc<Scene>,
     trees: Arc<Trees>,
     level: Level,
+    plain: bool,
     listener: Option<Arc<dyn Listener>>,
 }
 
@@ -47,7 +48,7 @@ impl Tracer {
     /// Builds the trees of `scene`, in parallel on the current thread pool; the result does not depend on it.
     pub fn new(scene: Arc<Scene>) -> Self {
         let trees = Arc::new(Trees::new(&scene));
-        Self { scene, trees, level: Level::best(), listener: None }
+        Self { scene, trees, level: Level::best(), plain: false, listener: None }
     }
 
     /// One over the same trees that is heard by `listener`.
@@ -56,10 +57,11 @@ impl Tracer {
         Self { listener: Some(listener), ..self.clone() }
     }
 
-    /// One over the same trees that uses no vector instructions: the scalar twin, whose answers are the same to the bit.
+    /// One over the same trees that uses no vector instructions and does not remember what stopped other segments: the scalar twin, whose
+    /// answers are the same to the bit.
     #[must_use]
-    pub fn portable(&self) -> Self {
-        Self { level: Level::Portable, ..self.clone() }
+    pub fn plain(&self) -> Self {
+        Self { level: Level::Portable, plain: true, ..self.clone() }
     }
 
     /// The scene that is traced.
@@ -96,6 +98,10 @@ impl Tracer {
         }
         visibility.clear();
         visibility.reserve(batch.len());
-        kernel::visibility(self.level, &self.trees, &self.scene, batch, visibility);
+        if self.plain {
+            kernel::plain_visibility(&self.trees, &self.scene, batch, visibility);
+        } else {
+            kernel::visibility(self.level, &self.trees, &self.scene, batch, visibility);
+        }
     }
 }
