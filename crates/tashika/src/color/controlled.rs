@@ -75,8 +75,10 @@ impl Controlled {
 
 impl Part {
     /// Of a colour.
+    #[inline]
     pub fn of(&self, color: Rgb) -> f64 {
-        self.weights.iter().zip(color.to_array()).map(|(w, c)| w * f64::from(c)).sum()
+        let [r, g, b] = self.weights;
+        r * f64::from(color.r) + g * f64::from(color.g) + b * f64::from(color.b)
     }
 
     /// Of a sum of colours.

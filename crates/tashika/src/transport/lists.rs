@@ -94,6 +94,11 @@ impl Transport {
             (towards, shape / squared.max(F::splat(self.clamp_squared)).max(smallest))
         };
         let height = along(towards, point.geometric_normal);
+        // Neighbours are often all behind the surface, or turned away from it.
+        let lit = F::both(height.gt(zero), geometric.gt(zero));
+        if F::bits(lit) == 0 {
+            return zero;
+        }
         let frame = &point.frame;
         let wi = [along(towards, frame.t), along(towards, frame.b), along(towards, frame.n)];
         let material = point.bsdf.eval_cos_of(point.wo, wi);
@@ -102,7 +107,7 @@ impl Transport {
             let value = F::splat(weight[channel]) * material[channel] * intensity[channel] * geometric;
             F::splat(LUMINANCE_WEIGHTS[channel]) * value
         });
-        F::select(height.gt(zero), r + g + b, zero)
+        F::select(lit, r + g + b, zero)
     }
 }
 

@@ -66,6 +66,7 @@ impl LightColumns {
     }
 
     /// One light.
+    #[inline]
     pub fn get(&self, light: usize) -> Vpl {
         let vector = |v: usize| Vec3::from(self.numbers(v, light));
         Vpl {
@@ -77,6 +78,7 @@ impl LightColumns {
     }
 
     /// Intensity of one light (W·sr⁻¹, or W·m⁻² from infinity).
+    #[inline]
     pub fn intensity(&self, light: usize) -> Rgb {
         Rgb::from(self.numbers(2, light))
     }
@@ -115,11 +117,14 @@ impl LightColumns {
         [column(0), column(1), column(2)]
     }
 
+    #[inline]
     fn numbers(&self, vector: usize, light: usize) -> [f32; 3] {
-        let [x, y, z] = self.vector(vector);
-        [x[light], y[light], z[light]]
+        let length = self.len + WIDTH;
+        let first = 3 * vector * length + light;
+        [self.numbers[first], self.numbers[first + length], self.numbers[first + 2 * length]]
     }
 
+    #[inline]
     fn kind(&self, light: usize) -> VplKind {
         let [omni, oriented, spots, _] = self.ends;
         match light {
