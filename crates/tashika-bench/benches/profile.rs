@@ -1,0 +1,88 @@
+//! Where the time of a render goes: by part of the library, and the functions that take most.
+//!
+//!     cargo bench -p tashika-bench --bench profile -- --scene SCENE --crop 32
+//!
+//! Samples of the call stack, up to a thousand a second of processor time. A sample counts for the innermost function whose source is the library's, with
+//! what that calls in other libraries and the system; functions that the compiler has put into others count for themselves, but operations on vectors
+//! (`math::simd`) for those who ask for them.
+
+#![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
+
+use std::collections::HashMap;
+use std::error::Error;
+use std::hint::black_box;
+
+use clap::Parser;
+use pprof::{ProfilerGuardBuilder, Report, Symbol};
+use tashika::render::with_threads;
+use tashika_bench::subject::{BenchArgs, Subject};
+
+/// Samples a second.
+const FREQUENCY: i32 = 1000;
+/// Functions that are told.
+const FUNCTIONS: usize = 25;
+/// What the paths of the library's sources have in common.
+const SOURCES: &str = "crates/tashika/src/";
+/// The module whose functions are parts of what calls them.
+const VECTORS: &str = "math::simd";
+
+#[derive(Parser, Debug)]
+struct Args {
+    #[command(flatten)]
+    common: BenchArgs,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args = Args::parse();
+    let subject = Subject::new(&args.common.subject)?;
+    println!("{}\n", subject.describe());
+    let guard = ProfilerGuardBuilder::default()
+        .frequency(FREQUENCY)
+        .blocklist(&["libc", "libgcc", "pthread", "vdso"])
+        .build()?;
+    with_threads(1, || {
+        for _ in 0..args.common.rounds {
+            drop(black_box(subject.render(&subject.tracer)));
+        }
+    })?;
+    let report = guard.report().build()?;
+    tell(&report);
+    Ok(())
+}
+
+/// Prints the shares of modules and functions.
+fn tell(report: &Report) {
+    let mut all = 0;
+    let (mut modules, mut functions) = (HashMap::new(), HashMap::new());
+    for (frames, &count) in &report.data {
+        all += count;
+        let symbols = || frames.frames.iter().flatten();
+        let (module, function) = symbols()
+            .find_map(|symbol| Some((module(symbol)?, symbol.name())))
+            .unwrap_or_else(|| ("elsewhere".to_owned(), String::new()));
+        let function = function.split('<').next().unwrap_or_default();
+        *functions.entry(format!("{module}: {function}")).or_insert(0) += count;
+        *modules.entry(module).or_insert(0) += count;
+    }
+    println!("{all} samples\n");
+    table("Module", modules, all, usize::MAX);
+    table("Function", functions, all, FUNCTIONS);
+}
+
+/// The module of the library that a function's source is in, such as `cut::listed`; none if it is not the library's.
+fn module(symbol: &Symbol) -> Option<String> {
+    let path = symbol.filename.as_ref()?.to_str()?;
+    let (_, within) = path.rsplit_once(SOURCES)?;
+    let module = within.trim_end_matches(".rs").trim_end_matches("/mod").replace('/', "::");
+    (module != VECTORS).then_some(module)
+}
+
+fn table(title: &str, counts: HashMap<String, isize>, all: isize, most: usize) {
+    let mut rows: Vec<(String, isize)> = counts.into_iter().collect();
+    rows.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    println!("| {title} | share |\n|---|---:|");
+    for (name, count) in rows.into_iter().take(most) {
+        println!("| {name} | {:.1} % |", 100.0 * count as f64 / all as f64);
+    }
+    println!();
+}
