@@ -59,6 +59,8 @@ pub trait Real:
     fn gt(self, other: Self) -> Self::Mask;
     /// Where both hold.
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Whether it holds anywhere.
+    fn any(mask: Self::Mask) -> bool;
     /// `a` where the mask holds, otherwise `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
     /// `2ⁿ` of an integer `n` in [−126, 127].
@@ -132,6 +134,11 @@ impl Real for f32 {
     #[inline(always)]
     fn both(a: bool, b: bool) -> bool {
         a & b
+    }
+
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
     }
 
     #[inline(always)]
@@ -294,6 +301,11 @@ impl Real for Portable {
     }
 
     #[inline(always)]
+    fn any(mask: Self::Mask) -> bool {
+        mask.contains(&true)
+    }
+
+    #[inline(always)]
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
         Self(std::array::from_fn(|i| if mask[i] { a.0[i] } else { b.0[i] }))
     }
@@ -414,6 +426,11 @@ mod x86 {
         }
 
         #[inline(always)]
+        fn any(mask: __m256) -> bool {
+            Self::bits(mask) != 0
+        }
+
+        #[inline(always)]
         fn select(mask: __m256, a: Self, b: Self) -> Self {
             Self(instruction!(_mm256_blendv_ps(b.0, a.0, mask)))
         }
@@ -500,7 +517,7 @@ mod tests {
         })
     }
 
-    fn results<F: F32x8>(a: &[f32; WIDTH], b: &[f32; WIDTH]) -> (Vec<[u32; WIDTH]>, [u32; 4]) {
+    fn results<F: F32x8>(a: &[f32; WIDTH], b: &[f32; WIDTH]) -> (Vec<[u32; WIDTH]>, [(u32, bool); 4]) {
         let (a, b) = (F::load(a), F::load(b));
         let (le, gt) = (a.le(b), a.gt(b));
         let arithmetic = [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.sqrt(), a.flipped_by(b)];
@@ -511,7 +528,8 @@ mod tests {
         let bits = |x: f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
         let all = arithmetic.into_iter().chain(others).map(|v| v.array().map(bits)).collect();
         let both = F::both(le, F::splat(0.5).gt(a));
-        (all, [F::bits(le), F::bits(gt), F::bits(both), F::bits(F::mask(a.array()[0].to_bits() & 0xff))])
+        let masks = [le, gt, both, F::mask(a.array()[0].to_bits() & 0xff)];
+        (all, masks.map(|mask| (F::bits(mask), F::any(mask))))
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -96,7 +96,7 @@ impl Transport {
         let height = along(towards, point.geometric_normal);
         // Neighbours are often all behind the surface, or turned away from it.
         let lit = F::both(height.gt(zero), geometric.gt(zero));
-        if F::bits(lit) == 0 {
+        if !F::any(lit) {
             return zero;
         }
         let frame = &point.frame;
