@@ -17,9 +17,6 @@ const BUILDER_DEPTH: usize = 32;
 /// of the number of items, and each level leaves at most `WIDTH - 1` nodes behind.
 pub(super) const MAX_WAITING: usize = (BUILDER_DEPTH + 33) * (WIDTH - 1) + 1;
 
-/// [`Node::count`] of an inner child.
-pub(super) const INNER: u32 = u32::MAX;
-
 /// An inner node: the boxes of up to [`WIDTH`] children, component by component, and where these are.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
@@ -29,8 +26,10 @@ pub(super) struct Node {
     pub planes: [[f32; WIDTH]; 6],
     /// Number of a leaf or of an inner node.
     pub first: [u32; WIDTH],
-    /// Items of a leaf, or [`INNER`].
-    pub count: [u32; WIDTH],
+    /// Items of a leaf; none of an inner node.
+    pub count: [u8; WIDTH],
+    /// Bits of the children that are inner nodes.
+    pub inner: u32,
 }
 
 impl Node {
@@ -41,7 +40,14 @@ impl Node {
         },
         first: [0; WIDTH],
         count: [0; WIDTH],
+        inner: 0,
     };
+
+    /// Whether a child is an inner node.
+    #[inline(always)]
+    pub fn is_inner(&self, slot: usize) -> bool {
+        self.inner >> slot & 1 != 0
+    }
 
     fn set_box(&mut self, slot: usize, b: &Aabb, margin: f32) {
         for axis in 0..3 {
@@ -126,10 +132,10 @@ impl Bvh {
                 match child {
                     Source::Items(items) if items.len() <= most => {
                         node.first[slot] = leaves.push(&items);
-                        node.count[slot] = items.len() as u32;
+                        node.count[slot] = items.len() as u8;
                     }
                     source => {
-                        node.count[slot] = INNER;
+                        node.inner |= 1 << slot;
                         inner.push(Pending { source, parent: Some((number, slot)), depth: depth + 1 });
                     }
                 }
@@ -147,7 +153,7 @@ impl Bvh {
             let mut root = Node::EMPTY;
             root.set_box(0, &bounds, margin);
             root.first[0] = leaves.push(&(0..items).collect::<Vec<_>>());
-            root.count[0] = items;
+            root.count[0] = items as u8;
             nodes.push(root);
         }
         (Self { nodes }, leaves)

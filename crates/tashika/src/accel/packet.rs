@@ -11,14 +11,14 @@
 use glam::Vec3;
 
 use super::beam::{Beam, limit, meet_child, reciprocal, reciprocals};
-use super::bvh::{INNER, Node};
+use super::bvh::Node;
 use super::occluders::Leaf;
 use super::segments::Glass;
 use super::single::{self, Place, Segment, Waiting};
 use super::trees::{Placed, Tree, Trees};
 use super::triangle::{Block, Lines, blocked};
 use crate::math::Real;
-use crate::math::simd::{F32x8, WIDTH, each};
+use crate::math::simd::{F32x8, WIDTH, each, for_bits};
 use crate::scene::Scene;
 
 /// Segments that travel together.
@@ -187,18 +187,6 @@ fn widened<F: F32x8>([least, largest]: [f32; 2], values: &[f32; WIDTH], own: F::
     interval
 }
 
-/// Calls for each lane.
-macro_rules! for_lanes {
-    ($lanes:expr, |$lane:ident| $body:block) => {
-        let mut rest = $lanes;
-        while rest != 0 {
-            let $lane = rest.trailing_zeros() as usize & (LANES - 1);
-            rest &= rest - 1;
-            $body
-        }
-    };
-}
-
 /// The share of light that passes along each of at most [`LANES`] segments.
 #[inline(always)]
 pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
@@ -231,7 +219,7 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
 ) {
     let beam = if active.count_ones() > FEW { packet.beam::<F>(active) } else { None };
     let Some(beam) = beam else {
-        for_lanes!(active, |lane| {
+        for_bits!(active, below LANES, |lane| {
             let s = &packet.segment(lane);
             visible[lane] = single::pass_placed::<F, BOUNDED>(trees, 0, s, visible[lane], place, waiting);
         });
@@ -248,7 +236,7 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
             continue;
         }
         if lanes.count_ones() <= FEW {
-            for_lanes!(lanes, |lane| {
+            for_bits!(lanes, below LANES, |lane| {
                 let s = &packet.segment(lane);
                 visible[lane] =
                     single::pass_placed::<F, BOUNDED>(trees, number, s, visible[lane], place, waiting);
@@ -259,16 +247,13 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
             continue;
         }
         let node = &trees.top.nodes[number as usize];
-        let mut met = beam.meets_children(node, limit);
         let base = top;
-        while met != 0 {
-            let slot = met.trailing_zeros() as usize & (WIDTH - 1);
-            met &= met - 1;
+        for_bits!(beam.meets_children(node, limit), below WIDTH, |slot| {
             let lanes = packet.meets_child::<F>(limit, node, slot, lanes & active);
             if lanes == 0 {
                 continue;
             }
-            if node.count[slot] == INNER {
+            if node.is_inner(slot) {
                 waiting.packets_top[top] = (node.first[slot], lanes);
                 top += 1;
                 continue;
@@ -279,7 +264,7 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
             let local = packet.in_space_of::<F, BOUNDED>(p, lanes);
             let left = pass::<F, BOUNDED>(tree, &local, lanes, visible, &place, waiting);
             active &= left | !lanes;
-        }
+        });
         waiting.packets_top[base..top].reverse();
     }
 }
@@ -313,7 +298,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
     }
     let beam = if active.count_ones() > FEW { packet.beam::<F>(active) } else { None };
     let Some(beam) = beam else {
-        for_lanes!(active, |lane| {
+        for_bits!(active, below LANES, |lane| {
             let s = &packet.segment(lane);
             visible[lane] = pass_alone::<F, BOUNDED>(tree, 0, s, visible[lane], place, waiting);
             if visible[lane] <= 0.0 {
@@ -333,7 +318,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
             continue;
         }
         if lanes.count_ones() <= FEW {
-            for_lanes!(lanes, |lane| {
+            for_bits!(lanes, below LANES, |lane| {
                 let s = &packet.segment(lane);
                 visible[lane] = pass_alone::<F, BOUNDED>(tree, number, s, visible[lane], place, waiting);
                 if visible[lane] <= 0.0 {
@@ -343,24 +328,21 @@ fn pass<F: F32x8, const BOUNDED: bool>(
             continue;
         }
         let node = &tree.nodes[number as usize];
-        let mut met = beam.meets_children(node, limit);
         let base = top;
-        while met != 0 {
-            let slot = met.trailing_zeros() as usize & (WIDTH - 1);
-            met &= met - 1;
+        for_bits!(beam.meets_children(node, limit), below WIDTH, |slot| {
             // A wide beam meets what no lane does: near silhouettes the targets of a fan lie far apart.
             let mut lanes = packet.meets_child::<F>(limit, node, slot, lanes & active);
             if lanes == 0 {
                 continue;
             }
-            if node.count[slot] == INNER {
+            if node.is_inner(slot) {
                 waiting.packets_below[top] = (node.first[slot], lanes);
                 top += 1;
                 continue;
             }
             let block = &tree.blocks[node.first[slot] as usize];
-            if lanes.count_ones() < node.count[slot] {
-                for_lanes!(lanes, |lane| {
+            if lanes.count_ones() < u32::from(node.count[slot]) {
+                for_bits!(lanes, below LANES, |lane| {
                     let s = &packet.segment(lane);
                     visible[lane] =
                         single::pass_block::<F, BOUNDED>(block, &s.lines(), s, visible[lane], place);
@@ -371,7 +353,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
                 continue;
             }
             for triangle in 0..node.count[slot] as usize {
-                for_lanes!(packet.blocked::<F, BOUNDED>(block, triangle, lanes), |lane| {
+                for_bits!(packet.blocked::<F, BOUNDED>(block, triangle, lanes), below LANES, |lane| {
                     let s = &packet.segment(lane);
                     visible[lane] *= 1.0 - place.stopped(block, triangle, s.origin, s.direction);
                     if visible[lane] <= 0.0 {
@@ -383,7 +365,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
                     break;
                 }
             }
-        }
+        });
         // The first child comes on top, so that leaves are met in the same order by all.
         waiting.packets_below[base..top].reverse();
     }

@@ -4,12 +4,12 @@ use glam::Vec3;
 
 use super::Hit;
 use super::beam::{Slope, limit};
-use super::bvh::{INNER, MAX_WAITING, Node};
+use super::bvh::{MAX_WAITING, Node};
 use super::occluders::{Leaf, Occluders};
 use super::segments::Glass;
 use super::trees::{Placed, Tree, Trees};
 use super::triangle::{Block, Lines, Triangle, barycentric, blocked, flag, met};
-use crate::math::simd::{F32x8, WIDTH, each};
+use crate::math::simd::{F32x8, WIDTH, each, for_bits};
 use crate::math::{Ray, Real};
 use crate::rng::{self, Purpose};
 use crate::scene::{InstanceId, Scene};
@@ -170,16 +170,10 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
     while top > 0 {
         top -= 1;
         let node = &trees.top.nodes[waiting.top[top].0 as usize];
-        let (mut met, _) = slope.meets_children(node, limit);
-        let mut inner = 0;
-        while met != 0 {
-            let slot = met.trailing_zeros() as usize;
-            met &= met - 1;
-            if node.count[slot & (WIDTH - 1)] == INNER {
-                inner |= 1 << slot;
-                continue;
-            }
-            let p = &trees.placed[node.first[slot & (WIDTH - 1)] as usize];
+        let (met, _) = slope.meets_children(node, limit);
+        let inner = met & node.inner;
+        for_bits!(met ^ inner, below WIDTH, |slot| {
+            let p = &trees.placed[node.first[slot] as usize];
             let local = s.in_space_of::<BOUNDED>(p);
             let place = Place { instance: Some(p.instance), ..*place };
             let tree = &trees.shared[p.tree as usize];
@@ -188,7 +182,7 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
             if visible <= 0.0 {
                 return 0.0;
             }
-        }
+        });
         push_children(node, inner, &mut waiting.top, &mut top);
     }
     visible
@@ -205,7 +199,7 @@ fn passes_leaf<F: F32x8, const BOUNDED: bool>(
     let slot = leaf.slot as usize & (WIDTH - 1);
     // Another tree's leaf may be none of this one's.
     let Some(node) = tree.nodes.get(leaf.node as usize) else { return 1.0 };
-    let is_leaf = node.count[slot] != INNER && node.count[slot] != 0;
+    let is_leaf = node.count[slot] > 0;
     let (met, _) = s.slope::<F>().meets_children(node, limit(if BOUNDED { 1.0 } else { f32::INFINITY }));
     if !is_leaf || met & (1 << slot) == 0 {
         return 1.0;
@@ -253,30 +247,23 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
         top -= 1;
         let number = waiting[top].0;
         let node = &tree.nodes[number as usize];
-        let (mut met, _) = slope.meets_children(node, limit);
-        let (mut inner, mut leaves) = (0, 0u32);
-        while met != 0 {
-            let slot = met.trailing_zeros() as usize;
-            met &= met - 1;
-            let first = node.first[slot & (WIDTH - 1)] as usize;
-            if node.count[slot & (WIDTH - 1)] == INNER {
-                inner |= 1 << slot;
-                F::announce(&tree.nodes[first]);
-            } else {
-                leaves |= 1 << slot;
-                F::announce(&tree.blocks[first]);
-            }
-        }
-        while leaves != 0 {
-            let slot = leaves.trailing_zeros() as usize;
-            leaves &= leaves - 1;
-            let block = &tree.blocks[node.first[slot & (WIDTH - 1)] as usize];
+        let (met, _) = slope.meets_children(node, limit);
+        let inner = met & node.inner;
+        let leaves = met ^ inner;
+        for_bits!(leaves, below WIDTH, |slot| {
+            F::announce(&tree.blocks[node.first[slot] as usize]);
+        });
+        for_bits!(inner, below WIDTH, |slot| {
+            F::announce(&tree.nodes[node.first[slot] as usize]);
+        });
+        for_bits!(leaves, below WIDTH, |slot| {
+            let block = &tree.blocks[node.first[slot] as usize];
             visible = pass_block::<F, BOUNDED>(block, &lines, s, visible, place);
             if visible <= 0.0 {
                 *occluder = Leaf { node: number, slot: slot as u32 };
                 return 0.0;
             }
-        }
+        });
         push_children(node, inner, waiting, &mut top);
     }
     visible
@@ -406,7 +393,7 @@ fn push_sorted<F: F32x8>(node: &Node, mut met: u32, near: F, waiting: &mut Stack
     while met != 0 {
         let slot = met.trailing_zeros() as usize & (WIDTH - 1);
         met &= met - 1;
-        let leaf = if node.count[slot] == INNER { 0 } else { LEAF };
+        let leaf = if node.is_inner(slot) { 0 } else { LEAF };
         let mut at = *top;
         while at > base && waiting[at - 1].1 < near[slot] {
             waiting[at] = waiting[at - 1];

@@ -64,12 +64,16 @@ struct Stratum {
 struct Said {
     /// Of the pair.
     number: u32,
-    /// Of the luminance; its `variance` stands in `variances`.
-    luminance: stratified::Stratum,
-    /// Sample variance of each part that is controlled.
-    variances: [f64; Controlled::MOST_PARTS],
+    /// How many there are.
+    samples: u32,
     /// Estimate of the stratum.
     mean: RgbSum,
+    /// Sample variance of each part that is controlled.
+    variances: [f64; Controlled::MOST_PARTS],
+    /// `R`, `R'` and `σ'²` of the luminance ([`stratified`]).
+    upper: f64,
+    importance_range: f64,
+    importance_variance: f64,
 }
 
 /// Where the value of a term of the batch goes.
@@ -221,14 +225,13 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         let luminance = estimate.luminance();
         let per_luminance = if luminance > 0.0 { of.of_sum(estimate) / luminance } else { of.per_luminance };
         Spread::of(self.memory.said.iter().map(|said| {
-            let luminance = &said.luminance;
-            let upper = luminance.upper * of.per_luminance;
+            let upper = said.upper * of.per_luminance;
             stratified::Stratum {
-                samples: luminance.samples,
+                samples: said.samples,
                 upper,
-                importance_range: (luminance.importance_range * per_luminance).min(upper),
+                importance_range: (said.importance_range * per_luminance).min(upper),
                 variance: said.variances[part],
-                importance_variance: luminance.importance_variance * per_luminance * per_luminance,
+                importance_variance: said.importance_variance * per_luminance * per_luminance,
             }
         }))
     }
@@ -276,14 +279,15 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
             let seen = (luminance * weight / known.upper).min(n);
             visibility = (EXPECTATION_WEIGHT * expected + seen) / (EXPECTATION_WEIGHT + n);
         }
-        let luminance = stratified::Stratum {
+        Said {
+            number: number as u32,
             samples: samples.len() as u32,
+            mean: mean.scaled(weight),
+            variances,
             upper: known.upper,
             importance_range: known.upper * visibility.sqrt(),
-            variance: 0.0,
             importance_variance: expected * (1.0 - expected) * known.upper * known.upper,
-        };
-        Said { number: number as u32, luminance, variances, mean: mean.scaled(weight) }
+        }
     }
 
     /// What makes values of units: `I_C W_G`, or `U` of a listed pair.

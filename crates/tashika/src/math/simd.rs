@@ -34,6 +34,20 @@ macro_rules! each {
 }
 pub(crate) use each;
 
+/// Runs a block for each bit that is set, from the lowest; `below` is a power of two that says how many bits there are. No closure, for
+/// the reason of [`each`].
+macro_rules! for_bits {
+    ($bits:expr, below $below:expr, |$bit:ident| $body:block) => {
+        let mut rest: u32 = $bits;
+        while rest != 0 {
+            let $bit = rest.trailing_zeros() as usize & ($below - 1);
+            rest &= rest - 1;
+            $body
+        }
+    };
+}
+pub(crate) use for_bits;
+
 /// Numbers that are worked on together.
 pub(crate) const WIDTH: usize = 8;
 
