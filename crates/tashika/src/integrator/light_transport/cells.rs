@@ -14,6 +14,7 @@ use super::super::Setting;
 use super::replicate::{Estimator, Recipe, Repetition};
 use super::sets::LightSets;
 use crate::color::Controlled;
+use crate::cut::CutMemory;
 use crate::gather::{GatherOptions, View};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
@@ -150,6 +151,7 @@ impl Pilot<'_> {
     /// The relative variance of sums from set to set, and the rays that it took.
     fn sets_differ(&self, pixel: &mut impl FnMut() -> [u32; 2]) -> (f64, u64) {
         let (mut variance, mut squares, mut rays) = (0.0, 0.0, 0);
+        let mut memory = CutMemory::default();
         for number in 0..PIXELS {
             let pixel = pixel();
             let mut sums = Moments::default();
@@ -157,7 +159,7 @@ impl Pilot<'_> {
             for (set, of_set) in (0..).zip(self.sets.planning()) {
                 let key = rng::key(self.key, Purpose::Replicate, number << 32 | set);
                 let repetition = Repetition::new(self.setting, self.emitters, of_set, pixel, key, true);
-                let repeated = repetition.estimate(self.controlled, &SUM);
+                let repeated = repetition.estimate(self.controlled, &SUM, &mut memory);
                 let known = &repeated.known[0];
                 sums.push(known.value.mean());
                 clustering += known.clustering / self.sets.planning().len() as f64;

@@ -37,6 +37,7 @@ use smallvec::SmallVec;
 
 use super::{ControlOptions, ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason, Truth};
 use crate::accel::Tracer;
+use crate::cut::CutMemory;
 use crate::film::{Metadata, Window};
 use crate::gather::View;
 use crate::rng::{self, Purpose};
@@ -97,7 +98,14 @@ impl<'a> LightTransport<'a> {
     }
 
     /// One more repetition of a pixel with the set of that number.
-    fn repeat(&self, setting: &Setting<'a>, pixel: &mut Pixel<'_>, recipe: &Recipe, number: usize) {
+    fn repeat(
+        &self,
+        setting: &Setting<'a>,
+        pixel: &mut Pixel<'_>,
+        recipe: &Recipe,
+        number: usize,
+        memory: &mut CutMemory,
+    ) {
         let sets = self.sets.estimating();
         let round = pixel.attempt.rounds(number) as usize;
         let key = rng::key(pixel.key, Purpose::Replicate, recipe.estimator as u64);
@@ -110,7 +118,7 @@ impl<'a> LightTransport<'a> {
         let setting = Setting { view: View { gather, ..setting.view }, ..*setting };
         let compensates = self.compensates();
         let repetition = Repetition::new(&setting, &self.emitters, &sets[number], pixel.at, key, compensates);
-        let repeated = repetition.estimate(self.options.controlled, recipe);
+        let repeated = repetition.estimate(self.options.controlled, recipe, memory);
         pixel.pairs += repeated.pairs;
         pixel.rays += repeated.rays;
         pixel.attempt.add(number, repeated);
@@ -121,6 +129,7 @@ impl<'a> LightTransport<'a> {
     /// Set after set, each for all pixels: what one pixel needs of a set's tree its neighbours need, too.
     fn attempt(&self, setting: &Setting<'a>, mut pixels: Vec<&mut Pixel<'_>>, number: usize) {
         let sets = self.sets.estimating().len();
+        let mut memory = CutMemory::default();
         pixels.iter_mut().for_each(|pixel| pixel.attempt = Attempt::default());
         let mut look = Some(Look::FIRST);
         while let Some(now) = look.filter(|_| !pixels.is_empty()) {
@@ -128,7 +137,7 @@ impl<'a> LightTransport<'a> {
                 for pixel in &mut pixels {
                     let recipe = pixel.recipes[number];
                     while pixel.attempt.rounds(set) < now.rounds {
-                        self.repeat(setting, pixel, &recipe, set);
+                        self.repeat(setting, pixel, &recipe, set, &mut memory);
                     }
                 }
             }

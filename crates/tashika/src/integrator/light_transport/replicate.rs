@@ -162,7 +162,12 @@ impl<'a> Repetition<'a> {
         InheritedCut::new(clusters, order, options, self.lit.tracer, self.lit.transport, samples, memory)
     }
 
-    pub(super) fn estimate(&self, controlled: Controlled, recipe: &Recipe) -> Repeated {
+    pub(super) fn estimate(
+        &self,
+        controlled: Controlled,
+        recipe: &Recipe,
+        memory: &mut CutMemory,
+    ) -> Repeated {
         let mut sum = RgbSum::default();
         sum.add(self.pixel.background);
         let mut known: SmallVec<[Known; 3]> = SmallVec::new();
@@ -171,10 +176,7 @@ impl<'a> Repetition<'a> {
         let points = gather_tree::<UpperAnalytic>(&self.summed);
         let parts = controlled.parts();
         known.resize(parts.len(), Known::default());
-        let mut memory = CutMemory::default();
-        if let (Estimator::Vpls, Some(mut cut)) =
-            (recipe.estimator, self.cut(&points, controlled, &mut memory))
-        {
+        if let (Estimator::Vpls, Some(mut cut)) = (recipe.estimator, self.cut(&points, controlled, memory)) {
             cut.grow(recipe.pairs);
             let gathered = cut.estimate();
             for (part, known) in known.iter_mut().enumerate() {
