@@ -20,9 +20,9 @@ use crate::transport::Transport;
 /// Above the rounding of `f32` in products of a dozen factors: keeps `U` above what rounded terms come to.
 const ROUNDING: f64 = 1.0 + 1.0 / 262_144.0;
 
-/// Share of a sum below which a part is added up by itself rather than by taking the other from the whole: of 53 bits, the rounding of the whole
-/// leaves more than enough for [`ROUNDING`].
-const LEAST_SHARE: f64 = 1.0 / 1_048_576.0;
+/// Share of a sum that was added up, below which what is left of it is added up, too, rather than got by taking parts away. Everything taken away and left has
+/// errors of rounding of the sum that was added up: a few 2⁻⁵³ for each level, of which a share of 2⁻¹⁶ makes far less than [`ROUNDING`] allows.
+const LEAST_SHARE: f64 = 1.0 / 65_536.0;
 
 /// Which pairs are listed.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +41,8 @@ pub struct Listed {
     pub lit: u32,
     /// `U` (W·m⁻²·sr⁻¹).
     pub total: f64,
+    /// The sum that was added up last, of which this is what is left; the same if this was.
+    added_up: f64,
 }
 
 impl Listed {
@@ -106,23 +108,23 @@ impl ListedTerms {
         let smaller = usize::from(clusters.terms(&halves[1]) < clusters.terms(&halves[0]));
         let one = self.sum(clusters, &halves[smaller], whole.block);
         let lit = whole.lit - one.lit;
-        let mut other =
-            Listed { block: whole.block, lit, total: if lit > 0 { whole.total - one.total } else { 0.0 } };
+        let total = if lit > 0 { whole.total - one.total } else { 0.0 };
+        let mut other = Listed { block: whole.block, lit, total, added_up: whole.added_up };
         // A small difference of large numbers would not be above what its terms come to.
-        if lit > 0 && other.total < LEAST_SHARE * whole.total {
+        if lit > 0 && total < LEAST_SHARE * whole.added_up {
             other = self.sum(clusters, &halves[1 - smaller], whole.block);
         }
         if smaller == 0 { [one, other] } else { [other, one] }
     }
 
     fn sum<B: UpperMaterial>(&self, clusters: &Clusters<'_, B>, pair: &Pair, block: u32) -> Listed {
-        let mut listed = Listed { block, lit: 0, total: 0.0 };
+        let (mut total, mut lit) = (0.0, 0);
         for (_, row) in self.rows(clusters, pair, block) {
-            let (sum, lit) = sum_of(row);
-            listed.total += sum;
-            listed.lit += lit;
+            let (of_row, above) = sum_of(row);
+            total += of_row;
+            lit += above;
         }
-        listed
+        Listed { block, lit, total, added_up: total }
     }
 
     /// A bound of `u_ij / (I_i w_j)` of a listed pair, and to rounding the largest (m⁻²·sr⁻¹).

@@ -2,11 +2,13 @@
 
 use super::{CLAMP, lights, points, tree};
 use crate::bounds::UpperAnalytic;
+use crate::color::Rgb;
 use crate::cut::{ByUpper, Clusters, ListedTerms, Listing, Pair, Refinement, RefinementMemory, gather_tree};
+use crate::math::Vec3;
 use crate::rng::{Purpose, Stream};
 use crate::transport::Transport;
 use crate::tree::{GatherTree, LightTree};
-use crate::vpl::Vpl;
+use crate::vpl::{Vpl, VplKind};
 
 const LISTING: Listing = Listing { transport: Transport::new(CLAMP), most: 40 };
 
@@ -58,14 +60,27 @@ fn small_pairs_are_known_by_their_terms_and_large_ones_by_bounds() {
 
 /// Where one light is far brighter than all others together, what is left of a sum without it is as exact as any.
 #[test]
-fn halves_are_exact_beside_bright_ones() {
+fn halves_are_exact_beside_a_bright_one() {
+    halves_are_exact(30, |number| [1.0, 1e15][usize::from(number == 11)]);
+}
+
+/// The same where each light is far brighter than all that are dimmer, so that what is left is left of what is left.
+#[test]
+fn halves_are_exact_beside_ever_brighter_ones() {
+    halves_are_exact(12, |number| crate::math::elementary::powf(10.0, number as f32 * 5.8 - 32.0));
+}
+
+/// `count` lights next to each other, each that factor brighter than usual.
+fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
     let mut s = Stream::new(9, Purpose::Test, 7);
-    let (world, points) = (lights(30, &mut s), gather_tree::<UpperAnalytic>(&points(1, &mut s)));
-    let brighter = |(number, light): (usize, Vpl)| {
-        let factor = [1.0, 1e15][usize::from(number == 11)];
-        Vpl { intensity: light.intensity * factor, ..light }
+    let points = gather_tree::<UpperAnalytic>(&points(1, &mut s));
+    let light = |number: usize| Vpl {
+        position: Vec3::new(1.2, 1.9, 2.5) + 0.1 * Vec3::from(s.uniform_3()),
+        direction: Vec3::ZERO,
+        intensity: Rgb::gray(factor(number)),
+        kind: VplKind::Omni,
     };
-    let lights = tree(world.lights().iter().enumerate().map(brighter).collect());
+    let lights = tree((0..count).map(light).collect());
     let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
     let mut memory = RefinementMemory::default();
     let mut refinement =
