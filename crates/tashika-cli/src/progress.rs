@@ -115,7 +115,7 @@ impl Drop for Meter {
 }
 
 fn line(progress: &Progress, elapsed: Duration) -> String {
-    let Progress { pixels, of, rays } = *progress;
+    let Progress { pixels, of, rays, .. } = *progress;
     let seconds = elapsed.as_secs_f64();
     let share = pixels as f64 / of.max(1) as f64;
     let left = if pixels > 0 { clock(seconds * (1.0 - share) / share) } else { "unknown time".to_owned() };
@@ -153,14 +153,14 @@ mod tests {
 
     #[test]
     fn the_line_extrapolates_what_was_observed() {
-        let progress = Progress { pixels: 2_500, of: 10_000, rays: 50_000_000 };
+        let progress = Progress { pixels: 2_500, of: 10_000, rays: 50_000_000, ..Progress::default() };
         assert_eq!(
             line(&progress, Duration::from_secs(25)),
             "25.0 %: 2,500 of 10,000 pixels, 2.0 Mrays/s, 1:15 left"
         );
-        let begun = Progress { pixels: 0, of: 10, rays: 0 };
+        let begun = Progress { pixels: 0, of: 10, ..Progress::default() };
         assert_eq!(line(&begun, Duration::ZERO), "0.0 %: 0 of 10 pixels, 0.0 rays/s, unknown time left");
-        let almost = Progress { pixels: 999_999, of: 1_000_000, rays: 0 };
+        let almost = Progress { pixels: 999_999, of: 1_000_000, ..Progress::default() };
         assert!(line(&almost, Duration::from_secs(9)).starts_with("99.9 %"), "100 % means all");
         assert_eq!((clock(3_725.4), clock(59.6)), ("1:02:05".to_owned(), "1:00".to_owned()));
     }

@@ -44,7 +44,7 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
             meter.phase(&format!("rendering {}x{}, {}", window.width, window.height, integrator.name()));
-            render(&setting, integrator.as_ref(), &options, &|p| meter.update(p), cancel)
+            render(&setting, integrator.as_ref(), &options, &|done| meter.update(&done.progress), cancel)
         })
     })?;
     let progress = meter.finish();

@@ -102,6 +102,7 @@ impl Ground<'_> {
             let tell = |now: &Progress| {
                 (watch.progress)(&Progress {
                     pixels: before.pixels + now.pixels,
+                    promise_met: before.promise_met + now.promise_met,
                     rays: before.rays + now.rays,
                     ..before
                 });
@@ -117,6 +118,7 @@ impl Ground<'_> {
                 pool.add(&rendered.film, reference)?;
             }
             before.pixels += rendered.totals.pixels;
+            before.promise_met += rendered.totals.promise_met;
             before.rays += rendered.totals.rays;
         }
         Ok(Some((pools, seconds)))

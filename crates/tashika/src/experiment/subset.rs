@@ -90,7 +90,7 @@ impl Pixels {
         match self {
             Self::All(window) => {
                 let options = RenderOptions { window: *window, share: TileShare::default() };
-                render(setting, integrator, &options, progress, cancel)
+                render(setting, integrator, &options, &|done| progress(&done.progress), cancel)
             }
             Self::Chosen(pixels) => render_pixels(setting, integrator, pixels, progress, cancel),
         }

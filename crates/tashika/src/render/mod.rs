@@ -36,8 +36,21 @@ pub struct Progress {
     pub pixels: u64,
     /// Pixels to do in all.
     pub of: u64,
+    /// Of the finished pixels, those whose estimate is exact or keeps what it claims.
+    pub promise_met: u64,
     /// Rays and segments traced for them.
     pub rays: u64,
+}
+
+/// A tile that was finished just now.
+#[derive(Clone, Copy, Debug)]
+pub struct Finished<'a> {
+    /// How far the render is.
+    pub progress: Progress,
+    /// Its film; pixels of tiles that are not finished are zero.
+    pub film: &'a Film,
+    /// The tile.
+    pub tile: Window,
 }
 
 /// Sums over the pixels that were rendered.
@@ -153,8 +166,8 @@ pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) ->
 
 /// Renders on the current thread pool.
 ///
-/// `progress` is called after each tile, from any thread, one call at a time. When `cancel` becomes true no further tile is
-/// begun; the film then holds what is finished.
+/// `watch` is called after each tile, from any thread, one call at a time; other threads wait with their tiles meanwhile. When
+/// `cancel` becomes true no further tile is begun; the film then holds what is finished.
 ///
 /// # Errors
 /// A window outside the image, a share out of range, unusable gather options.
@@ -162,14 +175,14 @@ pub fn render(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
     options: &RenderOptions,
-    progress: &(dyn Fn(&Progress) + Sync),
+    watch: &(dyn Fn(&Finished<'_>) + Sync),
     cancel: &AtomicBool,
 ) -> Result<Rendered> {
     setting.view.gather.validate()?;
     let mut film = Film::new(setting.view.size, options.window, PLANES)?;
     let tiles = options.share.tiles(&options.window, setting.view.gather.points)?;
     film.metadata_mut().set("tiles", options.share.to_string());
-    Ok(render_tiles(setting, integrator, film, &tiles, progress, cancel))
+    Ok(render_tiles(setting, integrator, film, &tiles, watch, cancel))
 }
 
 /// Renders only these pixels, into a film of the whole image; each estimate is the one that [`render`] gives.
@@ -199,7 +212,7 @@ pub fn render_pixels(
     }
     film.metadata_mut().set("pixels", pixels.len() as u64);
     let tiles: Vec<Window> = pixels.iter().map(|&[x, y]| Window { x, y, width: 1, height: 1 }).collect();
-    Ok(render_tiles(setting, integrator, film, &tiles, progress, cancel))
+    Ok(render_tiles(setting, integrator, film, &tiles, &|done| progress(&done.progress), cancel))
 }
 
 /// What the threads write to.
@@ -215,7 +228,7 @@ fn render_tiles(
     integrator: &dyn Integrator,
     mut film: Film,
     tiles: &[Window],
-    progress: &(dyn Fn(&Progress) + Sync),
+    watch: &(dyn Fn(&Finished<'_>) + Sync),
     cancel: &AtomicBool,
 ) -> Rendered {
     let of = tiles.iter().map(Window::area).sum();
@@ -240,14 +253,16 @@ fn render_tiles(
                 sum.add(e.radiance);
                 let t = &mut shared.totals;
                 t.pixels += 1;
-                t.promise_met += u64::from(e.claim != ErrorClaim::None);
+                let kept = u64::from(e.claim != ErrorClaim::None);
+                t.promise_met += kept;
                 t.budget_hit += u64::from(e.stop == StopReason::Budget);
                 t.pairs += e.pairs;
                 t.rays += e.rays;
                 shared.progress.pixels += 1;
+                shared.progress.promise_met += kept;
                 shared.progress.rays += e.rays;
             }
-            progress(&shared.progress);
+            watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
             Some(sum)
         })
         .collect();

@@ -57,3 +57,30 @@ fn pixels_outside_or_named_twice_are_refused_and_none_is_begun_when_cancelled() 
         assert!(!stopped.complete && stopped.totals.pixels == 0);
     });
 }
+
+#[test]
+fn who_watches_is_shown_each_tile_once_with_its_pixels_done() {
+    with_setting(|setting, exact| {
+        let options = RenderOptions { window: Window::full(setting.view.size), share: TileShare::default() };
+        let seen = Mutex::new(Film::new(setting.view.size, options.window, PLANES).unwrap());
+        let told = Mutex::new(Vec::new());
+        let watch = |done: &Finished<'_>| {
+            let mut seen = seen.lock().unwrap();
+            for (x, y) in done.tile.pixels() {
+                assert_eq!(seen.plane("stop").unwrap().u32_at(x, y), [0], "{x},{y} is shown twice");
+                let pixel = |name| done.film.plane(name).unwrap();
+                seen.plane_mut("stop").unwrap().set_u32(x, y, pixel("stop").u32_at(x, y));
+                seen.plane_mut("").unwrap().set_f32(x, y, pixel("").f32_at(x, y));
+            }
+            told.lock().unwrap().push(done.progress);
+        };
+        let rendered = render(setting, exact, &options, &watch, &AtomicBool::new(false)).unwrap();
+        let (seen, told) = (seen.into_inner().unwrap(), told.into_inner().unwrap());
+        for name in ["stop", ""] {
+            assert_eq!(seen.plane(name), rendered.film.plane(name), "{name:?}");
+        }
+        let last = told.last().unwrap();
+        assert!(told.len() > 1 && told.windows(2).all(|two| two[0].pixels < two[1].pixels));
+        assert_eq!((last.pixels, last.of, last.promise_met), (360, 360, rendered.totals.promise_met));
+    });
+}

@@ -110,7 +110,7 @@ fn a_cancelled_render_says_which_pixels_it_has() {
     let cancel = AtomicBool::new(false);
     let options = RenderOptions { window: Window::full([96, 96]), share: TileShare::default() };
     let stop_after_first =
-        |_: &tashika::render::Progress| cancel.store(true, std::sync::atomic::Ordering::Relaxed);
+        |_: &tashika::render::Finished<'_>| cancel.store(true, std::sync::atomic::Ordering::Relaxed);
     let r =
         render(&Setting { tracer: &tracer, view }, &Exact::new(&set), &options, &stop_after_first, &cancel)
             .unwrap();
