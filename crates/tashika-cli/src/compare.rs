@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use serde::Serialize;
 use tashika::io::{read_exr, write_file};
 use tashika::render::with_threads;
-use tashika::report::{Claims, Comparison, Named, compare, error_image, page, summary};
+use tashika::report::{Claims, Comparison, Named, compare, compare_page, error_image, summary};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::ComparePlan;
 use crate::progress::Meter;
-use crate::summary::{Rows, write_json};
+use crate::summary::{Rows, typed_command, write_json};
 
 /// Everything that is told about a comparison; shares in 0 to 1, errors relative, `null` for infinite.
 #[derive(Debug, Serialize)]
@@ -81,7 +81,8 @@ fn work(plan: &ComparePlan) -> Result<Outcome, Failure> {
         write_file(path, &error_image(&comparison).png())?;
     }
     if let Some(path) = &plan.html {
-        write_file(path, page(&comparison, image, reference)?.as_bytes())?;
+        let page = compare_page(&comparison, image, reference, Some(typed_command()));
+        write_file(path, page.as_bytes())?;
     }
     meter.finish();
     let report = report(plan, &comparison);

@@ -39,6 +39,10 @@ fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
     let setting = stage.setting(plan.gather, plan.measure.seed);
     let cells = &plan.measure.cells;
     let mut findings = Findings {
+        title: format!(
+            "{}: how often methods keep to their tolerance and to their intervals",
+            stage.scene.name()
+        ),
         above: vec![
             scenery(&stage, &pixels),
             format!(
@@ -51,6 +55,8 @@ fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
         of: cells.len(),
         columns: COLUMNS,
         below: about_intervals(),
+        images: Vec::new(),
+        reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };
@@ -66,5 +72,6 @@ fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
+    findings.write(plan.html.as_deref(), plan.csv.as_deref())?;
     findings.finish(common, None, &meter)
 }

@@ -1,14 +1,16 @@
 //! What `coverage` and the experiments have in common: exact sums, rows with their times, and what is told at the end.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use tashika::experiment::{Cell, Column, Ground, Group, Pixels, Pool, Row, Subject, Table, Watch};
+use tashika::experiment::{
+    Cell, Column, Ground, Group, Pixels, Pool, Row, Subject, Table, Watch, page, plots,
+};
 use tashika::film::{Film, Window};
 use tashika::integrator::{Exact, LitBy, Setting};
 use tashika::io::write_file;
-use tashika::report::{Claims, percent_of_error, percent_of_share, percent_of_tolerance};
+use tashika::report::{Claims, Page, Shown, percent_of_error, percent_of_share, percent_of_tolerance};
 use tashika::tree::LightTree;
 use tashika::vpl::VplSet;
 
@@ -16,7 +18,7 @@ use crate::exit::{Failure, Outcome};
 use crate::plan::{Common, Folder, Lights, MeasurePlan};
 use crate::progress::Meter;
 use crate::stage::{Stage, light_tree, stored_lights};
-use crate::summary::{Seconds, counted, print, write_json};
+use crate::summary::{Seconds, counted, print, typed_command, write_json};
 
 /// Lights and the tree over them.
 pub struct Lit {
@@ -131,6 +133,8 @@ pub fn scenery(stage: &Stage, pixels: &Pixels) -> String {
 
 /// Rows, and how they are shown.
 pub struct Findings<'a> {
+    /// What was measured, in a few words.
+    pub title: String,
     /// Lines above the table.
     pub above: Vec<String>,
     /// The rows that are finished.
@@ -141,6 +145,10 @@ pub struct Findings<'a> {
     pub columns: &'a [Column],
     /// Lines below the table.
     pub below: Vec<String>,
+    /// Whole images, one a method, if there are any.
+    pub images: Vec<(String, Film)>,
+    /// What they are held against.
+    pub reference: Option<Film>,
 }
 
 impl Findings<'_> {
@@ -149,22 +157,53 @@ impl Findings<'_> {
         Table::new(&self.rows, self.columns)
     }
 
+    /// What stands below the table.
+    fn below(&self) -> Vec<String> {
+        let missing = self.of - self.rows.len();
+        let of = counted(self.of as u64, "row", "rows");
+        let not_complete = (missing > 0).then(|| format!("NOT COMPLETE: {missing} of {of} are missing"));
+        self.below.iter().cloned().chain(not_complete).collect()
+    }
+
     fn markdown(&self) -> String {
         let above: String = self.above.iter().map(|line| format!("{line}\n")).collect();
         let mut out = format!("{above}\n{}", self.table().markdown());
-        let missing = self.of - self.rows.len();
-        let mut below = self.below.clone();
-        if missing > 0 {
-            below.push(format!(
-                "NOT COMPLETE: {missing} of {} are missing",
-                counted(self.of as u64, "row", "rows")
-            ));
-        }
+        let below = self.below();
         if !below.is_empty() {
             out.push('\n');
             out.extend(below.iter().map(|line| format!("{line}\n")));
         }
         out
+    }
+
+    fn page(&self) -> Page<'_> {
+        let shown =
+            |(label, film)| Shown { label: String::clone(label), film, reference: self.reference.as_ref() };
+        let images = self.images.iter().map(|(label, film)| shown((label, film))).collect();
+        let mut page =
+            page(&self.title, self.above.clone(), (&self.rows, &self.table()), self.below(), images);
+        page.command = Some(typed_command());
+        page
+    }
+
+    /// The rows for spreadsheets.
+    fn csv(&self) -> Vec<u8> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for row in &self.rows {
+            writer.serialize(row).expect("rows are numbers and words");
+        }
+        writer.into_inner().expect("memory takes all bytes")
+    }
+
+    /// Writes the page and the rows for spreadsheets, if a file is named for them.
+    pub fn write(&self, html: Option<&Path>, csv: Option<&Path>) -> Result<(), Failure> {
+        if let Some(path) = html {
+            write_file(path, self.page().html().as_bytes())?;
+        }
+        if let Some(path) = csv {
+            write_file(path, &self.csv())?;
+        }
+        Ok(())
     }
 
     /// Writes the rows to the folder and for scripts, and tells them; says how the program ends.
@@ -182,6 +221,11 @@ impl Findings<'_> {
         let markdown = self.markdown();
         if let Some(folder) = folder {
             write_file(&folder.markdown(), markdown.as_bytes())?;
+            self.write(Some(&folder.html()), Some(&folder.csv()))?;
+            for plot in plots(&self.rows) {
+                write_file(&folder.file(&format!("{}.svg", plot.name)), plot.svg.as_bytes())?;
+                write_file(&folder.file(&format!("{}.csv", plot.name)), plot.csv.as_bytes())?;
+            }
         }
         if !common.quiet {
             print(&markdown)?;

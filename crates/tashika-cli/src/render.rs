@@ -7,9 +7,9 @@ use tashika::experiment::until_converged;
 use tashika::integrator::{
     ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop,
 };
-use tashika::io::{write_exr, write_png};
+use tashika::io::{write_exr, write_file, write_png};
 use tashika::render::{RenderOptions, Totals, render, with_threads};
-use tashika::report::{ErrorBudget, error_budget};
+use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
@@ -19,7 +19,7 @@ use crate::interrupt;
 use crate::plan::{Integration, Lights, RenderPlan};
 use crate::progress::Meter;
 use crate::stage::{Stage, light_tree, stored_lights, timed};
-use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, write_json};
+use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, typed_command, write_json};
 
 /// Renders and writes the files.
 pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
@@ -84,6 +84,12 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     };
     let (complete, budget_hit) = (done.complete, done.totals.budget_hit);
     let report = report(plan, done, seconds);
+    let facts = RenderFacts {
+        name: plan.exr.display().to_string(),
+        rows: report.rows().for_page(),
+        command: Some(typed_command()),
+    };
+    write_file(&plan.html, render_page(&rendered.film, &facts).as_bytes())?;
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }
@@ -247,6 +253,6 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         seconds,
         audit: done.audit,
         exposure_stops: done.exposure_stops,
-        files: vec![plan.exr.clone(), plan.png.clone()],
+        files: vec![plan.exr.clone(), plan.png.clone(), plan.html.clone()],
     }
 }

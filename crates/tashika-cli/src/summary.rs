@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::HumanCount;
 use serde::Serialize;
 use tashika::io::write_file;
-use tashika::report::{ErrorBudget, percent_of_error};
+use tashika::report::{ErrorBudget, about_truth, percent_of_error};
 
 use crate::audit::Audit;
 use crate::exit::Failure;
@@ -22,12 +22,41 @@ impl Rows {
         self.0.push((label, text.into()));
     }
 
+    /// The rows as a page has them; rows that continue are one.
+    pub fn for_page(self) -> Vec<(String, String)> {
+        let mut rows: Vec<(String, String)> = Vec::new();
+        for (label, text) in self.0 {
+            match rows.last_mut() {
+                Some(above) if label.is_empty() => {
+                    above.1.push_str("; ");
+                    above.1.push_str(&text);
+                }
+                _ => rows.push((label.to_owned(), text)),
+            }
+        }
+        rows
+    }
+
     /// Prints the rows to standard output, labels in a column.
     pub fn print(&self) -> Result<(), Failure> {
         let width = self.0.iter().map(|(label, _)| label.len()).max().unwrap_or(0);
         let lines: String = self.0.iter().map(|(label, text)| format!("{label:width$}  {text}\n")).collect();
         print(&lines)
     }
+}
+
+/// What was typed to start the program, in a form that a shell takes.
+pub fn typed_command() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,%+@".contains(c);
+    let quoted = |word: String| {
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        }
+    };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    std::iter::once("tashika".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
 /// Prints to standard output.
@@ -98,18 +127,6 @@ pub struct Seconds {
     pub audit: f64,
     /// Writing the files.
     pub write: f64,
-}
-
-/// What a promise about that truth is a promise about.
-fn about(truth: &str) -> String {
-    match truth {
-        "vpl" => {
-            "the sum over these VPLs, clamped; not what other VPLs would give, nor what VPLs do not carry"
-        }
-        "clamped" => "what VPLs give on average, clamped; not what they do not carry",
-        _ => "light transport",
-    }
-    .to_owned()
 }
 
 /// Everything that is told about a render.
@@ -221,7 +238,7 @@ impl RenderReport {
             rows.push("", format!("{} of them ran out of budget", HumanCount(self.budget_hit)));
         }
         if let Some(truth) = &self.truth {
-            rows.push("truth", about(truth));
+            rows.push("truth", about_truth(truth));
         }
         if let Some(ErrorBudget { total, clustering, lights, compensation }) = self.error_budget {
             let [total, clustering, lights, compensation] =

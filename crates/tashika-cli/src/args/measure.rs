@@ -25,7 +25,7 @@ Examples:
   tashika experiment seed kitchen.glb --size 320x180 --vpls 10k --gather 16 --methods mdlc,iwasaki2019
 
 The folder gets an image of each method, the exact reference, pictures of the relative errors, the
-table as Markdown and JSON, and index.html that shows them. With --pixels the reference is that of
+table as Markdown, JSON and CSV, plots as SVG, and index.html, which shows them all in one file. With --pixels the reference is that of
 some pixels only, and shares come with their binomial interval: a whole reference takes long.";
 
 const SCALING_EXAMPLES: &str = "\
@@ -132,6 +132,14 @@ pub struct CoverageArgs {
     #[arg(long, value_name = "brightness,material", value_delimiter = ',', value_parser = values::grouping,
         help_heading = "Image")]
     pub by: Vec<Grouping>,
+
+    /// Write a page with the table and plots, in one file
+    #[arg(long, value_name = "FILE.html", help_heading = "Output")]
+    pub html: Option<PathBuf>,
+
+    /// Write the table for spreadsheets
+    #[arg(long, value_name = "FILE.csv", help_heading = "Output")]
+    pub csv: Option<PathBuf>,
 
     #[command(flatten)]
     pub pairs: PairsArgs,

@@ -26,11 +26,14 @@ pub fn work(plan: &AblationPlan) -> Result<Outcome, Failure> {
     let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, &meter)?;
     let setting = stage.setting(plan.gather, measure.seed);
     let mut findings = Findings {
+        title: format!("{}: what each ingredient is worth", stage.scene.name()),
         above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points)],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,
         below: about_intervals(),
+        images: Vec::new(),
+        reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };

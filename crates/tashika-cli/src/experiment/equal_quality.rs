@@ -34,11 +34,14 @@ pub fn work(plan: &EqualQualityPlan) -> Result<Outcome, Failure> {
         percent_of_tolerance(measure.cells[0].tolerance)
     );
     let mut findings = Findings {
+        title: format!("{}: what the same quality costs", stage.scene.name()),
         above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points), asked],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,
         below: about_intervals(),
+        images: Vec::new(),
+        reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };

@@ -32,11 +32,17 @@ pub fn work(plan: &ScalingPlan) -> Result<Outcome, Failure> {
     let stage = Stage::load(&measure.stage, &meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), measure.seed)?;
     let mut findings = Findings {
+        title: format!(
+            "{}: what pixels cost by the number of lights and of gather points",
+            stage.scene.name()
+        ),
         above: vec![scenery(&stage, &pixels)],
         rows: Vec::new(),
         of: plan.lights.len() * plan.gather.len() * measure.cells.len(),
         columns: COLUMNS,
         below: about_intervals(),
+        images: Vec::new(),
+        reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };

@@ -1,10 +1,10 @@
 //! `tashika experiment seed`: whole images of all methods, and their errors.
 
-use tashika::experiment::{Cell, Column, Figure, Pixels, Pool, Row, page};
+use tashika::experiment::{Cell, Column, Pixels, Pool, Row};
 use tashika::film::{Film, Window};
 use tashika::integrator::Setting;
 use tashika::io::{Exposure, ToneMap, write_exr, write_file, write_png};
-use tashika::report::{error_image, percent_of_share, percent_of_tolerance};
+use tashika::report::{error_image, percent_of_tolerance};
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
@@ -43,15 +43,18 @@ pub fn work(plan: &SeedPlan) -> Result<Outcome, Failure> {
     let pixels = Pixels::of(window, plan.pixels, measure.seed)?;
     let set = stage.lights(&plan.lights, stored, &meter, &mut seconds)?;
     let lit = Lit { tree: light_tree(&set, &meter, &mut seconds), set };
+    let error = percent_of_tolerance(measure.cells[0].tolerance);
     let mut findings = Findings {
+        title: format!("{}: within {error} of the exact sum", stage.scene.name()),
         above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points)],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,
         below: about_intervals(),
+        images: Vec::new(),
+        reference: None,
     };
     let mut gallery = Gallery { folder: &plan.folder, exposure: Exposure::Auto };
-    let mut figures = Vec::new();
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };
         let run =
@@ -59,20 +62,18 @@ pub fn work(plan: &SeedPlan) -> Result<Outcome, Failure> {
         let Some(reference) = run.bench.exact(&run.setting, &lit, &pixels)? else { return Ok(()) };
         write_exr(&plan.folder.file(&format!("{REFERENCE}.exr")), &reference)?;
         if let Pixels::All(_) = pixels {
-            figures.push(vec![gallery.show(&reference, REFERENCE, "reference: the exact sums")?]);
+            gallery.show(&reference, REFERENCE)?;
         }
         for cell in &measure.cells {
-            let Some((row, shown)) = run.method(cell, &reference, &mut gallery)? else { break };
+            let Some((row, film)) = run.method(cell, &reference, &mut gallery)? else { break };
+            if let Pixels::All(_) = pixels {
+                findings.images.push((row.method.to_owned(), film));
+            }
             findings.rows.push(row);
-            figures.push(shown);
         }
+        findings.reference = Some(reference);
         Ok(())
     })?;
-    let error = percent_of_tolerance(measure.cells[0].tolerance);
-    let title = format!("{}: within {error} of the exact sum", stage.scene.name());
-    let text = [findings.above.clone(), findings.below.clone()].concat();
-    let html = page(&title, &text, &findings.table(), &figures);
-    write_file(&plan.folder.file("index.html"), html.as_bytes())?;
     findings.finish(&measure.common, Some(&plan.folder), &meter)
 }
 
@@ -91,7 +92,7 @@ impl Run<'_> {
         cell: &Cell,
         reference: &Film,
         gallery: &mut Gallery<'_>,
-    ) -> Result<Option<(Row, Vec<Figure>)>, Failure> {
+    ) -> Result<Option<(Row, Film)>, Failure> {
         let meter = self.bench.meter;
         let all = Pixels::All(reference.window());
         meter.phase(&told(cell));
@@ -108,16 +109,13 @@ impl Run<'_> {
         let row = Row::new(&subject(&self.setting, &self.lit.set, self.pixels), cell.into(), &pool, seconds);
         let name = cell.method.name();
         write_exr(&gallery.folder.file(&format!("{name}.exr")), &rendered.film)?;
-        let within = percent_of_share(row.within_tolerance);
-        let caption = format!("{name}: {within} within {}", percent_of_tolerance(cell.tolerance));
-        let mut shown = vec![gallery.show(&rendered.film, name, &caption)?];
+        gallery.show(&rendered.film, name)?;
         // Of a few pixels there is nothing to see.
         if let Pixels::All(_) = self.pixels {
             let file = format!("{name}-error.png");
             write_file(&gallery.folder.file(&file), &error_image(&comparison).png())?;
-            shown.push(Figure { file, caption: format!("{name}: relative error") });
         }
-        Ok(Some((row, shown)))
+        Ok(Some((row, rendered.film)))
     }
 }
 
@@ -129,10 +127,10 @@ struct Gallery<'a> {
 
 impl Gallery<'_> {
     /// Writes the picture of a film; the first one sets the brightness.
-    fn show(&mut self, film: &Film, name: &str, caption: &str) -> Result<Figure, Failure> {
+    fn show(&mut self, film: &Film, name: &str) -> Result<(), Failure> {
         let file = format!("{name}.png");
         let tone_map = ToneMap { exposure: self.exposure };
         self.exposure = Exposure::Stops(write_png(&self.folder.file(&file), film, &tone_map)?);
-        Ok(Figure { file, caption: caption.to_owned() })
+        Ok(())
     }
 }

@@ -54,6 +54,7 @@ pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
     let depth = plan.lights.max_depth + 1;
     let of = plan.methods.len() * plan.options.len();
     let mut findings = Findings {
+        title: format!("{}: light transport, by two methods", stage.scene.name()),
         above: vec![
             scenery(&stage, &pixels),
             format!(
@@ -66,6 +67,8 @@ pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
         of,
         columns: COLUMNS,
         below: about_intervals(),
+        images: Vec::new(),
+        reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter: &meter, cancel };

@@ -29,6 +29,14 @@ pub struct MeasurePlan {
     pub common: Common,
 }
 
+/// Where a measurement is written to.
+enum Outputs<'a> {
+    /// Files, each by its name.
+    Files(&'a [&'a Path]),
+    /// All to a folder.
+    Folder(&'a Folder),
+}
+
 /// What methods are told.
 struct Told<'a> {
     errors: &'a [f64],
@@ -43,7 +51,7 @@ impl MeasurePlan {
         args: &MeasureArgs,
         told: &Told<'_>,
         lights: Option<&Path>,
-        folder: Option<&Folder>,
+        outputs: Outputs<'_>,
     ) -> Result<Self, Failure> {
         let stage = StagePlan::new(stage, None)?;
         if told.seeds == 0 {
@@ -64,9 +72,9 @@ impl MeasurePlan {
         }
         let cells = Cell::grid(&methods, told.errors, told.confidences, &common);
         let inputs = stage.inputs(lights);
-        let common = match folder {
-            None => Common::new(&args.common, &[], &inputs)?,
-            Some(folder) => folder.common(&args.common, &inputs)?,
+        let common = match outputs {
+            Outputs::Files(paths) => Common::new(&args.common, paths, &inputs)?,
+            Outputs::Folder(folder) => folder.common(&args.common, &inputs)?,
         };
         Ok(Self { stage, seed: args.seed, cells, common })
     }
@@ -85,6 +93,10 @@ pub struct CoveragePlan {
     pub pixels: u64,
     /// What they are grouped by, besides.
     pub by: Vec<Grouping>,
+    /// Page to write.
+    pub html: Option<PathBuf>,
+    /// Rows for spreadsheets to write.
+    pub csv: Option<PathBuf>,
 }
 
 impl CoveragePlan {
@@ -98,8 +110,18 @@ impl CoveragePlan {
             max_pairs: args.pairs.max_pairs,
             seeds: args.trials.seeds,
         };
-        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), None)?;
-        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, by: args.by.clone() })
+        let outputs: Vec<&Path> = args.html.iter().chain(&args.csv).map(PathBuf::as_path).collect();
+        let measure =
+            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Files(&outputs))?;
+        Ok(Self {
+            measure,
+            gather,
+            lights,
+            pixels: args.trials.pixels,
+            by: args.by.clone(),
+            html: args.html.clone(),
+            csv: args.csv.clone(),
+        })
     }
 }
 
@@ -168,7 +190,8 @@ impl SeedPlan {
             max_pairs: args.pairs.max_pairs,
             seeds: 1,
         };
-        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Some(&folder))?;
+        let measure =
+            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Folder(&folder))?;
         Ok(Self { measure, gather, lights, pixels: args.pixels, folder })
     }
 }
@@ -201,7 +224,7 @@ impl ScalingPlan {
             max_pairs: args.pairs.max_pairs,
             seeds: args.trials.seeds,
         };
-        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, None, Some(&folder))?;
+        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, None, Outputs::Folder(&folder))?;
         Ok(Self { measure, gather, lights, pixels: args.trials.pixels, folder })
     }
 }
@@ -237,7 +260,8 @@ impl EqualQualityPlan {
             max_pairs: Some(args.max_pairs.unwrap_or(MANY_PAIRS)),
             seeds: args.trials.seeds,
         };
-        let measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Some(&folder))?;
+        let measure =
+            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Folder(&folder))?;
         Ok(Self { measure, gather, lights, pixels: args.trials.pixels, share: args.share, folder })
     }
 }
@@ -273,7 +297,8 @@ impl AblationPlan {
             max_pairs: None,
             seeds: args.trials.seeds,
         };
-        let mut measure = MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Some(&folder))?;
+        let mut measure =
+            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Folder(&folder))?;
         let first = measure.cells[0];
         let methods =
             std::iter::once(Method::Tashika(Claim::Calibrated)).chain(Ingredient::ALL.map(Method::Without));
@@ -307,10 +332,20 @@ impl Folder {
         self.file("table.md")
     }
 
+    /// The table for spreadsheets.
+    pub fn csv(&self) -> PathBuf {
+        self.file("table.csv")
+    }
+
+    /// The page.
+    pub fn html(&self) -> PathBuf {
+        self.file("index.html")
+    }
+
     /// Makes the folder, and checks that it can be written to.
     pub(super) fn common(&self, args: &CommonArgs, inputs: &[&Path]) -> Result<Common, Failure> {
         fs::create_dir_all(&self.0)
             .map_err(|e| Failure::file(format!("cannot write {}: {e}", self.0.display())))?;
-        Common::new(args, &[&self.json(), &self.markdown()], inputs)
+        Common::new(args, &[&self.json(), &self.markdown(), &self.csv(), &self.html()], inputs)
     }
 }

@@ -68,6 +68,8 @@ pub struct RenderPlan {
     pub exr: PathBuf,
     /// Picture to write.
     pub png: PathBuf,
+    /// Page to write.
+    pub html: PathBuf,
     /// How the picture is made.
     pub tone_map: ToneMap,
     /// What every command has.
@@ -90,9 +92,9 @@ impl RenderPlan {
             Integration::ManyLights { .. } | Integration::Path(_) => gather_options(args.gather.points)?,
         };
         let exr = with_ending(&args.output, "exr")?;
-        let png = exr.with_extension("png");
+        let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
         let inputs = stage.inputs(args.source.vpl_file.as_deref());
-        let common = Common::new(&args.common, &[&exr, &png], &inputs)?;
+        let common = Common::new(&args.common, &[&exr, &png, &html], &inputs)?;
         Ok(Self {
             stage,
             share: args.tiles.unwrap_or_default(),
@@ -101,6 +103,7 @@ impl RenderPlan {
             seed: args.seed,
             exr,
             png,
+            html,
             tone_map,
             common,
             audit: args.audit.filter(|_| !unused.contains(&"--audit")),

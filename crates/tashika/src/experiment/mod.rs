@@ -33,7 +33,7 @@ mod tests;
 pub use converged::{converged, until_converged};
 pub use coverage::{Cell, Ground, Watch};
 pub use groups::{Group, Grouping};
-pub use page::{Figure, page};
+pub use page::{page, plots};
 pub use pool::{Pool, Share};
 pub use rows::{Row, Subject, Told};
 pub use search::Search;

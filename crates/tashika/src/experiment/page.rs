@@ -1,56 +1,117 @@
-//! An experiment as an HTML page, beside the pictures that it shows.
+//! An experiment on one sheet: what was run, the images of all methods, the table, plots.
 
-use std::fmt::Write;
+use super::{Row, Table};
+use crate::report::{Images, Measured, Page, Plot, Shown, count, percent_of_error};
 
-use super::Table;
-
-/// A picture of the page.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Figure {
-    /// Its file, in the folder of the page; a name without characters that mean something in HTML.
-    pub file: String,
-    /// What it shows.
-    pub caption: String,
+/// The page of an experiment.
+///
+/// * `above`, `below`: sentences about the rows.
+/// * `images`: one a method, with its reference, all of the same window; none where only some pixels were rendered.
+pub fn page<'a>(
+    title: &str,
+    above: Vec<String>,
+    (rows, table): (&[Row], &Table),
+    below: Vec<String>,
+    images: Vec<Shown<'a>>,
+) -> Page<'a> {
+    let mut page = Page::new(title, title);
+    page.lines = above;
+    page.below = below;
+    page.tolerance = rows.first().map(|row| row.error);
+    page.tables = vec![table.sheet()];
+    page.plots = plots(rows);
+    if !images.is_empty() {
+        page.images = Images::Embedded(images);
+    }
+    page
 }
 
-const STYLE: &str = "\
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 120rem; padding: 0 1rem; }
-table { border-collapse: collapse; margin: 1rem 0; }
-th, td { text-align: right; padding: .1rem 1.5rem .1rem 0; }
-th:first-child, td:first-child { text-align: left; }
-section { display: flex; flex-wrap: wrap; gap: 1.5rem; align-items: flex-start; margin-bottom: 1.5rem; }
-figure { margin: 0; }
-img { image-rendering: pixelated; min-width: 256px; max-width: 100%; }
-@media (prefers-color-scheme: dark) { body { background: #181818; color: #ddd; } }
-";
-
-/// The page: a title, lines of text, the table, and rows of figures.
-pub fn page(title: &str, text: &[String], table: &Table, figures: &[Vec<Figure>]) -> String {
-    let title = escaped(title);
-    let mut body = format!("<h1>{title}</h1>\n");
-    for line in text {
-        let _ = writeln!(body, "<p>{}</p>", escaped(line));
-    }
-    body.push_str(&table.html());
-    for row in figures {
-        body.push_str("<section>\n");
-        for Figure { file, caption } in row {
-            let caption = escaped(caption);
-            let _ = writeln!(
-                body,
-                "<figure><figcaption>{caption}</figcaption><img alt=\"{caption}\" src=\"{file}\"></figure>"
-            );
+/// What can be seen of the rows: shares against errors, claims against what they promise, quality against cost, cost against size.
+pub fn plots(rows: &[Row]) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    let whole: Vec<&Row> = rows.iter().filter(|row| row.group.is_none()).collect();
+    let several = |number: fn(&Row) -> f64| whole.windows(2).any(|two| number(two[0]) != number(two[1]));
+    let several_confidences = several(|row| row.confidence.unwrap_or(0.0));
+    let label = |row: &Row| match row.confidence {
+        Some(confidence) if several_confidences => {
+            format!("{} at {}", row.method, percent_of_error(confidence))
         }
-        body.push_str("</section>\n");
+        _ => row.method.to_owned(),
+    };
+    let within = |x: fn(&Row) -> f64| -> Vec<Measured> {
+        whole
+            .iter()
+            .map(|row| Measured {
+                label: label(row),
+                x: x(row),
+                share: row.within_tolerance,
+                low: row.low,
+                high: row.high,
+            })
+            .collect()
+    };
+    if several(|row| row.error) {
+        plots.push(Plot::measured(
+            "within",
+            "Share of pixels within the error that methods were told",
+            ("error", &percent_of_error),
+            &within(|row| row.error),
+            None,
+        ));
     }
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
-    )
+    plots.push(Plot::measured(
+        "quality-and-cost",
+        "Share of pixels within the error, against what a pixel costs",
+        ("rays a pixel", &rounded),
+        &within(|row| row.rays_per_pixel.max(1.0)),
+        None,
+    ));
+    let claimed: Vec<Measured> = whole
+        .iter()
+        .filter_map(|row| {
+            let (share, low, high) = (row.claims_kept?, row.claims_low?, row.claims_high?);
+            Some(Measured { label: label(row), x: row.rays_per_pixel.max(1.0), share, low, high })
+        })
+        .collect();
+    if !claimed.is_empty() {
+        let promised = whole.iter().find_map(|row| row.confidence).filter(|_| !several_confidences);
+        plots.push(Plot::measured(
+            "claims",
+            "Share of the claimed intervals that hold the exact sum; the line is what was promised",
+            ("rays a pixel", &rounded),
+            &claimed,
+            promised,
+        ));
+    }
+    for (name, caption, x, size) in [
+        (
+            "cost-by-lights",
+            "Cost against the number of VPLs",
+            "VPLs",
+            (|row: &Row| row.vpls as f64) as fn(&Row) -> f64,
+        ),
+        ("cost-by-gather", "Cost against the number of gather points", "gather points a pixel", |row| {
+            f64::from(row.gather)
+        }),
+    ] {
+        if several(size) {
+            let series = |row: &Row| match name {
+                "cost-by-lights" if several(|row| f64::from(row.gather)) => {
+                    format!("{}, {} gather", row.method, row.gather)
+                }
+                "cost-by-gather" if several(|row| row.vpls as f64) => {
+                    format!("{}, {} VPLs", row.method, count(row.vpls))
+                }
+                _ => row.method.to_owned(),
+            };
+            let points: Vec<(String, f64, f64)> =
+                whole.iter().map(|row| (series(row), size(row), row.rays_per_pixel.max(1.0))).collect();
+            plots.push(Plot::growth(name, caption, x, "rays a pixel", &points));
+        }
+    }
+    plots
 }
 
-/// Text that HTML shows as it is.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+fn rounded(n: f64) -> String {
+    count(n.round() as u64)
 }

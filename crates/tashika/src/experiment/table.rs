@@ -1,9 +1,9 @@
-//! Rows as a table, for people: Markdown that is aligned as plain text, or HTML.
+//! Rows as a table, for people: Markdown that is aligned as plain text, or a sheet for a page.
 
 use std::fmt::Write;
 
 use super::Row;
-use crate::report::{count, percent_of_error, percent_of_share, percent_of_tolerance};
+use crate::report::{Sheet, count, percent_of_error, percent_of_share, percent_of_tolerance};
 
 /// What a column tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,15 +147,8 @@ impl Table {
         out
     }
 
-    /// As an HTML table. Cells are numbers and names of methods, which HTML shows as they are.
-    pub fn html(&self) -> String {
-        let mut out = "<table>\n".to_owned();
-        for (number, line) in self.lines.iter().enumerate() {
-            let tag = if number == 0 { "th" } else { "td" };
-            let cells: String = line.iter().map(|cell| format!("<{tag}>{cell}</{tag}>")).collect();
-            let _ = writeln!(out, "<tr>{cells}</tr>");
-        }
-        out.push_str("</table>\n");
-        out
+    /// For a page.
+    pub fn sheet(&self) -> Sheet {
+        Sheet { head: self.lines[0].clone(), lines: self.lines[1..].to_vec() }
     }
 }

@@ -11,7 +11,6 @@ mod error_image;
 mod page;
 mod picks;
 mod picture;
-mod radiance;
 mod summary;
 mod words;
 
@@ -19,11 +18,13 @@ pub use claims::Claims;
 pub use compare::{Comparison, Named, Tolerance, compare};
 pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::error_image;
-pub use page::page;
+pub use page::{
+    Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, render_page,
+};
 pub use picks::least_certain;
 pub use picture::Picture;
 pub use summary::summary;
-pub use words::{count, percent_of_error, percent_of_share, percent_of_tolerance};
+pub use words::{about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance};
 
 #[cfg(test)]
 mod tests;

@@ -39,6 +39,17 @@ pub fn percent_of_tolerance(tolerance: f64) -> String {
     format!("{} %", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
+/// What a promise about that truth, as a film's metadata name it, is a promise about.
+pub fn about_truth(truth: &str) -> &'static str {
+    match truth {
+        "vpl" => {
+            "the sum over these VPLs, clamped; not what other VPLs would give, nor what VPLs do not carry"
+        }
+        "clamped" => "what VPLs give on average, clamped; not what they do not carry",
+        _ => "light transport",
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,0 +1,293 @@
+"""The pages in a browser: what they show is what the files hold, and what they promise to do works.
+
+Usage: page.py PROGRAM FOLDER
+
+Needs the packages playwright and OpenEXR, and Chromium (CHROMIUM names it; else the first of the usual names). Screenshots
+go to FOLDER; whoever changes the pages looks at them.
+"""
+
+import contextlib
+import json
+import os
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+
+import OpenEXR
+from playwright.sync_api import sync_playwright
+
+PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
+FOLDER = pathlib.Path(sys.argv[2]).resolve()
+SIZE = [64, 36]
+CROP = [10, 6, 48, 27]
+
+
+def run(line, folder=FOLDER):
+    done = subprocess.run([PROGRAM, *line.split()], cwd=folder, capture_output=True, text=True)
+    assert done.returncode in (0, 4), f"{line}: {done.returncode}\n{done.stderr}"
+    return done.stdout
+
+
+def chromium():
+    names = [os.environ.get("CHROMIUM"), "chromium", "chromium-browser", "google-chrome"]
+    found = next((path for path in (name and shutil.which(name) for name in names) if path), None)
+    assert found, "Chromium is not installed, and CHROMIUM does not name it"
+    return found
+
+
+def channels(path):
+    """Arrays by channel name, and where the data window begins."""
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        window = file.header()["dataWindow"]
+        return {name: channel.pixels for name, channel in file.channels().items()}, [int(v) for v in window[0]]
+
+
+class Opened:
+    """A page, with everything that went wrong in it."""
+
+    def __init__(self, browser, address, width=1280, height=900, **options):
+        self.page = browser.new_page(viewport={"width": width, "height": height}, **options)
+        self.troubles, self.requests = [], []
+        self.page.on("console", self.said)
+        self.page.on("pageerror", lambda e: self.troubles.append(str(e)))
+        self.page.on("request", lambda r: self.requests.append(r.url))
+        self.page.goto(address)
+        self.page.wait_for_selector("#viewer[data-ready=true]", timeout=60_000)
+
+    def said(self, message):
+        # What reading the canvas in these checks brings about is not the page's.
+        if message.type in ("error", "warning") and "willReadFrequently" not in message.text:
+            self.troubles.append(message.text)
+
+    def close(self):
+        assert not self.troubles, self.troubles
+        self.page.close()
+
+    def shot(self, name):
+        self.page.wait_for_timeout(300)
+        self.page.screenshot(path=FOLDER / f"{name}.png", full_page=True)
+
+    def value(self, script, *values):
+        return self.page.evaluate(script, *values)
+
+    def at(self, x, y):
+        """Colour of the canvas at shares of its width and height."""
+        self.page.wait_for_timeout(120)
+        return self.value(
+            """([x, y]) => { const c = document.getElementById('stage');
+            return [...c.getContext('2d').getImageData(c.width * x, c.height * y, 1, 1).data] }""",
+            [x, y],
+        )
+
+    def brightness(self):
+        self.page.wait_for_timeout(120)
+        return self.value(
+            """() => { const c = document.getElementById('stage'); let sum = 0;
+            const d = c.getContext('2d').getImageData(0, 0, c.width / 2, c.height).data;
+            for (let i = 0; i < d.length; i += 4) sum += d[i] + d[i + 1] + d[i + 2];
+            return sum / d.length }"""
+        )
+
+    def key(self, *keys):
+        self.page.focus("#stage")
+        for key in keys:
+            self.page.keyboard.press(key)
+
+    def cursor(self):
+        self.page.wait_for_timeout(60)
+        return [int(v) for v in self.value("() => [pixel.dataset.x, pixel.dataset.y]")]
+
+    def go(self, x, y):
+        """Moves the cursor by keys alone."""
+        for _ in range(400):
+            at = self.cursor()
+            if at == [x, y]:
+                return
+            axis = 0 if at[0] != x else 1
+            off = [x, y][axis] - at[axis]
+            arrow = [["ArrowLeft", "ArrowRight"], ["ArrowUp", "ArrowDown"]][axis][off > 0]
+            self.key(f"Shift+{arrow}" if abs(off) >= 10 else arrow)
+        raise AssertionError(f"the cursor stays at {self.cursor()}, not {x},{y}")
+
+    def line(self):
+        return self.page.text_content("#pixel")
+
+    def values(self):
+        """All values that are told of the pixel, by plane."""
+        rows = self.value(
+            "() => [...document.querySelectorAll('#values tr')].map(r => [r.dataset.plane, r.cells[1].textContent])"
+        )
+        number = lambda word: {"Infinity": float("inf")}.get(word) or float(word)
+        return {plane: [number(part.split(" ")[-1]) for part in text.split("  ")] for plane, text in rows}
+
+    def choose(self, side, label):
+        self.page.select_option(f"#{side}", label=label)
+
+
+def single(value):
+    return struct.unpack("f", struct.pack("f", value))[0]
+
+
+def check_values(opened, path, pixels, planes):
+    """What the page tells of pixels is what the file holds, to the last bit."""
+    found, (left, top) = channels(path)
+    for x, y in pixels:
+        opened.go(x, y)
+        told = opened.values()
+        for plane, names in planes.items():
+            stored = [float(found[name][y - top, x - left]) for name in names]
+            assert [single(v) for v in told[plane]] == stored, f"{x},{y} {plane}: {told[plane]} is not {stored}"
+
+
+PLANES = {
+    "": ["R", "G", "B"],
+    "half_width": ["half_width.Y"],
+    "claim": ["claim.id"],
+    "stop": ["stop.id"],
+    "pairs": ["pairs.n"],
+    "rays": ["rays.n"],
+}
+
+
+def dozen(x, y, width, height):
+    corners = [(x, y), (x + width - 1, y), (x, y + height - 1), (x + width - 1, y + height - 1)]
+    return corners + [(x + (7 * i + 3) * 5 % width, y + (11 * i + 2) * 3 % height) for i in range(8)]
+
+
+def rendered_page(browser):
+    crop = ",".join(map(str, CROP))
+    run(f"render builtin:tiny --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% -o tiny.exr")
+    path = FOLDER / "tiny.html"
+    opened = Opened(browser, path.as_uri())
+    check_values(opened, FOLDER / "tiny.exr", dozen(*CROP), PLANES)
+
+    # The sentence: value and half-width with the digits that make sense, claim, confidence, cost, reason.
+    found, (left, top) = channels(FOLDER / "tiny.exr")
+    claims = found["claim.id"]
+    spots = [(x + left, y + top) for y in range(CROP[3]) for x in range(CROP[2]) if claims[y, x] == 3]
+    assert spots, "no pixel claims a calibrated interval"
+    x, y = spots[len(spots) // 2]
+    opened.go(x, y)
+    row, column = y - top, x - left
+    luminance = sum(w * float(found[c][row, column]) for w, c in zip((0.2126, 0.7152, 0.0722), "RGB"))
+    half = float(found["half_width.Y"][row, column])
+    digits = next(d for d in range(12) if round(half * 10**d) >= 10)
+    expected = (
+        f"pixel {x},{y}: {luminance:.{digits}f} ± {half:.{digits}f} (calibrated, 95 %), "
+        f"{int(found['rays.n'][row, column]):,} rays, rule met"
+    )
+    assert opened.line() == expected, f"{opened.line()!r} is not {expected!r}"
+
+    # The divider, by keys and by dragging.
+    opened.choose("left", "claim")
+    opened.choose("right", "image")
+    opened.key(*["]"] * 20)
+    over_left = opened.at(0.4, 0.5)
+    opened.key(*["["] * 20)
+    over_right = opened.at(0.4, 0.5)
+    assert over_left != over_right, "the divider does not move"
+    box = opened.page.locator("#stage").bounding_box()
+    middle = box["y"] + box["height"] / 2
+    opened.page.mouse.move(box["x"] + 2, middle)
+    opened.page.mouse.down()
+    opened.page.mouse.move(box["x"] + 0.7 * box["width"], middle, steps=5)
+    opened.page.mouse.up()
+    assert opened.at(0.4, 0.5) == over_left, "the divider cannot be dragged"
+    opened.page.mouse.move(5, 5)
+
+    # Exposure, tones, layouts, zoom, all by keys.
+    opened.choose("left", "image")
+    opened.key(*["]"] * 10)
+    before = opened.brightness()
+    opened.key("e", "e", "e")
+    assert opened.brightness() > 1.1 * before, "brighter is not brighter"
+    assert "stops" in opened.page.text_content("#stops")
+    opened.key("t", "t")
+    assert opened.page.input_value("#tone") == "false colour"
+    opened.key("t", *["E"] * 3)
+    for layout in ("beside", "one", "divider"):
+        opened.key("v")
+        assert opened.page.input_value("#layout") == layout
+    opened.key("l")
+    assert opened.page.input_value("#left") != "0/estimate"
+    opened.key("L", "+", "+", "+", "0", "x", "x", "?")
+    assert opened.page.locator("#keys").get_attribute("open") is not None
+    assert abs(opened.brightness() - before) < 2, "what was changed is changed back"
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in opened.requests), opened.requests
+    opened.shot("render-wide")
+    opened.close()
+
+    narrow = Opened(browser, path.as_uri(), 390, 844, color_scheme="dark", has_touch=True, is_mobile=True)
+    wider = narrow.value("() => document.documentElement.scrollWidth - innerWidth")
+    assert wider <= 0, f"a phone has to scroll sideways by {wider}"
+    narrow.shot("render-narrow-dark")
+    narrow.close()
+
+
+def large_page(browser):
+    """Of more pixels than a page holds, those shown are pixels of the file."""
+    run("render builtin:tiny --vpls 30 --gather 1 --size 1000x600 --error 20% -o large.exr -q")
+    page = FOLDER / "large.html"
+    assert page.stat().st_size < 8e6, f"a page of {page.stat().st_size} bytes"
+    opened = Opened(browser, page.as_uri())
+    found, _ = channels(FOLDER / "large.exr")
+    for _ in range(5):
+        opened.key("Shift+ArrowRight", "Shift+ArrowDown", "ArrowRight")
+        x, y = opened.cursor()
+        told = opened.values()
+        assert [single(v) for v in told[""]] == [float(found[c][y, x]) for c in "RGB"], f"{x},{y}"
+    assert "least certain" in opened.page.text_content("#viewer")
+    opened.close()
+
+
+def compared_page(browser):
+    run("render builtin:tiny --vpls 300 --gather 2 --size 64x36 --method exact -o exact.exr -q")
+    run("render builtin:tiny --vpls 300 --gather 2 --size 64x36 --error 5% -o ours.exr -q")
+    run("compare ours.exr exact.exr --error 2% --html compare.html -q --json compare.json")
+    opened = Opened(browser, (FOLDER / "compare.html").as_uri())
+    check_values(opened, FOLDER / "exact.exr", [(3, 5), (40, 20)], {"reference": ["R", "G", "B"]})
+    worst = json.loads((FOLDER / "compare.json").read_text())
+    opened.go(*worst["worst_at"])
+    told = float(opened.line().split("off by ")[1].removesuffix(" %")) / 100
+    assert abs(told - worst["worst"]) < 0.01 * worst["worst"], f"{told} is not {worst['worst']}"
+    assert opened.page.input_value("#right") == "0/error", "the true error is what one sees first"
+    opened.key("v")
+    opened.shot("compare-wide")
+    opened.close()
+
+
+def experiment_page(browser):
+    run("experiment seed builtin:tiny --size 48x27 --vpls 300 --gather 4 --methods mdlc,iwasaki2019,tashika --out seed -q")
+    opened = Opened(browser, (FOLDER / "seed/index.html").as_uri())
+    views = opened.value("() => [...document.querySelectorAll('#left option')].map(o => o.textContent)")
+    for method in ("mdlc", "iwasaki2019", "tashika"):
+        assert f"{method}: image" in views and f"{method}: true relative error" in views, views
+    check_values(opened, FOLDER / "seed/mdlc.exr", [(30, 9)], {"": ["R", "G", "B"]})
+    for name in ("table.csv", "table.json", "table.md", "quality-and-cost.svg", "quality-and-cost.csv"):
+        assert (FOLDER / "seed" / name).stat().st_size > 100, name
+    opened.shot("experiment-wide")
+    opened.close()
+    run("coverage builtin:tiny --size 48x27 --vpls 300 --gather 4 --methods mdlc,tashika --error 2%,5% --confidence 95% "
+        "--pixels 60 --html coverage.html --csv coverage.csv -q")
+    page = browser.new_page()
+    page.goto((FOLDER / "coverage.html").as_uri())
+    assert page.locator(".plots svg").count() >= 3
+    assert "mdlc" in page.text_content("table")
+    page.screenshot(path=FOLDER / "coverage-wide.png", full_page=True)
+    page.close()
+
+
+def main():
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with sync_playwright() as playwright:
+        options = ["--no-sandbox"] if os.geteuid() == 0 else []
+        browser = playwright.chromium.launch(executable_path=chromium(), args=options)
+        with contextlib.closing(browser):
+            for check in (rendered_page, large_page, compared_page, experiment_page):
+                check(browser)
+                print(f"{check.__name__}: ok", flush=True)
+
+
+main()

@@ -1,0 +1,177 @@
+//! Films as text in a page.
+//!
+//! The samples of a plane, channel after channel, are split into their four bytes (all lowest bytes first), each byte replaced by its
+//! difference from the one before, compressed (zlib) and written in base 64. Neighbouring pixels agree in most of their upper bytes, so
+//! that images of 640 × 360 pixels take about 2 bytes a sample.
+//!
+//! Only planes that a reader of the page asks for are written; a plane that two images share is written once.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use serde::Serialize;
+use serde_json::{Map, Value as Json};
+
+use super::Shown;
+use crate::film::{Film, Plane, SampleKind, Samples, Value};
+use crate::report::{count, least_certain};
+
+/// Pixels that a page holds of all its images together; 300,000 with eight channels are about 5 MB.
+const MOST_PIXELS: u64 = 300_000;
+/// What tells how sure a pixel is and what it cost.
+const PLANES: [&str; 6] = ["", "half_width", "claim", "stop", "pairs", "rays"];
+/// Name of the plane that the reference becomes.
+const REFERENCE: &str = "reference";
+
+/// What a page holds of some images.
+#[derive(Default)]
+pub(super) struct Embedded {
+    /// For the scripts.
+    pub images: Vec<Image>,
+    /// What a reader has to know about it.
+    pub note: Option<String>,
+}
+
+#[derive(Serialize)]
+pub(super) struct Image {
+    label: String,
+    size: [u32; 2],
+    window: [u32; 4],
+    factor: u32,
+    /// Of each block the place of the pixel shown, in reading order.
+    picks: Option<String>,
+    metadata: Map<String, Json>,
+    planes: Vec<PlaneText>,
+}
+
+#[derive(Serialize)]
+struct PlaneText {
+    name: String,
+    channels: Vec<String>,
+    unit: String,
+    doc: String,
+    kind: &'static str,
+    data: Option<String>,
+    /// The image that has the same plane.
+    same_as: Option<usize>,
+}
+
+/// Writes the images; all show the same window.
+pub(super) fn embed(shown: &[Shown<'_>]) -> Embedded {
+    let Some(first) = shown.first() else { return Embedded::default() };
+    let window = first.film.window();
+    let mut factor = 1;
+    while u64::from(window.width.div_ceil(factor))
+        * u64::from(window.height.div_ceil(factor))
+        * shown.len() as u64
+        > MOST_PIXELS
+    {
+        factor += 1;
+    }
+    // The same pixels of all images, so that they can be compared.
+    let picks = least_certain(first.film, window, factor);
+    let places = (factor > 1).then(|| {
+        let place = |&[x, y]: &[u32; 2]| {
+            let (u, v) = (x - window.x, y - window.y);
+            let across = factor.min(window.width - u / factor * factor);
+            v % factor * across + u % factor
+        };
+        packed(&Samples::U32(picks.iter().map(place).collect()), 1)
+    });
+    let images = shown.iter().enumerate().map(|(index, image)| {
+        let film = image.film;
+        let mut planes: Vec<PlaneText> = PLANES
+            .iter()
+            .filter_map(|name| film.plane(name))
+            .map(|plane| text(plane, plane.name(), film, &picks))
+            .collect();
+        if let Some((reference, plane)) = image.reference.and_then(|r| Some((r, r.plane("")?))) {
+            let same = |other: &Shown<'_>| other.reference.is_some_and(|r| std::ptr::eq(r, reference));
+            let mut plane = match shown[..index].iter().position(same) {
+                Some(earlier) => PlaneText { same_as: Some(earlier), data: None, ..head(plane, REFERENCE) },
+                None => text(plane, REFERENCE, reference, &picks),
+            };
+            plane.doc = "what errors are measured from".to_owned();
+            planes.push(plane);
+        }
+        Image {
+            label: image.label.clone(),
+            size: film.size(),
+            window: [window.x, window.y, window.width, window.height],
+            factor,
+            picks: places.clone(),
+            metadata: film.metadata().iter().map(|(name, value)| (name.to_owned(), json(value))).collect(),
+            planes,
+        }
+    });
+    let note = (factor > 1).then(|| {
+        format!(
+            "Of each block of {factor}×{factor} pixels this page holds the one that is least certain, of {} in all; \
+             `tashika view` shows every pixel of the OpenEXR file.",
+            count(window.area())
+        )
+    });
+    Embedded { images: images.collect(), note }
+}
+
+fn head(plane: &Plane, name: &str) -> PlaneText {
+    PlaneText {
+        name: name.to_owned(),
+        channels: plane.channels().to_vec(),
+        unit: plane.unit().to_owned(),
+        doc: plane.doc().to_owned(),
+        kind: match plane.kind() {
+            SampleKind::F32 => "f32",
+            SampleKind::U32 => "u32",
+        },
+        data: None,
+        same_as: None,
+    }
+}
+
+fn text(plane: &Plane, name: &str, film: &Film, picks: &[[u32; 2]]) -> PlaneText {
+    let channels = plane.channels().len();
+    let at = |&[x, y]: &[u32; 2]| film.window().index(x, y) * channels;
+    let chosen = match plane.samples() {
+        Samples::F32(s) => {
+            Samples::F32(picks.iter().flat_map(|p| &s[at(p)..at(p) + channels]).copied().collect())
+        }
+        Samples::U32(s) => {
+            Samples::U32(picks.iter().flat_map(|p| &s[at(p)..at(p) + channels]).copied().collect())
+        }
+    };
+    PlaneText { data: Some(packed(&chosen, channels)), ..head(plane, name) }
+}
+
+/// Samples as text; see the module.
+fn packed(samples: &Samples, channels: usize) -> String {
+    let words: Vec<u32> = match samples {
+        Samples::F32(s) => s.iter().map(|v| v.to_bits()).collect(),
+        Samples::U32(s) => s.clone(),
+    };
+    let in_order = || (0..channels).flat_map(|c| words.iter().skip(c).step_by(channels));
+    let mut before = 0_u8;
+    let mut bytes = Vec::with_capacity(4 * words.len());
+    for shift in [0, 8, 16, 24] {
+        for word in in_order() {
+            let byte = (word >> shift) as u8;
+            bytes.push(byte.wrapping_sub(before));
+            before = byte;
+        }
+    }
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(&bytes).expect("memory takes all bytes");
+    STANDARD.encode(encoder.finish().expect("memory takes all bytes"))
+}
+
+fn json(value: &Value) -> Json {
+    match value {
+        Value::Text(text) => Json::from(text.as_str()),
+        Value::Int(number) => Json::from(*number),
+        Value::Float(number) => Json::from(*number),
+        Value::Bool(yes) => Json::from(*yes),
+    }
+}

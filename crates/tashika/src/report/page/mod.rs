@@ -1,0 +1,200 @@
+//! One HTML page that needs nothing else: images to look into, numbers, tables, plots, provenance.
+//!
+//! The page opens from disk and fetches nothing. Its images are the samples themselves, compressed, so that the value under the pointer
+//! is the value of the film, bit by bit; scripts in the page turn them into colours. Where a film has more pixels than a page should hold,
+//! the page holds [the least certain pixel](super::least_certain) of each block and says so.
+//!
+//! The same page without samples is the viewer that a program serves ([`Images::Served`]): its scripts then ask for tiles, a state, and
+//! single pixels below the page's own address.
+//!
+//! The template is `assets/page.html` (minijinja, which escapes what it fills in), the scripts are `assets/*.js`, the plots
+//! are SVG by plotters.
+//!
+//! # Guarantee
+//! Equal contents give equal bytes. Nothing that comes from outside, names of files and scenes among it, is ever markup or script.
+//!
+//! # Held to this by
+//! `report::tests` for what is in the page, `.ci/page.py` in a browser for what it does.
+
+mod compared;
+mod embedded;
+mod plots;
+mod rendered;
+
+pub use compared::compare_page;
+pub use plots::{Measured, Plot};
+pub use rendered::{RenderFacts, render_page};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use minijinja::{Environment, Value, context};
+
+use super::color_scale::ColorScale;
+use crate::film::{Film, Metadata};
+
+const TEMPLATE: &str = include_str!("assets/page.html");
+const STYLE: &str = include_str!("assets/style.css");
+/// In the order in which they need each other.
+const SCRIPTS: [&str; 4] = [
+    include_str!("assets/planes.js"),
+    include_str!("assets/views.js"),
+    include_str!("assets/stage.js"),
+    include_str!("assets/main.js"),
+];
+
+/// An image of a page.
+#[derive(Clone, Debug)]
+pub struct Shown<'a> {
+    /// What it is called where there are several.
+    pub label: String,
+    /// Its planes.
+    pub film: &'a Film,
+    /// What its errors are measured from.
+    pub reference: Option<&'a Film>,
+}
+
+/// What there is to look at.
+#[derive(Clone, Debug)]
+pub enum Images<'a> {
+    /// Nothing.
+    None,
+    /// In the page; all show the same window of the same image.
+    Embedded(Vec<Shown<'a>>),
+    /// Asked for from the program that serves the page.
+    Served {
+        /// Marks the page's own scripts and styles in the program's content security policy.
+        nonce: String,
+    },
+}
+
+/// Heads and cells as text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sheet {
+    /// What stands above the columns.
+    pub head: Vec<String>,
+    /// Rows of cells.
+    pub lines: Vec<Vec<String>>,
+}
+
+/// Where something comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Provenance {
+    /// What comes from there.
+    pub label: String,
+    /// Names and values.
+    pub rows: Vec<(String, String)>,
+}
+
+impl Provenance {
+    /// What a film says of itself.
+    pub fn of(label: impl Into<String>, metadata: &Metadata) -> Self {
+        let rows = metadata.iter().map(|(name, value)| (name.to_owned(), value.to_string())).collect();
+        Self { label: label.into(), rows }
+    }
+}
+
+/// Everything on a page, from its top to its end; what is empty is left out.
+#[derive(Clone, Debug)]
+pub struct Page<'a> {
+    /// Title of the window.
+    pub title: String,
+    /// The one sentence to take away.
+    pub headline: String,
+    /// Sentences below it.
+    pub lines: Vec<String>,
+    /// What there is to look at.
+    pub images: Images<'a>,
+    /// Relative error that is shown as one step of the scale, of which it has five; that of the images if it is not said.
+    pub tolerance: Option<f64>,
+    /// Labels and what is to say of them.
+    pub rows: Vec<(String, String)>,
+    /// Tables.
+    pub tables: Vec<Sheet>,
+    /// Sentences below the tables.
+    pub below: Vec<String>,
+    /// Plots.
+    pub plots: Vec<Plot>,
+    /// What is typed to make this again.
+    pub command: Option<String>,
+    /// Where it comes from.
+    pub provenance: Vec<Provenance>,
+}
+
+impl<'a> Page<'a> {
+    /// A page with a title and a sentence.
+    pub fn new(title: impl Into<String>, headline: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            headline: headline.into(),
+            lines: Vec::new(),
+            images: Images::None,
+            tolerance: None,
+            rows: Vec::new(),
+            tables: Vec::new(),
+            below: Vec::new(),
+            plots: Vec::new(),
+            command: None,
+            provenance: Vec::new(),
+        }
+    }
+
+    /// The page as a file.
+    pub fn html(&self) -> String {
+        let (nonce, served) = match &self.images {
+            Images::Served { nonce } => (nonce.as_str(), true),
+            Images::None | Images::Embedded(_) => ("tashika", false),
+        };
+        let embedded = match &self.images {
+            Images::Embedded(images) => embedded::embed(images),
+            Images::None | Images::Served { .. } => embedded::Embedded::default(),
+        };
+        let scale = ColorScale::new();
+        let data = serde_json::json!({
+            "served": served,
+            "tolerance": self.tolerance,
+            "scale": (0..=255).map(|i| hex(scale.color(f64::from(i) / 255.0))).collect::<Vec<_>>(),
+            "beyond": hex(super::color_scale::BEYOND),
+            "no_value": hex(super::color_scale::NO_VALUE),
+            "images": embedded.images,
+        });
+        // Inside a script element only `<` could end it or begin a comment.
+        let data = data.to_string().replace('<', "\\u003c");
+        let mut environment = Environment::new();
+        environment.add_template("page.html", TEMPLATE).expect("the template is part of the program");
+        let template = environment.get_template("page.html").expect("it was added");
+        let filled = template.render(context! {
+            title => &self.title,
+            headline => &self.headline,
+            lines => &self.lines,
+            has_images => !matches!(self.images, Images::None),
+            served,
+            nonce,
+            note => &embedded.note,
+            rows => &self.rows,
+            tables => self.tables.iter().map(|t| context! { head => &t.head, lines => &t.lines }).collect::<Vec<_>>(),
+            below => &self.below,
+            plots => self.plots.iter().map(filled_plot).collect::<Vec<_>>(),
+            command => &self.command,
+            provenance => self.provenance.iter().map(|p| context! { label => &p.label, rows => &p.rows }).collect::<Vec<_>>(),
+            style => Value::from_safe_string(STYLE.to_owned()),
+            scripts => SCRIPTS.map(|script| Value::from_safe_string(script.to_owned())).to_vec(),
+            data => Value::from_safe_string(data),
+        });
+        filled.expect("the template names only what is filled in")
+    }
+}
+
+fn filled_plot(plot: &Plot) -> Value {
+    let link = |kind: &str, text: &str| format!("data:{kind};base64,{}", STANDARD.encode(text));
+    context! {
+        name => &plot.name,
+        caption => &plot.caption,
+        svg => Value::from_safe_string(plot.svg.clone()),
+        svg_link => link("image/svg+xml", &plot.svg),
+        csv_link => link("text/csv", &plot.csv),
+    }
+}
+
+fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}

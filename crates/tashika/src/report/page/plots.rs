@@ -1,0 +1,319 @@
+//! Plots as SVG that prints well, and the same numbers as CSV.
+//!
+//! Colours are those of Okabe and Ito (2008), which people who see fewer colours tell apart; lines differ in dashes as well.
+
+use std::fmt::Write;
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::prelude::*;
+
+use crate::report::{percent_of_error, percent_of_share};
+
+const SIZE: (u32, u32) = (640, 400);
+const COLORS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(90, 90, 90),
+    RGBColor(0, 0, 0),
+];
+/// Points of a curve; more are not seen.
+const POINTS: usize = 400;
+const FONT: &str = "sans-serif";
+
+/// A plot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plot {
+    /// Name of its files.
+    pub name: String,
+    /// What it shows.
+    pub caption: String,
+    /// The plot.
+    pub svg: String,
+    /// Its numbers.
+    pub csv: String,
+}
+
+/// A share that was measured, for [`Plot::measured`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// What it belongs to; equal names share a colour.
+    pub label: String,
+    /// Where it stands.
+    pub x: f64,
+    /// The share, in 0 to 1.
+    pub share: f64,
+    /// Ends of its interval.
+    pub low: f64,
+    /// Ends of its interval.
+    pub high: f64,
+}
+
+type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// What a drawing in memory may say; it does not happen.
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+impl Plot {
+    /// Which share of some errors is at most x, for each list of errors; `mark` is where x is a tolerance.
+    pub fn shares(
+        name: &str,
+        caption: &str,
+        x: &str,
+        series: &[(String, Vec<f64>)],
+        mark: Option<f64>,
+    ) -> Self {
+        let curves: Vec<(&str, Vec<(f64, f64)>)> =
+            series.iter().map(|(label, errors)| (label.as_str(), cumulative(errors))).collect();
+        let all = || curves.iter().flat_map(|(_, points)| points.iter().map(|p| p.0));
+        let (low, high) = ends(all().chain(mark).filter(|x| *x > 0.0));
+        let svg = drawn(|canvas| {
+            let mut chart = ChartBuilder::on(canvas)
+                .margin(12)
+                .x_label_area_size(42)
+                .y_label_area_size(58)
+                .build_cartesian_2d((low..high).log_scale(), 0.0..1.0_f64)?;
+            mesh(&mut chart, x, "share of pixels", &percent_of_error, &percent_of_share)?;
+            if let Some(mark) = mark {
+                let line = LineSeries::new([(mark, 0.0), (mark, 1.0)], BLACK.mix(0.5).stroke_width(1));
+                chart.draw_series(line)?;
+            }
+            for (i, (label, points)) in curves.iter().enumerate() {
+                let style = COLORS[i % COLORS.len()].stroke_width(2);
+                let shown = points.iter().map(|&(x, y)| (x.max(low), y));
+                chart.draw_series(LineSeries::new(shown, style))?.label(*label).legend(swatch(style));
+            }
+            legend(&mut chart, curves.len())
+        });
+        let mut csv = "series,error,share\n".to_owned();
+        for (label, points) in &curves {
+            for (x, y) in points {
+                let _ = writeln!(csv, "{},{x},{y}", quoted(label));
+            }
+        }
+        Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
+    }
+
+    /// How many of the values are how large, in steps of equal ratio.
+    pub fn histogram(
+        name: &str,
+        caption: &str,
+        x: &str,
+        values: &[f64],
+        told: &dyn Fn(f64) -> String,
+    ) -> Self {
+        const BINS: usize = 48;
+        let (low, high) = ends(values.iter().copied().filter(|v| *v > 0.0));
+        let step = (high / low).powf(1.0 / BINS as f64);
+        let mut bins = [0_u64; BINS];
+        for v in values.iter().filter(|v| **v > 0.0 && v.is_finite()) {
+            bins[((v / low).ln() / step.ln()).clamp(0.0, BINS as f64 - 1.0) as usize] += 1;
+        }
+        let most = bins.iter().copied().max().unwrap_or(0).max(1) as f64;
+        let edge = |i: usize| low * step.powi(i as i32);
+        let svg = drawn(|canvas| {
+            let mut chart = ChartBuilder::on(canvas)
+                .margin(12)
+                .x_label_area_size(42)
+                .y_label_area_size(58)
+                .build_cartesian_2d((low..high).log_scale(), 0.0..most * 1.05)?;
+            mesh(&mut chart, x, "pixels", told, &|n| crate::report::count(n.round() as u64))?;
+            let bars = bins.iter().enumerate().map(|(i, &n)| {
+                Rectangle::new([(edge(i), 0.0), (edge(i + 1), n as f64)], COLORS[0].mix(0.85).filled())
+            });
+            chart.draw_series(bars)?;
+            Ok(())
+        });
+        let mut csv = "from,to,pixels\n".to_owned();
+        for (i, n) in bins.iter().enumerate() {
+            let _ = writeln!(csv, "{},{},{n}", edge(i), edge(i + 1));
+        }
+        Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
+    }
+
+    /// Shares with their intervals, and what they should be at least.
+    ///
+    /// `x`: what stands below the axis, and how its numbers are told; `promised`: where a line is drawn.
+    pub fn measured(
+        name: &str,
+        caption: &str,
+        x: (&str, &dyn Fn(f64) -> String),
+        found: &[Measured],
+        promised: Option<f64>,
+    ) -> Self {
+        let labels = distinct(found.iter().map(|m| m.label.as_str()));
+        let (low, high) = ends(found.iter().map(|m| m.x));
+        let (low, high) = (low / 1.3, high * 1.3);
+        let least = found.iter().map(|m| m.low).chain(promised).fold(1.0, f64::min);
+        let bottom = (least * 20.0 - 0.5).floor().max(0.0) / 20.0;
+        let svg = drawn(|canvas| {
+            let mut chart = ChartBuilder::on(canvas)
+                .margin(12)
+                .x_label_area_size(42)
+                .y_label_area_size(58)
+                .build_cartesian_2d((low..high).log_scale(), bottom..1.0_f64)?;
+            mesh(&mut chart, x.0, "share of pixels", x.1, &percent_of_share)?;
+            if let Some(promised) = promised {
+                let line =
+                    LineSeries::new([(low, promised), (high, promised)], BLACK.mix(0.5).stroke_width(1));
+                chart.draw_series(line)?;
+            }
+            for (i, label) in labels.iter().enumerate() {
+                let color = COLORS[i % COLORS.len()];
+                // Side by side where they stand at the same place.
+                let shift = 1.0 + 0.02 * (i as f64 - (labels.len() - 1) as f64 / 2.0);
+                let of_label = || found.iter().filter(|m| m.label == **label);
+                let bars = of_label()
+                    .map(|m| ErrorBar::new_vertical(m.x * shift, m.low, m.share, m.high, color.filled(), 8));
+                chart.draw_series(bars)?;
+                let line = LineSeries::new(of_label().map(|m| (m.x * shift, m.share)), color.stroke_width(2));
+                chart.draw_series(line)?.label(*label).legend(swatch(color.stroke_width(2)));
+            }
+            legend(&mut chart, labels.len())
+        });
+        let mut csv = "series,x,share,low,high\n".to_owned();
+        for m in found {
+            let _ = writeln!(csv, "{},{},{},{},{}", quoted(&m.label), m.x, m.share, m.low, m.high);
+        }
+        Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
+    }
+
+    /// How one number grows with another, both in equal ratios: `points` are a series, x and y.
+    pub fn growth(name: &str, caption: &str, x: &str, y: &str, points: &[(String, f64, f64)]) -> Self {
+        let (left, right) = ends(points.iter().map(|p| p.1));
+        let (low, high) = ends(points.iter().map(|p| p.2));
+        let labels = distinct(points.iter().map(|p| p.0.as_str()));
+        let told = |n: f64| crate::report::count(n.round() as u64);
+        let svg = drawn(|canvas| {
+            let mut chart =
+                ChartBuilder::on(canvas)
+                    .margin(12)
+                    .x_label_area_size(42)
+                    .y_label_area_size(72)
+                    .build_cartesian_2d((left..right).log_scale(), (low / 1.3..high * 1.3).log_scale())?;
+            mesh(&mut chart, x, y, &told, &told)?;
+            for (i, label) in labels.iter().enumerate() {
+                let style = COLORS[i % COLORS.len()].stroke_width(2);
+                let line = points.iter().filter(|p| p.0 == **label).map(|p| (p.1, p.2));
+                chart.draw_series(LineSeries::new(line, style))?.label(*label).legend(swatch(style));
+            }
+            legend(&mut chart, labels.len())
+        });
+        let mut csv = "series,x,y\n".to_owned();
+        for (label, x, y) in points {
+            let _ = writeln!(csv, "{},{x},{y}", quoted(label));
+        }
+        Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
+    }
+}
+
+/// Labels in the order in which they come first.
+fn distinct<'a>(labels: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut found = Vec::new();
+    for label in labels {
+        if !found.contains(&label) {
+            found.push(label);
+        }
+    }
+    found
+}
+
+type Chart<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
+
+/// An axis of numbers.
+trait Axis: Ranged<ValueType = f64> + ValueFormatter<f64> {}
+impl<A: Ranged<ValueType = f64> + ValueFormatter<f64>> Axis for A {}
+
+fn mesh<'a, X: Axis, Y: Axis>(
+    chart: &mut Chart<'a, X, Y>,
+    x: &str,
+    y: &str,
+    told_x: &dyn Fn(f64) -> String,
+    told_y: &dyn Fn(f64) -> String,
+) -> Drawn {
+    chart
+        .configure_mesh()
+        .x_desc(x)
+        .y_desc(y)
+        .x_labels(8)
+        .y_labels(6)
+        .light_line_style(WHITE)
+        .bold_line_style(BLACK.mix(0.12))
+        .label_style((FONT, 13))
+        .axis_desc_style((FONT, 14))
+        .x_label_formatter(&|v| told_x(*v))
+        .y_label_formatter(&|v| told_y(*v))
+        .draw()?;
+    Ok(())
+}
+
+fn legend<'a, X: Axis, Y: Axis>(chart: &mut Chart<'a, X, Y>, series: usize) -> Drawn {
+    if series > 1 {
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerRight)
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.3))
+            .label_font((FONT, 13))
+            .draw()?;
+    }
+    Ok(())
+}
+
+fn swatch(style: ShapeStyle) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
+    move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style)
+}
+
+fn drawn(draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> String {
+    let mut svg = String::new();
+    {
+        let canvas = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        canvas
+            .fill(&WHITE)
+            .and_then(|()| Ok(draw(&canvas)))
+            .expect("text takes all shapes")
+            .expect("finite axes");
+        canvas.present().expect("text takes all shapes");
+    }
+    svg
+}
+
+/// The least and the largest of positive numbers, apart from each other.
+fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+    if low.is_infinite() {
+        return (1e-3, 1.0);
+    }
+    // What lies five decades below the largest is drawn at the edge.
+    let low = low.max(high * 1e-5);
+    if high > low * 1.01 { (low, high) } else { (low / 2.0, high * 2.0) }
+}
+
+/// Points of the distribution of some numbers; those that are not are left out.
+fn cumulative(values: &[f64]) -> Vec<(f64, f64)> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len();
+    let steps = n.min(POINTS);
+    (1..=steps)
+        .map(|k| {
+            let rank = k * n / steps;
+            (sorted[rank - 1], rank as f64 / n as f64)
+        })
+        .filter(|(x, _)| x.is_finite())
+        .collect()
+}
+
+/// A cell of CSV.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

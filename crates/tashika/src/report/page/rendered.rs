@@ -1,0 +1,162 @@
+//! The page of a render: which pixels to trust, how much, and why.
+
+use super::{Images, Page, Plot, Provenance, Shown};
+use crate::film::{Film, Plane};
+use crate::report::{about_truth, count, percent_of_share, percent_of_tolerance};
+
+/// What the page of a render says beyond its film.
+#[derive(Clone, Debug, Default)]
+pub struct RenderFacts {
+    /// Name of the image.
+    pub name: String,
+    /// Labels and what is to say of them.
+    pub rows: Vec<(String, String)>,
+    /// What was typed.
+    pub command: Option<String>,
+}
+
+/// The page of a film.
+pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
+    let pixels = Counts::of(film);
+    let mut page = Page::new(&facts.name, pixels.headline(film));
+    page.lines = pixels.lines(film);
+    page.images = Images::Embedded(vec![Shown { label: facts.name.clone(), film, reference: None }]);
+    page.rows = facts.rows.clone();
+    page.plots = plots(film);
+    page.command = facts.command.clone();
+    page.provenance = vec![Provenance::of(&facts.name, film.metadata())];
+    page.html()
+}
+
+/// How many pixels are of which kind.
+struct Counts {
+    rendered: u64,
+    all: u64,
+    /// By the number of the claim; the first is of pixels that claim nothing.
+    claims: [u64; 5],
+    out_of_budget: u64,
+}
+
+impl Counts {
+    fn of(film: &Film) -> Self {
+        let all = film.window().area();
+        let mut found = Self { rendered: 0, all, claims: [0; 5], out_of_budget: 0 };
+        let plane = |name| film.plane(name).filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
+        if let (Some(stops), Some(claims)) = (plane("stop"), plane("claim")) {
+            for (stop, claim) in stops.iter().zip(claims).filter(|(stop, _)| **stop != 0) {
+                found.rendered += 1;
+                found.claims[(*claim as usize).min(4)] += 1;
+                found.out_of_budget += u64::from(*stop == 4);
+            }
+        }
+        found
+    }
+
+    fn kept(&self) -> u64 {
+        self.claims[1..].iter().sum()
+    }
+
+    /// What is promised of how many pixels.
+    fn headline(&self, film: &Film) -> String {
+        let metadata = film.metadata();
+        let scene = metadata.text("scene").unwrap_or("an image");
+        let share = percent_of_share(self.kept() as f64 / self.rendered.max(1) as f64);
+        let of = format!("{} pixels", count(self.rendered));
+        match (metadata.number("error"), metadata.number("confidence")) {
+            _ if self.kept() == 0 => format!("{scene}: {of}, about whose error nothing is promised"),
+            _ if self.claims[1] == self.rendered => format!("{scene}: all {of} are exact"),
+            (Some(error), Some(confidence)) => format!(
+                "{scene}: {share} of {of} keep their promise, to be within {} at {} confidence",
+                percent_of_tolerance(error),
+                percent_of_tolerance(confidence)
+            ),
+            _ => format!("{scene}: {share} of {of} keep their promise"),
+        }
+    }
+
+    fn lines(&self, film: &Film) -> Vec<String> {
+        let mut lines = Vec::new();
+        if self.kept() > 0
+            && let Some(truth) = film.metadata().text("truth")
+        {
+            lines.push(format!("What they are within is the distance from {}.", about_truth(truth)));
+        }
+        for (id, (one, many)) in KINDS.into_iter().enumerate() {
+            let n = self.claims[id];
+            if n > 0 && (id > 0 || self.kept() > 0) {
+                lines.push(format!("{} {}", count(n), if n == 1 { one } else { many }));
+            }
+        }
+        if self.out_of_budget > 0 {
+            let n = count(self.out_of_budget);
+            lines.push(format!("{n} ran out of budget; the view “why work stopped” shows where."));
+        }
+        if self.rendered < self.all {
+            let (rendered, all) = (count(self.rendered), count(self.all));
+            lines.push(format!("NOT COMPLETE: {rendered} of {all} pixels were rendered."));
+        }
+        lines
+    }
+}
+
+/// What is said of pixels of each claim: of one, and of several.
+const KINDS: [(&str, &str); 5] = [
+    ("claims nothing: do not rely on it.", "claim nothing: do not rely on them."),
+    ("is the whole sum, exact up to rounding.", "are the whole sum, exact up to rounding."),
+    (
+        "carries an interval as its method was published, not checked by this program.",
+        "carry intervals as their method was published, not checked by this program.",
+    ),
+    (
+        "carries a calibrated interval: it holds at least as often as the confidence says, by measurement on other scenes.",
+        "carry calibrated intervals: they hold at least as often as the confidence says, by measurement on other scenes.",
+    ),
+    (
+        "carries a certified interval: it holds by a theorem.",
+        "carry certified intervals: they hold by a theorem.",
+    ),
+];
+
+/// Distributions of what is claimed and of what it cost.
+fn plots(film: &Film) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    let half_widths = half_widths(film);
+    if half_widths.iter().any(|h| *h > 0.0) {
+        plots.push(Plot::shares(
+            "half-widths",
+            "How narrow the intervals are: share of pixels whose relative half-width is at most x; the line is the tolerance",
+            "relative half-width",
+            &[("pixels that claim an interval".to_owned(), half_widths)],
+            film.metadata().number("error"),
+        ));
+    }
+    for (name, caption) in [
+        ("rays", "What pixels cost: rays and segments traced"),
+        ("pairs", "What pixels cost: terms of the sum that were looked at"),
+    ] {
+        let plane = film.plane(name).filter(|p| p.channels().len() == 1).and_then(Plane::f32_samples);
+        let values: Vec<f64> = plane.into_iter().flatten().map(|v| f64::from(*v)).collect();
+        if values.iter().any(|v| *v > 0.0) {
+            let x = format!("{name} a pixel");
+            plots.push(Plot::histogram(name, caption, &x, &values, &|v: f64| count(v.round() as u64)));
+        }
+    }
+    plots
+}
+
+/// Relative half-widths of the pixels that claim an interval.
+fn half_widths(film: &Film) -> Vec<f64> {
+    let single = |name| film.plane(name).filter(|p: &&Plane| p.channels().len() == 1);
+    let (Some(half), Some(claims), Some(colors)) = (
+        single("half_width").and_then(Plane::f32_samples),
+        single("claim").and_then(Plane::u32_samples),
+        film.colors(),
+    ) else {
+        return Vec::new();
+    };
+    let claimed = colors.zip(half.iter().zip(claims)).filter(|(_, (_, claim))| **claim > 1);
+    claimed
+        .map(|(color, (half, _))| if *half > 0.0 { f64::from(half / color.luminance()) } else { 0.0 })
+        .filter(|h| !h.is_nan())
+        .collect()
+}
