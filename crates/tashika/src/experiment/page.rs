@@ -1,7 +1,7 @@
 //! An experiment on one sheet: what was run, the images of all methods, the table, plots.
 
 use super::{Row, Table};
-use crate::report::{Images, Measured, Page, Plot, Shown, count, percent_of_error};
+use crate::report::{Images, Measured, Page, Plot, Shown, count, percent_of_error, percent_of_tolerance};
 
 /// The page of an experiment.
 ///
@@ -31,18 +31,29 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
     let mut plots = Vec::new();
     let whole: Vec<&Row> = rows.iter().filter(|row| row.group.is_none()).collect();
     let several = |number: fn(&Row) -> f64| whole.windows(2).any(|two| number(two[0]) != number(two[1]));
-    let several_confidences = several(|row| row.confidence.unwrap_or(0.0));
+    let mut confidences = whole.iter().filter_map(|row| row.confidence);
+    let first_confidence = confidences.next();
+    let several_confidences = confidences.any(|c| Some(c) != first_confidence);
     let label = |row: &Row| match row.confidence {
         Some(confidence) if several_confidences => {
-            format!("{} at {}", row.method, percent_of_error(confidence))
+            format!("{} at {}", row.method, percent_of_tolerance(confidence))
         }
         _ => row.method.to_owned(),
     };
+    let mut labels: Vec<String> = Vec::new();
+    for row in &whole {
+        let label = label(row);
+        if !labels.contains(&label) {
+            labels.push(label);
+        }
+    }
+    let series = |row: &Row| labels.iter().position(|known| *known == label(row)).unwrap_or(0);
     let within = |x: fn(&Row) -> f64| -> Vec<Measured> {
         whole
             .iter()
             .map(|row| Measured {
                 label: label(row),
+                series: series(row),
                 x: x(row),
                 share: row.within_tolerance,
                 low: row.low,
@@ -70,11 +81,18 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
         .iter()
         .filter_map(|row| {
             let (share, low, high) = (row.claims_kept?, row.claims_low?, row.claims_high?);
-            Some(Measured { label: label(row), x: row.rays_per_pixel.max(1.0), share, low, high })
+            Some(Measured {
+                label: label(row),
+                series: series(row),
+                x: row.rays_per_pixel.max(1.0),
+                share,
+                low,
+                high,
+            })
         })
         .collect();
     if !claimed.is_empty() {
-        let promised = whole.iter().find_map(|row| row.confidence).filter(|_| !several_confidences);
+        let promised = first_confidence.filter(|_| !several_confidences);
         plots.push(Plot::measured(
             "claims",
             "Share of the claimed intervals that hold the exact sum; the line is what was promised",
@@ -95,7 +113,7 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
         }),
     ] {
         if several(size) {
-            let series = |row: &Row| match name {
+            let curve = |row: &Row| match name {
                 "cost-by-lights" if several(|row| f64::from(row.gather)) => {
                     format!("{}, {} gather", row.method, row.gather)
                 }
@@ -105,7 +123,7 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
                 _ => row.method.to_owned(),
             };
             let points: Vec<(String, f64, f64)> =
-                whole.iter().map(|row| (series(row), size(row), row.rays_per_pixel.max(1.0))).collect();
+                whole.iter().map(|row| (curve(row), size(row), row.rays_per_pixel.max(1.0))).collect();
             plots.push(Plot::growth(name, caption, x, "rays a pixel", &points));
         }
     }

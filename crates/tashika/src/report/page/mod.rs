@@ -14,7 +14,7 @@
 //! Equal contents give equal bytes. Nothing that comes from outside, names of files and scenes among it, is ever markup or script.
 //!
 //! # Held to this by
-//! `report::tests` for what is in the page, `.ci/page.py` in a browser for what it does.
+//! `report::page::tests` for what is in the page, `.ci/page.py` in a browser for what it does.
 
 mod compared;
 mod embedded;
@@ -198,3 +198,6 @@ fn filled_plot(plot: &Plot) -> Value {
 fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
+
+#[cfg(test)]
+mod tests;

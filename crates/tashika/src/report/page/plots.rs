@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use plotters::coord::Shift;
-use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, ValueFormatter};
 use plotters::prelude::*;
 
 use crate::report::{percent_of_error, percent_of_share};
@@ -41,8 +41,10 @@ pub struct Plot {
 /// A share that was measured, for [`Plot::measured`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// What it belongs to; equal names share a colour.
+    /// What it belongs to.
     pub label: String,
+    /// Number of its colour, which is that of the same thing in other plots.
+    pub series: usize,
     /// Where it stands.
     pub x: f64,
     /// The share, in 0 to 1.
@@ -75,7 +77,7 @@ impl Plot {
                 .margin(12)
                 .x_label_area_size(42)
                 .y_label_area_size(58)
-                .build_cartesian_2d((low..high).log_scale(), 0.0..1.0_f64)?;
+                .build_cartesian_2d(Decades { low, high }, 0.0..1.0_f64)?;
             mesh(&mut chart, x, "share of pixels", &percent_of_error, &percent_of_share)?;
             if let Some(mark) = mark {
                 let line = LineSeries::new([(mark, 0.0), (mark, 1.0)], BLACK.mix(0.5).stroke_width(1));
@@ -119,7 +121,7 @@ impl Plot {
                 .margin(12)
                 .x_label_area_size(42)
                 .y_label_area_size(58)
-                .build_cartesian_2d((low..high).log_scale(), 0.0..most * 1.05)?;
+                .build_cartesian_2d(Decades { low, high }, 0.0..most * 1.05)?;
             mesh(&mut chart, x, "pixels", told, &|n| crate::report::count(n.round() as u64))?;
             let bars = bins.iter().enumerate().map(|(i, &n)| {
                 Rectangle::new([(edge(i), 0.0), (edge(i + 1), n as f64)], COLORS[0].mix(0.85).filled())
@@ -154,7 +156,7 @@ impl Plot {
                 .margin(12)
                 .x_label_area_size(42)
                 .y_label_area_size(58)
-                .build_cartesian_2d((low..high).log_scale(), bottom..1.0_f64)?;
+                .build_cartesian_2d(Decades { low, high }, bottom..1.0_f64)?;
             mesh(&mut chart, x.0, "share of pixels", x.1, &percent_of_share)?;
             if let Some(promised) = promised {
                 let line =
@@ -162,14 +164,15 @@ impl Plot {
                 chart.draw_series(line)?;
             }
             for (i, label) in labels.iter().enumerate() {
-                let color = COLORS[i % COLORS.len()];
-                // Side by side where they stand at the same place.
-                let shift = 1.0 + 0.02 * (i as f64 - (labels.len() - 1) as f64 / 2.0);
                 let of_label = || found.iter().filter(|m| m.label == **label);
+                let color = COLORS[of_label().map(|m| m.series).next().unwrap_or(0) % COLORS.len()];
+                // Side by side where they stand at the same place.
+                let shift = (high / low).powf(0.006 * (i as f64 - (labels.len() - 1) as f64 / 2.0));
+                let place = |m: &Measured| m.x * shift;
                 let bars = of_label()
-                    .map(|m| ErrorBar::new_vertical(m.x * shift, m.low, m.share, m.high, color.filled(), 8));
+                    .map(|m| ErrorBar::new_vertical(place(m), m.low, m.share, m.high, color.filled(), 8));
                 chart.draw_series(bars)?;
-                let line = LineSeries::new(of_label().map(|m| (m.x * shift, m.share)), color.stroke_width(2));
+                let line = LineSeries::new(of_label().map(|m| (place(m), m.share)), color.stroke_width(2));
                 chart.draw_series(line)?.label(*label).legend(swatch(color.stroke_width(2)));
             }
             legend(&mut chart, labels.len())
@@ -188,12 +191,14 @@ impl Plot {
         let labels = distinct(points.iter().map(|p| p.0.as_str()));
         let told = |n: f64| crate::report::count(n.round() as u64);
         let svg = drawn(|canvas| {
-            let mut chart =
-                ChartBuilder::on(canvas)
-                    .margin(12)
-                    .x_label_area_size(42)
-                    .y_label_area_size(72)
-                    .build_cartesian_2d((left..right).log_scale(), (low / 1.3..high * 1.3).log_scale())?;
+            let mut chart = ChartBuilder::on(canvas)
+                .margin(12)
+                .x_label_area_size(42)
+                .y_label_area_size(72)
+                .build_cartesian_2d(
+                Decades { low: left, high: right },
+                Decades { low: low / 1.3, high: high * 1.3 },
+            )?;
             mesh(&mut chart, x, y, &told, &told)?;
             for (i, label) in labels.iter().enumerate() {
                 let style = COLORS[i % COLORS.len()].stroke_width(2);
@@ -207,6 +212,37 @@ impl Plot {
             let _ = writeln!(csv, "{},{x},{y}", quoted(label));
         }
         Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
+    }
+}
+
+/// An axis on which equal ratios are equally far apart, with ticks at round numbers; both ends are above zero.
+struct Decades {
+    low: f64,
+    high: f64,
+}
+
+impl Ranged for Decades {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
+        let share = (value / self.low).ln() / (self.high / self.low).ln();
+        from + (f64::from(to - from) * share).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        let steps: &[f64] = match (self.high / self.low).log10() {
+            decades if decades > 3.0 => &[1.0],
+            decades if decades > 0.8 => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
+        };
+        let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
+        let round = (first..=last).flat_map(|k| steps.iter().map(move |step| step * 10_f64.powi(k)));
+        round.filter(|tick| self.range().contains(tick)).collect()
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.low..self.high
     }
 }
 

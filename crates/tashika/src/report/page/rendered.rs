@@ -60,17 +60,21 @@ impl Counts {
     fn headline(&self, film: &Film) -> String {
         let metadata = film.metadata();
         let scene = metadata.text("scene").unwrap_or("an image");
-        let share = percent_of_share(self.kept() as f64 / self.rendered.max(1) as f64);
         let of = format!("{} pixels", count(self.rendered));
+        let who = if self.kept() == self.rendered {
+            format!("all {of} keep")
+        } else {
+            format!("{} of {of} keep", percent_of_share(self.kept() as f64 / self.rendered.max(1) as f64))
+        };
         match (metadata.number("error"), metadata.number("confidence")) {
             _ if self.kept() == 0 => format!("{scene}: {of}, about whose error nothing is promised"),
             _ if self.claims[1] == self.rendered => format!("{scene}: all {of} are exact"),
             (Some(error), Some(confidence)) => format!(
-                "{scene}: {share} of {of} keep their promise, to be within {} at {} confidence",
+                "{scene}: {who} the promise to be within {} at {} confidence",
                 percent_of_tolerance(error),
                 percent_of_tolerance(confidence)
             ),
-            _ => format!("{scene}: {share} of {of} keep their promise"),
+            _ => format!("{scene}: {who} what they claim"),
         }
     }
 
@@ -79,7 +83,7 @@ impl Counts {
         if self.kept() > 0
             && let Some(truth) = film.metadata().text("truth")
         {
-            lines.push(format!("What they are within is the distance from {}.", about_truth(truth)));
+            lines.push(format!("The promise is about the distance from {}.", about_truth(truth)));
         }
         for (id, (one, many)) in KINDS.into_iter().enumerate() {
             let n = self.claims[id];

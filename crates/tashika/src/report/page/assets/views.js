@@ -219,12 +219,13 @@ const Views = (() => {
     const ends = (plane, channel, log) => extent(source.overview(index).plane(plane)?.[channel], log);
     const ramp = (from, to, beyond) => ({ ramp: palette.scale, from, to, beyond });
     const relative = (id, label, plane, channel = 0) => {
-      const value = ([c, h], i) => ratio(h[channel][i], size(c, i)) / (5 * tolerance);
+      // Nearly all are below the tolerance, which is the middle of the scale.
+      const value = ([c, h], i) => ratio(h[channel][i], size(c, i)) / (2 * tolerance);
       add(id, label, {
         kind: "error",
         planes: ["", plane],
         paint: each(value, palette),
-        legend: () => ramp("0 %", typed(5 * tolerance), `> ${typed(5 * tolerance)}`),
+        legend: () => ramp("0 %", typed(2 * tolerance), `> ${typed(2 * tolerance)}`),
       });
     };
     const sequential = (id, label, plane, channel, log) => {

@@ -1,0 +1,226 @@
+//! What pages hold, read back from their text.
+
+use std::io::Read;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::Value as Json;
+
+use super::*;
+use crate::film::{PlaneSpec, SampleKind, Samples, Window};
+use crate::report::{Named, Tolerance, compare};
+
+const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
+    PlaneSpec { name, channels, unit: "1", kind, doc: "what it is" }
+}
+const SPECS: &[PlaneSpec] = &[
+    spec("", &["R", "G", "B"], SampleKind::F32),
+    spec("half_width", &["Y"], SampleKind::F32),
+    spec("claim", &["id"], SampleKind::U32),
+    spec("stop", &["id"], SampleKind::U32),
+    spec("rays", &["n"], SampleKind::F32),
+    spec("normal", &["X", "Y", "Z"], SampleKind::F32),
+];
+
+/// A cropped film of awkward numbers; half-widths are 1 % of a luminance of about 2, at the last pixel nothing is claimed.
+fn film(width: u32, height: u32) -> Film {
+    let window = Window { x: 7, y: 3, width, height };
+    let mut film = Film::new([width + 20, height + 20], window, SPECS).unwrap();
+    for (i, (x, y)) in window.pixels().enumerate() {
+        let v = 2.0 + 1e-7 * (i as f32).sin();
+        let last = i as u64 + 1 == window.area();
+        film.plane_mut("").unwrap().set_f32(x, y, &[v, v, v]);
+        film.plane_mut("half_width").unwrap().set_f32(x, y, &[0.02]);
+        film.plane_mut("claim").unwrap().set_u32(x, y, &[if last { 0 } else { 3 }]);
+        film.plane_mut("stop").unwrap().set_u32(x, y, &[if last { 4 } else { 3 }]);
+        film.plane_mut("rays").unwrap().set_f32(x, y, &[i as f32]);
+    }
+    let metadata = film.metadata_mut();
+    metadata.set("scene", "</script><script>alert(1)</script>");
+    metadata.set("truth", "vpl");
+    metadata.set("error", 0.02);
+    metadata.set("confidence", 0.95);
+    film
+}
+
+fn rendered(film: &Film) -> String {
+    let rows = vec![("note".to_owned(), "<b>&".to_owned())];
+    render_page(
+        film,
+        &RenderFacts { name: "a'\"<.exr".to_owned(), rows, command: Some("tashika render 'a b'".to_owned()) },
+    )
+}
+
+/// What the scripts are given.
+fn data(page: &str) -> Json {
+    let begin = page.split("id=\"tashika-data\">").nth(1).unwrap();
+    serde_json::from_str(begin.split("</script>").next().unwrap()).unwrap()
+}
+
+/// What assets/planes.js does, in Rust.
+fn samples(text: &str) -> Vec<u32> {
+    let mut bytes = Vec::new();
+    flate2::read::ZlibDecoder::new(&*STANDARD.decode(text).unwrap()).read_to_end(&mut bytes).unwrap();
+    for i in 1..bytes.len() {
+        bytes[i] = bytes[i].wrapping_add(bytes[i - 1]);
+    }
+    let n = bytes.len() / 4;
+    (0..n).map(|i| u32::from_le_bytes([0, 1, 2, 3].map(|k| bytes[k * n + i]))).collect()
+}
+
+fn plane(image: &Json, name: &str) -> Vec<u32> {
+    let planes = image["planes"].as_array().unwrap();
+    samples(planes.iter().find(|p| p["name"] == name).unwrap()["data"].as_str().unwrap())
+}
+
+#[test]
+fn samples_are_in_the_page_bit_by_bit_channel_after_channel() {
+    let film = film(31, 17);
+    let image = &data(&rendered(&film))["images"][0];
+    assert_eq!(image["window"], serde_json::json!([7, 3, 31, 17]));
+    let Samples::F32(colors) = film.plane("").unwrap().samples() else { unreachable!() };
+    let in_order: Vec<u32> =
+        (0..3).flat_map(|c| colors.iter().skip(c).step_by(3).map(|v| v.to_bits())).collect();
+    assert_eq!(plane(image, ""), in_order);
+    assert_eq!(plane(image, "claim"), film.plane("claim").unwrap().u32_samples().unwrap());
+    let names: Vec<&str> =
+        image["planes"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["", "half_width", "claim", "stop", "rays"], "normals are not asked for");
+}
+
+#[test]
+fn names_and_metadata_are_never_markup() {
+    let page = rendered(&film(3, 2));
+    assert!(
+        !page.contains("<script>") && !page.contains("alert(1)</script>"),
+        "only the page's own scripts, which have a nonce"
+    );
+    assert_eq!(page.matches("</script>").count(), 1 + SCRIPTS.len());
+    assert!(!page.contains("<b>&") && page.contains("&lt;b&gt;&amp;"));
+    assert!(!page.contains("a'\"<.exr"));
+    assert_eq!(data(&page)["images"][0]["metadata"]["scene"], "</script><script>alert(1)</script>");
+    // Addresses appear as the names of the SVG language alone.
+    assert_eq!(
+        page.matches("http").count(),
+        page.matches("http://www.w3.org/").count() + page.matches("http-equiv").count()
+    );
+    assert_eq!(page, rendered(&film(3, 2)), "equal contents, equal bytes");
+}
+
+#[test]
+fn of_large_films_the_page_holds_the_least_certain_pixel_of_each_block_and_where_it_is() {
+    let film = film(900, 700);
+    let page = rendered(&film);
+    let image = &data(&page)["images"][0];
+    // 900 · 700 pixels are more than twice as many as 300,000; of blocks of 2 × 2 there are 157,500.
+    assert_eq!(image["factor"], 2);
+    assert!(page.contains(
+        "Of each block of 2×2 pixels this page holds the one that is least certain, of 630,000 in all"
+    ));
+    let picks = samples(image["picks"].as_str().unwrap());
+    let (rays, claims) = (plane(image, "rays"), plane(image, "claim"));
+    assert_eq!((picks.len(), rays.len()), (450 * 350, 450 * 350));
+    for (block, (pick, rays)) in picks.iter().zip(&rays).enumerate() {
+        let (u, v) = (2 * (block as u32 % 450) + pick % 2, 2 * (block as u32 / 450) + pick / 2);
+        assert_eq!(
+            f32::from_bits(*rays),
+            (v * 900 + u) as f32,
+            "block {block} does not show the pixel it names"
+        );
+    }
+    assert_eq!(
+        (claims[450 * 350 - 1], picks[450 * 350 - 1]),
+        (0, 3),
+        "the one pixel without a claim is not hidden"
+    );
+}
+
+#[test]
+fn the_headline_and_the_lines_count_what_the_film_holds() {
+    let mut film = film(5, 2);
+    let page = rendered(&film);
+    for words in [
+        "90.0 % of 10 pixels keep the promise to be within 2 % at 95 % confidence",
+        "1 claims nothing: do not rely on it.",
+        "9 carry calibrated intervals",
+        "1 ran out of budget",
+        "the sum over these VPLs",
+        "tashika render &#x27;a b&#x27;",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    for (x, y) in film.window().pixels().collect::<Vec<_>>() {
+        film.plane_mut("claim").unwrap().set_u32(x, y, &[1]);
+    }
+    assert!(rendered(&film).contains("all 10 pixels are exact"));
+    film.plane_mut("stop").unwrap().set_u32(7, 3, &[0]);
+    assert!(rendered(&film).contains("NOT COMPLETE: 9 of 10 pixels were rendered."));
+    for (x, y) in film.window().pixels().collect::<Vec<_>>() {
+        film.plane_mut("claim").unwrap().set_u32(x, y, &[0]);
+    }
+    assert!(rendered(&film).contains("9 pixels, about whose error nothing is promised"));
+}
+
+#[test]
+fn a_comparison_has_the_reference_beside_each_image_once() {
+    let (film, mut reference) = (film(6, 4), film(6, 4));
+    reference.plane_mut("").unwrap().set_f32(8, 4, &[1.0; 3]);
+    let named = |name, film| Named { name: Path::new(name), film };
+    let (a, b) = (named("a.exr", &film), named("b.exr", &reference));
+    let comparison = compare(a, b, &Tolerance { relative: 0.02, absolute: 0.0 }).unwrap();
+    let page = compare_page(&comparison, a, b, None);
+    assert!(page.contains("95.8 % of the pixels are within 2 % of the reference"));
+    let held = data(&page);
+    assert_eq!((held["tolerance"].as_f64(), held["images"].as_array().unwrap().len()), (Some(0.02), 1));
+    let second = 24 + 7;
+    assert_eq!(f32::from_bits(plane(&held["images"][0], "reference")[7]), 1.0);
+    assert_eq!(
+        f32::from_bits(plane(&held["images"][0], "reference")[second]),
+        1.0,
+        "in the second channel too"
+    );
+
+    let mut sheet = Page::new("both", "both");
+    let shown = |label: &str, film| Shown { label: label.to_owned(), film, reference: Some(&reference) };
+    sheet.images = Images::Embedded(vec![shown("a", &film), shown("b", &reference)]);
+    let held = data(&sheet.html());
+    let of_second = held["images"][1]["planes"].as_array().unwrap().last().unwrap();
+    assert_eq!(
+        (&of_second["name"], &of_second["same_as"], &of_second["data"]),
+        (&"reference".into(), &0.into(), &Json::Null)
+    );
+}
+
+#[test]
+fn plots_hold_the_numbers_that_they_draw() {
+    let errors = vec![0.01, 0.02, 0.04, f64::NAN, f64::INFINITY];
+    let plot = Plot::shares("name", "caption", "x", &[("a, b".to_owned(), errors)], Some(0.02));
+    let lines: Vec<&str> = plot.csv.lines().collect();
+    assert_eq!(
+        lines,
+        ["series,error,share", "\"a, b\",0.01,0.25", "\"a, b\",0.02,0.5", "\"a, b\",0.04,0.75"]
+    );
+    assert!(plot.svg.starts_with("<svg") && plot.svg.contains("<polyline") && plot.svg.contains("2.00 %"));
+    let plot = Plot::histogram("name", "caption", "x", &[1.0, 1.0, 100.0, 0.0], &|v| v.to_string());
+    let counts: Vec<u64> =
+        plot.csv.lines().skip(1).map(|l| l.rsplit(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(
+        (counts[0], counts[47], counts.iter().sum::<u64>()),
+        (2, 1, 3),
+        "zero has no place on the axis"
+    );
+    let found = Measured { label: "<m>".to_owned(), series: 0, x: 10.0, share: 0.9, low: 0.8, high: 0.95 };
+    let other = Measured { label: "n".to_owned(), series: 1, x: 20.0, ..found.clone() };
+    let plot = Plot::measured("name", "caption", ("x", &|v| v.to_string()), &[found, other], Some(0.95));
+    assert!(plot.csv.contains("<m>,10,0.9,0.8,0.95\n") && !plot.svg.contains("<m>"));
+    // Nothing to draw is not a reason to fail.
+    for plot in [
+        Plot::shares("n", "c", "x", &[], None),
+        Plot::histogram("n", "c", "x", &[], &|v| v.to_string()),
+        Plot::measured("n", "c", ("x", &|v| v.to_string()), &[], None),
+        Plot::growth("n", "c", "x", "y", &[]),
+    ] {
+        assert!(plot.svg.ends_with("</svg>\n"), "{}", plot.svg);
+    }
+}
