@@ -22,6 +22,7 @@ mod progress;
 mod render;
 mod stage;
 mod summary;
+mod tev;
 mod values;
 mod vpl;
 

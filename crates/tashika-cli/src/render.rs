@@ -8,7 +8,7 @@ use tashika::integrator::{
     ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop,
 };
 use tashika::io::{write_exr, write_png};
-use tashika::render::{RenderOptions, Totals, render, with_threads};
+use tashika::render::{Finished, RenderOptions, Totals, render, with_threads};
 use tashika::report::{ErrorBudget, error_budget};
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
@@ -20,6 +20,7 @@ use crate::plan::{Integration, Lights, RenderPlan};
 use crate::progress::Meter;
 use crate::stage::{Stage, light_tree, stored_lights, timed};
 use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, write_json};
+use crate::tev::Viewer;
 
 /// Renders and writes the files.
 pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
@@ -32,6 +33,7 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     for option in &plan.unused {
         meter.note(&format!("{option} means nothing to this method and is not used"));
     }
+    let viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, &plan.exr)).transpose()?;
     let mut seconds = Seconds::default();
     let stored = stored_lights(plan.lights(), &meter, &mut seconds)?;
     let stage = Stage::load(&plan.stage, &meter, &mut seconds)?;
@@ -44,7 +46,13 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
             meter.phase(&format!("rendering {}x{}, {}", window.width, window.height, integrator.name()));
-            render(&setting, integrator.as_ref(), &options, &|done| meter.update(&done.progress), cancel)
+            let watch = |done: &Finished<'_>| {
+                meter.update(&done.progress);
+                if let Some(trouble) = viewer.as_ref().and_then(|viewer| viewer.show(done)) {
+                    meter.note(&trouble);
+                }
+            };
+            render(&setting, integrator.as_ref(), &options, &watch, cancel)
         })
     })?;
     let progress = meter.finish();
@@ -68,6 +76,9 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
         write_exr(&plan.exr, &rendered.film)?;
         Ok(write_png(&plan.png, &rendered.film, &plan.tone_map)?)
     })?;
+    if let Some(trouble) = viewer.and_then(Viewer::finish) {
+        meter.note(&trouble);
+    }
 
     let done = Done {
         stage: &stage,

@@ -18,6 +18,7 @@ use tashika::io::Exposure;
 use tashika::render::TileShare;
 use tashika::vpl::{Clamp, VplOptions};
 
+use crate::tev;
 use crate::values;
 
 /// A many-light renderer that knows its own error
@@ -62,6 +63,7 @@ Examples:
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
   tashika render kitchen.glb --claim certified --error 5%
   tashika render kitchen.glb --truth transport --error 5%
+  tashika render kitchen.glb --tev                       watch it in the viewer tev
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
 
 const VPL_EXAMPLES: &str = "\
@@ -200,6 +202,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
         allow_negative_numbers = true, help_heading = "Output")]
     pub exposure: Exposure,
+
+    /// Show the image in the viewer tev while it is rendered; without an address in the tev of this
+    /// machine, 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
+        value_parser = values::address, help_heading = "Output")]
+    pub tev: Option<String>,
 
     #[command(flatten)]
     pub common: CommonArgs,

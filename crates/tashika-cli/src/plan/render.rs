@@ -70,6 +70,8 @@ pub struct RenderPlan {
     pub png: PathBuf,
     /// How the picture is made.
     pub tone_map: ToneMap,
+    /// Where the viewer listens that is to show it meanwhile.
+    pub tev: Option<String>,
     /// What every command has.
     pub common: Common,
     /// Options that were typed and mean nothing to the method.
@@ -102,6 +104,7 @@ impl RenderPlan {
             exr,
             png,
             tone_map,
+            tev: args.tev.clone(),
             common,
             audit: args.audit.filter(|_| !unused.contains(&"--audit")),
             unused,

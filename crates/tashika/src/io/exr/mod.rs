@@ -42,10 +42,6 @@ struct PlaneRecord {
     doc: String,
 }
 
-fn channel_name(plane: &str, channel: &str) -> String {
-    if plane.is_empty() { channel.to_owned() } else { format!("{plane}.{channel}") }
-}
-
 fn unsupported(path: &Path, what: impl Into<String>) -> Error {
     Error::unsupported(Location::file(path), what, "save it as a flat OpenEXR image of usual size")
 }

@@ -9,9 +9,9 @@ use ::exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Line
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{Compression, Vec2};
 
-use super::{PLANES, PREFIX, PlaneRecord, at, channel_name};
+use super::{PLANES, PREFIX, PlaneRecord, at};
 use crate::error::Result;
-use crate::film::{Film, Samples, Value};
+use crate::film::{Film, Samples, Value, channel_name};
 use crate::io::output::write_file;
 
 /// Rec. 709 / sRGB primaries and white.
