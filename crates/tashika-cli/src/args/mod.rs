@@ -259,6 +259,14 @@ pub struct CommonArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
 
+    /// How progress is told on standard error
+    #[arg(long, value_enum, default_value_t = LogStyle::Auto, help_heading = "Output")]
+    pub log: LogStyle,
+
+    /// Add what is told of progress to a file too, in words, or in JSON with --log json
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub log_file: Option<PathBuf>,
+
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,
@@ -266,6 +274,17 @@ pub struct CommonArgs {
     /// Threads; 0 is one a core. The image does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Machine")]
     pub threads: usize,
+}
+
+/// How progress is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogStyle {
+    /// One line that is drawn over on a terminal, plain lines elsewhere
+    Auto,
+    /// Plain lines
+    Plain,
+    /// One JSON object a line, for programs
+    Json,
 }
 
 /// By which kind of argument an interval is claimed.
