@@ -12,6 +12,7 @@ mod page;
 mod picks;
 mod picture;
 mod radiance;
+mod srgb_png;
 mod summary;
 mod words;
 
@@ -22,6 +23,7 @@ pub use error_image::error_image;
 pub use page::page;
 pub use picks::least_certain;
 pub use picture::Picture;
+pub(crate) use srgb_png::srgb_png;
 pub use summary::summary;
 pub use words::{count, percent_of_error, percent_of_share, percent_of_tolerance};
 
