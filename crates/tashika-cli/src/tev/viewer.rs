@@ -221,8 +221,12 @@ mod tests {
             let tile = Window { x: 0, y, width: 4, height: 1 };
             told.extend(viewer.show(&Finished { progress: Progress::default(), film: &film, tile }));
         }
-        // Time for the thread to fail, so that the next tile finds it failed.
-        if then != ErrorKind::WouldBlock {
+        if then == ErrorKind::WouldBlock {
+            // Longer than the patience at the end: a render is never too long for the viewer.
+            thread::sleep(Duration::from_millis(100));
+            told.extend(viewer.trouble());
+        } else {
+            // Time for the thread to fail, so that the next tile finds it failed.
             while !viewer.thread.is_finished() {
                 thread::sleep(Duration::from_millis(1));
             }
