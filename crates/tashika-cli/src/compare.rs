@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use tashika::io::{read_exr, write_file};
-use tashika::render::with_threads;
 use tashika::report::{Claims, Comparison, Named, compare, compare_page, error_image, summary};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::ComparePlan;
-use crate::progress::Meter;
+use crate::progress::{Meter, metered};
 use crate::summary::{Rows, typed_command, write_json};
 
 /// Everything that is told about a comparison; shares in 0 to 1, errors relative, `null` for infinite.
@@ -63,11 +62,10 @@ struct ClaimsReport {
 
 /// Compares, writes what was asked for, and tells the numbers.
 pub fn run(plan: &ComparePlan) -> Result<Outcome, Failure> {
-    with_threads(plan.common.threads, || work(plan))?
+    metered(&plan.common, |meter| work(plan, meter))
 }
 
-fn work(plan: &ComparePlan) -> Result<Outcome, Failure> {
-    let meter = Meter::new(plan.common.quiet);
+fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
     let [image, reference] = [&plan.image, &plan.reference].map(|path| {
         meter.phase(&format!("reading {}", path.display()));
         read_exr(path)

@@ -1,13 +1,12 @@
 //! `tashika coverage`.
 
 use tashika::experiment::{Column, Ground, Group};
-use tashika::render::with_threads;
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::measure::{Bench, Findings, about_intervals, prepare, quantities, scenery};
 use crate::plan::CoveragePlan;
-use crate::progress::Meter;
+use crate::progress::{Meter, metered};
 use crate::summary::counted;
 
 const COLUMNS: &[Column] = &[
@@ -28,14 +27,13 @@ const COLUMNS: &[Column] = &[
 
 /// Measures, and tells the rows.
 pub fn run(plan: &CoveragePlan) -> Result<Outcome, Failure> {
-    interrupt::listen();
-    with_threads(plan.measure.common.threads, || work(plan))?
+    interrupt::listen(&plan.measure.common);
+    metered(&plan.measure.common, |meter| work(plan, meter))
 }
 
-fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
+fn work(plan: &CoveragePlan, meter: &Meter) -> Result<Outcome, Failure> {
     let common = &plan.measure.common;
-    let meter = Meter::new(common.quiet);
-    let (stage, pixels, lit) = prepare(&plan.measure, &plan.lights, plan.pixels, &meter)?;
+    let (stage, pixels, lit) = prepare(&plan.measure, &plan.lights, plan.pixels, meter)?;
     let setting = stage.setting(plan.gather, plan.measure.seed);
     let cells = &plan.measure.cells;
     let mut findings = Findings {
@@ -59,7 +57,7 @@ fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
         reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
-        let bench = Bench { meter: &meter, cancel };
+        let bench = Bench { meter, cancel };
         let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
         let groups: Vec<Group> =
             plan.by.iter().flat_map(|grouping| grouping.groups(&reference, &setting)).collect();
@@ -73,5 +71,5 @@ fn work(plan: &CoveragePlan) -> Result<Outcome, Failure> {
         Ok(())
     })?;
     findings.write(plan.html.as_deref(), plan.csv.as_deref())?;
-    findings.finish(common, None, &meter)
+    findings.finish(common, None, meter)
 }

@@ -18,14 +18,21 @@ pub enum Outcome {
     Interrupted,
 }
 
+impl Outcome {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::BudgetHit => 4,
+            Self::Contradicted => 5,
+            Self::Interrupted => INTERRUPTED,
+        }
+    }
+}
+
 impl From<Outcome> for ExitCode {
     fn from(outcome: Outcome) -> Self {
-        Self::from(match outcome {
-            Outcome::Done => 0,
-            Outcome::BudgetHit => 4,
-            Outcome::Contradicted => 5,
-            Outcome::Interrupted => INTERRUPTED,
-        })
+        Self::from(outcome.code())
     }
 }
 
@@ -37,12 +44,13 @@ pub const INTERRUPTED: u8 = 130;
 pub struct Failure {
     code: u8,
     message: String,
+    told: bool,
 }
 
 impl Failure {
     /// The command line asks for what cannot be (2).
     pub fn usage(message: impl Into<String>) -> Self {
-        Self { code: 2, message: message.into() }
+        Self { code: 2, message: message.into(), told: false }
     }
 
     /// An option has an unusable value (2); worded as the library words it.
@@ -50,9 +58,24 @@ impl Failure {
         Error::option(option, value, expected).into()
     }
 
+    /// The exit code.
+    pub fn code(&self) -> u8 {
+        self.code
+    }
+
+    /// The same, after it was told where standard error goes.
+    pub fn told(self) -> Self {
+        Self { told: true, ..self }
+    }
+
+    /// Whether it was told already.
+    pub fn is_told(&self) -> bool {
+        self.told
+    }
+
     /// A file could not be used (3).
     pub fn file(message: impl Into<String>) -> Self {
-        Self { code: 3, message: message.into() }
+        Self { code: 3, message: message.into(), told: false }
     }
 }
 

@@ -5,12 +5,11 @@ use std::time::Instant;
 
 use indicatif::{HumanBytes, HumanCount};
 use serde::Serialize;
-use tashika::render::with_threads;
 use tashika::scene::{Emitter, Material, NoteKind, Projection, Scene};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::InfoPlan;
-use crate::progress::Meter;
+use crate::progress::{Meter, metered};
 use crate::summary::{Rows, Triangles, counted, write_json};
 
 /// Everything that is told about a scene.
@@ -96,13 +95,16 @@ struct NoteReport {
 
 /// Reads a scene and tells about it.
 pub fn run(plan: &InfoPlan) -> Result<Outcome, Failure> {
-    let meter = Meter::new(plan.common.quiet);
+    metered(&plan.common, |meter| work(plan, meter))
+}
+
+fn work(plan: &InfoPlan, meter: &Meter) -> Result<Outcome, Failure> {
     meter.phase(&format!("reading {}", plan.scene.label()));
     let started = Instant::now();
-    let scene = with_threads(plan.common.threads, || plan.scene.load())?;
+    let scene = plan.scene.load()?;
     let seconds = started.elapsed().as_secs_f64();
     meter.finish();
-    let report = report(&scene?, plan.scene.format(), seconds);
+    let report = report(&scene, plan.scene.format(), seconds);
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }

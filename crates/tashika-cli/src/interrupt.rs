@@ -4,7 +4,10 @@ use std::io::IsTerminal;
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::args::LogStyle;
 use crate::exit::INTERRUPTED;
+use crate::plan::Common;
+use crate::progress::note_in_json;
 
 /// Whether a render runs that can be asked to finish.
 static RENDERING: AtomicBool = AtomicBool::new(false);
@@ -12,15 +15,21 @@ static RENDERING: AtomicBool = AtomicBool::new(false);
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Takes over Ctrl-C; to be called once. Outside [`with_flag`] it still ends the program.
-pub fn listen() {
+pub fn listen(common: &Common) {
+    let json = common.log.style == LogStyle::Json;
     // Without a handler Ctrl-C ends the program at once, which is no reason not to render.
-    let _ = ctrlc::set_handler(|| {
+    let _ = ctrlc::set_handler(move || {
         if !RENDERING.load(Ordering::SeqCst) || ASKED.swap(true, Ordering::SeqCst) {
             process::exit(i32::from(INTERRUPTED));
         }
+        const ANSWER: &str = "interrupted: finishing what is in work; press Ctrl-C again to end at once";
+        if json {
+            eprintln!("{}", note_in_json(ANSWER));
+            return;
+        }
         // On a terminal there is a progress line to leave.
         let leave = if std::io::stderr().is_terminal() { "\n" } else { "" };
-        eprintln!("{leave}interrupted: finishing what is in work; press Ctrl-C again to end at once");
+        eprintln!("{leave}{ANSWER}");
     });
 }
 

@@ -22,6 +22,7 @@ mod progress;
 mod render;
 mod stage;
 mod summary;
+mod tev;
 mod values;
 mod vpl;
 
@@ -36,7 +37,9 @@ fn main() -> ExitCode {
     match run(&Args::parse()) {
         Ok(outcome) => outcome.into(),
         Err(failure) => {
-            eprintln!("error: {failure}");
+            if !failure.is_told() {
+                eprintln!("error: {failure}");
+            }
             failure.into()
         }
     }

@@ -8,7 +8,7 @@ use tashika::integrator::{
     ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop,
 };
 use tashika::io::{write_exr, write_file, write_png};
-use tashika::render::{RenderOptions, Totals, render, with_threads};
+use tashika::render::{Finished, RenderOptions, Totals, render};
 use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
@@ -17,25 +17,26 @@ use crate::audit::{Audit, MOST_PATHS, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::plan::{Integration, Lights, RenderPlan};
-use crate::progress::Meter;
+use crate::progress::{Meter, metered};
 use crate::stage::{Stage, light_tree, stored_lights, timed};
 use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, typed_command, write_json};
+use crate::tev::Viewer;
 
 /// Renders and writes the files.
 pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
-    interrupt::listen();
-    with_threads(plan.common.threads, || work(plan))?
+    interrupt::listen(&plan.common);
+    metered(&plan.common, |meter| work(plan, meter))
 }
 
-fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
-    let meter = Meter::new(plan.common.quiet);
+fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     for option in &plan.unused {
         meter.note(&format!("{option} means nothing to this method and is not used"));
     }
+    let viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, &plan.exr)).transpose()?;
     let mut seconds = Seconds::default();
-    let stored = stored_lights(plan.lights(), &meter, &mut seconds)?;
-    let stage = Stage::load(&plan.stage, &meter, &mut seconds)?;
-    let lit = Lit::new(plan, &stage, stored, &meter, &mut seconds)?;
+    let stored = stored_lights(plan.lights(), meter, &mut seconds)?;
+    let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
+    let lit = Lit::new(plan, &stage, stored, meter, &mut seconds)?;
     let integrator = integrator(plan, &lit, &stage.tracer)?;
 
     let window = stage.window;
@@ -43,8 +44,19 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
     let options = RenderOptions { window, share: plan.share };
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
-            meter.phase(&format!("rendering {}x{}, {}", window.width, window.height, integrator.name()));
-            render(&setting, integrator.as_ref(), &options, &|done| meter.update(&done.progress), cancel)
+            let what = format!("rendering {}x{}, {}", window.width, window.height, integrator.name());
+            if plan.promises() {
+                meter.promising_phase(&what);
+            } else {
+                meter.phase(&what);
+            }
+            let watch = |done: &Finished<'_>| {
+                meter.update(&done.progress);
+                if let Some(trouble) = viewer.as_ref().and_then(|viewer| viewer.show(done)) {
+                    meter.note(&trouble);
+                }
+            };
+            render(&setting, integrator.as_ref(), &options, &watch, cancel)
         })
     })?;
     let progress = meter.finish();
@@ -52,7 +64,7 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
         (Some(count), Some((truth, promise))) if rendered.complete => {
             let subject = Subject { film: &rendered.film, window, setting, truth, promise };
             timed(&mut seconds.audit, || {
-                interrupt::with_flag(|cancel| audit(count, &subject, &meter, cancel))
+                interrupt::with_flag(|cancel| audit(count, &subject, meter, cancel))
             })?
         }
         _ => None,
@@ -68,6 +80,9 @@ fn work(plan: &RenderPlan) -> Result<Outcome, Failure> {
         write_exr(&plan.exr, &rendered.film)?;
         Ok(write_png(&plan.png, &rendered.film, &plan.tone_map)?)
     })?;
+    if let Some(trouble) = viewer.and_then(Viewer::finish) {
+        meter.note(&trouble);
+    }
 
     let done = Done {
         stage: &stage,

@@ -54,6 +54,15 @@ pub fn crop(typed: &str) -> Result<Window, String> {
     }
 }
 
+/// Where a program listens: `127.0.0.1:14158`, `render-node:14158`, `[::1]:14158`.
+pub fn address(typed: &str) -> Result<String, String> {
+    let port = typed.rsplit_once(':').filter(|(host, _)| !host.is_empty()).map(|(_, port)| port.parse());
+    match port {
+        Some(Ok(1..=u16::MAX)) => Ok(typed.to_owned()),
+        _ => Err("expected HOST:PORT, such as 127.0.0.1:14158; a scene goes before this option".to_owned()),
+    }
+}
+
 /// A share of the tiles: `K/N`.
 pub fn tiles(typed: &str) -> Result<TileShare, String> {
     let share = typed.split_once('/').and_then(|(number, of)| {
@@ -166,6 +175,16 @@ mod tests {
         }
         assert!(crop("1,2,3").is_err() && crop("1,2,3,4,5").is_err());
         assert!(tiles("0/2").is_err() && tiles("3/2").is_err() && tiles("2").is_err());
+    }
+
+    #[test]
+    fn addresses_have_a_host_and_a_port() {
+        for typed in ["127.0.0.1:14158", "localhost:1", "[::1]:65535"] {
+            assert_eq!(address(typed), Ok(typed.to_owned()));
+        }
+        for typed in ["", "localhost", ":14158", "localhost:0", "localhost:65536", "builtin:tiny", "a:-1"] {
+            assert!(address(typed).unwrap_err().contains("127.0.0.1:14158"), "{typed}");
+        }
     }
 
     #[test]

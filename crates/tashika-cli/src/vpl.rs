@@ -8,12 +8,11 @@ use indicatif::HumanCount;
 use serde::Serialize;
 use tashika::accel::Tracer;
 use tashika::io::{load_vpls, save_vpls};
-use tashika::render::with_threads;
 use tashika::vpl::{Provenance, VplKind, VplSet};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::{VplPlan, VplTask};
-use crate::progress::Meter;
+use crate::progress::{Meter, metered};
 use crate::summary::{Rows, counted, write_json};
 
 /// Everything that is told about a set of VPLs.
@@ -37,11 +36,10 @@ struct Kinds {
 
 /// Traces and writes, or reads, a set, and tells about it.
 pub fn run(plan: &VplPlan) -> Result<Outcome, Failure> {
-    with_threads(plan.common.threads, || work(plan))?
+    metered(&plan.common, |meter| work(plan, meter))
 }
 
-fn work(plan: &VplPlan) -> Result<Outcome, Failure> {
-    let meter = Meter::new(plan.common.quiet);
+fn work(plan: &VplPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let begun;
     let (set, file) = match &plan.task {
         VplTask::Trace { scene, options, output } => {

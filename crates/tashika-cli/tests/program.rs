@@ -168,7 +168,10 @@ fn a_render_writes_image_picture_and_numbers() {
     let folder = Folder::new();
     let run =
         folder.run("render scene.obj --size 12x8 --crop 2,1,9,5 --vpls 60 --gather 2 --seed 5 --json a.json");
-    assert_eq!(folder.names(), ["a.json", "render.exr", "render.html", "render.png", "scene.mtl", "scene.obj"]);
+    assert_eq!(
+        folder.names(),
+        ["a.json", "render.exr", "render.html", "render.png", "scene.mtl", "scene.obj"]
+    );
     for words in ["4 triangles", "tashika", "45", "render.exr, render.png"] {
         assert!(run.succeeds().stdout.contains(words), "{words:?} is not in: {}", run.stdout);
     }

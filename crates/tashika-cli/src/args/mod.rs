@@ -18,6 +18,7 @@ use tashika::io::Exposure;
 use tashika::render::TileShare;
 use tashika::vpl::{Clamp, VplOptions};
 
+use crate::tev;
 use crate::values;
 
 /// A many-light renderer that knows its own error
@@ -62,6 +63,7 @@ Examples:
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
   tashika render kitchen.glb --claim certified --error 5%
   tashika render kitchen.glb --truth transport --error 5%
+  tashika render kitchen.glb --tev                       watch it in the viewer tev
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
 
 const VPL_EXAMPLES: &str = "\
@@ -201,6 +203,12 @@ pub struct RenderArgs {
         allow_negative_numbers = true, help_heading = "Output")]
     pub exposure: Exposure,
 
+    /// Show the image in the viewer tev while it is rendered; without an address in the tev of this
+    /// machine, 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
+        value_parser = values::address, help_heading = "Output")]
+    pub tev: Option<String>,
+
     #[command(flatten)]
     pub common: CommonArgs,
 }
@@ -251,6 +259,14 @@ pub struct CommonArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
 
+    /// How progress is told on standard error
+    #[arg(long, value_enum, default_value_t = LogStyle::Auto, help_heading = "Output")]
+    pub log: LogStyle,
+
+    /// Add what is told of progress to a file too, in words, or in JSON with --log json
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub log_file: Option<PathBuf>,
+
     /// Print nothing but errors
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,
@@ -258,6 +274,17 @@ pub struct CommonArgs {
     /// Threads; 0 is one a core. The image does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Machine")]
     pub threads: usize,
+}
+
+/// How progress is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogStyle {
+    /// One line that is drawn over on a terminal, plain lines elsewhere
+    Auto,
+    /// Plain lines
+    Plain,
+    /// One JSON object a line, for programs
+    Json,
 }
 
 /// By which kind of argument an interval is claimed.

@@ -20,10 +20,9 @@ const COLUMNS: &[Column] = &[
 ];
 
 /// Runs the whole method, then each of the others.
-pub fn work(plan: &AblationPlan) -> Result<Outcome, Failure> {
+pub fn work(plan: &AblationPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
-    let meter = Meter::new(measure.common.quiet);
-    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, &meter)?;
+    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, meter)?;
     let setting = stage.setting(plan.gather, measure.seed);
     let mut findings = Findings {
         title: format!("{}: what each ingredient is worth", stage.scene.name()),
@@ -36,7 +35,7 @@ pub fn work(plan: &AblationPlan) -> Result<Outcome, Failure> {
         reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
-        let bench = Bench { meter: &meter, cancel };
+        let bench = Bench { meter, cancel };
         let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
         let ground =
             Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
@@ -46,5 +45,5 @@ pub fn work(plan: &AblationPlan) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
-    findings.finish(&measure.common, Some(&plan.folder), &meter)
+    findings.finish(&measure.common, Some(&plan.folder), meter)
 }

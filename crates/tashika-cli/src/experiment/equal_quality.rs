@@ -23,10 +23,9 @@ const COLUMNS: &[Column] = &[
 ];
 
 /// Searches, method by method.
-pub fn work(plan: &EqualQualityPlan) -> Result<Outcome, Failure> {
+pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
-    let meter = Meter::new(measure.common.quiet);
-    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, &meter)?;
+    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, meter)?;
     let setting = stage.setting(plan.gather, measure.seed);
     let asked = format!(
         "Asked of each method: {} of the pixels within {} of the exact sum.",
@@ -44,7 +43,7 @@ pub fn work(plan: &EqualQualityPlan) -> Result<Outcome, Failure> {
         reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
-        let bench = Bench { meter: &meter, cancel };
+        let bench = Bench { meter, cancel };
         let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
         let ground =
             Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
@@ -57,7 +56,7 @@ pub fn work(plan: &EqualQualityPlan) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
-    findings.finish(&measure.common, Some(&plan.folder), &meter)
+    findings.finish(&measure.common, Some(&plan.folder), meter)
 }
 
 /// The row of the largest error with which the method does what is asked, or of the last that was tried; none if interrupted.

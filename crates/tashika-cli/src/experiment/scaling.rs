@@ -25,11 +25,10 @@ const COLUMNS: &[Column] = &[
 ];
 
 /// Measures every number of lights with every number of gather points.
-pub fn work(plan: &ScalingPlan) -> Result<Outcome, Failure> {
+pub fn work(plan: &ScalingPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
-    let meter = Meter::new(measure.common.quiet);
     let mut seconds = Seconds::default();
-    let stage = Stage::load(&measure.stage, &meter, &mut seconds)?;
+    let stage = Stage::load(&measure.stage, meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), measure.seed)?;
     let mut findings = Findings {
         title: format!(
@@ -45,13 +44,13 @@ pub fn work(plan: &ScalingPlan) -> Result<Outcome, Failure> {
         reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
-        let bench = Bench { meter: &meter, cancel };
+        let bench = Bench { meter, cancel };
         for options in &plan.lights {
             if bench.interrupted() {
                 break;
             }
-            let set = stage.trace(options, &meter, &mut seconds)?;
-            let lit = Lit { tree: light_tree(&set, &meter, &mut seconds), set };
+            let set = stage.trace(options, meter, &mut seconds)?;
+            let lit = Lit { tree: light_tree(&set, meter, &mut seconds), set };
             for gather in &plan.gather {
                 let setting = stage.setting(*gather, measure.seed);
                 let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
@@ -68,5 +67,5 @@ pub fn work(plan: &ScalingPlan) -> Result<Outcome, Failure> {
     // By method, so that each is one curve after the other.
     let order = |method: &str| measure.cells.iter().position(|cell| cell.method.name() == method);
     findings.rows.sort_by_key(|row| order(row.method));
-    findings.finish(&measure.common, Some(&plan.folder), &meter)
+    findings.finish(&measure.common, Some(&plan.folder), meter)
 }

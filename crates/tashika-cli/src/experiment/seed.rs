@@ -33,16 +33,15 @@ const COLUMNS: &[Column] = &[
 const REFERENCE: &str = "reference";
 
 /// Renders, compares, writes everything.
-pub fn work(plan: &SeedPlan) -> Result<Outcome, Failure> {
+pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
-    let meter = Meter::new(measure.common.quiet);
     let mut seconds = Seconds::default();
-    let stored = stored_lights(Some(&plan.lights), &meter, &mut seconds)?;
-    let stage = Stage::load(&measure.stage, &meter, &mut seconds)?;
+    let stored = stored_lights(Some(&plan.lights), meter, &mut seconds)?;
+    let stage = Stage::load(&measure.stage, meter, &mut seconds)?;
     let window = Window::full(stage.size);
     let pixels = Pixels::of(window, plan.pixels, measure.seed)?;
-    let set = stage.lights(&plan.lights, stored, &meter, &mut seconds)?;
-    let lit = Lit { tree: light_tree(&set, &meter, &mut seconds), set };
+    let set = stage.lights(&plan.lights, stored, meter, &mut seconds)?;
+    let lit = Lit { tree: light_tree(&set, meter, &mut seconds), set };
     let error = percent_of_tolerance(measure.cells[0].tolerance);
     let mut findings = Findings {
         title: format!("{}: within {error} of the exact sum", stage.scene.name()),
@@ -56,7 +55,7 @@ pub fn work(plan: &SeedPlan) -> Result<Outcome, Failure> {
     };
     let mut gallery = Gallery { folder: &plan.folder, exposure: Exposure::Auto };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
-        let bench = Bench { meter: &meter, cancel };
+        let bench = Bench { meter, cancel };
         let run =
             Run { bench, setting: stage.setting(plan.gather, measure.seed), lit: &lit, pixels: &pixels };
         let Some(reference) = run.bench.exact(&run.setting, &lit, &pixels)? else { return Ok(()) };
@@ -74,7 +73,7 @@ pub fn work(plan: &SeedPlan) -> Result<Outcome, Failure> {
         findings.reference = Some(reference);
         Ok(())
     })?;
-    findings.finish(&measure.common, Some(&plan.folder), &meter)
+    findings.finish(&measure.common, Some(&plan.folder), meter)
 }
 
 /// What does not change from method to method.

@@ -36,12 +36,11 @@ const COLUMNS: &[Column] = &[
 const OTHER_SEED: u64 = 0x7_2074;
 
 /// Runs both with every error.
-pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
-    let meter = Meter::new(plan.common.quiet);
+pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let mut seconds = Seconds::default();
     // A file that cannot be read is told before any work.
     let stored = plan.reference.as_ref().map(|file| read_exr(file)).transpose()?;
-    let stage = Stage::load(&plan.stage, &meter, &mut seconds)?;
+    let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), plan.seed)?;
     meter.phase(&format!(
         "tracing {} sets of about {}",
@@ -71,7 +70,7 @@ pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
         reference: None,
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
-        let bench = Bench { meter: &meter, cancel };
+        let bench = Bench { meter, cancel };
         let setting = stage.setting(plan.gather, plan.seed);
         let truth = match &stored {
             Some(film) => Some(film.clone()),
@@ -102,7 +101,7 @@ pub fn work(plan: &TransportPlan) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
-    findings.finish(&plan.common, Some(&plan.folder), &meter)
+    findings.finish(&plan.common, Some(&plan.folder), meter)
 }
 
 /// The truth of the pixels; none if interrupted.

@@ -20,7 +20,9 @@ use tashika::report::Tolerance;
 use tashika::scene::{Camera, Scene, builtin};
 use tashika::vpl::VplOptions;
 
-use crate::args::{ClampArgs, CommonArgs, CompareArgs, InfoArgs, SceneArgs, SourceArgs, StageArgs, VplArgs};
+use crate::args::{
+    ClampArgs, CommonArgs, CompareArgs, InfoArgs, LogStyle, SceneArgs, SourceArgs, StageArgs, VplArgs,
+};
 use crate::exit::Failure;
 
 /// Image size where neither the user nor the camera says.
@@ -304,8 +306,19 @@ pub struct Common {
     pub json: Option<PathBuf>,
     /// Whether only errors are printed.
     pub quiet: bool,
+    /// How progress is told.
+    pub log: Log,
     /// Threads; zero is one a core.
     pub threads: usize,
+}
+
+/// How progress is told.
+#[derive(Debug)]
+pub struct Log {
+    /// On standard error.
+    pub style: LogStyle,
+    /// Added to this file too.
+    pub file: Option<PathBuf>,
 }
 
 impl Common {
@@ -313,6 +326,7 @@ impl Common {
     fn new(args: &CommonArgs, outputs: &[&Path], inputs: &[&Path]) -> Result<Self, Failure> {
         let mut all = outputs.to_vec();
         all.extend(args.json.as_deref());
+        all.extend(args.log_file.as_deref());
         for (i, output) in all.iter().enumerate() {
             if all[..i].contains(output) {
                 return Err(Failure::usage(format!("{} would be written twice", output.display())));
@@ -329,7 +343,8 @@ impl Common {
             }
             check_writable(output).map_err(|e| Failure::file(format!("cannot write {e}")))?;
         }
-        Ok(Self { json: args.json.clone(), quiet: args.quiet, threads: args.threads })
+        let log = Log { style: args.log, file: args.log_file.clone() };
+        Ok(Self { json: args.json.clone(), quiet: args.quiet, log, threads: args.threads })
     }
 }
 

@@ -72,6 +72,8 @@ pub struct RenderPlan {
     pub html: PathBuf,
     /// How the picture is made.
     pub tone_map: ToneMap,
+    /// Where the viewer listens that is to show it meanwhile.
+    pub tev: Option<String>,
     /// What every command has.
     pub common: Common,
     /// Options that were typed and mean nothing to the method.
@@ -105,6 +107,7 @@ impl RenderPlan {
             png,
             html,
             tone_map,
+            tev: args.tev.clone(),
             common,
             audit: args.audit.filter(|_| !unused.contains(&"--audit")),
             unused,

@@ -16,7 +16,7 @@ mod metadata;
 mod plane;
 
 pub use metadata::{Metadata, Value};
-pub use plane::{Plane, PlaneSpec, SampleKind, Samples};
+pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
 
 use crate::color::Rgb;
 use crate::error::{Error, Result};

@@ -47,6 +47,11 @@ impl PartialEq for Samples {
     }
 }
 
+/// What a channel is called outside its plane: `half_width.Y`, and `R` where the plane has no name.
+pub fn channel_name(plane: &str, channel: &str) -> String {
+    if plane.is_empty() { channel.to_owned() } else { format!("{plane}.{channel}") }
+}
+
 /// One quantity for each pixel of a window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {

@@ -17,7 +17,7 @@
 //! `0.18` (Reinhard, Stark, Shirley, Ferwerda 2002, eq. 1), pixels darker than 10⁻⁴ of the mean left out:
 //! `2ᵉ = 0.18 / exp(mean ln L)`. It depends on nothing but the samples.
 //!
-//! The picture shows the film's window. Pixels that were not rendered, which a plane `stop` marks by 0, are
+//! The file says that it is sRGB. The picture shows the film's window. Pixels that were not rendered, which a plane `stop` marks by 0, are
 //! transparent and left out of the average.
 //!
 //! # Guarantee
@@ -27,16 +27,14 @@
 //! # Held to this by
 //! The tests below.
 
-use std::io::Cursor;
 use std::path::Path;
-
-use image::{ImageFormat, RgbaImage};
 
 use super::output::write_file;
 use crate::color::{Rgb, srgb_encode};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Plane};
 use crate::math::elementary::{exp, ln, powf};
+use crate::report::srgb_png;
 
 /// Luminance up to which pictures are proportional to radiance; chosen so that a white wall at three
 /// times middle gray is still in proportion.
@@ -113,11 +111,7 @@ fn encode(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u8>, f32)
     };
     let samples: Vec<u8> = pixels.into_iter().flat_map(bytes).collect();
     let window = film.window();
-    let picture =
-        RgbaImage::from_raw(window.width, window.height, samples).expect("four bytes for each pixel");
-    let mut png = Cursor::new(Vec::new());
-    picture.write_to(&mut png, ImageFormat::Png).expect("an 8-bit picture of at most 2²⁸ pixels");
-    Ok((png.into_inner(), stops))
+    Ok((srgb_png([window.width, window.height], &samples), stops))
 }
 
 /// Whether each pixel was rendered, in the order of [`Film::colors`].

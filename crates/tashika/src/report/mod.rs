@@ -11,6 +11,7 @@ mod error_image;
 mod page;
 mod picks;
 mod picture;
+mod srgb_png;
 mod summary;
 mod words;
 
@@ -23,6 +24,7 @@ pub use page::{
 };
 pub use picks::least_certain;
 pub use picture::Picture;
+pub(crate) use srgb_png::srgb_png;
 pub use summary::summary;
 pub use words::{about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance};
 

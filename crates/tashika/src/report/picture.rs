@@ -10,8 +10,8 @@ use embedded_graphics::geometry::{OriginDimensions, Point, Size};
 use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Baseline, Text};
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
+
+use super::srgb_png::srgb_png;
 
 /// A picture without transparency.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,14 +52,9 @@ impl Picture {
         [self.bytes[i], self.bytes[i + 1], self.bytes[i + 2]]
     }
 
-    /// As the bytes of a PNG file.
+    /// As the bytes of a PNG file that says that it is sRGB.
     pub fn png(&self) -> Vec<u8> {
-        let mut png = Vec::new();
-        let [width, height] = self.size;
-        PngEncoder::new(&mut png)
-            .write_image(&self.bytes, width, height, ExtendedColorType::Rgb8)
-            .expect("three bytes for each pixel, written to memory");
-        png
+        srgb_png(self.size, &self.bytes)
     }
 
     /// Fills a rectangle; what lies outside the picture is left out.

@@ -12,9 +12,9 @@ use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use ::exr::prelude::{Vec2, read};
 
-use super::{PLANES, PREFIX, PlaneRecord, at, channel_name, unsupported};
+use super::{PLANES, PREFIX, PlaneRecord, at, unsupported};
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Metadata, Plane, Samples, Value, Window};
+use crate::film::{Film, Metadata, Plane, Samples, Value, Window, channel_name};
 
 /// Largest file that is read (bytes).
 const MAX_FILE_BYTES: u64 = 1 << 34;

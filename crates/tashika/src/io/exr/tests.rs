@@ -2,6 +2,7 @@
 
 use ::exr::image::write::WritableImage;
 use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
+use ::exr::meta::MetaData;
 use ::exr::meta::attribute::IntegerBounds;
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{Vec2, f16};
@@ -81,6 +82,44 @@ fn equal_films_are_equal_files() {
     for _ in 0..8 {
         assert!(encode(&film()).unwrap() == first, "the order of attributes must not depend on a hash");
     }
+}
+
+#[test]
+fn a_line_says_what_the_image_is_and_promises() {
+    let line = |film: &Film| {
+        let bytes = encode(film).unwrap();
+        let meta = MetaData::read_from_buffered(&bytes[..], false).unwrap();
+        meta.headers[0].own_attributes.comments.as_ref().map(ToString::to_string)
+    };
+    let mut film = film();
+    assert_eq!(line(&film), None, "it is not said how the film was made");
+    film.metadata_mut().set("method", "path");
+    film.metadata_mut().set("complete", true);
+    film.metadata_mut().set("scene", "room");
+    let made = "room by path: radiance in W/(m^2 sr), linear Rec. 709";
+    assert_eq!(line(&film).as_deref(), Some(made));
+    film.metadata_mut().set("error", 0.05);
+    film.metadata_mut().set("confidence", 0.95);
+    film.metadata_mut().set("truth", "transport");
+    let promised = "; luminance within 5 % of light transport at 95 % in each pixel whose claim.id is not 0";
+    assert_eq!(line(&film), Some(format!("{made}{promised}")));
+    film.metadata_mut().set("complete", false);
+    assert_eq!(line(&film), Some(format!("{made}{promised}; NOT COMPLETE")));
+    assert_eq!(decoded(&encode(&film).unwrap()).unwrap(), film, "it is no part of the film");
+}
+
+#[test]
+fn colours_are_colours_to_lossy_compression_in_every_plane() {
+    let specs = [
+        PlaneSpec { name: "", channels: &["R"], unit: "1", kind: SampleKind::F32, doc: "" },
+        PlaneSpec { name: "albedo", channels: &["R"], unit: "1", kind: SampleKind::F32, doc: "" },
+        PlaneSpec { name: "coverage", channels: &["A"], unit: "1", kind: SampleKind::F32, doc: "" },
+    ];
+    let bytes = encode(&Film::new([1, 1], Window::full([1, 1]), &specs).unwrap()).unwrap();
+    let meta = MetaData::read_from_buffered(&bytes[..], false).unwrap();
+    let linear = meta.headers[0].channels.list.iter().map(|c| (c.name.to_string(), c.quantize_linearly));
+    let expected = [("R", false), ("albedo.R", false), ("coverage.A", true)];
+    assert_eq!(linear.collect::<Vec<_>>(), expected.map(|(name, linear)| (name.to_owned(), linear)));
 }
 
 /// An image as other programs write them: channels with half floats, a data window of its own.

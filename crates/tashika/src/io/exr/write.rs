@@ -9,10 +9,11 @@ use ::exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Line
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{Compression, Vec2};
 
-use super::{PLANES, PREFIX, PlaneRecord, at, channel_name};
+use super::{PLANES, PREFIX, PlaneRecord, at};
 use crate::error::Result;
-use crate::film::{Film, Samples, Value};
+use crate::film::{Film, Samples, Value, channel_name};
 use crate::io::output::write_file;
+use crate::report::percent_of_tolerance;
 
 /// Rec. 709 / sRGB primaries and white.
 const PRIMARIES: Chromaticities = Chromaticities {
@@ -41,7 +42,9 @@ pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
                 Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
                 Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
             };
-            channels.push(AnyChannel::new(text(&channel_name(plane.name(), channel)), samples));
+            // Lossy compression by others treats a channel by what it is, which its own name says and its full name hides.
+            let full_name = text(&channel_name(plane.name(), channel));
+            channels.push(AnyChannel { name: full_name, ..AnyChannel::new(text(channel), samples) });
         }
         records.push(PlaneRecord {
             name: plane.name().to_owned(),
@@ -54,6 +57,7 @@ pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
     let mut attributes = LayerAttributes {
         layer_position: Vec2(window.x as i32, window.y as i32),
         software_name: Some(text(concat!("tashika ", env!("CARGO_PKG_VERSION")))),
+        comments: comments(film).as_deref().map(text),
         ..LayerAttributes::default()
     };
     let planes = serde_json::to_string(&records).expect("words and lists of words");
@@ -77,6 +81,30 @@ pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
     let mut bytes = bytes.into_inner();
     sort_attributes(&mut bytes);
     Ok(bytes)
+}
+
+/// What the image is and what it promises, in a line of ASCII; none for a film that does not say how it was made.
+fn comments(film: &Film) -> Option<String> {
+    let metadata = film.metadata();
+    let (scene, method) = (metadata.text("scene")?, metadata.text("method")?);
+    let mut line = format!("{scene} by {method}: radiance in W/(m^2 sr), linear Rec. 709");
+    if let Some(error) = metadata.number("error") {
+        let truth = match metadata.text("truth") {
+            Some("transport") => "light transport",
+            Some("clamped") => "what its virtual point lights give on average",
+            _ => "the sum over its virtual point lights",
+        };
+        let what = if metadata.text("control") == Some("channels") { "each channel" } else { "luminance" };
+        line += &format!("; {what} within {} of {truth}", percent_of_tolerance(error));
+        if let Some(confidence) = metadata.number("confidence") {
+            line += &format!(" at {}", percent_of_tolerance(confidence));
+        }
+        line += " in each pixel whose claim.id is not 0";
+    }
+    if metadata.bool("complete") == Some(false) {
+        line += "; NOT COMPLETE";
+    }
+    Some(line)
 }
 
 /// Sorts the attributes of a single-part file by name.

@@ -1,0 +1,193 @@
+//! What is told while a command works: each event in words for people, and as one JSON object on a line for programs.
+
+use indicatif::HumanCount;
+use serde::Serialize;
+
+/// Something that is told. Its JSON has the name of the event as `event`.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Event<'a> {
+    /// What begins now.
+    Phase {
+        /// In words.
+        what: &'a str,
+    },
+    /// Something that should be known.
+    Note {
+        /// In words.
+        what: &'a str,
+    },
+    /// How far the phase is.
+    Progress(Standing),
+    /// The command has ended, and what it was to write is written.
+    Done {
+        /// Exit code of the program.
+        exit_code: u8,
+        /// Since the command began.
+        seconds: f64,
+        /// Memory in use, if the system tells.
+        memory_bytes: Option<u64>,
+    },
+    /// The command has ended, and nothing useful was written.
+    Error {
+        /// In words.
+        what: &'a str,
+        /// Exit code of the program.
+        exit_code: u8,
+    },
+}
+
+/// How far a phase is.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Standing {
+    /// Pixels finished.
+    pub pixels: u64,
+    /// Pixels to do in all.
+    pub of: u64,
+    /// Finished pixels that keep what was promised, where something was.
+    pub promise_met: Option<u64>,
+    /// The same as a share of the finished pixels.
+    pub promise_share: Option<f64>,
+    /// Rays and segments traced.
+    pub rays: u64,
+    /// The same a second.
+    pub rays_per_second: f64,
+    /// Since the phase began.
+    pub seconds: f64,
+    /// For the rest, as `pace` estimates it.
+    pub seconds_left: Option<f64>,
+    /// Memory in use, if the system tells.
+    pub memory_bytes: Option<u64>,
+}
+
+impl Event<'_> {
+    /// On one line, for people; some events show by themselves.
+    pub fn words(&self) -> Option<String> {
+        match self {
+            Self::Phase { what } => Some((*what).to_owned()),
+            Self::Note { what } => Some(format!("note: {what}")),
+            Self::Progress(standing) => Some(standing.words()),
+            Self::Error { what, .. } => Some(format!("error: {what}")),
+            Self::Done { .. } => None,
+        }
+    }
+
+    /// On one line, for programs.
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).expect("events are plain data")
+    }
+}
+
+impl Standing {
+    fn words(&self) -> String {
+        let Self { pixels, of, rays_per_second, .. } = *self;
+        let mut words =
+            format!("{} %: {} of {} pixels", floored(pixels, of), HumanCount(pixels), HumanCount(of));
+        if let Some(met) = self.promise_met.filter(|_| pixels > 0) {
+            words += &format!(", {} % keep their promise", floored(met, pixels));
+        }
+        let left = self.seconds_left.map_or_else(|| "unknown time".to_owned(), clock);
+        words += &format!(", {}, {left} left", rate(rays_per_second));
+        if let Some(bytes) = self.memory_bytes {
+            words += &format!(", {}", memory(bytes));
+        }
+        words
+    }
+}
+
+/// A share in percent, rounded down, so that 100 % means all.
+fn floored(part: u64, of: u64) -> String {
+    let thousandths = u128::from(part) * 1000 / u128::from(of.max(1));
+    format!("{}.{}", thousandths / 10, thousandths % 10)
+}
+
+/// Rays a second, with a prefix.
+pub fn rate(rays_per_second: f64) -> String {
+    let (value, unit) = match rays_per_second {
+        r if r >= 1e9 => (r / 1e9, "Grays/s"),
+        r if r >= 1e6 => (r / 1e6, "Mrays/s"),
+        r if r >= 1e3 => (r / 1e3, "krays/s"),
+        r => (r, "rays/s"),
+    };
+    format!("{value:.1} {unit}")
+}
+
+/// Megabytes, or gigabytes from ten on.
+fn memory(bytes: u64) -> String {
+    let bytes = bytes as f64;
+    if bytes < 1e10 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.1} GB", bytes / 1e9) }
+}
+
+/// Minutes and seconds, with hours from the first.
+fn clock(seconds: f64) -> String {
+    let s = seconds.round() as u64;
+    let (hours, minutes, s) = (s / 3600, s / 60 % 60, s % 60);
+    if hours > 0 { format!("{hours}:{minutes:02}:{s:02}") } else { format!("{minutes}:{s:02}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STANDING: Standing = Standing {
+        pixels: 2_500,
+        of: 10_000,
+        promise_met: Some(2_500),
+        promise_share: Some(1.0),
+        rays: 50_000_000,
+        rays_per_second: 2e6,
+        seconds: 25.0,
+        seconds_left: Some(75.0),
+        memory_bytes: Some(412_300_000),
+    };
+
+    #[test]
+    fn the_line_has_what_is_known() {
+        assert_eq!(
+            STANDING.words(),
+            "25.0 %: 2,500 of 10,000 pixels, 100.0 % keep their promise, 2.0 Mrays/s, 1:15 left, 412 MB"
+        );
+        let little = Standing { promise_met: None, memory_bytes: None, ..STANDING };
+        assert_eq!(little.words(), "25.0 %: 2,500 of 10,000 pixels, 2.0 Mrays/s, 1:15 left");
+        let begun = Standing {
+            pixels: 0,
+            of: 10,
+            promise_met: Some(0),
+            rays_per_second: 0.0,
+            seconds_left: None,
+            memory_bytes: None,
+            ..STANDING
+        };
+        assert_eq!(begun.words(), "0.0 %: 0 of 10 pixels, 0.0 rays/s, unknown time left");
+    }
+
+    #[test]
+    fn shares_are_rounded_down() {
+        let almost =
+            Standing { pixels: 999_999, of: 1_000_000, promise_met: Some(999_998), ..STANDING }.words();
+        assert!(almost.starts_with("99.9 %") && almost.contains("99.9 % keep"), "100 % means all: {almost}");
+        assert_eq!(
+            (floored(3, 3), floored(0, 0), floored(1, 3)),
+            ("100.0".into(), "0.0".into(), "33.3".into())
+        );
+    }
+
+    #[test]
+    fn times_and_sizes_have_their_units() {
+        assert_eq!((clock(3_725.4), clock(59.6)), ("1:02:05".to_owned(), "1:00".to_owned()));
+        assert_eq!((memory(1_400_000), memory(12_340_000_000)), ("1 MB".to_owned(), "12.3 GB".to_owned()));
+    }
+
+    #[test]
+    fn programs_read_one_object_with_the_events_name() {
+        let read = |event: Event<'_>| serde_json::from_str::<serde_json::Value>(&event.json()).unwrap();
+        let note = read(Event::Note { what: "two\n\"lines\"" });
+        assert_eq!((note["event"].as_str(), note["what"].as_str()), (Some("note"), Some("two\n\"lines\"")));
+        assert!(!Event::Note { what: "two\nlines" }.json().contains('\n'), "on one line");
+        let standing = read(Event::Progress(STANDING));
+        assert_eq!((standing["event"].as_str(), standing["of"].as_u64()), (Some("progress"), Some(10_000)));
+        assert_eq!(standing["seconds_left"].as_f64(), Some(75.0));
+        let done = read(Event::Done { exit_code: 4, seconds: 1.5, memory_bytes: None });
+        assert_eq!((done["exit_code"].as_u64(), done["memory_bytes"].is_null()), (Some(4), true));
+    }
+}

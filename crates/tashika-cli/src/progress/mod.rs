@@ -1,0 +1,265 @@
+//! What is told while a command works, and where: one line that is drawn over on a terminal, plain lines elsewhere, JSON for
+//! programs, the same in a file.
+//!
+//! [`event`] has the words, [`pace`] the time that is left.
+
+mod event;
+mod pace;
+
+use std::fs::File;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use memory_stats::memory_stats;
+use tashika::render::{Progress, with_threads};
+
+use crate::args::LogStyle;
+use crate::exit::{Failure, Outcome};
+use crate::plan::Common;
+use event::{Event, Standing};
+use pace::Pace;
+
+pub use event::rate;
+
+/// Time between lines of progress for people.
+const WORDS_INTERVAL: Duration = Duration::from_secs(10);
+/// Time between lines of progress for programs.
+const JSON_INTERVAL: Duration = Duration::from_secs(1);
+/// Time between redrawings.
+const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
+
+/// Runs a command on its threads, with a meter that also tells its end.
+pub fn metered(
+    common: &Common,
+    work: impl FnOnce(&Meter) -> Result<Outcome, Failure> + Send,
+) -> Result<Outcome, Failure> {
+    let meter = Meter::new(common)?;
+    let result = with_threads(common.threads, || work(&meter)).map_err(Failure::from).flatten();
+    meter.end(result)
+}
+
+/// A note as a line for programs.
+pub fn note_in_json(what: &str) -> String {
+    Event::Note { what }.json()
+}
+
+/// Tells what is being done.
+pub struct Meter {
+    created: Instant,
+    state: Mutex<State>,
+}
+
+struct State {
+    begun: Instant,
+    progress: Progress,
+    /// Whether the pixels of this phase keep promises.
+    promises: bool,
+    pace: Pace,
+    sinks: Vec<Sink>,
+}
+
+/// Where it is told, and how.
+struct Sink {
+    place: Place,
+    json: bool,
+    interval: Duration,
+    told: Instant,
+}
+
+enum Place {
+    /// One line of a terminal, drawn over.
+    Line(ProgressBar),
+    /// Lines of standard error.
+    StandardError,
+    /// Lines added to a file.
+    File(File),
+}
+
+impl Sink {
+    fn new(place: Place, json: bool) -> Self {
+        let interval = match (&place, json) {
+            (Place::Line(_), _) => REDRAW_INTERVAL,
+            (_, true) => JSON_INTERVAL,
+            (_, false) => WORDS_INTERVAL,
+        };
+        Self { place, json, interval, told: Instant::now() }
+    }
+
+    fn tell(&mut self, event: &Event<'_>) -> io::Result<()> {
+        let Some(line) = (if self.json { Some(event.json()) } else { event.words() }) else { return Ok(()) };
+        match (&mut self.place, event) {
+            (Place::Line(bar), Event::Phase { .. } | Event::Progress(_)) => bar.set_message(line),
+            (Place::Line(bar), _) => bar.suspend(|| eprintln!("{line}")),
+            (Place::StandardError, _) => eprintln!("{line}"),
+            // In one piece, so that lines of programs that share a file are not torn.
+            (Place::File(file), _) => file.write_all(format!("{line}\n").as_bytes())?,
+        }
+        Ok(())
+    }
+}
+
+impl Meter {
+    /// A meter as the user wants it.
+    fn new(common: &Common) -> Result<Self, Failure> {
+        let json = common.log.style == LogStyle::Json;
+        let mut sinks = Vec::new();
+        if !common.quiet {
+            let redraw = common.log.style == LogStyle::Auto && io::stderr().is_terminal();
+            sinks.push(Sink::new(if redraw { line() } else { Place::StandardError }, json));
+        }
+        if let Some(path) = &common.log.file {
+            sinks.push(Sink::new(Place::File(open(path)?), json));
+        }
+        let now = Instant::now();
+        let state = State {
+            begun: now,
+            progress: Progress::default(),
+            promises: false,
+            pace: Pace::default(),
+            sinks,
+        };
+        Ok(Self { created: now, state: Mutex::new(state) })
+    }
+
+    /// Tells what begins now, and restarts the clock.
+    pub fn phase(&self, what: &str) {
+        self.begin(what, false);
+    }
+
+    /// The same, of a render whose pixels promise something.
+    pub fn promising_phase(&self, what: &str) {
+        self.begin(what, true);
+    }
+
+    fn begin(&self, what: &str, promises: bool) {
+        let mut state = self.state();
+        let now = Instant::now();
+        (state.begun, state.pace, state.promises) = (now, Pace::default(), promises);
+        state.sinks.iter_mut().for_each(|sink| sink.told = now);
+        state.tell(&Event::Phase { what });
+    }
+
+    /// Tells something that stays.
+    pub fn note(&self, what: &str) {
+        self.state().tell(&Event::Note { what });
+    }
+
+    /// Tells how far the render is, where it is time to.
+    pub fn update(&self, progress: &Progress) {
+        let mut state = self.state();
+        let now = Instant::now();
+        let seconds = (now - state.begun).as_secs_f64();
+        state.progress = *progress;
+        state.pace.observe(progress.pixels, progress.of, seconds);
+        let all = progress.pixels == progress.of;
+        // Programs are told of the last pixel too.
+        let due = |sink: &Sink| now - sink.told >= sink.interval || (all && sink.json);
+        if state.sinks.iter().any(due) {
+            let event = Event::Progress(state.standing(seconds));
+            state.tell_those(&event, |sink| {
+                let due = due(sink);
+                if due {
+                    sink.told = now;
+                }
+                due
+            });
+        }
+    }
+
+    /// Ends the drawing; returns how far the render came.
+    pub fn finish(&self) -> Progress {
+        let state = self.state();
+        for sink in &state.sinks {
+            if let Place::Line(bar) = &sink.place {
+                bar.finish_and_clear();
+            }
+        }
+        state.progress
+    }
+
+    /// Tells how the command ended.
+    fn end(&self, result: Result<Outcome, Failure>) -> Result<Outcome, Failure> {
+        self.finish();
+        let mut state = self.state();
+        match result {
+            Ok(outcome) => {
+                let seconds = self.created.elapsed().as_secs_f64();
+                state.tell(&Event::Done { exit_code: outcome.code(), seconds, memory_bytes: memory_bytes() });
+                Ok(outcome)
+            }
+            Err(failure) => {
+                let what = failure.to_string();
+                let event = Event::Error { what: &what, exit_code: failure.code() };
+                // On a screen for people the program itself says it, as it says what is wrong with an option.
+                state.tell_those(&event, |sink| sink.json || matches!(sink.place, Place::File(_)));
+                let told = state.sinks.iter().any(|s| s.json && matches!(s.place, Place::StandardError));
+                Err(if told { failure.told() } else { failure })
+            }
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// An error is not told beside a line that is no longer true.
+impl Drop for Meter {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+impl State {
+    fn tell(&mut self, event: &Event<'_>) {
+        self.tell_those(event, |_| true);
+    }
+
+    /// Tells those; a file that takes no more is told about, once, and left.
+    fn tell_those(&mut self, event: &Event<'_>, mut chosen: impl FnMut(&mut Sink) -> bool) {
+        let mut trouble = None;
+        self.sinks.retain_mut(|sink| {
+            let told = if chosen(sink) { sink.tell(event) } else { Ok(()) };
+            told.map_err(|e| trouble = Some(e)).is_ok()
+        });
+        if let Some(e) = trouble {
+            self.tell(&Event::Note { what: &format!("the log file takes no more: {e}") });
+        }
+    }
+
+    fn standing(&self, seconds: f64) -> Standing {
+        let Progress { pixels, of, promise_met, rays } = self.progress;
+        let share = promise_met as f64 / pixels.max(1) as f64;
+        Standing {
+            pixels,
+            of,
+            promise_met: self.promises.then_some(promise_met),
+            promise_share: (self.promises && pixels > 0).then_some(share),
+            rays,
+            rays_per_second: rays as f64 / seconds.max(1e-9),
+            seconds,
+            seconds_left: self.pace.seconds_left(),
+            memory_bytes: memory_bytes(),
+        }
+    }
+}
+
+fn line() -> Place {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    bar.set_style(ProgressStyle::with_template("{spinner} {wide_msg}").expect("a valid template"));
+    bar.enable_steady_tick(REDRAW_INTERVAL);
+    Place::Line(bar)
+}
+
+fn open(path: &Path) -> Result<File, Failure> {
+    let file = File::options().append(true).create(true).open(path);
+    file.map_err(|e| Failure::file(format!("cannot write {}: {e}", path.display())))
+}
+
+/// Memory that the program occupies now, where the system tells.
+fn memory_bytes() -> Option<u64> {
+    memory_stats().map(|memory| memory.physical_mem as u64)
+}

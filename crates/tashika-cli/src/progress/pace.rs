@@ -1,0 +1,113 @@
+//! How long the rest will take, from what the work took lately.
+//!
+//! Tiles differ: a sky is done in no time, a glass takes long, and neighbours resemble each other. So the time per pixel is that of
+//! recent pixels. With `Δpₖ` pixels finished in `Δtₖ` seconds between two observations,
+//!
+//! ```text
+//! T ← e^(−Δp / m) T + Δt      P ← e^(−Δp / m) P + Δp      seconds left = (T / P) · (pixels left)
+//! ```
+//!
+//! where the memory `m` is a tenth of all pixels: what was finished a tenth of the work ago weighs a third. It is the observed
+//! pace carried on, not a forecast: it cannot know what the tiles to come are like.
+//!
+//! # Guarantee
+//! Exact, rounding apart, where every pixel takes the same time, however observations are spaced.
+//!
+//! # Held to this by
+//! The tests below.
+
+/// Share of all pixels after which what was observed weighs a third.
+const MEMORY: f64 = 0.1;
+
+/// The pace of one run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pace {
+    pixels: u64,
+    of: u64,
+    seconds: f64,
+    recent_seconds: f64,
+    recent_pixels: f64,
+}
+
+impl Pace {
+    /// Takes note that so many pixels were finished after so many seconds. Fewer pixels than before, or another number in all,
+    /// begin another run.
+    pub fn observe(&mut self, pixels: u64, of: u64, seconds: f64) {
+        if pixels < self.pixels || of != self.of {
+            // The first run begins with the clock, those after it when they are first seen.
+            let begun = if self.of == 0 { 0.0 } else { self.seconds };
+            *self = Self { of, seconds: begun, ..Self::default() };
+        }
+        let more = (pixels - self.pixels) as f64;
+        let kept = (-more / (MEMORY * of.max(1) as f64)).exp();
+        self.recent_pixels = kept * self.recent_pixels + more;
+        self.recent_seconds = kept * self.recent_seconds + (seconds - self.seconds).max(0.0);
+        self.pixels = pixels;
+        self.seconds = seconds;
+    }
+
+    /// Seconds that the remaining pixels take at the recent pace; none before the first is finished.
+    pub fn seconds_left(&self) -> Option<f64> {
+        let left = self.of.saturating_sub(self.pixels) as f64;
+        (self.recent_pixels > 0.0).then(|| self.recent_seconds / self.recent_pixels * left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said to be left after each observation of a run of 1000 pixels that ends so many seconds after each number of them.
+    fn left(observed: impl IntoIterator<Item = (u64, f64)>) -> Vec<f64> {
+        let mut pace = Pace::default();
+        assert_eq!(pace.seconds_left(), None, "nothing is known yet");
+        observed
+            .into_iter()
+            .map(|(pixels, seconds)| {
+                pace.observe(pixels, 1000, seconds);
+                pace.seconds_left().unwrap()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_constant_pace_is_carried_on_exactly() {
+        // Steps of any size, also two at once.
+        let pixels = [1, 16, 272, 272, 273, 600, 999, 1000];
+        let said = left(pixels.map(|p| (p, p as f64 * 0.25)));
+        for (pixels, said) in pixels.into_iter().zip(said) {
+            let expected = (1000 - pixels) as f64 * 0.25;
+            assert!((said - expected).abs() <= 1e-12 * 250.0, "{pixels}: {said}, expected {expected}");
+        }
+    }
+
+    #[test]
+    fn a_pace_that_slows_is_followed() {
+        // The first half takes a second a pixel, the second half nine.
+        let clock = |p: u64| if p <= 500 { p as f64 } else { 500.0 + 9.0 * (p - 500) as f64 };
+        let steps: Vec<u64> = (1..=100).map(|i| 10 * i).collect();
+        let said = left(steps.iter().map(|&p| (p, clock(p))));
+        assert!((said[49] - 500.0).abs() < 1e-9, "as observed so far");
+        for (&pixels, said) in steps.iter().zip(&said).filter(|(p, _)| **p >= 700) {
+            // e⁻² of the weight is that of the first half, where the difference is eight seconds a pixel: 12 % of nine.
+            let truth = clock(1000) - clock(pixels);
+            assert!(*said <= truth && truth - *said <= 0.125 * truth, "{pixels}: {said}, truth {truth}");
+            // The mean since the beginning would be far off.
+            let mean = clock(pixels) / pixels as f64 * (1000 - pixels) as f64;
+            assert!(pixels == 1000 || truth - mean > 3.0 * (truth - *said), "{pixels}: {said}, mean {mean}");
+        }
+    }
+
+    #[test]
+    fn another_run_begins_anew() {
+        let mut pace = Pace::default();
+        pace.observe(100, 100, 50.0);
+        pace.observe(10, 100, 51.0);
+        assert_eq!(pace.seconds_left(), Some(9.0), "ten in one second, not in 51");
+        pace.observe(10, 40, 53.0);
+        assert_eq!(pace.seconds_left(), Some(6.0));
+        let mut first = Pace::default();
+        first.observe(0, 10, 3.0);
+        assert_eq!(first.seconds_left(), None);
+    }
+}

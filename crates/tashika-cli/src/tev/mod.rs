@@ -1,0 +1,8 @@
+//! The image viewer tev (<https://github.com/Tom94/tev>), which shows an image while it is rendered.
+//!
+//! [`packet`] is what is said, as bytes; [`viewer`] says it over a connection.
+
+mod packet;
+mod viewer;
+
+pub use viewer::{DEFAULT_ADDRESS, Viewer};

@@ -1,0 +1,174 @@
+"""Whether others read the OpenEXR files as they are documented (crates/tashika/src/io/exr/mod.rs).
+
+    python readers.py PROGRAM
+
+PROGRAM is the built `tashika`. Needs the Python packages OpenEXR (3, the reference implementation), OpenImageIO and numpy.
+Renders a small built-in scene, whole and in part, and reads both files with both; ends with an AssertionError where they
+disagree with each other, with the documentation or with what the program reports about the same render.
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy
+import OpenEXR
+import OpenImageIO
+
+SIZE = (64, 48)
+CROP = (13, 7, 40, 25)
+REC_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+
+# Planes and their channels, and those that hold whole numbers: the render's list in crates/tashika/src/render/mod.rs.
+PLANES = {
+    "": ("R", "G", "B"),
+    "standard_error": ("Y",),
+    "half_width": ("Y",),
+    "half_width_parts": ("clustering", "lights", "compensation"),
+    "claim": ("id",),
+    "stop": ("id",),
+    "pairs": ("n",),
+    "rays": ("n",),
+    "depth": ("Z",),
+    "normal": ("X", "Y", "Z"),
+    "albedo": ("R", "G", "B"),
+    "coverage": ("A",),
+}
+WHOLE = {"claim.id", "stop.id"}
+
+# Names of tashika:* attributes and their types; texts elsewhere.
+NUMBERS = {"confidence": float, "error": float, "gather.points": int, "seed": int, "vpls": int}
+
+
+def full_names():
+    """Names of all channels, as documented."""
+    return {f"{plane}.{c}" if plane else c for plane, channels in PLANES.items() for c in channels}
+
+
+class Reference:
+    """A file as the reference implementation's own Python module reads it."""
+
+    def __init__(self, path):
+        file = OpenEXR.File(str(path), separate_channels=True)
+        assert len(file.parts) == 1, "one part, so that every tool reads it"
+        self.attributes = file.header()
+        self.channels = {name: channel.pixels for name, channel in file.channels().items()}
+        self.data = self.window("dataWindow")
+        self.display = self.window("displayWindow")
+        self.aspect = self.attributes["pixelAspectRatio"]
+
+    def window(self, name):
+        """x, y, width, height; the file has the first and the last pixel."""
+        first, last = self.attributes[name]
+        return (int(first[0]), int(first[1]), int(last[0] - first[0] + 1), int(last[1] - first[1] + 1))
+
+    def attribute(self, name):
+        """A value; this reader gives numbers of type double as arrays of one."""
+        value = self.attributes[name]
+        return value.item() if isinstance(value, numpy.ndarray) and value.size == 1 else value
+
+
+class Other:
+    """A file as OpenImageIO reads it."""
+
+    def __init__(self, path):
+        file = OpenImageIO.ImageInput.open(str(path))
+        assert file, OpenImageIO.geterror()
+        spec = file.spec()
+        self.attributes = {a.name: a.value for a in spec.extra_attribs}
+        self.data = (spec.x, spec.y, spec.width, spec.height)
+        self.display = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
+        self.aspect = self.attributes["PixelAspectRatio"]
+        self.channels = {}
+        for i, (name, kind) in enumerate(zip(spec.channelnames, spec.channelformats or [spec.format] * spec.nchannels)):
+            # Asked for one by one and as they are: all together would be made floats.
+            pixels = file.read_image(0, 0, i, i + 1, kind)
+            assert pixels is not None, file.geterror()
+            self.channels[name] = pixels[:, :, 0]
+        file.close()
+
+    def attribute(self, name):
+        """A value."""
+        return self.attributes[name]
+
+
+def check_film(path, window, report):
+    """The file says what the documentation and the program's report say, to both readers."""
+    reference, other = Reference(path), Other(path)
+    for reader in (reference, other):
+        who = f"{path.name} by {type(reader).__name__}"
+        assert set(reader.channels) == full_names(), f"{who}: {sorted(reader.channels)}"
+        for name, pixels in reader.channels.items():
+            kind = numpy.uint32 if name in WHOLE else numpy.float32
+            assert pixels.dtype == kind, f"{who}: {name} is {pixels.dtype}"
+            assert pixels.shape == (window[3], window[2]), f"{who}: {name} is {pixels.shape}"
+        assert reader.data == window, f"{who}: data window {reader.data}"
+        assert reader.display == (0, 0, *SIZE), f"{who}: display window {reader.display}"
+        assert reader.aspect == 1.0, f"{who}: pixels of {reader.aspect}"
+        check_attributes(reader, who, report)
+    for name in full_names():
+        ours, theirs = reference.channels[name], other.channels[name]
+        assert ours.tobytes() == theirs.tobytes(), f"{path.name}: {name} differs between the readers"
+    assert numpy.isfinite(reference.channels["R"]).all() and reference.channels["R"].max() > 0
+    colors = [reference.channels[c].astype(numpy.float64) for c in "RGB"]
+    means = [float(c.mean()) for c in colors]
+    # Sums of 32-bit numbers in 64 bits: only the last rounding to 32 bits differs.
+    assert numpy.allclose(means, report["mean_radiance"], rtol=2**-23, atol=0), f"{means}, {report['mean_radiance']}"
+    assert int((reference.channels["claim.id"] != 0).sum()) == report["promise_met"]
+    assert int((reference.channels["stop.id"] != 0).sum()) == report["pixels"] == window[2] * window[3]
+
+
+def check_attributes(reader, who, report):
+    """Standard attributes and the program's own, their types and values."""
+    primaries = tuple(reader.attribute("chromaticities"))
+    assert numpy.allclose(primaries, REC_709, rtol=0, atol=1e-6), f"{who}: chromaticities {primaries}"
+    assert reader.attribute("software") == f"tashika {report['version']}", f"{who}: software"
+    # OpenImageIO has its own name for the standard's `comments`.
+    comments = reader.attributes.get("comments") or reader.attributes.get("ImageDescription")
+    assert comments and comments.startswith(f"{report['scene']} by {report['method']}: radiance"), f"{who}: {comments}"
+    assert "within 5 % of the sum over its virtual point lights at 90 %" in comments, f"{who}: {comments}"
+    expected = {
+        "scene": report["scene"],
+        "camera": report["camera"],
+        "method": report["method"],
+        "truth": report["truth"],
+        "version": report["version"],
+        "tiles": report["tiles"],
+        "complete": "true",
+        "claim": "calibrated",
+        "error": 0.05,
+        "confidence": 0.9,
+        "seed": report["seed"],
+        "gather.points": report["gather"],
+        "vpls": report["lights"]["count"],
+    }
+    for name, value in expected.items():
+        found = reader.attribute(f"tashika:{name}")
+        assert type(found) is NUMBERS.get(name, str), f"{who}: tashika:{name} is of type {type(found)}"
+        assert found == value, f"{who}: tashika:{name} is {found!r}, not {value!r}"
+    planes = json.loads(reader.attribute("tashika:planes"))
+    assert {p["name"]: tuple(p["channels"]) for p in planes} == PLANES, f"{who}: {planes}"
+    assert planes[0]["unit"] == "W·m⁻²·sr⁻¹", f"{who}: text beyond ASCII became {planes[0]['unit']!r}"
+    assert all(p["doc"] for p in planes), f"{who}: {planes}"
+
+
+def main():
+    program = pathlib.Path(sys.argv[1]).resolve()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        for name, window in [("whole", (0, 0, *SIZE)), ("part", CROP)]:
+            image, report = folder / f"{name}.exr", folder / f"{name}.json"
+            options = ["--size", "x".join(map(str, SIZE)), "--vpls", "200", "--gather", "2"]
+            options += ["--error", "5%", "--confidence", "90%", "--seed", "7", "--quiet"]
+            options += ["--crop", ",".join(map(str, CROP))] if window == CROP else []
+            command = [program, "render", "builtin:tiny", *options, "-o", image, "--json", report]
+            subprocess.run(command, check=True, timeout=120)
+            check_film(image, window, json.loads(report.read_text()))
+    versions = f"OpenEXR {OpenEXR.__version__}, OpenImageIO {OpenImageIO.__version__}"
+    print(f"two files of {len(full_names())} channels read alike by {versions}")
+
+
+if __name__ == "__main__":
+    main()
