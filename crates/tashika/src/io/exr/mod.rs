@@ -9,21 +9,25 @@
 //! meanings of all planes are the JSON list `tashika:planes`, in UTF-8.
 //!
 //! # Guarantee
-//! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes.
+//! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes. [`ExrFile`] gives the same samples, rows by rows.
 //!
 //! # Held to this by
-//! The tests below; names, types, windows and attributes were compared with the reference
+//! The tests below and those of `rows`; names, types, windows and attributes were compared with the reference
 //! implementation's reader (the Python package `OpenEXR` 3).
 
+mod layout;
 mod read;
+mod rows;
 mod write;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use read::check_claims;
+pub use layout::ExrPlane;
+pub(super) use layout::check_claims;
 pub use read::read_exr;
+pub use rows::ExrFile;
 pub use write::write_exr;
 
 use crate::error::{Error, Location};
