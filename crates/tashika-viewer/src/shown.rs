@@ -143,7 +143,7 @@ pub enum Refusal {
     #[error("outside the image; expected {0}")]
     Outside(String),
     /// There is no plane of that name.
-    #[error("no such plane; expected one that the description names")]
+    #[error("no such plane; expected one that the state names")]
     NoPlane,
     /// The file could not be read.
     #[error("{0}")]

@@ -65,13 +65,9 @@ fn assert_shows(shown: &dyn Shown, film: &Film) {
     assert_eq!(description.metadata["seed"], 7);
     for level in 0..description.levels {
         let side = 256 << level;
-        for (x, y) in [window.width, window.height].map(|n| 0..n.div_ceil(side)).into_iter().fold(
-            vec![(0, 0)],
-            |_, _| {
-                let rows = 0..window.height.div_ceil(side);
-                rows.flat_map(|y| (0..window.width.div_ceil(side)).map(move |x| (x, y))).collect()
-            },
-        ) {
+        let tiles =
+            Window { x: 0, y: 0, width: window.width.div_ceil(side), height: window.height.div_ceil(side) };
+        for (x, y) in tiles.pixels() {
             let at = TileAddress { level, x, y };
             for plane in ["", "half_width", "stop"] {
                 let tile = shown.tile(at, plane).unwrap();
