@@ -313,6 +313,9 @@ fn whoever_says_nothing_or_nonsense_disturbs_nobody() {
         // Those that were closed in favour of others refuse it.
         let _ = stream.write_all(b"GET / HTTP/1.1\r\nx: ");
     }
+    for _ in 0..2 {
+        assert_eq!(get(&server, "state").status, 200, "while all of them are open");
+    }
     drop(idle.split_off(idle.len() / 2));
     assert_eq!(get(&server, "state").status, 200);
 
