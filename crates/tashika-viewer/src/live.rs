@@ -5,7 +5,7 @@
 //! What is shown are samples of films that were given, never a mixture within a pixel.
 //!
 //! # Held to this by
-//! The tests below.
+//! The tests of `stored`, which hold both kinds of images against the film.
 
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
