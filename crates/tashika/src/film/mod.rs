@@ -148,6 +148,31 @@ impl Film {
         Ok(())
     }
 
+    /// A film of zeros with the same planes and metadata, for a window of an image of another size.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn blank(&self, size: [u32; 2], window: Window) -> Result<Self> {
+        Self::check(size, window)?;
+        let planes = self.planes.iter().map(|plane| plane.blank(window)).collect();
+        Ok(Self::from_planes(size, window, planes, self.metadata.clone()))
+    }
+
+    /// Sets `count` pixels in a row, beginning with `to`, to those of another film that begin with `at`, bit by bit.
+    ///
+    /// # Panics
+    /// If a pixel is outside its film's window, or the films do not have the same planes in the same order.
+    pub fn copy_pixels(&mut self, to: [u32; 2], from: &Self, at: [u32; 2], count: u32) {
+        assert_eq!(self.planes.len(), from.planes.len(), "films of different planes");
+        for (own, other) in self.planes.iter_mut().zip(&from.planes).filter(|_| count > 0) {
+            assert!(
+                own.name() == other.name() && own.channels() == other.channels(),
+                "films of different planes"
+            );
+            own.copy(to, other, at, count);
+        }
+    }
+
     /// Size of the full image (pixels).
     pub fn size(&self) -> [u32; 2] {
         self.size
@@ -250,6 +275,40 @@ mod tests {
         other.metadata_mut().set("seed", 1_u32);
         assert_ne!(film, other);
         assert_eq!(film, film.clone());
+    }
+
+    #[test]
+    fn pixels_are_copied_between_films_of_other_windows_bit_by_bit() {
+        let mut film = Film::new([10, 5], WINDOW, SPECS).unwrap();
+        film.metadata_mut().set("seed", 1_u32);
+        for (x, y) in WINDOW.pixels() {
+            film.plane_mut("").unwrap().set_f32(x, y, &[-0.0, x as f32, y as f32]);
+            film.plane_mut("cost").unwrap().set_u32(x, y, &[x, y]);
+        }
+        let window = Window { x: 0, y: 0, width: 3, height: 2 };
+        let mut other = film.blank([3, 2], window).unwrap();
+        assert_eq!((other.metadata(), other.planes().len()), (film.metadata(), 2));
+        other.copy_pixels([1, 1], &film, [5, 2], 2);
+        other.copy_pixels([0, 0], &film, [5, 2], 0);
+        for (x, y) in window.pixels() {
+            let is_copied = y == 1 && x > 0;
+            let expected = if is_copied { [-0.0, x as f32 + 4.0, 2.0] } else { [0.0; 3] };
+            let found = other.plane("").unwrap().f32_at(x, y);
+            assert_eq!(found.iter().map(|v| v.to_bits()).collect::<Vec<_>>(), expected.map(f32::to_bits));
+            assert_eq!(
+                other.plane("cost").unwrap().u32_at(x, y),
+                if is_copied { [x + 4, 2] } else { [0, 0] }
+            );
+        }
+        assert!(film.blank([3, 2], WINDOW).is_err(), "a window outside the image");
+    }
+
+    #[test]
+    #[should_panic(expected = "is outside")]
+    fn a_copy_over_the_edge_is_a_bug() {
+        let mut film = Film::new([10, 5], WINDOW, SPECS).unwrap();
+        let other = film.clone();
+        film.copy_pixels([3, 1], &other, [5, 1], 3);
     }
 
     #[test]

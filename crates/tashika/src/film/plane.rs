@@ -75,6 +75,31 @@ impl Plane {
         Self::from_samples([spec.name, spec.unit, spec.doc].map(str::to_owned), channels, window, samples)
     }
 
+    /// A plane of zeros like this one, for another window.
+    pub(super) fn blank(&self, window: Window) -> Self {
+        let count = window.area() as usize * self.channels.len();
+        let samples = match self.samples {
+            Samples::F32(_) => Samples::F32(vec![0.0; count]),
+            Samples::U32(_) => Samples::U32(vec![0; count]),
+        };
+        let words = [&self.name, &self.unit, &self.doc].map(Clone::clone);
+        Self::from_samples(words, self.channels.clone(), window, samples)
+    }
+
+    /// Sets `count` pixels from `to` to the right to those of another plane from `at` to the right.
+    pub(super) fn copy(&mut self, to: [u32; 2], from: &Self, at: [u32; 2], count: u32) {
+        let range = |plane: &Self, [x, y]: [u32; 2]| {
+            let start = plane.range(x, y).start;
+            start..plane.range(x + count - 1, y).end
+        };
+        let (to, at) = (range(self, to), range(from, at));
+        match (&mut self.samples, &from.samples) {
+            (Samples::F32(own), Samples::F32(other)) => own[to].copy_from_slice(&other[at]),
+            (Samples::U32(own), Samples::U32(other)) => own[to].copy_from_slice(&other[at]),
+            _ => panic!("plane {:?} holds samples of another kind", self.name),
+        }
+    }
+
     /// A plane of given samples, as many as the window and the channels say. `words`: name, unit, doc.
     pub(crate) fn from_samples(
         words: [String; 3],

@@ -22,7 +22,7 @@ mod vpl_set;
 use std::path::Path;
 
 pub use self::png::{Exposure, ToneMap, write_png};
-pub use exr::{read_exr, write_exr};
+pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
 pub use features::{Feature, FormatFeatures, Support, features};
 pub use files::SceneFiles;
 pub use output::{check_writable, write_file};

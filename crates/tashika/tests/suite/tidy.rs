@@ -103,8 +103,11 @@ fn elementary_functions_have_the_same_bits_everywhere() {
 fn no_code_is_unsafe() {
     assert_all_keep(unsafe_code);
     // What is forbidden cannot be allowed in the files of UNSAFE.
-    for (root, lint) in [("crates/tashika/src/lib.rs", "deny"), ("crates/tashika-cli/src/main.rs", "forbid")]
-    {
+    for (root, lint) in [
+        ("crates/tashika/src/lib.rs", "deny"),
+        ("crates/tashika-cli/src/main.rs", "forbid"),
+        ("crates/tashika-viewer/src/lib.rs", "forbid"),
+    ] {
         let line = format!("#![{lint}(unsafe_code)]");
         assert!(read(&workspace().join(root)).contains(&line), "{root}: add {line}");
     }

@@ -10,21 +10,25 @@
 //! file must have, `chromaticities` (Rec. 709), `software`, and `comments`: a line of what the image is and what it promises.
 //!
 //! # Guarantee
-//! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes.
+//! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes. [`ExrFile`] gives the same samples, rows by rows.
 //!
 //! # Held to this by
-//! The tests below; `readers.py` among the program's tests, which reads files by the reference implementation and by
+//! The tests below and those of `rows`; `readers.py` among the program's tests, which reads files by the reference implementation and by
 //! OpenImageIO and compares names, types, windows, attributes and every bit.
 
+mod layout;
 mod read;
+mod rows;
 mod write;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use read::check_claims;
+pub use layout::ExrPlane;
+pub(super) use layout::check_claims;
 pub use read::read_exr;
+pub use rows::ExrFile;
 pub use write::write_exr;
 
 use crate::error::{Error, Location};

@@ -38,7 +38,7 @@ const SPECS: &[PlaneSpec] = &[
 ];
 
 /// A cropped film with awkward numbers and every type of metadata.
-fn film() -> Film {
+pub(super) fn film() -> Film {
     let window = Window { x: 5, y: 3, width: 19, height: 37 };
     let mut film = Film::new([40, 50], window, SPECS).unwrap();
     let awkward = [0.0, -0.0, f32::MIN_POSITIVE / 4.0, f32::MAX, -1.5e-30, f32::INFINITY, 0.1];

@@ -1,0 +1,144 @@
+//! A film that is being rendered, shown tile by tile.
+//!
+//! # Guarantee
+//! [`LiveFilm::update`] takes time in proportion to the tile, waits at most for the tiles that are being handed out, and never for a browser.
+//! What is shown are samples of films that were given, never a mixture within a pixel.
+//!
+//! # Held to this by
+//! The tests of `stored`, which hold both kinds of images against the film.
+
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+
+use tashika::film::{Film, Window};
+
+use crate::overview::{Overview, factor};
+use crate::shown::{
+    Collected, Description, Headline, Refusal, Shown, Status, Tile, TileAddress, Values, values,
+};
+
+/// A film that grows while it is shown.
+#[derive(Default)]
+pub struct LiveFilm {
+    state: RwLock<State>,
+}
+
+#[derive(Default)]
+struct State {
+    version: u64,
+    image: Option<Image>,
+    headline: Option<Headline>,
+    finished: bool,
+}
+
+/// What there is once there is a film.
+struct Image {
+    description: Description,
+    film: Film,
+    /// Where the film is too large to be looked at as a whole.
+    overview: Option<Overview>,
+}
+
+impl Image {
+    fn new(film: Film) -> Self {
+        let window = film.window();
+        let overview = (factor(window) > 1).then(|| Overview::new(&film, window));
+        Self { description: Description::of(&film), film, overview }
+    }
+
+    fn renew(&mut self, part: Window) {
+        if let Some(overview) = &mut self.overview {
+            overview.renew(&self.film, part);
+        }
+    }
+}
+
+impl LiveFilm {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    fn read(&self) -> RwLockReadGuard<'_, State> {
+        self.state.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn write(&self) -> RwLockWriteGuard<'_, State> {
+        self.state.write().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Shows what a film holds in `tile`. The first call takes the film's size, planes and metadata, all calls must be of the same.
+    ///
+    /// # Panics
+    /// If the tile is not inside the film's window, or the film is not like that of the first call.
+    pub fn update(&self, film: &Film, tile: Window) {
+        let mut state = self.write();
+        let image = state.image.get_or_insert_with(|| {
+            Image::new(film.blank(film.size(), film.window()).expect("a size that a film has"))
+        });
+        for y in tile.y..tile.y + tile.height {
+            image.film.copy_pixels([tile.x, y], film, [tile.x, y], tile.width);
+        }
+        image.renew(tile);
+        state.version += 1;
+    }
+
+    /// Tells how far the render is.
+    pub fn progress(&self, headline: Headline) {
+        let mut state = self.write();
+        state.headline = Some(headline);
+        state.version += 1;
+    }
+
+    /// Shows a film that will not change, in place of what was shown.
+    pub fn finish(&self, film: Film) {
+        let mut image = Image::new(film);
+        image.renew(image.film.window());
+        let mut state = self.write();
+        state.image = Some(image);
+        state.finished = true;
+        state.version += 1;
+    }
+}
+
+impl Shown for LiveFilm {
+    fn description(&self) -> Option<Description> {
+        self.read().image.as_ref().map(|image| image.description.clone())
+    }
+
+    fn version(&self) -> u64 {
+        self.read().version
+    }
+
+    fn status(&self) -> Status {
+        let state = self.read();
+        let share = state.headline.as_ref().map_or(0.0, |h| h.pixels as f32 / h.of.max(1) as f32);
+        let ready = if state.finished { 1.0 } else { share.min(1.0) };
+        Status {
+            live: true,
+            finished: state.finished,
+            ready,
+            headline: state.headline.clone(),
+            failure: None,
+        }
+    }
+
+    fn tile(&self, at: TileAddress, plane: &str) -> Result<Tile, Refusal> {
+        let state = self.read();
+        let image = state.image.as_ref().ok_or(Refusal::NotYet)?;
+        let (part, plane) = (image.description.part(at)?, image.description.plane(plane)?);
+        let step = 1 << at.level;
+        if let Some(overview) = image.overview.as_ref().filter(|overview| overview.factor() <= step) {
+            return Ok(overview.tile(state.version, plane, part, step));
+        }
+        let mut bytes = Collected::new(image.film.planes()[plane].channels().len());
+        bytes.add(&image.film, plane, part, step);
+        Ok(Tile { version: state.version, bytes: bytes.into_bytes() })
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> Result<Vec<Values>, Refusal> {
+        let state = self.read();
+        let image = state.image.as_ref().ok_or(Refusal::NotYet)?;
+        image.description.check_pixel(x, y)?;
+        Ok(values(&image.film, x, y))
+    }
+}

@@ -1,0 +1,93 @@
+//! A film made small enough to be held and looked at as a whole: of each block the least certain pixel, with all that is known of it.
+//!
+//! Levels from the overview's own on are made from it, since choosing in two steps is choosing at once, up to ties
+//! ([`tashika::report::least_certain`]). Pixels that were not seen yet are zeros, as those that were not rendered.
+//!
+//! # Held to this by
+//! The tests of `live` and `stored`.
+
+use tashika::film::{Film, Window};
+use tashika::report::least_certain;
+
+use crate::shown::{Collected, Tile};
+
+/// Most samples of a channel.
+const MOST_SAMPLES: u64 = 1 << 21;
+
+/// The smallest power of two by which a window is thinned to what is held.
+pub(crate) fn factor(window: Window) -> u32 {
+    let thinned = |k: u32| u64::from(window.width.div_ceil(k)) * u64::from(window.height.div_ceil(k));
+    let mut factor = 1;
+    while thinned(factor) > MOST_SAMPLES {
+        factor *= 2;
+    }
+    factor
+}
+
+/// A film of the least certain pixels of another one.
+pub(crate) struct Overview {
+    /// Pixels a side of a block.
+    factor: u32,
+    /// The window that is shown.
+    window: Window,
+    film: Film,
+}
+
+impl Overview {
+    /// An overview of zeros, of a film for `window` with the planes of `like`.
+    pub(crate) fn new(like: &Film, window: Window) -> Self {
+        Self::thinned(like, window, factor(window))
+    }
+
+    pub(crate) fn thinned(like: &Film, window: Window, factor: u32) -> Self {
+        let size = [window.width.div_ceil(factor), window.height.div_ceil(factor)];
+        let film = like.blank(size, Window::full(size)).expect("a smaller size than one that was checked");
+        Self { factor, window, film }
+    }
+
+    pub(crate) fn factor(&self) -> u32 {
+        self.factor
+    }
+
+    /// Chooses anew for all blocks that `part` meets, from a film that has these blocks.
+    pub(crate) fn renew(&mut self, film: &Film, part: Window) {
+        let k = self.factor;
+        let first = [(part.x - self.window.x) / k, (part.y - self.window.y) / k];
+        let end = [
+            (part.x + part.width - self.window.x).div_ceil(k),
+            (part.y + part.height - self.window.y).div_ceil(k),
+        ];
+        let blocks = Window {
+            x: self.window.x + first[0] * k,
+            y: self.window.y + first[1] * k,
+            width: (end[0] * k).min(self.window.width) - first[0] * k,
+            height: (end[1] * k).min(self.window.height) - first[1] * k,
+        };
+        if k == 1 {
+            for y in blocks.y..blocks.y + blocks.height {
+                self.film.copy_pixels([first[0], y - self.window.y], film, [blocks.x, y], blocks.width);
+            }
+            return;
+        }
+        let across = (end[0] - first[0]) as usize;
+        for (i, pixel) in least_certain(film, blocks, k).into_iter().enumerate() {
+            let to = [first[0] + (i % across) as u32, first[1] + (i / across) as u32];
+            self.film.copy_pixels(to, film, pixel, 1);
+        }
+    }
+
+    /// A tile of a level that is not finer than the overview; `part` is what it shows of the window, `step` how many pixels a sample
+    /// stands for.
+    pub(crate) fn tile(&self, version: u64, plane: usize, part: Window, step: u32) -> Tile {
+        let k = self.factor;
+        let part = Window {
+            x: (part.x - self.window.x) / k,
+            y: (part.y - self.window.y) / k,
+            width: part.width.div_ceil(k),
+            height: part.height.div_ceil(k),
+        };
+        let mut bytes = Collected::new(self.film.planes()[plane].channels().len());
+        bytes.add(&self.film, plane, part, step / k);
+        Tile { version, bytes: bytes.into_bytes() }
+    }
+}

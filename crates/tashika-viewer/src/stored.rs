@@ -1,0 +1,171 @@
+//! A film in a file, of any size, never loaded whole.
+//!
+//! A thread makes an overview of it, from strips of rows in an order that covers the image evenly early, so that something is seen at once
+//! and it sharpens. Levels finer than the overview are read when they are asked for.
+//!
+//! # Guarantee
+//! Memory: the overview, of at most 2²¹ samples a channel, strips of at most [`KEPT_BYTES`], and the strips that are being used. Samples of
+//! the overview that are not there yet are zeros.
+//!
+//! # Held to this by
+//! The tests below.
+
+use std::path::Path;
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, Weak};
+use std::thread;
+
+use tashika::error::{Error, Result};
+use tashika::film::Window;
+use tashika::io::ExrFile;
+
+use crate::overview::{Overview, factor};
+use crate::shown::{
+    Collected, Description, PlaneDescription, Refusal, Shown, Status, Tile, TileAddress, Values, values,
+};
+use crate::strips::Strips;
+
+/// Strips that are kept (bytes).
+const KEPT_BYTES: u64 = 1 << 29;
+
+/// A film in an OpenEXR file.
+pub struct StoredFilm {
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    description: Description,
+    strips: Strips,
+    state: RwLock<State>,
+}
+
+struct State {
+    overview: Overview,
+    /// Strips that the overview has.
+    done: u32,
+    finished: bool,
+    failure: Option<String>,
+    version: u64,
+}
+
+impl StoredFilm {
+    /// Opens a file, and begins to read it.
+    ///
+    /// # Errors
+    /// As [`ExrFile::open`], and if its first rows cannot be read or no thread be started.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = ExrFile::open(path)?;
+        let thinned = factor(file.window());
+        let stored = Self::new(file, thinned, KEPT_BYTES)?;
+        let inner = Arc::downgrade(&stored.inner);
+        let build = thread::Builder::new().name("overview".to_owned()).spawn(move || build(&inner));
+        build.map_err(|e| Error::io(path, e))?;
+        Ok(stored)
+    }
+
+    fn new(file: ExrFile, factor: u32, kept_bytes: u64) -> Result<Self> {
+        let window = file.window();
+        let planes = file
+            .planes()
+            .iter()
+            .map(|p| PlaneDescription::new([&p.name, &p.unit, &p.doc], p.channels.clone(), p.kind));
+        let description = Description::new(file.size(), window, planes.collect(), file.metadata());
+        let first_row = file.read_rows(window.y..window.y + 1)?;
+        let overview = Overview::thinned(&first_row, window, factor);
+        let state = State { overview, done: 0, finished: false, failure: None, version: 1 };
+        let strips = Strips::new(file, factor, kept_bytes);
+        Ok(Self { inner: Arc::new(Inner { description, strips, state: RwLock::new(state) }) })
+    }
+}
+
+/// Makes the overview, as long as somebody has the film.
+fn build(film: &Weak<Inner>) {
+    let Some(count) = film.upgrade().map(|film| film.strips.count()) else { return };
+    for strip in bit_reversed(count) {
+        let Some(film) = film.upgrade() else { return };
+        film.see(strip);
+    }
+    if let Some(film) = film.upgrade() {
+        film.state.write().unwrap_or_else(PoisonError::into_inner).finished = true;
+    }
+}
+
+/// The numbers below `count` in an order whose beginnings are spread evenly: that of their bits read backwards.
+fn bit_reversed(count: u32) -> impl Iterator<Item = u32> {
+    let bits = count.next_power_of_two().trailing_zeros();
+    let reversed = move |i: u64| ((i as u32).reverse_bits().checked_shr(32 - bits)).unwrap_or(0);
+    (0..1_u64 << bits).map(reversed).filter(move |&i| i < count)
+}
+
+impl Inner {
+    fn read(&self) -> RwLockReadGuard<'_, State> {
+        self.state.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Reads a strip for the overview.
+    fn see(&self, strip: u32) {
+        // Strips of films that fit are read once; others would only drive out what is being looked at.
+        let film = if self.strips.fit() && self.read().overview.factor() > 1 {
+            self.strips.get(strip)
+        } else {
+            self.strips.read(strip).map(Arc::new).map_err(|e| e.to_string())
+        };
+        let mut state = self.state.write().unwrap_or_else(PoisonError::into_inner);
+        match film {
+            Ok(film) => state.overview.renew(&film, film.window()),
+            Err(said) => {
+                state.failure.get_or_insert(said);
+            }
+        }
+        state.done += 1;
+        state.version += 1;
+    }
+}
+
+impl Shown for StoredFilm {
+    fn description(&self) -> Option<Description> {
+        Some(self.inner.description.clone())
+    }
+
+    fn version(&self) -> u64 {
+        self.inner.read().version
+    }
+
+    fn status(&self) -> Status {
+        let state = self.inner.read();
+        let ready = state.done as f32 / self.inner.strips.count() as f32;
+        let failure = state.failure.clone();
+        Status { live: false, finished: state.finished, ready, headline: None, failure }
+    }
+
+    fn tile(&self, at: TileAddress, plane: &str) -> Result<Tile, Refusal> {
+        let Inner { description, strips, .. } = &*self.inner;
+        let (part, plane) = (description.part(at)?, description.plane(plane)?);
+        let step = 1 << at.level;
+        let version = {
+            let state = self.inner.read();
+            if state.overview.factor() <= step {
+                return Ok(state.overview.tile(state.version, plane, part, step));
+            }
+            state.version
+        };
+        let mut bytes = Collected::new(description.planes[plane].channels.len());
+        let end = part.y + part.height;
+        for number in strips.of_row(part.y)..=strips.of_row(end - 1) {
+            let strip = strips.window(number);
+            let top = part.y.max(strip.y);
+            let rows = Window { y: top, height: end.min(strip.y + strip.height) - top, ..part };
+            bytes.add(&*strips.get(number).map_err(Refusal::Unreadable)?, plane, rows, step);
+        }
+        Ok(Tile { version, bytes: bytes.into_bytes() })
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> Result<Vec<Values>, Refusal> {
+        let Inner { description, strips, .. } = &*self.inner;
+        description.check_pixel(x, y)?;
+        let strip = strips.get(strips.of_row(y)).map_err(Refusal::Unreadable)?;
+        Ok(values(&strip, x, y))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,284 @@
+//! Films in OpenEXR files too large to be held: rows on demand.
+//!
+//! [`ExrFile::open`] reads the header and where each block of rows, or tile, begins. [`ExrFile::read_rows`] then reads and decompresses
+//! the blocks that meet the rows asked for, and no others. Scan lines and tiles, single- and multi-part files.
+//!
+//! # Guarantee
+//! The rows, put together, are the film that [`read_exr`](super::read_exr) gives, bit by bit. A file that is damaged, or was cut short or
+//! replaced meanwhile, gives an error that names it. Memory: eight bytes a block, the rows, and one block at a time as compressed and as
+//! decompressed; none of it before the file was seen to be long enough.
+//!
+//! # Limits
+//! A block is decompressed whole: of a file that is one tile, each call decompresses all. A block found at its place is believed
+//! otherwise, as the format has no checksums beyond those of ZIP.
+//!
+//! # Held to this by
+//! The tests in `rows/tests.rs`, with films of our own and files as other programs write them, by any compression.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use ::exr::block::UncompressedBlock;
+use ::exr::block::chunk::{
+    Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates,
+};
+use ::exr::meta::attribute::SampleType;
+use ::exr::meta::{BlockDescription, MetaData};
+use ::exr::prelude::{Vec2, f16};
+
+use super::at;
+use super::layout::{ExrPlane, Layout, checked_header};
+use crate::error::{Error, Location, Result};
+use crate::film::{Film, Metadata, Plane, SampleKind, Samples, Window};
+
+/// An OpenEXR file whose header was read. It stays open, so that a file that takes its name does not mix with it.
+#[derive(Debug)]
+pub struct ExrFile {
+    path: PathBuf,
+    file: Mutex<File>,
+    /// Bytes of the file when it was opened.
+    length: u64,
+    meta: MetaData,
+    layout: Layout,
+    blocks: Blocks,
+}
+
+/// Where the blocks of the largest level are.
+#[derive(Debug)]
+struct Blocks {
+    /// Columns and rows of a block; those at the right and at the bottom may be smaller.
+    size: [usize; 2],
+    /// Blocks beside each other.
+    across: usize,
+    /// First byte of each, row by row.
+    offsets: Vec<u64>,
+}
+
+impl ExrFile {
+    /// Reads the header of a file; refuses what [`read_exr`](super::read_exr) refuses, except for its length.
+    ///
+    /// # Errors
+    /// As [`read_exr`](super::read_exr), for what the header says.
+    pub fn open(path: &Path) -> Result<Self> {
+        let io = |e| Error::io(path, e);
+        let file = File::open(path).map_err(io)?;
+        let length = file.metadata().map_err(io)?.len();
+        let mut read = BufReader::new(file);
+        checked_header(path, &mut read, length)?;
+        // Now refusing damaged attributes, as reading whole images does.
+        read.rewind().map_err(io)?;
+        let meta = MetaData::read_from_buffered(&mut read, true).map_err(|e| at(path, e))?;
+        let layout = Layout::of(path, &meta.headers[0])?;
+        let blocks = Blocks::read(path, &mut read, &meta, length)?;
+        Ok(Self { path: path.to_owned(), file: Mutex::new(read.into_inner()), length, meta, layout, blocks })
+    }
+
+    /// Size of the full image (pixels).
+    pub fn size(&self) -> [u32; 2] {
+        self.layout.size
+    }
+
+    /// The part of the image that the file holds.
+    pub fn window(&self) -> Window {
+        self.layout.window
+    }
+
+    /// All planes, in the order of the film's.
+    pub fn planes(&self) -> &[ExrPlane] {
+        &self.layout.planes
+    }
+
+    /// Provenance.
+    pub fn metadata(&self) -> &Metadata {
+        &self.layout.metadata
+    }
+
+    /// Rows that are decompressed at once; the first block begins at the window's first row, if the file has no data above the image.
+    pub fn rows_per_block(&self) -> u32 {
+        u32::try_from(self.blocks.size[1]).unwrap_or(u32::MAX)
+    }
+
+    /// The film of these rows of the full image, as wide as the window.
+    ///
+    /// # Errors
+    /// [`Error::Option`] naming `rows` if there are none or some are outside the window, [`Error::Io`] if the file cannot be read,
+    /// [`Error::Invalid`] if it is damaged there.
+    pub fn read_rows(&self, rows: Range<u32>) -> Result<Film> {
+        let Layout { size, window, offset, planes, metadata } = &self.layout;
+        if rows.is_empty() || rows.start < window.y || rows.end > window.y + window.height {
+            let expected = format!("rows inside {}..{}", window.y, window.y + window.height);
+            return Err(Error::option("rows", format!("{}..{}", rows.start, rows.end), expected));
+        }
+        let part = Window { y: rows.start, height: rows.end - rows.start, ..*window };
+        let mut filled: Vec<Samples> = planes
+            .iter()
+            .map(|plane| {
+                let count = part.area() as usize * plane.channels.len();
+                match plane.kind {
+                    SampleKind::F32 => Samples::F32(vec![0.0; count]),
+                    SampleKind::U32 => Samples::U32(vec![0; count]),
+                }
+            })
+            .collect();
+        // Rows and columns of the file's data.
+        let top = (rows.start - window.y) as usize + offset[1];
+        let kept = [offset[0]..offset[0] + window.width as usize, top..top + part.height as usize];
+        let [columns, lines] = &kept;
+        for down in lines.start / self.blocks.size[1]..lines.end.div_ceil(self.blocks.size[1]) {
+            for right in columns.start / self.blocks.size[0]..columns.end.div_ceil(self.blocks.size[0]) {
+                let block = self.block(right, down)?;
+                self.place(&block, &kept, &mut filled);
+            }
+        }
+        let planes = planes
+            .iter()
+            .zip(filled)
+            .map(|(p, samples)| {
+                let words = [p.name.clone(), p.unit.clone(), p.doc.clone()];
+                Plane::from_samples(words, p.channels.clone(), part, samples)
+            })
+            .collect();
+        Ok(Film::from_planes(*size, part, planes, metadata.clone()))
+    }
+
+    /// A block of the largest level, decompressed.
+    fn block(&self, right: usize, down: usize) -> Result<UncompressedBlock> {
+        let chunk = self.chunk(right, down)?;
+        UncompressedBlock::decompress_chunk(chunk, &self.meta, false).map_err(|e| at(&self.path, e))
+    }
+
+    /// A block as it stands in the file, if it is the one that should be there.
+    fn chunk(&self, right: usize, down: usize) -> Result<Chunk> {
+        let header = &self.meta.headers[0];
+        let offset = self.blocks.offsets[down * self.blocks.across + right];
+        let damaged = |found: String, expected: String| {
+            let item = format!("block {right},{down} at byte {offset}");
+            Error::invalid(Location::file(&self.path).item(item), found, expected)
+        };
+        let io = |e| Error::io(&self.path, e);
+        let first_row =
+            header.own_attributes.layer_position.1.saturating_add((down * self.blocks.size[1]) as i32);
+        // The part, if there are several, and what block of it; then the length.
+        let mut place = Vec::new();
+        if self.meta.requirements.is_multilayer() {
+            place.push(0);
+        }
+        match header.blocks {
+            BlockDescription::Tiles(_) => place.extend([right as i32, down as i32, 0, 0]),
+            BlockDescription::ScanLines => place.push(first_row),
+        }
+
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.seek(SeekFrom::Start(offset)).map_err(io)?;
+        let mut number = || {
+            let mut bytes = [0; 4];
+            file.read_exact(&mut bytes).map(|()| i32::from_le_bytes(bytes)).map_err(io)
+        };
+        let found: Vec<i32> = place.iter().map(|_| number()).collect::<Result<_>>()?;
+        if found != place {
+            return Err(damaged(format!("the place {found:?}"), format!("{place:?}")));
+        }
+        let length = number()?;
+        let begin = offset + 4 * (place.len() as u64 + 1);
+        let most = self.length.saturating_sub(begin).min(header.max_block_byte_size() as u64);
+        let Some(length) = usize::try_from(length).ok().filter(|&length| length as u64 <= most) else {
+            return Err(damaged(format!("a length of {length} bytes"), format!("0 to {most}")));
+        };
+        let mut compressed_pixels_le = vec![0; length];
+        file.read_exact(&mut compressed_pixels_le).map_err(io)?;
+        let compressed_block = match header.blocks {
+            BlockDescription::Tiles(_) => {
+                let coordinates = TileCoordinates { tile_index: Vec2(right, down), level_index: Vec2(0, 0) };
+                CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
+            }
+            BlockDescription::ScanLines => {
+                let y_coordinate = first_row;
+                CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
+            }
+        };
+        Ok(Chunk { layer_index: 0, compressed_block })
+    }
+
+    /// Puts what a block has of the kept columns and rows of the data where it belongs.
+    fn place(&self, block: &UncompressedBlock, kept: &[Range<usize>; 2], filled: &mut [Samples]) {
+        let [columns, rows] = kept;
+        let channels = &self.meta.headers[0].channels;
+        // Plane, number in it, of each channel of the file; one of two channels of the same name is in none.
+        let mut homes = vec![None; channels.list.len()];
+        for (p, plane) in self.layout.planes.iter().enumerate() {
+            for (c, &place) in plane.places.iter().enumerate() {
+                homes[place] = Some((p, c));
+            }
+        }
+        for line in block.lines(channels) {
+            let Vec2(left, row) = line.location.position;
+            let Some((plane, channel)) = homes[line.location.channel].filter(|_| rows.contains(&row)) else {
+                continue;
+            };
+            let begin = left.max(columns.start);
+            let end = (left + line.location.sample_count).min(columns.end);
+            if begin >= end {
+                continue;
+            }
+            let count = self.layout.planes[plane].channels.len();
+            let to = ((row - rows.start) * columns.len() + begin - columns.start) * count + channel;
+            let kind = channels.list[line.location.channel].sample_type;
+            let bytes = kind.bytes_per_sample();
+            let from = &line.value[(begin - left) * bytes..(end - left) * bytes];
+            let four = |b: &[u8]| [b[0], b[1], b[2], b[3]];
+            match (&mut filled[plane], kind) {
+                (Samples::F32(samples), SampleType::F16) => {
+                    let values = from.chunks_exact(2).map(|b| f16::from_ne_bytes([b[0], b[1]]).to_f32());
+                    spread(values, &mut samples[to..], count);
+                }
+                (Samples::F32(samples), _) => {
+                    let values = from.chunks_exact(4).map(|b| f32::from_ne_bytes(four(b)));
+                    spread(values, &mut samples[to..], count);
+                }
+                (Samples::U32(samples), _) => {
+                    let values = from.chunks_exact(4).map(|b| u32::from_ne_bytes(four(b)));
+                    spread(values, &mut samples[to..], count);
+                }
+            }
+        }
+    }
+}
+
+/// Puts values into every `step`-th place.
+fn spread<T>(values: impl Iterator<Item = T>, to: &mut [T], step: usize) {
+    for (place, value) in to.iter_mut().step_by(step).zip(values) {
+        *place = value;
+    }
+}
+
+impl Blocks {
+    /// Reads the table that follows the headers, or rather the part of it that is read from here.
+    fn read(path: &Path, read: &mut impl Read, meta: &MetaData, length: u64) -> Result<Self> {
+        let header = &meta.headers[0];
+        let (Vec2(width, height), Vec2(columns, rows)) = (header.layer_size, header.max_block_pixel_size());
+        let size = [columns.max(1), rows.max(1)];
+        // Levels follow each other, the largest first, and rows of blocks from the top, whatever the order of the blocks themselves.
+        let across = width.div_ceil(size[0]);
+        let count = across.saturating_mul(height.div_ceil(size[1]));
+        if count > header.chunk_count || (count as u64).saturating_mul(8) > length {
+            let found = format!("{count} blocks of {} in {length} bytes", header.chunk_count);
+            return Err(Error::invalid(Location::file(path), found, "a place for each block"));
+        }
+        let mut bytes = vec![0; 8 * count];
+        read.read_exact(&mut bytes).map_err(|e| Error::io(path, e))?;
+        let number = |b: &[u8]| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
+        let offsets: Vec<u64> = bytes.chunks_exact(8).map(number).collect();
+        // A block has a place and a length, so that what is added to its offset below cannot overflow.
+        if let Some(beyond) = offsets.iter().find(|&&offset| offset >= length) {
+            let found = format!("a block at byte {beyond} of {length}");
+            return Err(Error::invalid(Location::file(path), found, "blocks inside the file"));
+        }
+        Ok(Self { size, across, offsets })
+    }
+}
+
+#[cfg(test)]
+mod tests;
