@@ -279,13 +279,95 @@ def experiment_page(browser):
     page.close()
 
 
+@contextlib.contextmanager
+def started(line):
+    """The program, running; it is ended if it has not ended by itself."""
+    process = subprocess.Popen([PROGRAM, *line.split()], cwd=FOLDER, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def viewed_page(browser):
+    """A file and its reference, served tile by tile."""
+    with started("view ours.exr exact.exr --no-browser") as program:
+        address = next(word for word in program.stdout.readline().split() if word.startswith("http"))
+        opened = Opened(browser, address)
+        opened.page.wait_for_selector("#news", state="hidden")
+        assert opened.page.input_value("#right") == "0/error", "the true error is what one sees first"
+        check_values(opened, FOLDER / "ours.exr", dozen(0, 0, 64, 36), PLANES | {"normal": [f"normal.{c}" for c in "XYZ"]})
+        check_values(opened, FOLDER / "exact.exr", [(3, 5), (40, 20)], {"reference": ["R", "G", "B"]})
+        # The canvas shows the same colours as the page that holds its samples.
+        still = Opened(browser, (FOLDER / "compare.html").as_uri())
+        for page in (opened, still):
+            page.choose("right", "claims kept")
+            page.go(32, 18)
+        places = [(x, y) for x in (0.3, 0.45, 0.62, 0.7) for y in (0.2, 0.5, 0.8)]
+        assert [opened.at(*p) for p in places] == [still.at(*p) for p in places]
+        still.close()
+        opened.shot("view-wide")
+        foreign = [url for url in opened.requests if not url.startswith((address, "blob:", "data:"))]
+        assert not foreign, foreign
+        opened.page.goto("about:blank")
+        opened.close()
+
+
+RENDER = "render builtin:tiny --vpls 2000 --gather 16 --size 400x225 --error 1% --serve --no-browser --log json --threads 1"
+
+
+def address_of(program):
+    for line in program.stderr:
+        told = json.loads(line)
+        if told["event"] == "note" and "watched at" in told["what"]:
+            return told["what"].split()[-1]
+    raise AssertionError("no address was told")
+
+
+def live_page(browser):
+    """A render that is watched: tiles appear, the promise is told, and the end is what is written."""
+    with started(f"{RENDER} -o live.exr") as program:
+        opened = Opened(browser, address_of(program))
+        opened.page.wait_for_selector("#left option", state="attached", timeout=60_000)
+        opened.page.wait_for_function("() => /keep their promise/.test(document.getElementById('news-text').textContent)")
+        assert opened.page.get_attribute("#viewer", "data-finished") == "false", "it was over before it was seen"
+        opened.shot("live-midway")
+        opened.page.wait_for_selector("#viewer[data-finished=true]", timeout=300_000)
+        opened.page.wait_for_timeout(1500)
+        opened.choose("right", "relative half-width")
+        check_values(opened, FOLDER / "live.exr", dozen(190, 100, 20, 20), PLANES)
+        opened.shot("live-end")
+        still = Opened(browser, (FOLDER / "live.html").as_uri())
+        # Not the image itself: the exposure is found from a smaller one here.
+        for page in (opened, still):
+            page.choose("left", "claim")
+            page.go(200, 110)
+        places = [(x, y) for x in (0.3, 0.45, 0.62, 0.7) for y in (0.2, 0.5, 0.8)]
+        assert [opened.at(*p) for p in places] == [still.at(*p) for p in places], "the end is not what was written"
+        still.close()
+        assert program.poll() is None, "it went before the page was closed"
+        opened.page.goto("about:blank")
+        opened.close()
+        assert program.wait(20) == 0, "it stays though nobody watches"
+    # Closing the page does not stop the render.
+    with started(f"{RENDER} -o closed.exr") as program:
+        page = browser.new_page()
+        page.goto(address_of(program))
+        page.wait_for_selector("#viewer[data-ready=true]")
+        page.close()
+        assert program.wait(300) == 0
+    for ending in ("exr", "png"):
+        assert (FOLDER / f"closed.{ending}").read_bytes() == (FOLDER / f"live.{ending}").read_bytes(), "watching changed the image"
+
+
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         options = ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = playwright.chromium.launch(executable_path=chromium(), args=options)
         with contextlib.closing(browser):
-            for check in (rendered_page, large_page, compared_page, experiment_page):
+            for check in (rendered_page, large_page, compared_page, experiment_page, viewed_page, live_page):
                 check(browser)
                 print(f"{check.__name__}: ok", flush=True)
 

@@ -20,10 +20,12 @@ mod measure;
 mod plan;
 mod progress;
 mod render;
+mod serve;
 mod stage;
 mod summary;
 mod tev;
 mod values;
+mod view;
 mod vpl;
 
 use std::process::ExitCode;
@@ -50,6 +52,7 @@ fn run(args: &Args) -> Result<Outcome, Failure> {
         Command::Render(typed) => render::run(&plan::RenderPlan::new(typed)?),
         Command::Info(typed) => info::run(&plan::InfoPlan::new(typed)?),
         Command::Vpl(typed) => vpl::run(&plan::VplPlan::new(typed)?),
+        Command::View(typed) => view::run(&plan::ViewPlan::new(typed)?),
         Command::Compare(typed) => compare::run(&plan::ComparePlan::new(typed)?),
         Command::Coverage(typed) => coverage::run(&plan::CoveragePlan::new(typed)?),
         Command::Experiment(typed) => experiment::run(&plan::ExperimentPlan::new(typed)?),

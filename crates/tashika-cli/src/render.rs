@@ -18,6 +18,7 @@ use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::plan::{Integration, Lights, RenderPlan};
 use crate::progress::{Meter, metered};
+use crate::serve::LivePage;
 use crate::stage::{Stage, light_tree, stored_lights, timed};
 use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, typed_command, write_json};
 use crate::tev::Viewer;
@@ -32,6 +33,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     for option in &plan.unused {
         meter.note(&format!("{option} means nothing to this method and is not used"));
     }
+    let page = plan.serve.as_ref().map(|serving| LivePage::open(plan, serving, meter)).transpose()?;
     let viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, &plan.exr)).transpose()?;
     let mut seconds = Seconds::default();
     let stored = stored_lights(plan.lights(), meter, &mut seconds)?;
@@ -54,6 +56,9 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
                 meter.update(&done.progress);
                 if let Some(trouble) = viewer.as_ref().and_then(|viewer| viewer.show(done)) {
                     meter.note(&trouble);
+                }
+                if let Some(page) = &page {
+                    page.show(done, meter.words());
                 }
             };
             render(&setting, integrator.as_ref(), &options, &watch, cancel)
@@ -110,6 +115,9 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     }
     if !plan.common.quiet {
         report.rows().print()?;
+    }
+    if let Some(page) = page {
+        page.end(rendered.film, meter);
     }
     Ok(match (complete, budget_hit) {
         (false, _) => Outcome::Interrupted,

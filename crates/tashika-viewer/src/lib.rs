@@ -8,7 +8,7 @@
 //! | `shown` | what a server asks of an image, and tiles of it |
 //! | `overview` | a film made small enough to be held, of its least certain pixels |
 //! | `live`, `stored` | the two kinds of images |
-//! | `strips` | rows of a file, the last used ones kept |
+//! | `rows`, `strips` | rows of a file with those of its reference, the last used ones kept |
 //! | `server` | the thread, its connections, and who watches |
 //! | `routes` | from a request to a response |
 //!
@@ -22,6 +22,7 @@
 mod live;
 mod overview;
 mod routes;
+mod rows;
 mod server;
 mod shown;
 mod stored;

@@ -42,7 +42,7 @@ impl Image {
     fn new(film: Film) -> Self {
         let window = film.window();
         let overview = (factor(window) > 1).then(|| Overview::new(&film, window));
-        Self { description: Description::of(&film), film, overview }
+        Self { description: Description::of(&film, window), film, overview }
     }
 
     fn renew(&mut self, part: Window) {

@@ -164,12 +164,13 @@ impl Description {
         Self { size, window, planes, metadata, levels }
     }
 
-    pub(crate) fn of(film: &Film) -> Self {
+    /// Of a window of which the film holds some rows.
+    pub(crate) fn of(film: &Film, window: Window) -> Self {
         let planes = film
             .planes()
             .iter()
             .map(|p| PlaneDescription::new([p.name(), p.unit(), p.doc()], p.channels().to_vec(), p.kind()));
-        Self::new(film.size(), film.window(), planes.collect(), film.metadata())
+        Self::new(film.size(), window, planes.collect(), film.metadata())
     }
 
     /// The pixels that a tile shows.

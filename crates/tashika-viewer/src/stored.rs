@@ -15,13 +15,11 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, Weak};
 use std::thread;
 
 use tashika::error::{Error, Result};
-use tashika::film::Window;
-use tashika::io::ExrFile;
+use tashika::film::{Metadata, Window};
 
 use crate::overview::{Overview, factor};
-use crate::shown::{
-    Collected, Description, PlaneDescription, Refusal, Shown, Status, Tile, TileAddress, Values, values,
-};
+use crate::rows::Rows;
+use crate::shown::{Collected, Description, Refusal, Shown, Status, Tile, TileAddress, Values, values};
 use crate::strips::Strips;
 
 /// Strips that are kept (bytes).
@@ -48,12 +46,13 @@ struct State {
 }
 
 impl StoredFilm {
-    /// Opens a file, and begins to read it.
+    /// Opens a file, and begins to read it; the main plane of `reference` becomes the plane `reference`.
     ///
     /// # Errors
-    /// As [`ExrFile::open`], and if its first rows cannot be read or no thread be started.
-    pub fn open(path: &Path) -> Result<Self> {
-        let file = ExrFile::open(path)?;
+    /// As [`ExrFile::open`](tashika::io::ExrFile::open), if a reference shows another part of an image or has no colours, and if the first
+    /// rows cannot be read or no thread be started.
+    pub fn open(path: &Path, reference: Option<&Path>) -> Result<Self> {
+        let file = Rows::open(path, reference)?;
         let thinned = factor(file.window());
         let stored = Self::new(file, thinned, KEPT_BYTES)?;
         let inner = Arc::downgrade(&stored.inner);
@@ -62,14 +61,15 @@ impl StoredFilm {
         Ok(stored)
     }
 
-    fn new(file: ExrFile, factor: u32, kept_bytes: u64) -> Result<Self> {
+    /// What the file says of its film.
+    pub fn metadata(&self) -> &Metadata {
+        self.inner.strips.metadata()
+    }
+
+    fn new(file: Rows, factor: u32, kept_bytes: u64) -> Result<Self> {
         let window = file.window();
-        let planes = file
-            .planes()
-            .iter()
-            .map(|p| PlaneDescription::new([&p.name, &p.unit, &p.doc], p.channels.clone(), p.kind));
-        let description = Description::new(file.size(), window, planes.collect(), file.metadata());
-        let first_row = file.read_rows(window.y..window.y + 1)?;
+        let first_row = file.read(window.y..window.y + 1)?;
+        let description = Description::of(&first_row, window);
         let overview = Overview::thinned(&first_row, window, factor);
         let state = State { overview, done: 0, finished: false, failure: None, version: 1 };
         let strips = Strips::new(file, factor, kept_bytes);

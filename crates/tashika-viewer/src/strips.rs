@@ -9,16 +9,16 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
+use crate::rows::Rows;
 use tashika::error::Result;
-use tashika::film::{Film, Window};
-use tashika::io::ExrFile;
+use tashika::film::{Film, Metadata, Window};
 
 /// A strip that is there, or on its way.
 type Slot = Arc<OnceLock<std::result::Result<Arc<Film>, String>>>;
 
 /// A file, read in strips of whole rows.
 pub(crate) struct Strips {
-    file: ExrFile,
+    file: Rows,
     /// Rows of a strip.
     rows: u32,
     /// Most bytes kept.
@@ -29,10 +29,15 @@ pub(crate) struct Strips {
 
 impl Strips {
     /// Strips of at least 16 rows, a multiple of `multiple`, and of no fewer rows than are decompressed at once.
-    pub(crate) fn new(file: ExrFile, multiple: u32, most: u64) -> Self {
+    pub(crate) fn new(file: Rows, multiple: u32, most: u64) -> Self {
         let rows = file.rows_per_block().clamp(16, file.window().height.max(16));
         let rows = rows.next_multiple_of(multiple);
         Self { file, rows, most, kept: Mutex::default() }
+    }
+
+    /// What the file says of its film.
+    pub(crate) fn metadata(&self) -> &Metadata {
+        self.file.metadata()
     }
 
     /// Number of strips.
@@ -58,8 +63,7 @@ impl Strips {
     }
 
     fn bytes(&self, window: Window) -> u64 {
-        let channels: usize = self.file.planes().iter().map(|p| p.channels.len()).sum();
-        4 * window.area() * channels as u64
+        4 * window.area() * self.file.channels() as u64
     }
 
     fn kept(&self) -> MutexGuard<'_, Vec<(u32, Slot)>> {
@@ -69,7 +73,7 @@ impl Strips {
     /// A strip, without keeping it.
     pub(crate) fn read(&self, strip: u32) -> Result<Film> {
         let Window { y, height, .. } = self.window(strip);
-        self.file.read_rows(y..y + height)
+        self.file.read(y..y + height)
     }
 
     /// A strip; what is wrong with the file, otherwise.
@@ -106,7 +110,7 @@ mod tests {
         let film = film(Window { x: 3, y: 5, width: 40, height: 100 });
         let (_folder, path) = written(&film);
         let strip = 4 * 40 * 32 * film.planes().iter().map(|p| p.channels().len() as u64).sum::<u64>();
-        let strips = Strips::new(ExrFile::open(&path).unwrap(), 32, 2 * strip + strip / 8);
+        let strips = Strips::new(Rows::open(&path, None).unwrap(), 32, 2 * strip + strip / 8);
         assert_eq!((strips.count(), strips.fit()), (4, false));
         let mut next = 5;
         for i in 0..4 {
@@ -132,7 +136,7 @@ mod tests {
     fn a_bound_below_one_strip_keeps_one_and_damage_none() {
         let film = film(Window { x: 0, y: 0, width: 40, height: 100 });
         let (_folder, path) = written(&film);
-        let strips = Strips::new(ExrFile::open(&path).unwrap(), 1, 1);
+        let strips = Strips::new(Rows::open(&path, None).unwrap(), 1, 1);
         strips.get(0).unwrap();
         strips.get(5).unwrap();
         assert_eq!(strips.kept().len(), 1);

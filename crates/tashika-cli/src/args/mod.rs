@@ -31,7 +31,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a scene to an OpenEXR image with a PNG beside it
+    /// Render a scene to an OpenEXR image with a PNG and a page beside it
     Render(RenderArgs),
     /// Say what is in a scene, and what of it was approximated or ignored
     Info(InfoArgs),
@@ -39,6 +39,8 @@ pub enum Command {
     Vpl(VplArgs),
     /// Measure an image against a reference: shares, errors, kept claims, and a picture of the error
     Compare(CompareArgs),
+    /// Look into an image of any size in the browser: its planes, its claims, and its error where there is a reference
+    View(ViewArgs),
     /// Measure how often methods keep to their tolerance and to their intervals
     Coverage(CoverageArgs),
     /// Run an experiment of the literature: images, tables, a page
@@ -56,13 +58,14 @@ Exit codes:
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
-  tashika render                                   the built-in room: render.exr, render.png
+  tashika render                                   the built-in room: render.exr, .png, .html
   tashika render kitchen.glb -o kitchen.exr --vpls 55k --gather 16
   tashika render kitchen.glb --size 320x180 --crop 100,50,64,64 --camera top
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
   tashika render kitchen.glb --claim certified --error 5%
   tashika render kitchen.glb --truth transport --error 5%
+  tashika render kitchen.glb --serve                     watch it in the browser
   tashika render kitchen.glb --tev                       watch it in the viewer tev
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
 
@@ -71,6 +74,14 @@ Examples:
   tashika vpl kitchen.glb --vpls 55k -o kitchen.vpl
   tashika vpl kitchen.vpl
   tashika render kitchen.glb --vpl-file kitchen.vpl";
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+  tashika view kitchen.exr
+  tashika view kitchen.exr reference.exr
+
+The page is served to this machine alone, at an address that nobody else can guess, until Ctrl-C.
+Tiles are read when they are looked at, so that a file may be larger than the memory.";
 
 const COMPARE_EXAMPLES: &str = "\
 Examples:
@@ -194,7 +205,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
     pub seed: u64,
 
-    /// Image to write; its PNG goes beside it
+    /// Image to write; its PNG and its page go beside it
     #[arg(short, long, value_name = "FILE.exr", default_value = "render.exr", help_heading = "Output")]
     pub output: PathBuf,
 
@@ -208,6 +219,13 @@ pub struct RenderArgs {
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
         value_parser = values::address, help_heading = "Output")]
     pub tev: Option<String>,
+
+    /// Show the render in the browser while it goes on; when it has ended the program stays as long as the page is open
+    #[arg(long, help_heading = "Output")]
+    pub serve: bool,
+
+    #[command(flatten)]
+    pub serving: ServeArgs,
 
     #[command(flatten)]
     pub common: CommonArgs,
@@ -352,6 +370,36 @@ pub struct VplArgs {
 
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+#[command(after_help = VIEW_EXAMPLES)]
+pub struct ViewArgs {
+    /// OpenEXR image to look into, of any renderer
+    #[arg(value_name = "FILE.exr")]
+    pub image: PathBuf,
+
+    /// OpenEXR image that errors are measured from, of the same size
+    #[arg(value_name = "REF.exr")]
+    pub reference: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub serve: ServeArgs,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// How a page is served.
+#[derive(Debug, ClapArgs)]
+pub struct ServeArgs {
+    /// Port of this machine on which the page is served; 0 is any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 0, help_heading = "Machine")]
+    pub port: u16,
+
+    /// Only print the address of the page, do not open it
+    #[arg(long, help_heading = "Machine")]
+    pub no_browser: bool,
 }
 
 #[derive(Debug, ClapArgs)]

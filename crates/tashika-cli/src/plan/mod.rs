@@ -11,6 +11,7 @@ pub use render::{Integration, RenderPlan};
 pub use transport::TransportPlan;
 
 use std::fs;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use tashika::film::{Film, Window};
@@ -21,7 +22,8 @@ use tashika::scene::{Camera, Scene, builtin};
 use tashika::vpl::VplOptions;
 
 use crate::args::{
-    ClampArgs, CommonArgs, CompareArgs, InfoArgs, LogStyle, SceneArgs, SourceArgs, StageArgs, VplArgs,
+    ClampArgs, CommonArgs, CompareArgs, InfoArgs, LogStyle, SceneArgs, ServeArgs, SourceArgs, StageArgs,
+    ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
 
@@ -296,6 +298,49 @@ impl ComparePlan {
             html: args.html.clone(),
             common,
         })
+    }
+}
+
+/// A look into an image.
+#[derive(Debug)]
+pub struct ViewPlan {
+    /// Image to look into.
+    pub image: PathBuf,
+    /// Image that errors are measured from.
+    pub reference: Option<PathBuf>,
+    /// How it is served.
+    pub serving: Serving,
+    /// What every command has.
+    pub common: Common,
+}
+
+impl ViewPlan {
+    /// Checks what was typed.
+    pub fn new(args: &ViewArgs) -> Result<Self, Failure> {
+        let inputs: Vec<&Path> =
+            std::iter::once(args.image.as_path()).chain(args.reference.as_deref()).collect();
+        Ok(Self {
+            image: args.image.clone(),
+            reference: args.reference.clone(),
+            serving: Serving::new(&args.serve),
+            common: Common::new(&args.common, &[], &inputs)?,
+        })
+    }
+}
+
+/// How a page is served.
+#[derive(Debug)]
+pub struct Serving {
+    /// Port; zero is any that is free.
+    pub port: u16,
+    /// Whether a browser is to open it.
+    pub browser: bool,
+}
+
+impl Serving {
+    /// A browser is opened where somebody sits at a terminal.
+    fn new(args: &ServeArgs) -> Self {
+        Self { port: args.port, browser: !args.no_browser && std::io::stderr().is_terminal() }
     }
 }
 

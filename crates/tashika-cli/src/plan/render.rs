@@ -8,7 +8,7 @@ use tashika::io::ToneMap;
 use tashika::render::TileShare;
 use tashika::vpl::VplOptions;
 
-use super::{Common, Lights, StagePlan, gather_options, vpl_options, with_ending};
+use super::{Common, Lights, Serving, StagePlan, gather_options, vpl_options, with_ending};
 use crate::args::{Claim, LightArgs, Method, RenderArgs};
 use crate::exit::Failure;
 
@@ -74,6 +74,8 @@ pub struct RenderPlan {
     pub tone_map: ToneMap,
     /// Where the viewer listens that is to show it meanwhile.
     pub tev: Option<String>,
+    /// How it is shown in the browser, if it is.
+    pub serve: Option<Serving>,
     /// What every command has.
     pub common: Common,
     /// Options that were typed and mean nothing to the method.
@@ -96,6 +98,9 @@ impl RenderPlan {
         let exr = with_ending(&args.output, "exr")?;
         let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
         let inputs = stage.inputs(args.source.vpl_file.as_deref());
+        if !args.serve && (args.serving.port != 0 || args.serving.no_browser) {
+            return Err(Failure::usage("--port and --no-browser go with --serve"));
+        }
         let common = Common::new(&args.common, &[&exr, &png, &html], &inputs)?;
         Ok(Self {
             stage,
@@ -108,6 +113,7 @@ impl RenderPlan {
             html,
             tone_map,
             tev: args.tev.clone(),
+            serve: args.serve.then(|| Serving::new(&args.serving)),
             common,
             audit: args.audit.filter(|_| !unused.contains(&"--audit")),
             unused,

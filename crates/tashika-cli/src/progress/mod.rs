@@ -169,6 +169,12 @@ impl Meter {
         }
     }
 
+    /// How far the render is, in words.
+    pub fn words(&self) -> String {
+        let state = self.state();
+        Event::Progress(state.standing(state.begun.elapsed().as_secs_f64())).words().unwrap_or_default()
+    }
+
     /// Ends the drawing; returns how far the render came.
     pub fn finish(&self) -> Progress {
         let state = self.state();

@@ -100,7 +100,7 @@ fn files_show_what_the_film_holds_at_every_level_from_any_overview_with_any_cach
     let film = film(WINDOW);
     let (_folder, path) = written(&film);
     for (factor, kept) in [(1, KEPT_BYTES), (2, 1), (4, KEPT_BYTES), (32, 1)] {
-        let stored = StoredFilm::new(ExrFile::open(&path).unwrap(), factor, kept).unwrap();
+        let stored = StoredFilm::new(Rows::open(&path, None).unwrap(), factor, kept).unwrap();
         let before = stored.version();
         build(&Arc::downgrade(&stored.inner));
         assert_shows(&stored, &film);
@@ -114,7 +114,7 @@ fn files_show_what_the_film_holds_at_every_level_from_any_overview_with_any_cach
 fn a_film_too_large_to_be_looked_at_whole_has_an_overview_that_fills_up() {
     let film = film(Window { x: 1, y: 2, width: 1601, height: 1401 });
     let (_folder, path) = written(&film);
-    let stored = StoredFilm::open(&path).unwrap();
+    let stored = StoredFilm::open(&path, None).unwrap();
     assert_eq!(stored.inner.read().overview.factor(), 2);
     while !stored.status().finished {
         thread::yield_now();
@@ -126,7 +126,7 @@ fn a_film_too_large_to_be_looked_at_whole_has_an_overview_that_fills_up() {
 fn what_was_not_read_yet_is_zero_and_what_cannot_be_read_is_told() {
     let film = film(WINDOW);
     let (_folder, path) = written(&film);
-    let stored = StoredFilm::new(ExrFile::open(&path).unwrap(), 4, 1).unwrap();
+    let stored = StoredFilm::new(Rows::open(&path, None).unwrap(), 4, 1).unwrap();
     let top = TileAddress { level: 2, x: 0, y: 0 };
     assert!(stored.tile(top, "stop").unwrap().bytes.iter().all(|&b| b == 0));
     stored.inner.see(1);

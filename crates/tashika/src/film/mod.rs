@@ -173,6 +173,18 @@ impl Film {
         }
     }
 
+    /// Takes the main plane of another film of the same window under another name.
+    ///
+    /// # Panics
+    /// If the windows differ, or there is a plane of that name.
+    pub fn adopt_main(&mut self, mut from: Self, name: &str) {
+        assert_eq!(self.window, from.window, "films of different windows");
+        assert!(self.plane(name).is_none(), "two planes {name:?}");
+        if let Some(at) = from.planes.iter().position(|p| p.name().is_empty()) {
+            self.planes.push(from.planes.swap_remove(at).renamed(name));
+        }
+    }
+
     /// Size of the full image (pixels).
     pub fn size(&self) -> [u32; 2] {
         self.size
@@ -301,6 +313,16 @@ mod tests {
             );
         }
         assert!(film.blank([3, 2], WINDOW).is_err(), "a window outside the image");
+    }
+
+    #[test]
+    fn a_film_takes_the_main_plane_of_another_under_another_name() {
+        let mut film = Film::new([10, 5], WINDOW, SPECS).unwrap();
+        let mut other = film.clone();
+        other.plane_mut("").unwrap().set_f32(4, 2, &[1.0, 2.0, 3.0]);
+        film.adopt_main(other, "reference");
+        assert_eq!(film.plane("reference").unwrap().f32_at(4, 2), [1.0, 2.0, 3.0]);
+        assert_eq!((film.plane("").unwrap().f32_at(4, 2), film.planes().len()), (&[0.0; 3][..], 3));
     }
 
     #[test]

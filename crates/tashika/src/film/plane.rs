@@ -117,6 +117,10 @@ impl Plane {
         Self { name, channels, unit, doc, window, samples }
     }
 
+    pub(super) fn renamed(self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self }
+    }
+
     /// Name; empty for the main plane.
     pub fn name(&self) -> &str {
         &self.name

@@ -1,0 +1,98 @@
+//! A page that is served to this machine: of a file, or of a render while it goes on.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use tashika::film::Film;
+use tashika::render::Finished;
+use tashika::report::{Images, Page};
+use tashika_viewer::{Headline, LiveFilm, Options, Server, Shown};
+
+use crate::exit::Failure;
+use crate::interrupt;
+use crate::plan::{RenderPlan, Serving};
+use crate::progress::Meter;
+use crate::summary::typed_command;
+
+/// Time between looks at whether anybody is watching.
+const PAUSE: Duration = Duration::from_millis(100);
+/// How long a browser that was started may take until it shows the page.
+const START: Duration = Duration::from_secs(10);
+
+/// A page that is being served.
+pub struct Served {
+    server: Server,
+    /// Whether a browser was asked to open it.
+    opened: bool,
+}
+
+impl Served {
+    /// Serves images on a page, and opens it if that is wanted.
+    pub fn start(
+        images: Vec<(String, Arc<dyn Shown>)>,
+        page: Page<'static>,
+        serving: &Serving,
+    ) -> Result<Self, Failure> {
+        let html = move |context: &tashika_viewer::PageContext| {
+            Page { images: Images::Served { nonce: context.nonce.clone() }, ..page.clone() }.html()
+        };
+        let options = Options { port: serving.port };
+        let server = Server::start(images, Box::new(html), &options)
+            .map_err(|e| Failure::file(format!("cannot serve a page on port {}: {e}", serving.port)))?;
+        // On machines without a browser the address, which is told, has to do.
+        let opened = serving.browser && open::that_detached(server.address()).is_ok();
+        Ok(Self { server, opened })
+    }
+
+    /// Where the page is.
+    pub fn address(&self) -> String {
+        self.server.address()
+    }
+}
+
+/// A render that can be watched.
+pub struct LivePage {
+    film: Arc<LiveFilm>,
+    served: Served,
+}
+
+impl LivePage {
+    /// Serves the page of a render that has not begun, and tells where.
+    pub fn open(plan: &RenderPlan, serving: &Serving, meter: &Meter) -> Result<Self, Failure> {
+        let film = Arc::new(LiveFilm::new());
+        let name = plan.exr.display().to_string();
+        let mut page = Page::new(&name, format!("{} is being rendered", plan.stage.scene.label()));
+        page.lines =
+            vec![format!("The image will be written to {name}. Closing this page does not stop the render.")];
+        page.command = Some(typed_command());
+        let shown: Arc<dyn Shown> = film.clone();
+        let served = Served::start(vec![(name, shown)], page, serving)?;
+        meter.note(&format!("the render can be watched at {}", served.address()));
+        Ok(Self { film, served })
+    }
+
+    /// Shows a tile, and how far the render is in words.
+    pub fn show(&self, done: &Finished<'_>, text: String) {
+        self.film.update(done.film, done.tile);
+        let progress = &done.progress;
+        let promise_met = progress.promise_met;
+        self.film.progress(Headline { text, pixels: progress.pixels, of: progress.of, promise_met });
+    }
+
+    /// Shows the film as it was written, as long as anybody watches and Ctrl-C does not end it.
+    pub fn end(self, film: Film, meter: &Meter) {
+        self.film.finish(film);
+        let begun = Instant::now();
+        let starting = || self.served.opened && begun.elapsed() < START;
+        interrupt::with_flag(|cancel| {
+            let waits = || !cancel.load(std::sync::atomic::Ordering::SeqCst);
+            if self.served.server.is_watched() && waits() {
+                meter.note("everything is written; the program ends when the page is closed, or with Ctrl-C");
+            }
+            while waits() && (self.served.server.is_watched() || starting()) {
+                thread::sleep(PAUSE);
+            }
+        });
+    }
+}

@@ -1,0 +1,44 @@
+//! `tashika view`.
+
+use std::sync::Arc;
+use std::thread;
+
+use serde::Serialize;
+use tashika::report::{Page, Provenance};
+use tashika_viewer::{Shown, StoredFilm};
+
+use crate::exit::{Failure, Outcome};
+use crate::plan::ViewPlan;
+use crate::serve::Served;
+use crate::summary::{print, typed_command, write_json};
+
+/// Where the page is, for scripts.
+#[derive(Debug, Serialize)]
+struct Report {
+    address: String,
+}
+
+/// Serves the page of a file until Ctrl-C.
+pub fn run(plan: &ViewPlan) -> Result<Outcome, Failure> {
+    let film = StoredFilm::open(&plan.image, plan.reference.as_deref())?;
+    let name = plan.image.display().to_string();
+    let mut page = Page::new(&name, &name);
+    if let Some(reference) = &plan.reference {
+        page.lines = vec![format!("Errors are measured from {}.", reference.display())];
+    }
+    page.command = Some(typed_command());
+    page.provenance = vec![Provenance::of(&name, film.metadata())];
+    let shown: Arc<dyn Shown> = Arc::new(film);
+    let served = Served::start(vec![(name, shown)], page, &plan.serving)?;
+    let address = served.address();
+    if let Some(path) = &plan.common.json {
+        write_json(path, &Report { address: address.clone() })?;
+    }
+    if !plan.common.quiet {
+        print(&format!("{} is shown at {address} until Ctrl-C\n", plan.image.display()))?;
+    }
+    // The server has threads of its own; Ctrl-C ends the program.
+    loop {
+        thread::park();
+    }
+}
