@@ -62,9 +62,8 @@ impl LivePage {
     pub fn open(plan: &RenderPlan, serving: &Serving, meter: &Meter) -> Result<Self, Failure> {
         let film = Arc::new(LiveFilm::new());
         let name = plan.exr.display().to_string();
-        let mut page = Page::new(&name, format!("{} is being rendered", plan.stage.scene.label()));
-        page.lines =
-            vec![format!("The image will be written to {name}. Closing this page does not stop the render.")];
+        let mut page = Page::new(&name, format!("{name}: {}", plan.stage.scene.label()));
+        page.lines = vec!["Closing this page does not stop the render.".to_owned()];
         page.command = Some(typed_command());
         let shown: Arc<dyn Shown> = film.clone();
         let served = Served::start(vec![(name, shown)], page, serving)?;

@@ -122,16 +122,16 @@ impl Shown for LiveFilm {
         }
     }
 
-    fn tile(&self, at: TileAddress, plane: &str) -> Result<Tile, Refusal> {
+    fn tile(&self, at: TileAddress, planes: &[&str]) -> Result<Tile, Refusal> {
         let state = self.read();
         let image = state.image.as_ref().ok_or(Refusal::NotYet)?;
-        let (part, plane) = (image.description.part(at)?, image.description.plane(plane)?);
+        let (part, planes) = (image.description.part(at)?, image.description.places(planes)?);
         let step = 1 << at.level;
         if let Some(overview) = image.overview.as_ref().filter(|overview| overview.factor() <= step) {
-            return Ok(overview.tile(state.version, plane, part, step));
+            return Ok(overview.tile(state.version, &planes, part, step));
         }
-        let mut bytes = Collected::new(image.film.planes()[plane].channels().len());
-        bytes.add(&image.film, plane, part, step);
+        let mut bytes = Collected::new(&planes);
+        bytes.add(&image.film, part, step);
         Ok(Tile { version: state.version, bytes: bytes.into_bytes() })
     }
 

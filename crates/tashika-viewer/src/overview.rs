@@ -76,9 +76,22 @@ impl Overview {
         }
     }
 
+    /// Shows the last row of blocks above `part` in place of what is there, until that is known.
+    pub(crate) fn stand_in(&mut self, part: Window) {
+        let top = (part.y - self.window.y) / self.factor;
+        let end = (part.y + part.height - self.window.y).div_ceil(self.factor);
+        let width = self.film.window().width;
+        let above = Window { x: 0, y: top - 1, width, height: 1 };
+        let mut row = self.film.blank(self.film.size(), above).expect("a row of the film");
+        row.copy_pixels([0, above.y], &self.film, [0, above.y], width);
+        for y in top..end {
+            self.film.copy_pixels([0, y], &row, [0, above.y], width);
+        }
+    }
+
     /// A tile of a level that is not finer than the overview; `part` is what it shows of the window, `step` how many pixels a sample
     /// stands for.
-    pub(crate) fn tile(&self, version: u64, plane: usize, part: Window, step: u32) -> Tile {
+    pub(crate) fn tile(&self, version: u64, planes: &[usize], part: Window, step: u32) -> Tile {
         let k = self.factor;
         let part = Window {
             x: (part.x - self.window.x) / k,
@@ -86,8 +99,8 @@ impl Overview {
             width: part.width.div_ceil(k),
             height: part.height.div_ceil(k),
         };
-        let mut bytes = Collected::new(self.film.planes()[plane].channels().len());
-        bytes.add(&self.film, plane, part, step / k);
+        let mut bytes = Collected::new(planes);
+        bytes.add(&self.film, part, step / k);
         Tile { version, bytes: bytes.into_bytes() }
     }
 }

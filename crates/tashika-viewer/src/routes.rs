@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `GET ` | the page |
 //! | `GET state` | JSON: version, how far it is, what the images are |
-//! | `GET tile?image=0&level=0&x=0&y=0&plane=half_width` | samples, as [`Tile::bytes`](crate::Tile) |
+//! | `GET tile?image=0&level=0&x=0&y=0&plane=&plane=half_width` | samples of planes, as [`Tile::bytes`](crate::Tile) |
 //! | `GET pixel?image=0&x=10&y=20` | JSON: the values of all planes |
 //! | `POST bye` | nothing; the page is being closed |
 //!
@@ -38,6 +38,8 @@ struct Answer {
     extra: Option<(HeaderName, HeaderValue)>,
 }
 
+/// Planes of one request for a tile.
+const MOST_PLANES: usize = 16;
 const TEXT: &str = "text/plain; charset=utf-8";
 const JSON: &str = "application/json";
 
@@ -204,8 +206,12 @@ fn state(images: &[(String, Arc<dyn Shown>)]) -> Answer {
 async fn tile(shared: &Arc<Shared>, query: Query<'_>) -> Result<Answer, String> {
     let image = query.image(shared)?;
     let at = TileAddress { level: query.number("level")?, x: query.number("x")?, y: query.number("y")? };
-    let plane = query.text("plane")?;
-    let tile = shared.work(move || image.tile(at, &plane)).await;
+    let planes = query.texts("plane")?;
+    if planes.len() > MOST_PLANES {
+        return Err(format!("there is plane more than {MOST_PLANES} times"));
+    }
+    let tile =
+        shared.work(move || image.tile(at, &planes.iter().map(String::as_str).collect::<Vec<_>>())).await;
     Ok(tile.map_or_else(Answer::from, |tile| {
         let extra = Some((HeaderName::from_static("x-tashika-version"), HeaderValue::from(tile.version)));
         Answer { extra, ..Answer::new("application/octet-stream", tile.bytes) }
@@ -266,9 +272,16 @@ struct Query<'a>(&'a str);
 impl Query<'_> {
     /// A value, decoded; the first of that name.
     fn text(self, name: &str) -> Result<String, String> {
-        let mut pairs = self.0.split('&').map(|pair| pair.split_once('=').unwrap_or((pair, "")));
-        let (_, value) = pairs.find(|(key, _)| *key == name).ok_or_else(|| format!("{name} is missing"))?;
-        decoded(value).ok_or_else(|| format!("{name} is not percent-encoded UTF-8"))
+        self.texts(name).map(|mut all| all.swap_remove(0))
+    }
+
+    /// All values of that name, decoded; at least one.
+    fn texts(self, name: &str) -> Result<Vec<String>, String> {
+        let pairs = self.0.split('&').map(|pair| pair.split_once('=').unwrap_or((pair, "")));
+        let values = pairs.filter(|(key, _)| *key == name).map(|(_, value)| decoded(value));
+        let found: Option<Vec<String>> = values.collect();
+        let found = found.ok_or_else(|| format!("{name} is not percent-encoded UTF-8"))?;
+        if found.is_empty() { Err(format!("{name} is missing")) } else { Ok(found) }
     }
 
     fn number(self, name: &str) -> Result<u32, String> {

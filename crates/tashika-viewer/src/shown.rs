@@ -32,11 +32,11 @@ pub trait Shown: Send + Sync {
     /// How far it is.
     fn status(&self) -> Status;
 
-    /// A tile of the plane of that name.
+    /// A tile of the planes of these names, all of the same version.
     ///
     /// # Errors
     /// A [`Refusal`] if there is no such tile or plane, or its samples cannot be read.
-    fn tile(&self, at: TileAddress, plane: &str) -> Result<Tile, Refusal>;
+    fn tile(&self, at: TileAddress, planes: &[&str]) -> Result<Tile, Refusal>;
 
     /// The samples of all planes at a pixel of the full image.
     ///
@@ -119,7 +119,7 @@ pub struct TileAddress {
 pub struct Tile {
     /// What [`Shown::version`] was, or has passed, when the samples were taken.
     pub version: u64,
-    /// Channel after channel, each row by row, four bytes a sample, the least significant first.
+    /// Plane after plane and channel after channel, each row by row, four bytes a sample, the least significant first.
     pub bytes: Vec<u8>,
 }
 
@@ -207,9 +207,10 @@ impl Description {
         Err(Refusal::Outside(format!("x from {left} to {right} and y from {top} to {bottom}")))
     }
 
-    /// The place of a plane in the list.
-    pub(crate) fn plane(&self, name: &str) -> Result<usize, Refusal> {
-        self.planes.iter().position(|p| p.name == name).ok_or(Refusal::NoPlane)
+    /// Places of planes in the list.
+    pub(crate) fn places(&self, names: &[&str]) -> Result<Vec<usize>, Refusal> {
+        let place = |name: &&str| self.planes.iter().position(|p| p.name == **name).ok_or(Refusal::NoPlane);
+        names.iter().map(place).collect()
     }
 }
 
@@ -226,26 +227,32 @@ impl PlaneDescription {
 }
 
 /// The bytes of a tile, one channel after the other, put together from one or more films.
-pub(crate) struct Collected(Vec<Vec<u8>>);
+pub(crate) struct Collected<'a> {
+    /// Places of the planes.
+    planes: &'a [usize],
+    /// Bytes of all channels of all of them.
+    channels: Vec<Vec<u8>>,
+}
 
-impl Collected {
-    pub(crate) fn new(channels: usize) -> Self {
-        Self(vec![Vec::new(); channels])
+impl<'a> Collected<'a> {
+    pub(crate) fn new(planes: &'a [usize]) -> Self {
+        Self { planes, channels: Vec::new() }
     }
 
     /// Adds the least certain pixel of each block of `part`.
-    pub(crate) fn add(&mut self, film: &Film, plane: usize, part: Window, factor: u32) {
-        let plane = &film.planes()[plane];
+    pub(crate) fn add(&mut self, film: &Film, part: Window, factor: u32) {
+        let planes = || self.planes.iter().map(|&place| &film.planes()[place]);
+        self.channels.resize(planes().map(|p| p.channels().len()).sum(), Vec::new());
         for [x, y] in least_certain(film, part, factor) {
-            let pixel = bits(plane, x, y);
-            for (channel, bits) in self.0.iter_mut().zip(pixel) {
+            let pixel = planes().flat_map(|plane| bits(plane, x, y));
+            for (channel, bits) in self.channels.iter_mut().zip(pixel) {
                 channel.extend_from_slice(&bits.to_le_bytes());
             }
         }
     }
 
     pub(crate) fn into_bytes(self) -> Vec<u8> {
-        self.0.concat()
+        self.channels.concat()
     }
 }
 

@@ -4,8 +4,8 @@
 //! and it sharpens. Levels finer than the overview are read when they are asked for.
 //!
 //! # Guarantee
-//! Memory: the overview, of at most 2²¹ samples a channel, strips of at most [`KEPT_BYTES`], and the strips that are being used. Samples of
-//! the overview that are not there yet are zeros.
+//! Memory: the overview, of at most 2²¹ samples a channel, strips of at most [`KEPT_BYTES`], and the strips that are being used. Rows of
+//! the overview that are not there yet look like the last ones above them that are.
 //!
 //! # Held to this by
 //! The tests below.
@@ -38,8 +38,8 @@ struct Inner {
 
 struct State {
     overview: Overview,
-    /// Strips that the overview has.
-    done: u32,
+    /// Which strips the overview has.
+    done: Vec<bool>,
     finished: bool,
     failure: Option<String>,
     version: u64,
@@ -71,8 +71,9 @@ impl StoredFilm {
         let first_row = file.read(window.y..window.y + 1)?;
         let description = Description::of(&first_row, window);
         let overview = Overview::thinned(&first_row, window, factor);
-        let state = State { overview, done: 0, finished: false, failure: None, version: 1 };
         let strips = Strips::new(file, factor, kept_bytes);
+        let done = vec![false; strips.count() as usize];
+        let state = State { overview, done, finished: false, failure: None, version: 1 };
         Ok(Self { inner: Arc::new(Inner { description, strips, state: RwLock::new(state) }) })
     }
 }
@@ -111,12 +112,21 @@ impl Inner {
         };
         let mut state = self.state.write().unwrap_or_else(PoisonError::into_inner);
         match film {
-            Ok(film) => state.overview.renew(&film, film.window()),
+            Ok(film) => {
+                let State { overview, done, .. } = &mut *state;
+                overview.renew(&film, film.window());
+                // Below it, up to the next that is known.
+                let unknown = done[strip as usize + 1..].iter().take_while(|known| !**known).count() as u32;
+                if unknown > 0 {
+                    let (first, last) = (self.strips.window(strip + 1), self.strips.window(strip + unknown));
+                    overview.stand_in(Window { height: last.y + last.height - first.y, ..first });
+                }
+            }
             Err(said) => {
                 state.failure.get_or_insert(said);
             }
         }
-        state.done += 1;
+        state.done[strip as usize] = true;
         state.version += 1;
     }
 }
@@ -132,29 +142,29 @@ impl Shown for StoredFilm {
 
     fn status(&self) -> Status {
         let state = self.inner.read();
-        let ready = state.done as f32 / self.inner.strips.count() as f32;
+        let ready = state.done.iter().filter(|d| **d).count() as f32 / state.done.len() as f32;
         let failure = state.failure.clone();
         Status { live: false, finished: state.finished, ready, headline: None, failure }
     }
 
-    fn tile(&self, at: TileAddress, plane: &str) -> Result<Tile, Refusal> {
+    fn tile(&self, at: TileAddress, planes: &[&str]) -> Result<Tile, Refusal> {
         let Inner { description, strips, .. } = &*self.inner;
-        let (part, plane) = (description.part(at)?, description.plane(plane)?);
+        let (part, planes) = (description.part(at)?, description.places(planes)?);
         let step = 1 << at.level;
         let version = {
             let state = self.inner.read();
             if state.overview.factor() <= step {
-                return Ok(state.overview.tile(state.version, plane, part, step));
+                return Ok(state.overview.tile(state.version, &planes, part, step));
             }
             state.version
         };
-        let mut bytes = Collected::new(description.planes[plane].channels.len());
+        let mut bytes = Collected::new(&planes);
         let end = part.y + part.height;
         for number in strips.of_row(part.y)..=strips.of_row(end - 1) {
             let strip = strips.window(number);
             let top = part.y.max(strip.y);
             let rows = Window { y: top, height: end.min(strip.y + strip.height) - top, ..part };
-            bytes.add(&*strips.get(number).map_err(Refusal::Unreadable)?, plane, rows, step);
+            bytes.add(&*strips.get(number).map_err(Refusal::Unreadable)?, rows, step);
         }
         Ok(Tile { version, bytes: bytes.into_bytes() })
     }

@@ -208,6 +208,8 @@ fn wrong_values_are_refused_in_words_that_do_not_repeat_them() {
     for (route, status) in [
         ("tile", 400),
         ("tile?image=0&level=0&x=0&y=0", 400),
+        ("tile?image=0&level=0&x=0&y=0", 400),
+        (&format!("tile?image=0&level=0&x=0&y=0{}", "&plane=".repeat(17)), 400),
         ("tile?image=2&level=0&x=0&y=0&plane=", 400),
         ("tile?image=4294967295&level=0&x=0&y=0&plane=", 400),
         ("tile?image=0&level=4294967295&x=0&y=0&plane=", 404),

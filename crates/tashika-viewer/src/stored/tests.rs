@@ -43,7 +43,11 @@ pub(crate) fn written(film: &Film) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-fn expected(film: &Film, description: &Description, at: TileAddress, plane: &str) -> Vec<u8> {
+fn expected(film: &Film, description: &Description, at: TileAddress, planes: &[&str]) -> Vec<u8> {
+    planes.iter().flat_map(|plane| expected_plane(film, description, at, plane)).collect()
+}
+
+fn expected_plane(film: &Film, description: &Description, at: TileAddress, plane: &str) -> Vec<u8> {
     let chosen = least_certain(film, description.part(at).unwrap(), 1 << at.level);
     let plane = film.plane(plane).unwrap();
     let mut bytes = Vec::new();
@@ -69,9 +73,9 @@ fn assert_shows(shown: &dyn Shown, film: &Film) {
             Window { x: 0, y: 0, width: window.width.div_ceil(side), height: window.height.div_ceil(side) };
         for (x, y) in tiles.pixels() {
             let at = TileAddress { level, x, y };
-            for plane in ["", "half_width", "stop"] {
-                let tile = shown.tile(at, plane).unwrap();
-                assert!(tile.bytes == expected(film, &description, at, plane), "{at:?} of {plane:?}");
+            for planes in [&[""][..], &["half_width"], &["stop", ""]] {
+                let tile = shown.tile(at, planes).unwrap();
+                assert!(tile.bytes == expected(film, &description, at, planes), "{at:?} of {planes:?}");
                 assert!(tile.version <= shown.version());
             }
         }
@@ -86,8 +90,8 @@ fn assert_shows(shown: &dyn Shown, film: &Film) {
             assert_eq!((found.plane.as_str(), &found.values), (plane.name(), &expected));
         }
     }
-    assert_eq!(shown.tile(TileAddress { level: 0, x: 0, y: 0 }, "absent"), Err(Refusal::NoPlane));
-    let beyond = shown.tile(TileAddress { level: u32::MAX, x: u32::MAX, y: u32::MAX }, "");
+    assert_eq!(shown.tile(TileAddress { level: 0, x: 0, y: 0 }, &["", "absent"]), Err(Refusal::NoPlane));
+    let beyond = shown.tile(TileAddress { level: u32::MAX, x: u32::MAX, y: u32::MAX }, &[""]);
     assert!(matches!(beyond, Err(Refusal::Outside(_))));
     assert!(matches!(shown.pixel(window.x, window.y + window.height), Err(Refusal::Outside(_))));
 }
@@ -123,22 +127,27 @@ fn a_film_too_large_to_be_looked_at_whole_has_an_overview_that_fills_up() {
 }
 
 #[test]
-fn what_was_not_read_yet_is_zero_and_what_cannot_be_read_is_told() {
+fn what_was_not_read_yet_looks_like_what_is_above_and_what_cannot_be_read_is_told() {
     let film = film(WINDOW);
     let (_folder, path) = written(&film);
     let stored = StoredFilm::new(Rows::open(&path, None).unwrap(), 4, 1).unwrap();
     let top = TileAddress { level: 2, x: 0, y: 0 };
-    assert!(stored.tile(top, "stop").unwrap().bytes.iter().all(|&b| b == 0));
+    assert!(stored.tile(top, &["stop"]).unwrap().bytes.iter().all(|&b| b == 0));
     stored.inner.see(1);
-    let tile = stored.tile(top, "stop").unwrap();
-    let first = |row: usize| tile.bytes[row * 151 * 4..][..4].iter().any(|&b| b != 0);
-    assert_eq!([3, 4, 7, 8].map(first), [false, true, true, false], "rows 16 to 31");
+    let row = |row: usize| stored.tile(top, &["stop"]).unwrap().bytes[row * 151 * 4..][..151 * 4].to_vec();
+    let is_there = |number: usize| row(number).iter().any(|&b| b != 0);
+    assert_eq!([3, 4, 7, 83].map(is_there), [false, true, true, true], "from row 16 on");
+    assert!(row(8) == row(7) && row(83) == row(7) && row(6) != row(7));
+    stored.inner.see(3);
+    assert!(row(11) == row(7) && row(12) != row(7) && row(16) == row(15), "as far as nothing else is known");
     std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(4000).unwrap();
     build(&Arc::downgrade(&stored.inner));
     let failure = stored.status().failure.unwrap();
     assert!(failure.contains("film.exr"), "{failure}");
     let finest = TileAddress { level: 0, x: 0, y: 1 };
-    assert!(matches!(stored.tile(finest, ""), Err(Refusal::Unreadable(said)) if said.contains("film.exr")));
+    assert!(
+        matches!(stored.tile(finest, &[""]), Err(Refusal::Unreadable(said)) if said.contains("film.exr"))
+    );
 }
 
 #[test]
@@ -160,7 +169,7 @@ fn a_film_being_rendered_shows_what_was_told_of_it() {
         let whole = film(window);
         let live = LiveFilm::new();
         assert_eq!((live.description(), live.version()), (None, 0));
-        assert_eq!(live.tile(TileAddress { level: 0, x: 0, y: 0 }, ""), Err(Refusal::NotYet));
+        assert_eq!(live.tile(TileAddress { level: 0, x: 0, y: 0 }, &[""]), Err(Refusal::NotYet));
         assert_eq!(live.pixel(window.x, window.y), Err(Refusal::NotYet));
 
         let mut shown = whole.blank(whole.size(), window).unwrap();
@@ -170,13 +179,14 @@ fn a_film_being_rendered_shows_what_was_told_of_it() {
         }
         live.update(&whole, tile);
         assert_eq!(live.version(), 1);
-        let seen = live.tile(TileAddress { level: 0, x: 0, y: 1 }, "half_width").unwrap();
+        let seen = live.tile(TileAddress { level: 0, x: 0, y: 1 }, &["half_width"]).unwrap();
         let description = live.description().unwrap();
         assert!(
-            seen.bytes == expected(&shown, &description, TileAddress { level: 0, x: 0, y: 1 }, "half_width")
+            seen.bytes
+                == expected(&shown, &description, TileAddress { level: 0, x: 0, y: 1 }, &["half_width"])
         );
         let top = TileAddress { level: description.levels - 1, x: 0, y: 0 };
-        assert!(live.tile(top, "stop").unwrap().bytes == expected(&shown, &description, top, "stop"));
+        assert!(live.tile(top, &["stop"]).unwrap().bytes == expected(&shown, &description, top, &["stop"]));
 
         let headline = Headline { text: "a quarter".to_owned(), pixels: 1, of: 4, promise_met: 1 };
         live.progress(headline.clone());

@@ -107,10 +107,10 @@
   const autoExpose = () => {
     if (state.touched || !source.images.length) return;
     const overview = source.overview(0);
-    const channels = overview.plane("");
-    if (!channels) return;
-    const hasStop = source.images[0].planes.some(({ name }) => name === "stop");
-    state.automatic = Views.automaticStops(channels, hasStop ? overview.plane("stop")?.[0] : null);
+    const has = (name) => source.images[0].planes.some((plane) => plane.name === name);
+    const planes = has("") ? overview.planes(has("stop") ? ["", "stop"] : [""]) : null;
+    if (!planes) return;
+    state.automatic = Views.automaticStops(planes[0], planes[1]?.[0]);
     expose();
   };
 
@@ -233,7 +233,8 @@
   const news = () => {
     const { headline, finished, ready } = source.state;
     byId("news").hidden = !headline && ready >= 1;
-    byId("news-text").textContent = headline?.text ?? "reading the file";
+    byId("news-bar").hidden = Boolean(finished);
+    byId("news-text").textContent = finished ? "finished" : (headline?.text ?? "reading the file: what is not read yet looks like what is above it");
     byId("news-bar").value = headline?.of ? headline.pixels / headline.of : ready;
     viewer.dataset.finished = String(Boolean(finished));
     viewer.dataset.version = source.state.version;

@@ -2,9 +2,9 @@
 // Where samples come from: planes written into the page, or tiles fetched from the program that serves it.
 //
 // A source has `images`, each { label, size, window: [x, y, width, height], planes: [{ name, channels, unit, doc, kind }], metadata },
-// and gives patches: { key, left, top, scale, width, height, plane(name) }, where sample (i, j) of a patch shows the block of
-// `scale` x `scale` pixels at (left + i * scale, top + j * scale) of the window. `plane(name)` is a list of one typed array for each
-// channel, or null while it is on its way.
+// and gives patches: { key, left, top, scale, width, height, planes(names) }, where sample (i, j) of a patch shows the block of
+// `scale` x `scale` pixels at (left + i * scale, top + j * scale) of the window. `planes(names)` is a list of planes, each a list of
+// one typed array for each channel, all of the same moment; or null while they are on their way.
 
 const Planes = (() => {
   const bytesOf = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
@@ -41,7 +41,7 @@ const Planes = (() => {
         const arrays = new Map();
         for (const plane of image.planes) {
           const { name, kind, channels, data, same_as: same } = plane;
-          const shared = same == null ? null : this.images[same].patch.plane(name);
+          const shared = same == null ? null : this.images[same].patch.planes([name])[0];
           arrays.set(name, shared ?? (await samplesOf(data, kind, channels.length, across * down)));
           delete plane.data;
         }
@@ -55,7 +55,7 @@ const Planes = (() => {
           scale: image.factor,
           width: across,
           height: down,
-          plane: (name) => arrays.get(name) ?? null,
+          planes: (names) => names.map((name) => arrays.get(name)),
         };
       }
     }
@@ -82,7 +82,8 @@ const Planes = (() => {
     async pixel(index, u, v) {
       const { patch, planes } = this.images[index];
       const at = Math.floor(v / patch.scale) * patch.width + Math.floor(u / patch.scale);
-      return Object.fromEntries(planes.map(({ name }) => [name, patch.plane(name).map((channel) => channel[at])]));
+      const values = ({ name }) => patch.planes([name])[0].map((channel) => channel[at]);
+      return Object.fromEntries(planes.map((plane) => [plane.name, values(plane)]));
     }
   }
 
@@ -130,7 +131,7 @@ const Planes = (() => {
         scale: 2 ** level,
         width: Math.ceil(Math.min(side, width - x * side) / 2 ** level),
         height: Math.ceil(Math.min(side, height - y * side) / 2 ** level),
-        plane: (name) => this.tile(index, level, x, y, name),
+        planes: (names) => this.tile(index, level, x, y, names),
       };
     }
 
@@ -152,12 +153,12 @@ const Planes = (() => {
       return this.patch(index, this.images[index].levels - 1, 0, 0);
     }
 
-    /** Channels of a tile, an older version while the present one is on its way, null before there is any. */
-    tile(index, level, x, y, plane) {
-      const key = `${index}/${level}/${x}/${y}/${plane}`;
+    /** Planes of a tile, an older version while the present one is on its way, null before there is any. */
+    tile(index, level, x, y, names) {
+      const key = `${index}/${level}/${x}/${y}/${names.join("&")}`;
       let tile = this.tiles.get(key);
       if (!tile) {
-        tile = { channels: null, version: -1, asked: false };
+        tile = { planes: null, version: -1, asked: false };
       }
       // The order of a map is that of insertion: what is used stays at its end.
       this.tiles.delete(key);
@@ -165,23 +166,27 @@ const Planes = (() => {
       if (this.tiles.size > MOST_TILES) this.tiles.delete(this.tiles.keys().next().value);
       if (tile.version !== this.state.version && !tile.asked) {
         tile.asked = true;
-        this.fetch(tile, index, level, x, y, plane).finally(() => {
+        this.fetch(tile, index, level, x, y, names).finally(() => {
           tile.asked = false;
         });
       }
-      return tile.channels;
+      return tile.planes;
     }
 
-    async fetch(tile, index, level, x, y, plane) {
+    async fetch(tile, index, level, x, y, names) {
       const version = this.state.version;
-      const query = new URLSearchParams({ image: index, level, x, y, plane });
+      const query = new URLSearchParams({ image: index, level, x, y });
+      for (const name of names) query.append("plane", name);
       const answer = await fetch(`tile?${query}`);
       if (!answer.ok) return;
       const bytes = await answer.arrayBuffer();
-      const { channels, kind } = this.images[index].planes.find(({ name }) => name === plane);
-      const count = bytes.byteLength / 4 / channels.length;
-      const Typed = kind === "u32" ? Uint32Array : Float32Array;
-      tile.channels = channels.map((_, c) => new Typed(bytes, 4 * c * count, count));
+      const described = names.map((wanted) => this.images[index].planes.find(({ name }) => name === wanted));
+      const count = bytes.byteLength / 4 / described.reduce((sum, { channels }) => sum + channels.length, 0);
+      let at = 0;
+      tile.planes = described.map(({ channels, kind }) => {
+        const Typed = kind === "u32" ? Uint32Array : Float32Array;
+        return channels.map(() => new Typed(bytes, 4 * count * at++, count));
+      });
       tile.version = version;
       this.arrived();
     }

@@ -249,13 +249,14 @@ const Stage = (() => {
 
     /** A patch as a picture; made again only when its samples or its style are others. */
     paint(view, patch) {
-      const arrays = view.planes.map((name) => patch.plane(name));
+      const hasStop = this.source.images[view.image].planes.some(({ name }) => name === "stop");
+      const arrays = patch.planes(hasStop ? [...view.planes, "stop"] : view.planes);
       const key = `${view.id}|${patch.key}`;
       const known = this.painted.get(key);
-      if (arrays.includes(null)) return known?.picture;
-      const stop = this.source.images[view.image].planes.some(({ name }) => name === "stop") ? patch.plane("stop")?.[0] : null;
+      if (!arrays) return known?.picture;
+      const stop = hasStop ? arrays.at(-1)[0] : null;
       const style = JSON.stringify([this.style, view.kind === "value" ? view.legend(this.style) : 0], (k, v) => (k === "ramp" ? 0 : v));
-      if (known && known.style === style && known.stop === stop && known.arrays.every((a, i) => a === arrays[i])) {
+      if (known && known.style === style && known.arrays.every((a, i) => a === arrays[i])) {
         return known.picture;
       }
       const image = new ImageData(patch.width, patch.height);
@@ -268,7 +269,7 @@ const Stage = (() => {
       picture.height = patch.height;
       picture.getContext("2d").putImageData(image, 0, 0);
       this.painted.delete(key);
-      this.painted.set(key, { picture, style, stop, arrays });
+      this.painted.set(key, { picture, style, arrays });
       if (this.painted.size > MOST_PAINTED) this.painted.delete(this.painted.keys().next().value);
       return picture;
     }

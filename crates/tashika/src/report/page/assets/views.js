@@ -216,7 +216,7 @@ const Views = (() => {
     const { size, distance } = measure(metadata);
     const views = [];
     const add = (id, label, fields) => views.push({ id: `${index}/${id}`, image: index, label: prefix + label, ...fields });
-    const ends = (plane, channel, log) => extent(source.overview(index).plane(plane)?.[channel], log);
+    const ends = (plane, channel, log) => extent(source.overview(index).planes([plane])?.[0][channel], log);
     const ramp = (from, to, beyond) => ({ ramp: palette.scale, from, to, beyond });
     const relative = (id, label, plane, channel = 0) => {
       // Nearly all are below the tolerance, which is the middle of the scale.
