@@ -2,7 +2,7 @@
 
 Usage: page.py PROGRAM FOLDER
 
-Needs the packages playwright and OpenEXR, and Chromium (CHROMIUM names it; else the first of the usual names). Screenshots
+Needs the packages playwright, OpenEXR and pillow, and Chromium (CHROMIUM names it; else the first of the usual names). Screenshots
 go to FOLDER; whoever changes the pages looks at them.
 """
 
@@ -16,6 +16,7 @@ import subprocess
 import sys
 
 import OpenEXR
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
@@ -158,9 +159,10 @@ def dozen(x, y, width, height):
 
 def rendered_page(browser):
     crop = ",".join(map(str, CROP))
-    run(f"render builtin:tiny --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% -o tiny.exr")
+    run(f"render builtin:tiny --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% -o tiny.exr --json tiny.json")
     path = FOLDER / "tiny.html"
     opened = Opened(browser, path.as_uri())
+    same_as_the_picture(opened)
     check_values(opened, FOLDER / "tiny.exr", dozen(*CROP), PLANES)
 
     # The sentence: value and half-width with the digits that make sense, claim, confidence, cost, reason.
@@ -224,6 +226,23 @@ def rendered_page(browser):
     assert wider <= 0, f"a phone has to scroll sideways by {wider}"
     narrow.shot("render-narrow-dark")
     narrow.close()
+
+
+def same_as_the_picture(opened):
+    """The page shows radiance as the PNG beside it does: the same exposure, the same colours."""
+    stops = json.loads((FOLDER / "tiny.json").read_text())["exposure_stops"]
+    told = opened.page.text_content("#stops").replace("−", "-")
+    assert abs(float(told.split()[0]) - stops) < 0.006, f"{told} is not {stops}"
+    opened.choose("right", "image")
+    picture = Image.open(FOLDER / "tiny.png").convert("RGB")
+    assert picture.size == tuple(CROP[2:])
+    canvas = opened.page.locator("#stage").bounding_box()
+    # The image fits the canvas by its height and stands in its middle.
+    zoom = canvas["height"] / CROP[3]
+    for u, v in [(3, 4), (12, 9), (20, 20), (25, 2), (40, 13), (45, 25)]:
+        place = 0.5 + (u + 0.5 - CROP[2] / 2) * zoom / canvas["width"], (v + 0.5) / CROP[3]
+        shown, expected = opened.at(*place)[:3], picture.getpixel((u, v))
+        assert all(abs(a - b) <= 1 for a, b in zip(shown, expected)), f"{u},{v}: {shown} is not {expected}"
 
 
 def large_page(browser):
@@ -364,7 +383,9 @@ def live_page(browser):
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
-        options = ["--no-sandbox"] if os.geteuid() == 0 else []
+        # Nothing is asked of other machines, by the browser itself neither.
+        options = ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
+        options += ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = playwright.chromium.launch(executable_path=chromium(), args=options)
         with contextlib.closing(browser):
             for check in (rendered_page, large_page, compared_page, experiment_page, viewed_page, live_page):

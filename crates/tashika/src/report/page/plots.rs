@@ -1,6 +1,6 @@
 //! Plots as SVG that prints well, and the same numbers as CSV.
 //!
-//! Colours are those of Okabe and Ito (2008), which people who see fewer colours tell apart; lines differ in dashes as well.
+//! Colours are those of Okabe, Ito 2008, which people who see fewer colours tell apart; lines differ in dashes as well.
 
 use std::fmt::Write;
 
@@ -8,6 +8,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, ValueFormatter};
 use plotters::prelude::*;
 
+use crate::math::elementary::{ln_f64, powf_f64};
 use crate::report::{percent_of_error, percent_of_share};
 
 const SIZE: (u32, u32) = (640, 400);
@@ -109,13 +110,13 @@ impl Plot {
     ) -> Self {
         const BINS: usize = 48;
         let (low, high) = ends(values.iter().copied().filter(|v| *v > 0.0));
-        let step = (high / low).powf(1.0 / BINS as f64);
+        let steps = |v: f64| BINS as f64 * ln_f64(v / low) / ln_f64(high / low);
         let mut bins = [0_u64; BINS];
         for v in values.iter().filter(|v| **v > 0.0 && v.is_finite()) {
-            bins[((v / low).ln() / step.ln()).clamp(0.0, BINS as f64 - 1.0) as usize] += 1;
+            bins[steps(*v).clamp(0.0, BINS as f64 - 1.0) as usize] += 1;
         }
         let most = bins.iter().copied().max().unwrap_or(0).max(1) as f64;
-        let edge = |i: usize| low * step.powi(i as i32);
+        let edge = |i: usize| low * powf_f64(high / low, i as f64 / BINS as f64);
         let svg = drawn(|canvas| {
             let mut chart = ChartBuilder::on(canvas)
                 .margin(12)
@@ -167,7 +168,7 @@ impl Plot {
                 let of_label = || found.iter().filter(|m| m.label == **label);
                 let color = COLORS[of_label().map(|m| m.series).next().unwrap_or(0) % COLORS.len()];
                 // Side by side where they stand at the same place.
-                let shift = (high / low).powf(0.006 * (i as f64 - (labels.len() - 1) as f64 / 2.0));
+                let shift = powf_f64(high / low, 0.006 * (i as f64 - (labels.len() - 1) as f64 / 2.0));
                 let place = |m: &Measured| m.x * shift;
                 let bars = of_label()
                     .map(|m| ErrorBar::new_vertical(place(m), m.low, m.share, m.high, color.filled(), 8));
@@ -226,24 +227,29 @@ impl Ranged for Decades {
     type ValueType = f64;
 
     fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
-        let share = (value / self.low).ln() / (self.high / self.low).ln();
+        let share = ln_f64(value / self.low) / ln_f64(self.high / self.low);
         from + (f64::from(to - from) * share).round() as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
-        let steps: &[f64] = match (self.high / self.low).log10() {
+        let steps: &[f64] = match log10(self.high / self.low) {
             decades if decades > 3.0 => &[1.0],
             decades if decades > 0.8 => &[1.0, 2.0, 5.0],
             _ => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
         };
-        let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
-        let round = (first..=last).flat_map(|k| steps.iter().map(move |step| step * 10_f64.powi(k)));
+        let (first, last) = (log10(self.low).floor() as i32, log10(self.high).ceil() as i32);
+        let round =
+            (first..=last).flat_map(|k| steps.iter().map(move |step| step * powf_f64(10.0, f64::from(k))));
         round.filter(|tick| self.range().contains(tick)).collect()
     }
 
     fn range(&self) -> std::ops::Range<f64> {
         self.low..self.high
     }
+}
+
+fn log10(x: f64) -> f64 {
+    ln_f64(x) / std::f64::consts::LN_10
 }
 
 /// Labels in the order in which they come first.
