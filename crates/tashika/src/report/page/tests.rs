@@ -28,7 +28,7 @@ fn film(width: u32, height: u32) -> Film {
     let window = Window { x: 7, y: 3, width, height };
     let mut film = Film::new([width + 20, height + 20], window, SPECS).unwrap();
     for (i, (x, y)) in window.pixels().enumerate() {
-        let v = 2.0 + 1e-7 * (i as f32).sin();
+        let v = 2.0 + 1e-7 * (i % 13) as f32;
         let last = i as u64 + 1 == window.area();
         film.plane_mut("").unwrap().set_f32(x, y, &[v, v, v]);
         film.plane_mut("half_width").unwrap().set_f32(x, y, &[0.02]);
