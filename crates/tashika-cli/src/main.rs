@@ -16,7 +16,9 @@ mod exit;
 mod experiment;
 mod info;
 mod interrupt;
+mod kept;
 mod measure;
+mod merge;
 mod plan;
 mod progress;
 mod render;
@@ -52,6 +54,7 @@ fn run(args: &Args) -> Result<Outcome, Failure> {
         Command::Render(typed) => render::run(&plan::RenderPlan::new(typed)?),
         Command::Info(typed) => info::run(&plan::InfoPlan::new(typed)?),
         Command::Vpl(typed) => vpl::run(&plan::VplPlan::new(typed)?),
+        Command::Merge(typed) => merge::run(&plan::MergePlan::new(typed)?),
         Command::View(typed) => view::run(&plan::ViewPlan::new(typed)?),
         Command::Compare(typed) => compare::run(&plan::ComparePlan::new(typed)?),
         Command::Coverage(typed) => coverage::run(&plan::CoveragePlan::new(typed)?),

@@ -8,7 +8,7 @@ use tashika::integrator::{
     ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop,
 };
 use tashika::io::{write_exr, write_file, write_png};
-use tashika::render::{Finished, RenderOptions, Totals, render};
+use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
 use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
@@ -16,6 +16,7 @@ use tashika::vpl::{VplOptions, VplSet};
 use crate::audit::{Audit, MOST_PATHS, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
+use crate::kept::Kept;
 use crate::plan::{Integration, Lights, RenderPlan};
 use crate::progress::{Meter, metered};
 use crate::serve::LivePage;
@@ -43,7 +44,9 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
 
     let window = stage.window;
     let setting = stage.setting(plan.gather, plan.seed);
-    let options = RenderOptions { window, share: plan.share };
+    let options = RenderOptions { window, share: plan.share.clone() };
+    let film = blank(&setting, integrator.as_ref(), &options)?;
+    let (kept, begun) = Kept::open(plan.checkpoint.as_deref(), film, meter)?;
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
             let what = format!("rendering {}x{}, {}", window.width, window.height, integrator.name());
@@ -54,6 +57,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
             }
             let watch = |done: &Finished<'_>| {
                 meter.update(&done.progress);
+                kept.add(done, meter);
                 if let Some(trouble) = viewer.as_ref().and_then(|viewer| viewer.show(done)) {
                     meter.note(&trouble);
                 }
@@ -61,7 +65,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
                     page.show(done, meter.words());
                 }
             };
-            render(&setting, integrator.as_ref(), &options, &watch, cancel)
+            resume(&setting, integrator.as_ref(), &options, begun, &watch, cancel)
         })
     })?;
     let progress = meter.finish();
@@ -110,6 +114,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         command: Some(typed_command()),
     };
     write_file(&plan.html, render_page(&rendered.film, &facts).as_bytes())?;
+    kept.end(rendered.complete, meter)?;
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }

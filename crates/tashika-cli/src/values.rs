@@ -5,7 +5,6 @@ use tashika::experiment::Grouping;
 use tashika::film::Window;
 use tashika::integrator::{Method, Truth};
 use tashika::io::Exposure;
-use tashika::render::TileShare;
 use tashika::vpl::Clamp;
 
 /// A count: `10000`, `55_000`, `10k`, `1.5M`.
@@ -61,15 +60,6 @@ pub fn address(typed: &str) -> Result<String, String> {
         Some(Ok(1..=u16::MAX)) => Ok(typed.to_owned()),
         _ => Err("expected HOST:PORT, such as 127.0.0.1:14158; a scene goes before this option".to_owned()),
     }
-}
-
-/// A share of the tiles: `K/N`.
-pub fn tiles(typed: &str) -> Result<TileShare, String> {
-    let share = typed.split_once('/').and_then(|(number, of)| {
-        let (number, of) = (number.parse().ok()?, of.parse().ok()?);
-        (1 <= number && number <= of).then_some(TileShare { number, of })
-    });
-    share.ok_or_else(|| "expected K/N with K from 1 to N, such as 1/4".to_owned())
 }
 
 /// A clamp: `auto`, `off` or metres.
@@ -169,12 +159,10 @@ mod tests {
     fn pairs_and_quadruples_are_whole() {
         assert_eq!(size("640x480"), Ok([640, 480]));
         assert_eq!(crop("1, 2,30,40"), Ok(Window { x: 1, y: 2, width: 30, height: 40 }));
-        assert_eq!(tiles("2/3"), Ok(TileShare { number: 2, of: 3 }));
         for typed in ["640", "640x", "x480", "640x480x3", "-1x5", "64.0x48"] {
             assert!(size(typed).is_err(), "{typed}");
         }
         assert!(crop("1,2,3").is_err() && crop("1,2,3,4,5").is_err());
-        assert!(tiles("0/2").is_err() && tiles("3/2").is_err() && tiles("2").is_err());
     }
 
     #[test]

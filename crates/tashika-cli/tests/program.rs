@@ -296,24 +296,6 @@ fn threads_do_not_change_a_byte() {
 }
 
 #[test]
-fn shares_of_the_tiles_cover_each_pixel_once() {
-    let folder = Folder::new();
-    let render =
-        |more: &str| folder.run(&format!("render scene.obj --size 70x50 --vpls 20 --gather 1 {more}"));
-    render("-o whole.exr").succeeds();
-    render("--tiles 1/2 -o a.exr").succeeds();
-    render("--tiles 2/2 -o b.exr").succeeds();
-    let [whole, a, b] = ["whole.exr", "a.exr", "b.exr"].map(|name| folder.film(name));
-    let (in_a, in_b) = (rendered(&a), rendered(&b));
-    assert!(in_a.iter().zip(&in_b).all(|(a, b)| a != b), "each pixel in one share");
-    let colors = |film: &Film| film.colors().unwrap().collect::<Vec<_>>();
-    let (whole, a, b) = (colors(&whole), colors(&a), colors(&b));
-    for (i, color) in whole.iter().enumerate() {
-        assert_eq!(*color, if in_a[i] { a[i] } else { b[i] });
-    }
-}
-
-#[test]
 fn lights_are_shared_by_a_file() {
     let folder = Folder::new();
     let traced = folder.run("vpl scene.obj --vpls 80 --seed 9 -o lights.vpl --json traced.json");

@@ -39,6 +39,8 @@ pub enum Command {
     Vpl(VplArgs),
     /// Measure an image against a reference: shares, errors, kept claims, and a picture of the error
     Compare(CompareArgs),
+    /// Join parts of an image that were rendered with --tiles
+    Merge(MergeArgs),
     /// Look into an image of any size in the browser: its planes, its claims, and its error where there is a reference
     View(ViewArgs),
     /// Measure how often methods keep to their tolerance and to their intervals
@@ -74,6 +76,14 @@ Examples:
   tashika vpl kitchen.glb --vpls 55k -o kitchen.vpl
   tashika vpl kitchen.vpl
   tashika render kitchen.glb --vpl-file kitchen.vpl";
+
+const MERGE_EXAMPLES: &str = "\
+Examples:
+  tashika merge part-1.exr part-2.exr -o kitchen.exr
+  tashika merge part-*.exr -o so-far.exr --partial
+
+Of all parts the image is the one that a single machine renders, bit by bit. Parts of another scene,
+seed or method are refused; a part that was rendered twice is not.";
 
 const VIEW_EXAMPLES: &str = "\
 Examples:
@@ -134,8 +144,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Image")]
     pub crop: Option<Window>,
 
-    /// Render only the K-th of N shares of the image's tiles, for N machines
-    #[arg(long, value_name = "K/N", value_parser = values::tiles, help_heading = "Image")]
+    /// Render only the K-th of N shares of the image's tiles, for N machines, or some of them (1,3/4);
+    /// `tashika merge` joins the parts
+    #[arg(long, value_name = "K/N", help_heading = "Image")]
     pub tiles: Option<TileShare>,
 
     #[command(flatten)]
@@ -219,6 +230,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
         value_parser = values::address, help_heading = "Output")]
     pub tev: Option<String>,
+
+    /// Keep finished tiles in FILE.exr.checkpoint until the image is written; if that is there from an earlier run
+    /// of the same command, however it ended, go on from it
+    #[arg(long, help_heading = "Output")]
+    pub checkpoint: bool,
 
     /// Show the render in the browser while it goes on; when it has ended the program stays as long as the page is open
     #[arg(long, help_heading = "Output")]
@@ -367,6 +383,30 @@ pub struct VplArgs {
     /// File to write
     #[arg(short, long, value_name = "FILE.vpl", help_heading = "Output")]
     pub output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+#[command(after_help = MERGE_EXAMPLES)]
+pub struct MergeArgs {
+    /// Parts, in any order, as `tashika render --tiles K/N` wrote them
+    #[arg(value_name = "PART.exr", required = true)]
+    pub parts: Vec<PathBuf>,
+
+    /// Image to write; its PNG and its page go beside it
+    #[arg(short, long, value_name = "FILE.exr", help_heading = "Output")]
+    pub output: PathBuf,
+
+    /// Write the image even though parts are missing; it says which
+    #[arg(long, help_heading = "Output")]
+    pub partial: bool,
+
+    /// Brightness of the PNG, as for `render`
+    #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
+        allow_negative_numbers = true, help_heading = "Output")]
+    pub exposure: Exposure,
 
     #[command(flatten)]
     pub common: CommonArgs,

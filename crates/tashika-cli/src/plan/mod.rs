@@ -16,14 +16,14 @@ use std::path::{Path, PathBuf};
 
 use tashika::film::{Film, Window};
 use tashika::gather::GatherOptions;
-use tashika::io::{LoadOptions, SCENE_FORMATS, check_writable, load_scene};
+use tashika::io::{LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
 use tashika::report::Tolerance;
 use tashika::scene::{Camera, Scene, builtin};
 use tashika::vpl::VplOptions;
 
 use crate::args::{
-    ClampArgs, CommonArgs, CompareArgs, InfoArgs, LogStyle, SceneArgs, ServeArgs, SourceArgs, StageArgs,
-    ViewArgs, VplArgs,
+    ClampArgs, CommonArgs, CompareArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs, ServeArgs, SourceArgs,
+    StageArgs, ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
 
@@ -298,6 +298,38 @@ impl ComparePlan {
             html: args.html.clone(),
             common,
         })
+    }
+}
+
+/// Parts to be joined.
+#[derive(Debug)]
+pub struct MergePlan {
+    /// Films.
+    pub parts: Vec<PathBuf>,
+    /// Image to write.
+    pub exr: PathBuf,
+    /// Picture to write.
+    pub png: PathBuf,
+    /// Page to write.
+    pub html: PathBuf,
+    /// Whether parts may be missing.
+    pub partial: bool,
+    /// How the picture is made.
+    pub tone_map: ToneMap,
+    /// What every command has.
+    pub common: Common,
+}
+
+impl MergePlan {
+    /// Checks what was typed, and that the outputs can be written.
+    pub fn new(args: &MergeArgs) -> Result<Self, Failure> {
+        let tone_map = ToneMap { exposure: args.exposure };
+        tone_map.validate()?;
+        let exr = with_ending(&args.output, "exr")?;
+        let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
+        let inputs: Vec<&Path> = args.parts.iter().map(PathBuf::as_path).collect();
+        let common = Common::new(&args.common, &[&exr, &png, &html], &inputs)?;
+        Ok(Self { parts: args.parts.clone(), exr, png, html, partial: args.partial, tone_map, common })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is to be done by `render`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use tashika::gather::GatherOptions;
 use tashika::integrator::{self, ControlOptions, LightSets, PathStop, Truth};
@@ -74,6 +74,8 @@ pub struct RenderPlan {
     pub tone_map: ToneMap,
     /// Where the viewer listens that is to show it meanwhile.
     pub tev: Option<String>,
+    /// Where finished tiles are kept meanwhile, if they are.
+    pub checkpoint: Option<PathBuf>,
     /// How it is shown in the browser, if it is.
     pub serve: Option<Serving>,
     /// What every command has.
@@ -101,10 +103,17 @@ impl RenderPlan {
         if !args.serve && (args.serving.port != 0 || args.serving.no_browser) {
             return Err(Failure::usage("--port and --no-browser go with --serve"));
         }
-        let common = Common::new(&args.common, &[&exr, &png, &html], &inputs)?;
+        let checkpoint = args.checkpoint.then(|| {
+            let mut path = exr.clone().into_os_string();
+            path.push(".checkpoint");
+            PathBuf::from(path)
+        });
+        let outputs: Vec<&Path> =
+            [&exr, &png, &html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect();
+        let common = Common::new(&args.common, &outputs, &inputs)?;
         Ok(Self {
             stage,
-            share: args.tiles.unwrap_or_default(),
+            share: args.tiles.clone().unwrap_or_default(),
             gather,
             integration,
             seed: args.seed,
@@ -113,6 +122,7 @@ impl RenderPlan {
             html,
             tone_map,
             tev: args.tev.clone(),
+            checkpoint,
             serve: args.serve.then(|| Serving::new(&args.serving)),
             common,
             audit: args.audit.filter(|_| !unused.contains(&"--audit")),

@@ -4,6 +4,7 @@
 //! indices against what they index, references against the scene's own folder.
 
 mod assets;
+mod checkpoint;
 mod dielectrics;
 mod exr;
 mod features;
@@ -22,6 +23,7 @@ mod vpl_set;
 use std::path::Path;
 
 pub use self::png::{Exposure, ToneMap, write_png};
+pub use checkpoint::{Checkpoint, Resumed};
 pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
 pub use features::{Feature, FormatFeatures, Support, features};
 pub use files::SceneFiles;

@@ -3,13 +3,16 @@
 //! Tiles are independent and the estimate of a pixel depends on neither, so films are equal bit by bit for any number of threads,
 //! any window and any share of the tiles.
 
+mod merge;
 mod tiles;
 
 #[cfg(test)]
 mod tests;
 
+pub use merge::{Merged, merge};
 pub use tiles::TileShare;
 
+use std::collections::HashSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -21,11 +24,11 @@ use crate::film::{Film, PlaneSpec, SampleKind, Window};
 use crate::integrator::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
 
 /// What is rendered of an image.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RenderOptions {
     /// The part of the image.
     pub window: Window,
-    /// The share of its tiles.
+    /// The shares of its tiles.
     pub share: TileShare,
 }
 
@@ -164,13 +167,34 @@ pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) ->
     Ok(pool.install(work))
 }
 
+/// Tiles of a render that are finished already.
+#[derive(Clone, Debug)]
+pub struct Begun {
+    /// A film like [`blank`]'s, with these tiles.
+    pub film: Film,
+    /// The tiles, whole.
+    pub tiles: Vec<Window>,
+}
+
+/// The film with which a render begins: zeros, and everything that it is a function of.
+///
+/// # Errors
+/// A window outside the image, unusable gather options.
+pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &RenderOptions) -> Result<Film> {
+    setting.view.gather.validate()?;
+    let mut film = Film::new(setting.view.size, options.window, PLANES)?;
+    film.metadata_mut().set("tiles", options.share.to_string());
+    describe(setting, integrator, &mut film);
+    Ok(film)
+}
+
 /// Renders on the current thread pool.
 ///
 /// `watch` is called after each tile, from any thread, one call at a time; other threads wait with their tiles meanwhile. When
 /// `cancel` becomes true no further tile is begun; the film then holds what is finished.
 ///
 /// # Errors
-/// A window outside the image, a share out of range, unusable gather options.
+/// A window outside the image, unusable gather options.
 pub fn render(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
@@ -178,11 +202,27 @@ pub fn render(
     watch: &(dyn Fn(&Finished<'_>) + Sync),
     cancel: &AtomicBool,
 ) -> Result<Rendered> {
+    let film = blank(setting, integrator, options)?;
+    resume(setting, integrator, options, Begun { film, tiles: Vec::new() }, watch, cancel)
+}
+
+/// Goes on with a render of which some tiles are finished; `watch` is called for these first. The film is the one that [`render`] gives.
+///
+/// Tiles of `begun` that are none of this render's are rendered again.
+///
+/// # Errors
+/// As [`render`].
+pub fn resume(
+    setting: &Setting<'_>,
+    integrator: &dyn Integrator,
+    options: &RenderOptions,
+    begun: Begun,
+    watch: &(dyn Fn(&Finished<'_>) + Sync),
+    cancel: &AtomicBool,
+) -> Result<Rendered> {
     setting.view.gather.validate()?;
-    let mut film = Film::new(setting.view.size, options.window, PLANES)?;
-    let tiles = options.share.tiles(&options.window, setting.view.gather.points)?;
-    film.metadata_mut().set("tiles", options.share.to_string());
-    Ok(render_tiles(setting, integrator, film, &tiles, watch, cancel))
+    let tiles = options.share.tiles(&options.window, setting.view.gather.points);
+    Ok(render_tiles(setting, integrator, begun, &tiles, watch, cancel))
 }
 
 /// Renders only these pixels, into a film of the whole image; each estimate is the one that [`render`] gives.
@@ -211,8 +251,10 @@ pub fn render_pixels(
         return Err(Error::option("pixels", format!("{x},{y}"), expected));
     }
     film.metadata_mut().set("pixels", pixels.len() as u64);
+    describe(setting, integrator, &mut film);
     let tiles: Vec<Window> = pixels.iter().map(|&[x, y]| Window { x, y, width: 1, height: 1 }).collect();
-    Ok(render_tiles(setting, integrator, film, &tiles, &|done| progress(&done.progress), cancel))
+    let begun = Begun { film, tiles: Vec::new() };
+    Ok(render_tiles(setting, integrator, begun, &tiles, &|done| progress(&done.progress), cancel))
 }
 
 /// What the threads write to.
@@ -223,27 +265,66 @@ struct Shared {
     sum: RgbSum,
 }
 
+impl Shared {
+    /// Counts a pixel that is finished.
+    fn count(&mut self, claims: bool, out_of_budget: bool, pairs: u64, rays: u64) {
+        self.totals.pixels += 1;
+        self.totals.promise_met += u64::from(claims);
+        self.totals.budget_hit += u64::from(out_of_budget);
+        self.totals.pairs += pairs;
+        self.totals.rays += rays;
+        self.progress.pixels += 1;
+        self.progress.promise_met += u64::from(claims);
+        self.progress.rays += rays;
+    }
+
+    /// Counts a tile that the film has already; its colours are summed.
+    fn count_finished(&mut self, tile: &Window) -> RgbSum {
+        let mut sum = RgbSum::default();
+        for (x, y) in tile.pixels() {
+            let code = |name: &str| self.film.plane(name).map_or(0, |p| p.u32_at(x, y)[0]);
+            let number = |name: &str| self.film.plane(name).map_or(0.0, |p| p.f32_at(x, y)[0]) as u64;
+            let (claim, stop) = (code("claim"), code("stop"));
+            let (pairs, rays) = (number("pairs"), number("rays"));
+            let color = self.film.plane("").expect("the film was made from PLANES").f32_at(x, y);
+            sum.add(Rgb::new(color[0], color[1], color[2]));
+            self.count(claim != ErrorClaim::None.id(), stop == StopReason::Budget.id(), pairs, rays);
+        }
+        sum
+    }
+}
+
 fn render_tiles(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
-    mut film: Film,
+    begun: Begun,
     tiles: &[Window],
     watch: &(dyn Fn(&Finished<'_>) + Sync),
     cancel: &AtomicBool,
 ) -> Rendered {
     let of = tiles.iter().map(Window::area).sum();
-    describe(setting, integrator, &mut film);
-    let shared = Mutex::new(Shared {
-        film,
+    let mut shared = Shared {
+        film: begun.film,
         progress: Progress { of, ..Progress::default() },
         totals: Totals::default(),
         sum: RgbSum::default(),
-    });
+    };
+    let known: HashSet<Window> = begun.tiles.into_iter().collect();
+    let finished: Vec<Option<RgbSum>> = tiles
+        .iter()
+        .map(|tile| {
+            let sum = known.contains(tile).then(|| shared.count_finished(tile))?;
+            watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
+            Some(sum)
+        })
+        .collect();
+    let shared = Mutex::new(shared);
     let sums: Vec<Option<RgbSum>> = tiles
         .par_iter()
-        .map(|tile| {
-            if cancel.load(Ordering::Relaxed) {
-                return None;
+        .zip(finished)
+        .map(|(tile, finished)| {
+            if finished.is_some() || cancel.load(Ordering::Relaxed) {
+                return finished;
             }
             let estimates = integrator.estimate(setting, tile);
             let mut sum = RgbSum::default();
@@ -251,16 +332,7 @@ fn render_tiles(
             for ((x, y), e) in tile.pixels().zip(&estimates) {
                 store(&mut shared.film, x, y, e);
                 sum.add(e.radiance);
-                let t = &mut shared.totals;
-                t.pixels += 1;
-                let kept = u64::from(e.claim != ErrorClaim::None);
-                t.promise_met += kept;
-                t.budget_hit += u64::from(e.stop == StopReason::Budget);
-                t.pairs += e.pairs;
-                t.rays += e.rays;
-                shared.progress.pixels += 1;
-                shared.progress.promise_met += kept;
-                shared.progress.rays += e.rays;
+                shared.count(e.claim != ErrorClaim::None, e.stop == StopReason::Budget, e.pairs, e.rays);
             }
             watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
             Some(sum)

@@ -1,28 +1,45 @@
 //! Which tiles an image has, and which of them one machine renders.
 
 use std::fmt;
+use std::str::FromStr;
 
 use crate::error::{Error, Result};
 use crate::film::Window;
 
-/// A share of the tiles: the `number`-th of `of`, counted from 1. All shares together are the image, and no two overlap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Shares of the tiles: some of `of`, counted from 1. All shares together are the image, and no two overlap.
+///
+/// In words `K/N`, or a list, `1,4,7/16`.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileShare {
-    /// From 1 to `of`.
-    pub number: u32,
-    /// How many shares there are.
-    pub of: u32,
+    /// From 1 to `of`, each once, in rising order; at least one.
+    numbers: Vec<u32>,
+    of: u32,
 }
 
 impl Default for TileShare {
     fn default() -> Self {
-        Self { number: 1, of: 1 }
+        Self { numbers: vec![1], of: 1 }
     }
 }
 
 impl fmt::Display for TileShare {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.number, self.of)
+        let numbers: Vec<String> = self.numbers.iter().map(u32::to_string).collect();
+        write!(f, "{}/{}", numbers.join(","), self.of)
+    }
+}
+
+impl FromStr for TileShare {
+    type Err = Error;
+
+    /// # Errors
+    /// [`Error::Option`] naming `tiles` if it is not as above.
+    fn from_str(text: &str) -> Result<Self> {
+        let parsed = text.split_once('/').and_then(|(numbers, of)| {
+            let numbers: Option<Vec<u32>> = numbers.split(',').map(|n| n.parse().ok()).collect();
+            Self::checked(numbers?, of.parse().ok()?)
+        });
+        parsed.ok_or_else(|| Self::refused(text))
     }
 }
 
@@ -30,11 +47,61 @@ impl fmt::Display for TileShare {
 const POINTS_PER_TILE: u32 = 1024;
 
 impl TileShare {
+    /// Most shares.
+    pub const MOST: u32 = 1 << 20;
+
+    /// The `number`-th of `of`.
+    ///
+    /// # Errors
+    /// [`Error::Option`] naming `tiles` if there is no such share.
+    pub fn new(number: u32, of: u32) -> Result<Self> {
+        Self::of_numbers([number], of)
+    }
+
+    /// Several of `of`.
+    ///
+    /// # Errors
+    /// [`Error::Option`] naming `tiles` if there is none, or no such share.
+    pub fn of_numbers(numbers: impl IntoIterator<Item = u32>, of: u32) -> Result<Self> {
+        let numbers: Vec<u32> = numbers.into_iter().collect();
+        let told = Self { numbers: numbers.clone(), of };
+        Self::checked(numbers, of).ok_or_else(|| Self::refused(&told.to_string()))
+    }
+
+    fn checked(mut numbers: Vec<u32>, of: u32) -> Option<Self> {
+        numbers.sort_unstable();
+        numbers.dedup();
+        let fit = of <= Self::MOST && numbers.first()? > &0 && numbers.last()? <= &of;
+        // All of them are the whole, however many there are.
+        let whole = numbers.len() as u64 == u64::from(of);
+        fit.then(|| if whole { Self::default() } else { Self { numbers, of } })
+    }
+
+    fn refused(text: &str) -> Error {
+        let expected = format!(
+            "K/N with K from 1 to N, such as 1/4, or a list, such as 1,3/4; N at most {}",
+            Self::MOST
+        );
+        Error::option("tiles", text, expected)
+    }
+
+    /// The shares, from 1, in rising order.
+    pub fn numbers(&self) -> &[u32] {
+        &self.numbers
+    }
+
+    /// How many shares there are.
+    pub fn of(&self) -> u32 {
+        self.of
+    }
+
+    /// Whether it is the whole image.
+    pub fn is_whole(&self) -> bool {
+        self.of == 1
+    }
+
     /// The share's tiles of a window, row by row.
-    pub(super) fn tiles(&self, window: &Window, points_per_pixel: u32) -> Result<Vec<Window>> {
-        if self.of == 0 || self.number == 0 || self.number > self.of {
-            return Err(Error::option("tiles", self, "K/N with K from 1 to N"));
-        }
+    pub(super) fn tiles(&self, window: &Window, points_per_pixel: u32) -> Vec<Window> {
         let mut side = 4;
         while side < 32 && 4 * side * side * points_per_pixel <= POINTS_PER_TILE {
             side *= 2;
@@ -47,8 +114,9 @@ impl TileShare {
             }
         }
         // Neighbouring tiles go to different shares, so that shares cost about the same.
-        let mine = (0..).zip(tiles).filter(|(i, _)| i % u64::from(self.of) == u64::from(self.number) - 1);
-        Ok(mine.map(|(_, t)| t).collect())
+        let share = |i: u64| (i % u64::from(self.of)) as u32 + 1;
+        let mine = (0..).zip(tiles).filter(|(i, _)| self.numbers.binary_search(&share(*i)).is_ok());
+        mine.map(|(_, tile)| tile).collect()
     }
 }
 
@@ -62,14 +130,29 @@ mod tests {
         for of in [1, 2, 3, 7, 5000] {
             let mut seen = vec![0; 71 * 50];
             for number in 1..=of {
-                for t in (TileShare { number, of }).tiles(&window, 4).unwrap() {
+                for t in TileShare::new(number, of).unwrap().tiles(&window, 4) {
                     t.pixels().for_each(|(x, y)| seen[window.index(x, y)] += 1);
                 }
             }
             assert!(seen.iter().all(|n| *n == 1), "{of} shares");
         }
-        for (number, of) in [(0, 1), (2, 1), (1, 0)] {
-            assert!(TileShare { number, of }.tiles(&window, 1).is_err());
+        let tiles = |share: &str| share.parse::<TileShare>().unwrap().tiles(&window, 4);
+        let mut both = [tiles("2/5"), tiles("4/5")].concat();
+        both.sort_by_key(|t| (t.y, t.x));
+        assert_eq!(tiles("4,2,2/5"), both, "a list is its shares together");
+        assert_eq!(tiles("3,1,2/3"), tiles("1/1"));
+    }
+
+    #[test]
+    fn shares_are_said_as_they_are_typed_and_others_are_refused() {
+        for (typed, said) in [("1/1", "1/1"), ("3/7", "3/7"), ("4,2,2/5", "2,4/5"), ("1,2,3/3", "1/1")] {
+            assert_eq!(typed.parse::<TileShare>().unwrap().to_string(), said);
         }
+        for typed in ["0/1", "2/1", "1/0", "1", "/3", "1,/3", "1/x", "-1/3", "1,4/3", "1/4294967295", "1/2/3"]
+        {
+            let said = typed.parse::<TileShare>().unwrap_err().to_string();
+            assert!(said.starts_with(&format!("tiles = {typed}; expected K/N")), "{said}");
+        }
+        assert!(TileShare::new(0, 3).is_err() && TileShare::of_numbers([], 3).is_err());
     }
 }

@@ -1,0 +1,112 @@
+//! `tashika merge`.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use tashika::film::{Film, Plane};
+use tashika::io::{read_exr, write_exr, write_file, write_png};
+use tashika::render::{Merged, merge};
+use tashika::report::{RenderFacts, count, render_page};
+
+use crate::exit::{Failure, Outcome};
+use crate::plan::MergePlan;
+use crate::progress::{Meter, metered};
+use crate::summary::{Rows, counted, typed_command, write_json};
+
+/// Everything that is told about a merge.
+#[derive(Debug, Serialize)]
+struct Report {
+    parts: usize,
+    /// Pixels that were rendered.
+    pixels: u64,
+    promise_met: u64,
+    budget_hit: u64,
+    /// Shares that are missing, from 1, and how many there are.
+    missing: Vec<u32>,
+    of: u32,
+    missing_pixels: u64,
+    complete: bool,
+    files: Vec<PathBuf>,
+}
+
+/// Reads the parts and writes the image.
+pub fn run(plan: &MergePlan) -> Result<Outcome, Failure> {
+    metered(&plan.common, |meter| work(plan, meter))
+}
+
+fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
+    let mut films = Vec::new();
+    for path in &plan.parts {
+        meter.phase(&format!("reading {}", path.display()));
+        films.push(read_exr(path)?);
+    }
+    meter.phase("merging");
+    let parts: Vec<(&Path, &Film)> = plan.parts.iter().map(PathBuf::as_path).zip(&films).collect();
+    let merged = merge(&parts)?;
+    if merged.missing_pixels > 0 && !plan.partial {
+        let message = format!("{}; --partial writes the image without them", told_missing(&merged));
+        return Err(Failure::file(message));
+    }
+    write_exr(&plan.exr, &merged.film)?;
+    write_png(&plan.png, &merged.film, &plan.tone_map)?;
+    let report = report(plan, &merged);
+    let facts = RenderFacts {
+        name: plan.exr.display().to_string(),
+        rows: rows(&report, &merged).for_page(),
+        command: Some(typed_command()),
+    };
+    write_file(&plan.html, render_page(&merged.film, &facts).as_bytes())?;
+    meter.finish();
+    if let Some(path) = &plan.common.json {
+        write_json(path, &report)?;
+    }
+    if !plan.common.quiet {
+        rows(&report, &merged).print()?;
+    }
+    Ok(if report.budget_hit > 0 { Outcome::BudgetHit } else { Outcome::Done })
+}
+
+fn told_missing(merged: &Merged) -> String {
+    let pixels = counted(merged.missing_pixels, "pixel is", "pixels are");
+    let shares: Vec<String> = merged.missing.iter().map(u32::to_string).collect();
+    if shares.is_empty() {
+        format!("{pixels} in no part: a part was not finished")
+    } else {
+        format!("{pixels} in no part: of {} shares these are missing: {}", merged.of, shares.join(", "))
+    }
+}
+
+fn report(plan: &MergePlan, merged: &Merged) -> Report {
+    let codes = |name| merged.film.plane(name).and_then(Plane::u32_samples).unwrap_or_default();
+    let (stops, claims) = (codes("stop"), codes("claim"));
+    let number = |of: usize| of as u64;
+    Report {
+        parts: plan.parts.len(),
+        pixels: number(stops.iter().filter(|stop| **stop != 0).count()),
+        promise_met: number(claims.iter().filter(|claim| **claim != 0).count()),
+        budget_hit: number(stops.iter().filter(|stop| **stop == 4).count()),
+        missing: merged.missing.clone(),
+        of: merged.of,
+        missing_pixels: merged.missing_pixels,
+        complete: merged.missing_pixels == 0,
+        files: vec![plan.exr.clone(), plan.png.clone(), plan.html.clone()],
+    }
+}
+
+fn rows(report: &Report, merged: &Merged) -> Rows {
+    let mut rows = Rows::default();
+    rows.push("parts", count(report.parts as u64));
+    rows.push(
+        "pixels",
+        format!("{}, {} keep what they claim", count(report.pixels), count(report.promise_met)),
+    );
+    if report.budget_hit > 0 {
+        rows.push("", format!("{} of them ran out of budget", count(report.budget_hit)));
+    }
+    if !report.complete {
+        rows.push("", format!("NOT COMPLETE: {}", told_missing(merged)));
+    }
+    let files: Vec<String> = report.files.iter().map(|f| f.display().to_string()).collect();
+    rows.push("files", files.join(", "));
+    rows
+}

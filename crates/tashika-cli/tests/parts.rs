@@ -1,0 +1,173 @@
+//! Images in parts: shares of the tiles on several machines, and what becomes of them.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+
+/// Runs the program in a folder.
+fn run(folder: &Path, line: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
+    command.current_dir(folder).args(line.split_whitespace()).output().unwrap()
+}
+
+#[track_caller]
+fn succeeds(folder: &Path, line: &str) {
+    let output = run(folder, line);
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[track_caller]
+fn fails(folder: &Path, line: &str, said: &[&str]) {
+    let output = run(folder, line);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{line}: {stderr}");
+    for words in said {
+        assert!(stderr.contains(words), "{words:?} is not in: {stderr}");
+    }
+}
+
+const RENDER: &str = "render builtin:tiny --size 70x50 --vpls 200 --gather 2 --error 5%";
+
+#[test]
+fn shares_are_merged_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeeds(folder, &format!("{RENDER} -o whole.exr -q"));
+    // The lights once, for all; the same as traced by each.
+    succeeds(folder, "vpl builtin:tiny --vpls 200 -o lights.vpl -q");
+    let shared = RENDER.replace("--vpls 200", "--vpl-file lights.vpl");
+    for (number, threads) in [(1, 1), (2, 2), (3, 1)] {
+        succeeds(folder, &format!("{shared} --tiles {number}/4 --threads {threads} -o part-{number}.exr -q"));
+    }
+    fails(
+        folder,
+        "merge part-1.exr part-3.exr part-2.exr -o merged.exr",
+        &["of 4 shares these are missing: 4", "--partial"],
+    );
+    assert!(!folder.join("merged.exr").exists());
+    succeeds(folder, "merge part-1.exr part-3.exr part-2.exr -o some.exr --partial");
+    succeeds(folder, &format!("{RENDER} --tiles 4,2/4 -o rest.exr -q"));
+    for parts in ["part-3.exr rest.exr part-1.exr part-2.exr", "some.exr rest.exr"] {
+        succeeds(folder, &format!("merge {parts} -o merged.exr --json merged.json"));
+        for ending in ["exr", "png"] {
+            let bytes = |name: &str| fs::read(folder.join(format!("{name}.{ending}"))).unwrap();
+            assert!(bytes("merged") == bytes("whole"), "{parts}: {ending}");
+        }
+    }
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("merged.json")).unwrap()).unwrap();
+    assert_eq!(
+        (&json["pixels"], &json["complete"], &json["missing"]),
+        (&3500.into(), &true.into(), &serde_json::json!([]))
+    );
+}
+
+#[test]
+fn parts_of_another_render_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeeds(folder, &format!("{RENDER} --tiles 1/2 -o a.exr -q"));
+    succeeds(folder, &format!("{RENDER} --seed 2 --tiles 2/2 -o b.exr -q"));
+    fails(folder, "merge a.exr b.exr -o c.exr", &["b.exr: ", "expected as in a.exr: ", "seed = "]);
+    fails(folder, "merge a.exr absent.exr -o c.exr", &["absent.exr"]);
+    assert!(!folder.join("c.exr").exists());
+}
+
+/// A render of some seconds, in tiles of which hundreds are finished in one.
+const LONG: &str =
+    "render builtin:tiny --size 160x90 --vpls 1k --gather 16 --error 2% --threads 2 --checkpoint";
+
+/// Begins a render, and ends it by force once its checkpoint has grown to that many bytes; false if it was too fast.
+fn killed(folder: &Path, bytes: u64) -> bool {
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_tashika"))
+        .current_dir(folder)
+        .args(LONG.split_whitespace())
+        .args(["-o", "a.exr", "-q"])
+        .spawn()
+        .unwrap();
+    let length = || fs::metadata(folder.join("a.exr.checkpoint")).map_or(0, |m| m.len());
+    while length() < bytes {
+        if child.try_wait().unwrap().is_some() {
+            return false;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    true
+}
+
+/// The same bytes as in one go, which `whole.exr` is.
+#[track_caller]
+fn same_as_whole(folder: &Path, name: &str) {
+    for ending in ["exr", "png"] {
+        let bytes = |name: &str| fs::read(folder.join(format!("{name}.{ending}"))).unwrap();
+        assert!(bytes(name) == bytes("whole"), "{name}.{ending}");
+    }
+}
+
+#[test]
+fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let checkpoint = folder.join("a.exr.checkpoint");
+    let report = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(folder.join(name)).unwrap()).unwrap()
+    };
+    succeeds(folder, &format!("{LONG} -o whole.exr -q --json whole.json"));
+    assert!(!folder.join("whole.exr.checkpoint").exists(), "what is written is not kept twice");
+    // Twice, each time a little further.
+    for bytes in [100_000, 400_000] {
+        assert!(killed(folder, bytes), "it was over before it was ended");
+        assert!(!folder.join("a.exr").exists());
+    }
+    fails(
+        folder,
+        &format!("{LONG} -o a.exr --seed 2"),
+        &["a.exr.checkpoint", "seed = \"1\", not \"2\"", "remove it"],
+    );
+    let again = run(folder, &format!("{LONG} -o a.exr --json a.json"));
+    let stderr = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(stderr.contains("going on from a.exr.checkpoint: "), "{stderr}");
+    same_as_whole(folder, "a");
+    assert!(!checkpoint.exists());
+    for key in ["pixels", "promise_met", "rays_per_pixel", "pairs_per_pixel", "mean_radiance", "complete"] {
+        assert_eq!(report("a.json")[key], report("whole.json")[key], "{key}");
+    }
+
+    // Damage in the middle is told, and what comes after it is rendered again.
+    assert!(killed(folder, 400_000));
+    let mut bytes = fs::read(&checkpoint).unwrap();
+    bytes[200_000] ^= 1;
+    fs::write(&checkpoint, &bytes).unwrap();
+    let again = run(folder, &format!("{LONG} -o a.exr"));
+    let stderr = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(stderr.contains("what was lost is rendered again") && stderr.contains("going on"), "{stderr}");
+    same_as_whole(folder, "a");
+}
+
+/// A limit on the size of files stands for a disk that is full.
+#[cfg(unix)]
+#[test]
+fn what_is_finished_survives_a_full_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeeds(folder, &format!("{LONG} -o whole.exr -q"));
+    let limited = |blocks: u32| {
+        let program = env!("CARGO_BIN_EXE_tashika");
+        let line = format!("trap '' XFSZ; ulimit -f {blocks}; exec {program} {LONG} -o a.exr");
+        std::process::Command::new("sh").current_dir(folder).args(["-c", &line]).output().unwrap()
+    };
+    // Blocks are of 512 or of 1024 bytes: the checkpoint does not fit, nor does the image.
+    let output = limited(300);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("no more tiles are kept, those before are safe"), "{stderr}");
+    assert!(!folder.join("a.exr").exists() && folder.join("a.exr.checkpoint").exists());
+    let again = run(folder, &format!("{LONG} -o a.exr"));
+    let stderr = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(stderr.contains("going on from a.exr.checkpoint: "), "{stderr}");
+    same_as_whole(folder, "a");
+}

@@ -1,0 +1,407 @@
+//! Finished tiles of a render that is under way, kept in a file so that it can go on after it was ended at any moment.
+//!
+//! The file begins with what the render is: size, window, planes and metadata of its film, by which a checkpoint of another render is told. Then
+//! follows a record for each finished tile, added in one piece when it is finished. Numbers are little-endian:
+//!
+//! ```text
+//! "TASHIKAC"  u32 version = 1  u32 length of the head  head (JSON)  u32 CRC-32 of the head
+//! per tile:   u32 x, y, width, height   samples, pixel by pixel, plane by plane, four bytes each   u32 CRC-32 of all that
+//! ```
+//!
+//! # Guarantee
+//! What [`Checkpoint::open`] gives back are tiles whose every bit is as it was added. From the first record on that is cut off or whose sum is
+//! wrong nothing is used, and that is told; those tiles are to be rendered again. A file that belongs to another render, or is no checkpoint, is
+//! refused and left as it is. Two programs do not write to one checkpoint. Memory is taken in proportion to the film, whatever the file says.
+//!
+//! # Assumption
+//! The scene's files are the same: the head names the scene, and how many lights it gave, not all that is in it.
+//!
+//! # Held to this by
+//! The tests below; those of the program in `tests/parts.rs`, which end it by force.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use flate2::Crc;
+use serde_json::{Value as Json, json};
+
+use crate::error::{Error, Location, Result};
+use crate::film::{Film, Plane, SampleKind, Window};
+
+const MAGIC: &[u8; 8] = b"TASHIKAC";
+const VERSION: u32 = 1;
+/// Largest head that is read (bytes).
+const MAX_HEAD_BYTES: u32 = 1 << 20;
+
+/// A file that takes finished tiles.
+#[derive(Debug)]
+pub struct Checkpoint {
+    path: PathBuf,
+    file: File,
+}
+
+/// What a checkpoint had.
+#[derive(Clone, Debug)]
+pub struct Resumed {
+    /// The film with these tiles; all else is as in the film that the checkpoint was opened for.
+    pub film: Film,
+    /// The tiles.
+    pub tiles: Vec<Window>,
+    /// What was wrong with the rest of the file, if anything was.
+    pub damage: Option<String>,
+}
+
+impl Checkpoint {
+    /// Opens the checkpoint of the render that begins with this film, or begins one.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if the file cannot be read or written or another program has it, [`Error::Invalid`] if it is of another render or no
+    /// checkpoint.
+    pub fn open(path: &Path, film: &Film) -> Result<(Self, Resumed)> {
+        let io = |e| Error::io(path, e);
+        let mut file =
+            File::options().read(true).write(true).create(true).truncate(false).open(path).map_err(io)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(io(io::Error::new(
+                    io::ErrorKind::WouldBlock,
+                    "another program is writing to it",
+                )));
+            }
+            // Not every file system has locks.
+            Err(TryLockError::Error(_)) | Ok(()) => {}
+        }
+        let mut resumed = Resumed { film: film.clone(), tiles: Vec::new(), damage: None };
+        let head = head(film);
+        let length = file.metadata().map_err(io)?.len();
+        let end = if length == 0 {
+            file.write_all(&head).map_err(io)?;
+            head.len() as u64
+        } else {
+            check_head(path, &mut file, length, &head)?;
+            let mut reader = io::BufReader::new(&file);
+            records(&mut reader, head.len() as u64, length, &mut resumed).map_err(io)?
+        };
+        // What is not used is not left between what is and what comes.
+        file.set_len(end).map_err(io)?;
+        file.seek(SeekFrom::Start(end)).map_err(io)?;
+        Ok((Self { path: path.to_owned(), file }, resumed))
+    }
+
+    /// Adds a finished tile.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; what was added before stays.
+    pub fn add(&mut self, film: &Film, tile: Window) -> Result<()> {
+        self.file.write_all(&record(film, tile)).map_err(|e| Error::io(&self.path, e))
+    }
+
+    /// Removes the file: the render is complete and written.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn remove(self) -> Result<()> {
+        fs::remove_file(&self.path).map_err(|e| Error::io(&self.path, e))
+    }
+}
+
+fn kind(plane: &Plane) -> &'static str {
+    match plane.kind() {
+        SampleKind::F32 => "f32",
+        SampleKind::U32 => "u32",
+    }
+}
+
+/// Magic number, version, head and its sum.
+fn head(film: &Film) -> Vec<u8> {
+    let w = film.window();
+    let planes: Vec<Json> = film.planes().iter().map(|p| json!([p.name(), p.channels(), kind(p)])).collect();
+    let metadata: Json = film
+        .metadata()
+        .iter()
+        .map(|(name, value)| (name.to_owned(), Json::from(value.to_string())))
+        .collect();
+    let head = json!({
+        "size": film.size(),
+        "window": [w.x, w.y, w.width, w.height],
+        "planes": planes,
+        "metadata": metadata,
+    });
+    let head = head.to_string();
+    let mut bytes = Vec::new();
+    bytes.extend(MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend((head.len() as u32).to_le_bytes());
+    bytes.extend(head.as_bytes());
+    bytes.extend(sum(head.as_bytes()).to_le_bytes());
+    bytes
+}
+
+fn sum(bytes: &[u8]) -> u32 {
+    let mut crc = Crc::new();
+    crc.update(bytes);
+    crc.sum()
+}
+
+/// Refuses a file that does not begin as expected, and says what is different.
+fn check_head(path: &Path, file: &mut File, length: u64, expected: &[u8]) -> Result<()> {
+    let io = |e| Error::io(path, e);
+    let mut bytes = vec![0; length.min(u64::from(MAX_HEAD_BYTES)) as usize];
+    file.read_exact(&mut bytes).map_err(io)?;
+    file.seek(SeekFrom::Start(expected.len() as u64)).map_err(io)?;
+    if bytes.starts_with(expected) {
+        return Ok(());
+    }
+    let refuse = |found: String, expected: &str| Err(Error::invalid(Location::file(path), found, expected));
+    let number = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    if !bytes.starts_with(MAGIC) {
+        return refuse(
+            "something else".to_owned(),
+            "a checkpoint; move it away, or write the image elsewhere",
+        );
+    }
+    if number(8) != Some(VERSION) {
+        return refuse(
+            "another version of checkpoints".to_owned(),
+            "one of this program; remove it to begin anew",
+        );
+    }
+    let json = |bytes: &[u8]| serde_json::from_slice::<Json>(bytes).ok();
+    let found = number(12)
+        .and_then(|n| bytes.get(16..16 + n as usize).filter(|h| number(16 + n as usize) == Some(sum(h))));
+    let (Some(found), Some(ours)) = (found.and_then(json), json(&expected[16..expected.len() - 4])) else {
+        return refuse(
+            "a damaged head".to_owned(),
+            "a checkpoint as it was written; remove it to begin anew",
+        );
+    };
+    refuse(difference(&found, &ours), "a checkpoint of this render; remove it to begin anew")
+}
+
+/// The first thing that is different, in words.
+fn difference(found: &Json, ours: &Json) -> String {
+    for key in ["size", "window", "planes"] {
+        if found[key] != ours[key] {
+            return format!("a checkpoint with {key} {}, not {}", found[key], ours[key]);
+        }
+    }
+    let names =
+        [found, ours].into_iter().filter_map(|head| head["metadata"].as_object()).flat_map(|m| m.keys());
+    let mut differing = names.filter(|name| found["metadata"][*name] != ours["metadata"][*name]);
+    differing.next().map_or_else(
+        || "another head".to_owned(),
+        |name| {
+            format!("a checkpoint with {name} = {}, not {}", found["metadata"][name], ours["metadata"][name])
+        },
+    )
+}
+
+/// Bytes of a tile's samples.
+fn sample_bytes(film: &Film, tile: Window) -> u64 {
+    let channels: usize = film.planes().iter().map(|p| p.channels().len()).sum();
+    4 * tile.area() * channels as u64
+}
+
+fn record(film: &Film, tile: Window) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(20 + sample_bytes(film, tile) as usize);
+    for number in [tile.x, tile.y, tile.width, tile.height] {
+        bytes.extend(number.to_le_bytes());
+    }
+    for (x, y) in tile.pixels() {
+        for plane in film.planes() {
+            match plane.kind() {
+                SampleKind::F32 => plane.f32_at(x, y).iter().for_each(|v| bytes.extend(v.to_le_bytes())),
+                SampleKind::U32 => plane.u32_at(x, y).iter().for_each(|v| bytes.extend(v.to_le_bytes())),
+            }
+        }
+    }
+    bytes.extend(sum(&bytes).to_le_bytes());
+    bytes
+}
+
+/// Reads records as far as they are whole; returns where they end.
+fn records(file: &mut impl Read, begin: u64, length: u64, resumed: &mut Resumed) -> io::Result<u64> {
+    let mut at = begin;
+    while at < length {
+        let Some(bytes) = next_record(file, length - at, &resumed.film)? else {
+            let lost = length - at;
+            resumed.damage = Some(format!("its last {lost} bytes are not a whole tile"));
+            break;
+        };
+        at += bytes.len() as u64;
+        let tile = restore(&bytes, &mut resumed.film);
+        resumed.tiles.push(tile);
+    }
+    Ok(at)
+}
+
+/// The bytes of a record; none if what is left is none.
+fn next_record(file: &mut impl Read, left: u64, film: &Film) -> io::Result<Option<Vec<u8>>> {
+    if left < 20 {
+        return Ok(None);
+    }
+    let mut bytes = vec![0; 16];
+    file.read_exact(&mut bytes)?;
+    let tile = window(&bytes);
+    let all = film.window();
+    // Not by what the file claims, but by what the film has.
+    let inside = tile.area() > 0
+        && tile.x >= all.x
+        && tile.y >= all.y
+        && u64::from(tile.x - all.x) + u64::from(tile.width) <= u64::from(all.width)
+        && u64::from(tile.y - all.y) + u64::from(tile.height) <= u64::from(all.height);
+    if !inside || sample_bytes(film, tile) + 20 > left {
+        return Ok(None);
+    }
+    let end = 20 + sample_bytes(film, tile) as usize;
+    bytes.resize(end, 0);
+    file.read_exact(&mut bytes[16..])?;
+    let told = [bytes[end - 4], bytes[end - 3], bytes[end - 2], bytes[end - 1]];
+    Ok((sum(&bytes[..end - 4]) == u32::from_le_bytes(told)).then_some(bytes))
+}
+
+fn window(bytes: &[u8]) -> Window {
+    let number =
+        |i: usize| u32::from_le_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]]);
+    Window { x: number(0), y: number(1), width: number(2), height: number(3) }
+}
+
+/// Puts a whole record back.
+fn restore(bytes: &[u8], film: &mut Film) -> Window {
+    let tile = window(bytes);
+    let mut samples = bytes[16..].chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    for (x, y) in tile.pixels() {
+        for plane in film.planes_mut() {
+            let bits: Vec<u32> = samples.by_ref().take(plane.channels().len()).collect();
+            match plane.kind() {
+                SampleKind::F32 => {
+                    plane.set_f32(x, y, &bits.iter().map(|b| f32::from_bits(*b)).collect::<Vec<_>>())
+                }
+                SampleKind::U32 => plane.set_u32(x, y, &bits),
+            }
+        }
+    }
+    tile
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::PlaneSpec;
+
+    const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
+        PlaneSpec { name, channels, unit: "1", kind, doc: "" }
+    }
+    const SPECS: &[PlaneSpec] =
+        &[spec("", &["R", "G", "B"], SampleKind::F32), spec("stop", &["id"], SampleKind::U32)];
+    const WINDOW: Window = Window { x: 3, y: 2, width: 20, height: 12 };
+    const TILES: [Window; 3] = [
+        Window { x: 3, y: 2, width: 8, height: 8 },
+        Window { x: 11, y: 2, width: 8, height: 8 },
+        Window { x: 19, y: 10, width: 4, height: 4 },
+    ];
+
+    fn blank(seed: u32) -> Film {
+        let mut film = Film::new([40, 30], WINDOW, SPECS).unwrap();
+        film.metadata_mut().set("seed", seed);
+        film.metadata_mut().set("method", "exact");
+        film
+    }
+
+    fn film() -> Film {
+        let mut film = blank(1);
+        for (i, (x, y)) in WINDOW.pixels().enumerate() {
+            film.plane_mut("").unwrap().set_f32(x, y, &[i as f32 / 3.0, -0.0, f32::INFINITY]);
+            film.plane_mut("stop").unwrap().set_u32(x, y, &[3 + i as u32]);
+        }
+        film
+    }
+
+    /// The film with nothing but these tiles.
+    fn only(tiles: &[Window]) -> Film {
+        let (mut out, film) = (blank(1), film());
+        for tile in tiles {
+            for y in tile.y..tile.y + tile.height {
+                out.copy_pixels([tile.x, y], &film, [tile.x, y], tile.width);
+            }
+        }
+        out
+    }
+
+    fn written(path: &Path, tiles: &[Window]) {
+        let (mut checkpoint, resumed) = Checkpoint::open(path, &blank(1)).unwrap();
+        assert!(resumed.tiles.is_empty() && resumed.damage.is_none());
+        tiles.iter().for_each(|tile| checkpoint.add(&film(), *tile).unwrap());
+    }
+
+    #[test]
+    fn tiles_come_back_bit_by_bit_and_more_are_added() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.checkpoint");
+        written(&path, &TILES[..2]);
+        let (mut checkpoint, resumed) = Checkpoint::open(&path, &blank(1)).unwrap();
+        assert_eq!(
+            (resumed.tiles, resumed.film, resumed.damage),
+            (TILES[..2].to_vec(), only(&TILES[..2]), None)
+        );
+        checkpoint.add(&film(), TILES[2]).unwrap();
+        assert!(Checkpoint::open(&path, &blank(1)).unwrap_err().to_string().contains("another program"));
+        drop(checkpoint);
+        let (checkpoint, resumed) = Checkpoint::open(&path, &blank(1)).unwrap();
+        assert_eq!((resumed.tiles, resumed.film), (TILES.to_vec(), only(&TILES)));
+        checkpoint.remove().unwrap();
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn whatever_is_cut_off_or_changed_is_told_and_not_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.checkpoint");
+        written(&path, &TILES);
+        let whole = fs::read(&path).unwrap();
+        let head = head(&blank(1)).len();
+        let ends = [0, 1, 2, 3]
+            .map(|n| head + TILES[..n].iter().map(|t| 20 + 16 * t.area() as usize).sum::<usize>());
+        assert_eq!(ends[3], whole.len());
+        for cut in head..whole.len() {
+            fs::write(&path, &whole[..cut]).unwrap();
+            let (checkpoint, resumed) = Checkpoint::open(&path, &blank(1)).unwrap();
+            let n = ends.iter().rposition(|end| *end <= cut).unwrap();
+            assert_eq!((resumed.tiles.len(), resumed.damage.is_some()), (n, ends[n] != cut), "cut at {cut}");
+            drop(checkpoint);
+            assert_eq!(fs::metadata(&path).unwrap().len(), ends[n] as u64, "what is not used is gone");
+        }
+        for at in (head..whole.len()).step_by(7) {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x40;
+            fs::write(&path, &bytes).unwrap();
+            let (_checkpoint, resumed) = Checkpoint::open(&path, &blank(1)).unwrap();
+            let n = ends.iter().rposition(|end| *end <= at).unwrap();
+            assert_eq!(resumed.tiles, TILES[..n], "changed at {at}");
+            assert!(resumed.damage.is_some() && resumed.film == only(&TILES[..n]));
+        }
+    }
+
+    #[test]
+    fn checkpoints_of_other_renders_and_other_files_are_refused_and_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.checkpoint");
+        written(&path, &TILES);
+        let bytes = fs::read(&path).unwrap();
+        let said = |film: &Film| Checkpoint::open(&path, film).unwrap_err().to_string();
+        assert!(said(&blank(2)).contains("seed = \"1\", not \"2\""), "{}", said(&blank(2)));
+        let other = Film::new([40, 30], Window { width: 19, ..WINDOW }, SPECS).unwrap();
+        assert!(said(&other).contains("window [3,2,20,12], not [3,2,19,12]"), "{}", said(&other));
+        assert_eq!(fs::read(&path).unwrap(), bytes, "left as it is");
+        for (at, words) in [(3, "something else"), (8, "another version"), (30, "a damaged head")] {
+            let mut changed = bytes.clone();
+            changed[at] ^= 1;
+            fs::write(&path, &changed).unwrap();
+            assert!(said(&blank(1)).contains(words), "{at}: {}", said(&blank(1)));
+            assert_eq!(fs::read(&path).unwrap(), changed);
+        }
+        fs::write(&path, &bytes[..12]).unwrap();
+        assert!(said(&blank(1)).contains("a damaged head"));
+    }
+}
