@@ -14,6 +14,7 @@ mod compare;
 mod coverage;
 mod exit;
 mod experiment;
+mod farm;
 mod info;
 mod interrupt;
 mod kept;
@@ -54,6 +55,7 @@ fn run(args: &Args) -> Result<Outcome, Failure> {
         Command::Render(typed) => render::run(&plan::RenderPlan::new(typed)?),
         Command::Info(typed) => info::run(&plan::InfoPlan::new(typed)?),
         Command::Vpl(typed) => vpl::run(&plan::VplPlan::new(typed)?),
+        Command::Farm(typed) => farm::run(&plan::FarmPlan::new(typed)?),
         Command::Merge(typed) => merge::run(&plan::MergePlan::new(typed)?),
         Command::View(typed) => view::run(&plan::ViewPlan::new(typed)?),
         Command::Compare(typed) => compare::run(&plan::ComparePlan::new(typed)?),

@@ -63,7 +63,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     if !plan.common.quiet {
         rows(&report, &merged).print()?;
     }
-    Ok(if report.budget_hit > 0 { Outcome::BudgetHit } else { Outcome::Done })
+    Ok(if report.budget_hit > 0 && !plan.accept_budget { Outcome::BudgetHit } else { Outcome::Done })
 }
 
 fn told_missing(merged: &Merged) -> String {

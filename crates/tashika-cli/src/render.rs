@@ -128,6 +128,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         (false, _) => Outcome::Interrupted,
         (true, _) if contradicted => Outcome::Contradicted,
         (true, 0) => Outcome::Done,
+        (true, _) if plan.accept_budget => Outcome::Done,
         (true, _) => Outcome::BudgetHit,
     })
 }

@@ -171,3 +171,77 @@ fn what_is_finished_survives_a_full_disk() {
     assert!(stderr.contains("going on from a.exr.checkpoint: "), "{stderr}");
     same_as_whole(folder, "a");
 }
+
+/// Stands for Slurm: runs what is submitted at once, each task of an array once, the second of them after it was lost halfway.
+#[cfg(unix)]
+const SBATCH: &str = r#"#!/bin/sh
+set -e
+for script; do :; done
+tasks=$(sed -n 's/#SBATCH --array=1-//p' "$script")
+if [ -z "$tasks" ]; then sh "$script" >&2; else
+  for SLURM_ARRAY_TASK_ID in $(seq "$tasks"); do
+    export SLURM_ARRAY_TASK_ID
+    [ "$SLURM_ARRAY_TASK_ID" != 2 ] || (ulimit -t 1; sh "$script" >&2 || true)
+    sh "$script" >&2
+  done
+fi
+echo 7
+"#;
+
+#[cfg(unix)]
+#[test]
+fn a_job_for_slurm_gives_the_same_bytes() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::Builder::new().prefix("it's a job ").tempdir().unwrap();
+    let folder = folder.path();
+    // Pixels that run out of budget are no lost worker.
+    let render = format!("{RENDER} --max-pairs 3");
+    assert_eq!(run(folder, &format!("{render} -o whole.exr -q")).status.code(), Some(4));
+    let program = env!("CARGO_BIN_EXE_tashika");
+    let line = format!("farm slurm --shares 3 --out job --program {program} -- {render} -o a.exr");
+    succeeds(folder, &line);
+    let sbatch = folder.join("sbatch");
+    fs::write(&sbatch, SBATCH).unwrap();
+    fs::set_permissions(&sbatch, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap());
+    let output = std::process::Command::new(folder.join("job/submit.sh")).env("PATH", path).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    same_as_whole(folder, "a");
+    assert!(folder.join("job/part-3.exr").exists() && !folder.join("job/part-3.exr.checkpoint").exists());
+}
+
+#[test]
+fn a_job_for_render_farms_is_the_lights_the_shares_and_the_merge() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeeds(folder, &format!("farm openjd --shares 7 --out job -- {RENDER} --seed 3 -o a.exr"));
+    let template: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("job/template.json")).unwrap()).unwrap();
+    let run_of = |step: usize| {
+        template["steps"][step]["script"]["actions"]["onRun"]["args"].as_array().unwrap().clone()
+    };
+    let words = |step: usize| {
+        run_of(step).iter().map(|w| w.as_str().unwrap().to_owned()).collect::<Vec<_>>().join(" ")
+    };
+    assert!(words(0).starts_with("vpl builtin:tiny --vpls 200 --seed 3 -o /"), "{}", words(0));
+    for part in ["--seed 3", "--tiles {{Task.Param.Share}}/7", "lights.vpl", "part-{{Task.Param.Share}}.exr"]
+    {
+        assert!(words(1).contains(part), "{part}: {}", words(1));
+    }
+    assert!(!words(1).contains("--vpls"), "the lights are those of the file: {}", words(1));
+    assert_eq!(words(2).matches("part-").count(), 7);
+    let range = &template["steps"][1]["parameterSpace"]["taskParameterDefinitions"][0]["range"];
+    assert_eq!(
+        (range, &template["steps"][2]["dependencies"][0]["dependsOn"]),
+        (&"1-7".into(), &"Render".into())
+    );
+    let refused = |line: &str, said: &str| {
+        let output = run(folder, line);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && stderr.contains(said), "{stderr}");
+    };
+    refused("farm openjd --out x -- info", "a job is a render");
+    refused("farm openjd --out x -- render --size 4by4", "4by4");
+    refused("farm slurm --out x --shares 0 -- render", "shares = 0");
+    refused("farm slurm --out x -- render --tiles 1/2", "--tiles");
+}

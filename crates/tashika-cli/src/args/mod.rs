@@ -39,6 +39,9 @@ pub enum Command {
     Vpl(VplArgs),
     /// Measure an image against a reference: shares, errors, kept claims, and a picture of the error
     Compare(CompareArgs),
+    /// Write a render as a job for many machines: shares of its tiles, then a merge
+    #[command(subcommand)]
+    Farm(FarmArgs),
     /// Join parts of an image that were rendered with --tiles
     Merge(MergeArgs),
     /// Look into an image of any size in the browser: its planes, its claims, and its error where there is a reference
@@ -76,6 +79,17 @@ Examples:
   tashika vpl kitchen.glb --vpls 55k -o kitchen.vpl
   tashika vpl kitchen.vpl
   tashika render kitchen.glb --vpl-file kitchen.vpl";
+
+const OPENJD_EXAMPLES: &str = "\
+Examples:
+  tashika farm openjd --shares 64 --out /shared/job -- render kitchen.pbrt --error 2% -o kitchen.exr
+  openjd check /shared/job/template.json
+  openjd run /shared/job/template.json --step Merge --run-dependencies";
+
+const SLURM_EXAMPLES: &str = "\
+Examples:
+  tashika farm slurm --shares 64 --out /shared/job -- render kitchen.pbrt --error 2% -o kitchen.exr
+  sh /shared/job/submit.sh";
 
 const MERGE_EXAMPLES: &str = "\
 Examples:
@@ -230,6 +244,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
         value_parser = values::address, help_heading = "Output")]
     pub tev: Option<String>,
+
+    #[command(flatten)]
+    pub budget: BudgetArgs,
 
     /// Keep finished tiles in FILE.exr.checkpoint until the image is written; if that is there from an earlier run
     /// of the same command, however it ended, go on from it
@@ -388,6 +405,39 @@ pub struct VplArgs {
     pub common: CommonArgs,
 }
 
+/// For which engine.
+#[derive(Debug, Subcommand)]
+pub enum FarmArgs {
+    /// A bundle of Open Job Description, for render farms: template.json
+    #[command(after_help = OPENJD_EXAMPLES)]
+    Openjd(FarmJobArgs),
+    /// Scripts for Slurm: submit.sh and what it submits
+    #[command(after_help = SLURM_EXAMPLES)]
+    Slurm(FarmJobArgs),
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct FarmJobArgs {
+    /// Shares of the tiles, each a task; about ten for each worker are even enough
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "16")]
+    pub shares: u64,
+
+    /// Folder for the job, its lights and its parts, which all machines see under this name; made if it is not there
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    pub out: PathBuf,
+
+    /// The program as the machines call it
+    #[arg(long, value_name = "PROGRAM", default_value = "tashika", help_heading = "Machine")]
+    pub program: String,
+
+    #[command(flatten)]
+    pub common: CommonArgs,
+
+    /// The render, as it is typed for one machine
+    #[arg(last = true, required = true, value_name = "render ...")]
+    pub line: Vec<String>,
+}
+
 #[derive(Debug, ClapArgs)]
 #[command(after_help = MERGE_EXAMPLES)]
 pub struct MergeArgs {
@@ -402,6 +452,9 @@ pub struct MergeArgs {
     /// Write the image even though parts are missing; it says which
     #[arg(long, help_heading = "Output")]
     pub partial: bool,
+
+    #[command(flatten)]
+    pub budget: BudgetArgs,
 
     /// Brightness of the PNG, as for `render`
     #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
@@ -428,6 +481,14 @@ pub struct ViewArgs {
 
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// What pixels that ran out of budget are to the exit code.
+#[derive(Debug, ClapArgs)]
+pub struct BudgetArgs {
+    /// Exit with 0 rather than 4 though pixels ran out of budget: for engines that would do the work again
+    #[arg(long, help_heading = "Output")]
+    pub accept_budget: bool,
 }
 
 /// How a page is served.

@@ -1,9 +1,11 @@
 //! What is to be done: every value checked, before any work.
 
+mod farm;
 mod measure;
 mod render;
 mod transport;
 
+pub use farm::{Farm, FarmPlan};
 pub use measure::{
     AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
@@ -314,6 +316,8 @@ pub struct MergePlan {
     pub html: PathBuf,
     /// Whether parts may be missing.
     pub partial: bool,
+    /// Whether pixels that ran out of budget are no matter.
+    pub accept_budget: bool,
     /// How the picture is made.
     pub tone_map: ToneMap,
     /// What every command has.
@@ -329,7 +333,16 @@ impl MergePlan {
         let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
         let inputs: Vec<&Path> = args.parts.iter().map(PathBuf::as_path).collect();
         let common = Common::new(&args.common, &[&exr, &png, &html], &inputs)?;
-        Ok(Self { parts: args.parts.clone(), exr, png, html, partial: args.partial, tone_map, common })
+        Ok(Self {
+            parts: args.parts.clone(),
+            exr,
+            png,
+            html,
+            partial: args.partial,
+            accept_budget: args.budget.accept_budget,
+            tone_map,
+            common,
+        })
     }
 }
 

@@ -74,6 +74,8 @@ pub struct RenderPlan {
     pub tone_map: ToneMap,
     /// Where the viewer listens that is to show it meanwhile.
     pub tev: Option<String>,
+    /// Whether pixels that ran out of budget are no matter.
+    pub accept_budget: bool,
     /// Where finished tiles are kept meanwhile, if they are.
     pub checkpoint: Option<PathBuf>,
     /// How it is shown in the browser, if it is.
@@ -123,6 +125,7 @@ impl RenderPlan {
             tone_map,
             tev: args.tev.clone(),
             checkpoint,
+            accept_budget: args.budget.accept_budget,
             serve: args.serve.then(|| Serving::new(&args.serving)),
             common,
             audit: args.audit.filter(|_| !unused.contains(&"--audit")),

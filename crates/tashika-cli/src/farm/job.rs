@@ -1,0 +1,150 @@
+//! The steps of a render on many machines, as lines of this program.
+
+use std::path::{Path, PathBuf};
+
+use crate::exit::Failure;
+use crate::plan::{FarmPlan, Integration, Lights};
+
+/// What an engine is to do: `lights` if there are any, then each share, then `merge`.
+pub struct Job {
+    /// Name, for people.
+    pub name: String,
+    /// Where everything is, for all machines.
+    pub folder: PathBuf,
+    /// The image in the end.
+    pub image: PathBuf,
+    /// How many shares there are.
+    pub shares: u32,
+    /// The line that traces the lights, if they are made once for all.
+    pub lights: Option<Vec<String>>,
+    render: Vec<String>,
+    merge: Vec<String>,
+}
+
+impl Job {
+    /// The steps of what was typed.
+    pub fn new(plan: &FarmPlan) -> Result<Self, Failure> {
+        let folder = absolute(&plan.folder)?;
+        let image = absolute(&plan.render.exr)?;
+        let program = plan.program.clone();
+        let scene = match plan.scene.as_deref() {
+            Some(scene) if !scene.starts_with("builtin:") => Some(path_text(&absolute(Path::new(scene))?)?),
+            scene => scene.map(str::to_owned),
+        };
+        // The same place for all machines, wherever they run.
+        let typed: Vec<String> = plan
+            .words
+            .iter()
+            .map(|word| {
+                if Some(word) == plan.scene.as_ref() {
+                    scene.clone().unwrap_or_default()
+                } else {
+                    word.clone()
+                }
+            })
+            .collect();
+        let mut words = without(&typed, &["-o", "--output", "--json", "--checkpoint", "--accept-budget"]);
+        let lights_file = path_text(&folder.join("lights.vpl"))?;
+        let traced =
+            matches!(&plan.render.integration, Integration::ManyLights { lights: Lights::Trace(_), .. });
+        let lights = traced.then(|| {
+            let mut line = vec![program.clone(), "vpl".to_owned()];
+            line.extend(scene.clone());
+            line.extend(only(&typed, &["--vpls", "--clamp", "--seed", "--allow-outside", "--threads"]));
+            line.extend(["-o".to_owned(), lights_file.clone(), "--quiet".to_owned()]);
+            words = without(&words, &["--vpls", "--clamp"]);
+            words.extend(["--vpl-file".to_owned(), lights_file.clone()]);
+            line
+        });
+        let mut render = vec![program.clone()];
+        render.extend(words);
+        // An engine takes any exit code but 0 for a lost worker.
+        render.extend(["--checkpoint", "--accept-budget"].map(str::to_owned));
+        let mut merge = vec![program, "merge".to_owned()];
+        for number in 1..=plan.shares {
+            merge.push(path_text(&folder.join(part(&number.to_string())))?);
+        }
+        merge.extend(["-o".to_owned(), path_text(&image)?, "--accept-budget".to_owned()]);
+        let name =
+            image.file_stem().map_or_else(|| "tashika".to_owned(), |n| n.to_string_lossy().into_owned());
+        Ok(Self { name, folder, image, shares: plan.shares, lights, render, merge })
+    }
+
+    /// The line of a share, whose number the engine writes as `number`.
+    pub fn share(&self, number: &str) -> Vec<String> {
+        let mut line = self.render.clone();
+        let file = self.folder.join(part(number)).to_string_lossy().into_owned();
+        line.extend(["--tiles".to_owned(), format!("{number}/{}", self.shares), "-o".to_owned(), file]);
+        line
+    }
+
+    /// The line that joins the parts.
+    pub fn merge(&self) -> &[String] {
+        &self.merge
+    }
+}
+
+fn part(number: &str) -> String {
+    format!("part-{number}.exr")
+}
+
+fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+    std::path::absolute(path).map_err(|e| Failure::file(format!("{}: {e}", path.display())))
+}
+
+fn path_text(path: &Path) -> Result<String, Failure> {
+    let text = path.to_str().map(str::to_owned);
+    text.ok_or_else(|| Failure::usage(format!("{}: a job's paths have to be Unicode", path.display())))
+}
+
+/// Options without a value.
+const FLAGS: [&str; 3] = ["--checkpoint", "--allow-outside", "--accept-budget"];
+
+/// Splits words into those of the named options, with their values, and all others.
+fn split(words: &[String], names: &[&str]) -> [Vec<String>; 2] {
+    let mut parts = [Vec::new(), Vec::new()];
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
+        let name = word.split_once('=').map_or(word.as_str(), |(name, _)| name);
+        // Values of short options may follow at once: -oFILE.
+        let short = names.iter().any(|n| n.len() == 2 && !word.starts_with("--") && word.starts_with(n));
+        let named = short || names.contains(&name);
+        let out = &mut parts[usize::from(!named)];
+        out.push(word.clone());
+        let has_value = word.contains('=') || (short && word.len() > 2) || FLAGS.contains(&name);
+        if named && !has_value {
+            out.extend(words.next().cloned());
+        }
+    }
+    parts
+}
+
+fn only(words: &[String], names: &[&str]) -> Vec<String> {
+    let [only, _] = split(words, names);
+    only
+}
+
+fn without(words: &[String], names: &[&str]) -> Vec<String> {
+    let [_, without] = split(words, names);
+    without
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_found_with_their_values_however_they_are_written() {
+        let words: Vec<String> =
+            "render a.pbrt -o b.exr --vpls 5k --seed=3 -ob.exr --output c.exr --allow-outside --error 2% --checkpoint"
+                .split(' ')
+                .map(str::to_owned)
+                .collect();
+        assert_eq!(
+            only(&words, &["--vpls", "--seed", "--allow-outside"]).join(" "),
+            "--vpls 5k --seed=3 --allow-outside"
+        );
+        let rest = without(&words, &["-o", "--output", "--checkpoint"]);
+        assert_eq!(rest.join(" "), "render a.pbrt --vpls 5k --seed=3 --allow-outside --error 2%");
+    }
+}

@@ -1,0 +1,76 @@
+//! What is to be done by `farm`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use tashika::render::TileShare;
+
+use super::{Common, RenderPlan};
+use crate::args::{Args, Command, FarmArgs};
+use crate::exit::Failure;
+
+/// For which engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Farm {
+    /// Open Job Description.
+    OpenJd,
+    /// Slurm.
+    Slurm,
+}
+
+/// A render as a job.
+#[derive(Debug)]
+pub struct FarmPlan {
+    /// For which engine.
+    pub farm: Farm,
+    /// How many shares.
+    pub shares: u32,
+    /// Where the job goes.
+    pub folder: PathBuf,
+    /// The program as the machines call it.
+    pub program: String,
+    /// What was typed of the render, its name first.
+    pub words: Vec<String>,
+    /// Which of these words is the scene.
+    pub scene: Option<String>,
+    /// The same, checked.
+    pub render: RenderPlan,
+    /// What every command has.
+    pub common: Common,
+}
+
+impl FarmPlan {
+    /// Checks what was typed, that of the render too.
+    pub fn new(args: &FarmArgs) -> Result<Self, Failure> {
+        let (farm, job) = match args {
+            FarmArgs::Openjd(job) => (Farm::OpenJd, job),
+            FarmArgs::Slurm(job) => (Farm::Slurm, job),
+        };
+        let shares = u32::try_from(job.shares).unwrap_or(u32::MAX);
+        TileShare::new(1, shares)
+            .map_err(|_| Failure::option("shares", job.shares, format!("1 to {}", TileShare::MOST)))?;
+        let line = std::iter::once("tashika").chain(job.line.iter().map(String::as_str));
+        let typed = Args::try_parse_from(line)
+            .map_err(|e| Failure::usage(e.to_string().trim_start_matches("error: ").trim_end().to_owned()))?;
+        let Command::Render(render) = typed.command else {
+            let message =
+                format!("a job is a render; expected `render ...` after --, found `{}`", job.line.join(" "));
+            return Err(Failure::usage(message));
+        };
+        if render.tiles.is_some() || render.serve || render.tev.is_some() || render.audit.is_some() {
+            let message = "--tiles, --serve, --tev and --audit are of one machine; leave them out of the job";
+            return Err(Failure::usage(message));
+        }
+        let inputs: Vec<&Path> = render.stage.scene.as_deref().map(Path::new).into_iter().collect();
+        Ok(Self {
+            farm,
+            shares,
+            folder: job.out.clone(),
+            program: job.program.clone(),
+            words: job.line.clone(),
+            scene: render.stage.scene.clone(),
+            common: Common::new(&job.common, &[], &inputs)?,
+            render: RenderPlan::new(&render)?,
+        })
+    }
+}
