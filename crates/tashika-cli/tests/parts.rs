@@ -245,3 +245,20 @@ fn a_job_for_render_farms_is_the_lights_the_shares_and_the_merge() {
     refused("farm slurm --out x --shares 0 -- render", "shares = 0");
     refused("farm slurm --out x -- render --tiles 1/2", "--tiles");
 }
+
+#[test]
+fn parts_of_a_scene_that_was_changed_are_refused() {
+    const TRIANGLE: &str = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nusemtl a\nmtllib a.mtl\nf 1 2 3\n";
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("a.obj"), TRIANGLE).unwrap();
+    fs::write(folder.join("a.mtl"), "newmtl a\nKd 0.5 0.5 0.5\n").unwrap();
+    let render = "render a.obj --size 70x50 --vpls 20 --gather 1 -q";
+    succeeds(folder, &format!("{render} --tiles 1/2 -o a.exr"));
+    succeeds(folder, &format!("{render} --tiles 2/2 -o b.exr"));
+    succeeds(folder, "merge a.exr b.exr -o c.exr");
+    // A file beside the scene's: the lights are as many as before.
+    fs::write(folder.join("a.mtl"), "newmtl a\nKd 0.5 0.5 0.4\n").unwrap();
+    succeeds(folder, &format!("{render} --tiles 2/2 -o b.exr"));
+    fails(folder, "merge a.exr b.exr -o c.exr", &["b.exr: scene.digest = "]);
+}

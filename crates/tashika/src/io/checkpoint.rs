@@ -13,9 +13,6 @@
 //! wrong nothing is used, and that is told; those tiles are to be rendered again. A file that belongs to another render, or is no checkpoint, is
 //! refused and left as it is. Two programs do not write to one checkpoint. Memory is taken in proportion to the film, whatever the file says.
 //!
-//! # Assumption
-//! The scene's files are the same: the head names the scene, and how many lights it gave, not all that is in it.
-//!
 //! # Held to this by
 //! The tests below; those of the program in `tests/parts.rs`, which end it by force.
 

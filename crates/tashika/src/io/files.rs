@@ -21,6 +21,8 @@
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::LoadOptions;
 use crate::error::{Error, Location, Result};
@@ -32,6 +34,8 @@ pub struct SceneFiles {
     /// Canonical, so that canonical paths can be compared with it.
     folder: PathBuf,
     options: LoadOptions,
+    /// Of all that was read so far; clones have it in common.
+    digest: Arc<AtomicU64>,
 }
 
 impl SceneFiles {
@@ -47,7 +51,7 @@ impl SceneFiles {
             _ => Path::new("."),
         };
         let folder = folder.canonicalize().map_err(|e| Error::io(folder, e))?;
-        Ok(Self { path: path.to_owned(), folder, options: options.clone() })
+        Ok(Self { path: path.to_owned(), folder, options: options.clone(), digest: Arc::default() })
     }
 
     /// The scene file as the user named it.
@@ -63,6 +67,11 @@ impl SceneFiles {
     /// What the user permits.
     pub fn options(&self) -> &LoadOptions {
         &self.options
+    }
+
+    /// A number of all bytes that were read so far, in whatever order: other contents have another one, as far as accidents go.
+    pub fn digest(&self) -> u64 {
+        self.digest.load(Ordering::Relaxed)
     }
 
     /// The bytes of the scene file.
@@ -153,8 +162,19 @@ impl SceneFiles {
         if bytes.len() as u64 > limit {
             return Err(too_large(bytes.len() as u64));
         }
+        self.digest.fetch_add(digest(&bytes), Ordering::Relaxed);
         Ok(bytes)
     }
+}
+
+/// CRC-32 and length of a file, mixed so that sums over files differ where their parts do (the finalizer of SplitMix64).
+fn digest(bytes: &[u8]) -> u64 {
+    let mut crc = flate2::Crc::new();
+    crc.update(bytes);
+    let mut z = (bytes.len() as u64) << 32 ^ u64::from(crc.sum());
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 enum ReadError {

@@ -67,7 +67,7 @@ pub const SCENE_FORMATS: &[(&str, &str)] = &[
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let files = SceneFiles::open(path, options)?;
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match ending.as_str() {
+    let scene = match ending.as_str() {
         "gltf" | "glb" => gltf::load(&files),
         "obj" => obj::load(&files),
         "pbrt" => pbrt::load(&files),
@@ -80,5 +80,6 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
                 format!("scenes are read from {}", known.join(", ")),
             ))
         }
-    }
+    };
+    scene.map(|scene| scene.with_digest(files.digest()))
 }

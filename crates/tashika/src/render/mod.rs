@@ -361,6 +361,9 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film)
     let m = film.metadata_mut();
     m.set("version", env!("CARGO_PKG_VERSION"));
     m.set("scene", setting.tracer.scene().name());
+    if let Some(digest) = setting.tracer.scene().digest() {
+        m.set("scene.digest", format!("{digest:016x}"));
+    }
     m.set("camera", setting.view.camera.name.as_str());
     m.set("method", integrator.name());
     m.set("seed", setting.view.seed);

@@ -89,6 +89,7 @@ fn truth_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
     let is_transport = metadata.text("truth") == Some("transport");
     metadata.iter().filter(move |(name, _)| {
         let of_sum = *name == "seed" || name.starts_with("vpls") || name.starts_with("gather.points");
-        ["scene", "camera", "truth", "gather.filter"].contains(name) || (of_sum && !is_transport)
+        ["scene", "scene.digest", "camera", "truth", "gather.filter"].contains(name)
+            || (of_sum && !is_transport)
     })
 }

@@ -41,6 +41,7 @@ impl SceneBuilder {
             cameras: Vec::new(),
             bounds: Aabb::EMPTY,
             notes: Notes::default(),
+            digest: None,
         };
         Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
     }

@@ -92,9 +92,20 @@ pub struct Scene {
     cameras: Vec<Camera>,
     bounds: Aabb,
     notes: Notes,
+    digest: Option<u64>,
 }
 
 impl Scene {
+    /// The same scene, made of files with this digest.
+    pub fn with_digest(self, digest: u64) -> Self {
+        Self { digest: Some(digest), ..self }
+    }
+
+    /// A number of the files that it was made of; none if it was made by code.
+    pub fn digest(&self) -> Option<u64> {
+        self.digest
+    }
+
     /// Name for reports, usually the file's.
     pub fn name(&self) -> &str {
         &self.name
