@@ -21,7 +21,7 @@ mod vpl_set;
 
 use std::path::Path;
 
-pub use self::png::{Exposure, ToneMap, write_png};
+pub use self::png::{Exposure, ToneMap, encode_png, write_png};
 pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
 pub use features::{Feature, FormatFeatures, Support, features};
 pub use files::SceneFiles;
