@@ -9,7 +9,7 @@ import tashika
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("scene", help="a scene file, builtin:room or builtin:tiny")
     options.add_argument("--size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"))
     options.add_argument("--vpls", type=int, default=55_000)
@@ -31,7 +31,8 @@ def main() -> None:
     print(f"{'method':<20}{'within the error':>18}{'worst':>12}{'rays/pixel':>12}")
     for row in rows:
         worst = "infinite" if row["worst"] is None else f"{row['worst']:.2%}"
-        print(f"{row['method']:<20}{row['within_tolerance']:>18.1%}{worst:>12}{row['rays_per_pixel']:>12,.0f}")
+        within = f"{row['within_tolerance'] * row['pixels']:,.0f} of {row['pixels']:,}"
+        print(f"{row['method']:<20}{within:>18}{worst:>12}{row['rays_per_pixel']:>12,.0f}")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 //!
 //! Arguments are checked and handed on, results are handed back; nothing is computed here. The package around it, in `python/`, says
 //! in types what is here.
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 mod arrays;
 mod attended;

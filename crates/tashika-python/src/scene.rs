@@ -27,7 +27,7 @@ const BUILTIN: &str = "builtin:";
 /// ```python
 /// >>> scene = tashika.builtin("tiny")
 /// >>> scene.name, scene.triangles, scene.cameras
-/// ('tiny', {'stored': 34, 'instanced': 34}, {'main': None})
+/// ('tiny', {'stored': 36, 'instanced': 36}, {'main': (32, 32)})
 /// ```
 #[pyclass(frozen, module = "tashika")]
 pub struct Scene {
@@ -91,7 +91,6 @@ impl Scene {
     /// ```
     #[classmethod]
     #[pyo3(signature = (meshes, *, materials=None, lights=Vec::new(), camera=None, sky=None, name="scene"))]
-    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn build<'py>(
         _class: &Bound<'py, PyType>,
         meshes: Vec<Bound<'py, Mesh>>,
@@ -144,7 +143,8 @@ impl Scene {
 
     fn __repr__(&self) -> String {
         let (triangles, cameras) = (self.scene.instanced_triangles(), self.scene.cameras().len());
-        format!("<tashika.Scene {:?}: {triangles} triangles, {cameras} cameras>", self.scene.name())
+        let plural = if cameras == 1 { "" } else { "s" };
+        format!("<tashika.Scene {:?}: {triangles} triangles, {cameras} camera{plural}>", self.scene.name())
     }
 }
 
@@ -155,7 +155,7 @@ impl Scene {
 ///
 /// ```python
 /// >>> tashika.load("builtin:tiny")
-/// <tashika.Scene "tiny": 34 triangles, 1 cameras>
+/// <tashika.Scene "tiny": 36 triangles, 1 camera>
 /// >>> tashika.load("absent.glb")
 /// Traceback (most recent call last):
 /// tashika.FileError: absent.glb: No such file or directory (os error 2)

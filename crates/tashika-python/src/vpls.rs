@@ -23,7 +23,7 @@ use crate::words;
 /// ```python
 /// >>> lights = tashika.vpls(tashika.builtin("tiny"), count=200)
 /// >>> lights.positions.shape, lights.intensities.dtype, lights.provenance["scene"]
-/// ((201, 3), dtype('float32'), 'tiny')
+/// ((200, 3), dtype('float32'), 'tiny')
 /// ```
 #[pyclass(frozen, module = "tashika")]
 pub struct VplSet {
