@@ -1,6 +1,6 @@
-"""The table of `tashika experiment seed`, from Python: which share of the pixels each method keeps within the tolerance.
+"""The table of `tashika experiment seed`, from Python: how many pixels each method keeps within the error.
 
-    python seed_table.py kitchen.glb --size 320 180 --vpls 10000 --gather 16 --pixels 500
+python seed_table.py kitchen.glb --size 320 180 --vpls 10000 --gather 16 --pixels 500
 """
 
 import argparse

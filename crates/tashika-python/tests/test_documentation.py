@@ -1,4 +1,4 @@
-"""Examples in the documentation run, types are those of the module, and the example program does what it says."""
+"""Examples in the documentation run, types are those of the module, the example program makes its table."""
 
 import ast
 import doctest
@@ -26,7 +26,10 @@ def documented() -> Iterator[tuple[str, str]]:
         yield name, thing.__doc__ or ""
         for attribute, value in vars(thing).items() if inspect.isclass(thing) else ():
             if not attribute.startswith("_") and attribute not in ("KINDS",):
-                yield f"{name}.{attribute}", getattr(value, "__doc__", None) or getattr(thing, attribute).__doc__ or ""
+                yield (
+                    f"{name}.{attribute}",
+                    getattr(value, "__doc__", None) or getattr(thing, attribute).__doc__ or "",
+                )
 
 
 @pytest.mark.parametrize(("name", "text"), list(documented()))
@@ -65,12 +68,18 @@ def assert_same_parameters(where: str, typed: ast.FunctionDef, built: object) ->
     assert [name for name, _ in stated] == [name for name, _ in real], where
     for (name, ours), (_, theirs) in zip(stated, real):
         # What is no literal in Rust is `...` at run time.
-        assert ours == theirs or (theirs and "..." in (ours, theirs.replace("Ellipsis", "..."))), f"{where}({name}={ours}), but {theirs}"
+        assert ours == theirs or (theirs and "..." in (ours, theirs.replace("Ellipsis", "..."))), (
+            f"{where}({name}={ours}), but {theirs}"
+        )
 
 
 def test_types_are_those_of_the_module() -> None:
     source = Path(_tashika.__file__ or "").with_name("_tashika.pyi").read_text()
-    stated = {node.name: node for node in ast.parse(source).body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+    stated = {
+        node.name: node
+        for node in ast.parse(source).body
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef))
+    }
     assert sorted(stated) == sorted(NAMES)
     for name, node in stated.items():
         built = getattr(_tashika, name)
@@ -79,11 +88,13 @@ def test_types_are_those_of_the_module() -> None:
             continue
         members = {n.name: n for n in node.body if isinstance(n, ast.FunctionDef)}
         public = {member for member in vars(built) if not member.startswith("_")}
-        constants = {n.target.id for n in node.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)}
+        constants = {
+            n.target.id for n in node.body if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)
+        }
         assert {m for m in members if not m.startswith("_")} | constants == public, name
         for member, function in members.items():
             is_property = any(isinstance(d, ast.Name) and d.id == "property" for d in function.decorator_list)
-            if member == "__init__":
+            if member == "__new__":
                 assert_same_parameters(name, function, built)
             elif not is_property and not member.startswith("__"):
                 assert_same_parameters(f"{name}.{member}", function, getattr(built, member))

@@ -51,7 +51,9 @@ def test_files_hold_all_of_it(image: tashika.Image, tmp_path: Path) -> None:
     assert (tmp_path / "a.html").read_text().startswith("<!DOCTYPE html>".lower()) or "<html" in (
         tmp_path / "a.html"
     ).read_text()
-    with pytest.raises(tashika.OptionError, match=r"a\.jpg; expected a file name ending in \.exr, \.png or \.html"):
+    with pytest.raises(
+        tashika.OptionError, match=r"a\.jpg; expected a file name ending in \.exr, \.png or \.html"
+    ):
         image.save(tmp_path / "a.jpg")
     with pytest.raises(tashika.FileError, match="absent"):
         image.save(tmp_path / "absent" / "a.exr")
@@ -82,12 +84,16 @@ def test_notebooks_show_the_image_and_its_half_widths(image: tashika.Image) -> N
 
 
 def test_names_of_scenes_are_no_markup(tiny: tashika.Scene) -> None:
-    square = tashika.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], material=tashika.Material.diffuse(1))
+    square = tashika.Mesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], material=tashika.Material.diffuse(1)
+    )
     scene = tashika.Scene.build([square], name="<script>")
     assert "<script>" not in tashika.render(scene, size=(2, 2), vpls=10)._repr_html_()
 
 
-def test_comparisons_tell_errors_and_claims(tiny: tashika.Scene, image: tashika.Image, tmp_path: Path) -> None:
+def test_comparisons_tell_errors_and_claims(
+    tiny: tashika.Scene, image: tashika.Image, tmp_path: Path
+) -> None:
     exact = tashika.render(tiny, method="exact", **SMALL)
     ours = tashika.compare(image, exact)
     assert ours.errors.shape == (12, 16) and ours.errors.dtype == np.float64

@@ -77,8 +77,8 @@ def test_lights_and_rows(program: Path, tmp_path: Path) -> None:
     assert again.read_bytes() == file.read_bytes()
 
     options = ["--size", "16x12", "--vpl-file", file, "--methods", "mdlc,tashika", "--error", "2%,5%"]
-    run(program, "coverage", "builtin:tiny", *options, "--confidence", "80%,95%", "--pixels", 20, "--seeds", 2,
-        "--by", "brightness", "--json", rows)  # fmt: skip
+    options += ["--confidence", "80%,95%", "--pixels", 20, "--seeds", 2, "--by", "brightness"]
+    run(program, "coverage", "builtin:tiny", *options, "--json", rows)
     ours = tashika.coverage(
         tashika.builtin("tiny"), size=(16, 12), vpls=tashika.VplSet.load(file), methods=["mdlc", "tashika"],
         errors=[0.02, 0.05], confidences=[0.8, 0.95], pixels=20, seeds=2, by=["brightness"],

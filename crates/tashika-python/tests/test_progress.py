@@ -58,7 +58,13 @@ def test_other_threads_run_meanwhile(tiny: tashika.Scene) -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals to processes are of POSIX")
-@pytest.mark.parametrize("call", ["render(scene, **long)", "exact(scene, [(x, y) for x in range(999) for y in range(999)], size=(1024, 1024), vpls=5000)"])
+@pytest.mark.parametrize(
+    "call",
+    [
+        "render(scene, **long)",
+        "exact(scene, [(x, y) for x in range(999) for y in range(999)], size=(1024, 1024), vpls=5000)",
+    ],
+)
 def test_ctrl_c_ends_the_work(call: str) -> None:
     program = f"""
 import tashika

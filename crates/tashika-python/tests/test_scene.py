@@ -18,7 +18,12 @@ def lamp_over_floor(*, two_sided: bool = False, **camera: object) -> tashika.Sce
     return tashika.Scene.build(
         meshes=[
             tashika.Mesh(FLOOR, QUAD, material="white", name="floor"),
-            tashika.Mesh(LAMP, QUAD, material=tashika.Material.diffuse(0).emitting((3, 2, 1), two_sided=two_sided), name="lamp"),
+            tashika.Mesh(
+                LAMP,
+                QUAD,
+                material=tashika.Material.diffuse(0).emitting((3, 2, 1), two_sided=two_sided),
+                name="lamp",
+            ),
         ],
         materials={"white": white},
         **camera,
@@ -36,7 +41,9 @@ def test_a_pixel_is_the_sum_over_the_lights() -> None:
     towards = lights.positions - point
     distance = np.linalg.norm(towards, axis=1)
     direction = towards / distance[:, None]
-    geometric = np.maximum(direction @ up, 0) * np.maximum(-(direction * lights.normals).sum(1), 0) / distance**2
+    geometric = (
+        np.maximum(direction @ up, 0) * np.maximum(-(direction * lights.normals).sum(1), 0) / distance**2
+    )
     assert np.count_nonzero(geometric) == lights.provenance["direct"] > 100
     by_hand = np.float64([0.8, 0.5, 0.25]) / np.pi * (geometric @ lights.intensities)
     # The point is 0.5 m from the lamp: 4e-6 for where it is, and float32 elsewhere.
@@ -45,7 +52,17 @@ def test_a_pixel_is_the_sum_over_the_lights() -> None:
 
 def test_a_built_scene_is_the_loaded_one(tmp_path: Path) -> None:
     rows = [f"v {x} {y} {z}" for x, y, z in np.concatenate([FLOOR, LAMP])]
-    rows += ["mtllib a.mtl", "o floor", "usemtl white", "f 1 2 3", "f 1 3 4", "o lamp", "usemtl lamp", "f 5 6 7", "f 5 7 8"]
+    rows += [
+        "mtllib a.mtl",
+        "o floor",
+        "usemtl white",
+        "f 1 2 3",
+        "f 1 3 4",
+        "o lamp",
+        "usemtl lamp",
+        "f 5 6 7",
+        "f 5 7 8",
+    ]
     (tmp_path / "a.obj").write_text("\n".join(rows))
     (tmp_path / "a.mtl").write_text("newmtl white\nKd 0.8 0.5 0.25\nnewmtl lamp\nKd 0 0 0\nKe 3 2 1\n")
     # Surfaces of such files shine on both sides.
@@ -80,7 +97,9 @@ def test_normals_and_texture_coordinates_are_taken() -> None:
 def test_materials_are_seen(material: tashika.Material) -> None:
     sun = tashika.Light.directional((0.2, -1, 0), 3)
     camera = tashika.Camera((0, 3, 0.1), (0, 0, 0), vertical_fov=20)
-    scene = tashika.Scene.build([tashika.Mesh(FLOOR, QUAD, material=material)], lights=[sun], camera=camera, sky=0.5)
+    scene = tashika.Scene.build(
+        [tashika.Mesh(FLOOR, QUAD, material=material)], lights=[sun], camera=camera, sky=0.5
+    )
     radiance = tashika.render(scene, size=(6, 4), vpls=100, gather=16)["radiance"]
     assert np.isfinite(radiance).all() and (radiance > 0).all()
 
@@ -102,12 +121,28 @@ def test_arrays_that_cannot_be_are_refused() -> None:
             tashika.Scene.build([tashika.Mesh(*arrays, **{"material": white, **named})])
         assert isinstance(caught.value, tashika.Error)
 
-    refused(tashika.OptionError, r"vertices = an array of the shape \[4, 2\]; expected the shape \(n, 3\)", FLOOR[:, :2], QUAD)
-    refused(tashika.OptionError, "triangles = an array of float64; expected an array of integers", FLOOR, QUAD * 1.0)
+    refused(
+        tashika.OptionError,
+        r"vertices = an array of the shape \[4, 2\]; expected the shape \(n, 3\)",
+        FLOOR[:, :2],
+        QUAD,
+    )
+    refused(
+        tashika.OptionError,
+        "triangles = an array of float64; expected an array of integers",
+        FLOOR,
+        QUAD * 1.0,
+    )
     refused(tashika.OptionError, "triangles = -1; expected indices from 0", FLOOR, QUAD - 1)
     refused(tashika.InputError, "vertex index 4; expected an index below 4", FLOOR, QUAD + 1)
     refused(tashika.InputError, "3 normals for 4 vertices", FLOOR, QUAD, normals=FLOOR[:3])
-    refused(tashika.InputError, "material = red; expected a Material, or one of the scene's", FLOOR, QUAD, material="red")
+    refused(
+        tashika.InputError,
+        "material = red; expected a Material, or one of the scene's",
+        FLOOR,
+        QUAD,
+        material="red",
+    )
     refused(tashika.InputError, "reflectance", FLOOR, QUAD, material=tashika.Material.diffuse(-1))
     with pytest.raises(tashika.OptionError, match="a point other than the eye"):
         tashika.Camera((0, 0, 0), (0, 0, 0))
@@ -159,7 +194,9 @@ def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
         ({"threads": 100_000}, "threads = 100000; expected"),
     ],
 )
-def test_arguments_that_cannot_be_are_refused(tiny: tashika.Scene, named: dict[str, object], message: str) -> None:
+def test_arguments_that_cannot_be_are_refused(
+    tiny: tashika.Scene, named: dict[str, object], message: str
+) -> None:
     with pytest.raises(tashika.OptionError, match=message) as caught:
         tashika.render(tiny, **named)
     assert isinstance(caught.value, ValueError)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import Any, ClassVar, Literal, TypeVar, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +14,19 @@ _Clamp = Literal["auto", "off"] | float
 _Vpls = VplSet | int
 _Progress = Callable[[int, int, int, int], object]
 _Method = Literal[
-    "tashika", "tashika-certified", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019", "path"
+    "tashika",
+    "tashika-certified",
+    "exact",
+    "lightcuts",
+    "mdlc",
+    "nabata2016",
+    "sakai2018",
+    "iwasaki2019",
+    "path",
 ]
 _T = TypeVar("_T")
 
+@final
 class Scene:
     """A scene: surfaces, lights and cameras, ready to be rendered."""
 
@@ -41,6 +50,7 @@ class Scene:
         name: str = "scene",
     ) -> Scene: ...
 
+@final
 class Material:
     """What a mesh is made of."""
 
@@ -58,11 +68,12 @@ class Material:
     def glass(*, ior: float = 1.5) -> Material: ...
     def emitting(self, radiance: _Color, *, two_sided: bool = False) -> Material: ...
 
+@final
 class Mesh:
     """Triangles of one material."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         vertices: ArrayLike,
         triangles: ArrayLike,
         *,
@@ -70,8 +81,9 @@ class Mesh:
         normals: ArrayLike | None = None,
         uvs: ArrayLike | None = None,
         name: str = "",
-    ) -> None: ...
+    ) -> Mesh: ...
 
+@final
 class Light:
     """A light without surface."""
 
@@ -80,11 +92,12 @@ class Light:
     @staticmethod
     def directional(direction: _Vector, irradiance: _Color) -> Light: ...
 
+@final
 class Camera:
     """A perspective camera."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         eye: _Vector,
         target: _Vector,
         *,
@@ -94,8 +107,9 @@ class Camera:
         name: str = "camera",
         lens_radius: float = 0.0,
         focus_distance: float | None = None,
-    ) -> None: ...
+    ) -> Camera: ...
 
+@final
 class VplSet:
     """A set of virtual point lights."""
 
@@ -126,6 +140,7 @@ class VplSet:
     def save(self, path: _Path) -> None: ...
     def __len__(self) -> int: ...
 
+@final
 class Image(Mapping[str, NDArray[Any]]):
     """An image: a mapping from names of planes to read-only arrays."""
 
@@ -139,7 +154,7 @@ class Image(Mapping[str, NDArray[Any]]):
     def metadata(self) -> dict[str, str | int | float | bool]: ...
     @property
     def planes(self) -> dict[str, dict[str, Any]]: ...
-    def __getitem__(self, name: str) -> NDArray[Any]: ...
+    def __getitem__(self, name: str, /) -> NDArray[Any]: ...
     def __len__(self) -> int: ...
     def __iter__(self) -> Iterator[str]: ...
     def keys(self) -> list[str]: ...  # type: ignore[override]
@@ -149,6 +164,7 @@ class Image(Mapping[str, NDArray[Any]]):
     def coverage(self, reference: Image, error: float | None = None) -> dict[str, Any]: ...
     def save(self, path: _Path) -> None: ...
 
+@final
 class Comparison:
     """How far an image is from a reference."""
 

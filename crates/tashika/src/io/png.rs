@@ -289,6 +289,6 @@ mod tests {
         let said = encode_png(Path::new("a.png"), &film, &ToneMap::default()).unwrap_err().to_string();
         assert!(said.contains(r#"a.png: a film of the planes ["depth"]"#), "{said}");
         let stops = ToneMap { exposure: Exposure::Stops(f32::NAN) };
-        assert!(encode(Path::new("a.png"), &self::film(&[gray(1.0)]), &stops).is_err());
+        assert!(encode_png(Path::new("a.png"), &self::film(&[gray(1.0)]), &stops).is_err());
     }
 }
