@@ -22,7 +22,7 @@ mod vpl_set;
 
 use std::path::Path;
 
-pub use self::png::{Exposure, ToneMap, write_png};
+pub use self::png::{Exposure, ToneMap, encode_png, write_png};
 pub use checkpoint::{Checkpoint, Resumed};
 pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
 pub use features::{Feature, FormatFeatures, Support, features};

@@ -81,12 +81,16 @@ impl ToneMap {
 /// [`Error::Invalid`] if the film has no main plane of colours, [`Error::Option`] for an exposure out of
 /// range, [`Error::Io`] if the file cannot be written.
 pub fn write_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<f32> {
-    let (bytes, stops) = encode(path, film, tone_map)?;
+    let (bytes, stops) = encode_png(path, film, tone_map)?;
     write_file(path, &bytes)?;
     Ok(stops)
 }
 
-fn encode(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u8>, f32)> {
+/// The main plane as the bytes of a PNG file, and the exposure used (stops); `path` is for messages.
+///
+/// # Errors
+/// As [`write_png`], but for what concerns files.
+pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u8>, f32)> {
     let Some(colors) = film.colors() else {
         let planes: Vec<&str> = film.planes().iter().map(|p| p.name()).collect();
         let found = format!("a film of the planes {planes:?}");
@@ -209,7 +213,7 @@ mod tests {
     }
 
     fn picture(pixels: &[[f32; 4]], exposure: Exposure) -> (Vec<[u8; 4]>, f32) {
-        let (png, stops) = encode(Path::new("a.png"), &film(pixels), &ToneMap { exposure }).unwrap();
+        let (png, stops) = encode_png(Path::new("a.png"), &film(pixels), &ToneMap { exposure }).unwrap();
         let picture = image::load_from_memory(&png).unwrap().into_rgba8();
         assert_eq!(picture.dimensions(), (pixels.len() as u32, 1), "the window, not the full image");
         (picture.pixels().map(|p| p.0).collect(), stops)
@@ -282,9 +286,9 @@ mod tests {
         let specs =
             [PlaneSpec { name: "depth", channels: &["Z"], unit: "m", kind: SampleKind::F32, doc: "Depth." }];
         let film = Film::new([1, 1], Window::full([1, 1]), &specs).unwrap();
-        let said = encode(Path::new("a.png"), &film, &ToneMap::default()).unwrap_err().to_string();
+        let said = encode_png(Path::new("a.png"), &film, &ToneMap::default()).unwrap_err().to_string();
         assert!(said.contains(r#"a.png: a film of the planes ["depth"]"#), "{said}");
         let stops = ToneMap { exposure: Exposure::Stops(f32::NAN) };
-        assert!(encode(Path::new("a.png"), &self::film(&[gray(1.0)]), &stops).is_err());
+        assert!(encode_png(Path::new("a.png"), &self::film(&[gray(1.0)]), &stops).is_err());
     }
 }

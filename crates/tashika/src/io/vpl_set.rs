@@ -162,22 +162,8 @@ fn light(bytes: &[u8; RECORD]) -> Option<Vpl> {
             VplKind::Spot(Falloff { cos_inner: number(10), cos_outer: number(11), shape })
         }
     };
-    let directed = match kind {
-        VplKind::Omni => direction == Vec3::ZERO,
-        VplKind::Oriented | VplKind::Directional => direction.is_normalized(),
-        VplKind::Spot(f) => {
-            direction.is_normalized()
-                && -1.0 <= f.cos_outer
-                && f.cos_outer < f.cos_inner
-                && f.cos_inner <= 1.0
-        }
-    };
-    (position.is_finite() && intensity.is_valid() && directed).then_some(Vpl {
-        position,
-        direction,
-        intensity,
-        kind,
-    })
+    let light = Vpl { position, direction, intensity, kind };
+    light.is_sound().then_some(light)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The relative error of each pixel as a picture, with the scale beside it and the numbers below.
+//! The relative error of each pixel as a picture, with the scale beside it and the numbers below; or the half-width that it claims.
 //!
 //! Colours run from black (no error) over blue and green to yellow (five times the tolerance), errors beyond are red, pixels left out
 //! are gray. Small images are magnified by a whole factor, so that the text fits beside them.
@@ -8,9 +8,11 @@ use embedded_graphics::mono_font::ascii::{FONT_8X13, FONT_10X20};
 use embedded_graphics::text::Baseline;
 
 use super::color_scale::{BEYOND, ColorScale, NO_VALUE};
-use super::compare::Comparison;
+use super::compare::{Comparison, Tolerance, luminance};
 use super::picture::Picture;
 use super::words::{percent_of_error, percent_of_share, percent_of_tolerance};
+use crate::color::Rgb;
+use crate::film::{Film, Plane};
 
 /// End of the scale, in tolerances; there is a tick for each.
 const TICKS: u32 = 5;
@@ -27,16 +29,10 @@ const INK: [u8; 3] = [0, 0, 0];
 
 /// Draws the error of each pixel; at most a few hundred pixels larger than the window.
 pub fn error_image(comparison: &Comparison) -> Picture {
-    let scale = ColorScale::new();
-    let end = comparison.tolerance.relative * f64::from(TICKS);
-    let size = [comparison.window.width, comparison.window.height];
-    let errors = Picture::of_pixels(size, comparison.errors.iter().map(|e| scale.color(e / end)));
-    let magnification = LEAST_SIDE.div_ceil(size[0].max(size[1])).max(1);
-    let [width, height] = size.map(|side| side * magnification);
-
+    let tolerance = comparison.tolerance.relative;
     let within = format!(
         "within {}: {}",
-        percent_of_tolerance(comparison.tolerance.relative),
+        percent_of_tolerance(tolerance),
         percent_of_share(comparison.within_share())
     );
     let details = format!(
@@ -45,7 +41,47 @@ pub fn error_image(comparison: &Comparison) -> Picture {
         percent_of_error(comparison.p95),
         percent_of_error(comparison.worst)
     );
-    let caption_width = text_width(&within, &FONT_10X20).max(text_width(&details, &FONT_8X13));
+    let size = [comparison.window.width, comparison.window.height];
+    draw(size, comparison.errors.iter().copied(), tolerance, &within, &details)
+}
+
+/// Draws what a film says of its own error, on the same scale: the half-width that each pixel claims, relative to its luminance. Pixels that
+/// claim nothing are gray. None if the film has no half-widths or no colours.
+pub fn half_width_image(film: &Film, tolerance: &Tolerance) -> Option<Picture> {
+    let half_widths = film.plane("half_width").filter(|p| p.channels().len() == 1)?.f32_samples()?;
+    let kinds = film.plane("claim").filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
+    let claims = |pixel: usize| kinds.is_none_or(|kinds| kinds[pixel] != 0);
+    let relative = |(pixel, (color, half_width)): (usize, (Rgb, &f32))| match *half_width {
+        _ if !claims(pixel) => f64::NAN,
+        0.0 => 0.0,
+        half_width => f64::from(half_width) / luminance(color),
+    };
+    let widths: Vec<f64> = film.colors()?.zip(half_widths).enumerate().map(relative).collect();
+    let claimed = widths.iter().filter(|width| !width.is_nan());
+    let share = claimed.clone().count() as f64 / widths.len() as f64;
+    let widest = claimed.copied().fold(0.0, f64::max);
+    let window = film.window();
+    let what = format!("claimed: {} of the pixels", percent_of_share(share));
+    let details = format!("widest {}", percent_of_error(widest));
+    let size = [window.width, window.height];
+    Some(draw(size, widths.into_iter(), tolerance.relative, &what, &details))
+}
+
+/// Draws values relative to a tolerance, with the scale and two lines of text; what is not a number has no value.
+fn draw(
+    size: [u32; 2],
+    values: impl Iterator<Item = f64> + Clone,
+    tolerance: f64,
+    headline: &str,
+    details: &str,
+) -> Picture {
+    let scale = ColorScale::new();
+    let end = tolerance * f64::from(TICKS);
+    let left_out = values.clone().any(f64::is_nan);
+    let errors = Picture::of_pixels(size, values.map(|value| scale.color(value / end)));
+    let magnification = LEAST_SIDE.div_ceil(size[0].max(size[1])).max(1);
+    let [width, height] = size.map(|side| side * magnification);
+    let caption_width = text_width(headline, &FONT_10X20).max(text_width(details, &FONT_8X13));
     let body = height.max(LEAST_SIDE);
     let caption = MARGIN + body + MARGIN;
     let mut canvas = Picture::filled(
@@ -53,9 +89,9 @@ pub fn error_image(comparison: &Comparison) -> Picture {
         PAPER,
     );
     canvas.put([MARGIN; 2], &errors, magnification);
-    legend(&mut canvas, [width + 2 * MARGIN, MARGIN], body, &scale, comparison);
-    canvas.write(&within, [MARGIN, caption], Baseline::Top, &FONT_10X20);
-    canvas.write(&details, [MARGIN, caption + 24], Baseline::Top, &FONT_8X13);
+    legend(&mut canvas, [width + 2 * MARGIN, MARGIN], body, &scale, tolerance, left_out);
+    canvas.write(headline, [MARGIN, caption], Baseline::Top, &FONT_10X20);
+    canvas.write(details, [MARGIN, caption + 24], Baseline::Top, &FONT_8X13);
     canvas
 }
 
@@ -64,14 +100,20 @@ fn text_width(text: &str, font: &MonoFont<'_>) -> u32 {
 }
 
 /// The scale from its end at the top to zero, a field for what is beyond, and one for what is left out.
-fn legend(canvas: &mut Picture, [x, y]: [u32; 2], height: u32, scale: &ColorScale, comparison: &Comparison) {
+fn legend(
+    canvas: &mut Picture,
+    [x, y]: [u32; 2],
+    height: u32,
+    scale: &ColorScale,
+    tolerance: f64,
+    left_out: bool,
+) {
     let label = x + BAR + 8;
-    let tolerance = comparison.tolerance.relative;
     let told = |n: u32| percent_of_tolerance(tolerance * f64::from(n));
     canvas.fill([x, y], [BAR, FIELD], BEYOND);
     canvas.write(&format!("> {}", told(TICKS)), [label, y + FIELD / 2], Baseline::Middle, &FONT_8X13);
     let mut bottom = y + height - 1;
-    if comparison.left_out() > 0 {
+    if left_out {
         canvas.fill([x, bottom + 1 - FIELD], [BAR, FIELD], NO_VALUE);
         canvas.write("left out", [label, bottom - FIELD / 2], Baseline::Middle, &FONT_8X13);
         bottom -= 2 * FIELD;

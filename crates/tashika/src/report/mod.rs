@@ -18,9 +18,9 @@ mod words;
 pub use claims::Claims;
 pub use compare::{Comparison, Named, Tolerance, compare};
 pub use error_budget::{ErrorBudget, error_budget};
-pub use error_image::error_image;
+pub use error_image::{error_image, half_width_image};
 pub use page::{
-    Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, render_page,
+    Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, headline, render_page,
 };
 pub use picks::least_certain;
 pub use picture::Picture;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::error_image::error_image;
+use super::error_image::{error_image, half_width_image};
 use super::*;
 use crate::film::{Film, PlaneSpec, SampleKind, Window};
 
@@ -245,6 +245,35 @@ fn the_picture_shows_errors_where_they_are() {
         (decoded.dimensions(), decoded.get_pixel(12 + 86 + 43, 12 + 43).0),
         ((width, height), at(1, 0))
     );
+}
+
+#[test]
+fn the_picture_of_half_widths_is_on_the_same_scale() {
+    let specs = [COLOR, HALF_WIDTH, spec("claim", &["id"], SampleKind::U32)];
+    let mut film = Film::new([2, 2], Window::full([2, 2]), &specs).unwrap();
+    // Exact; the tolerance; beyond the scale; the tolerance, but nothing is claimed.
+    for (pixel, (half_width, claim)) in (0..).zip([(0.0, 1), (0.04, 3), (0.3, 3), (0.04, 0)]) {
+        let [x, y] = [pixel % 2, pixel / 2];
+        film.plane_mut("").unwrap().set_f32(x, y, &[2.0; 3]);
+        film.plane_mut("half_width").unwrap().set_f32(x, y, &[half_width]);
+        film.plane_mut("claim").unwrap().set_u32(x, y, &[claim]);
+    }
+    let tolerance = Tolerance { relative: 0.02, absolute: 0.0 };
+    let picture = half_width_image(&film, &tolerance).unwrap();
+    // Two rows magnified 128 times.
+    let at = |x: u32, y: u32| picture.pixel(12 + x * 128 + 64, 12 + y * 128 + 64);
+    // What a pixel with an error of that tolerance looks like: the third of three rows of one, 86 times as large.
+    let errors = compared(
+        &film_in_rows(1, &[1.0, 1.3, 1.02], &[COLOR]),
+        &film_in_rows(1, &[1.0; 3], &[COLOR]),
+        0.02,
+        0.0,
+    );
+    let error = |y: u32| error_image(&errors).pixel(12 + 43, 12 + y * 86 + 43);
+    assert_eq!([at(0, 0), at(0, 1), at(1, 0)], [error(0), error(1), error(2)]);
+    let [r, g, b] = at(1, 1);
+    assert!(r == g && g == b && r > 0, "gray where nothing is claimed");
+    assert!(half_width_image(&film_in_rows(1, &[1.0], &[COLOR]), &tolerance).is_none());
 }
 
 #[test]

@@ -52,6 +52,22 @@ pub struct Vpl {
 }
 
 impl Vpl {
+    /// Whether it is a light that can be: finite numbers, intensities of at least 0, a unit direction (zero for omni lights), an inner cone
+    /// inside the outer.
+    pub fn is_sound(&self) -> bool {
+        let directed = match self.kind {
+            VplKind::Omni => self.direction == Vec3::ZERO,
+            VplKind::Oriented | VplKind::Directional => self.direction.is_normalized(),
+            VplKind::Spot(f) => {
+                self.direction.is_normalized()
+                    && -1.0 <= f.cos_outer
+                    && f.cos_outer < f.cos_inner
+                    && f.cos_inner <= 1.0
+            }
+        };
+        self.position.is_finite() && self.intensity.is_valid() && directed
+    }
+
     /// The end that all segments to this light share.
     pub fn apex(&self) -> crate::accel::Apex {
         match self.kind {

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Mat3, Vec3};
 
-use super::{EmitterSampler, VplKind, VplOptions, VplSet};
+use super::{EmitterSampler, Vpl, VplKind, VplOptions, VplSet};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{
-    Alpha, AlphaMode, Emission, Emitter, Environment, Image, Material, MeshData, Pixels, Scene, SceneBuilder,
-    Surface, builtin,
+    Alpha, AlphaMode, Emission, Emitter, Environment, Falloff, FalloffShape, Image, Material, MeshData,
+    Pixels, Scene, SceneBuilder, Surface, builtin,
 };
 use crate::stats::Moments;
 
@@ -54,6 +54,28 @@ fn assert_mean(m: &Moments, expected: f64) {
 }
 
 /// One sample stands for all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω` for the sky, `I` for points.
+#[test]
+fn lights_that_cannot_be_are_told_apart() {
+    let sound =
+        Vpl { position: Vec3::ONE, direction: Vec3::Y, intensity: Rgb::gray(1.0), kind: VplKind::Oriented };
+    let omni = Vpl { direction: Vec3::ZERO, kind: VplKind::Omni, ..sound };
+    assert!(sound.is_sound() && omni.is_sound() && !Vpl { direction: Vec3::Y, ..omni }.is_sound());
+    for wrong in [
+        Vpl { position: Vec3::NAN, ..sound },
+        Vpl { direction: Vec3::Y * 2.0, ..sound },
+        Vpl { direction: Vec3::ZERO, ..sound },
+        Vpl { intensity: Rgb::new(1.0, -1.0, 1.0), ..sound },
+        Vpl { intensity: Rgb::gray(f32::INFINITY), ..sound },
+    ] {
+        assert!(!wrong.is_sound(), "{wrong:?}");
+    }
+    let cone = |cos_inner, cos_outer| {
+        let falloff = Falloff { cos_inner, cos_outer, shape: FalloffShape::Squared };
+        Vpl { kind: VplKind::Spot(falloff), ..sound }
+    };
+    assert!(cone(0.9, 0.5).is_sound() && !cone(0.5, 0.9).is_sound() && !cone(1.5, 0.5).is_sound());
+}
+
 #[test]
 fn sampled_intensities_add_up_to_the_emitters() {
     let area = 4.0 * f64::from(RADIANCE);

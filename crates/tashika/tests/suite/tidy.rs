@@ -107,6 +107,7 @@ fn no_code_is_unsafe() {
         ("crates/tashika/src/lib.rs", "deny"),
         ("crates/tashika-cli/src/main.rs", "forbid"),
         ("crates/tashika-viewer/src/lib.rs", "forbid"),
+        ("crates/tashika-python/src/lib.rs", "forbid"),
     ] {
         let line = format!("#![{lint}(unsafe_code)]");
         assert!(read(&workspace().join(root)).contains(&line), "{root}: add {line}");

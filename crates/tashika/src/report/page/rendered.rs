@@ -28,6 +28,11 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
     page.html()
 }
 
+/// What is promised of how many pixels of a film, in a sentence.
+pub fn headline(film: &Film) -> String {
+    Counts::of(film).headline(film)
+}
+
 /// How many pixels are of which kind.
 struct Counts {
     rendered: u64,

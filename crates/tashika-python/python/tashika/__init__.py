@@ -1,0 +1,57 @@
+"""tashika: a many-light renderer that knows its own error.
+
+>>> import tashika
+>>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200, error=0.02)
+>>> image["radiance"].shape
+(6, 8, 3)
+"""
+
+from collections.abc import Mapping as _Mapping
+
+from ._errors import Error, FileError, InputError, OptionError, UnsupportedError
+from ._tashika import (
+    Camera,
+    Comparison,
+    Image,
+    Light,
+    Material,
+    Mesh,
+    Scene,
+    VplSet,
+    builtin,
+    compare,
+    coverage,
+    exact,
+    load,
+    merge,
+    read,
+    render,
+    vpls,
+)
+
+_Mapping.register(Image)
+
+__all__ = [
+    "Camera",
+    "Comparison",
+    "Error",
+    "FileError",
+    "Image",
+    "InputError",
+    "Light",
+    "Material",
+    "Mesh",
+    "OptionError",
+    "Scene",
+    "UnsupportedError",
+    "VplSet",
+    "builtin",
+    "compare",
+    "coverage",
+    "exact",
+    "load",
+    "merge",
+    "read",
+    "render",
+    "vpls",
+]

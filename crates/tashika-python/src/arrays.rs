@@ -1,0 +1,126 @@
+//! NumPy arrays in and out, by NumPy's own functions.
+//!
+//! Out: the samples are copied once, into an immutable bytes object that the array looks at, so that arrays are read-only and in row-major
+//! order. In: whatever NumPy makes an array of, checked for its shape; `n` rows of `N` numbers.
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::errors::option;
+
+/// A number as NumPy stores it.
+pub trait Number: Copy {
+    /// NumPy's name of the type.
+    const TYPE: &'static str;
+    /// Its bytes, on this machine.
+    fn bytes(self) -> impl AsRef<[u8]>;
+}
+
+impl Number for f32 {
+    const TYPE: &'static str = "float32";
+    fn bytes(self) -> impl AsRef<[u8]> {
+        self.to_ne_bytes()
+    }
+}
+
+impl Number for f64 {
+    const TYPE: &'static str = "float64";
+    fn bytes(self) -> impl AsRef<[u8]> {
+        self.to_ne_bytes()
+    }
+}
+
+impl Number for u32 {
+    const TYPE: &'static str = "uint32";
+    fn bytes(self) -> impl AsRef<[u8]> {
+        self.to_ne_bytes()
+    }
+}
+
+/// An array of that shape, whose product is the number of samples.
+pub fn array<'py, T: Number>(
+    py: Python<'py>,
+    samples: impl ExactSizeIterator<Item = T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    let numpy = py.import("numpy")?;
+    // `frombuffer` refuses to look at nothing.
+    if samples.len() == 0 {
+        return numpy.call_method1("zeros", (shape, T::TYPE));
+    }
+    let bytes = PyBytes::new_with(py, samples.len() * size_of::<T>(), |slots| {
+        for (slot, sample) in slots.chunks_exact_mut(size_of::<T>()).zip(samples) {
+            slot.copy_from_slice(sample.bytes().as_ref());
+        }
+        Ok(())
+    })?;
+    numpy.call_method1("frombuffer", (bytes, T::TYPE))?.call_method1("reshape", (shape,))
+}
+
+/// `n` rows of three numbers.
+pub fn vectors<'py>(
+    py: Python<'py>,
+    rows: impl ExactSizeIterator<Item = [f32; 3]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = [rows.len(), 3];
+    let flat: Vec<f32> = rows.flatten().collect();
+    array(py, flat.into_iter(), &shape)
+}
+
+/// The numbers of `(n, N)`; `name` is that of the argument.
+pub fn float_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[f32; N]>> {
+    let numbers = |b: [u8; 4]| Ok(f32::from_ne_bytes(b));
+    read_rows(name, rows, "float32", numbers)
+}
+
+/// The indices of `(n, N)`: whole numbers from 0.
+pub fn index_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; N]>> {
+    let numpy = rows.py().import("numpy")?;
+    let found = numpy.call_method1("asarray", (rows,))?;
+    let kind: String = found.getattr("dtype")?.getattr("kind")?.extract()?;
+    let empty: usize = found.getattr("size")?.extract()?;
+    if !["i", "u"].contains(&kind.as_str()) && empty > 0 {
+        let dtype = found.getattr("dtype")?.str()?;
+        return Err(option(name, format!("an array of {dtype}"), "an array of integers"));
+    }
+    read_rows(name, &found, "int64", |b: [u8; 8]| {
+        let index = i64::from_ne_bytes(b);
+        u32::try_from(index).map_err(|_| option(name, index, "indices from 0 to 4294967295"))
+    })
+}
+
+/// `n` numbers from 0; `name` is that of the argument.
+pub fn index_column(name: &str, column: &Bound<'_, PyAny>) -> PyResult<Vec<u32>> {
+    let column = column.py().import("numpy")?.call_method1("asarray", (column,))?;
+    let rows = column.call_method1("reshape", (-1, 1))?;
+    Ok(index_rows::<1>(name, &rows)?.into_iter().map(|[n]| n).collect())
+}
+
+fn read_rows<T, const N: usize, const SIZE: usize>(
+    name: &str,
+    rows: &Bound<'_, PyAny>,
+    dtype: &str,
+    number: impl Fn([u8; SIZE]) -> PyResult<T>,
+) -> PyResult<Vec<[T; N]>>
+where
+    T: Copy + Default,
+{
+    let numpy = rows.py().import("numpy")?;
+    let rows = numpy.call_method1("asarray", (rows, dtype))?;
+    let shape: Vec<usize> = rows.getattr("shape")?.extract()?;
+    if shape.len() != 2 || shape[1] != N {
+        return Err(option(name, format!("an array of the shape {shape:?}"), format!("the shape (n, {N})")));
+    }
+    let bytes = rows.call_method0("tobytes")?;
+    let numbers = bytes.cast::<PyBytes>()?.as_bytes().as_chunks::<SIZE>().0;
+    numbers
+        .chunks_exact(N)
+        .map(|row| {
+            let mut read = [T::default(); N];
+            for (slot, bytes) in read.iter_mut().zip(row) {
+                *slot = number(*bytes)?;
+            }
+            Ok(read)
+        })
+        .collect()
+}

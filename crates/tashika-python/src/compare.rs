@@ -1,0 +1,194 @@
+//! An image against a reference, in numbers and pictures.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tashika::io::write_file;
+use tashika::report::{self, Claims, Named, Tolerance, compare_page, error_image, summary};
+
+use crate::arrays::array;
+use crate::errors::{option, raised};
+use crate::image::{Image, ending};
+use crate::notebook;
+
+/// How far an image is from a reference. Shares are in 0 to 1, errors relative; the names are those of `tashika compare --json`.
+#[pyclass(frozen, module = "tashika")]
+pub struct Comparison {
+    found: report::Comparison,
+    image: Py<Image>,
+    reference: Py<Image>,
+}
+
+#[pymethods]
+impl Comparison {
+    /// Tolerance, relative.
+    #[getter]
+    fn error(&self) -> f64 {
+        self.found.tolerance.relative
+    }
+
+    /// Tolerance for dark pixels (W/m²/sr).
+    #[getter]
+    fn absolute(&self) -> f64 {
+        self.found.tolerance.absolute
+    }
+
+    /// Pixels that have an error; all shares are of these.
+    #[getter]
+    pub(crate) fn pixels(&self) -> u64 {
+        self.found.pixels
+    }
+
+    /// Share of the pixels within the tolerance.
+    #[getter]
+    pub(crate) fn within_tolerance(&self) -> f64 {
+        self.found.within_share()
+    }
+
+    /// Mean of the finite errors.
+    #[getter]
+    fn mean(&self) -> f64 {
+        self.found.mean
+    }
+
+    /// Error that half of the pixels do not exceed.
+    #[getter]
+    fn median(&self) -> f64 {
+        self.found.median
+    }
+
+    /// Error that 95 % of the pixels do not exceed.
+    #[getter]
+    fn p95(&self) -> f64 {
+        self.found.p95
+    }
+
+    /// Largest error.
+    #[getter]
+    fn worst(&self) -> f64 {
+        self.found.worst
+    }
+
+    /// Pixel of the largest error, (x, y) in the full image.
+    #[getter]
+    fn worst_at(&self) -> (u32, u32) {
+        self.found.worst_at.into()
+    }
+
+    /// Mean luminance over that of the reference, less one.
+    #[getter]
+    fn bias(&self) -> f64 {
+        self.found.bias
+    }
+
+    /// Mean distance over the mean reference.
+    #[getter]
+    fn relative_l1(&self) -> f64 {
+        self.found.relative_l1
+    }
+
+    /// Pixels whose error is infinite: lit, where the reference is black.
+    #[getter]
+    fn infinite(&self) -> u64 {
+        self.found.infinite
+    }
+
+    /// Pixels that have no error: "not_rendered" and "not_finite".
+    #[getter]
+    fn left_out<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let left_out = PyDict::new(py);
+        left_out.set_item("not_rendered", self.found.not_rendered)?;
+        left_out.set_item("not_finite", self.found.not_finite)?;
+        Ok(left_out)
+    }
+
+    /// Share of the claims that were kept; None without claims.
+    #[getter]
+    fn claims_kept(&self) -> Option<f64> {
+        self.found.claims.as_ref().and_then(Claims::share)
+    }
+
+    /// Claims: "kept", "of", the ends "low" and "high" of the interval of the share at "confidence", and "same_truth", whether the
+    /// reference is of the same VPLs and gather points; None if the image makes none.
+    #[getter]
+    pub(crate) fn claims<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(found) = &self.found.claims else { return Ok(None) };
+        let claims = PyDict::new(py);
+        claims.set_item("kept", found.kept)?;
+        claims.set_item("of", found.of)?;
+        claims.set_item("low", found.interval.low)?;
+        claims.set_item("high", found.interval.high)?;
+        claims.set_item("confidence", Claims::CONFIDENCE)?;
+        claims.set_item("same_truth", found.same_truth)?;
+        Ok(Some(claims))
+    }
+
+    /// Error of each pixel, float64 of shape (height, width); NaN for those left out.
+    #[getter]
+    fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let window = self.found.window;
+        array(py, self.found.errors.iter().copied(), &[window.height as usize, window.width as usize])
+    }
+
+    /// Writes the picture of the error (`.png`), or a page with both images (`.html`).
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let (found, image, reference) = (&self.found, self.image.get(), self.reference.get());
+        py.detach(|| match ending(&path).as_str() {
+            "png" => Some(write_file(&path, &error_image(found).png())),
+            "html" => {
+                let page = compare_page(found, named(image), named(reference), None);
+                Some(write_file(&path, page.as_bytes()))
+            }
+            _ => None,
+        })
+        .ok_or_else(|| option("path", path.display(), "a file name ending in .png or .html"))?
+        .map_err(raised)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<tashika.Comparison: {}>", self.line())
+    }
+
+    fn _repr_html_(&self) -> String {
+        notebook::html(&self.line(), &[error_image(&self.found).png()])
+    }
+}
+
+impl Comparison {
+    fn line(&self) -> String {
+        let rows = summary(&self.found);
+        let rows = rows.iter().filter(|(label, _)| ["within", "worst", "claims"].contains(label));
+        rows.map(|(label, text)| format!("{label} {text}")).collect::<Vec<_>>().join("; ")
+    }
+}
+
+fn named(image: &Image) -> Named<'_> {
+    Named { name: image.name(), film: image.film() }
+}
+
+/// Holds an image against a reference of the same size: errors are distances of luminance, relative to the reference, or to `absolute`
+/// over `error` where that is more.
+///
+/// ```python
+/// >>> scene = tashika.builtin("tiny")
+/// >>> lights = tashika.vpls(scene, count=200)
+/// >>> exact = tashika.render(scene, size=(8, 6), vpls=lights, method="exact")
+/// >>> ours = tashika.compare(tashika.render(scene, size=(8, 6), vpls=lights), exact, error=0.02)
+/// >>> ours.within_tolerance > 0.9, ours.errors.shape
+/// (True, (6, 8))
+/// ```
+#[pyfunction]
+#[pyo3(signature = (image, reference, error=0.02, absolute=0.0))]
+pub fn compare(
+    py: Python<'_>,
+    image: &Bound<'_, Image>,
+    reference: &Bound<'_, Image>,
+    error: f64,
+    absolute: f64,
+) -> PyResult<Comparison> {
+    let tolerance = Tolerance { relative: error, absolute };
+    let (of, by) = (named(image.get()), named(reference.get()));
+    let found = py.detach(|| report::compare(of, by, &tolerance)).map_err(raised)?;
+    Ok(Comparison { found, image: image.clone().unbind(), reference: reference.clone().unbind() })
+}

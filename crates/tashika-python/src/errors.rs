@@ -1,0 +1,38 @@
+//! Errors of the library as exceptions of Python, mapped here and nowhere else.
+//!
+//! | of the library | in Python | which is also |
+//! |---|---|---|
+//! | `Error::Io` | `FileError` | `OSError` |
+//! | `Error::Invalid` | `InputError` | `ValueError` |
+//! | `Error::Unsupported` | `UnsupportedError` | `ValueError` |
+//! | `Error::Option` | `OptionError` | `ValueError` |
+//!
+//! All are a `tashika.Error`, with the message of the library.
+
+use pyo3::PyErr;
+use tashika::error::Error;
+
+/// The classes, which are written in Python so that each can have two bases.
+mod classes {
+    pyo3::import_exception!(tashika._errors, FileError);
+    pyo3::import_exception!(tashika._errors, InputError);
+    pyo3::import_exception!(tashika._errors, UnsupportedError);
+    pyo3::import_exception!(tashika._errors, OptionError);
+}
+
+/// What is raised for an error of the library.
+pub fn raised(error: Error) -> PyErr {
+    let message = error.to_string();
+    match error {
+        Error::Io { .. } => classes::FileError::new_err(message),
+        Error::Invalid { .. } => classes::InputError::new_err(message),
+        Error::Unsupported { .. } => classes::UnsupportedError::new_err(message),
+        // The enum may grow; what is not known here is about what the caller asked for.
+        _ => classes::OptionError::new_err(message),
+    }
+}
+
+/// What is raised for an argument that has an unusable value.
+pub fn option(name: &str, value: impl std::fmt::Display, expected: impl Into<String>) -> PyErr {
+    raised(Error::option(name, value, expected))
+}

@@ -1,0 +1,276 @@
+//! Images: named planes as NumPy arrays, with provenance; files and notebooks.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyIterator, PyList};
+use tashika::film::{Film, Plane, Samples, Value};
+use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
+use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
+
+use crate::arrays::array;
+use crate::compare::compare;
+use crate::errors::{option, raised};
+use crate::notebook;
+
+/// What the plane without a name is called here.
+const MAIN: &str = "radiance";
+
+/// An image: a mapping from names of planes to read-only NumPy arrays.
+///
+/// "radiance" is the main plane, float32 of shape (height, width, 3) in W/m²/sr, linear Rec. 709. Planes of one channel have the shape
+/// (height, width): "half_width" and "standard_error" of the luminance, "claim" and "stop" as uint32 codes, "pairs", "rays", "depth" and
+/// so on; `planes` says what each means. Rows go down from the top. An array is made when it is first asked for, and kept.
+///
+/// ```python
+/// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
+/// >>> image.size, image["half_width"].shape, image["claim"].dtype
+/// ((8, 6), (6, 8), dtype('uint32'))
+/// >>> sorted(image)[:4]
+/// ['albedo', 'claim', 'coverage', 'depth']
+/// ```
+#[pyclass(frozen, mapping, module = "tashika")]
+pub struct Image {
+    film: Film,
+    arrays: Mutex<BTreeMap<String, Py<PyAny>>>,
+}
+
+impl Image {
+    pub(crate) fn new(film: Film) -> Self {
+        Self { film, arrays: Mutex::default() }
+    }
+
+    pub(crate) fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// What it calls itself in messages.
+    pub(crate) fn name(&self) -> &Path {
+        Path::new(self.film.metadata().text("method").unwrap_or("image"))
+    }
+
+    /// The main plane goes by its word, unless another plane has that name.
+    fn key<'a>(&self, plane: &'a Plane) -> &'a str {
+        if plane.name().is_empty() && self.film.plane(MAIN).is_none() { MAIN } else { plane.name() }
+    }
+
+    fn keys_in_order(&self) -> Vec<&str> {
+        self.film.planes().iter().map(|plane| self.key(plane)).collect()
+    }
+
+    fn array_of<'py>(&self, py: Python<'py>, plane: &Plane) -> PyResult<Bound<'py, PyAny>> {
+        let window = self.film.window();
+        let channels = plane.channels().len();
+        let mut shape = vec![window.height as usize, window.width as usize];
+        if channels > 1 {
+            shape.push(channels);
+        }
+        match plane.samples() {
+            Samples::F32(samples) => array(py, samples.iter().copied(), &shape),
+            Samples::U32(samples) => array(py, samples.iter().copied(), &shape),
+        }
+    }
+
+    /// The error that it was told to keep to.
+    fn tolerance(&self) -> Tolerance {
+        let number = |name: &str| self.film.metadata().number(name);
+        let default = Tolerance::default();
+        Tolerance {
+            relative: number("error").unwrap_or(default.relative),
+            absolute: number("error_absolute").unwrap_or(default.absolute),
+        }
+    }
+}
+
+#[pymethods]
+impl Image {
+    /// Width and height of the full image (pixels).
+    #[getter]
+    fn size(&self) -> (u32, u32) {
+        self.film.size().into()
+    }
+
+    /// The part of the image that the arrays hold: (x, y, width, height) in pixels from the top left.
+    #[getter]
+    fn window(&self) -> (u32, u32, u32, u32) {
+        let window = self.film.window();
+        (window.x, window.y, window.width, window.height)
+    }
+
+    /// Whether every pixel that was asked for was rendered; pixels of other `tiles` are 0 in the plane "stop".
+    #[getter]
+    fn complete(&self) -> bool {
+        self.film.metadata().bool("complete").unwrap_or(true)
+    }
+
+    /// How the image was made: names and values, sorted.
+    #[getter]
+    fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let metadata = PyDict::new(py);
+        for (name, value) in self.film.metadata().iter() {
+            match value {
+                Value::Text(text) => metadata.set_item(name, text)?,
+                Value::Int(number) => metadata.set_item(name, number)?,
+                Value::Float(number) => metadata.set_item(name, number)?,
+                Value::Bool(yes) => metadata.set_item(name, yes)?,
+            }
+        }
+        Ok(metadata)
+    }
+
+    /// What the planes are: by name, a dict of "channels", "unit" and "doc".
+    #[getter]
+    fn planes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let planes = PyDict::new(py);
+        for plane in self.film.planes() {
+            let facts = PyDict::new(py);
+            facts.set_item("channels", plane.channels())?;
+            facts.set_item("unit", plane.unit())?;
+            facts.set_item("doc", plane.doc())?;
+            planes.set_item(self.key(plane), facts)?;
+        }
+        Ok(planes)
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let mut planes = self.film.planes().iter();
+        let Some(plane) = planes.find(|plane| self.key(plane) == name) else {
+            let message = format!("{name}; the planes are {}", self.keys_in_order().join(", "));
+            return Err(PyKeyError::new_err(message));
+        };
+        let known = || self.arrays.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(array) = known().get(name) {
+            return Ok(array.bind(py).clone());
+        }
+        // Not under the lock: making an array runs Python, which may switch threads.
+        let array = self.array_of(py, plane)?;
+        Ok(known().entry(name.to_owned()).or_insert(array.unbind()).bind(py).clone())
+    }
+
+    fn __len__(&self) -> usize {
+        self.film.planes().len()
+    }
+
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
+        name.extract::<String>().is_ok_and(|name| self.keys_in_order().contains(&name.as_str()))
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        self.keys(py)?.try_iter()
+    }
+
+    /// Names of the planes.
+    fn keys<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, self.keys_in_order())
+    }
+
+    /// The arrays, in the order of the names.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        self.keys_in_order().into_iter().map(|name| self.__getitem__(py, name)).collect()
+    }
+
+    /// Names and arrays.
+    fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        let item = |name: &str| Ok((name.to_owned(), self.__getitem__(py, name)?));
+        self.keys_in_order().into_iter().map(item).collect()
+    }
+
+    /// The array of that name, or `default`.
+    #[pyo3(signature = (name, default=None))]
+    fn get<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if self.keys_in_order().contains(&name) { self.__getitem__(py, name).map(Some) } else { Ok(default) }
+    }
+
+    /// How this image does against a reference: "within", the share of the pixels whose error is at most `error` (its own if not said), and
+    /// "claims", the claims whose interval holds the reference, with the ends of the interval of their share at 95 %; None without claims.
+    ///
+    /// ```python
+    /// >>> scene = tashika.builtin("tiny")
+    /// >>> lights = tashika.vpls(scene, count=200)
+    /// >>> exact = tashika.render(scene, size=(8, 6), vpls=lights, method="exact")
+    /// >>> tashika.render(scene, size=(8, 6), vpls=lights).coverage(exact)["within"] > 0.9
+    /// True
+    /// ```
+    #[pyo3(signature = (reference, error=None))]
+    fn coverage<'py>(
+        slf: &Bound<'py, Self>,
+        reference: &Bound<'py, Self>,
+        error: Option<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let own = slf.get().tolerance();
+        let error = error.unwrap_or(own.relative);
+        let comparison = compare(slf.py(), slf, reference, error, own.absolute)?;
+        let found = PyDict::new(slf.py());
+        found.set_item("error", error)?;
+        found.set_item("pixels", comparison.pixels())?;
+        found.set_item("within", comparison.within_tolerance())?;
+        found.set_item("claims", comparison.claims(slf.py())?)?;
+        Ok(found)
+    }
+
+    /// Writes the image, whole or not at all, as its ending says: `.exr` has everything, `.png` is a picture, `.html` a page to look into.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let film = &self.film;
+        py.detach(|| match ending(&path).as_str() {
+            "exr" => Some(write_exr(&path, film)),
+            "png" => Some(write_png(&path, film, &ToneMap::default()).map(drop)),
+            "html" => {
+                let facts = RenderFacts { name: path.display().to_string(), ..RenderFacts::default() };
+                Some(write_file(&path, render_page(film, &facts).as_bytes()))
+            }
+            _ => None,
+        })
+        .ok_or_else(|| option("path", path.display(), "a file name ending in .exr, .png or .html"))?
+        .map_err(raised)
+    }
+
+    fn __repr__(&self) -> String {
+        let [width, height] = self.film.size();
+        format!("<tashika.Image {width}x{height}: {}>", headline(&self.film))
+    }
+
+    fn _repr_html_(&self) -> PyResult<String> {
+        let (picture, _) = encode_png(self.name(), &self.film, &ToneMap::default()).map_err(raised)?;
+        let own = half_width_image(&self.film, &self.tolerance());
+        let pictures: Vec<Vec<u8>> = std::iter::once(picture).chain(own.map(|own| own.png())).collect();
+        Ok(notebook::html(&headline(&self.film), &pictures))
+    }
+}
+
+/// Ending of a file name, in lower case.
+pub fn ending(path: &Path) -> String {
+    path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase()
+}
+
+/// Reads an OpenEXR image, of this program or of another. Raises `FileError` or `InputError`.
+#[pyfunction]
+pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
+    py.detach(|| read_exr(&path)).map(Image::new).map_err(raised)
+}
+
+/// Joins parts of an image that were rendered with `tiles`: of all shares, the image that one machine renders, bit by bit.
+///
+/// A share that is there twice has to be the same twice. Pixels that no part has are zero, and `complete` is false then. Raises `InputError`,
+/// with the number of the part from 1, for parts of different renders.
+///
+/// ```python
+/// >>> scene = tashika.builtin("tiny")
+/// >>> parts = [tashika.render(scene, size=(40, 30), vpls=200, tiles=(number, 2)) for number in (1, 2)]
+/// >>> tashika.merge(parts).complete
+/// True
+/// ```
+#[pyfunction]
+pub fn merge(py: Python<'_>, parts: Vec<Bound<'_, Image>>) -> PyResult<Image> {
+    let names: Vec<PathBuf> = (1..=parts.len()).map(|n| PathBuf::from(format!("part {n}"))).collect();
+    let films: Vec<&Film> = parts.iter().map(|part| part.get().film()).collect();
+    let named: Vec<(&Path, &Film)> = names.iter().map(PathBuf::as_path).zip(films).collect();
+    py.detach(|| tashika::render::merge(&named)).map(|merged| Image::new(merged.film)).map_err(raised)
+}

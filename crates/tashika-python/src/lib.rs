@@ -1,0 +1,40 @@
+//! The extension module `tashika._tashika`: the library for Python, with images as NumPy arrays.
+//!
+//! Arguments are checked and handed on, results are handed back; nothing is computed here. The package around it, in `python/`, says
+//! in types what is here.
+#![forbid(unsafe_code)]
+
+mod arrays;
+mod attended;
+mod building;
+mod compare;
+mod errors;
+mod image;
+mod json;
+mod measure;
+mod notebook;
+mod plan;
+mod render;
+mod scene;
+mod vpls;
+mod words;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _tashika {
+    #[pymodule_export]
+    use crate::building::{Camera, Light, Material, Mesh};
+    #[pymodule_export]
+    use crate::compare::{Comparison, compare};
+    #[pymodule_export]
+    use crate::image::{Image, merge, read};
+    #[pymodule_export]
+    use crate::measure::{coverage, exact};
+    #[pymodule_export]
+    use crate::render::render;
+    #[pymodule_export]
+    use crate::scene::{Scene, builtin, load};
+    #[pymodule_export]
+    use crate::vpls::{VplSet, vpls};
+}

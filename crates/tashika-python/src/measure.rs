@@ -1,0 +1,180 @@
+//! Measurements: exact sums of single pixels, and how often methods keep to their tolerance.
+
+use std::time::Instant;
+
+use pyo3::prelude::*;
+use tashika::experiment::{Cell, Ground, Group, Grouping, Pixels, Pool, Row, Subject, Watch as Listener};
+use tashika::film::Window;
+use tashika::gather::View;
+use tashika::integrator::{ControlOptions, Exact, LitBy, Method, Setting};
+use tashika::render::render_pixels;
+
+use crate::arrays::vectors;
+use crate::attended::{Watch, attended};
+use crate::errors::{option, raised};
+use crate::json::from_json;
+use crate::plan::gather as gather_options;
+use crate::scene::{Scene, window};
+use crate::vpls::Lights;
+use crate::words;
+
+/// The exact many-light sums of some pixels, (x, y) from the top left: radiance, float32 of shape (n, 3), in the order of the pixels.
+///
+/// Each is what `render(method="exact")` gives for that pixel; see there for the arguments.
+///
+/// ```python
+/// >>> tashika.exact(tashika.builtin("tiny"), [(3, 2), (4, 5)], size=(8, 6), vpls=200).shape
+/// (2, 3)
+/// ```
+#[pyfunction]
+#[pyo3(signature = (
+    scene, pixels, *, camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, progress=None
+))]
+#[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+pub fn exact<'py>(
+    py: Python<'py>,
+    scene: &Bound<'py, Scene>,
+    pixels: Vec<[u32; 2]>,
+    camera: Option<&str>,
+    size: Option<[u32; 2]>,
+    vpls: Option<&Bound<'py, PyAny>>,
+    gather: Option<u32>,
+    clamp: Option<&Bound<'py, PyAny>>,
+    seed: u64,
+    threads: usize,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let scene = scene.get();
+    let camera = scene.camera(camera)?;
+    let (size, _) = window(camera, size, None)?;
+    let view = View { camera, size, gather: gather_options(gather)?, seed };
+    let lights = Lights::of(vpls, clamp, seed)?;
+    let rendered = attended(py, threads, progress, |watch| {
+        let lit = lights.lit(scene)?;
+        let setting = Setting { tracer: scene.tracer(), view };
+        let exact = Exact::new(lit.set().set());
+        render_pixels(&setting, &exact, &pixels, &|p| watch.tell(p), watch.cancel())
+    })?;
+    let plane = &rendered.film.planes()[0];
+    vectors(
+        py,
+        pixels.iter().map(|&[x, y]| <[f32; 3]>::try_from(plane.f32_at(x, y)).expect("three channels")),
+    )
+}
+
+/// How often methods keep to their tolerance and to their intervals, on pixels at random whose exact sums are computed: a list of rows
+/// as dicts, those of `tashika coverage --json`, where infinite errors are None.
+///
+/// One row for each of `methods` (all if not said), `errors`, and, for methods with intervals, `confidences`; with `by`, of "brightness"
+/// and "material", also rows of those pixels. Each pixel is rendered `seeds` times. `pixels=None` takes all. The other arguments are
+/// those of `render`.
+///
+/// ```python
+/// >>> rows = tashika.coverage(
+/// ...     tashika.builtin("tiny"), methods=["tashika"], confidences=[0.95], pixels=10, size=(8, 6), vpls=200
+/// ... )
+/// >>> [(row["method"], row["error"], row["pixels"]) for row in rows]
+/// [('tashika', 0.02, 10)]
+/// ```
+#[pyfunction]
+#[pyo3(signature = (
+    scene, *, methods=None, errors=vec![0.02], confidences=vec![0.5, 0.8, 0.9, 0.95, 0.99], pixels=Some(200), seeds=1, by=Vec::new(),
+    camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, max_pairs=None, progress=None
+))]
+#[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+pub fn coverage<'py>(
+    py: Python<'py>,
+    scene: &Bound<'py, Scene>,
+    methods: Option<Vec<String>>,
+    errors: Vec<f64>,
+    confidences: Vec<f64>,
+    pixels: Option<u64>,
+    seeds: u64,
+    by: Vec<String>,
+    camera: Option<&str>,
+    size: Option<[u32; 2]>,
+    vpls: Option<&Bound<'py, PyAny>>,
+    gather: Option<u32>,
+    clamp: Option<&Bound<'py, PyAny>>,
+    seed: u64,
+    threads: usize,
+    max_pairs: Option<u64>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let scene = scene.get();
+    let cells = cells(methods, &errors, &confidences, seeds, max_pairs)?;
+    let by: Vec<Grouping> =
+        by.iter().map(|name| words::named("by", name, &Grouping::ALL)).collect::<PyResult<_>>()?;
+    let camera = scene.camera(camera)?;
+    let (size, _) = window(camera, size, None)?;
+    let view = View { camera, size, gather: gather_options(gather)?, seed };
+    let chosen = Pixels::of(Window::full(size), pixels, seed).map_err(raised)?;
+    let lights = Lights::of(vpls, clamp, seed)?;
+    let measured =
+        attended(py, threads, progress, |watch| measure(scene, &lights, view, &chosen, &cells, &by, watch))?;
+    from_json(py, &measured)
+}
+
+fn cells(
+    methods: Option<Vec<String>>,
+    errors: &[f64],
+    confidences: &[f64],
+    seeds: u64,
+    max_pairs: Option<u64>,
+) -> PyResult<Vec<Cell>> {
+    if seeds == 0 {
+        return Err(option("seeds", 0, "1 or more"));
+    }
+    let methods = match methods {
+        None => words::all_measured(),
+        Some(names) => names.iter().map(|name| words::measured(name)).collect::<PyResult<_>>()?,
+    };
+    let options = ControlOptions { max_pairs, ..ControlOptions::default() };
+    let common = Cell { method: Method::Exact, options, tolerance: 0.0, seeds };
+    let told = errors.iter().map(|error| ControlOptions { error: *error, ..options });
+    let told = told
+        .chain(confidences.iter().map(|confidence| ControlOptions { confidence: *confidence, ..options }));
+    told.into_iter().try_for_each(|options| options.validate()).map_err(raised)?;
+    Ok(Cell::grid(&methods, errors, confidences, &common))
+}
+
+/// The rows of all cells; fewer if it was cancelled.
+fn measure(
+    scene: &Scene,
+    lights: &Lights,
+    view: View<'_>,
+    pixels: &Pixels,
+    cells: &[Cell],
+    by: &[Grouping],
+    watch: &Watch,
+) -> tashika::error::Result<Vec<Row>> {
+    let lit = lights.lit(scene)?;
+    let (set, setting) = (lit.set().set(), Setting { tracer: scene.tracer(), view });
+    let progress = |p: &_| watch.tell(p);
+    let exact = pixels.render(&setting, &Exact::new(set), &progress, watch.cancel())?;
+    let mut rows = Vec::new();
+    if !exact.complete {
+        return Ok(rows);
+    }
+    let groups: Vec<Group> = by.iter().flat_map(|grouping| grouping.groups(&exact.film, &setting)).collect();
+    let lit_by = LitBy { set, tree: Some(lit.set().tree()) };
+    let ground = Ground { setting, lit_by, pixels, reference: &exact.film, groups: &groups };
+    let all = Subject {
+        scene: setting.tracer.scene().name().to_owned(),
+        vpls: set.len() as u64,
+        gather: view.gather.points,
+        pixels: pixels.count(),
+        group: None,
+    };
+    let some = groups.iter().map(|g| Subject { pixels: g.pixels, group: Some(g.name), ..all.clone() });
+    let subjects: Vec<Subject> = std::iter::once(all.clone()).chain(some).collect();
+    let begun = Instant::now();
+    let clock = || begun.elapsed().as_secs_f64();
+    for cell in cells {
+        let listener = Listener { progress: &progress, cancel: watch.cancel(), clock: &clock };
+        let Some((pools, seconds)) = ground.run(cell, &listener)? else { break };
+        let row = |(subject, pool): (&Subject, &Pool)| Row::new(subject, cell.into(), pool, seconds);
+        rows.extend(subjects.iter().zip(&pools).map(row));
+    }
+    Ok(rows)
+}

@@ -1,0 +1,129 @@
+//! Rendering: `tashika.render`.
+
+use std::ffi::CString;
+
+use pyo3::exceptions::PyUserWarning;
+use pyo3::prelude::*;
+use tashika::error::Result;
+use tashika::gather::View;
+use tashika::integrator::{Integrator, LightSets, LightTransport, LitBy, Path, Setting};
+use tashika::render::{self as library, RenderOptions, Rendered, TileShare};
+use tashika::vpl::VplOptions;
+
+use crate::attended::{Watch, attended};
+use crate::image::Image;
+use crate::plan::{Integration, Said};
+use crate::scene::{Scene, window};
+use crate::words;
+
+/// Renders an image; other Python threads run meanwhile.
+///
+/// Arguments, with the defaults of the program `tashika render`, so that the planes are the same bit for bit:
+///
+/// - `camera`: name, the first if not said; `size`: (width, height) in pixels, the camera's or (640, 360); `crop`: (x, y, width, height)
+///   in pixels from the top left; `tiles`: "K/N" or (K, N), the K-th of N shares of the image.
+/// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or "path".
+/// - `error`: relative error that a pixel may have, 0.02 (with "path": none, 64 `paths` a pixel); `absolute`: error that is enough where
+///   it is dark (W/m²/sr), 0; `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or
+///   "certified"; `truth`: "vpl", "transport" or "clamped"; `sets` of VPLs for these two, 68; `max_pairs`: largest cut.
+/// - `vpls`: a `VplSet`, or how many to trace (5000; with `truth` 30,000 a set); `clamp`: "auto", "off" or metres; `gather`: gather
+///   points a pixel (4; with `truth` 16).
+/// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
+/// - `progress`: called as `progress(pixels, of, promise_met, rays)` about ten times a second. What it raises ends the render and is
+///   raised again, and so does Ctrl-C.
+///
+/// Arguments that mean nothing to the method are not used, with a warning. Raises `OptionError` for values that cannot be.
+///
+/// ```python
+/// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
+/// >>> image["radiance"].shape, image.metadata["method"]
+/// ((6, 8, 3), 'tashika')
+/// ```
+#[pyfunction]
+#[pyo3(signature = (
+    scene, *, camera=None, size=None, crop=None, method="tashika", error=None, confidence=None, claim=None, truth=None,
+    vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
+    sets=None, paths=None, progress=None
+))]
+#[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+pub fn render(
+    py: Python<'_>,
+    scene: &Bound<'_, Scene>,
+    camera: Option<&str>,
+    size: Option<[u32; 2]>,
+    crop: Option<[u32; 4]>,
+    method: &str,
+    error: Option<f64>,
+    confidence: Option<f64>,
+    claim: Option<&str>,
+    truth: Option<&str>,
+    vpls: Option<&Bound<'_, PyAny>>,
+    gather: Option<u32>,
+    seed: u64,
+    threads: usize,
+    max_pairs: Option<u64>,
+    absolute: Option<f64>,
+    control: Option<&str>,
+    tiles: Option<&Bound<'_, PyAny>>,
+    clamp: Option<&Bound<'_, PyAny>>,
+    sets: Option<u32>,
+    paths: Option<u32>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Image> {
+    let scene = scene.get();
+    let said = Said {
+        method,
+        error,
+        confidence,
+        claim,
+        truth,
+        control,
+        absolute,
+        max_pairs,
+        paths,
+        sets,
+        vpls,
+        clamp,
+        gather,
+        seed,
+    };
+    let (integration, gather, unused) = said.plan()?;
+    let camera = scene.camera(camera)?;
+    let (size, window) = window(camera, size, crop)?;
+    let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
+    for name in unused {
+        let message = CString::new(format!("{name} means nothing to the method {method} and is not used"))?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
+    }
+    let view = View { camera, size, gather, seed };
+    let options = RenderOptions { window, share };
+    let rendered =
+        attended(py, threads, progress, |watch| rendered(scene, &integration, view, &options, watch))?;
+    Ok(Image::new(rendered.film))
+}
+
+fn rendered(
+    scene: &Scene,
+    integration: &Integration,
+    view: View<'_>,
+    options: &RenderOptions,
+    watch: &Watch,
+) -> Result<Rendered> {
+    let tracer = scene.tracer();
+    let run = |integrator: &dyn Integrator| {
+        let setting = Setting { tracer, view };
+        library::render(&setting, integrator, options, &|done| watch.tell(&done.progress), watch.cancel())
+    };
+    match integration {
+        Integration::ManyLights(method, lights, control) => {
+            let lit = lights.lit(scene)?;
+            let tree = method.needs_tree().then(|| lit.set().tree());
+            run(method.integrator(LitBy { set: lit.set().set(), tree }, control).as_ref())
+        }
+        Integration::Transport(lights, sets, truth, control) => {
+            let sets = LightSets::trace(tracer, lights, *sets, *truth)?;
+            run(&LightTransport::new(tracer, &sets, control))
+        }
+        Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().max_depth + 1)?),
+    }
+}

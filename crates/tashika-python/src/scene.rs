@@ -1,0 +1,186 @@
+//! Scenes: loaded, built in, or built from arrays.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use tashika::accel::Tracer;
+use tashika::error::Error;
+use tashika::film::{Film, Window};
+use tashika::io::{LoadOptions, load_scene};
+use tashika::scene::{self, builtin as made};
+
+use crate::building::{Camera, Color, Light, Material, Mesh, Parts, build};
+use crate::errors::{option, raised};
+
+/// Image size where neither the caller nor the camera says; the program's.
+const DEFAULT_SIZE: [u32; 2] = [640, 360];
+/// Begins the name of a scene that needs no file.
+const BUILTIN: &str = "builtin:";
+
+/// A scene: surfaces, lights and cameras, ready to be rendered.
+///
+/// Made by `tashika.load`, `tashika.builtin` or `Scene.build`; it does not change afterwards.
+///
+/// ```python
+/// >>> scene = tashika.builtin("tiny")
+/// >>> scene.name, scene.triangles, scene.cameras
+/// ('tiny', {'stored': 36, 'instanced': 36}, {'main': (32, 32)})
+/// ```
+#[pyclass(frozen, module = "tashika")]
+pub struct Scene {
+    scene: Arc<scene::Scene>,
+    tracer: OnceLock<Tracer>,
+}
+
+impl Scene {
+    pub(crate) fn new(scene: scene::Scene) -> Self {
+        Self { scene: Arc::new(scene), tracer: OnceLock::new() }
+    }
+
+    /// Rays; the tree for them is built when it is first needed, on the current pool.
+    pub(crate) fn tracer(&self) -> &Tracer {
+        self.tracer.get_or_init(|| Tracer::new(Arc::clone(&self.scene)))
+    }
+
+    /// The camera of that name, or the first.
+    pub(crate) fn camera(&self, name: Option<&str>) -> PyResult<&scene::Camera> {
+        let Some(name) = name else { return Ok(&self.scene.cameras()[0]) };
+        self.scene.camera(name).ok_or_else(|| {
+            let names: Vec<&str> = self.scene.cameras().iter().map(|c| c.name.as_str()).collect();
+            option("camera", name, format!("one of the scene's: {}", names.join(", ")))
+        })
+    }
+}
+
+/// Size of the image and the part of it that is rendered, where the caller may have said either.
+pub fn window(
+    camera: &scene::Camera,
+    size: Option<[u32; 2]>,
+    crop: Option<[u32; 4]>,
+) -> PyResult<([u32; 2], Window)> {
+    let full = size.or(camera.resolution).unwrap_or(DEFAULT_SIZE);
+    // The file's crop counts pixels of the file's own size.
+    let own = camera.crop.filter(|_| size.is_none()).map(|c| [c.x, c.y, c.width, c.height]);
+    let window =
+        crop.or(own).map_or(Window::full(full), |[x, y, width, height]| Window { x, y, width, height });
+    Film::check(full, window).map_err(raised)?;
+    Ok((full, window))
+}
+
+#[pymethods]
+impl Scene {
+    /// A scene of meshes, lights and a camera; `materials` are those that meshes name, `sky` is a radiance (W/m²/sr) from everywhere.
+    ///
+    /// Without a camera it gets one that sees all of it, without light a white sky and a sun; `notes` tells. Raises `InputError` for what
+    /// cannot be rendered.
+    ///
+    /// ```python
+    /// >>> square = [[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
+    /// >>> floor = tashika.Mesh(square, [[0, 1, 2], [0, 2, 3]], material="white")
+    /// >>> scene = tashika.Scene.build(
+    /// ...     meshes=[floor],
+    /// ...     materials={"white": tashika.Material.diffuse(0.8)},
+    /// ...     lights=[tashika.Light.point((0, 1, 0), 5)],
+    /// ...     camera=tashika.Camera((0, 3, 0.1), (0, 0, 0)),
+    /// ... )
+    /// >>> scene.triangles["stored"], scene.notes
+    /// (2, [])
+    /// ```
+    #[classmethod]
+    #[pyo3(signature = (meshes, *, materials=None, lights=Vec::new(), camera=None, sky=None, name="scene"))]
+    fn build<'py>(
+        _class: &Bound<'py, PyType>,
+        meshes: Vec<Bound<'py, Mesh>>,
+        materials: Option<BTreeMap<String, Bound<'py, Material>>>,
+        lights: Vec<Bound<'py, Light>>,
+        camera: Option<Bound<'py, Camera>>,
+        sky: Option<Color>,
+        name: &str,
+    ) -> PyResult<Self> {
+        build(name, Parts { meshes, materials: materials.unwrap_or_default(), lights, camera, sky })
+    }
+
+    /// Name, usually that of the file.
+    #[getter]
+    fn name(&self) -> &str {
+        self.scene.name()
+    }
+
+    /// Numbers of triangles: `stored` in memory, `instanced` in the picture.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let counts = PyDict::new(py);
+        counts.set_item("stored", self.scene.stored_triangles())?;
+        counts.set_item("instanced", self.scene.instanced_triangles())?;
+        Ok(counts)
+    }
+
+    /// The cameras by name, each with the size in pixels that the file asks for, or None. The first is the default.
+    #[getter]
+    fn cameras<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let cameras = PyDict::new(py);
+        for camera in self.scene.cameras() {
+            // Of equal names the first is the one that is found.
+            if !cameras.contains(&camera.name)? {
+                cameras.set_item(&camera.name, camera.resolution.map(|[w, h]| (w, h)))?;
+            }
+        }
+        Ok(cameras)
+    }
+
+    /// What was repaired, approximated, ignored or added, a line each.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        let line = |note: scene::Note| {
+            let times = if note.count == 1 { String::new() } else { format!(" ({} times)", note.count) };
+            format!("{}: {}{times}", note.first, note.message)
+        };
+        self.scene.notes().iter().map(line).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let (triangles, cameras) = (self.scene.instanced_triangles(), self.scene.cameras().len());
+        let plural = if cameras == 1 { "" } else { "s" };
+        format!("<tashika.Scene {:?}: {triangles} triangles, {cameras} camera{plural}>", self.scene.name())
+    }
+}
+
+/// Reads a scene file: `.gltf`, `.glb`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes `"builtin:room"` or `"builtin:tiny"`.
+///
+/// `allow_outside` lets it read files outside the folder of the scene; `strict` refuses a scene that cannot be rendered as its file says.
+/// Raises `FileError`, `InputError` or `UnsupportedError`.
+///
+/// ```python
+/// >>> tashika.load("builtin:tiny")
+/// <tashika.Scene "tiny": 36 triangles, 1 camera>
+/// >>> tashika.load("absent.glb")
+/// Traceback (most recent call last):
+/// tashika.FileError: absent.glb: No such file or directory (os error 2)
+/// ```
+#[pyfunction]
+#[pyo3(signature = (path, *, allow_outside=false, strict=false))]
+pub fn load(py: Python<'_>, path: PathBuf, allow_outside: bool, strict: bool) -> PyResult<Scene> {
+    if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(BUILTIN)) {
+        return builtin(name);
+    }
+    let options = LoadOptions { allow_outside, ..LoadOptions::default() };
+    let scene = py.detach(|| load_scene(&path, &options)).map_err(raised)?;
+    if let (true, Some(note)) = (strict, scene.notes().first_departure()) {
+        let expected = "nothing that departs from the file, because of strict=True";
+        return Err(raised(Error::invalid(note.first, note.message, expected)));
+    }
+    Ok(Scene::new(scene))
+}
+
+/// A scene that needs no file: `"room"`, furnished and glossy, or `"tiny"`, a box with two blocks and one light.
+#[pyfunction]
+pub fn builtin(name: &str) -> PyResult<Scene> {
+    match name {
+        "room" => Ok(Scene::new(made::room())),
+        "tiny" => Ok(Scene::new(made::tiny())),
+        _ => Err(option("builtin", name, "room or tiny")),
+    }
+}

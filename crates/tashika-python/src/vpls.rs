@@ -1,0 +1,256 @@
+//! Sets of virtual point lights: traced, read, or made of arrays.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use tashika::io::{load_vpls, save_vpls};
+use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::vpl::{self, Provenance, Vpl, VplKind, VplOptions};
+
+use crate::arrays::{array, float_rows, index_column, vectors};
+use crate::attended::attended;
+use crate::errors::{option, raised};
+use crate::json::from_json;
+use crate::scene::Scene;
+use crate::words;
+
+/// A set of virtual point lights (VPLs), with where it came from.
+///
+/// Arrays are copies, one row a light.
+///
+/// ```python
+/// >>> lights = tashika.vpls(tashika.builtin("tiny"), count=200)
+/// >>> lights.positions.shape, lights.intensities.dtype, lights.provenance["scene"]
+/// ((200, 3), dtype('float32'), 'tiny')
+/// ```
+#[pyclass(frozen, module = "tashika")]
+pub struct VplSet {
+    set: vpl::VplSet,
+    tree: OnceLock<LightTree>,
+}
+
+impl VplSet {
+    pub(crate) fn new(set: vpl::VplSet) -> Self {
+        Self { set, tree: OnceLock::new() }
+    }
+
+    pub(crate) fn set(&self) -> &vpl::VplSet {
+        &self.set
+    }
+
+    /// The tree over the lights; it is built when it is first needed.
+    pub(crate) fn tree(&self) -> &LightTree {
+        self.tree.get_or_init(|| LightTree::build(&self.set, LightTreeBuilder::default()))
+    }
+}
+
+#[pymethods]
+impl VplSet {
+    /// Names of the kinds, by the numbers in `kinds`.
+    #[classattr]
+    const KINDS: [&str; VplKind::COUNT] = ["omni", "oriented", "spot", "directional"];
+
+    /// A set of lights given by arrays of `n` rows: positions (m), unit normals, intensities (W/sr). `kinds` are numbers of `KINDS`, all
+    /// "oriented" if not given: intensity times the cosine to the normal. Omni lights have the normal zero; the normal of directional
+    /// ones is where their light goes, and their intensity an irradiance (W/m²). Spots cannot be given. `scene` names the scene that the
+    /// set belongs to, `clamp` is the distance (m) below which a light grows no brighter, 0 for none.
+    ///
+    /// ```python
+    /// >>> lamp = tashika.VplSet.from_arrays([[0, 1, 0]], [[0, -1, 0]], [[5, 5, 5]])
+    /// >>> len(lamp), tashika.VplSet.KINDS[lamp.kinds[0]]
+    /// (1, 'oriented')
+    /// ```
+    #[classmethod]
+    #[pyo3(signature = (positions, normals, intensities, kinds=None, *, scene="", clamp=0.0))]
+    fn from_arrays(
+        _class: &Bound<'_, PyType>,
+        positions: &Bound<'_, PyAny>,
+        normals: &Bound<'_, PyAny>,
+        intensities: &Bound<'_, PyAny>,
+        kinds: Option<&Bound<'_, PyAny>>,
+        scene: &str,
+        clamp: f32,
+    ) -> PyResult<Self> {
+        let positions = float_rows::<3>("positions", positions)?;
+        let count = positions.len();
+        let normals = as_many("normals", float_rows::<3>("normals", normals)?, count)?;
+        let intensities = as_many("intensities", float_rows::<3>("intensities", intensities)?, count)?;
+        let oriented = VplKind::Oriented.number() as u32;
+        let kinds = kinds.map_or(Ok(vec![oriented; count]), |kinds| index_column("kinds", kinds))?;
+        let kinds = as_many("kinds", kinds, count)?;
+        if !(clamp >= 0.0 && clamp.is_finite()) {
+            return Err(option("clamp", clamp, "a distance of 0 or more metres"));
+        }
+        let light = |i: usize| {
+            let plain = [VplKind::Omni, VplKind::Oriented, VplKind::Directional];
+            let kind = plain.into_iter().find(|kind| kind.number() as u32 == kinds[i]);
+            let kind =
+                kind.ok_or_else(|| option("kinds", kinds[i], "0 (omni), 1 (oriented) or 3 (directional)"))?;
+            let light = Vpl {
+                position: positions[i].into(),
+                direction: normals[i].into(),
+                intensity: intensities[i].into(),
+                kind,
+            };
+            light.is_sound().then_some(light).ok_or_else(|| {
+                let expected =
+                    "finite positions, unit normals (zero for omni lights), intensities of at least 0";
+                option("lights", format!("{light:?} in row {i}"), expected)
+            })
+        };
+        let lights: Vec<Vpl> = (0..count).map(light).collect::<PyResult<_>>()?;
+        let provenance = Provenance {
+            scene: scene.to_owned(),
+            requested: count as u64,
+            direct: count as u64,
+            clamp_distance: clamp,
+            ..Provenance::default()
+        };
+        Ok(Self::new(vpl::VplSet::new(lights, provenance)))
+    }
+
+    /// Reads a set that `save` or `tashika vpl` wrote. Raises `FileError` or `InputError`.
+    #[classmethod]
+    fn load(_class: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        py.detach(|| load_vpls(&path)).map(Self::new).map_err(raised)
+    }
+
+    /// Writes the set to a file, whole or not at all. Raises `FileError`.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| save_vpls(&path, &self.set)).map_err(raised)
+    }
+
+    /// Positions (m), float32 of shape (n, 3); zero for directional lights.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(py, self.set.lights().iter().map(|light| light.position.to_array()))
+    }
+
+    /// Unit normals or axes, float32 of shape (n, 3); zero for omni lights.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(py, self.set.lights().iter().map(|light| light.direction.to_array()))
+    }
+
+    /// Intensities (W/sr), or irradiances (W/m²) of directional lights, float32 of shape (n, 3).
+    #[getter]
+    fn intensities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(py, self.set.lights().iter().map(|light| light.intensity.to_array()))
+    }
+
+    /// Numbers of `KINDS`, uint32 of shape (n,).
+    #[getter]
+    fn kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        array(py, self.set.lights().iter().map(|light| light.kind.number() as u32), &[self.set.len()])
+    }
+
+    /// Where the set came from: scene, seed, counts, clamp distance (m).
+    #[getter]
+    fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        from_json(py, self.set.provenance())
+    }
+
+    fn __len__(&self) -> usize {
+        self.set.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<tashika.VplSet of {:?}: {} lights>", self.set.provenance().scene, self.set.len())
+    }
+}
+
+fn as_many<T>(name: &str, rows: Vec<T>, count: usize) -> PyResult<Vec<T>> {
+    let found = rows.len();
+    if found == count {
+        Ok(rows)
+    } else {
+        Err(option(name, format!("{found} rows"), format!("{count}, one a light")))
+    }
+}
+
+/// Traces the virtual point lights of a scene: about `count` of them, with a `clamp` of `"auto"`, `"off"` or a distance in metres.
+///
+/// The same arguments give the same lights; `threads` (0: one a core) do not matter.
+#[pyfunction]
+#[pyo3(signature = (scene, *, count=None, seed=1, clamp=None, threads=0))]
+pub fn vpls(
+    py: Python<'_>,
+    scene: &Bound<'_, Scene>,
+    count: Option<u64>,
+    seed: u64,
+    clamp: Option<&Bound<'_, PyAny>>,
+    threads: usize,
+) -> PyResult<VplSet> {
+    let (scene, options) = (scene.get(), options(count, seed, clamp)?);
+    attended(py, threads, None, |_| vpl::VplSet::trace(scene.tracer(), &options)).map(VplSet::new)
+}
+
+/// So many lights, or the default; the clamp that was said, or the default.
+pub fn options(count: Option<u64>, seed: u64, clamp: Option<&Bound<'_, PyAny>>) -> PyResult<VplOptions> {
+    let default = VplOptions::default();
+    let clamp = clamp.map_or(Ok(default.clamp), words::clamp)?;
+    let options = VplOptions { count: count.unwrap_or(default.count), clamp, seed, ..default };
+    options.validate().map_err(raised)?;
+    Ok(options)
+}
+
+/// The lights that something is computed with.
+pub enum Lights {
+    /// These.
+    Given(Arc<Py<VplSet>>),
+    /// To be traced.
+    Trace(VplOptions),
+}
+
+impl Lights {
+    /// `vpls` is a set, a number of lights to trace, or nothing.
+    pub fn of(
+        vpls: Option<&Bound<'_, PyAny>>,
+        clamp: Option<&Bound<'_, PyAny>>,
+        seed: u64,
+    ) -> PyResult<Self> {
+        let Some(value) = vpls else { return Ok(Self::Trace(options(None, seed, clamp)?)) };
+        if let Ok(set) = value.cast::<VplSet>() {
+            if let Some(clamp) = clamp {
+                return Err(option("clamp", clamp.str()?, "nothing beside a VplSet, which has its own"));
+            }
+            return Ok(Self::Given(Arc::new(set.clone().unbind())));
+        }
+        Ok(Self::Trace(options(Some(number(value)?), seed, clamp)?))
+    }
+
+    /// The set, traced if it has to be; for the pool of the work.
+    pub fn lit(&self, scene: &Scene) -> tashika::error::Result<Lit<'_>> {
+        Ok(match self {
+            Self::Given(set) => Lit::Given(set.get()),
+            Self::Trace(options) => {
+                Lit::Traced(Box::new(VplSet::new(vpl::VplSet::trace(scene.tracer(), options)?)))
+            }
+        })
+    }
+}
+
+/// A number of lights.
+pub fn number(value: &Bound<'_, PyAny>) -> PyResult<u64> {
+    value.extract().or_else(|_| Err(option("vpls", value.str()?, "a VplSet, or a number of lights to trace")))
+}
+
+/// Lights that are there.
+pub enum Lit<'a> {
+    /// The caller's.
+    Given(&'a VplSet),
+    /// Made for this.
+    Traced(Box<VplSet>),
+}
+
+impl Lit<'_> {
+    /// The set.
+    pub fn set(&self) -> &VplSet {
+        match self {
+            Self::Given(set) => set,
+            Self::Traced(set) => set,
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Arguments that are words; each error says which words there are.
+
+use pyo3::prelude::*;
+use tashika::integrator::{Claim, Method};
+use tashika::render::TileShare;
+use tashika::vpl::Clamp;
+
+use crate::errors::{option, raised};
+
+/// One of `all` by the name that it is shown by.
+pub fn named<T: Copy + ToString>(argument: &str, name: &str, all: &[T]) -> PyResult<T> {
+    all.iter().copied().find(|one| one.to_string() == name).ok_or_else(|| {
+        let names: Vec<String> = all.iter().map(T::to_string).collect();
+        option(argument, name, names.join(" or "))
+    })
+}
+
+/// A method that is measured: any but the exact one, by which the others are judged.
+pub fn measured(name: &str) -> PyResult<Method> {
+    let all = all_measured();
+    all.iter()
+        .copied()
+        .find(|method| method.name() == name)
+        .ok_or_else(|| option("methods", name, all.iter().map(|m| m.name()).collect::<Vec<_>>().join(", ")))
+}
+
+/// The methods that are measured.
+pub fn all_measured() -> Vec<Method> {
+    Method::ALL.into_iter().filter(|method| *method != Method::Exact).collect()
+}
+
+/// By which kind of argument an interval is claimed.
+pub fn claim(name: &str) -> PyResult<Claim> {
+    match name {
+        "calibrated" => Ok(Claim::Calibrated),
+        "certified" => Ok(Claim::Certified),
+        _ => Err(option("claim", name, "calibrated or certified")),
+    }
+}
+
+/// `"auto"`, `"off"` or metres.
+pub fn clamp(value: &Bound<'_, PyAny>) -> PyResult<Clamp> {
+    match (value.extract::<String>().as_deref(), value.extract::<f32>()) {
+        (Ok("auto"), _) => Ok(Clamp::Auto),
+        (Ok("off"), _) => Ok(Clamp::Off),
+        (_, Ok(metres)) => Ok(Clamp::Distance(metres)),
+        _ => Err(option("clamp", value.str()?, "auto, off, or a distance in metres, such as 0.1")),
+    }
+}
+
+/// `"K/N"`, a list such as `"1,3/4"`, or `(K, N)`.
+pub fn tiles(value: &Bound<'_, PyAny>) -> PyResult<TileShare> {
+    let share = match value.extract::<(u32, u32)>() {
+        Ok((number, of)) => TileShare::new(number, of),
+        Err(_) => value.str()?.to_cow()?.parse(),
+    };
+    share.map_err(raised)
+}

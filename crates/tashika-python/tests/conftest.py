@@ -1,0 +1,33 @@
+"""What the tests share: the small scene, and the program to compare with."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+import tashika
+
+#: Few pixels and lights, so that a render takes a fraction of a second.
+SMALL = {"size": (16, 12), "vpls": 300}
+
+
+@pytest.fixture(scope="session")
+def tiny() -> tashika.Scene:
+    """The small built-in scene."""
+    return tashika.builtin("tiny")
+
+
+@pytest.fixture(scope="session")
+def image(tiny: tashika.Scene) -> tashika.Image:
+    """A small image of it."""
+    return tashika.render(tiny, **SMALL)
+
+
+@pytest.fixture(scope="session")
+def program() -> Path:
+    """The program `tashika`: what the environment variable TASHIKA names, or what is installed."""
+    found = os.environ.get("TASHIKA") or shutil.which("tashika")
+    if not found:
+        pytest.skip("set TASHIKA to the program to compare with")
+    return Path(found).resolve()

@@ -1,0 +1,118 @@
+"""Images: arrays, mapping, files, pages for notebooks."""
+
+import base64
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tashika
+from conftest import SMALL
+
+
+def test_planes_have_the_shapes_and_types_that_are_documented(image: tashika.Image) -> None:
+    assert image.size == (16, 12) and image.window == (0, 0, 16, 12) and image.complete
+    for name, facts in image.planes.items():
+        channels = len(facts["channels"])
+        shape = (12, 16) if channels == 1 else (12, 16, channels)
+        kind = np.uint32 if name in ("claim", "stop") else np.float32
+        assert image[name].shape == shape and image[name].dtype == kind, name
+        assert facts["unit"] and facts["doc"]
+    assert image["radiance"].shape == (12, 16, 3)
+    assert (image["claim"] > 0).all() and (image["half_width"] >= 0).all() and image["radiance"].max() > 1
+
+
+def test_arrays_are_made_once_and_cannot_be_written_to(image: tashika.Image) -> None:
+    assert image["radiance"] is image["radiance"]
+    with pytest.raises(ValueError, match="read-only"):
+        image["radiance"][0] = 0
+
+
+def test_an_image_is_a_mapping(image: tashika.Image) -> None:
+    assert isinstance(image, Mapping)
+    assert list(image) == image.keys() == list(dict(image)) and len(image) == len(image.keys())
+    assert [name for name, _ in image.items()] == image.keys() and len(image.values()) == len(image)
+    assert "claim" in image and "absent" not in image and 3 not in image
+    assert image.get("absent") is None and image.get("absent", 7) == 7
+    with pytest.raises(KeyError, match="absent; the planes are radiance, "):
+        image["absent"]
+
+
+def test_files_hold_all_of_it(image: tashika.Image, tmp_path: Path) -> None:
+    image.save(tmp_path / "a.exr")
+    again = tashika.read(tmp_path / "a.exr")
+    assert again.metadata == image.metadata and sorted(again) == sorted(image)
+    assert all(np.array_equal(again[name], image[name]) for name in image)
+    image.save(tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    image.save(tmp_path / "a.html")
+    assert (tmp_path / "a.html").read_text().startswith("<!DOCTYPE html>".lower()) or "<html" in (
+        tmp_path / "a.html"
+    ).read_text()
+    with pytest.raises(
+        tashika.OptionError, match=r"a\.jpg; expected a file name ending in \.exr, \.png or \.html"
+    ):
+        image.save(tmp_path / "a.jpg")
+    with pytest.raises(tashika.FileError, match="absent"):
+        image.save(tmp_path / "absent" / "a.exr")
+
+
+def test_threads_do_not_change_bits(tiny: tashika.Scene, image: tashika.Image) -> None:
+    for threads in (1, 3):
+        other = tashika.render(tiny, threads=threads, **SMALL)
+        assert all(np.array_equal(other[name], image[name]) for name in image)
+    assert not np.array_equal(tashika.render(tiny, seed=2, **SMALL)["radiance"], image["radiance"])
+
+
+def test_shares_of_tiles_are_the_image(tiny: tashika.Scene, image: tashika.Image) -> None:
+    parts = [tashika.render(tiny, tiles=share, gather=16, **SMALL) for share in ("1/2", (2, 2))]
+    whole = tashika.render(tiny, gather=16, **SMALL)
+    rendered = [part["stop"] > 0 for part in parts]
+    assert (rendered[0] ^ rendered[1]).all() and all(mask.any() for mask in rendered)
+    for part, mask in zip(parts, rendered):
+        assert np.array_equal(part["radiance"][mask], whole["radiance"][mask])
+
+
+def test_notebooks_show_the_image_and_its_half_widths(image: tashika.Image) -> None:
+    page = image._repr_html_()
+    pictures = [base64.b64decode(data) for data in re.findall(r'base64,([^"]+)"', page)]
+    assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
+    assert "tiny: all 192 pixels keep the promise to be within 2 % at 95 % confidence" in page
+    assert repr(image).startswith("<tashika.Image 16x12: tiny: all 192 pixels")
+
+
+def test_names_of_scenes_are_no_markup(tiny: tashika.Scene) -> None:
+    square = tashika.Mesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], material=tashika.Material.diffuse(1)
+    )
+    scene = tashika.Scene.build([square], name="<script>")
+    assert "<script>" not in tashika.render(scene, size=(2, 2), vpls=10)._repr_html_()
+
+
+def test_comparisons_tell_errors_and_claims(
+    tiny: tashika.Scene, image: tashika.Image, tmp_path: Path
+) -> None:
+    exact = tashika.render(tiny, method="exact", **SMALL)
+    ours = tashika.compare(image, exact)
+    assert ours.errors.shape == (12, 16) and ours.errors.dtype == np.float64
+    assert ours.pixels == 192 and ours.error == 0.02 and ours.absolute == 0
+    weights = np.float32([0.2126, 0.7152, 0.0722])
+    by_hand, truth = image["radiance"] @ weights, exact["radiance"] @ weights
+    lit = truth > 0
+    # Colours and weights are float32 here: a few roundings of 6e-8 of the luminance.
+    assert np.allclose(ours.errors[lit], (np.abs(by_hand - truth)[lit] / truth[lit]), rtol=0, atol=1e-6)
+    assert not ours.errors[~lit].any()
+    assert ours.worst == ours.errors.max() and ours.errors[ours.worst_at[::-1]] == ours.worst
+    assert ours.claims is not None and ours.claims["of"] == 192 and ours.claims["same_truth"]
+    assert ours.claims_kept == ours.claims["kept"] / 192
+    assert image.coverage(exact) == {
+        "error": 0.02, "pixels": 192, "within": ours.within_tolerance, "claims": ours.claims,
+    }  # fmt: skip
+    assert image.coverage(exact, error=1e-6)["within"] < ours.within_tolerance
+    assert "base64," in ours._repr_html_() and "within 2 % of the reference" in repr(ours)
+    ours.save(tmp_path / "error.png")
+    ours.save(tmp_path / "error.html")
+    with pytest.raises(tashika.InputError, match="an image of 16x12 pixels"):
+        tashika.compare(image, tashika.render(tiny, size=(8, 6), vpls=10))

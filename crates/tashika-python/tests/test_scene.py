@@ -1,0 +1,207 @@
+"""Scenes: loaded, built in, and built from arrays."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tashika
+
+FLOOR = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], np.float32)
+QUAD = np.array([[0, 1, 2], [0, 2, 3]])
+#: A square light half a metre above the floor, which shines down.
+LAMP = (FLOOR * 0.25 + np.float32([0, 0.5, 0]))[::-1]
+
+
+def lamp_over_floor(*, two_sided: bool = False, **camera: object) -> tashika.Scene:
+    white = tashika.Material.diffuse((0.8, 0.5, 0.25))
+    return tashika.Scene.build(
+        meshes=[
+            tashika.Mesh(FLOOR, QUAD, material="white", name="floor"),
+            tashika.Mesh(
+                LAMP,
+                QUAD,
+                material=tashika.Material.diffuse(0).emitting((3, 2, 1), two_sided=two_sided),
+                name="lamp",
+            ),
+        ],
+        materials={"white": white},
+        **camera,
+    )
+
+
+def test_a_pixel_is_the_sum_over_the_lights() -> None:
+    # So narrow a view that all of the pixel is one point, known to 5e-7 m.
+    camera = tashika.Camera((1.2, 0.3, 0), (0.4, 0, 0.2), vertical_fov=5e-5, size=(1, 1))
+    scene = lamp_over_floor(camera=camera)
+    lights = tashika.vpls(scene, count=500, clamp="off")
+    [found] = tashika.exact(scene, [(0, 0)], vpls=lights)
+
+    point, up = np.float64([0.4, 0, 0.2]), np.float64([0, 1, 0])
+    towards = lights.positions - point
+    distance = np.linalg.norm(towards, axis=1)
+    direction = towards / distance[:, None]
+    geometric = (
+        np.maximum(direction @ up, 0) * np.maximum(-(direction * lights.normals).sum(1), 0) / distance**2
+    )
+    assert np.count_nonzero(geometric) == lights.provenance["direct"] > 100
+    by_hand = np.float64([0.8, 0.5, 0.25]) / np.pi * (geometric @ lights.intensities)
+    # The point is 0.5 m from the lamp: 4e-6 for where it is, and float32 elsewhere.
+    assert np.allclose(found, by_hand, rtol=1e-5)
+
+
+def test_a_built_scene_is_the_loaded_one(tmp_path: Path) -> None:
+    rows = [f"v {x} {y} {z}" for x, y, z in np.concatenate([FLOOR, LAMP])]
+    rows += [
+        "mtllib a.mtl",
+        "o floor",
+        "usemtl white",
+        "f 1 2 3",
+        "f 1 3 4",
+        "o lamp",
+        "usemtl lamp",
+        "f 5 6 7",
+        "f 5 7 8",
+    ]
+    (tmp_path / "a.obj").write_text("\n".join(rows))
+    (tmp_path / "a.mtl").write_text("newmtl white\nKd 0.8 0.5 0.25\nnewmtl lamp\nKd 0 0 0\nKe 3 2 1\n")
+    # Surfaces of such files shine on both sides.
+    loaded, built = tashika.load(tmp_path / "a.obj"), lamp_over_floor(two_sided=True)
+    assert loaded.triangles == built.triangles == {"stored": 4, "instanced": 4}
+    images = [tashika.render(scene, size=(24, 16), vpls=200) for scene in (loaded, built)]
+    assert images[0]["radiance"].max() > 1, "the lamp is in the picture"
+    for name in images[0]:
+        assert np.array_equal(images[0][name], images[1][name]), name
+
+
+def test_normals_and_texture_coordinates_are_taken() -> None:
+    tilted = np.tile(np.float32([0.6, 0.8, 0]), (4, 1))
+    mesh = tashika.Mesh(FLOOR, QUAD, material=tashika.Material.diffuse(0.5), normals=tilted, uvs=FLOOR[:, :2])
+    scene = tashika.Scene.build([mesh], camera=tashika.Camera((0, 3, 0.1), (0, 0, 0)), sky=1.0)
+    normal = tashika.render(scene, size=(4, 4), vpls=50)["normal"]
+    assert np.allclose(normal[2, 2], tilted[0], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        tashika.Material.diffuse(0.5),
+        tashika.Material.phong(0.3, 0.5, 40),
+        tashika.Material.conductor((0.9, 0.7, 0.3), 0.2),
+        tashika.Material.coated(0.5, alpha=0.2),
+        tashika.Material.mirror(0.9),
+        tashika.Material.glass(ior=1.3),
+    ],
+    ids=repr,
+)
+def test_materials_are_seen(material: tashika.Material) -> None:
+    sun = tashika.Light.directional((0.2, -1, 0), 3)
+    camera = tashika.Camera((0, 3, 0.1), (0, 0, 0), vertical_fov=20)
+    scene = tashika.Scene.build(
+        [tashika.Mesh(FLOOR, QUAD, material=material)], lights=[sun], camera=camera, sky=0.5
+    )
+    radiance = tashika.render(scene, size=(6, 4), vpls=100, gather=16)["radiance"]
+    assert np.isfinite(radiance).all() and (radiance > 0).all()
+
+
+def test_what_is_missing_is_made_and_told() -> None:
+    scene = tashika.Scene.build([tashika.Mesh(FLOOR, QUAD, material=tashika.Material.diffuse(1))])
+    assert len(scene.cameras) == 1 and any("no light" in note for note in scene.notes)
+    named = tashika.Camera((0, 1, 0.1), (0, 0, 0), name="top", size=(20, 10))
+    scene = tashika.Scene.build([], camera=named, sky=1)
+    assert scene.cameras == {"top": (20, 10)} and any("no triangle" in note for note in scene.notes)
+    assert tashika.render(scene, vpls=10, camera="top").size == (20, 10)
+
+
+def test_arrays_that_cannot_be_are_refused() -> None:
+    white = tashika.Material.diffuse(1)
+
+    def refused(error: type[Exception], message: str, *arrays: object, **named: object) -> None:
+        with pytest.raises(error, match=message) as caught:
+            tashika.Scene.build([tashika.Mesh(*arrays, **{"material": white, **named})])
+        assert isinstance(caught.value, tashika.Error)
+
+    refused(
+        tashika.OptionError,
+        r"vertices = an array of the shape \[4, 2\]; expected the shape \(n, 3\)",
+        FLOOR[:, :2],
+        QUAD,
+    )
+    refused(
+        tashika.OptionError,
+        "triangles = an array of float64; expected an array of integers",
+        FLOOR,
+        QUAD * 1.0,
+    )
+    refused(tashika.OptionError, "triangles = -1; expected indices from 0", FLOOR, QUAD - 1)
+    refused(tashika.InputError, "vertex index 4; expected an index below 4", FLOOR, QUAD + 1)
+    refused(tashika.InputError, "3 normals for 4 vertices", FLOOR, QUAD, normals=FLOOR[:3])
+    refused(
+        tashika.InputError,
+        "material = red; expected a Material, or one of the scene's",
+        FLOOR,
+        QUAD,
+        material="red",
+    )
+    refused(tashika.InputError, "reflectance", FLOOR, QUAD, material=tashika.Material.diffuse(-1))
+    with pytest.raises(tashika.OptionError, match="a point other than the eye"):
+        tashika.Camera((0, 0, 0), (0, 0, 0))
+    with pytest.raises(tashika.InputError, match="emitter 0"):
+        tashika.Scene.build([], lights=[tashika.Light.point((0, float("nan"), 0), 1)])
+    # What can be repaired is, and told.
+    scene = tashika.Scene.build([tashika.Mesh(FLOOR, [[0, 1, 2], [0, 1, 1]], material=white, name="odd")])
+    assert any("odd: triangles without area: left out" in note for note in scene.notes)
+
+
+def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(tashika.FileError, match="absent.obj") as caught:
+        tashika.load(tmp_path / "absent.obj")
+    assert isinstance(caught.value, OSError)
+    (tmp_path / "a.fbx").touch()
+    with pytest.raises(tashika.UnsupportedError, match=r"scenes are read from \.gltf"):
+        tashika.load(tmp_path / "a.fbx")
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\n")
+    assert len(tashika.load(tmp_path / "a.obj").notes) >= 1
+    with pytest.raises(tashika.InputError, match="because of strict=True"):
+        tashika.load(tmp_path / "a.obj", strict=True)
+    (tmp_path / "a.exr").write_text("no image")
+    with pytest.raises(tashika.InputError, match="an OpenEXR image"):
+        tashika.read(tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize(
+    ("named", "message"),
+    [
+        ({"camera": "side"}, "camera = side; expected one of the scene's: main"),
+        ({"size": (0, 4)}, "size = 0x4; expected 1 to 65536 pixels a side"),
+        ({"crop": (30, 0, 4, 4)}, "crop = 30,0,4,4; expected"),
+        ({"method": "Tashika"}, "method = Tashika; expected one of exact, .*, path"),
+        ({"error": 0}, "error = 0; expected above 0"),
+        ({"confidence": 1}, "confidence = 1; expected"),
+        ({"claim": "proven"}, "claim = proven; expected calibrated or certified"),
+        ({"truth": "real"}, "truth = real; expected vpl or clamped or transport"),
+        ({"claim": "certified", "truth": "transport"}, "claim = certified; expected calibrated"),
+        ({"control": "red"}, "control = red; expected luminance or channels"),
+        ({"vpls": "many"}, "vpls = many; expected a VplSet, or a number"),
+        ({"vpls": 0}, "vpls = 0; expected 1 to"),
+        ({"clamp": "far"}, "clamp = far; expected auto, off"),
+        ({"clamp": -1}, "clamp = -1; expected auto, off"),
+        ({"gather": 0}, "= 0; expected 1 to 1024"),
+        ({"tiles": "3/2"}, "tiles = 3/2; expected K/N"),
+        ({"tiles": (0, 2)}, r"tiles = \(0, 2\); expected K/N"),
+        ({"max_pairs": 0}, "max-pairs = 0; expected 1 or more"),
+        ({"method": "path", "paths": 0}, "paths = 0; expected 1 to"),
+        ({"threads": 100_000}, "threads = 100000; expected"),
+    ],
+)
+def test_arguments_that_cannot_be_are_refused(
+    tiny: tashika.Scene, named: dict[str, object], message: str
+) -> None:
+    with pytest.raises(tashika.OptionError, match=message) as caught:
+        tashika.render(tiny, **named)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_arguments_that_mean_nothing_are_warned_of(tiny: tashika.Scene) -> None:
+    with pytest.warns(UserWarning, match="paths means nothing to the method tashika and is not used"):
+        tashika.render(tiny, size=(2, 2), vpls=10, paths=7)
