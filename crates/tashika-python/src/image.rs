@@ -35,12 +35,20 @@ const MAIN: &str = "radiance";
 #[pyclass(frozen, mapping, module = "tashika")]
 pub struct Image {
     film: Film,
+    /// For messages and titles: its file, or its method.
+    name: PathBuf,
     arrays: Mutex<BTreeMap<String, Py<PyAny>>>,
 }
 
 impl Image {
+    /// An image that was rendered.
     pub(crate) fn new(film: Film) -> Self {
-        Self { film, arrays: Mutex::default() }
+        let name = film.metadata().text("method").unwrap_or("image").into();
+        Self::named(film, name)
+    }
+
+    fn named(film: Film, name: PathBuf) -> Self {
+        Self { film, name, arrays: Mutex::default() }
     }
 
     pub(crate) fn film(&self) -> &Film {
@@ -49,7 +57,7 @@ impl Image {
 
     /// What it calls itself in messages.
     pub(crate) fn name(&self) -> &Path {
-        Path::new(self.film.metadata().text("method").unwrap_or("image"))
+        &self.name
     }
 
     /// The main plane goes by its word, unless another plane has that name.
@@ -253,7 +261,8 @@ pub fn ending(path: &Path) -> String {
 /// Reads an OpenEXR image, of this program or of another. Raises `FileError` or `InputError`.
 #[pyfunction]
 pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
-    py.detach(|| read_exr(&path)).map(Image::new).map_err(raised)
+    let film = py.detach(|| read_exr(&path)).map_err(raised)?;
+    Ok(Image::named(film, path))
 }
 
 /// Joins parts of an image that were rendered with `tiles`: of all shares, the image that one machine renders, bit by bit.

@@ -116,3 +116,7 @@ def test_comparisons_tell_errors_and_claims(
     ours.save(tmp_path / "error.html")
     with pytest.raises(tashika.InputError, match="an image of 16x12 pixels"):
         tashika.compare(image, tashika.render(tiny, size=(8, 6), vpls=10))
+    other = tmp_path / "other.exr"
+    tashika.render(tiny, size=(8, 6), vpls=10).save(other)
+    with pytest.raises(tashika.InputError, match=r"expected what .*other\.exr shows: 8x6 pixels"):
+        tashika.compare(image, tashika.read(other))
