@@ -22,7 +22,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import Image, Scene, VplSet, builtin, load, merge, read
+from . import Image, Scene, VplSet, load, merge, read
 from . import render as render_here
 from . import vpls as trace
 
@@ -112,8 +112,6 @@ def _of_bytes(reader: Callable[[Path], Any], data: _Bytes, ending: str) -> Any:
 @functools.lru_cache(maxsize=1)
 def _scene(scene: str, allow_outside: bool) -> Scene:
     """The scene of this worker, which its tasks have in common."""
-    if scene.startswith("builtin:"):
-        return builtin(scene.removeprefix("builtin:"))  # type: ignore[arg-type]
     return load(scene, allow_outside=allow_outside)
 
 
