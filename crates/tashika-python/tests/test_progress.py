@@ -80,5 +80,8 @@ except KeyboardInterrupt:
     assert child.stdout is not None and child.stdout.readline() == "begun\n"
     time.sleep(1)
     child.send_signal(signal.SIGINT)
-    said, _ = child.communicate(timeout=60)
+    try:
+        said, _ = child.communicate(timeout=60)
+    finally:
+        child.kill()
     assert said == "interrupted\nTrue\n" and child.returncode == 0
