@@ -12,7 +12,7 @@ mod tests;
 pub use merge::{Merged, merge};
 pub use tiles::TileShare;
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -309,11 +309,12 @@ fn render_tiles(
         totals: Totals::default(),
         sum: RgbSum::default(),
     };
-    let known: HashSet<Window> = begun.tiles.into_iter().collect();
+    let place = |tile: &Window| (tile.y, tile.x, tile.height, tile.width);
+    let known: BTreeSet<_> = begun.tiles.iter().map(place).collect();
     let finished: Vec<Option<RgbSum>> = tiles
         .iter()
         .map(|tile| {
-            let sum = known.contains(tile).then(|| shared.count_finished(tile))?;
+            let sum = known.contains(&place(tile)).then(|| shared.count_finished(tile))?;
             watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
             Some(sum)
         })
