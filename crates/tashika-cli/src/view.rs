@@ -9,6 +9,7 @@ use tashika_viewer::{Shown, StoredFilm};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::ViewPlan;
+use crate::progress::{Meter, metered};
 use crate::serve::Served;
 use crate::summary::{print, typed_command, write_json};
 
@@ -20,6 +21,11 @@ struct Report {
 
 /// Serves the page of a file until Ctrl-C.
 pub fn run(plan: &ViewPlan) -> Result<Outcome, Failure> {
+    metered(&plan.common, |meter| work(plan, meter))
+}
+
+fn work(plan: &ViewPlan, meter: &Meter) -> Result<Outcome, Failure> {
+    meter.phase(&format!("opening {}", plan.image.display()));
     let film = StoredFilm::open(&plan.image, plan.reference.as_deref())?;
     let name = plan.image.display().to_string();
     let mut page = Page::new(&name, &name);
@@ -31,6 +37,7 @@ pub fn run(plan: &ViewPlan) -> Result<Outcome, Failure> {
     let shown: Arc<dyn Shown> = Arc::new(film);
     let served = Served::start(vec![(name, shown)], page, &plan.serving)?;
     let address = served.address();
+    meter.finish();
     if let Some(path) = &plan.common.json {
         write_json(path, &Report { address: address.clone() })?;
     }

@@ -15,6 +15,7 @@ use tashika::io::write_file;
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::{Common, Farm, FarmPlan};
+use crate::progress::metered;
 use crate::summary::{Rows, counted, write_json};
 use job::Job;
 
@@ -28,6 +29,10 @@ struct Report {
 
 /// Writes the files of the job.
 pub fn run(plan: &FarmPlan) -> Result<Outcome, Failure> {
+    metered(&plan.common, |_| work(plan))
+}
+
+fn work(plan: &FarmPlan) -> Result<Outcome, Failure> {
     let job = Job::new(plan)?;
     let made = match plan.farm {
         Farm::OpenJd => openjd::files(&job),

@@ -21,7 +21,6 @@ const Views = (() => {
     ["broken: the reference is outside", "#d55e00"],
     ["nothing is claimed", "#969696"],
   ];
-  const TONES = ["natural", "linear", "false colour"];
 
   const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
   const luminance = (r, g, b) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -339,5 +338,5 @@ const Views = (() => {
     return told.join(", ");
   };
 
-  return { Palette, TONES, of, sentence, shortest, count, percent, automaticStops };
+  return { Palette, of, sentence, shortest, automaticStops };
 })();
