@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use tashika::film::{Film, Plane};
+use tashika::film::Plane;
 use tashika::io::{read_exr, write_exr, write_file, write_png};
-use tashika::render::{Merged, merge};
+use tashika::render::{Merged, Merger};
 use tashika::report::{RenderFacts, count, render_page};
 
 use crate::exit::{Failure, Outcome};
@@ -35,14 +35,7 @@ pub fn run(plan: &MergePlan) -> Result<Outcome, Failure> {
 }
 
 fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
-    let mut films = Vec::new();
-    for path in &plan.parts {
-        meter.phase(&format!("reading {}", path.display()));
-        films.push(read_exr(path)?);
-    }
-    meter.phase("merging");
-    let parts: Vec<(&Path, &Film)> = plan.parts.iter().map(PathBuf::as_path).zip(&films).collect();
-    let merged = merge(&parts)?;
+    let merged = joined(&plan.parts, meter)?;
     if merged.missing_pixels > 0 && !plan.partial {
         let message = format!("{}; --partial writes the image without them", told_missing(&merged));
         return Err(Failure::file(message));
@@ -64,6 +57,21 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         rows(&report, &merged).print()?;
     }
     Ok(if report.budget_hit > 0 && !plan.accept_budget { Outcome::BudgetHit } else { Outcome::Done })
+}
+
+/// The parts, read and joined one after the other.
+fn joined(parts: &[PathBuf], meter: &Meter) -> Result<Merged, Failure> {
+    let read = |path: &Path| {
+        meter.phase(&format!("reading {}", path.display()));
+        read_exr(path)
+    };
+    let (first, others) =
+        parts.split_first().ok_or_else(|| Failure::option("parts", 0, "at least one film"))?;
+    let mut merger = Merger::new(first, &read(first)?)?;
+    for path in others {
+        merger.add(path, &read(path)?)?;
+    }
+    Ok(merger.finish()?)
 }
 
 fn told_missing(merged: &Merged) -> String {

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 use tashika::film::{Film, Plane, Samples, Value};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
+use tashika::render::Merger;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
 
 use crate::arrays::array;
@@ -267,19 +268,29 @@ pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
 
 /// Joins parts of an image that were rendered with `tiles`: of all shares, the image that one machine renders, bit by bit.
 ///
-/// A share that is there twice has to be the same twice. Pixels that no part has are zero, and `complete` is false then. Raises `InputError`,
-/// with the number of the part from 1, for parts of different renders.
+/// `parts` is any iterable; each part is taken when the one before is joined, so that a generator that reads files needs memory for one at a
+/// time. A share that is there twice has to be the same twice. Pixels that no part has are zero, and `complete` is false then. Raises
+/// `InputError`, naming the part, for parts of different renders.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")
-/// >>> parts = [tashika.render(scene, size=(40, 30), vpls=200, tiles=(number, 2)) for number in (1, 2)]
+/// >>> parts = (tashika.render(scene, size=(40, 30), vpls=200, tiles=(number, 2)) for number in (1, 2))
 /// >>> tashika.merge(parts).complete
 /// True
 /// ```
 #[pyfunction]
-pub fn merge(py: Python<'_>, parts: Vec<Bound<'_, Image>>) -> PyResult<Image> {
-    let names: Vec<PathBuf> = (1..=parts.len()).map(|n| PathBuf::from(format!("part {n}"))).collect();
-    let films: Vec<&Film> = parts.iter().map(|part| part.get().film()).collect();
-    let named: Vec<(&Path, &Film)> = names.iter().map(PathBuf::as_path).zip(films).collect();
-    py.detach(|| tashika::render::merge(&named)).map(|merged| Image::new(merged.film)).map_err(raised)
+pub fn merge(py: Python<'_>, parts: &Bound<'_, PyAny>) -> PyResult<Image> {
+    let mut merger: Option<Merger> = None;
+    for (number, part) in (1..).zip(parts.try_iter()?) {
+        let part = part?.cast_into::<Image>()?;
+        let part = part.get();
+        let name = PathBuf::from(format!("part {number} ({})", part.name.display()));
+        let joined = py.detach(|| match merger.as_mut() {
+            Some(merger) => merger.add(&name, &part.film),
+            None => Merger::new(&name, &part.film).map(|new| merger = Some(new)),
+        });
+        joined.map_err(raised)?;
+    }
+    let merger = merger.ok_or_else(|| option("parts", 0, "at least one image"))?;
+    merger.finish().map(|merged| Image::new(merged.film)).map_err(raised)
 }

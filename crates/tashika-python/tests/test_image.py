@@ -120,3 +120,25 @@ def test_comparisons_tell_errors_and_claims(
     tashika.render(tiny, size=(8, 6), vpls=10).save(other)
     with pytest.raises(tashika.InputError, match=r"expected what .*other\.exr shows: 8x6 pixels"):
         tashika.compare(image, tashika.read(other))
+
+
+def test_shares_are_joined_one_after_the_other_in_any_order(tiny: tashika.Scene) -> None:
+    options = {"size": (80, 60), "vpls": 300}
+    whole = tashika.render(tiny, **options)
+    parts = [tashika.render(tiny, tiles=(number, 3), **options) for number in (1, 2, 3)]
+    assert not any(np.array_equal(part["stop"], whole["stop"]) for part in parts)
+    joined = tashika.merge(part for part in reversed(parts))
+    assert joined.complete and joined.metadata == whole.metadata
+    assert all(np.array_equal(joined[name], whole[name]) for name in whole)
+
+    missing = tashika.merge([parts[0], parts[2]])
+    assert not missing.complete and missing.metadata["tiles"] == "1,3/3"
+    assert np.array_equal(missing["stop"] == 0, (parts[1]["stop"] != 0))
+
+    other = tashika.render(tiny, tiles=(2, 3), seed=9, **options)
+    with pytest.raises(tashika.InputError, match=r"part 2 \(tashika\): .*seed = 9; .* in part 1 \(tashika\): .*seed = 1"):
+        tashika.merge([parts[0], other])
+    with pytest.raises(tashika.OptionError, match="at least one image"):
+        tashika.merge([])
+    with pytest.raises(TypeError):
+        tashika.merge([parts[0], "b.exr"])

@@ -1,6 +1,6 @@
 """Types of the extension module; `help` has what each name means."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import Any, ClassVar, Literal, TypeVar, final
 
@@ -205,7 +205,7 @@ class Comparison:
 def load(path: _Path, *, allow_outside: bool = False, strict: bool = False) -> Scene: ...
 def builtin(name: Literal["room", "tiny"]) -> Scene: ...
 def read(path: _Path) -> Image: ...
-def merge(parts: Sequence[Image]) -> Image: ...
+def merge(parts: Iterable[Image]) -> Image: ...
 def vpls(
     scene: Scene,
     *,

@@ -18,7 +18,7 @@ from __future__ import annotations
 import functools
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,16 +82,20 @@ def render(
         client.submit(_share, scene, allow_outside, lights, f"{number}/{shares}", told, retries=retries, pure=False)
         for number in range(1, shares + 1)
     ]
-    parts: list[Image] = []
-    try:
-        for done, (_, part) in enumerate(as_completed(tasks, with_results=True), 1):
-            parts.append(_of_bytes(read, part, ".exr"))
+
+    def parts() -> Iterator[Image]:
+        for done, (task, part) in enumerate(as_completed(tasks, with_results=True), 1):
+            # What is joined is kept by no worker.
+            task.release()
+            yield _of_bytes(read, part, ".exr")
             if progress is not None:
                 progress(done, shares)
+
+    try:
+        return merge(parts())
     except BaseException:
         client.cancel(tasks)
         raise
-    return merge(parts)
 
 
 def _bytes(thing: VplSet | Image, ending: str) -> _Bytes:

@@ -12,7 +12,7 @@
 //! The tests below; `shares_are_merged_to_the_same_bytes` of the program.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::TileShare;
 use crate::error::{Error, Location, Result};
@@ -31,57 +31,124 @@ pub struct Merged {
     pub missing_pixels: u64,
 }
 
-/// Joins parts; each comes with the name of its file.
-///
-/// # Errors
-/// [`Error::Option`] if there is no part; [`Error::Invalid`], naming the part, if it is not of the same render as the first one or has another
-/// value for a pixel that both have.
-pub fn merge(parts: &[(&Path, &Film)]) -> Result<Merged> {
-    let Some(((first_name, first), others)) = parts.split_first() else {
-        return Err(Error::option("parts", 0, "at least one film"));
-    };
-    for (name, film) in others {
-        same_render((name, film), (first_name, first))?;
-    }
-    let mut film = first.blank(first.size(), first.window())?;
-    let (mut numbers, mut of) = (BTreeSet::new(), 1);
-    for (name, part) in parts {
-        let share = share_of(name, part)?;
-        // Of the same number, as the first part: it was checked.
-        of = of.max(share.of());
-        numbers.extend(share.numbers().iter().filter(|_| !share.is_whole()).copied());
-        add(&mut film, name, part)?;
-    }
-    let missing_pixels = stops(first_name, &film)?.iter().filter(|stop| **stop == 0).count() as u64;
-    let missing: Vec<u32> = (1..=of).filter(|n| of > 1 && !numbers.contains(n)).collect();
-    let share = if missing_pixels == 0 || of == 1 {
-        TileShare::default()
-    } else {
-        TileShare::of_numbers(numbers, of)?
-    };
-    // An audit was of a part.
-    let mut metadata = Metadata::default();
-    for (name, value) in first.metadata().iter().filter(|(name, _)| !name.starts_with("audit.")) {
-        metadata.set(name, value.clone());
-    }
-    metadata.set("tiles", share.to_string());
-    metadata.set("complete", missing_pixels == 0);
-    *film.metadata_mut() = metadata;
-    Ok(Merged { missing: if missing_pixels == 0 { Vec::new() } else { missing }, film, of, missing_pixels })
+/// Joins parts, one after the other: beside what is joined it holds none of them.
+#[derive(Clone, Debug)]
+pub struct Merger {
+    /// What is joined, with the metadata of the first part but for what may differ.
+    film: Film,
+    /// The first part, which the others are compared with in messages.
+    first: PathBuf,
+    shares: BTreeSet<u32>,
+    of: u32,
 }
 
-/// Copies the pixels of a part that were rendered.
-fn add(film: &mut Film, name: &Path, part: &Film) -> Result<()> {
-    let window = part.window();
-    let (there, here) = (stops(name, part)?, stops(name, film)?.to_vec());
-    for (i, (x, y)) in window.pixels().enumerate().filter(|(i, _)| there[*i] != 0) {
-        if here[i] != 0 && !same_pixel(film, part, i) {
+impl Merger {
+    /// Begins with a part; each comes with the name of its file.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], naming the part, if it is none.
+    pub fn new(name: &Path, first: &Film) -> Result<Self> {
+        let mut film = first.blank(first.size(), first.window())?;
+        let mut metadata = Metadata::default();
+        for (name, value) in first.metadata().iter().filter(|(name, _)| !may_differ(name)) {
+            metadata.set(name, value.clone());
+        }
+        *film.metadata_mut() = metadata;
+        let of = share_of(name, first)?.of();
+        let mut merger = Self { film, first: name.to_owned(), shares: BTreeSet::new(), of };
+        merger.add(name, first)?;
+        Ok(merger)
+    }
+
+    /// Adds a part.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], naming the part, if it is not of the same render as the first one or has another value for a pixel that both have;
+    /// nothing of it is added then.
+    pub fn add(&mut self, name: &Path, part: &Film) -> Result<()> {
+        self.same_render(name, part)?;
+        let share = share_of(name, part)?;
+        if share.of() != self.of {
+            return Err(self.refused(
+                name,
+                format!("a share of {}", share.of()),
+                format!("a share of {}", self.of),
+            ));
+        }
+        let (there, here) = (stops(name, part)?, stops(name, &self.film)?.to_vec());
+        let rendered = || part.window().pixels().enumerate().filter(|(i, _)| there[*i] != 0);
+        if let Some((_, (x, y))) =
+            rendered().find(|(i, _)| here[*i] != 0 && !same_pixel(&self.film, part, *i))
+        {
             let found = format!("another value for pixel {x},{y} than an earlier part");
             return Err(Error::invalid(Location::file(name), found, "parts that agree where they overlap"));
         }
-        film.copy_pixels([x, y], part, [x, y], 1);
+        for (_, (x, y)) in rendered() {
+            self.film.copy_pixels([x, y], part, [x, y], 1);
+        }
+        if !share.is_whole() {
+            self.shares.extend(share.numbers());
+        }
+        Ok(())
     }
-    Ok(())
+
+    /// The film of all parts, and what is missing.
+    ///
+    /// # Errors
+    /// None of a film that was made by this program.
+    pub fn finish(self) -> Result<Merged> {
+        let Self { mut film, first, shares, of } = self;
+        let missing_pixels = stops(&first, &film)?.iter().filter(|stop| **stop == 0).count() as u64;
+        let all = || (1..=of).filter(|_| of > 1 && missing_pixels > 0);
+        let missing = all().filter(|n| !shares.contains(n)).collect();
+        let share =
+            if all().next().is_none() { TileShare::default() } else { TileShare::of_numbers(shares, of)? };
+        film.metadata_mut().set("tiles", share.to_string());
+        film.metadata_mut().set("complete", missing_pixels == 0);
+        Ok(Merged { film, missing, of, missing_pixels })
+    }
+
+    fn refused(&self, name: &Path, found: String, expected: String) -> Error {
+        Error::invalid(Location::file(name), found, format!("as in {}: {expected}", self.first.display()))
+    }
+
+    fn same_render(&self, name: &Path, film: &Film) -> Result<()> {
+        let first = &self.film;
+        let shows = |f: &Film| {
+            let ([width, height], w) = (f.size(), f.window());
+            format!("the part {},{},{},{} of {width}x{height} pixels", w.x, w.y, w.width, w.height)
+        };
+        if shows(film) != shows(first) {
+            return Err(self.refused(name, shows(film), shows(first)));
+        }
+        let planes = |f: &Film| -> Vec<String> {
+            f.planes()
+                .iter()
+                .map(|p| format!("{}[{}] {:?}", p.name(), p.channels().join(","), p.kind()))
+                .collect()
+        };
+        if planes(film) != planes(first) {
+            return Err(self.refused(
+                name,
+                format!("the planes {}", planes(film).join(" ")),
+                planes(first).join(" "),
+            ));
+        }
+        let values = |m: &Metadata| -> Vec<(String, Value)> {
+            m.iter().filter(|(n, _)| !may_differ(n)).map(|(n, v)| (n.to_owned(), v.clone())).collect()
+        };
+        let (theirs, ours) = (values(film.metadata()), values(first.metadata()));
+        let told = |values: &[(String, Value)], wanted: &str| {
+            let found = values.iter().find(|(name, _)| name == wanted);
+            found.map_or_else(|| format!("no {wanted}"), |(name, value)| format!("{name} = {value}"))
+        };
+        let differs =
+            theirs.iter().find(|v| !ours.contains(v)).or_else(|| ours.iter().find(|v| !theirs.contains(v)));
+        match differs {
+            Some((key, _)) => Err(self.refused(name, told(&theirs, key), told(&ours, key))),
+            None => Ok(()),
+        }
+    }
 }
 
 fn same_pixel(a: &Film, b: &Film, i: usize) -> bool {
@@ -120,51 +187,6 @@ fn may_differ(name: &str) -> bool {
     name == "tiles" || name == "complete" || name.starts_with("audit.")
 }
 
-fn same_render((name, film): (&Path, &Film), (first_name, first): (&Path, &Film)) -> Result<()> {
-    let refuse = |found: String, expected: String| {
-        Err(Error::invalid(
-            Location::file(name),
-            found,
-            format!("as in {}: {expected}", first_name.display()),
-        ))
-    };
-    let shows = |f: &Film| {
-        let ([width, height], w) = (f.size(), f.window());
-        format!("the part {},{},{},{} of {width}x{height} pixels", w.x, w.y, w.width, w.height)
-    };
-    if shows(film) != shows(first) {
-        return refuse(shows(film), shows(first));
-    }
-    let planes = |f: &Film| -> Vec<String> {
-        f.planes()
-            .iter()
-            .map(|p| format!("{}[{}] {:?}", p.name(), p.channels().join(","), p.kind()))
-            .collect()
-    };
-    if planes(film) != planes(first) {
-        return refuse(format!("the planes {}", planes(film).join(" ")), planes(first).join(" "));
-    }
-    let of = |name, f| share_of(name, f).map(|share| share.of());
-    let (theirs, ours) = (of(name, film)?, of(first_name, first)?);
-    if theirs != ours {
-        return refuse(format!("a share of {theirs}"), format!("a share of {ours}"));
-    }
-    let values = |m: &Metadata| -> Vec<(String, Value)> {
-        m.iter().filter(|(n, _)| !may_differ(n)).map(|(n, v)| (n.to_owned(), v.clone())).collect()
-    };
-    let (theirs, ours) = (values(film.metadata()), values(first.metadata()));
-    let told = |values: &[(String, Value)], wanted: &str| {
-        let found = values.iter().find(|(name, _)| name == wanted);
-        found.map_or_else(|| format!("no {wanted}"), |(name, value)| format!("{name} = {value}"))
-    };
-    let differs =
-        theirs.iter().find(|v| !ours.contains(v)).or_else(|| ours.iter().find(|v| !theirs.contains(v)));
-    match differs {
-        Some((key, _)) => refuse(told(&theirs, key), told(&ours, key)),
-        None => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,7 +213,9 @@ mod tests {
 
     fn merged(parts: &[&Film]) -> Result<Merged> {
         let names = ["a.exr", "b.exr", "c.exr"].map(Path::new);
-        merge(&names.into_iter().zip(parts.iter().copied()).collect::<Vec<_>>())
+        let mut merger = Merger::new(names[0], parts[0])?;
+        names.iter().zip(parts).skip(1).try_for_each(|(name, part)| merger.add(name, part))?;
+        merger.finish()
     }
 
     #[test]
@@ -244,6 +268,14 @@ mod tests {
         let mut b = part("1/2", |x, _| x % 2 == 0);
         b.plane_mut("").unwrap().set_f32(4, 4, &[4.0, 4.0, 0.0]);
         assert!(said(&b).contains("b.exr: another value for pixel 4,4"), "{}", said(&b));
+        let mut merger = Merger::new(Path::new("a.exr"), &a).unwrap();
+        assert!(merger.add(Path::new("b.exr"), &b).is_err());
+        merger.add(Path::new("c.exr"), &part("2/2", |x, _| x % 2 == 1)).unwrap();
+        assert_eq!(
+            merger.finish().unwrap().film,
+            part("1/1", |_, _| true),
+            "nothing of a refused part is added"
+        );
         let small =
             Film::new([10, 10], Window { width: 4, ..WINDOW }, &[spec("stop", &["id"], SampleKind::U32)])
                 .unwrap();
@@ -257,6 +289,5 @@ mod tests {
             part("1/1", |_, _| true),
             "an audit of a part is not one of the whole"
         );
-        assert!(merge(&[]).is_err());
     }
 }

@@ -9,7 +9,7 @@ mod tiles;
 #[cfg(test)]
 mod tests;
 
-pub use merge::{Merged, merge};
+pub use merge::{Merged, Merger};
 pub use tiles::TileShare;
 
 use std::collections::BTreeSet;
