@@ -10,6 +10,7 @@ use tashika::integrator::{
 use tashika::io::{write_exr, write_file, write_png};
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
 use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
+use tashika::request::Integration;
 use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
@@ -17,7 +18,7 @@ use crate::audit::{Audit, MOST_PATHS, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::kept::Kept;
-use crate::plan::{Integration, Lights, RenderPlan};
+use crate::plan::{Lights, RenderPlan};
 use crate::progress::{Meter, metered};
 use crate::serve::LivePage;
 use crate::stage::{Stage, light_tree, stored_lights, timed};
@@ -37,7 +38,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let page = plan.serve.as_ref().map(|serving| LivePage::open(plan, serving, meter)).transpose()?;
     let viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, &plan.exr)).transpose()?;
     let mut seconds = Seconds::default();
-    let stored = stored_lights(plan.lights(), meter, &mut seconds)?;
+    let stored = stored_lights(plan.lights.as_ref(), meter, &mut seconds)?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
     let lit = Lit::new(plan, &stage, stored, meter, &mut seconds)?;
     let integrator = integrator(plan, &lit, &stage.tracer)?;
@@ -50,7 +51,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
             let what = format!("rendering {}x{}, {}", window.width, window.height, integrator.name());
-            if plan.promises() {
+            if plan.integration.promises() {
                 meter.promising_phase(&what);
             } else {
                 meter.phase(&what);
@@ -101,7 +102,12 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         // Nothing was told if no tile was finished; then only the window is known.
         pixels_asked: if progress.of > 0 { progress.of } else { window.area() },
         complete: rendered.complete,
-        truth: rendered.film.metadata().text("truth").filter(|_| plan.promises()).map(str::to_owned),
+        truth: rendered
+            .film
+            .metadata()
+            .text("truth")
+            .filter(|_| plan.integration.promises())
+            .map(str::to_owned),
         error_budget: error_budget(&rendered.film),
         audit,
         exposure_stops,
@@ -151,19 +157,19 @@ impl Lit {
         meter: &Meter,
         seconds: &mut Seconds,
     ) -> Result<Self, Failure> {
-        Ok(match &plan.integration {
-            Integration::Path(_) => Self::Emitters,
-            Integration::Transport { lights, sets, truth, .. } => {
+        Ok(match (&plan.integration, &plan.lights) {
+            (Integration::Transport { lights, sets, truth, .. }, _) => {
                 let each = counted(lights.count, "VPL", "VPLs");
                 meter.phase(&format!("tracing {sets} sets of about {each}"));
                 let trace = || LightSets::trace(&stage.tracer, lights, *sets, *truth);
                 Self::Sets(timed(&mut seconds.vpls, trace)?)
             }
-            Integration::ManyLights { method, lights, .. } => {
+            (Integration::ManyLights { method, .. }, Some(lights)) => {
                 let set = stage.lights(lights, stored, meter, seconds)?;
                 let tree = method.needs_tree().then(|| light_tree(&set, meter, seconds));
                 Self::Set(set, tree)
             }
+            _ => Self::Emitters,
         })
     }
 
@@ -177,7 +183,7 @@ impl Lit {
                 indirect: set.provenance().indirect,
                 clamp_m: set.provenance().clamp_distance,
                 seed: set.provenance().seed,
-                file: plan.lights().and_then(Lights::file).map(ToOwned::to_owned),
+                file: plan.lights.as_ref().and_then(Lights::file).map(ToOwned::to_owned),
             },
             Self::Sets(sets) => LightsReport {
                 count: sets.lights(),
@@ -205,7 +211,7 @@ fn integrator<'a>(
             Box::new(LightTransport::new(tracer, sets, options))
         }
         (Integration::Path(length), _) => {
-            Box::new(Path::new(tracer, *length, VplOptions::default().max_depth + 1)?)
+            Box::new(Path::new(tracer, *length, VplOptions::default().path_depth())?)
         }
         _ => unreachable!("lights are made for the plan"),
     })
@@ -221,7 +227,7 @@ fn truth<'a>(plan: &RenderPlan, lit: &'a Lit, tracer: &'a Tracer) -> Result<Opti
             Some((Box::new(Exact::new(set)), *options))
         }
         (Integration::Transport { options, .. }, _) => {
-            let depth = VplOptions::default().max_depth + 1;
+            let depth = VplOptions::default().path_depth();
             Some((Box::new(Path::new(tracer, until_converged(options, MOST_PATHS), depth)?), *options))
         }
         _ => None,

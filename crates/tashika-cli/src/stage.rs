@@ -38,7 +38,7 @@ impl Stage {
         let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
         tell_notes(plan, &scene, meter)?;
         let camera = choose_camera(plan, &scene)?.clone();
-        let (size, window) = plan.window(&camera)?;
+        let (size, window) = plan.framing.of(&camera)?;
         meter.phase("building the tree for rays");
         let tracer = timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene)));
         Ok(Self { scene, camera, size, window, tracer })

@@ -240,6 +240,11 @@ fn a_job_for_render_farms_is_the_lights_the_shares_and_the_merge() {
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.code() == Some(2) && stderr.contains(said), "{stderr}");
     };
+    succeeds(folder, "vpl builtin:tiny --vpls 200 -o own.vpl -q");
+    succeeds(folder, "farm openjd --out own -- render builtin:tiny --size 20x10 --vpl-file own.vpl -o b.exr");
+    let template = fs::read_to_string(folder.join("own/template.json")).unwrap();
+    let own = folder.join("own.vpl");
+    assert!(template.contains(own.to_str().unwrap()), "a job runs in a folder of its own: {template}");
     refused("farm openjd --out x -- info", "a job is a render");
     refused("farm openjd --out x -- render --size 4by4", "4by4");
     refused("farm slurm --out x --shares 0 -- render", "shares = 0");

@@ -241,7 +241,7 @@ fn light_transport_is_promised_and_audited() {
     assert_eq!(film.plane("half_width_parts").unwrap().channels().len(), 3);
 
     for (more, answer) in [
-        ("transport --claim certified", "--claim certified goes with --truth vpl"),
+        ("transport --claim certified", "--claim = certified; expected calibrated with truth transport"),
         ("transport --sets 3", "12 to 1024"),
         ("light", "expected vpl or clamped or transport"),
     ] {

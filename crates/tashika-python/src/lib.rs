@@ -13,7 +13,6 @@ mod image;
 mod json;
 mod measure;
 mod notebook;
-mod plan;
 mod render;
 mod scene;
 mod vpls;

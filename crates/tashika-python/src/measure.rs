@@ -5,16 +5,16 @@ use std::time::Instant;
 use pyo3::prelude::*;
 use tashika::experiment::{Cell, Ground, Group, Grouping, Pixels, Pool, Row, Subject, Watch as Listener};
 use tashika::film::Window;
-use tashika::gather::View;
+use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{ControlOptions, Exact, LitBy, Method, Setting};
 use tashika::render::render_pixels;
+use tashika::request::{Framing, Request};
 
 use crate::arrays::vectors;
 use crate::attended::{Watch, attended};
 use crate::errors::{option, raised};
 use crate::json::from_json;
-use crate::plan::gather as gather_options;
-use crate::scene::{Scene, window};
+use crate::scene::Scene;
 use crate::vpls::Lights;
 use crate::words;
 
@@ -38,7 +38,7 @@ pub fn exact<'py>(
     camera: Option<&str>,
     size: Option<[u32; 2]>,
     vpls: Option<&Bound<'py, PyAny>>,
-    gather: Option<u32>,
+    gather: Option<u64>,
     clamp: Option<&Bound<'py, PyAny>>,
     seed: u64,
     threads: usize,
@@ -46,8 +46,8 @@ pub fn exact<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.get();
     let camera = scene.camera(camera)?;
-    let (size, _) = window(camera, size, None)?;
-    let view = View { camera, size, gather: gather_options(gather)?, seed };
+    let (size, _) = Framing { size, crop: None }.of(camera).map_err(raised)?;
+    let view = View { camera, size, gather: points(gather)?, seed };
     let lights = Lights::of(vpls, clamp, seed)?;
     let rendered = attended(py, threads, progress, |watch| {
         let lit = lights.lit(scene)?;
@@ -94,7 +94,7 @@ pub fn coverage<'py>(
     camera: Option<&str>,
     size: Option<[u32; 2]>,
     vpls: Option<&Bound<'py, PyAny>>,
-    gather: Option<u32>,
+    gather: Option<u64>,
     clamp: Option<&Bound<'py, PyAny>>,
     seed: u64,
     threads: usize,
@@ -106,13 +106,18 @@ pub fn coverage<'py>(
     let by: Vec<Grouping> =
         by.iter().map(|name| words::named("by", name, &Grouping::ALL)).collect::<PyResult<_>>()?;
     let camera = scene.camera(camera)?;
-    let (size, _) = window(camera, size, None)?;
-    let view = View { camera, size, gather: gather_options(gather)?, seed };
+    let (size, _) = Framing { size, crop: None }.of(camera).map_err(raised)?;
+    let view = View { camera, size, gather: points(gather)?, seed };
     let chosen = Pixels::of(Window::full(size), pixels, seed).map_err(raised)?;
     let lights = Lights::of(vpls, clamp, seed)?;
     let measured =
         attended(py, threads, progress, |watch| measure(scene, &lights, view, &chosen, &cells, &by, watch))?;
     from_json(py, &measured)
+}
+
+/// So many gather points a pixel, or the default.
+fn points(gather: Option<u64>) -> PyResult<GatherOptions> {
+    Request { gather, ..Request::default() }.gather_options().map_err(raised)
 }
 
 fn cells(

@@ -4,16 +4,20 @@ use std::ffi::CString;
 
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
+use tashika::color::Controlled;
 use tashika::error::Result;
+use tashika::film::Window;
 use tashika::gather::View;
-use tashika::integrator::{Integrator, LightSets, LightTransport, LitBy, Path, Setting};
+use tashika::integrator::{Integrator, LightSets, LightTransport, LitBy, Path, Setting, Truth};
 use tashika::render::{self as library, RenderOptions, Rendered, TileShare};
+use tashika::request::{Framing, Integration, Request, Resolved};
 use tashika::vpl::VplOptions;
 
 use crate::attended::{Watch, attended};
+use crate::errors::raised;
 use crate::image::Image;
-use crate::plan::{Integration, Said};
-use crate::scene::{Scene, window};
+use crate::scene::Scene;
+use crate::vpls::{self, Lights, VplSet};
 use crate::words;
 
 /// Renders an image; other Python threads run meanwhile.
@@ -58,7 +62,7 @@ pub fn render(
     claim: Option<&str>,
     truth: Option<&str>,
     vpls: Option<&Bound<'_, PyAny>>,
-    gather: Option<u32>,
+    gather: Option<u64>,
     seed: u64,
     threads: usize,
     max_pairs: Option<u64>,
@@ -66,45 +70,48 @@ pub fn render(
     control: Option<&str>,
     tiles: Option<&Bound<'_, PyAny>>,
     clamp: Option<&Bound<'_, PyAny>>,
-    sets: Option<u32>,
-    paths: Option<u32>,
+    sets: Option<u64>,
+    paths: Option<u64>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Image> {
     let scene = scene.get();
-    let said = Said {
-        method,
+    let (given, of_lights) = vpls::said(vpls, clamp)?;
+    let request = Request {
+        method: words::method(method)?,
+        claim: claim.map(words::claim).transpose()?,
+        truth: truth.map(|name| words::named("truth", name, &Truth::ALL)).transpose()?,
         error,
-        confidence,
-        claim,
-        truth,
-        control,
+        control: control.map(|name| words::named("control", name, &Controlled::ALL)).transpose()?,
         absolute,
+        confidence,
         max_pairs,
         paths,
         sets,
-        vpls,
-        clamp,
         gather,
         seed,
+        ..of_lights
     };
-    let (integration, gather, unused) = said.plan()?;
+    let Resolved { integration, gather, unused } = request.resolve().map_err(raised)?;
     let camera = scene.camera(camera)?;
-    let (size, window) = window(camera, size, crop)?;
+    let crop = crop.map(|[x, y, width, height]| Window { x, y, width, height });
+    let (size, window) = Framing { size, crop }.of(camera).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
     for name in unused {
+        let name = if name == "lights" { "vpls" } else { name };
         let message = CString::new(format!("{name} means nothing to the method {method} and is not used"))?;
         PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
     }
     let view = View { camera, size, gather, seed };
     let options = RenderOptions { window, share };
     let rendered =
-        attended(py, threads, progress, |watch| rendered(scene, &integration, view, &options, watch))?;
+        attended(py, threads, progress, |watch| rendered(scene, &integration, given, view, &options, watch))?;
     Ok(Image::new(rendered.film))
 }
 
 fn rendered(
     scene: &Scene,
     integration: &Integration,
+    given: Option<Py<VplSet>>,
     view: View<'_>,
     options: &RenderOptions,
     watch: &Watch,
@@ -115,15 +122,17 @@ fn rendered(
         library::render(&setting, integrator, options, &|done| watch.tell(&done.progress), watch.cancel())
     };
     match integration {
-        Integration::ManyLights(method, lights, control) => {
+        Integration::ManyLights { method, lights, options } => {
+            let traced = || lights.clone().unwrap_or_default();
+            let lights = given.map_or_else(|| Lights::Trace(traced()), Lights::Given);
             let lit = lights.lit(scene)?;
             let tree = method.needs_tree().then(|| lit.set().tree());
-            run(method.integrator(LitBy { set: lit.set().set(), tree }, control).as_ref())
+            run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())
         }
-        Integration::Transport(lights, sets, truth, control) => {
+        Integration::Transport { lights, sets, truth, options } => {
             let sets = LightSets::trace(tracer, lights, *sets, *truth)?;
-            run(&LightTransport::new(tracer, &sets, control))
+            run(&LightTransport::new(tracer, &sets, options))
         }
-        Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().max_depth + 1)?),
+        Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?),
     }
 }

@@ -8,17 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
 use tashika::error::Error;
-use tashika::film::{Film, Window};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::scene::{self, builtin as made};
 
 use crate::building::{Camera, Color, Light, Material, Mesh, Parts, build};
 use crate::errors::{option, raised};
-
-/// Image size where neither the caller nor the camera says; the program's.
-const DEFAULT_SIZE: [u32; 2] = [640, 360];
-/// Begins the name of a scene that needs no file.
-const BUILTIN: &str = "builtin:";
 
 /// A scene: surfaces, lights and cameras, ready to be rendered.
 ///
@@ -53,21 +47,6 @@ impl Scene {
             option("camera", name, format!("one of the scene's: {}", names.join(", ")))
         })
     }
-}
-
-/// Size of the image and the part of it that is rendered, where the caller may have said either.
-pub fn window(
-    camera: &scene::Camera,
-    size: Option<[u32; 2]>,
-    crop: Option<[u32; 4]>,
-) -> PyResult<([u32; 2], Window)> {
-    let full = size.or(camera.resolution).unwrap_or(DEFAULT_SIZE);
-    // The file's crop counts pixels of the file's own size.
-    let own = camera.crop.filter(|_| size.is_none()).map(|c| [c.x, c.y, c.width, c.height]);
-    let window =
-        crop.or(own).map_or(Window::full(full), |[x, y, width, height]| Window { x, y, width, height });
-    Film::check(full, window).map_err(raised)?;
-    Ok((full, window))
 }
 
 #[pymethods]
@@ -163,7 +142,7 @@ impl Scene {
 #[pyfunction]
 #[pyo3(signature = (path, *, allow_outside=false, strict=false))]
 pub fn load(py: Python<'_>, path: PathBuf, allow_outside: bool, strict: bool) -> PyResult<Scene> {
-    if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(BUILTIN)) {
+    if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(made::PREFIX)) {
         return builtin(name);
     }
     let options = LoadOptions { allow_outside, ..LoadOptions::default() };
@@ -178,9 +157,5 @@ pub fn load(py: Python<'_>, path: PathBuf, allow_outside: bool, strict: bool) ->
 /// A scene that needs no file: `"room"`, furnished and glossy, or `"tiny"`, a box with two blocks and one light.
 #[pyfunction]
 pub fn builtin(name: &str) -> PyResult<Scene> {
-    match name {
-        "room" => Ok(Scene::new(made::room())),
-        "tiny" => Ok(Scene::new(made::tiny())),
-        _ => Err(option("builtin", name, "room or tiny")),
-    }
+    made::by_name(name).map(|scene| Scene::new(scene())).map_err(raised)
 }

@@ -1,11 +1,12 @@
 //! Sets of virtual point lights: traced, read, or made of arrays.
 
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use tashika::io::{load_vpls, save_vpls};
+use tashika::request::Request;
 use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{self, Provenance, Vpl, VplKind, VplOptions};
 
@@ -183,42 +184,52 @@ pub fn vpls(
     clamp: Option<&Bound<'_, PyAny>>,
     threads: usize,
 ) -> PyResult<VplSet> {
-    let (scene, options) = (scene.get(), options(count, seed, clamp)?);
+    let clamp = clamp.map(words::clamp).transpose()?;
+    let options = Request { vpls: count, clamp, seed, ..Request::default() }.lights().map_err(raised)?;
+    let scene = scene.get();
     attended(py, threads, None, |_| vpl::VplSet::trace(scene.tracer(), &options)).map(VplSet::new)
 }
 
-/// So many lights, or the default; the clamp that was said, or the default.
-pub fn options(count: Option<u64>, seed: u64, clamp: Option<&Bound<'_, PyAny>>) -> PyResult<VplOptions> {
-    let default = VplOptions::default();
-    let clamp = clamp.map_or(Ok(default.clamp), words::clamp)?;
-    let options = VplOptions { count: count.unwrap_or(default.count), clamp, seed, ..default };
-    options.validate().map_err(raised)?;
-    Ok(options)
+/// What was said of lights, as part of a request, and the set if one is given: `vpls` is that, a number of lights to trace, or nothing.
+pub fn said(
+    vpls: Option<&Bound<'_, PyAny>>,
+    clamp: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(Option<Py<VplSet>>, Request)> {
+    let given = vpls.and_then(|value| value.cast::<VplSet>().ok()).map(|set| set.clone().unbind());
+    if let (Some(_), Some(clamp)) = (&given, clamp) {
+        return Err(option("clamp", clamp.str()?, "nothing beside a VplSet, which has its own"));
+    }
+    let number = |value: &Bound<'_, PyAny>| {
+        let expected = "a VplSet, or a number of lights to trace";
+        value.extract().or_else(|_| Err(option("vpls", value.str()?, expected)))
+    };
+    let request = Request {
+        lights_given: given.is_some(),
+        vpls: vpls.filter(|_| given.is_none()).map(number).transpose()?,
+        clamp: clamp.map(words::clamp).transpose()?,
+        ..Request::default()
+    };
+    Ok((given, request))
 }
 
 /// The lights that something is computed with.
 pub enum Lights {
     /// These.
-    Given(Arc<Py<VplSet>>),
+    Given(Py<VplSet>),
     /// To be traced.
     Trace(VplOptions),
 }
 
 impl Lights {
-    /// `vpls` is a set, a number of lights to trace, or nothing.
+    /// As [`said`], of one set.
     pub fn of(
         vpls: Option<&Bound<'_, PyAny>>,
         clamp: Option<&Bound<'_, PyAny>>,
         seed: u64,
     ) -> PyResult<Self> {
-        let Some(value) = vpls else { return Ok(Self::Trace(options(None, seed, clamp)?)) };
-        if let Ok(set) = value.cast::<VplSet>() {
-            if let Some(clamp) = clamp {
-                return Err(option("clamp", clamp.str()?, "nothing beside a VplSet, which has its own"));
-            }
-            return Ok(Self::Given(Arc::new(set.clone().unbind())));
-        }
-        Ok(Self::Trace(options(Some(number(value)?), seed, clamp)?))
+        let (given, request) = said(vpls, clamp)?;
+        let traced = || Request { seed, ..request }.lights().map(Self::Trace).map_err(raised);
+        given.map_or_else(traced, |set| Ok(Self::Given(set)))
     }
 
     /// The set, traced if it has to be; for the pool of the work.
@@ -230,11 +241,6 @@ impl Lights {
             }
         })
     }
-}
-
-/// A number of lights.
-pub fn number(value: &Bound<'_, PyAny>) -> PyResult<u64> {
-    value.extract().or_else(|_| Err(option("vpls", value.str()?, "a VplSet, or a number of lights to trace")))
 }
 
 /// Lights that are there.

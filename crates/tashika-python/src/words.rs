@@ -15,6 +15,17 @@ pub fn named<T: Copy + ToString>(argument: &str, name: &str, all: &[T]) -> PyRes
     })
 }
 
+/// A method that images are made with; none is path tracing.
+pub fn method(name: &str) -> PyResult<Option<Method>> {
+    if name == "path" {
+        return Ok(None);
+    }
+    Method::ALL.into_iter().find(|m| m.name() == name).map(Some).ok_or_else(|| {
+        let names = Method::ALL.map(Method::name).join(", ");
+        option("method", name, format!("one of {names}, path"))
+    })
+}
+
 /// A method that is measured: any but the exact one, by which the others are judged.
 pub fn measured(name: &str) -> PyResult<Method> {
     let all = all_measured();

@@ -12,7 +12,7 @@
 //! | 5 | [`tree`] |
 //! | 6 | [`cut`], [`uncarried`] |
 //! | 7 | [`integrator`] |
-//! | 8 | [`render`], [`report`] |
+//! | 8 | [`render`], [`report`], [`request`] |
 //! | 9 | [`experiment`], [`io`] |
 #![deny(unsafe_code)]
 
@@ -30,6 +30,7 @@ pub mod io;
 pub mod math;
 pub mod render;
 pub mod report;
+pub mod request;
 pub mod rng;
 pub mod scene;
 pub mod stats;

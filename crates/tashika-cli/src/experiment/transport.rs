@@ -50,7 +50,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let begun = Instant::now();
     let sets = LightSets::trace(&stage.tracer, &plan.lights, plan.sets, Truth::Transport)?;
     let traced = begun.elapsed().as_secs_f64();
-    let depth = plan.lights.max_depth + 1;
+    let depth = plan.lights.path_depth();
     let of = plan.methods.len() * plan.options.len();
     let mut findings = Findings {
         title: format!("{}: light transport, by two methods", stage.scene.name()),
@@ -114,7 +114,7 @@ fn truth(
     let strictest =
         plan.options.iter().min_by(|a, b| a.error.total_cmp(&b.error)).expect("there is an error");
     let length = until_converged(strictest, plan.most_paths);
-    let path = Path::new(&stage.tracer, length, plan.lights.max_depth + 1)?;
+    let path = Path::new(&stage.tracer, length, plan.lights.path_depth())?;
     bench.meter.phase(&format!("path tracing the truth of {}", counted(pixels.count(), "pixel", "pixels")));
     let setting = stage.setting(plan.gather, plan.seed ^ OTHER_SEED);
     let rendered = pixels.render(&setting, &path, &|p| bench.meter.update(p), bench.cancel)?;

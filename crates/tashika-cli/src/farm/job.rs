@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::exit::Failure;
-use crate::plan::{FarmPlan, Integration, Lights};
+use crate::plan::{FarmPlan, Lights};
 
 /// What an engine is to do: `lights` if there are any, then each share, then `merge`.
 pub struct Job {
@@ -45,8 +45,11 @@ impl Job {
             .collect();
         let mut words = without(&typed, &["-o", "--output", "--json", "--checkpoint", "--accept-budget"]);
         let lights_file = path_text(&folder.join("lights.vpl"))?;
-        let traced =
-            matches!(&plan.render.integration, Integration::ManyLights { lights: Lights::Trace(_), .. });
+        if let Some(file) = plan.render.lights.as_ref().and_then(Lights::file) {
+            words = without(&words, &["--vpl-file"]);
+            words.extend(["--vpl-file".to_owned(), path_text(&absolute(file)?)?]);
+        }
+        let traced = matches!(&plan.render.lights, Some(Lights::Trace(_)));
         let lights = traced.then(|| {
             let mut line = vec![program.clone(), "vpl".to_owned()];
             line.extend(scene.clone());

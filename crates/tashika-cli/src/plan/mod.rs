@@ -9,18 +9,19 @@ pub use farm::{Farm, FarmPlan};
 pub use measure::{
     AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
-pub use render::{Integration, RenderPlan};
+pub use render::RenderPlan;
 pub use transport::TransportPlan;
 
 use std::fs;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use tashika::film::{Film, Window};
+use tashika::film::Window;
 use tashika::gather::GatherOptions;
 use tashika::io::{LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
 use tashika::report::Tolerance;
-use tashika::scene::{Camera, Scene, builtin};
+use tashika::request::{Framing, Request};
+use tashika::scene::{Scene, builtin};
 use tashika::vpl::VplOptions;
 
 use crate::args::{
@@ -28,11 +29,6 @@ use crate::args::{
     StageArgs, ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
-
-/// Image size where neither the user nor the camera says.
-const DEFAULT_SIZE: [u32; 2] = [640, 360];
-/// Begins the name of a scene that needs no file.
-const BUILTIN: &str = "builtin:";
 
 /// Where the scene comes from.
 #[derive(Debug)]
@@ -51,13 +47,8 @@ impl SceneSource {
     fn new(typed: Option<&str>, args: &SceneArgs) -> Result<Self, Failure> {
         let kind = match typed {
             None => SceneKind::Builtin(builtin::room),
-            Some(name) => match name.strip_prefix(BUILTIN) {
-                Some("room") => SceneKind::Builtin(builtin::room),
-                Some("tiny") => SceneKind::Builtin(builtin::tiny),
-                Some(_) => {
-                    let known = "builtin:room or builtin:tiny, or a scene file";
-                    return Err(Failure::usage(format!("there is no scene '{name}'; expected {known}")));
-                }
+            Some(name) => match name.strip_prefix(builtin::PREFIX) {
+                Some(name) => SceneKind::Builtin(builtin::by_name(name)?),
                 None => SceneKind::File(PathBuf::from(name)),
             },
         };
@@ -130,26 +121,14 @@ impl Lights {
     }
 }
 
+/// So many lights, or the default, with this clamp and seed.
 fn vpl_options(vpls: Option<u64>, clamp: &ClampArgs, seed: u64) -> Result<VplOptions, Failure> {
-    let default = VplOptions::default();
-    let options = VplOptions {
-        count: vpls.unwrap_or(default.count),
-        clamp: clamp.clamp.unwrap_or(default.clamp),
-        seed,
-        ..default
-    };
-    options.validate()?;
-    Ok(options)
+    Ok(Request { vpls, clamp: clamp.clamp, seed, ..Request::default() }.lights()?)
 }
 
 /// So many gather points, or the default.
 fn gather_options(points: Option<u64>) -> Result<GatherOptions, Failure> {
-    let default = GatherOptions::default();
-    // Counts beyond `u32` are as far out of range as `u32::MAX`.
-    let points = points.map_or(default.points, |n| u32::try_from(n).unwrap_or(u32::MAX));
-    let options = GatherOptions { points, ..default };
-    options.validate()?;
-    Ok(options)
+    Ok(Request { gather: points, ..Request::default() }.gather_options()?)
 }
 
 /// What is looked at, from where, how large.
@@ -161,28 +140,16 @@ pub struct StagePlan {
     pub strict: bool,
     /// Name of the camera, if not the first.
     pub camera: Option<String>,
-    size: Option<[u32; 2]>,
-    crop: Option<Window>,
+    /// How large, and which part.
+    pub framing: Framing,
 }
 
 impl StagePlan {
     fn new(args: &StageArgs, crop: Option<Window>) -> Result<Self, Failure> {
         let scene = SceneSource::new(args.scene.as_deref(), &args.scene_args)?;
-        if let Some(size) = args.size {
-            Film::check(size, crop.unwrap_or(Window::full(size)))?;
-        }
-        Ok(Self { scene, strict: args.strict, camera: args.camera.clone(), size: args.size, crop })
-    }
-
-    /// Size of the image and the part that is rendered, once the camera is known.
-    pub fn window(&self, camera: &Camera) -> Result<([u32; 2], Window), Failure> {
-        let size = self.size.or(camera.resolution).unwrap_or(DEFAULT_SIZE);
-        // The file's crop counts pixels of the file's own size.
-        let own = camera.crop.filter(|_| self.size.is_none());
-        let own = own.map(|c| Window { x: c.x, y: c.y, width: c.width, height: c.height });
-        let window = self.crop.or(own).unwrap_or(Window::full(size));
-        Film::check(size, window)?;
-        Ok((size, window))
+        let framing = Framing { size: args.size, crop };
+        framing.check()?;
+        Ok(Self { scene, strict: args.strict, camera: args.camera.clone(), framing })
     }
 
     /// The files that it reads, with that of the lights.

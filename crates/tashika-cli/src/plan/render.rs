@@ -3,53 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use tashika::gather::GatherOptions;
-use tashika::integrator::{self, ControlOptions, LightSets, PathStop, Truth};
+use tashika::integrator;
 use tashika::io::ToneMap;
 use tashika::render::TileShare;
-use tashika::vpl::VplOptions;
+use tashika::request::{Integration, Request, Resolved};
 
-use super::{Common, Lights, Serving, StagePlan, gather_options, vpl_options, with_ending};
-use crate::args::{Claim, LightArgs, Method, RenderArgs};
+use super::{Common, Lights, Serving, StagePlan, with_ending};
+use crate::args::{Claim, Method, RenderArgs};
 use crate::exit::Failure;
-
-/// Paths a pixel where the user does not say.
-const DEFAULT_PATHS: u32 = 64;
-/// Paths at which the interval of a path tracer is looked at first.
-pub(super) const FIRST_PATHS: u32 = 64;
-/// Paths a pixel at most where its interval ends it.
-const MOST_PATHS: u32 = 1 << 20;
-/// VPLs of each of many sets where the user does not say.
-const VPLS_OF_SET: u64 = 30_000;
-
-/// Gather points of each of many repetitions where the user does not say.
-pub(super) const POINTS_OF_SET: u64 = 16;
-
-/// How pixels are computed, with what only that method needs.
-#[derive(Debug)]
-pub enum Integration {
-    /// A sum over VPLs.
-    ManyLights {
-        /// How the sum is found.
-        method: integrator::Method,
-        /// What is summed over.
-        lights: Lights,
-        /// What methods that control their error are told.
-        options: ControlOptions,
-    },
-    /// Independent sets of VPLs.
-    Transport {
-        /// How each set is traced.
-        lights: VplOptions,
-        /// How many sets.
-        sets: u32,
-        /// Light transport, or what is left of it without what VPLs do not carry.
-        truth: Truth,
-        /// What is promised.
-        options: ControlOptions,
-    },
-    /// Path tracing.
-    Path(PathStop),
-}
 
 /// A render.
 #[derive(Debug)]
@@ -62,6 +23,8 @@ pub struct RenderPlan {
     pub gather: GatherOptions,
     /// Method.
     pub integration: Integration,
+    /// The one set of lights, if the method sums over one.
+    pub lights: Option<Lights>,
     /// Seed of the camera samples.
     pub seed: u64,
     /// Image to write.
@@ -83,7 +46,7 @@ pub struct RenderPlan {
     /// What every command has.
     pub common: Common,
     /// Options that were typed and mean nothing to the method.
-    pub unused: Vec<&'static str>,
+    pub unused: Vec<String>,
     /// Pixels whose exact sums are computed after the render, if the method controls its error.
     pub audit: Option<u64>,
 }
@@ -94,11 +57,17 @@ impl RenderPlan {
         let stage = StagePlan::new(&args.stage, args.crop)?;
         let tone_map = ToneMap { exposure: args.exposure };
         tone_map.validate()?;
-        let (integration, unused) = integration(args)?;
-        let gather = match &integration {
-            Integration::Transport { .. } => gather_options(args.gather.points.or(Some(POINTS_OF_SET)))?,
-            Integration::ManyLights { .. } | Integration::Path(_) => gather_options(args.gather.points)?,
+        let Resolved { integration, gather, unused } = request(args).resolve()?;
+        let mut unused: Vec<String> = unused.into_iter().map(typed).collect();
+        let lights = match &integration {
+            Integration::ManyLights { lights: Some(options), .. } => Some(Lights::Trace(options.clone())),
+            Integration::ManyLights { lights: None, .. } => args.source.vpl_file.clone().map(Lights::File),
+            Integration::Transport { .. } | Integration::Path(_) => None,
         };
+        let audit = args.audit.filter(|_| can_be_audited(&integration));
+        if audit.is_none() && args.audit.is_some() {
+            unused.push("--audit".to_owned());
+        }
         let exr = with_ending(&args.output, "exr")?;
         let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
         let inputs = stage.inputs(args.source.vpl_file.as_deref());
@@ -118,6 +87,7 @@ impl RenderPlan {
             share: args.tiles.clone().unwrap_or_default(),
             gather,
             integration,
+            lights,
             seed: args.seed,
             exr,
             png,
@@ -128,113 +98,58 @@ impl RenderPlan {
             accept_budget: args.budget.accept_budget,
             serve: args.serve.then(|| Serving::new(&args.serving)),
             common,
-            audit: args.audit.filter(|_| !unused.contains(&"--audit")),
+            audit,
             unused,
         })
     }
+}
 
-    /// Whether an error is promised.
-    pub fn promises(&self) -> bool {
-        !matches!(self.integration, Integration::Path(PathStop::Count(_)))
-    }
-
-    /// The lights, if the method has any.
-    pub fn lights(&self) -> Option<&Lights> {
-        match &self.integration {
-            Integration::ManyLights { lights, .. } => Some(lights),
-            Integration::Transport { .. } | Integration::Path(_) => None,
-        }
+/// Whether something was promised that is not computed anyway.
+fn can_be_audited(integration: &Integration) -> bool {
+    match integration {
+        Integration::ManyLights { method, .. } => *method != integrator::Method::Exact,
+        Integration::Transport { .. } => true,
+        Integration::Path(_) => false,
     }
 }
 
-fn integration(args: &RenderArgs) -> Result<(Integration, Vec<&'static str>), Failure> {
-    use integrator::Method as Many;
-    let method = match args.method {
-        Method::Exact => Some(Many::Exact),
-        Method::Lightcuts => Some(Many::Lightcuts),
-        Method::Mdlc => Some(Many::Mdlc),
-        Method::Nabata2016 => Some(Many::Nabata2016),
-        Method::Sakai2018 => Some(Many::Sakai2018),
-        Method::Iwasaki2019 => Some(Many::Iwasaki2019),
-        Method::Tashika => Some(Many::Tashika(match args.claim {
-            None | Some(Claim::Calibrated) => integrator::Claim::Calibrated,
-            Some(Claim::Certified) => integrator::Claim::Certified,
-        })),
-        Method::Path => None,
-    };
-    let truth = args.truth.unwrap_or_default();
-    let controlled = method != Some(Many::Exact);
-    let is_tashika = args.method == Method::Tashika;
-    let of_sets = is_tashika && truth != Truth::Vpl;
-    if of_sets && args.claim == Some(Claim::Certified) {
-        let message = format!("--claim certified goes with --truth vpl: there is no proof about {truth}");
-        return Err(Failure::usage(message));
+/// An option as it is typed, by its name in a request.
+fn typed(name: &str) -> String {
+    match name {
+        "lights" => "--vpl-file".to_owned(),
+        _ => format!("--{}", name.replace('_', "-")),
     }
-    if of_sets && args.source.vpl_file.is_some() {
-        let message = format!("--vpl-file is one set, but --truth {truth} needs many; leave one of them out");
-        return Err(Failure::usage(message));
-    }
-    let until = method.is_none() && args.error.is_some();
-    let typed_in_vain = [
-        ("--vpls", args.source.lights.vpls.is_some() && method.is_none()),
-        ("--clamp", args.source.lights.clamp.clamp.is_some() && method.is_none()),
-        ("--vpl-file", args.source.vpl_file.is_some() && method.is_none()),
-        ("--gather", args.gather.points.is_some() && method.is_none()),
-        ("--paths", args.paths.is_some() && method.is_some()),
-        ("--error", args.error.is_some() && !controlled),
-        ("--control", args.control.is_some() && !(is_tashika || until)),
-        ("--absolute", args.absolute.is_some() && !(is_tashika || until)),
-        ("--confidence", args.confidence.is_some() && !until && !method.is_some_and(Many::states_interval)),
-        ("--claim", args.claim.is_some() && !is_tashika),
-        ("--truth", args.truth.is_some() && !is_tashika),
-        ("--sets", args.sets.is_some() && !of_sets),
-        ("--audit", args.audit.is_some() && !(controlled && method.is_some())),
-        ("--max-pairs", args.max_pairs.is_some() && (!controlled || method.is_none() || of_sets)),
-    ];
-    let unused = typed_in_vain.into_iter().filter(|(_, vain)| *vain).map(|(option, _)| option).collect();
-    let default = ControlOptions::default();
-    let options = ControlOptions {
-        error: args.error.unwrap_or(default.error),
-        controlled: args.control.unwrap_or_default(),
-        absolute_error: args.absolute.unwrap_or(default.absolute_error),
-        confidence: args.confidence.unwrap_or(default.confidence),
+}
+
+fn request(args: &RenderArgs) -> Request {
+    use integrator::{Claim as Claimed, Method as Many};
+    Request {
+        method: match args.method {
+            Method::Exact => Some(Many::Exact),
+            Method::Lightcuts => Some(Many::Lightcuts),
+            Method::Mdlc => Some(Many::Mdlc),
+            Method::Nabata2016 => Some(Many::Nabata2016),
+            Method::Sakai2018 => Some(Many::Sakai2018),
+            Method::Iwasaki2019 => Some(Many::Iwasaki2019),
+            Method::Tashika => Some(Many::Tashika(Claimed::Calibrated)),
+            Method::Path => None,
+        },
+        claim: args.claim.map(|claim| match claim {
+            Claim::Calibrated => Claimed::Calibrated,
+            Claim::Certified => Claimed::Certified,
+        }),
+        truth: args.truth,
+        error: args.error,
+        control: args.control,
+        absolute: args.absolute,
+        confidence: args.confidence,
         max_pairs: args.max_pairs,
+        paths: args.paths,
+        lights_given: args.source.vpl_file.is_some(),
+        vpls: args.source.lights.vpls,
+        clamp: args.source.lights.clamp.clamp,
+        sets: args.sets,
+        gather: args.gather.points,
         seed: args.seed,
-    };
-    options.validate()?;
-    let Some(method) = method else {
-        let paths = |default| args.paths.map_or(Ok(default), path_count);
-        let length = if until {
-            let most = paths(MOST_PATHS)?.max(2);
-            PathStop::Until { options, first: FIRST_PATHS.min(most), most }
-        } else {
-            PathStop::Count(paths(DEFAULT_PATHS)?)
-        };
-        return Ok((Integration::Path(length), unused));
-    };
-    if of_sets {
-        let (lights, sets) = light_sets(&args.source.lights, args.sets, args.seed)?;
-        return Ok((Integration::Transport { lights, sets, truth, options }, unused));
     }
-    let lights = Lights::of(&args.source, args.seed)?;
-    Ok((Integration::ManyLights { method, lights, options }, unused))
-}
-
-/// How each of many sets is traced, and how many there are.
-pub(super) fn light_sets(
-    args: &LightArgs,
-    sets: Option<u64>,
-    seed: u64,
-) -> Result<(VplOptions, u32), Failure> {
-    let lights = vpl_options(Some(args.vpls.unwrap_or(VPLS_OF_SET)), &args.clamp, seed)?;
-    // Counts beyond `u32` are as far out of range as `u32::MAX`.
-    let sets = sets.map_or(LightSets::DEFAULT_COUNT, |n| u32::try_from(n).unwrap_or(u32::MAX));
-    LightSets::check(sets)?;
-    Ok((lights, sets))
-}
-
-/// That many paths.
-pub(super) fn path_count(n: u64) -> Result<u32, Failure> {
-    let count = u32::try_from(n).ok().filter(|n| *n > 0);
-    count.ok_or_else(|| Failure::option("paths", n, format!("1 to {}", u32::MAX)))
 }

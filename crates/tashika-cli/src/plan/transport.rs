@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use tashika::gather::GatherOptions;
-use tashika::integrator::{ControlOptions, PathStop};
+use tashika::integrator::{ControlOptions, PathStop, Truth};
+use tashika::request::Request;
 use tashika::vpl::VplOptions;
 
-use super::render::{FIRST_PATHS, POINTS_OF_SET, light_sets, path_count};
-use super::{Common, Folder, StagePlan, gather_options};
+use super::{Common, Folder, StagePlan};
 use crate::args::{TransportArgs, TransportMethod};
 use crate::exit::Failure;
 
@@ -44,8 +44,17 @@ impl TransportPlan {
     /// Checks what was typed, and that the outputs can be written; makes the folder.
     pub fn new(args: &TransportArgs) -> Result<Self, Failure> {
         let stage = StagePlan::new(&args.stage, None)?;
-        let gather = gather_options(args.gather.points.or(Some(POINTS_OF_SET)))?;
-        let (lights, sets) = light_sets(&args.lights, args.sets, args.seed)?;
+        let request = Request {
+            truth: Some(Truth::Transport),
+            vpls: args.lights.vpls,
+            clamp: args.lights.clamp.clamp,
+            sets: args.sets,
+            gather: args.gather.points,
+            paths: Some(args.paths),
+            seed: args.seed,
+            ..Request::default()
+        };
+        let (lights, sets) = request.light_sets()?;
         let confidence = args.confidence;
         let told = |error| ControlOptions { error, confidence, seed: args.seed, ..ControlOptions::default() };
         let options: Vec<ControlOptions> = args.error.iter().map(|error| told(*error)).collect();
@@ -54,12 +63,12 @@ impl TransportPlan {
         let inputs = stage.inputs(args.reference.as_deref());
         let common = folder.common(&args.common, &inputs)?;
         Ok(Self {
-            gather,
+            gather: request.gather_options()?,
             lights,
             sets,
             methods: args.methods.clone(),
             options,
-            most_paths: path_count(args.paths)?.max(2),
+            most_paths: request.path_count()?.unwrap_or(u32::MAX),
             reference: args.reference.clone(),
             pixels: args.pixels,
             seed: args.seed,
@@ -71,6 +80,6 @@ impl TransportPlan {
 
     /// The rule that a careful user of a path tracer would stop by.
     pub fn stops_by_itself(&self, options: &ControlOptions) -> PathStop {
-        PathStop::Until { options: *options, first: FIRST_PATHS.min(self.most_paths), most: self.most_paths }
+        PathStop::until(*options, self.most_paths)
     }
 }

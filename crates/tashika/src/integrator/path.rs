@@ -40,6 +40,15 @@ pub enum PathStop {
     },
 }
 
+impl PathStop {
+    /// The rule that a careful user of a path tracer stops by: the interval is looked at from 64 paths on, or from `most` (at least 2).
+    pub fn until(options: ControlOptions, most: u32) -> Self {
+        const FIRST: u32 = 64;
+        let most = most.max(2);
+        Self::Until { options, first: FIRST.min(most), most }
+    }
+}
+
 /// The path tracer.
 #[derive(Debug)]
 pub struct Path<'s> {

@@ -100,6 +100,11 @@ const MAX_PILOT_PATHS: u64 = PILOT_PATHS * 8 * 8;
 const CHUNK: u64 = 1024;
 
 impl VplOptions {
+    /// Surfaces that a path of light meets at most, that which the camera sees included.
+    pub fn path_depth(&self) -> u32 {
+        self.max_depth + 1
+    }
+
     /// # Errors
     /// Names the option that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {

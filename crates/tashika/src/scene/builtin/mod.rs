@@ -24,3 +24,25 @@ mod tiny;
 
 pub use room::room;
 pub use tiny::tiny;
+
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+
+/// Begins what is written in place of a file name for one of these scenes.
+pub const PREFIX: &str = "builtin:";
+
+/// The function that makes the scene of this name, without [`PREFIX`].
+///
+/// # Errors
+/// [`Error::Option`] naming `scene` if there is none.
+pub fn by_name(name: &str) -> Result<fn() -> Scene> {
+    match name {
+        "room" => Ok(room),
+        "tiny" => Ok(tiny),
+        _ => Err(Error::option(
+            "scene",
+            format!("{PREFIX}{name}"),
+            "builtin:room, builtin:tiny, or a scene file",
+        )),
+    }
+}

@@ -1,0 +1,41 @@
+//! Size of an image and the part of it that is rendered.
+
+use crate::error::Result;
+use crate::film::{Film, Window};
+use crate::scene::Camera;
+
+/// Image size where neither the caller nor the camera says.
+const SIZE: [u32; 2] = [640, 360];
+
+/// What was said of the image; nothing stands for what the camera says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Framing {
+    /// Size of the full image (pixels).
+    pub size: Option<[u32; 2]>,
+    /// The part that is rendered, in pixels of that.
+    pub crop: Option<Window>,
+}
+
+impl Framing {
+    /// Size of the image and the part of it that is rendered. The camera's own crop counts only with its own size, whose pixels it is in.
+    ///
+    /// # Errors
+    /// As [`Film::check`].
+    pub fn of(&self, camera: &Camera) -> Result<([u32; 2], Window)> {
+        let size = self.size.or(camera.resolution).unwrap_or(SIZE);
+        let own = camera.crop.filter(|_| self.size.is_none());
+        let own = own.map(|c| Window { x: c.x, y: c.y, width: c.width, height: c.height });
+        let window = self.crop.or(own).unwrap_or(Window::full(size));
+        Film::check(size, window)?;
+        Ok((size, window))
+    }
+
+    /// Checks what can be checked without a camera.
+    ///
+    /// # Errors
+    /// As [`Film::check`].
+    pub fn check(&self) -> Result<()> {
+        let Some(size) = self.size else { return Ok(()) };
+        Film::check(size, self.crop.unwrap_or(Window::full(size)))
+    }
+}

@@ -1,0 +1,300 @@
+//! What is asked of a render: what was said, the defaults for what was not, and what goes with what.
+//!
+//! The program and the Python package say the same things in their own ways; what they come to is decided here, once, so that the same
+//! words give the same image. A [`Request`] holds what was said, [`Request::resolve`] gives an [`Integration`] with every value in range,
+//! and tells what was said in vain: an option that means nothing to the method is no error, but its user should know.
+//!
+//! | not said | is |
+//! |---|---|
+//! | method | ours, with calibrated claims |
+//! | error, confidence, control, absolute | those of [`ControlOptions`] |
+//! | truth | the sum over the one set of VPLs |
+//! | VPLs | those of [`VplOptions`]; 30,000 in each of many sets |
+//! | sets | [`LightSets::DEFAULT_COUNT`] |
+//! | gather points | those of [`GatherOptions`]; 16 in each of many repetitions |
+//! | paths | 64; with an error, at most 2²⁰ |
+//! | size | the camera's, or 640×360 |
+//!
+//! # Held to this by
+//! `request::tests`; the equality of planes from the program and from Python by the tests of the package.
+
+mod framing;
+#[cfg(test)]
+mod tests;
+
+pub use framing::Framing;
+
+use crate::color::Controlled;
+use crate::error::{Error, Result};
+use crate::gather::GatherOptions;
+use crate::integrator::{Claim, ControlOptions, LightSets, Method, PathStop, Truth};
+use crate::vpl::{Clamp, VplOptions};
+
+/// Paths a pixel.
+const PATHS: u32 = 64;
+/// Paths a pixel at most where its interval ends it.
+const MOST_PATHS: u32 = 1 << 20;
+/// VPLs of each of many sets.
+const VPLS_OF_SET: u64 = 30_000;
+/// Gather points of each of many repetitions.
+const POINTS_OF_SET: u64 = 16;
+
+/// What was said; nothing stands for the default.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// How pixels are computed; nothing is path tracing. Default: ours.
+    pub method: Option<Method>,
+    /// What our method claims, whatever `method` says of it.
+    pub claim: Option<Claim>,
+    /// What the error is the distance from, for our method.
+    pub truth: Option<Truth>,
+    /// Relative error that a pixel may have.
+    pub error: Option<f64>,
+    /// What that is the error of.
+    pub control: Option<Controlled>,
+    /// Error that is enough where it is dark (W·m⁻²·sr⁻¹).
+    pub absolute: Option<f64>,
+    /// Confidence of the intervals.
+    pub confidence: Option<f64>,
+    /// Largest cut, in pairs of clusters.
+    pub max_pairs: Option<u64>,
+    /// Paths a pixel, of path tracing; with an error, at most.
+    pub paths: Option<u64>,
+    /// Whether the VPLs are there already, rather than to be traced.
+    pub lights_given: bool,
+    /// VPLs to trace, in each set.
+    pub vpls: Option<u64>,
+    /// Distance below which a VPL grows no brighter.
+    pub clamp: Option<Clamp>,
+    /// Independent sets of VPLs.
+    pub sets: Option<u64>,
+    /// Gather points a pixel.
+    pub gather: Option<u64>,
+    /// Seed of all random numbers. Default: 1.
+    pub seed: u64,
+}
+
+impl Default for Request {
+    fn default() -> Self {
+        Self {
+            method: Some(Method::Tashika(Claim::Calibrated)),
+            claim: None,
+            truth: None,
+            error: None,
+            control: None,
+            absolute: None,
+            confidence: None,
+            max_pairs: None,
+            paths: None,
+            lights_given: false,
+            vpls: None,
+            clamp: None,
+            sets: None,
+            gather: None,
+            seed: 1,
+        }
+    }
+}
+
+/// How pixels are computed, with what only that method needs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Integration {
+    /// A sum over one set of VPLs.
+    ManyLights {
+        /// How the sum is found.
+        method: Method,
+        /// How the set is traced; nothing if it is given.
+        lights: Option<VplOptions>,
+        /// What methods that control their error are told.
+        options: ControlOptions,
+    },
+    /// Independent sets of VPLs.
+    Transport {
+        /// How each set is traced.
+        lights: VplOptions,
+        /// How many sets.
+        sets: u32,
+        /// Light transport, or what is left of it without what VPLs do not carry.
+        truth: Truth,
+        /// What is promised.
+        options: ControlOptions,
+    },
+    /// Path tracing.
+    Path(PathStop),
+}
+
+/// A request with every value in range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolved {
+    /// How pixels are computed.
+    pub integration: Integration,
+    /// Gather points.
+    pub gather: GatherOptions,
+    /// Names of what was said and means nothing to the method: fields of [`Request`], `lights` for given ones.
+    pub unused: Vec<&'static str>,
+}
+
+impl Request {
+    /// What is to be done.
+    ///
+    /// # Errors
+    /// [`Error::Option`] naming what is out of range or does not go with the rest, by the name of its field.
+    pub fn resolve(&self) -> Result<Resolved> {
+        let options = self.control_options()?;
+        let integration = match self.method() {
+            None => Integration::Path(self.path_stop(options)?),
+            Some(method) if self.is_of_sets() => {
+                let truth = self.truth();
+                if method == Method::Tashika(Claim::Certified) {
+                    let expected = format!("calibrated with truth {truth}, about which there is no proof");
+                    return Err(Error::option("claim", "certified", expected));
+                }
+                if self.lights_given {
+                    return Err(Error::option(
+                        "truth",
+                        truth,
+                        "vpl with lights that are given, which are one set",
+                    ));
+                }
+                let (lights, sets) = self.light_sets()?;
+                Integration::Transport { lights, sets, truth, options }
+            }
+            Some(method) => {
+                let lights = if self.lights_given { None } else { Some(self.lights()?) };
+                Integration::ManyLights { method, lights, options }
+            }
+        };
+        Ok(Resolved { integration, gather: self.gather_options()?, unused: self.unused() })
+    }
+
+    /// How one set of VPLs is traced.
+    ///
+    /// # Errors
+    /// As [`VplOptions::validate`].
+    pub fn lights(&self) -> Result<VplOptions> {
+        self.lights_of(VplOptions::default().count)
+    }
+
+    /// How each of many sets is traced, and how many there are.
+    ///
+    /// # Errors
+    /// As [`VplOptions::validate`] and [`LightSets::check`].
+    pub fn light_sets(&self) -> Result<(VplOptions, u32)> {
+        let sets = self.sets.map_or(LightSets::DEFAULT_COUNT, saturated);
+        LightSets::check(sets)?;
+        Ok((self.lights_of(VPLS_OF_SET)?, sets))
+    }
+
+    /// The gather points.
+    ///
+    /// # Errors
+    /// As [`GatherOptions::validate`].
+    pub fn gather_options(&self) -> Result<GatherOptions> {
+        let default = GatherOptions::default();
+        let said = self.gather.or(self.is_of_sets().then_some(POINTS_OF_SET));
+        let options = GatherOptions { points: said.map_or(default.points, saturated), ..default };
+        options.validate()?;
+        Ok(options)
+    }
+
+    /// The paths a pixel, if they were said.
+    ///
+    /// # Errors
+    /// If it is none, or more than can be counted.
+    pub fn path_count(&self) -> Result<Option<u32>> {
+        let Some(said) = self.paths else { return Ok(None) };
+        let count = u32::try_from(said).ok().filter(|n| *n > 0);
+        count.map(Some).ok_or_else(|| Error::option("paths", said, format!("1 to {}", u32::MAX)))
+    }
+
+    fn method(&self) -> Option<Method> {
+        match (self.method, self.claim) {
+            (Some(Method::Tashika(_)), Some(claim)) => Some(Method::Tashika(claim)),
+            (method, _) => method,
+        }
+    }
+
+    fn truth(&self) -> Truth {
+        self.truth.unwrap_or_default()
+    }
+
+    fn is_ours(&self) -> bool {
+        matches!(self.method, Some(Method::Tashika(_)))
+    }
+
+    /// Whether there are many sets of VPLs.
+    fn is_of_sets(&self) -> bool {
+        self.is_ours() && self.truth() != Truth::Vpl
+    }
+
+    fn lights_of(&self, count: u64) -> Result<VplOptions> {
+        let default = VplOptions::default();
+        let options = VplOptions {
+            count: self.vpls.unwrap_or(count),
+            clamp: self.clamp.unwrap_or(default.clamp),
+            seed: self.seed,
+            ..default
+        };
+        options.validate()?;
+        Ok(options)
+    }
+
+    fn control_options(&self) -> Result<ControlOptions> {
+        let default = ControlOptions::default();
+        let options = ControlOptions {
+            error: self.error.unwrap_or(default.error),
+            controlled: self.control.unwrap_or(default.controlled),
+            absolute_error: self.absolute.unwrap_or(default.absolute_error),
+            confidence: self.confidence.unwrap_or(default.confidence),
+            max_pairs: self.max_pairs,
+            seed: self.seed,
+        };
+        options.validate()?;
+        Ok(options)
+    }
+
+    /// When a path tracer stops: by its interval, if an error was said.
+    fn path_stop(&self, options: ControlOptions) -> Result<PathStop> {
+        let said = self.path_count()?;
+        Ok(match self.error {
+            Some(_) => PathStop::until(options, said.unwrap_or(MOST_PATHS)),
+            None => PathStop::Count(said.unwrap_or(PATHS)),
+        })
+    }
+
+    fn unused(&self) -> Vec<&'static str> {
+        let is_path = self.method.is_none();
+        let is_exact = self.method == Some(Method::Exact);
+        let until = is_path && self.error.is_some();
+        let (is_ours, of_sets) = (self.is_ours(), self.is_of_sets());
+        let states_interval = self.method().is_some_and(Method::states_interval);
+        let said_in_vain = [
+            ("vpls", self.vpls.is_some() && is_path),
+            ("clamp", self.clamp.is_some() && is_path),
+            ("lights", self.lights_given && is_path),
+            ("gather", self.gather.is_some() && is_path),
+            ("paths", self.paths.is_some() && !is_path),
+            ("error", self.error.is_some() && is_exact),
+            ("control", self.control.is_some() && !(is_ours || until)),
+            ("absolute", self.absolute.is_some() && !(is_ours || until)),
+            ("confidence", self.confidence.is_some() && !(states_interval || until)),
+            ("claim", self.claim.is_some() && !is_ours),
+            ("truth", self.truth.is_some() && !is_ours),
+            ("sets", self.sets.is_some() && !of_sets),
+            ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path || of_sets)),
+        ];
+        said_in_vain.into_iter().filter(|(_, vain)| *vain).map(|(name, _)| name).collect()
+    }
+}
+
+impl Integration {
+    /// Whether an error is promised.
+    pub fn promises(&self) -> bool {
+        !matches!(self, Self::Path(PathStop::Count(_)))
+    }
+}
+
+/// Counts beyond `u32` are as far out of range as its largest.
+fn saturated(count: u64) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,169 @@
+//! Defaults, what arrives, what is in vain, what is refused.
+
+use super::*;
+use crate::film::Window;
+use crate::scene::{Camera, Crop, builtin};
+
+fn resolved(request: &Request) -> Resolved {
+    request.resolve().unwrap()
+}
+
+fn refused(request: &Request) -> String {
+    request.resolve().unwrap_err().to_string()
+}
+
+/// Everything is said that can be said at once.
+fn all_said() -> Request {
+    Request {
+        claim: Some(Claim::Calibrated),
+        truth: Some(Truth::Vpl),
+        error: Some(0.1),
+        control: Some(Controlled::Luminance),
+        absolute: Some(0.5),
+        confidence: Some(0.9),
+        max_pairs: Some(7),
+        paths: Some(5),
+        vpls: Some(300),
+        clamp: Some(Clamp::Off),
+        sets: Some(20),
+        gather: Some(3),
+        seed: 9,
+        ..Request::default()
+    }
+}
+
+#[test]
+fn what_is_not_said_is_the_default() {
+    let options = ControlOptions::default();
+    let lights = VplOptions::default();
+    let ours = Resolved {
+        integration: Integration::ManyLights {
+            method: Method::Tashika(Claim::Calibrated),
+            lights: Some(lights.clone()),
+            options,
+        },
+        gather: GatherOptions::default(),
+        unused: Vec::new(),
+    };
+    assert_eq!(resolved(&Request::default()), ours);
+
+    let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
+    let of_sets = Resolved {
+        integration: Integration::Transport {
+            lights: VplOptions { count: 30_000, ..lights },
+            sets: 68,
+            truth: Truth::Transport,
+            options,
+        },
+        gather: GatherOptions { points: 16, ..GatherOptions::default() },
+        unused: Vec::new(),
+    };
+    assert_eq!(resolved(&transport), of_sets);
+
+    let path = Request { method: None, ..Request::default() };
+    assert_eq!(resolved(&path).integration, Integration::Path(PathStop::Count(64)));
+    assert!(!resolved(&path).integration.promises());
+    let until = Request { error: Some(0.1), ..path };
+    let told = ControlOptions { error: 0.1, ..options };
+    let stop = PathStop::Until { options: told, first: 64, most: 1 << 20 };
+    assert_eq!(resolved(&until).integration, Integration::Path(stop));
+    assert!(resolved(&until).integration.promises());
+}
+
+#[test]
+fn what_is_said_arrives() {
+    let options = ControlOptions {
+        error: 0.1,
+        controlled: Controlled::Luminance,
+        absolute_error: 0.5,
+        confidence: 0.9,
+        max_pairs: Some(7),
+        seed: 9,
+    };
+    let lights = VplOptions { count: 300, clamp: Clamp::Off, seed: 9, ..VplOptions::default() };
+    let found = resolved(&all_said());
+    let method = Method::Tashika(Claim::Calibrated);
+    assert_eq!(found.integration, Integration::ManyLights { method, lights: Some(lights.clone()), options });
+    assert_eq!((found.gather.points, found.unused), (3, vec!["paths", "sets"]));
+
+    let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
+    let truth = Truth::Clamped;
+    assert_eq!(found.integration, Integration::Transport { lights, sets: 20, truth, options });
+    assert_eq!((found.gather.points, found.unused), (3, vec!["paths", "max_pairs"]));
+
+    let found = resolved(&Request { method: None, ..all_said() });
+    assert_eq!(found.integration, Integration::Path(PathStop::Until { options, first: 5, most: 5 }));
+    assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "sets", "max_pairs"]);
+
+    let certified = Request { claim: Some(Claim::Certified), lights_given: true, ..Request::default() };
+    let method = Method::Tashika(Claim::Certified);
+    let options = ControlOptions::default();
+    assert_eq!(resolved(&certified).integration, Integration::ManyLights { method, lights: None, options });
+}
+
+#[test]
+fn each_method_says_what_means_nothing_to_it() {
+    let unused = |method, error| resolved(&Request { method, error, ..all_said() }).unused;
+    let ours_alone = ["control", "absolute"];
+    let of_ours = ["claim", "truth", "sets"];
+    let exact = [&["paths", "error"][..], &ours_alone, &["confidence"], &of_ours, &["max_pairs"]].concat();
+    assert_eq!(unused(Some(Method::Exact), Some(0.1)), exact);
+    for method in [Method::Lightcuts, Method::Mdlc] {
+        assert_eq!(
+            unused(Some(method), None),
+            [&["paths"][..], &ours_alone, &["confidence"], &of_ours].concat()
+        );
+    }
+    for method in [Method::Nabata2016, Method::Sakai2018, Method::Iwasaki2019] {
+        assert_eq!(unused(Some(method), None), [&["paths"][..], &ours_alone, &of_ours].concat());
+    }
+    let counted = ["vpls", "clamp", "gather", "control", "absolute", "confidence", "claim", "truth", "sets"];
+    assert_eq!(unused(None, None), [&counted[..], &["max_pairs"]].concat());
+    let given = Request { method: None, lights_given: true, ..Request::default() };
+    assert_eq!(resolved(&given).unused, ["lights"]);
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
+    let certified = Request { claim: Some(Claim::Certified), ..transport.clone() };
+    assert!(refused(&certified).contains("claim = certified; expected calibrated with truth transport"));
+    let given = Request { lights_given: true, ..transport.clone() };
+    assert!(refused(&given).contains("truth = transport; expected vpl with lights that are given"));
+    assert!(refused(&Request { sets: Some(3), ..transport.clone() }).contains("12 to 1024"));
+    assert!(refused(&Request { sets: Some(1 << 40), ..transport }).contains("12 to 1024"));
+    let path = Request { method: None, ..Request::default() };
+    assert!(
+        refused(&Request { paths: Some(0), ..path.clone() }).contains("paths = 0; expected 1 to 4294967295")
+    );
+    assert!(refused(&Request { paths: Some(1 << 32), ..path }).contains("paths = 4294967296"));
+    let bare = Request::default;
+    assert!(refused(&Request { gather: Some(1 << 33), ..bare() }).contains("1 to 1024"));
+    assert!(refused(&Request { vpls: Some(0), ..bare() }).contains("vpls = 0"));
+    assert!(refused(&Request { error: Some(0.0), ..bare() }).contains("error = 0"));
+}
+
+#[test]
+fn the_frame_is_what_was_said_or_the_camera_says() {
+    let mut camera = builtin::tiny().cameras()[0].clone();
+    camera.resolution = None;
+    camera.crop = None;
+    let of = |size, crop, camera: &Camera| Framing { size, crop }.of(camera).unwrap();
+    let window = |x, y, width, height| Window { x, y, width, height };
+    assert_eq!(of(None, None, &camera), ([640, 360], Window::full([640, 360])));
+    camera.resolution = Some([100, 80]);
+    camera.crop = Some(Crop { x: 10, y: 20, width: 30, height: 40 });
+    assert_eq!(of(None, None, &camera), ([100, 80], window(10, 20, 30, 40)));
+    assert_eq!(
+        of(Some([50, 40]), None, &camera),
+        ([50, 40], Window::full([50, 40])),
+        "its crop is in other pixels"
+    );
+    assert_eq!(of(None, Some(window(1, 2, 3, 4)), &camera), ([100, 80], window(1, 2, 3, 4)));
+    assert!(Framing { size: None, crop: Some(window(90, 0, 11, 1)) }.of(&camera).is_err());
+    assert!(
+        Framing { size: None, crop: Some(window(90, 0, 11, 1)) }.check().is_ok(),
+        "the camera may be larger"
+    );
+    assert!(Framing { size: Some([100, 80]), crop: Some(window(90, 0, 11, 1)) }.check().is_err());
+}
