@@ -67,6 +67,45 @@ pub fn vectors<'py>(
     array(py, flat.into_iter(), &shape)
 }
 
+/// An array of any shape, in row-major order.
+pub struct Array {
+    /// Its shape.
+    pub shape: Vec<usize>,
+    /// Its numbers.
+    pub content: Content,
+}
+
+/// The numbers of an array.
+pub enum Content {
+    /// Of an array of `uint8`.
+    Bytes(Vec<u8>),
+    /// Of any other.
+    Floats(Vec<f32>),
+}
+
+impl Array {
+    /// Whatever NumPy makes an array of numbers of; `name` is that of the argument.
+    pub fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let numpy = value.py().import("numpy")?;
+        let array = numpy.call_method1("asarray", (value,))?;
+        let kind: String = array.getattr("dtype")?.getattr("str")?.extract()?;
+        let shape = array.getattr("shape")?.extract()?;
+        let bytes = |array: &Bound<'_, PyAny>| -> PyResult<Vec<u8>> {
+            Ok(array.call_method0("tobytes")?.cast::<PyBytes>()?.as_bytes().to_vec())
+        };
+        if kind == "|u1" {
+            return Ok(Self { shape, content: Content::Bytes(bytes(&array)?) });
+        }
+        if !["f", "i", "u"].contains(&&kind[1..2]) {
+            let dtype = array.getattr("dtype")?.str()?;
+            return Err(option(name, format!("an array of {dtype}"), "an array of numbers"));
+        }
+        let floats = bytes(&numpy.call_method1("asarray", (array, "float32"))?)?;
+        let floats = floats.as_chunks().0.iter().map(|bytes| f32::from_ne_bytes(*bytes)).collect();
+        Ok(Self { shape, content: Content::Floats(floats) })
+    }
+}
+
 /// The numbers of `(n, N)`; `name` is that of the argument.
 pub fn float_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[f32; N]>> {
     let numbers = |b: [u8; 4]| Ok(f32::from_ne_bytes(b));

@@ -1,143 +1,56 @@
-//! Scenes built from arrays: meshes, materials, lights, a camera.
+//! Scenes built from arrays: meshes, lights, a sky, a camera.
 //!
-//! What a scene may be made of is a part of what files may say: untextured materials, one camera. Lengths in metres, colours linear
-//! Rec. 709 as three numbers or as one for gray, angles in degrees.
+//! What a scene may be made of is a part of what files may say. Lengths in metres, colours linear Rec. 709 as three numbers or as one for
+//! gray, angles in degrees.
 
 use std::collections::BTreeMap;
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3, Vec4};
 use pyo3::prelude::*;
-use tashika::bsdf::ConductorFresnel;
 use tashika::color::Rgb;
 use tashika::error::{Error, Location};
-use tashika::scene::{self, CoatBase, Emission, Emitter, Environment, Lens, MeshData, SceneBuilder, Surface};
+use tashika::math::elementary;
+use tashika::scene::{
+    self, Emitter, Environment, Falloff, FalloffShape, Lens, MeshData, Pixels, Projection, SceneBuilder,
+};
 
-use crate::arrays::{float_rows, index_rows};
+use crate::arrays::{Array, Content, float_rows, index_rows};
 use crate::errors::{option, raised};
+use crate::materials::{Color, Material, Palette, image};
 use crate::scene::Scene;
 
-/// Three numbers, or one for gray.
-#[derive(FromPyObject)]
-pub enum Color {
-    #[pyo3(transparent)]
-    Gray(f32),
-    #[pyo3(transparent)]
-    Channels([f32; 3]),
-}
-
-impl From<Color> for Rgb {
-    fn from(color: Color) -> Self {
-        match color {
-            Color::Gray(gray) => Self::gray(gray),
-            Color::Channels(channels) => channels.into(),
-        }
-    }
-}
-
-/// What a mesh is made of; made by `Material.diffuse` and its like.
+/// Triangles of one material: `vertices` of shape (n, 3) in metres, `triangles` of shape (m, 3) with indices of vertices, and for each
+/// vertex, if they are given, `normals` (n, 3) and texture coordinates `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its
+/// bottom right. `material` is a `Material`, or the name of one of the scene's. `transforms` of shape (k, 4, 4) place it k times, by matrices
+/// whose columns are the images of the axes and of the origin; without them it stands once, as it is. The arrays are copied.
 ///
 /// ```python
-/// >>> tashika.Material.diffuse(0.8), tashika.Material.diffuse(0).emitting((5, 5, 4))
-/// (<tashika.Material lambert>, <tashika.Material lambert, emitting>)
+/// >>> import numpy as np
+/// >>> right = np.eye(4)
+/// >>> right[0, 3] = 2
+/// >>> triangle = tashika.Mesh(np.eye(3), [[0, 1, 2]], material=tashika.Material.diffuse(0.8), transforms=[np.eye(4), right])
+/// >>> tashika.Scene.build([triangle]).triangles
+/// {'stored': 1, 'instanced': 2}
 /// ```
-#[pyclass(frozen, module = "tashika")]
-#[derive(Clone)]
-pub struct Material {
-    surface: Surface,
-    emission: Option<Emission>,
-}
-
-impl Material {
-    fn of(surface: Surface) -> Self {
-        Self { surface, emission: None }
-    }
-}
-
-#[pymethods]
-impl Material {
-    /// Ideal diffuse reflection; `reflectance` 0 to 1.
-    #[staticmethod]
-    fn diffuse(reflectance: Color) -> Self {
-        Self::of(Surface::Lambert { reflectance: Rgb::from(reflectance).into() })
-    }
-
-    /// Diffuse plus a modified Phong lobe of that exponent about the mirror direction.
-    #[staticmethod]
-    fn phong(diffuse: Color, specular: Color, exponent: f32) -> Self {
-        let [diffuse, specular] = [diffuse, specular].map(|color| Rgb::from(color).into());
-        Self::of(Surface::Phong { diffuse, specular, exponent })
-    }
-
-    /// Metal with GGX microfacets of roughness `alpha` (0: smooth) that reflects `f0` at normal incidence.
-    #[staticmethod]
-    fn conductor(f0: Color, alpha: f32) -> Self {
-        Self::of(Surface::Conductor {
-            fresnel: ConductorFresnel::Schlick { f0: f0.into() },
-            specular: Rgb::gray(1.0).into(),
-            alpha: alpha.into(),
-        })
-    }
-
-    /// A dielectric coat of that refractive index and GGX roughness (0: smooth) over a diffuse base.
-    #[staticmethod]
-    #[pyo3(signature = (reflectance, *, ior=1.5, alpha=0.1))]
-    fn coated(reflectance: Color, ior: f32, alpha: f32) -> Self {
-        Self::of(Surface::Coated {
-            reflectance: Rgb::from(reflectance).into(),
-            base: CoatBase::default(),
-            specular: Rgb::gray(1.0).into(),
-            ior,
-            alpha: alpha.into(),
-        })
-    }
-
-    /// Perfect mirror.
-    #[staticmethod]
-    fn mirror(reflectance: Color) -> Self {
-        Self::of(Surface::Mirror { reflectance: Rgb::from(reflectance).into() })
-    }
-
-    /// Smooth solid glass.
-    #[staticmethod]
-    #[pyo3(signature = (*, ior=1.5))]
-    fn glass(ior: f32) -> Self {
-        let white = Rgb::gray(1.0);
-        Self::of(Surface::Glass { ior, reflectance: white, transmittance: white })
-    }
-
-    /// The same material, sending out light of that radiance (W/m²/sr) on the side from which its triangles run counter-clockwise, or on
-    /// both sides.
-    #[pyo3(signature = (radiance, *, two_sided=false))]
-    fn emitting(&self, radiance: Color, two_sided: bool) -> Self {
-        let emission = Emission { radiance: Rgb::from(radiance).into(), two_sided };
-        Self { emission: Some(emission), ..self.clone() }
-    }
-
-    fn __repr__(&self) -> String {
-        let emits = if self.emission.is_some() { ", emitting" } else { "" };
-        format!("<tashika.Material {}{emits}>", self.surface.kind())
-    }
-}
-
-/// Triangles of one material: `vertices` of shape (n, 3) in metres, `triangles` of shape (m, 3) with indices of vertices, and for each
-/// vertex, if they are given, `normals` (n, 3) and texture coordinates `uvs` (n, 2). `material` is a `Material`, or the name of one of the
-/// scene's. The arrays are copied.
 #[pyclass(frozen, module = "tashika")]
 pub struct Mesh {
     data: MeshData,
     material: Py<PyAny>,
+    /// Where it stands.
+    places: Vec<Affine3A>,
 }
 
 #[pymethods]
 impl Mesh {
     #[new]
-    #[pyo3(signature = (vertices, triangles, *, material, normals=None, uvs=None, name=""))]
+    #[pyo3(signature = (vertices, triangles, *, material, normals=None, uvs=None, transforms=None, name=""))]
     fn new(
         vertices: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
         material: Py<PyAny>,
         normals: Option<&Bound<'_, PyAny>>,
         uvs: Option<&Bound<'_, PyAny>>,
+        transforms: Option<&Bound<'_, PyAny>>,
         name: &str,
     ) -> PyResult<Self> {
         let vectors = |name, rows: Option<&Bound<'_, PyAny>>| -> PyResult<Vec<Vec3>> {
@@ -152,7 +65,8 @@ impl Mesh {
             uvs: uvs.into_iter().map(Vec2::from).collect(),
             triangles: index_rows("triangles", triangles)?,
         };
-        Ok(Self { data, material })
+        let places = transforms.map_or(Ok(vec![Affine3A::IDENTITY]), placements)?;
+        Ok(Self { data, material, places })
     }
 
     fn __repr__(&self) -> String {
@@ -161,7 +75,28 @@ impl Mesh {
     }
 }
 
-/// A light without surface; made by `Light.point` or `Light.directional`. Surfaces shine by their material.
+/// The transforms of an array of shape (k, 4, 4), or of one of shape (4, 4).
+fn placements(transforms: &Bound<'_, PyAny>) -> PyResult<Vec<Affine3A>> {
+    const NAME: &str = "transforms";
+    let array = Array::read(NAME, transforms)?;
+    let Content::Floats(numbers) = array.content else {
+        return Err(option(NAME, "an array of uint8", "an array of other numbers"));
+    };
+    if !matches!(array.shape[..], [4, 4] | [_, 4, 4]) {
+        return Err(option(NAME, format!("an array of the shape {:?}", array.shape), "the shape (k, 4, 4)"));
+    }
+    let place = |rows: &[f32; 16]| {
+        let matrix = Mat4::from_cols_array(rows).transpose();
+        if matrix.row(3) == Vec4::W {
+            Ok(Affine3A::from_mat4(matrix))
+        } else {
+            Err(option(NAME, format!("the last row {}", matrix.row(3)), "0, 0, 0, 1"))
+        }
+    };
+    numbers.as_chunks::<16>().0.iter().map(place).collect()
+}
+
+/// A light without surface; made by `Light.point`, `Light.spot` or `Light.directional`. Surfaces shine by their material.
 #[pyclass(frozen, module = "tashika")]
 pub struct Light(Emitter);
 
@@ -171,6 +106,33 @@ impl Light {
     #[staticmethod]
     fn point(position: [f32; 3], intensity: Color) -> Self {
         Self(Emitter::Point { position: position.into(), intensity: intensity.into() })
+    }
+
+    /// Light in a cone about a direction: of equal intensity (W/sr) up to `inner` degrees from it, and fading to nothing at `outer`
+    /// (the square of the cosine's share of the way, as in glTF).
+    #[staticmethod]
+    #[pyo3(signature = (position, direction, intensity, *, inner=0.0, outer=45.0))]
+    fn spot(
+        position: [f32; 3],
+        direction: [f32; 3],
+        intensity: Color,
+        inner: f32,
+        outer: f32,
+    ) -> PyResult<Self> {
+        if !(0.0 <= inner && inner < outer && outer <= 180.0) {
+            return Err(option(
+                "outer",
+                format!("{outer} with inner = {inner}"),
+                "0 <= inner < outer <= 180",
+            ));
+        }
+        let cos = |degrees: f32| elementary::sin_cos(degrees.to_radians()).1;
+        Ok(Self(Emitter::Spot {
+            position: position.into(),
+            axis: Vec3::from(direction).normalize_or_zero(),
+            intensity: intensity.into(),
+            falloff: Falloff { cos_inner: cos(inner), cos_outer: cos(outer), shape: FalloffShape::Squared },
+        }))
     }
 
     /// Parallel light that goes in that direction, such as the sun's, with the irradiance (W/m²) of a surface that faces it.
@@ -218,6 +180,21 @@ impl Camera {
         Ok(Self(scene::Camera { lens, resolution: size, ..camera }))
     }
 
+    /// A camera without perspective, whose film is `height` metres high; it looks along the way from `eye` to `target`.
+    #[staticmethod]
+    #[pyo3(signature = (eye, target, height, *, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
+    fn orthographic(
+        eye: [f32; 3],
+        target: [f32; 3],
+        height: f32,
+        up: [f32; 3],
+        size: Option<[u32; 2]>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let Self(camera) = Self::new(eye, target, up, 40.0, size, name, 0.0, None)?;
+        Ok(Self(scene::Camera { projection: Projection::Orthographic { height }, ..camera }))
+    }
+
     fn __repr__(&self) -> String {
         format!("<tashika.Camera {:?} at {}>", self.0.name, self.0.position())
     }
@@ -229,23 +206,24 @@ pub struct Parts<'py> {
     pub materials: BTreeMap<String, Bound<'py, Material>>,
     pub lights: Vec<Bound<'py, Light>>,
     pub camera: Option<Bound<'py, Camera>>,
-    pub sky: Option<Color>,
+    pub sky: Option<Bound<'py, PyAny>>,
 }
 
 /// The scene of these parts.
 pub fn build(name: &str, parts: Parts<'_>) -> PyResult<Scene> {
     let Parts { meshes, materials, lights, camera, sky } = parts;
     let mut builder = SceneBuilder::new(name, Location::file(name));
+    let mut palette = Palette::new(&mut builder);
     let mut ids = BTreeMap::new();
     for (name, material) in materials {
-        let id = builder.add_material(named(&name, material.get())).map_err(raised)?;
+        let id = palette.add(&name, material.get()).map_err(raised)?;
         ids.insert(name, id);
     }
     for mesh in meshes {
-        let Mesh { data, material } = mesh.get();
+        let Mesh { data, material, places } = mesh.get();
         let material = material.bind(mesh.py());
         let id = if let Ok(material) = material.cast::<Material>() {
-            builder.add_material(named(&data.name, material.get())).map_err(raised)?
+            palette.add(&data.name, material.get()).map_err(raised)?
         } else {
             let known = material.extract::<String>().ok().and_then(|name| ids.get(&name));
             *known.ok_or_else(|| {
@@ -255,22 +233,29 @@ pub fn build(name: &str, parts: Parts<'_>) -> PyResult<Scene> {
                 raised(Error::invalid(at, format!("material = {material}"), expected))
             })?
         };
-        let id = builder.add_mesh(data.clone(), id).map_err(raised)?;
-        builder.add_instance(id, Affine3A::IDENTITY).map_err(raised)?;
+        let id = palette.builder().add_mesh(data.clone(), id).map_err(raised)?;
+        for place in places {
+            palette.builder().add_instance(id, *place).map_err(raised)?;
+        }
     }
     for light in lights {
         builder.add_emitter(light.get().0).map_err(raised)?;
     }
     if let Some(sky) = sky {
-        builder.set_environment(Environment::constant(sky.into())).map_err(raised)?;
+        builder.set_environment(environment(&sky)?).map_err(raised)?;
     }
     if let Some(camera) = camera {
         builder.add_camera(camera.get().0.clone()).map_err(raised)?;
     }
-    builder.build().map(Scene::new).map_err(raised)
+    // By which a changed scene is told when parts of an image are joined, or one goes on.
+    builder.build().map(|scene| Scene::new(scene.with_digest_of_contents())).map_err(raised)
 }
 
-fn named(name: &str, material: &Material) -> scene::Material {
-    let Material { surface, emission } = *material;
-    scene::Material { emission, ..scene::Material::new(name, surface) }
+/// A radiance from everywhere, or a map of it.
+fn environment(sky: &Bound<'_, PyAny>) -> PyResult<Environment> {
+    if let Some(color) = Color::of(sky) {
+        return Ok(Environment::constant(color.into()));
+    }
+    let image = image("sky", sky, Pixels::Srgb8)?;
+    Ok(Environment::lat_long(image, Rgb::WHITE, Mat3::IDENTITY))
 }

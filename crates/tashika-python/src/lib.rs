@@ -11,6 +11,8 @@ mod compare;
 mod errors;
 mod image;
 mod json;
+mod kept;
+mod materials;
 mod measure;
 mod notebook;
 mod render;
@@ -23,11 +25,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _tashika {
     #[pymodule_export]
-    use crate::building::{Camera, Light, Material, Mesh};
+    use crate::building::{Camera, Light, Mesh};
     #[pymodule_export]
     use crate::compare::{Comparison, compare};
     #[pymodule_export]
     use crate::image::{Image, merge, read};
+    #[pymodule_export]
+    use crate::materials::Material;
     #[pymodule_export]
     use crate::measure::{coverage, exact};
     #[pymodule_export]

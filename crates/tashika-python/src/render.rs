@@ -1,6 +1,7 @@
 //! Rendering: `tashika.render`.
 
 use std::ffi::CString;
+use std::path::PathBuf;
 
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -9,13 +10,14 @@ use tashika::error::Result;
 use tashika::film::Window;
 use tashika::gather::View;
 use tashika::integrator::{Integrator, LightSets, LightTransport, LitBy, Path, Setting, Truth};
-use tashika::render::{self as library, RenderOptions, Rendered, TileShare};
+use tashika::render::{Finished, RenderOptions, Rendered, TileShare, blank, resume};
 use tashika::request::{Framing, Integration, Request, Resolved};
 use tashika::vpl::VplOptions;
 
 use crate::attended::{Watch, attended};
 use crate::errors::raised;
 use crate::image::Image;
+use crate::kept::Kept;
 use crate::scene::Scene;
 use crate::vpls::{self, Lights, VplSet};
 use crate::words;
@@ -33,6 +35,9 @@ use crate::words;
 /// - `vpls`: a `VplSet`, or how many to trace (5000; with `truth` 30,000 a set); `clamp`: "auto", "off" or metres; `gather`: gather
 ///   points a pixel (4; with `truth` 16).
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
+/// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the same arguments, however that ended, the
+///   render goes on from it, to the same bits. It stays: remove it when the image is saved. Damage in it is warned of and rendered again;
+///   one of another render is an `InputError`.
 /// - `progress`: called as `progress(pixels, of, promise_met, rays)` about ten times a second. What it raises ends the render and is
 ///   raised again, and so does Ctrl-C.
 ///
@@ -47,7 +52,7 @@ use crate::words;
 #[pyo3(signature = (
     scene, *, camera=None, size=None, crop=None, method="tashika", error=None, confidence=None, claim=None, truth=None,
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
-    sets=None, paths=None, progress=None
+    sets=None, paths=None, checkpoint=None, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -72,6 +77,7 @@ pub fn render(
     clamp: Option<&Bound<'_, PyAny>>,
     sets: Option<u64>,
     paths: Option<u64>,
+    checkpoint: Option<PathBuf>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Image> {
     let scene = scene.get();
@@ -98,14 +104,22 @@ pub fn render(
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
     for name in unused {
         let name = if name == "lights" { "vpls" } else { name };
-        let message = CString::new(format!("{name} means nothing to the method {method} and is not used"))?;
-        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
+        warn(py, &format!("{name} means nothing to the method {method} and is not used"))?;
     }
     let view = View { camera, size, gather, seed };
     let options = RenderOptions { window, share };
-    let rendered =
-        attended(py, threads, progress, |watch| rendered(scene, &integration, given, view, &options, watch))?;
+    let kept = Kept::new(checkpoint);
+    let rendered = attended(py, threads, progress, |watch| {
+        rendered(scene, &integration, given, view, &options, &kept, watch)
+    })?;
+    for trouble in kept.troubles() {
+        warn(py, &trouble)?;
+    }
     Ok(Image::new(rendered.film))
+}
+
+fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)
 }
 
 fn rendered(
@@ -114,12 +128,18 @@ fn rendered(
     given: Option<Py<VplSet>>,
     view: View<'_>,
     options: &RenderOptions,
+    kept: &Kept,
     watch: &Watch,
 ) -> Result<Rendered> {
     let tracer = scene.tracer();
     let run = |integrator: &dyn Integrator| {
         let setting = Setting { tracer, view };
-        library::render(&setting, integrator, options, &|done| watch.tell(&done.progress), watch.cancel())
+        let begun = kept.begin(blank(&setting, integrator, options)?)?;
+        let told = |done: &Finished<'_>| {
+            kept.add(done);
+            watch.tell(&done.progress);
+        };
+        resume(&setting, integrator, options, begun, &told, watch.cancel())
     };
     match integration {
         Integration::ManyLights { method, lights, options } => {

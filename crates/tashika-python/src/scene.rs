@@ -11,8 +11,9 @@ use tashika::error::Error;
 use tashika::io::{LoadOptions, load_scene};
 use tashika::scene::{self, builtin as made};
 
-use crate::building::{Camera, Color, Light, Material, Mesh, Parts, build};
+use crate::building::{Camera, Light, Mesh, Parts, build};
 use crate::errors::{option, raised};
+use crate::materials::Material;
 
 /// A scene: surfaces, lights and cameras, ready to be rendered.
 ///
@@ -51,7 +52,9 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// A scene of meshes, lights and a camera; `materials` are those that meshes name, `sky` is a radiance (W/m²/sr) from everywhere.
+    /// A scene of meshes, lights and a camera; `materials` are those that meshes name. `sky` is a radiance (W/m²/sr) from everywhere, or a
+    /// map of it by latitude and longitude: an array of shape (height, width, 3) whose top row is up (+y), whose middle column is -z and
+    /// the next to the right towards +x.
     ///
     /// Without a camera it gets one that sees all of it, without light a white sky and a sun; `notes` tells. Raises `InputError` for what
     /// cannot be rendered.
@@ -76,7 +79,7 @@ impl Scene {
         materials: Option<BTreeMap<String, Bound<'py, Material>>>,
         lights: Vec<Bound<'py, Light>>,
         camera: Option<Bound<'py, Camera>>,
-        sky: Option<Color>,
+        sky: Option<Bound<'py, PyAny>>,
         name: &str,
     ) -> PyResult<Self> {
         build(name, Parts { meshes, materials: materials.unwrap_or_default(), lights, camera, sky })

@@ -136,7 +136,9 @@ def test_shares_are_joined_one_after_the_other_in_any_order(tiny: tashika.Scene)
     assert np.array_equal(missing["stop"] == 0, (parts[1]["stop"] != 0))
 
     other = tashika.render(tiny, tiles=(2, 3), seed=9, **options)
-    with pytest.raises(tashika.InputError, match=r"part 2 \(tashika\): .*seed = 9; .* in part 1 \(tashika\): .*seed = 1"):
+    with pytest.raises(
+        tashika.InputError, match=r"part 2 \(tashika\): .*seed = 9; .* in part 1 \(tashika\): .*seed = 1"
+    ):
         tashika.merge([parts[0], other])
     with pytest.raises(tashika.OptionError, match="at least one image"):
         tashika.merge([])

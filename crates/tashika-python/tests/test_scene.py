@@ -91,6 +91,10 @@ def test_normals_and_texture_coordinates_are_taken() -> None:
         tashika.Material.coated(0.5, alpha=0.2),
         tashika.Material.mirror(0.9),
         tashika.Material.glass(ior=1.3),
+        tashika.Material.phong(np.full((2, 2, 3), 0.3), np.full((2, 2), 0.5), 40),
+        tashika.Material.coated(np.full((2, 2), 128, np.uint8), alpha=np.full((2, 2), 0.2)),
+        tashika.Material.conductor(0.9, np.linspace(0, 0.5, 8)[None, :]),
+        tashika.Material.mirror(np.ones((1, 1))).emitting(np.ones((2, 2, 3))),
     ],
     ids=repr,
 )
@@ -102,6 +106,107 @@ def test_materials_are_seen(material: tashika.Material) -> None:
     )
     radiance = tashika.render(scene, size=(6, 4), vpls=100, gather=16)["radiance"]
     assert np.isfinite(radiance).all() and (radiance > 0).all()
+
+
+def test_images_are_on_surfaces_where_their_coordinates_say() -> None:
+    # Seen from above with -z up, the floor's picture stands upright, by a film that is as large as the floor.
+    uvs = np.float32([[0, 0], [0, 1], [1, 1], [1, 0]])
+    camera = tashika.Camera.orthographic((0, 3, 0), (0, 0, 0), 2, up=(0, 0, -1), size=(40, 20))
+    picture = np.random.default_rng(7).uniform(0.1, 0.9, (4, 8, 3)).astype(np.float32)
+
+    def albedo(picture: np.ndarray) -> np.ndarray:
+        wide = FLOOR * np.float32([2, 1, 1])
+        # A texel a pixel, in squares of equal ones: in their middle nothing is blended in.
+        material = tashika.Material.diffuse(picture.repeat(5, 0).repeat(5, 1))
+        scene = tashika.Scene.build(
+            [tashika.Mesh(wide, QUAD, material=material, uvs=uvs)], camera=camera, sky=1
+        )
+        return tashika.render(scene, vpls=50, gather=64)["albedo"].reshape(4, 5, 8, 5, 3)[:, 2, :, 2]
+
+    assert np.allclose(albedo(picture), picture, atol=1e-4)
+    assert np.allclose(albedo(picture[:, :, 0]), picture[:, :, :1], atol=1e-4), "gray"
+    stored = np.uint8(np.round(255 * picture))
+    decoded = np.where(stored / 255 <= 0.04045, stored / 255 / 12.92, ((stored / 255 + 0.055) / 1.055) ** 2.4)
+    assert np.allclose(albedo(stored), decoded, atol=1e-4), "bytes are sRGB"
+
+
+def test_a_map_of_the_sky_is_turned_as_documented() -> None:
+    sky = np.zeros((3, 4, 3), np.float32)
+    # Up red, the middle columns (-z) green, one further (+x) blue; texels are 60 and 90 degrees wide.
+    sky[0], sky[1:, 1:3] = (1, 0, 0), (0, 1, 0)
+    sky[1:, 3] = (0, 0, 1)
+    scene = tashika.Scene.build([], sky=sky)
+
+    def seen(towards: tuple[float, float, float]) -> np.ndarray:
+        up = (0, 0, 1) if towards[1] else (0, 1, 0)
+        camera = tashika.Camera((0, 0, 0), towards, up=up, vertical_fov=1, size=(1, 1))
+        return tashika.render(tashika.Scene.build([], sky=sky, camera=camera), vpls=10)["radiance"][0, 0]
+
+    assert scene.triangles["stored"] == 0
+    assert np.allclose(seen((0, 1, 0)), (1, 0, 0), atol=0.02)
+    assert np.allclose(seen((0, -0.6, -1)), (0, 1, 0), atol=0.02)
+    assert np.allclose(seen((0, 0.1, 1))[1], 0, atol=0.02), "behind"
+    right = seen((1, -0.6, 0.1))
+    assert right[2] > 0.4 and right[0] < 0.02
+
+
+def test_transforms_place_a_mesh_by_columns() -> None:
+    places = np.stack([np.eye(4), np.diag([0.5, 1, 0.5, 1]), np.eye(4)])
+    places[1, :3, 3], places[2, :3, 3] = (3, 0, 0), (0, 0, 3)
+    white = tashika.Material.diffuse(1)
+    camera = tashika.Camera.orthographic((0, 9, 0), (0, 0, 0), 8, up=(0, 0, -1), size=(8, 8))
+    mesh = tashika.Mesh(FLOOR, QUAD, material=white, transforms=places)
+    scene = tashika.Scene.build([mesh], camera=camera, sky=1)
+    assert scene.triangles == {"stored": 2, "instanced": 6}
+    covered = tashika.render(scene, vpls=10, gather=256)["coverage"]
+    wanted = np.zeros((8, 8))
+    wanted[3:5, 3:5] = wanted[6:8, 3:5] = 1
+    # Half as large at x = 3: a quarter of each of four pixels.
+    wanted[3:5, 6:8] = 0.25
+    assert np.allclose(covered, wanted, atol=0.05)
+    for wrong, message in [
+        (np.eye(3), r"the shape \[3, 3\]; expected the shape \(k, 4, 4\)"),
+        (np.ones((4, 4)), "the last row .* expected 0, 0, 0, 1"),
+        ([["a"]], "an array of <U1; expected an array of numbers"),
+    ]:
+        with pytest.raises(tashika.OptionError, match=message):
+            tashika.Mesh(FLOOR, QUAD, material=white, transforms=wrong)
+
+
+def test_a_spot_lights_its_cone() -> None:
+    spot = tashika.Light.spot((0, 1, 0), (0, -1, 0), 5, inner=15, outer=30)
+    camera = tashika.Camera.orthographic((0, 3, 0), (0, 0, 0), 2, up=(0, 0, -1), size=(41, 41))
+    floor = tashika.Mesh(FLOOR, QUAD, material=tashika.Material.diffuse(0.5))
+    scene = tashika.Scene.build([floor], lights=[spot], camera=camera)
+    row = tashika.render(scene, vpls=10, gather=16, clamp="off", method="exact")["radiance"][20, :, 0]
+    x = np.abs(np.linspace(-1, 1, 42)[:-1] + 1 / 41)
+    assert np.allclose(row[20], 0.5 / np.pi * 5, rtol=0.01), "I ρ/π at one metre"
+    inside = x < np.tan(np.radians(15)) - 0.05
+    assert np.allclose(row[inside], 0.5 / np.pi * 5 / (1 + x[inside] ** 2) ** 1.5, rtol=0.01)
+    assert (row[x > np.tan(np.radians(30)) + 0.05] == 0).all()
+    fading = row[(x > 0.36) & (x < 0.5)]
+    assert ((fading > 0) & (fading < 0.7)).all()
+    with pytest.raises(tashika.OptionError, match="0 <= inner < outer <= 180"):
+        tashika.Light.spot((0, 1, 0), (0, -1, 0), 5, inner=30, outer=30)
+
+
+@pytest.mark.parametrize(
+    ("picture", "message"),
+    [
+        (np.zeros((2, 2, 4)), r"reflectance = an array of the shape \[2, 2, 4\]; expected a number, three"),
+        (np.zeros((0, 2)), r"the shape \[0, 2\]"),
+        ("red", "reflectance = an array of <U3"),
+        (None, "an array of object"),
+    ],
+)
+def test_pictures_that_cannot_be_are_refused(picture: object, message: str) -> None:
+    with pytest.raises(tashika.OptionError, match=message):
+        tashika.Material.diffuse(picture)
+    dark = tashika.Material.diffuse(np.full((1, 1), -0.5))
+    with pytest.raises(tashika.InputError, match="a texel of -0.5"):
+        tashika.Scene.build([tashika.Mesh(FLOOR, QUAD, material=dark)])
+    with pytest.raises(tashika.InputError, match="environment"):
+        tashika.Scene.build([], sky=np.full((1, 1), np.nan))
 
 
 def test_what_is_missing_is_made_and_told() -> None:

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 _Path = str | PathLike[str]
 _Vector = tuple[float, float, float] | Sequence[float]
 _Color = float | _Vector
+_Paint = _Color | NDArray[Any]
+_Number = float | NDArray[Any]
 _Clamp = Literal["auto", "off"] | float
 _Vpls = VplSet | int
 _Progress = Callable[[int, int, int, int], object]
@@ -46,7 +48,7 @@ class Scene:
         materials: Mapping[str, Material] | None = None,
         lights: Sequence[Light] = ...,
         camera: Camera | None = None,
-        sky: _Color | None = None,
+        sky: _Paint | None = None,
         name: str = "scene",
     ) -> Scene: ...
 
@@ -55,18 +57,18 @@ class Material:
     """What a mesh is made of."""
 
     @staticmethod
-    def diffuse(reflectance: _Color) -> Material: ...
+    def diffuse(reflectance: _Paint) -> Material: ...
     @staticmethod
-    def phong(diffuse: _Color, specular: _Color, exponent: float) -> Material: ...
+    def phong(diffuse: _Paint, specular: _Paint, exponent: float) -> Material: ...
     @staticmethod
-    def conductor(f0: _Color, alpha: float) -> Material: ...
+    def conductor(f0: _Color, alpha: _Number) -> Material: ...
     @staticmethod
-    def coated(reflectance: _Color, *, ior: float = 1.5, alpha: float = 0.1) -> Material: ...
+    def coated(reflectance: _Paint, *, ior: float = 1.5, alpha: _Number | None = None) -> Material: ...
     @staticmethod
-    def mirror(reflectance: _Color) -> Material: ...
+    def mirror(reflectance: _Paint) -> Material: ...
     @staticmethod
     def glass(*, ior: float = 1.5) -> Material: ...
-    def emitting(self, radiance: _Color, *, two_sided: bool = False) -> Material: ...
+    def emitting(self, radiance: _Paint, *, two_sided: bool = False) -> Material: ...
 
 @final
 class Mesh:
@@ -80,6 +82,7 @@ class Mesh:
         material: Material | str,
         normals: ArrayLike | None = None,
         uvs: ArrayLike | None = None,
+        transforms: ArrayLike | None = None,
         name: str = "",
     ) -> Mesh: ...
 
@@ -90,11 +93,15 @@ class Light:
     @staticmethod
     def point(position: _Vector, intensity: _Color) -> Light: ...
     @staticmethod
+    def spot(
+        position: _Vector, direction: _Vector, intensity: _Color, *, inner: float = 0.0, outer: float = 45.0
+    ) -> Light: ...
+    @staticmethod
     def directional(direction: _Vector, irradiance: _Color) -> Light: ...
 
 @final
 class Camera:
-    """A perspective camera."""
+    """A camera: perspective, or orthographic."""
 
     def __new__(
         cls,
@@ -107,6 +114,16 @@ class Camera:
         name: str = "camera",
         lens_radius: float = 0.0,
         focus_distance: float | None = None,
+    ) -> Camera: ...
+    @staticmethod
+    def orthographic(
+        eye: _Vector,
+        target: _Vector,
+        height: float,
+        *,
+        up: _Vector = ...,
+        size: tuple[int, int] | None = None,
+        name: str = "camera",
     ) -> Camera: ...
 
 @final
@@ -236,6 +253,7 @@ def render(
     clamp: _Clamp | None = None,
     sets: int | None = None,
     paths: int | None = None,
+    checkpoint: _Path | None = None,
     progress: _Progress | None = None,
 ) -> Image: ...
 def exact(

@@ -73,13 +73,17 @@ def render(
         if isinstance(vpls, VplSet):
             lights = client.scatter(_bytes(vpls, ".vpl"), broadcast=True)
         else:
-            lights = client.submit(_lights, scene, allow_outside, vpls, seed, clamp, retries=retries, pure=False)
+            lights = client.submit(
+                _lights, scene, allow_outside, vpls, seed, clamp, retries=retries, pure=False
+            )
         vpls = clamp = None
     told = {"vpls": vpls, "clamp": clamp, "seed": seed, "threads": threads, **options}
     told = {name: value for name, value in told.items() if value is not None}
     # Told by their number, so that they can be joined in any order.
     tasks = [
-        client.submit(_share, scene, allow_outside, lights, f"{number}/{shares}", told, retries=retries, pure=False)
+        client.submit(
+            _share, scene, allow_outside, lights, f"{number}/{shares}", told, retries=retries, pure=False
+        )
         for number in range(1, shares + 1)
     ]
 
@@ -129,6 +133,8 @@ def _lights(scene: str, allow_outside: bool, count: int | None, seed: int, clamp
     return _bytes(trace(_scene(scene, allow_outside), count=count, seed=seed, clamp=clamp, threads=1), ".vpl")
 
 
-def _share(scene: str, allow_outside: bool, lights: _Bytes | None, tiles: str, told: dict[str, Any]) -> _Bytes:
-    more = {} if lights is None else {"vpls": _set(lights)}
+def _share(
+    scene: str, allow_outside: bool, lights: _Bytes | None, tiles: str, told: dict[str, Any]
+) -> _Bytes:
+    more: dict[str, Any] = {} if lights is None else {"vpls": _set(lights)}
     return _bytes(render_here(_scene(scene, allow_outside), tiles=tiles, **told, **more), ".exr")

@@ -16,6 +16,7 @@
 //! # Held to this by
 //! The tests below; those of the program in `tests/parts.rs`, which end it by force.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -36,6 +37,8 @@ const MAX_HEAD_BYTES: u32 = 1 << 20;
 pub struct Checkpoint {
     path: PathBuf,
     file: File,
+    /// The tiles that it has: x, y, width, height.
+    known: BTreeSet<[u32; 4]>,
 }
 
 /// What a checkpoint had.
@@ -83,15 +86,19 @@ impl Checkpoint {
         // What is not used is not left between what is and what comes.
         file.set_len(end).map_err(io)?;
         file.seek(SeekFrom::Start(end)).map_err(io)?;
-        Ok((Self { path: path.to_owned(), file }, resumed))
+        let known = resumed.tiles.iter().map(place).collect();
+        Ok((Self { path: path.to_owned(), file, known }, resumed))
     }
 
-    /// Adds a finished tile.
+    /// Adds a finished tile, unless it has it.
     ///
     /// # Errors
     /// [`Error::Io`]; what was added before stays.
     pub fn add(&mut self, film: &Film, tile: Window) -> Result<()> {
-        self.file.write_all(&record(film, tile)).map_err(|e| Error::io(&self.path, e))
+        if self.known.insert(place(&tile)) {
+            self.file.write_all(&record(film, tile)).map_err(|e| Error::io(&self.path, e))?;
+        }
+        Ok(())
     }
 
     /// Removes the file: the render is complete and written.
@@ -101,6 +108,10 @@ impl Checkpoint {
     pub fn remove(self) -> Result<()> {
         fs::remove_file(&self.path).map_err(|e| Error::io(&self.path, e))
     }
+}
+
+fn place(tile: &Window) -> [u32; 4] {
+    [tile.x, tile.y, tile.width, tile.height]
 }
 
 fn kind(plane: &Plane) -> &'static str {
@@ -202,7 +213,7 @@ fn sample_bytes(film: &Film, tile: Window) -> u64 {
 
 fn record(film: &Film, tile: Window) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(20 + sample_bytes(film, tile) as usize);
-    for number in [tile.x, tile.y, tile.width, tile.height] {
+    for number in place(&tile) {
         bytes.extend(number.to_le_bytes());
     }
     for (x, y) in tile.pixels() {
@@ -343,6 +354,10 @@ mod tests {
             (TILES[..2].to_vec(), only(&TILES[..2]), None)
         );
         checkpoint.add(&film(), TILES[2]).unwrap();
+        let length = || fs::metadata(&path).unwrap().len();
+        let before = length();
+        TILES.iter().for_each(|tile| checkpoint.add(&film(), *tile).unwrap());
+        assert_eq!(length(), before, "it has them");
         assert!(Checkpoint::open(&path, &blank(1)).unwrap_err().to_string().contains("another program"));
         drop(checkpoint);
         let (checkpoint, resumed) = Checkpoint::open(&path, &blank(1)).unwrap();

@@ -125,6 +125,7 @@ impl Environment {
         let mut luminance = Vec::with_capacity(w * h);
         let mut mean = [0.0f64; 3];
         let mut solid_angle = 0.0;
+        let mut sound = true;
         let size_of_row = |y: usize| match mapping {
             Mapping::LatLong => f64::from(sin_cos(PI * (y as f32 + 0.5) / h as f32).0),
             Mapping::Octahedral => 1.0,
@@ -134,6 +135,7 @@ impl Environment {
             for x in 0..w {
                 // What is no radiance is refused by `is_valid`; it must not break the tables.
                 let c = image.texel(x as u32, y as u32).0 * scale;
+                sound &= c.is_valid();
                 let c = if c.is_valid() { c } else { Rgb::BLACK };
                 luminance.push(f64::from(c.luminance()));
                 for (m, v) in mean.iter_mut().zip(c.to_array()) {
@@ -161,7 +163,7 @@ impl Environment {
             );
         }
         match Piecewise2d::new(&weights, w) {
-            None => Self::constant(Rgb::BLACK),
+            None => Self::constant(if sound { Rgb::BLACK } else { Rgb::gray(f32::NAN) }),
             Some(density) => {
                 let radiance = Radiance::Map { image, mapping, scale, density: Box::new(density) };
                 Self { radiance, to_local: to_world.transpose(), mean }
@@ -309,6 +311,19 @@ mod tests {
         let bright = Vec3::new(1.0, 2f32.sqrt(), 1.0).normalize();
         assert!(e.radiance(bright).r > 0.99, "{:?}", e.radiance(bright));
         assert!(e.radiance(Vec3::new(-1.0, 1.0, -1.0).normalize()).r < 1e-3);
+    }
+
+    #[test]
+    fn what_is_no_radiance_is_not_valid_wherever_it_stands() {
+        let map = |texels: &[f32]| {
+            let pixels = Pixels::Float(texels.iter().map(|t| [*t; 3]).collect());
+            let image = Image { name: "e".into(), width: texels.len() as u32, height: 1, pixels };
+            Environment::lat_long(image, Rgb::WHITE, Mat3::IDENTITY)
+        };
+        assert!(map(&[0.0, 0.0]).is_valid() && map(&[0.0, 0.0]).is_black() && map(&[0.0, 1.0]).is_valid());
+        for texels in [[f32::NAN; 2], [0.0, f32::NAN], [1.0, f32::INFINITY], [-1.0, 0.0], [-1.0, 2.0]] {
+            assert!(!map(&texels).is_valid(), "{texels:?}");
+        }
     }
 
     /// E[radiance / pdf] is the integral over the sphere; the variance is small because the density follows

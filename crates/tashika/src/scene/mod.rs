@@ -11,6 +11,7 @@ mod builder;
 pub mod builtin;
 mod camera;
 mod check;
+mod digest;
 mod emitter;
 mod environment;
 mod material;
@@ -96,12 +97,12 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The same scene, made of files with this digest.
+    /// The same scene, made of what has this digest.
     pub fn with_digest(self, digest: u64) -> Self {
         Self { digest: Some(digest), ..self }
     }
 
-    /// A number of the files that it was made of; none if it was made by code.
+    /// A number of the files that it was made of, or of its contents; none of scenes that come with the program.
     pub fn digest(&self) -> Option<u64> {
         self.digest
     }
