@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 use tashika::experiment::{Pixels, Pool, converged};
-use tashika::film::{Film, Window};
+use tashika::film::Film;
 use tashika::integrator::{ControlOptions, Integrator, Setting};
 use tashika::report::{Claims, Tolerance};
 
@@ -35,8 +35,6 @@ pub struct Audit {
 pub struct Subject<'a> {
     /// What was rendered.
     pub film: &'a Film,
-    /// The part of the image that it is.
-    pub window: Window,
     /// Rays and gather points.
     pub setting: Setting<'a>,
     /// What tells the truth.
@@ -55,9 +53,11 @@ pub fn audit(
     meter: &Meter,
     cancel: &AtomicBool,
 ) -> Result<Option<Audit>, Failure> {
-    let Subject { film, window, setting, truth, promise: options } = subject;
+    let Subject { film, setting, truth, promise: options } = subject;
+    // Of a small image all pixels are enough: a refusal would come after the work.
+    let count = count.min(film.window().area());
     // Pixels are drawn apart from anything that the render has drawn.
-    let pixels = Pixels::of(*window, Some(count), options.seed.wrapping_add(0x5eed))?;
+    let pixels = Pixels::of(film.window(), Some(count), options.seed.wrapping_add(0x5eed))?;
     meter.phase(&format!("audit by {}: {}", truth.name(), counted(pixels.count(), "pixel", "pixels")));
     let exact = pixels.render(setting, truth.as_ref(), &|p| meter.update(p), cancel)?;
     if !exact.complete {
@@ -65,7 +65,8 @@ pub fn audit(
     }
     let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
     let mut pool = Pool::new(tolerance);
-    pool.add(film, &converged(&exact.film, &tolerance))?;
+    // The truth is a film of the whole image.
+    pool.add(film, &converged(&exact.film.cropped(film.window())?, &tolerance))?;
     let share = pool.within();
     let interval = share.interval();
     Ok(Some(Audit {

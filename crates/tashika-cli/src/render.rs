@@ -72,7 +72,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let progress = meter.finish();
     let audit = match (plan.audit, truth(plan, &lit, &stage.tracer)?) {
         (Some(count), Some((truth, promise))) if rendered.complete => {
-            let subject = Subject { film: &rendered.film, window, setting, truth, promise };
+            let subject = Subject { film: &rendered.film, setting, truth, promise };
             timed(&mut seconds.audit, || {
                 interrupt::with_flag(|cancel| audit(count, &subject, meter, cancel))
             })?

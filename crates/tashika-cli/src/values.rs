@@ -46,11 +46,8 @@ pub fn size(typed: &str) -> Result<[u32; 2], String> {
 
 /// A part of the image: `X,Y,W,H`.
 pub fn crop(typed: &str) -> Result<Window, String> {
-    let numbers: Result<Vec<u32>, _> = typed.split(',').map(|n| n.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, width, height]) => Ok(Window { x, y, width, height }),
-        _ => Err("expected X,Y,W,H in pixels from the top left, such as 0,0,320,240".to_owned()),
-    }
+    let wrong = || "expected X,Y,W,H in pixels from the top left, such as 0,0,320,240".to_owned();
+    typed.parse().map_err(|_| wrong())
 }
 
 /// Where a program listens: `127.0.0.1:14158`, `render-node:14158`, `[::1]:14158`.

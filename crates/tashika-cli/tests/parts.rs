@@ -65,6 +65,30 @@ fn shares_are_merged_to_the_same_bytes() {
 }
 
 #[test]
+fn many_shares_are_small_films_that_merge_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let render = format!("{RENDER} --crop 3,5,60,40 -q");
+    succeeds(folder, &format!("{render} -o whole.exr"));
+    let mut parts = Vec::new();
+    for number in 1..=20 {
+        let more = if number == 7 { "--audit 5 --checkpoint" } else { "" };
+        succeeds(folder, &format!("{render} --tiles {number}/20 -o part-{number}.exr {more}"));
+        let part = tashika::io::read_exr(&folder.join(format!("part-{number}.exr"))).unwrap();
+        assert!(part.window().area() <= 60 * 40 / 4, "{:?}", part.window());
+        parts.push(format!("part-{number}.exr"));
+    }
+    let all_but_one = parts[1..].join(" ");
+    fails(folder, &format!("merge {all_but_one} -o a.exr"), &["of 20 shares these are missing: 1"]);
+    parts.reverse();
+    succeeds(folder, &format!("merge {} -o merged.exr -q", parts.join(" ")));
+    same_as_whole(folder, "merged");
+    // Another crop of the same image is another render.
+    succeeds(folder, &format!("{RENDER} -q --crop 3,5,60,41 --tiles 1/20 -o part-1.exr"));
+    fails(folder, &format!("merge {} -o a.exr", parts.join(" ")), &["window = 3,5,60,41"]);
+}
+
+#[test]
 fn parts_of_another_render_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

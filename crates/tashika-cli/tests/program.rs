@@ -212,6 +212,9 @@ fn an_audit_says_what_was_kept() {
     let kept = folder.film("render.exr").metadata().number("audit.kept");
     assert_eq!(kept, Some(number("kept")));
 
+    folder.run(&format!("{stage} --crop 3,2,9,7 --audit 99 --json c.json")).succeeds();
+    assert_eq!(folder.json("c.json")["audit"]["of"], 63, "all pixels of the part");
+
     // A cut that may not grow claims nothing, and is far off.
     let run = folder.run(&format!("{stage} --audit 60 --max-pairs 2 --json b.json"));
     assert_eq!(run.code, Some(5), "{}", run.stderr);

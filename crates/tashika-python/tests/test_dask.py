@@ -59,7 +59,7 @@ def test_a_worker_that_is_killed_in_its_work_changes_nothing(whole):
                 os.kill(victim, signal.SIGKILL)
                 killed.append(victim)
 
-        image = tashika.dask.render(client, "builtin:tiny", shares=12, vpls=LIGHTS, progress=kill, **OPTIONS)
+        image = tashika.dask.render(client, "builtin:tiny", shares=20, vpls=LIGHTS, progress=kill, **OPTIONS)
         assert killed
         same(image, whole)
         assert victim not in client.run(os.getpid).values(), "it was another process that was killed"

@@ -18,6 +18,9 @@ mod plane;
 pub use metadata::{Metadata, Value};
 pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
 
+use std::fmt;
+use std::str::FromStr;
+
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 
@@ -38,6 +41,28 @@ pub struct Window {
     pub width: u32,
     /// Rows.
     pub height: u32,
+}
+
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{},{},{}", self.x, self.y, self.width, self.height)
+    }
+}
+
+impl FromStr for Window {
+    type Err = Error;
+
+    /// Four numbers with commas between them: `x,y,width,height`.
+    ///
+    /// # Errors
+    /// [`Error::Option`] naming `window` if it is anything else.
+    fn from_str(text: &str) -> Result<Self> {
+        let numbers: std::result::Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok(&[x, y, width, height]) => Ok(Self { x, y, width, height }),
+            _ => Err(Error::option("window", text, "X,Y,W,H in pixels from the top left")),
+        }
+    }
 }
 
 impl Window {
@@ -61,6 +86,22 @@ impl Window {
         self.area() > 0
             && self.x as u64 + self.width as u64 <= size[0] as u64
             && self.y as u64 + self.height as u64 <= size[1] as u64
+    }
+
+    /// Whether all of another window lies inside.
+    pub const fn covers(&self, other: &Self) -> bool {
+        other.x >= self.x
+            && other.y >= self.y
+            && other.x as u64 + other.width as u64 <= self.x as u64 + self.width as u64
+            && other.y as u64 + other.height as u64 <= self.y as u64 + self.height as u64
+    }
+
+    /// The smallest window with all of both.
+    pub fn union(&self, other: &Self) -> Self {
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let width = (self.x + self.width).max(other.x + other.width) - x;
+        let height = (self.y + self.height).max(other.y + other.height) - y;
+        Self { x, y, width, height }
     }
 
     /// All pixels, row by row, in coordinates of the full image.
@@ -156,6 +197,21 @@ impl Film {
         Self::check(size, window)?;
         let planes = self.planes.iter().map(|plane| plane.blank(window)).collect();
         Ok(Self::from_planes(size, window, planes, self.metadata.clone()))
+    }
+
+    /// The part of the film inside `window`.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    ///
+    /// # Panics
+    /// If the window is not inside the film's.
+    pub fn cropped(&self, window: Window) -> Result<Self> {
+        let mut part = self.blank(self.size, window)?;
+        for y in window.y..window.y + window.height {
+            part.copy_pixels([window.x, y], self, [window.x, y], window.width);
+        }
+        Ok(part)
     }
 
     /// Sets `count` pixels in a row, beginning with `to`, to those of another film that begin with `at`, bit by bit.
@@ -275,6 +331,35 @@ mod tests {
         assert_eq!(colors[0], Rgb::new(3.0, 1.0, 0.5));
         assert_eq!(colors[7], Rgb::new(6.0, 2.0, 0.5));
         assert!(film.plane("half_width").is_none());
+    }
+
+    #[test]
+    fn windows_are_said_joined_and_held_against_each_other() {
+        let window = |x, y, width, height| Window { x, y, width, height };
+        assert_eq!(WINDOW.to_string(), "3,1,4,2");
+        assert_eq!("3, 1,4,2".parse::<Window>().unwrap(), WINDOW);
+        for wrong in ["", "3,1,4", "3,1,4,2,1", "3,1,-4,2", "3,1,4,x"] {
+            assert!(wrong.parse::<Window>().unwrap_err().to_string().contains("X,Y,W,H"), "{wrong}");
+        }
+        assert_eq!(WINDOW.union(&window(0, 2, 1, 5)), window(0, 1, 7, 6));
+        assert_eq!(WINDOW.union(&window(4, 1, 2, 1)), WINDOW);
+        assert!(WINDOW.covers(&WINDOW) && WINDOW.covers(&window(6, 2, 1, 1)));
+        for beyond in [window(2, 1, 1, 1), window(3, 0, 1, 1), window(6, 1, 2, 1), window(3, 2, 1, 2)] {
+            assert!(!WINDOW.covers(&beyond), "{beyond}");
+        }
+    }
+
+    #[test]
+    fn a_part_has_the_pixels_at_their_places() {
+        let mut film = Film::new([10, 5], WINDOW, SPECS).unwrap();
+        for (x, y) in WINDOW.pixels() {
+            film.plane_mut("cost").unwrap().set_u32(x, y, &[x, y]);
+        }
+        film.metadata_mut().set("seed", 7_u32);
+        let part = film.cropped(Window { x: 4, y: 2, width: 2, height: 1 }).unwrap();
+        let cost = part.plane("cost").unwrap();
+        assert_eq!((cost.u32_at(4, 2), cost.u32_at(5, 2)), (&[4, 2][..], &[5, 2][..]));
+        assert_eq!((part.size(), part.metadata()), (film.size(), film.metadata()));
     }
 
     #[test]

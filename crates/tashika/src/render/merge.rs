@@ -1,7 +1,7 @@
 //! Parts of an image, rendered by several machines, as one film.
 //!
-//! A part is a film of the whole window in which the plane `stop` is 0 where another part is to be looked at; its metadata `tiles` says
-//! which shares of how many it is. Parts go together if they are of the same render: the same planes, window and metadata but for `tiles`,
+//! A part is a film of some of the window in which the plane `stop` is 0 where another part is to be looked at; its metadata `tiles` says
+//! which shares of how many it is, `window` of what. Parts go together if they are of the same render: the same planes, size and metadata but for `tiles`,
 //! `complete` and what an audit said. A pixel that several parts have (a share that was rendered twice, because the first worker was
 //! thought lost) has to be the same in all of them, bit by bit.
 //!
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use super::TileShare;
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Metadata, Plane, Value};
+use crate::film::{Film, Metadata, Plane, SampleKind, Value, Window};
 
 /// What is known of a film that was joined from parts.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ impl Merger {
     /// # Errors
     /// [`Error::Invalid`], naming the part, if it is none.
     pub fn new(name: &Path, first: &Film) -> Result<Self> {
-        let mut film = first.blank(first.size(), first.window())?;
+        let mut film = first.blank(first.size(), window_of(name, first)?)?;
         let mut metadata = Metadata::default();
         for (name, value) in first.metadata().iter().filter(|(name, _)| !may_differ(name)) {
             metadata.set(name, value.clone());
@@ -75,15 +75,19 @@ impl Merger {
                 format!("a share of {}", self.of),
             ));
         }
-        let (there, here) = (stops(name, part)?, stops(name, &self.film)?.to_vec());
-        let rendered = || part.window().pixels().enumerate().filter(|(i, _)| there[*i] != 0);
-        if let Some((_, (x, y))) =
-            rendered().find(|(i, _)| here[*i] != 0 && !same_pixel(&self.film, part, *i))
-        {
+        if !self.film.window().covers(&part.window()) {
+            let inside = format!("pixels inside {}", self.film.window());
+            return Err(self.refused(name, format!("the pixels {}", part.window()), inside));
+        }
+        let there = stops(name, part)?;
+        let rendered = || part.window().pixels().zip(there).filter(|(_, stop)| **stop != 0).map(|(at, _)| at);
+        let here = stops(name, &self.film)?;
+        let has = |x, y| here[self.film.window().index(x, y)] != 0;
+        if let Some((x, y)) = rendered().find(|(x, y)| has(*x, *y) && !same_pixel(&self.film, part, *x, *y)) {
             let found = format!("another value for pixel {x},{y} than an earlier part");
             return Err(Error::invalid(Location::file(name), found, "parts that agree where they overlap"));
         }
-        for (_, (x, y)) in rendered() {
+        for (x, y) in rendered() {
             self.film.copy_pixels([x, y], part, [x, y], 1);
         }
         if !share.is_whole() {
@@ -114,10 +118,7 @@ impl Merger {
 
     fn same_render(&self, name: &Path, film: &Film) -> Result<()> {
         let first = &self.film;
-        let shows = |f: &Film| {
-            let ([width, height], w) = (f.size(), f.window());
-            format!("the part {},{},{},{} of {width}x{height} pixels", w.x, w.y, w.width, w.height)
-        };
+        let shows = |f: &Film| format!("an image of {}x{} pixels", f.size()[0], f.size()[1]);
         if shows(film) != shows(first) {
             return Err(self.refused(name, shows(film), shows(first)));
         }
@@ -151,15 +152,23 @@ impl Merger {
     }
 }
 
-fn same_pixel(a: &Film, b: &Film, i: usize) -> bool {
-    a.planes().iter().zip(b.planes()).all(|(a, b)| {
-        let n = a.channels().len();
-        let range = i * n..(i + 1) * n;
-        let bits = |p: &Plane| -> Vec<u32> {
-            let floats = p.f32_samples().map(|s| s[range.clone()].iter().map(|v| v.to_bits()).collect());
-            floats.or_else(|| p.u32_samples().map(|s| s[range.clone()].to_vec())).unwrap_or_default()
-        };
-        bits(a) == bits(b)
+fn same_pixel(a: &Film, b: &Film, x: u32, y: u32) -> bool {
+    a.planes().iter().zip(b.planes()).all(|(a, b)| match (a.kind(), b.kind()) {
+        (SampleKind::F32, SampleKind::F32) => {
+            let bits = |v: &f32| v.to_bits();
+            a.f32_at(x, y).iter().map(bits).eq(b.f32_at(x, y).iter().map(bits))
+        }
+        (SampleKind::U32, SampleKind::U32) => a.u32_at(x, y) == b.u32_at(x, y),
+        _ => false,
+    })
+}
+
+/// The window of the render, of which a part may have some.
+fn window_of(name: &Path, part: &Film) -> Result<Window> {
+    let Some(text) = part.metadata().text("window") else { return Ok(part.window()) };
+    text.parse().map_err(|_| {
+        let found = format!("a film whose window is {text:?}");
+        Error::invalid(Location::file(name), found, "a part that `tashika render` wrote")
     })
 }
 
@@ -190,17 +199,18 @@ fn may_differ(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{PlaneSpec, SampleKind, Window};
+    use crate::film::PlaneSpec;
 
     const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
         PlaneSpec { name, channels, unit: "1", kind, doc: "" }
     }
+    const SPECS: &[PlaneSpec] =
+        &[spec("", &["R", "G", "B"], SampleKind::F32), spec("stop", &["id"], SampleKind::U32)];
     const WINDOW: Window = Window { x: 2, y: 3, width: 5, height: 4 };
 
     /// The pixels of which `mine` says so, of a film whose values are their place and bits that are not those of a number's value.
     fn part(share: &str, mine: impl Fn(u32, u32) -> bool) -> Film {
-        let specs = [spec("", &["R", "G", "B"], SampleKind::F32), spec("stop", &["id"], SampleKind::U32)];
-        let mut film = Film::new([10, 10], WINDOW, &specs).unwrap();
+        let mut film = Film::new([10, 10], WINDOW, SPECS).unwrap();
         for (x, y) in WINDOW.pixels().filter(|(x, y)| mine(*x, *y)) {
             film.plane_mut("").unwrap().set_f32(x, y, &[x as f32, y as f32, -0.0]);
             film.plane_mut("stop").unwrap().set_u32(x, y, &[3]);
@@ -230,6 +240,37 @@ mod tests {
         let both = part("1,2/3", |x, y| (x + y) % 3 != 2);
         assert_eq!(merged(&[&both, &b, &c]).unwrap().film, whole);
         assert_eq!(merged(&[&whole, &whole]).unwrap().film, whole);
+    }
+
+    #[test]
+    fn parts_may_be_films_of_some_of_the_window() {
+        let whole = part("1/1", |_, _| true);
+        let said = |mut film: Film| {
+            film.metadata_mut().set("window", WINDOW.to_string());
+            film
+        };
+        let cut = |share: &str, window: Window| {
+            let mut film = whole.cropped(window).unwrap();
+            film.metadata_mut().set("tiles", share);
+            said(film)
+        };
+        let [left, right] = [("1/2", WINDOW.x, 3), ("2/2", WINDOW.x + 3, 2)]
+            .map(|(k, x, width)| cut(k, Window { x, width, ..WINDOW }));
+        for parts in [[&left, &right], [&right, &left]] {
+            assert_eq!(merged(&parts).unwrap().film, said(whole.clone()));
+        }
+        assert_eq!(merged(&[&left]).unwrap().missing_pixels, 8);
+        let beyond = cut("2/2", Window { x: WINDOW.x, y: WINDOW.y, width: 1, height: 1 });
+        let mut outside = beyond.blank([10, 10], Window { x: 0, ..WINDOW }).unwrap();
+        *outside.metadata_mut() = beyond.metadata().clone();
+        let found = merged(&[&left, &outside]).unwrap_err().to_string();
+        assert!(
+            found.contains("b.exr: the pixels 0,3,5,4; expected as in a.exr: pixels inside 2,3,5,4"),
+            "{found}"
+        );
+        let mut odd = left.clone();
+        odd.metadata_mut().set("window", "all");
+        assert!(merged(&[&odd]).unwrap_err().to_string().contains("whose window is \"all\""));
     }
 
     #[test]
@@ -276,11 +317,20 @@ mod tests {
             part("1/1", |_, _| true),
             "nothing of a refused part is added"
         );
-        let small =
-            Film::new([10, 10], Window { width: 4, ..WINDOW }, &[spec("stop", &["id"], SampleKind::U32)])
-                .unwrap();
+        let other = |size, window| {
+            let mut film = Film::new(size, window, SPECS).unwrap();
+            film.metadata_mut().set("tiles", "2/2");
+            film
+        };
         assert!(
-            said(&small).contains("the part 2,3,4,4 of 10x10 pixels; expected as in a.exr: the part 2,3,5,4")
+            said(&other([11, 10], WINDOW))
+                .contains("an image of 11x10 pixels; expected as in a.exr: an image of 10x10")
+        );
+        let few = Film::new([10, 10], WINDOW, &SPECS[1..]).unwrap();
+        assert!(
+            said(&few).contains("the planes stop[id] U32; expected as in a.exr: [R,G,B] F32"),
+            "{}",
+            said(&few)
         );
         let mut audited = part("2/2", |x, _| x % 2 == 1);
         audited.metadata_mut().set("audit.of", 3_u32);

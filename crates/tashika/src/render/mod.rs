@@ -176,14 +176,18 @@ pub struct Begun {
     pub tiles: Vec<Window>,
 }
 
-/// The film with which a render begins: zeros, and everything that it is a function of.
+/// The film with which a render begins: zeros, and everything that it is a function of. For a share of more than 16 it is for the part of the
+/// window that the share has tiles in; the metadata `window` says what the window is.
 ///
 /// # Errors
 /// A window outside the image, unusable gather options.
 pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &RenderOptions) -> Result<Film> {
     setting.view.gather.validate()?;
-    let mut film = Film::new(setting.view.size, options.window, PLANES)?;
+    Film::check(setting.view.size, options.window)?;
+    let part = options.share.part(&options.window, setting.view.gather.points);
+    let mut film = Film::new(setting.view.size, part, PLANES)?;
     film.metadata_mut().set("tiles", options.share.to_string());
+    film.metadata_mut().set("window", options.window.to_string());
     describe(setting, integrator, &mut film);
     Ok(film)
 }

@@ -43,6 +43,10 @@ impl FromStr for TileShare {
     }
 }
 
+/// Shares up to which each has every so many-th tile, so that all take about the same time: as many may be all the machines there are. More
+/// are handed out one after the other; they are runs of tiles, by columns, so that each is a small part of the image.
+const FEW: u32 = 16;
+
 /// Gather points of a tile: enough for fans that are worth a packet, few enough that a tile is soon done.
 const POINTS_PER_TILE: u32 = 1024;
 
@@ -113,10 +117,28 @@ impl TileShare {
                 tiles.push(Window { x, y, width: side.min(right - x), height: side.min(bottom - y) });
             }
         }
-        // Neighbouring tiles go to different shares, so that shares cost about the same.
-        let share = |i: u64| (i % u64::from(self.of)) as u32 + 1;
-        let mine = (0..).zip(tiles).filter(|(i, _)| self.numbers.binary_search(&share(*i)).is_ok());
-        mine.map(|(_, tile)| tile).collect()
+        let (count, of) = (tiles.len() as u64, u64::from(self.of));
+        let is_run = self.of > FEW;
+        if is_run {
+            // Down one column and up the next: a run around a corner stays there.
+            let up = |tile: &Window| ((tile.x - window.x) / side) % 2 == 1;
+            tiles.sort_unstable_by_key(|tile| (tile.x, if up(tile) { u32::MAX - tile.y } else { tile.y }));
+        }
+        let share = |i: u64| (if is_run { i * of / count } else { i % of }) as u32 + 1;
+        let numbered = (0..).zip(tiles).filter(|(i, _)| self.numbers.binary_search(&share(*i)).is_ok());
+        let mut mine: Vec<Window> = numbered.map(|(_, tile)| tile).collect();
+        mine.sort_unstable_by_key(|tile| (tile.y, tile.x));
+        mine
+    }
+
+    /// The part of a window that the share's film is for: of few shares all of it; of many the smallest with all of the share's tiles, or
+    /// the first pixel if it has none.
+    pub(super) fn part(&self, window: &Window, points_per_pixel: u32) -> Window {
+        if self.of <= FEW {
+            return *window;
+        }
+        let tiles = self.tiles(window, points_per_pixel);
+        tiles.into_iter().reduce(|a, b| a.union(&b)).unwrap_or(Window { width: 1, height: 1, ..*window })
     }
 }
 
@@ -127,10 +149,14 @@ mod tests {
     #[test]
     fn shares_cover_the_window_once() {
         let window = Window { x: 3, y: 5, width: 71, height: 50 };
-        for of in [1, 2, 3, 7, 5000] {
+        for of in [1, 2, 3, 7, 16, 17, 20, 35, 5000] {
             let mut seen = vec![0; 71 * 50];
             for number in 1..=of {
-                for t in TileShare::new(number, of).unwrap().tiles(&window, 4) {
+                let share = TileShare::new(number, of).unwrap();
+                let (tiles, part) = (share.tiles(&window, 4), share.part(&window, 4));
+                assert!(tiles.is_sorted_by_key(|t| (t.y, t.x)) && tiles.iter().all(|t| part.covers(t)));
+                assert!(window.covers(&part));
+                for t in tiles {
                     t.pixels().for_each(|(x, y)| seen[window.index(x, y)] += 1);
                 }
             }
@@ -141,6 +167,23 @@ mod tests {
         both.sort_by_key(|t| (t.y, t.x));
         assert_eq!(tiles("4,2,2/5"), both, "a list is its shares together");
         assert_eq!(tiles("3,1,2/3"), tiles("1/1"));
+    }
+
+    #[test]
+    fn many_shares_are_small_and_even_parts_of_the_image() {
+        let window = Window::full([1920, 1080]);
+        for of in [17, 100, 1000, 5000] {
+            let shares = (1..=of).map(|number| TileShare::new(number, of).unwrap());
+            let (tiles, parts): (Vec<_>, Vec<_>) =
+                shares.map(|s| (s.tiles(&window, 16).len(), s.part(&window, 16).area())).unzip();
+            assert!(tiles.iter().max().unwrap() - tiles.iter().min().unwrap() <= 1, "{of} shares");
+            // A run around a corner takes at most twice its tiles.
+            let all: u64 = parts.iter().sum();
+            assert!(all < 2 * window.area(), "{of} shares have {all} pixels in their parts");
+        }
+        // Few are spread over all of it.
+        let few = TileShare::new(3, FEW).unwrap();
+        assert_eq!(few.part(&window, 16), window);
     }
 
     #[test]

@@ -89,7 +89,7 @@ fn windows_and_shares_are_parts_of_the_same_image() {
         let mut covered = 0;
         for number in 1..=3 {
             let (share, _) = run(1, method, Window::full(SIZE), TileShare::new(number, 3).unwrap());
-            for (x, y) in Window::full(SIZE).pixels() {
+            for (x, y) in share.window().pixels() {
                 if share.plane("stop").unwrap().u32_at(x, y) != [0] {
                     covered += 1;
                     assert_eq!(at(&share, x, y), at(&whole, x, y));
