@@ -87,8 +87,17 @@ impl Merger {
             let found = format!("another value for pixel {x},{y} than an earlier part");
             return Err(Error::invalid(Location::file(name), found, "parts that agree where they overlap"));
         }
-        for (x, y) in rendered() {
-            self.film.copy_pixels([x, y], part, [x, y], 1);
+        // Runs of pixels of a row that have the same answer to whether they were rendered.
+        let (left, width) = (part.window().x, part.window().width as usize);
+        for (y, row) in (part.window().y..).zip(there.chunks_exact(width)) {
+            let mut x = left;
+            for run in row.chunk_by(|a, b| (*a != 0) == (*b != 0)) {
+                let count = run.len() as u32;
+                if run[0] != 0 {
+                    self.film.copy_pixels([x, y], part, [x, y], count);
+                }
+                x += count;
+            }
         }
         if !share.is_whole() {
             self.shares.extend(share.numbers());
