@@ -135,7 +135,10 @@ fn typing_errors_are_answered_with_what_would_be_accepted() {
     folder.run("render --vpls 5 --vpl-file a.vpl").fails(2, &["--vpls", "--vpl-file", "cannot be used"]);
     folder.run("render -o picture.png").fails(2, &["--output = picture.png", ".exr"]);
     folder.run("render scene.obj --camera top").fails(2, &["--camera = top; expected one of"]);
-    folder.run("render builtin:hall").fails(2, &["builtin:hall", "builtin:room"]);
+    folder.run("render builtin:hall").fails(2, &["error: scene = builtin:hall; expected builtin:room"]);
+    folder.run("render --no-browser").fails(2, &["go with --serve"]);
+    folder.run("render --serve --no-browser --quiet").fails(2, &["--quiet would leave nobody", "--log-file"]);
+    folder.run("view a.exr --no-browser --quiet").fails(2, &["--quiet would leave nobody", "--json"]);
     assert_eq!(folder.names(), ["scene.mtl", "scene.obj"], "nothing was written");
 }
 

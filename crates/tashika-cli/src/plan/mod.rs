@@ -48,7 +48,10 @@ impl SceneSource {
         let kind = match typed {
             None => SceneKind::Builtin(builtin::room),
             Some(name) => match name.strip_prefix(builtin::PREFIX) {
-                Some(name) => SceneKind::Builtin(builtin::by_name(name)?),
+                // No option: it is typed by itself.
+                Some(name) => {
+                    SceneKind::Builtin(builtin::by_name(name).map_err(|e| Failure::usage(e.to_string()))?)
+                }
                 None => SceneKind::File(PathBuf::from(name)),
             },
         };
@@ -334,7 +337,7 @@ impl ViewPlan {
         Ok(Self {
             image: args.image.clone(),
             reference: args.reference.clone(),
-            serving: Serving::new(&args.serve),
+            serving: Serving::new(&args.serve, args.common.quiet, args.common.json.is_some())?,
             common: Common::new(&args.common, &[], &inputs)?,
         })
     }
@@ -350,9 +353,15 @@ pub struct Serving {
 }
 
 impl Serving {
-    /// A browser is opened where somebody sits at a terminal.
-    fn new(args: &ServeArgs) -> Self {
-        Self { port: args.port, browser: !args.no_browser && std::io::stderr().is_terminal() }
+    /// A browser is opened where somebody sits at a terminal; `told` is whether a file tells the address.
+    fn new(args: &ServeArgs, quiet: bool, told: bool) -> Result<Self, Failure> {
+        let browser = !args.no_browser && std::io::stderr().is_terminal();
+        if quiet && !browser && !told {
+            let message = "--quiet would leave nobody to tell the page's address: leave it out, or write the address to a file \
+                (`view --json`, `render --serve --log-file`)";
+            return Err(Failure::usage(message));
+        }
+        Ok(Self { port: args.port, browser })
     }
 }
 

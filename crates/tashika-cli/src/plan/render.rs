@@ -74,6 +74,8 @@ impl RenderPlan {
         if !args.serve && (args.serving.port != 0 || args.serving.no_browser) {
             return Err(Failure::usage("--port and --no-browser go with --serve"));
         }
+        let told = args.common.log_file.is_some();
+        let serve = args.serve.then(|| Serving::new(&args.serving, args.common.quiet, told)).transpose()?;
         let checkpoint = args.checkpoint.then(|| {
             let mut path = exr.clone().into_os_string();
             path.push(".checkpoint");
@@ -96,7 +98,7 @@ impl RenderPlan {
             tev: args.tev.clone(),
             checkpoint,
             accept_budget: args.budget.accept_budget,
-            serve: args.serve.then(|| Serving::new(&args.serving)),
+            serve,
             common,
             audit,
             unused,
