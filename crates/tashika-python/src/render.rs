@@ -9,7 +9,7 @@ use tashika::color::Controlled;
 use tashika::error::Result;
 use tashika::film::Window;
 use tashika::gather::View;
-use tashika::integrator::{Integrator, LightSets, LightTransport, LitBy, Path, Setting, Truth};
+use tashika::integrator::{Integrator, LightTransport, LitBy, Path, Setting, Truth};
 use tashika::render::{Finished, RenderOptions, Rendered, TileShare, blank, resume};
 use tashika::request::{Framing, Integration, Request, Resolved};
 use tashika::vpl::VplOptions;
@@ -40,6 +40,8 @@ use crate::words;
 ///   one of another render is an `InputError`.
 /// - `progress`: called as `progress(pixels, of, promise_met, rays)` about ten times a second. What it raises ends the render and is
 ///   raised again, and so does Ctrl-C.
+///
+/// A scene keeps the sets of VPLs of its last render with `truth`, for the next with the same.
 ///
 /// Arguments that mean nothing to the method are not used, with a warning. Raises `OptionError` for values that cannot be.
 ///
@@ -150,7 +152,7 @@ fn rendered(
             run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())
         }
         Integration::Transport { lights, sets, truth, options } => {
-            let sets = LightSets::trace(tracer, lights, *sets, *truth)?;
+            let sets = scene.light_sets(lights, *sets, *truth)?;
             run(&LightTransport::new(tracer, &sets, options))
         }
         Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?),

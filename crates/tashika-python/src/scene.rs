@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
-use tashika::error::Error;
+use tashika::error::{Error, Result};
+use tashika::integrator::{LightSets, Truth};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::scene::{self, builtin as made};
+use tashika::vpl::VplOptions;
 
 use crate::building::{Camera, Light, Mesh, Parts, build};
 use crate::errors::{option, raised};
@@ -28,16 +30,35 @@ use crate::materials::Material;
 pub struct Scene {
     scene: Arc<scene::Scene>,
     tracer: OnceLock<Tracer>,
+    sets: Mutex<Option<Traced>>,
+}
+
+/// Independent sets of lights, and what they were traced by.
+struct Traced {
+    by: (VplOptions, u32, Truth),
+    sets: Arc<LightSets>,
 }
 
 impl Scene {
     pub(crate) fn new(scene: scene::Scene) -> Self {
-        Self { scene: Arc::new(scene), tracer: OnceLock::new() }
+        Self { scene: Arc::new(scene), tracer: OnceLock::new(), sets: Mutex::default() }
     }
 
     /// Rays; the tree for them is built when it is first needed, on the current pool.
     pub(crate) fn tracer(&self) -> &Tracer {
         self.tracer.get_or_init(|| Tracer::new(Arc::clone(&self.scene)))
+    }
+
+    /// Independent sets of lights: those of the last call, if they are the same, so that shares of an image have them in common.
+    pub(crate) fn light_sets(&self, lights: &VplOptions, count: u32, truth: Truth) -> Result<Arc<LightSets>> {
+        let by = (lights.clone(), count, truth);
+        let known = || self.sets.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(traced) = known().as_ref().filter(|traced| traced.by == by) {
+            return Ok(Arc::clone(&traced.sets));
+        }
+        let sets = Arc::new(LightSets::trace(self.tracer(), lights, count, truth)?);
+        *known() = Some(Traced { by, sets: Arc::clone(&sets) });
+        Ok(sets)
     }
 
     /// The camera of that name, or the first.

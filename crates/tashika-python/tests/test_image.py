@@ -144,3 +144,23 @@ def test_shares_are_joined_one_after_the_other_in_any_order(tiny: tashika.Scene)
         tashika.merge([])
     with pytest.raises(TypeError):
         tashika.merge([parts[0], "b.exr"])
+
+
+def test_sets_that_a_scene_keeps_are_those_that_were_asked_for() -> None:
+    few = {"size": (6, 4), "vpls": 300, "sets": 12, "error": 0.5, "gather": 4}
+    asked = [
+        {"truth": "transport"},
+        {"truth": "clamped"},
+        {"truth": "transport", "seed": 2},
+        {"truth": "transport", "sets": 13},
+        {"truth": "transport", "vpls": 400},
+        {"truth": "transport", "clamp": 0.3},
+        {"truth": "transport"},
+    ]
+    kept = tashika.builtin("tiny")
+    for said in asked:
+        options = {**few, **said}
+        of_kept = tashika.render(kept, **options)
+        fresh = tashika.render(tashika.builtin("tiny"), **options)
+        assert of_kept.metadata == fresh.metadata
+        assert all(np.array_equal(of_kept[name], fresh[name]) for name in fresh), said
