@@ -17,7 +17,6 @@ use tashika::scene::{
 use crate::arrays::{Array, Content, float_rows, index_rows};
 use crate::errors::{option, raised};
 use crate::materials::{Color, Material, Palette, image};
-use crate::scene::Scene;
 
 /// Triangles of one material: `vertices` of shape (n, 3) in metres, `triangles` of shape (m, 3) with indices of vertices, and for each
 /// vertex, if they are given, `normals` (n, 3) and texture coordinates `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its
@@ -210,7 +209,7 @@ pub struct Parts<'py> {
 }
 
 /// The scene of these parts.
-pub fn build(name: &str, parts: Parts<'_>) -> PyResult<Scene> {
+pub fn build(name: &str, parts: Parts<'_>) -> PyResult<scene::Scene> {
     let Parts { meshes, materials, lights, camera, sky } = parts;
     let mut builder = SceneBuilder::new(name, Location::file(name));
     let mut palette = Palette::new(&mut builder);
@@ -248,7 +247,7 @@ pub fn build(name: &str, parts: Parts<'_>) -> PyResult<Scene> {
         builder.add_camera(camera.get().0.clone()).map_err(raised)?;
     }
     // By which a changed scene is told when parts of an image are joined, or one goes on.
-    builder.build().map(|scene| Scene::new(scene.with_digest_of_contents())).map_err(raised)
+    builder.build().map(scene::Scene::with_digest_of_contents).map_err(raised)
 }
 
 /// A radiance from everywhere, or a map of it.

@@ -103,7 +103,8 @@ impl Scene {
         sky: Option<Bound<'py, PyAny>>,
         name: &str,
     ) -> PyResult<Self> {
-        build(name, Parts { meshes, materials: materials.unwrap_or_default(), lights, camera, sky })
+        let materials = materials.unwrap_or_default();
+        build(name, Parts { meshes, materials, lights, camera, sky }).map(Self::new)
     }
 
     /// Name, usually that of the file.

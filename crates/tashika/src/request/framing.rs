@@ -24,7 +24,6 @@ impl Framing {
     pub fn of(&self, camera: &Camera) -> Result<([u32; 2], Window)> {
         let size = self.size.or(camera.resolution).unwrap_or(SIZE);
         let own = camera.crop.filter(|_| self.size.is_none());
-        let own = own.map(|c| Window { x: c.x, y: c.y, width: c.width, height: c.height });
         let window = self.crop.or(own).unwrap_or(Window::full(size));
         Film::check(size, window)?;
         Ok((size, window))

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::film::Window;
-use crate::scene::{Camera, Crop, builtin};
+use crate::scene::{Camera, builtin};
 
 fn resolved(request: &Request) -> Resolved {
     request.resolve().unwrap()
@@ -152,7 +152,7 @@ fn the_frame_is_what_was_said_or_the_camera_says() {
     let window = |x, y, width, height| Window { x, y, width, height };
     assert_eq!(of(None, None, &camera), ([640, 360], Window::full([640, 360])));
     camera.resolution = Some([100, 80]);
-    camera.crop = Some(Crop { x: 10, y: 20, width: 30, height: 40 });
+    camera.crop = Some(Window { x: 10, y: 20, width: 30, height: 40 });
     assert_eq!(of(None, None, &camera), ([100, 80], window(10, 20, 30, 40)));
     assert_eq!(
         of(Some([50, 40]), None, &camera),

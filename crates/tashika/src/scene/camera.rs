@@ -2,6 +2,7 @@
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
+use crate::film::Window;
 use crate::math::Ray;
 use crate::math::elementary::tan;
 use crate::warp;
@@ -30,19 +31,6 @@ pub enum Projection {
     },
 }
 
-/// A part of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crop {
-    /// First column (pixels).
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
 /// A camera looking along its own `−z`, with `+y` up and `+x` to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
@@ -59,7 +47,7 @@ pub struct Camera {
     /// Image size that the file asks for (pixels).
     pub resolution: Option<[u32; 2]>,
     /// Part of that image that the file asks for.
-    pub crop: Option<Crop>,
+    pub crop: Option<Window>,
 }
 
 /// Where on the film and on the lens a camera ray starts.

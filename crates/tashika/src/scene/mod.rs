@@ -25,7 +25,7 @@ mod texels;
 mod texture;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
-pub use camera::{Camera, CameraSample, Crop, Lens, Projection};
+pub use camera::{Camera, CameraSample, Lens, Projection};
 pub use emitter::{Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use material::{

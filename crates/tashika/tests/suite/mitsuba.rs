@@ -8,11 +8,12 @@ use std::sync::OnceLock;
 
 use tashika::color::Rgb;
 use tashika::error::Result;
+use tashika::film::Window;
 use tashika::io::{LoadOptions, Support, features, load_scene};
 use tashika::math::{Vec2, Vec3};
 use tashika::scene::{
-    Alpha, Camera, CameraSample, Channel, CoatBase, ColorInput, Crop, Emitter, FloatInput, InstanceId,
-    Material, NormalInput, NoteKind, Scene, Surface, TextureId,
+    Alpha, Camera, CameraSample, Channel, CoatBase, ColorInput, Emitter, FloatInput, InstanceId, Material,
+    NormalInput, NoteKind, Scene, Surface, TextureId,
 };
 use tempfile::TempDir;
 
@@ -585,7 +586,7 @@ fn cameras_look_where_mitsuba_looks() {
     let c = perspective("", window);
     assert_eq!(
         (c.resolution, c.crop),
-        (Some([200, 100]), Some(Crop { x: 10, y: 20, width: 50, height: 40 }))
+        (Some([200, 100]), Some(Window { x: 10, y: 20, width: 50, height: 40 }))
     );
     let moved = perspective(
         "<transform name=\"to_world\"><lookat origin=\"0 0 -5\" target=\"0 0 0\" up=\"0 1 0\"/></transform>",

@@ -8,8 +8,9 @@ use std::io::Write;
 use glam::{Vec2, Vec3};
 use tashika::color::Rgb;
 use tashika::error::{Error, Result};
+use tashika::film::Window;
 use tashika::io::{LoadOptions, load_scene};
-use tashika::scene::{AlphaMode, CameraSample, Crop, Material, NoteKind, Projection, Scene, Surface};
+use tashika::scene::{AlphaMode, CameraSample, Material, NoteKind, Projection, Scene, Surface};
 use tempfile::TempDir;
 
 /// What begins a scene of either format.
@@ -285,7 +286,7 @@ fn films_are_cropped_by_fractions_and_by_pixels() {
         );
         scene(&text).cameras()[0].crop
     };
-    let some = |x, y, width, height| Some(Crop { x, y, width, height });
+    let some = |x, y, width, height| Some(Window { x, y, width, height });
     assert_eq!(crop("\"float cropwindow\" [0.25 0.5 0 0.5]"), some(3, 0, 2, 10), "rounded up");
     assert_eq!(crop("\"integer pixelbounds\" [2 5 1 20]"), some(2, 1, 3, 19));
     assert_eq!(crop("\"integer pixelbounds\" [-2 50 1 20]"), some(0, 1, 10, 19));

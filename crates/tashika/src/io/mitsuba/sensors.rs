@@ -7,8 +7,8 @@
 //!   tan(fov_y / 2) = tan(fov / 2) · h / e      e = w (x), h (y), √(w² + h²) (diagonal), min or max of w and h
 //! ```
 //!
-//! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Windows of the film (`crop_*`) are those of
-//! [`Crop`]; the field of view is that of the whole film. An orthographic film is two units wide before `to_world`.
+//! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Crops of the film (`crop_*`) are those of
+//! [`Window`]; the field of view is that of the whole film. An orthographic film is two units wide before `to_world`.
 //!
 //! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with Mitsuba 3.9's own.
 
@@ -21,8 +21,9 @@ use super::object::{Class, Object};
 use super::transforms;
 use super::values::{number, shown};
 use crate::error::{Error, Result};
+use crate::film::Window;
 use crate::math::elementary::{atan2, tan};
-use crate::scene::{Camera, Crop, Lens, NoteKind, Projection};
+use crate::scene::{Camera, Lens, NoteKind, Projection};
 
 /// Diagonal of a film of 36 mm × 24 mm (mm).
 const FULL_FRAME_DIAGONAL: f64 = 43.266_615_305_567_87;
@@ -147,7 +148,7 @@ impl<'a> Translation<'a> {
     }
 
     /// Size and window of the film.
-    fn film(&mut self, object: &Object) -> Result<([u32; 2], Option<Crop>)> {
+    fn film(&mut self, object: &Object) -> Result<([u32; 2], Option<Window>)> {
         let document = self.document;
         let Some((_, film)) = document.children(object, Class::Film).next() else {
             return Ok((DEFAULT_SIZE, None));
@@ -161,7 +162,7 @@ impl<'a> Translation<'a> {
         };
         let [width, height] = DEFAULT_SIZE.map(i64::from);
         let (width, height) = (size("width", width, 1)?, size("height", height, 1)?);
-        let window = Crop {
+        let window = Window {
             x: size("crop_offset_x", 0, 0)?,
             y: size("crop_offset_y", 0, 0)?,
             width: size("crop_width", i64::from(width), 1)?,
@@ -180,7 +181,7 @@ impl<'a> Translation<'a> {
         }
         // What the file says about its image file is the user's business here.
         film.accept_all();
-        let whole = Crop { x: 0, y: 0, width, height };
+        let whole = Window { x: 0, y: 0, width, height };
         Ok(([width, height], (window != whole).then_some(window)))
     }
 

@@ -24,8 +24,9 @@ use super::loading::Loading;
 use super::parameters::Parameters;
 use super::version::Version;
 use crate::error::Result;
+use crate::film::Window;
 use crate::math::elementary::{atan2, tan};
-use crate::scene::{Camera, Crop, Lens, NoteKind, Projection};
+use crate::scene::{Camera, Lens, NoteKind, Projection};
 
 /// Fields of view are kept in this range (degrees).
 const FOV: (f32, f32) = (0.01, 179.0);
@@ -43,7 +44,7 @@ const TOLERANCE: f32 = 1e-3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Film {
     resolution: [u32; 2],
-    crop: Option<Crop>,
+    crop: Option<Window>,
 }
 
 impl Film {
@@ -88,7 +89,7 @@ impl Film {
     }
 
     /// The part of the image between fractions, rounded up as pbrt does, or between pixels.
-    fn crop(&self, loading: &mut Loading<'_>, p: &Parameters) -> Option<Crop> {
+    fn crop(&self, loading: &mut Loading<'_>, p: &Parameters) -> Option<Window> {
         let [width, height] = self.resolution;
         let (x, y) = if let Some(&[x0, x1, y0, y1]) = p.integers("pixelbounds") {
             let part = |a: i32, b: i32, size: u32| {
@@ -104,12 +105,12 @@ impl Film {
             };
             (part(x0, x1, width), part(y0, y1, height))
         };
-        let crop = Crop { x: x[0], y: y[0], width: x[1] - x[0], height: y[1] - y[0] };
+        let crop = Window { x: x[0], y: y[0], width: x[1] - x[0], height: y[1] - y[0] };
         if crop.width == 0 || crop.height == 0 {
             loading.note(NoteKind::Repaired, "crops without pixels: the whole image", p.at());
             return None;
         }
-        (crop != Crop { x: 0, y: 0, width, height }).then_some(crop)
+        (crop != Window { x: 0, y: 0, width, height }).then_some(crop)
     }
 }
 
