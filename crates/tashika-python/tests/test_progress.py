@@ -67,7 +67,9 @@ def test_other_threads_run_meanwhile(tiny: tashika.Scene) -> None:
 )
 def test_ctrl_c_ends_the_work(call: str) -> None:
     program = f"""
-import tashika
+import signal, tashika
+# Jobs that a shell started in the background ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene, long = tashika.builtin("tiny"), {LONG!r}
 print("begun", flush=True)
 try:
