@@ -1,13 +1,15 @@
-//! What all fuzz targets do with their bytes: write a scene into a folder, load it, and use what comes out.
+//! What all fuzz targets do with their bytes: write them into a folder, read them, and use what comes out.
 //!
-//! A finding is a panic, a hang, memory beyond the fuzzer's limit, or a scene that breaks what a [`Scene`] promises.
+//! A finding is a panic, a hang, memory beyond the fuzzer's limit, a scene that breaks what a [`Scene`] promises, an image that is not the same by
+//! both ways to read it, or a tile of a checkpoint that nobody wrote.
 
 use std::fs;
 use std::sync::Arc;
 
 use tashika::accel::Tracer;
+use tashika::film::{Film, PlaneSpec, SampleKind, Window};
 use tashika::gather::{GatherOptions, View};
-use tashika::io::{LoadOptions, load_scene};
+use tashika::io::{Checkpoint, ExrFile, LoadOptions, load_scene, read_exr};
 use tashika::scene::Scene;
 use tashika::vpl::{VplOptions, VplSet};
 
@@ -56,5 +58,45 @@ pub fn load_vpls(bytes: &[u8]) {
     fs::write(&path, bytes).expect("a file");
     if let Err(error) = tashika::io::load_vpls(&path) {
         assert!(!error.to_string().is_empty());
+    }
+}
+
+/// Reads an OpenEXR image whole and in rows.
+pub fn read_film(bytes: &[u8]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.exr");
+    fs::write(&path, bytes).expect("a file");
+    let whole = read_exr(&path);
+    let Ok(file) = ExrFile::open(&path) else { return };
+    let window = file.window();
+    // Each call decompresses the blocks that it meets.
+    let step = file.rows_per_block().min(window.height).max(window.height.div_ceil(64));
+    for top in (window.y..window.y + window.height).step_by(step as usize) {
+        let rows = file.read_rows(top..(top + step).min(window.y + window.height));
+        if let (Ok(whole), Ok(rows)) = (&whole, rows) {
+            assert!(whole.cropped(rows.window()).expect("rows of the film") == rows, "rows from {top}");
+        }
+    }
+}
+
+/// Goes on from a checkpoint whose records, or which as a whole, are these bytes.
+pub fn resume(bytes: &[u8]) {
+    const SPECS: &[PlaneSpec] = &[
+        PlaneSpec { name: "", channels: &["R", "G", "B"], unit: "1", kind: SampleKind::F32, doc: "" },
+        PlaneSpec { name: "stop", channels: &["id"], unit: "1", kind: SampleKind::U32, doc: "" },
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.checkpoint");
+    let film = Film::new([40, 30], Window { x: 3, y: 2, width: 20, height: 12 }, SPECS).expect("a sound window");
+    drop(Checkpoint::open(&path, &film).expect("a new file"));
+    let mut records = fs::read(&path).expect("what was written");
+    records.extend(bytes);
+    for content in [&records[..], bytes] {
+        fs::write(&path, content).expect("a file");
+        if let Ok((_, resumed)) = Checkpoint::open(&path, &film) {
+            // Tiles are those whose sum is right, and none else.
+            assert!(resumed.tiles.iter().all(|tile| film.window().covers(tile)));
+            assert!(!resumed.tiles.is_empty() || resumed.film == film);
+        }
     }
 }
