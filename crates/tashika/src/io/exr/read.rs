@@ -10,6 +10,7 @@ use ::exr::image::read::layers::ReadChannels;
 use ::exr::prelude::read;
 
 use super::layout::{ExrPlane, Layout, checked_header};
+use super::rows::check_places;
 use super::{at, unsupported};
 use crate::error::{Error, Result};
 use crate::film::{Film, Plane, SampleKind, Samples, Window};
@@ -37,7 +38,9 @@ pub fn read_exr(path: &Path) -> Result<Film> {
 }
 
 pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<Film> {
-    let meta = checked_header(path, &mut &bytes[..], bytes.len() as u64)?;
+    let mut rest = bytes;
+    let meta = checked_header(path, &mut rest, bytes.len() as u64)?;
+    check_places(path, bytes, rest, &meta)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()

@@ -153,23 +153,10 @@ impl ExrFile {
     /// A block as it stands in the file, if it is the one that should be there.
     fn chunk(&self, right: usize, down: usize) -> Result<Chunk> {
         let header = &self.meta.headers[0];
-        let offset = self.blocks.offsets[down * self.blocks.across + right];
-        let damaged = |found: String, expected: String| {
-            let item = format!("block {right},{down} at byte {offset}");
-            Error::invalid(Location::file(&self.path).item(item), found, expected)
-        };
+        let offset = self.blocks.offset(right, down);
+        let damaged = |found, expected| damaged(&self.path, [right, down], offset, found, expected);
         let io = |e| Error::io(&self.path, e);
-        let first_row =
-            header.own_attributes.layer_position.1.saturating_add((down * self.blocks.size[1]) as i32);
-        // The part, if there are several, and what block of it; then the length.
-        let mut place = Vec::new();
-        if self.meta.requirements.is_multilayer() {
-            place.push(0);
-        }
-        match header.blocks {
-            BlockDescription::Tiles(_) => place.extend([right as i32, down as i32, 0, 0]),
-            BlockDescription::ScanLines => place.push(first_row),
-        }
+        let place = self.blocks.place(&self.meta, right, down);
 
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(offset)).map_err(io)?;
@@ -195,7 +182,7 @@ impl ExrFile {
                 CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
             }
             BlockDescription::ScanLines => {
-                let y_coordinate = first_row;
+                let y_coordinate = self.blocks.first_row(&self.meta, down);
                 CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
             }
         };
@@ -247,6 +234,28 @@ impl ExrFile {
     }
 }
 
+fn damaged(path: &Path, [right, down]: [usize; 2], offset: u64, found: String, expected: String) -> Error {
+    let item = format!("block {right},{down} at byte {offset}");
+    Error::invalid(Location::file(path).item(item), found, expected)
+}
+
+/// Refuses a file whose blocks do not say that they are the ones that should be at their places: of two that say the same one would be
+/// taken, and nothing in place of the other. `table` is what follows the headers.
+pub(super) fn check_places(path: &Path, bytes: &[u8], mut table: &[u8], meta: &MetaData) -> Result<()> {
+    let blocks = Blocks::read(path, &mut table, meta, bytes.len() as u64)?;
+    for (number, &offset) in blocks.offsets.iter().enumerate() {
+        let (right, down) = (number % blocks.across, number / blocks.across);
+        let place = blocks.place(meta, right, down);
+        let numbers = bytes[offset as usize..].as_chunks().0.iter().map(|b| i32::from_le_bytes(*b));
+        let found: Vec<i32> = numbers.take(place.len()).collect();
+        if found != place {
+            let (found, expected) = (format!("the place {found:?}"), format!("{place:?}"));
+            return Err(damaged(path, [right, down], offset, found, expected));
+        }
+    }
+    Ok(())
+}
+
 /// Puts values into every `step`-th place.
 fn spread<T>(values: impl Iterator<Item = T>, to: &mut [T], step: usize) {
     for (place, value) in to.iter_mut().step_by(step).zip(values) {
@@ -277,6 +286,30 @@ impl Blocks {
             return Err(Error::invalid(Location::file(path), found, "blocks inside the file"));
         }
         Ok(Self { size, across, offsets })
+    }
+
+    /// First byte of a block.
+    fn offset(&self, right: usize, down: usize) -> u64 {
+        self.offsets[down * self.across + right]
+    }
+
+    /// First row of a row of blocks, in the file's coordinates.
+    fn first_row(&self, meta: &MetaData, down: usize) -> i32 {
+        let first = meta.headers[0].own_attributes.layer_position.1;
+        first.saturating_add((down * self.size[1]) as i32)
+    }
+
+    /// The numbers that a block begins with: the part, if there are several, and what block of it.
+    fn place(&self, meta: &MetaData, right: usize, down: usize) -> Vec<i32> {
+        let mut place = Vec::new();
+        if meta.requirements.is_multilayer() {
+            place.push(0);
+        }
+        match meta.headers[0].blocks {
+            BlockDescription::Tiles(_) => place.extend([right as i32, down as i32, 0, 0]),
+            BlockDescription::ScanLines => place.push(self.first_row(meta, down)),
+        }
+        place
     }
 }
 

@@ -87,6 +87,22 @@ fn our_own_films_come_in_rows_bit_by_bit() {
 }
 
 #[test]
+fn a_block_that_says_it_is_another_one_is_damage_by_both_readers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("film.exr");
+    write_exr(&path, &film()).unwrap();
+    let file = ExrFile::open(&path).unwrap();
+    let second = file.blocks.offset(0, 1) as usize;
+    let first_row = file.blocks.first_row(&file.meta, 0);
+    let mut bytes = fs::read(&path).unwrap();
+    bytes[second..second + 4].copy_from_slice(&first_row.to_le_bytes());
+    fs::write(&path, &bytes).unwrap();
+    let whole = read_exr(&path).unwrap_err().to_string();
+    let rows = ExrFile::open(&path).unwrap().read_rows(3..40).unwrap_err().to_string();
+    assert!(whole == rows && whole.contains(&format!("block 0,1 at byte {second}: the place [")), "{whole}");
+}
+
+#[test]
 fn other_programs_files_come_in_rows_by_any_compression_in_lines_and_tiles_in_either_order() {
     let folder = tempfile::tempdir().unwrap();
     let kinds = [
