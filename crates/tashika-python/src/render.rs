@@ -27,7 +27,8 @@ use crate::words;
 /// Arguments, with the defaults of the program `tashika render`, so that the planes are the same bit for bit:
 ///
 /// - `camera`: name, the first if not said; `size`: (width, height) in pixels, the camera's or (640, 360); `crop`: (x, y, width, height)
-///   in pixels from the top left; `tiles`: "K/N" or (K, N), the K-th of N shares of the image.
+///   in pixels from the top left; `tiles`: "K/N" or (K, N), the K-th of N shares of the image, of more than 16
+///   as an image of the part that has it (`window`).
 /// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or "path".
 /// - `error`: relative error that a pixel may have, 0.02 (with "path": none, 64 `paths` a pixel); `absolute`: error that is enough where
 ///   it is dark (W/m²/sr), 0; `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or

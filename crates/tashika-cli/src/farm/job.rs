@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use tashika::scene::builtin;
+
 use crate::exit::Failure;
 use crate::plan::{FarmPlan, Lights};
 
@@ -28,7 +30,9 @@ impl Job {
         let image = absolute(&plan.render.exr)?;
         let program = plan.program.clone();
         let scene = match plan.scene.as_deref() {
-            Some(scene) if !scene.starts_with("builtin:") => Some(path_text(&absolute(Path::new(scene))?)?),
+            Some(scene) if !scene.starts_with(builtin::PREFIX) => {
+                Some(path_text(&absolute(Path::new(scene))?)?)
+            }
             scene => scene.map(str::to_owned),
         };
         // The same place for all machines, wherever they run.

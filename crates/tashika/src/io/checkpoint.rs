@@ -95,8 +95,9 @@ impl Checkpoint {
     /// # Errors
     /// [`Error::Io`]; what was added before stays.
     pub fn add(&mut self, film: &Film, tile: Window) -> Result<()> {
-        if self.known.insert(place(&tile)) {
+        if !self.known.contains(&place(&tile)) {
             self.file.write_all(&record(film, tile)).map_err(|e| Error::io(&self.path, e))?;
+            self.known.insert(place(&tile));
         }
         Ok(())
     }

@@ -9,7 +9,7 @@
 //! The film of all shares equals the film that one machine renders, metadata included.
 //!
 //! # Held to this by
-//! The tests below; `shares_are_merged_to_the_same_bytes` of the program.
+//! The tests below; `shares_are_merged_to_the_same_bytes` and `many_shares_are_small_films_that_merge_to_the_same_bytes` of the program.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -172,10 +172,11 @@ fn same_pixel(a: &Film, b: &Film, x: u32, y: u32) -> bool {
     })
 }
 
-/// The window of the render, of which a part may have some.
+/// The window of the render, of which a part may have some: small parts are believed as to how large the image is, as `--size` is.
 fn window_of(name: &Path, part: &Film) -> Result<Window> {
     let Some(text) = part.metadata().text("window") else { return Ok(part.window()) };
-    text.parse().map_err(|_| {
+    let window: Option<Window> = text.parse().ok();
+    window.filter(|window| Film::check(part.size(), *window).is_ok()).ok_or_else(|| {
         let found = format!("a film whose window is {text:?}");
         Error::invalid(Location::file(name), found, "a part that `tashika render` wrote")
     })
@@ -277,9 +278,12 @@ mod tests {
             found.contains("b.exr: the pixels 0,3,5,4; expected as in a.exr: pixels inside 2,3,5,4"),
             "{found}"
         );
-        let mut odd = left.clone();
-        odd.metadata_mut().set("window", "all");
-        assert!(merged(&[&odd]).unwrap_err().to_string().contains("whose window is \"all\""));
+        for said in ["all", "0,0,11,10", "3,3,0,2"] {
+            let mut odd = left.clone();
+            odd.metadata_mut().set("window", said);
+            let found = merged(&[&odd]).unwrap_err().to_string();
+            assert!(found.contains(&format!("a.exr: a film whose window is {said:?}")), "{found}");
+        }
     }
 
     #[test]

@@ -8,7 +8,8 @@ use crate::film::Window;
 
 /// Shares of the tiles: some of `of`, counted from 1. All shares together are the image, and no two overlap.
 ///
-/// In words `K/N`, or a list, `1,4,7/16`.
+/// In words `K/N`, or a list, `1,4,7/16`. Of up to 16 shares each has every so many-th tile and a film of the whole window, of more a run of
+/// neighbouring tiles and a film of the part that has them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileShare {
     /// From 1 to `of`, each once, in rising order; at least one.
