@@ -45,7 +45,7 @@ fn work(plan: &CoveragePlan, meter: &Meter) -> Result<Outcome, Failure> {
             scenery(&stage, &pixels),
             format!(
                 "{}; {}",
-                quantities(lit.set.len() as u64, plan.gather.points),
+                quantities(lit.set.len() as u64, &plan.gather),
                 counted(cells[0].seeds, "seed", "seeds")
             ),
         ],

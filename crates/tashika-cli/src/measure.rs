@@ -8,6 +8,7 @@ use tashika::experiment::{
     Cell, Column, Ground, Group, Pixels, Pool, Row, Subject, Table, Watch, page, plots,
 };
 use tashika::film::{Film, Window};
+use tashika::gather::GatherOptions;
 use tashika::integrator::{Exact, LitBy, Setting};
 use tashika::io::write_file;
 use tashika::report::{Claims, Page, Shown, percent_of_error, percent_of_share, percent_of_tolerance};
@@ -18,7 +19,7 @@ use crate::exit::{Failure, Outcome};
 use crate::plan::{Common, Folder, Lights, MeasurePlan};
 use crate::progress::Meter;
 use crate::stage::{Stage, light_tree, stored_lights};
-use crate::summary::{Seconds, counted, print, typed_command, write_json};
+use crate::summary::{Seconds, but_box, counted, print, typed_command, write_json};
 
 /// Lights and the tree over them.
 pub struct Lit {
@@ -254,11 +255,12 @@ pub fn not_reached(row: &Row, share: f64) -> String {
     )
 }
 
-/// How many VPLs and gather points.
-pub fn quantities(vpls: u64, gather: u32) -> String {
+/// How many VPLs and gather points, and which filter if not the box.
+pub fn quantities(vpls: u64, gather: &GatherOptions) -> String {
     format!(
-        "{}, {} a pixel",
+        "{}, {} a pixel{}",
         counted(vpls, "VPL", "VPLs"),
-        counted(gather.into(), "gather point", "gather points")
+        counted(gather.points.into(), "gather point", "gather points"),
+        but_box(gather.filter)
     )
 }

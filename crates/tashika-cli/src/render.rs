@@ -268,6 +268,7 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
             _ => None,
         },
         gather: lights.as_ref().map(|_| plan.gather.points),
+        filter: plan.gather.filter,
         lights,
         seed: plan.seed,
         pixels: totals.pixels,

@@ -4,7 +4,8 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use indicatif::HumanCount;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::report::{ErrorBudget, about_truth, percent_of_error};
 
@@ -84,6 +85,11 @@ pub fn counted(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", HumanCount(n), if n == 1 { one } else { many })
 }
 
+/// The filter, if it is another than the default.
+pub fn but_box(filter: Filter) -> String {
+    if filter == Filter::default() { String::new() } else { format!(", {filter} filter") }
+}
+
 /// Where the lights of a render came from.
 #[derive(Debug, Serialize)]
 pub struct LightsReport {
@@ -131,6 +137,10 @@ pub struct Seconds {
     pub write: f64,
 }
 
+fn by_name<S: Serializer>(filter: &Filter, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(filter.name())
+}
+
 /// Everything that is told about a render.
 #[derive(Debug, Serialize)]
 pub struct RenderReport {
@@ -156,6 +166,9 @@ pub struct RenderReport {
     pub paths: Option<u32>,
     /// Gather points a pixel, if the method has them.
     pub gather: Option<u32>,
+    /// The pixel filter.
+    #[serde(serialize_with = "by_name")]
+    pub filter: Filter,
     /// The lights, if the method has them.
     pub lights: Option<LightsReport>,
     /// Seed.
@@ -228,7 +241,7 @@ impl RenderReport {
             (_, Some(n)) => format!(", {} a pixel", counted(n.into(), "path", "paths")),
             (None, None) => String::new(),
         };
-        rows.push("method", format!("{}{samples}, seed {}", self.method, self.seed));
+        rows.push("method", format!("{}{samples}{}, seed {}", self.method, but_box(self.filter), self.seed));
         let state = if self.complete {
             String::new()
         } else {

@@ -3,6 +3,7 @@
 use tashika::color::Controlled;
 use tashika::experiment::Grouping;
 use tashika::film::Window;
+use tashika::gather::Filter;
 use tashika::integrator::{Method, Truth};
 use tashika::io::Exposure;
 use tashika::vpl::Clamp;
@@ -90,6 +91,11 @@ pub fn controlled(typed: &str) -> Result<Controlled, String> {
 /// What an error is the distance from.
 pub fn truth(typed: &str) -> Result<Truth, String> {
     named(&Truth::ALL, typed)
+}
+
+/// A pixel filter.
+pub fn filter(typed: &str) -> Result<Filter, String> {
+    named(&Filter::ALL, typed)
 }
 
 /// What pixels are grouped by.

@@ -95,6 +95,12 @@ fn parts_of_another_render_are_refused_by_name() {
     succeeds(folder, &format!("{RENDER} --tiles 1/2 -o a.exr -q"));
     succeeds(folder, &format!("{RENDER} --seed 2 --tiles 2/2 -o b.exr -q"));
     fails(folder, "merge a.exr b.exr -o c.exr", &["b.exr: ", "expected as in a.exr: ", "seed = "]);
+    succeeds(folder, &format!("{RENDER} --filter tent --tiles 2/2 -o d.exr -q --json d.json"));
+    let report: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.join("d.json")).unwrap()).unwrap();
+    assert_eq!(report["filter"], "tent");
+    let said = ["d.exr: gather.filter = tent", "expected as in a.exr: gather.filter = box"];
+    fails(folder, "merge a.exr d.exr -o c.exr", &said);
     fails(folder, "merge a.exr absent.exr -o c.exr", &["absent.exr"]);
     assert!(!folder.join("c.exr").exists());
 }
@@ -152,6 +158,8 @@ fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
         &format!("{LONG} -o a.exr --seed 2"),
         &["a.exr.checkpoint", "seed = \"1\", not \"2\"", "remove it"],
     );
+    let said = ["a.exr.checkpoint", "gather.filter = \"box\", not \"tent\"", "remove it"];
+    fails(folder, &format!("{LONG} -o a.exr --filter tent"), &said);
     let again = run(folder, &format!("{LONG} -o a.exr --json a.json"));
     let stderr = String::from_utf8_lossy(&again.stderr).into_owned();
     assert!(stderr.contains("going on from a.exr.checkpoint: "), "{stderr}");

@@ -128,6 +128,9 @@ fn typing_errors_are_answered_with_what_would_be_accepted() {
     folder.run("render --method pth").fails(2, &["'pth'", "'path'"]);
     folder.run("render --size 12").fails(2, &["'12'", "--size", "640x480"]);
     folder.run("render --gather 0").fails(2, &["--gather = 0; expected 1 to 1024"]);
+    folder
+        .run("render --filter mitchell")
+        .fails(2, &["'mitchell'", "--filter", "tent or gaussian or blackman"]);
     folder.run("render --vpls ten").fails(2, &["'ten'", "--vpls", "55k"]);
     folder.run("render --clamp -1").fails(2, &["--clamp = -1; expected"]);
     folder.run("render --tiles 3/2").fails(2, &["'3/2'", "K from 1 to N"]);

@@ -142,6 +142,7 @@ def check_attributes(reader, who, report):
         "confidence": 0.9,
         "seed": report["seed"],
         "gather.points": report["gather"],
+        "gather.filter": report["filter"],
         "vpls": report["lights"]["count"],
     }
     for name, value in expected.items():

@@ -28,7 +28,8 @@ use crate::words;
 /// ```
 #[pyfunction]
 #[pyo3(signature = (
-    scene, pixels, *, camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, progress=None
+    scene, pixels, *, camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, filter=None,
+    progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn exact<'py>(
@@ -42,12 +43,13 @@ pub fn exact<'py>(
     clamp: Option<&Bound<'py, PyAny>>,
     seed: u64,
     threads: usize,
+    filter: Option<&str>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.get();
     let camera = scene.camera(camera)?;
     let (size, _) = Framing { size, crop: None }.of(camera).map_err(raised)?;
-    let view = View { camera, size, gather: points(gather)?, seed };
+    let view = View { camera, size, gather: points(gather, filter)?, seed };
     let lights = Lights::of(vpls, clamp, seed)?;
     let rendered = attended(py, threads, progress, |watch| {
         let lit = lights.lit(scene)?;
@@ -79,7 +81,8 @@ pub fn exact<'py>(
 #[pyfunction]
 #[pyo3(signature = (
     scene, *, methods=None, errors=vec![0.02], confidences=vec![0.5, 0.8, 0.9, 0.95, 0.99], pixels=Some(200), seeds=1, by=Vec::new(),
-    camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, max_pairs=None, progress=None
+    camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, max_pairs=None, filter=None,
+    progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn coverage<'py>(
@@ -99,6 +102,7 @@ pub fn coverage<'py>(
     seed: u64,
     threads: usize,
     max_pairs: Option<u64>,
+    filter: Option<&str>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.get();
@@ -107,7 +111,7 @@ pub fn coverage<'py>(
         by.iter().map(|name| words::named("by", name, &Grouping::ALL)).collect::<PyResult<_>>()?;
     let camera = scene.camera(camera)?;
     let (size, _) = Framing { size, crop: None }.of(camera).map_err(raised)?;
-    let view = View { camera, size, gather: points(gather)?, seed };
+    let view = View { camera, size, gather: points(gather, filter)?, seed };
     let chosen = Pixels::of(Window::full(size), pixels, seed).map_err(raised)?;
     let lights = Lights::of(vpls, clamp, seed)?;
     let measured =
@@ -115,9 +119,10 @@ pub fn coverage<'py>(
     from_json(py, &measured)
 }
 
-/// So many gather points a pixel, or the default.
-fn points(gather: Option<u64>) -> PyResult<GatherOptions> {
-    Request { gather, ..Request::default() }.gather_options().map_err(raised)
+/// So many gather points a pixel, or the default, with this filter.
+fn points(gather: Option<u64>, filter: Option<&str>) -> PyResult<GatherOptions> {
+    let filter = filter.map(words::filter).transpose()?;
+    Request { gather, filter, ..Request::default() }.gather_options().map_err(raised)
 }
 
 fn cells(

@@ -34,7 +34,7 @@ use crate::words;
 ///   it is dark (W/m²/sr), 0; `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or
 ///   "certified"; `truth`: "vpl", "transport" or "clamped"; `sets` of VPLs for these two, 68; `max_pairs`: largest cut.
 /// - `vpls`: a `VplSet`, or how many to trace (5000; with `truth` 30,000 a set); `clamp`: "auto", "off" or metres; `gather`: gather
-///   points a pixel (4; with `truth` 16).
+///   points a pixel (4; with `truth` 16); `filter`: "box", "tent", "gaussian" or "blackman-harris", where these, or paths, are.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the same arguments, however that ended, the
 ///   render goes on from it, to the same bits. It stays: remove it when the image is saved. Damage in it is warned of and rendered again;
@@ -55,7 +55,7 @@ use crate::words;
 #[pyo3(signature = (
     scene, *, camera=None, size=None, crop=None, method="tashika", error=None, confidence=None, claim=None, truth=None,
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
-    sets=None, paths=None, checkpoint=None, progress=None
+    sets=None, paths=None, filter=None, checkpoint=None, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -80,6 +80,7 @@ pub fn render(
     clamp: Option<&Bound<'_, PyAny>>,
     sets: Option<u64>,
     paths: Option<u64>,
+    filter: Option<&str>,
     checkpoint: Option<PathBuf>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Image> {
@@ -97,6 +98,7 @@ pub fn render(
         paths,
         sets,
         gather,
+        filter: filter.map(words::filter).transpose()?,
         seed,
         ..of_lights
     };

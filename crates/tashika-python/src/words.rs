@@ -1,6 +1,7 @@
 //! Arguments that are words; each error says which words there are.
 
 use pyo3::prelude::*;
+use tashika::gather::Filter;
 use tashika::integrator::{Claim, Method};
 use tashika::render::TileShare;
 use tashika::vpl::Clamp;
@@ -47,6 +48,11 @@ pub fn claim(name: &str) -> PyResult<Claim> {
         "certified" => Ok(Claim::Certified),
         _ => Err(option("claim", name, "calibrated or certified")),
     }
+}
+
+/// A pixel filter.
+pub fn filter(name: &str) -> PyResult<Filter> {
+    name.parse().map_err(raised)
 }
 
 /// `"auto"`, `"off"` or metres.

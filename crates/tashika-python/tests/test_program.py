@@ -36,7 +36,7 @@ def assert_same(ours: tashika.Image, theirs: tashika.Image) -> None:
         ("--control channels --absolute 0.01 --gather 2 --seed 7 --clamp 0.1 --tiles 2/3", {
             "control": "channels", "absolute": 0.01, "gather": 2, "seed": 7, "clamp": 0.1, "tiles": (2, 3),
         }),
-        ("--method exact", {"method": "exact"}),
+        ("--method exact --filter blackman-harris", {"method": "exact", "filter": "blackman-harris"}),
         ("--method mdlc --max-pairs 50", {"method": "mdlc", "max_pairs": 50}),
         ("--method iwasaki2019 --clamp off", {"method": "iwasaki2019", "clamp": "off"}),
     ],
@@ -53,7 +53,7 @@ def test_sums_over_lights(program: Path, tmp_path: Path, typed: str, said: dict[
     ("typed", "said"),
     [
         ("--size 8x6", {"size": (8, 6)}),
-        ("--method path --size 8x6", {"method": "path", "size": (8, 6)}),
+        ("--method path --size 8x6 --filter tent", {"method": "path", "size": (8, 6), "filter": "tent"}),
         ("--method path --size 4x3 --error 20% --paths 512", {
             "method": "path", "size": (4, 3), "error": 0.2, "paths": 512,
         }),

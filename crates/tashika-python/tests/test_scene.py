@@ -292,6 +292,7 @@ def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
         ({"clamp": "far"}, "clamp = far; expected auto, off"),
         ({"clamp": -1}, "clamp = -1; expected auto, off"),
         ({"gather": 0}, "= 0; expected 1 to 1024"),
+        ({"filter": "mitchell"}, "filter = mitchell; expected one of box, tent, gaussian, blackman-harris"),
         ({"tiles": "3/2"}, "tiles = 3/2; expected K/N"),
         ({"tiles": (0, 2)}, "tiles = 0/2; expected K/N"),
         ({"max_pairs": 0}, "max-pairs = 0; expected 1 or more"),

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use tashika::experiment::Grouping;
 use tashika::integrator::Method;
 
-use super::{ClampArgs, CommonArgs, GatherArgs, LightArgs, SourceArgs, StageArgs};
+use super::{ClampArgs, CommonArgs, FilterArgs, GatherArgs, LightArgs, SourceArgs, StageArgs};
 use crate::values;
 
 const COVERAGE_EXAMPLES: &str = "\
@@ -180,6 +180,9 @@ pub struct SeedArgs {
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "256", help_heading = "Image")]
     pub gather: u64,
 
+    #[command(flatten)]
+    pub filter: FilterArgs,
+
     /// Virtual point lights, about
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "55k", help_heading = "Light")]
     pub vpls: u64,
@@ -218,6 +221,9 @@ pub struct ScalingArgs {
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = values::count,
         default_values = ["1", "4", "16", "64"], help_heading = "Image")]
     pub gather: Vec<u64>,
+
+    #[command(flatten)]
+    pub filter: FilterArgs,
 
     /// Virtual point lights, about
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = values::count,

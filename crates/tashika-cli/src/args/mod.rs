@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use tashika::color::Controlled;
 use tashika::film::Window;
-use tashika::gather::GatherOptions;
+use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
 use tashika::io::Exposure;
 use tashika::render::TileShare;
@@ -270,6 +270,18 @@ pub struct GatherArgs {
         help = format!("Gather points a pixel, 1 to 1024; more: smoother edges, depth of field, mirrors \
             [default: {}]", GatherOptions::default().points))]
     pub points: Option<u64>,
+
+    #[command(flatten)]
+    pub filter: FilterArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct FilterArgs {
+    /// Pixel filter: where the points, or paths, of a pixel are; box: in it, evenly; tent, gaussian (of
+    /// standard deviation 1/2) and blackman-harris (3 pixels across): around it too [default: box]
+    #[arg(long, value_name = "box|tent|gaussian|blackman-harris", value_parser = values::filter,
+        help_heading = "Image")]
+    pub filter: Option<Filter>,
 }
 
 /// Lights that are traced, or read from a file.

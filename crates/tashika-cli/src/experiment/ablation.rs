@@ -26,7 +26,7 @@ pub fn work(plan: &AblationPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let setting = stage.setting(plan.gather, measure.seed);
     let mut findings = Findings {
         title: format!("{}: what each ingredient is worth", stage.scene.name()),
-        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points)],
+        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, &plan.gather)],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,

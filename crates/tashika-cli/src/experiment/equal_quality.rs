@@ -34,7 +34,7 @@ pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> 
     );
     let mut findings = Findings {
         title: format!("{}: what the same quality costs", stage.scene.name()),
-        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points), asked],
+        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, &plan.gather), asked],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,

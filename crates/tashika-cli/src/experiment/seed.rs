@@ -45,7 +45,7 @@ pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let error = percent_of_tolerance(measure.cells[0].tolerance);
     let mut findings = Findings {
         title: format!("{}: within {error} of the exact sum", stage.scene.name()),
-        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, plan.gather.points)],
+        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, &plan.gather)],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,

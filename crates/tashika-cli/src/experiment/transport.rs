@@ -59,7 +59,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
             format!(
                 "{} sets, {} in all, traced in {traced:.1} s",
                 plan.sets,
-                quantities(sets.lights(), plan.gather.points)
+                quantities(sets.lights(), &plan.gather)
             ),
         ],
         rows: Vec::new(),

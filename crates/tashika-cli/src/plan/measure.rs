@@ -102,7 +102,7 @@ pub struct CoveragePlan {
 impl CoveragePlan {
     /// Checks what was typed, and that the outputs can be written.
     pub fn new(args: &CoverageArgs) -> Result<Self, Failure> {
-        let gather = gather_options(args.gather.points)?;
+        let gather = gather_options(args.gather.points, &args.gather.filter)?;
         let lights = Lights::of(&args.source, args.measure.seed)?;
         let told = Told {
             errors: &args.error,
@@ -181,7 +181,7 @@ pub struct SeedPlan {
 
 impl SeedPlan {
     fn new(args: &SeedArgs) -> Result<Self, Failure> {
-        let gather = gather_options(Some(args.gather))?;
+        let gather = gather_options(Some(args.gather), &args.filter)?;
         let lights = Lights::new(args.vpl_file.as_deref(), Some(args.vpls), &args.clamp, args.measure.seed)?;
         let folder = Folder::new(&args.out);
         let told = Told {
@@ -213,7 +213,8 @@ pub struct ScalingPlan {
 
 impl ScalingPlan {
     fn new(args: &ScalingArgs) -> Result<Self, Failure> {
-        let gather: Result<_, _> = args.gather.iter().map(|n| gather_options(Some(*n))).collect();
+        let gather: Result<_, _> =
+            args.gather.iter().map(|n| gather_options(Some(*n), &args.filter)).collect();
         let lights = args.vpls.iter().map(|n| vpl_options(Some(*n), &args.clamp, args.measure.seed));
         let lights: Result<_, _> = lights.collect();
         let (gather, lights) = (gather?, lights?);
@@ -248,7 +249,7 @@ pub struct EqualQualityPlan {
 
 impl EqualQualityPlan {
     fn new(args: &EqualQualityArgs) -> Result<Self, Failure> {
-        let gather = gather_options(args.gather.points)?;
+        let gather = gather_options(args.gather.points, &args.gather.filter)?;
         let lights = Lights::of(&args.source, args.measure.seed)?;
         if !(args.share > 0.0 && args.share <= 1.0) {
             return Err(Failure::option("share", args.share, "above 0, at most 1 (100%)"));
@@ -283,7 +284,7 @@ pub struct AblationPlan {
 
 impl AblationPlan {
     fn new(args: &AblationArgs) -> Result<Self, Failure> {
-        let gather = gather_options(args.gather.points)?;
+        let gather = gather_options(args.gather.points, &args.gather.filter)?;
         let lights = Lights::of(&args.source, args.measure.seed)?;
         if !args.measure.methods.is_empty() {
             return Err(Failure::usage(

@@ -25,8 +25,8 @@ use tashika::scene::{Scene, builtin};
 use tashika::vpl::VplOptions;
 
 use crate::args::{
-    ClampArgs, CommonArgs, CompareArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs, ServeArgs, SourceArgs,
-    StageArgs, ViewArgs, VplArgs,
+    ClampArgs, CommonArgs, CompareArgs, FilterArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs, ServeArgs,
+    SourceArgs, StageArgs, ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
 
@@ -129,9 +129,9 @@ fn vpl_options(vpls: Option<u64>, clamp: &ClampArgs, seed: u64) -> Result<VplOpt
     Ok(Request { vpls, clamp: clamp.clamp, seed, ..Request::default() }.lights()?)
 }
 
-/// So many gather points, or the default.
-fn gather_options(points: Option<u64>) -> Result<GatherOptions, Failure> {
-    Ok(Request { gather: points, ..Request::default() }.gather_options()?)
+/// So many gather points, or the default, with this filter.
+fn gather_options(points: Option<u64>, filter: &FilterArgs) -> Result<GatherOptions, Failure> {
+    Ok(Request { gather: points, filter: filter.filter, ..Request::default() }.gather_options()?)
 }
 
 /// What is looked at, from where, how large.

@@ -152,6 +152,7 @@ fn request(args: &RenderArgs) -> Request {
         clamp: args.source.lights.clamp.clamp,
         sets: args.sets,
         gather: args.gather.points,
+        filter: args.gather.filter.filter,
         seed: args.seed,
     }
 }

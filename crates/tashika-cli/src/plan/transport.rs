@@ -50,6 +50,7 @@ impl TransportPlan {
             clamp: args.lights.clamp.clamp,
             sets: args.sets,
             gather: args.gather.points,
+            filter: args.gather.filter.filter,
             paths: Some(args.paths),
             seed: args.seed,
             ..Request::default()

@@ -13,6 +13,7 @@ _Color = float | _Vector
 _Paint = _Color | NDArray[Any]
 _Number = float | NDArray[Any]
 _Clamp = Literal["auto", "off"] | float
+_Filter = Literal["box", "tent", "gaussian", "blackman-harris"]
 _Vpls = VplSet | int
 _Progress = Callable[[int, int, int, int], object]
 _Method = Literal[
@@ -253,6 +254,7 @@ def render(
     clamp: _Clamp | None = None,
     sets: int | None = None,
     paths: int | None = None,
+    filter: _Filter | None = None,
     checkpoint: _Path | None = None,
     progress: _Progress | None = None,
 ) -> Image: ...
@@ -267,6 +269,7 @@ def exact(
     clamp: _Clamp | None = None,
     seed: int = 1,
     threads: int = 0,
+    filter: _Filter | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[np.float32]: ...
 def compare(image: Image, reference: Image, error: float = 0.02, absolute: float = 0.0) -> Comparison: ...
@@ -287,5 +290,6 @@ def coverage(
     seed: int = 1,
     threads: int = 0,
     max_pairs: int | None = None,
+    filter: _Filter | None = None,
     progress: _Progress | None = None,
 ) -> list[dict[str, Any]]: ...

@@ -14,12 +14,14 @@
 //! A surface that both gathers and is specular, scatters to both sides, or is one of two materials, does one of these at random
 //! ([`Scatter`]): the last of the four numbers chooses.
 
+mod filter;
 mod options;
 
 #[cfg(test)]
 mod tests;
 
-pub use options::{Filter, GatherOptions};
+pub use filter::Filter;
+pub use options::GatherOptions;
 
 use glam::{Vec2, Vec3};
 

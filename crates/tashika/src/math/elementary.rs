@@ -106,6 +106,11 @@ pub fn powf_f64(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
+/// `(sin x, cos x)` in double precision, `x` in radians.
+pub fn sin_cos_f64(x: f64) -> (f64, f64) {
+    libm::sincos(x)
+}
+
 /// `tan x` in double precision, `x` in radians.
 pub fn tan_f64(x: f64) -> f64 {
     libm::tan(x)

@@ -373,7 +373,7 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film)
     m.set("method", integrator.name());
     m.set("seed", setting.view.seed);
     m.set("gather.points", setting.view.gather.points);
-    m.set("gather.filter", format!("{:?}", setting.view.gather.filter).to_lowercase());
+    m.set("gather.filter", setting.view.gather.filter.name());
     integrator.describe(m);
 }
 

@@ -12,6 +12,7 @@
 //! | VPLs | those of [`VplOptions`]; 30,000 in each of many sets |
 //! | sets | [`LightSets::DEFAULT_COUNT`] |
 //! | gather points | those of [`GatherOptions`]; 16 in each of many repetitions |
+//! | filter | the box |
 //! | paths | 64; with an error, at most 2²⁰ |
 //! | size | the camera's, or 640×360 |
 //!
@@ -26,7 +27,7 @@ pub use framing::Framing;
 
 use crate::color::Controlled;
 use crate::error::{Error, Result};
-use crate::gather::GatherOptions;
+use crate::gather::{Filter, GatherOptions};
 use crate::integrator::{Claim, ControlOptions, LightSets, Method, PathStop, Truth};
 use crate::vpl::{Clamp, VplOptions};
 
@@ -70,6 +71,8 @@ pub struct Request {
     pub sets: Option<u64>,
     /// Gather points a pixel.
     pub gather: Option<u64>,
+    /// The pixel filter, of paths too.
+    pub filter: Option<Filter>,
     /// Seed of all random numbers. Default: 1.
     pub seed: u64,
 }
@@ -91,6 +94,7 @@ impl Default for Request {
             clamp: None,
             sets: None,
             gather: None,
+            filter: None,
             seed: 1,
         }
     }
@@ -192,7 +196,10 @@ impl Request {
     pub fn gather_options(&self) -> Result<GatherOptions> {
         let default = GatherOptions::default();
         let said = self.gather.or(self.is_of_sets().then_some(POINTS_OF_SET));
-        let options = GatherOptions { points: said.map_or(default.points, saturated), ..default };
+        let options = GatherOptions {
+            points: said.map_or(default.points, saturated),
+            filter: self.filter.unwrap_or(default.filter),
+        };
         options.validate()?;
         Ok(options)
     }

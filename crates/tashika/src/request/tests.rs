@@ -27,6 +27,7 @@ fn all_said() -> Request {
         clamp: Some(Clamp::Off),
         sets: Some(20),
         gather: Some(3),
+        filter: Some(Filter::Tent),
         seed: 9,
         ..Request::default()
     }
@@ -84,15 +85,17 @@ fn what_is_said_arrives() {
     let found = resolved(&all_said());
     let method = Method::Tashika(Claim::Calibrated);
     assert_eq!(found.integration, Integration::ManyLights { method, lights: Some(lights.clone()), options });
-    assert_eq!((found.gather.points, found.unused), (3, vec!["paths", "sets"]));
+    let gather = GatherOptions { points: 3, filter: Filter::Tent };
+    assert_eq!((found.gather, found.unused), (gather, vec!["paths", "sets"]));
 
     let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
     assert_eq!(found.integration, Integration::Transport { lights, sets: 20, truth, options });
-    assert_eq!((found.gather.points, found.unused), (3, vec!["paths", "max_pairs"]));
+    assert_eq!((found.gather, found.unused), (gather, vec!["paths", "max_pairs"]));
 
     let found = resolved(&Request { method: None, ..all_said() });
     assert_eq!(found.integration, Integration::Path(PathStop::Until { options, first: 5, most: 5 }));
+    assert_eq!(found.gather.filter, Filter::Tent);
     assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "sets", "max_pairs"]);
 
     let certified = Request { claim: Some(Claim::Certified), lights_given: true, ..Request::default() };

@@ -53,7 +53,7 @@ pub struct Camera {
 /// Where on the film and on the lens a camera ray starts.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSample {
-    /// Position on the film (pixels, `[0, width] × [0, height]`, from the top left).
+    /// Position on the film (pixels, from the top left). Wide pixel filters go beyond `[0, width] × [0, height]`: the film has no edge.
     pub film: Vec2,
     /// Uniform numbers for the lens.
     pub lens: [f32; 2],

@@ -11,6 +11,7 @@ mod damaged_obj;
 mod damaged_pbrt;
 mod determinism;
 mod features;
+mod filters;
 mod formats;
 mod furnace;
 mod gltf;
