@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use tashika::io::{read_exr, write_file};
-use tashika::report::{Claims, Comparison, Named, compare, compare_page, error_image, summary};
+use tashika::report::{Claims, Comparison, Intervals, Named, compare, compare_page, error_image, summary};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::ComparePlan;
@@ -39,6 +39,8 @@ struct Report {
     /// Share of the claims that were kept; none if the image makes no claims.
     claims_kept: Option<f64>,
     claims: Option<ClaimsReport>,
+    /// None if no pixel is claimed by both films, or they are about different truths or quantities.
+    intervals: Option<IntervalsReport>,
     files: Vec<PathBuf>,
 }
 
@@ -58,6 +60,19 @@ struct ClaimsReport {
     confidence: f64,
     /// Whether the reference is of the same VPLs and gather points, which the claims are about.
     same_truth: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct IntervalsReport {
+    /// Pixels.
+    claimed_in_both: u64,
+    /// Of these, pixels whose two intervals have no number in common.
+    disjoint: u64,
+    share: f64,
+    /// Ends of the Clopper–Pearson interval of the share.
+    low: f64,
+    high: f64,
+    confidence: f64,
 }
 
 /// Compares, writes what was asked for, and tells the numbers.
@@ -118,6 +133,14 @@ fn report(plan: &ComparePlan, c: &Comparison) -> Report {
             high: claims.interval.high,
             confidence: Claims::CONFIDENCE,
             same_truth: claims.same_truth,
+        }),
+        intervals: c.intervals.as_ref().map(|intervals| IntervalsReport {
+            claimed_in_both: intervals.claimed_in_both,
+            disjoint: intervals.disjoint,
+            share: intervals.share(),
+            low: intervals.interval.low,
+            high: intervals.interval.high,
+            confidence: Intervals::CONFIDENCE,
         }),
         files: plan.picture.iter().chain(&plan.html).cloned().collect(),
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tashika::io::write_file;
-use tashika::report::{self, Claims, Named, Tolerance, compare_page, error_image, summary};
+use tashika::report::{self, Claims, Intervals, Named, Tolerance, compare_page, error_image, summary};
 
 use crate::arrays::array;
 use crate::errors::{option, raised};
@@ -124,6 +124,22 @@ impl Comparison {
         Ok(Some(claims))
     }
 
+    /// Intervals of both images: how many pixels are "claimed_in_both", how many of these have intervals that are "disjoint", so that one of the
+    /// two is wrong, the "share", and the ends "low" and "high" of its interval at "confidence"; None if no pixel is claimed in both,
+    /// or the images are about different truths.
+    #[getter]
+    fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(found) = &self.found.intervals else { return Ok(None) };
+        let intervals = PyDict::new(py);
+        intervals.set_item("claimed_in_both", found.claimed_in_both)?;
+        intervals.set_item("disjoint", found.disjoint)?;
+        intervals.set_item("share", found.share())?;
+        intervals.set_item("low", found.interval.low)?;
+        intervals.set_item("high", found.interval.high)?;
+        intervals.set_item("confidence", Intervals::CONFIDENCE)?;
+        Ok(Some(intervals))
+    }
+
     /// Error of each pixel, float64 of shape (height, width); NaN for those left out.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -158,7 +174,8 @@ impl Comparison {
 impl Comparison {
     fn line(&self) -> String {
         let rows = summary(&self.found);
-        let rows = rows.iter().filter(|(label, _)| ["within", "worst", "claims"].contains(label));
+        let rows =
+            rows.iter().filter(|(label, _)| ["within", "worst", "claims", "intervals"].contains(label));
         rows.map(|(label, text)| format!("{label} {text}")).collect::<Vec<_>>().join("; ")
     }
 }

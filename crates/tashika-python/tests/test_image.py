@@ -122,6 +122,30 @@ def test_comparisons_tell_errors_and_claims(
         tashika.compare(image, tashika.read(other))
 
 
+def test_comparisons_tell_disjoint_intervals(tiny: tashika.Scene, image: tashika.Image) -> None:
+    exact = tashika.render(tiny, method="exact", **SMALL)
+    found = tashika.compare(image, exact)
+    assert found.claims is not None and found.intervals is not None
+    assert list(found.intervals) == ["claimed_in_both", "disjoint", "share", "low", "high", "confidence"]
+    # An exact interval is one number: it is inside the other, or a claim is broken.
+    assert found.intervals["claimed_in_both"] == found.claims["of"] == 192
+    assert found.intervals["disjoint"] == 192 - found.claims["kept"]
+    assert "that both films claim are disjoint" in repr(found)
+    # Other seeds have other VPLs, whose sums may differ; light transport is the same.
+    assert tashika.compare(image, tashika.render(tiny, seed=2, **SMALL)).intervals is None
+    paths = [tashika.render(tiny, size=(8, 6), method="path", error=0.3, seed=seed) for seed in (1, 2)]
+    intervals = tashika.compare(*paths).intervals
+    weights = np.float64([0.2126, 0.7152, 0.0722])
+    distance = np.abs((paths[0]["radiance"] - paths[1]["radiance"].astype(np.float64)) @ weights)
+    claimed = (paths[0]["claim"] > 0) & (paths[1]["claim"] > 0)
+    apart = distance > paths[0]["half_width"].astype(np.float64) + paths[1]["half_width"] + 1e-5
+    assert intervals is not None and intervals["claimed_in_both"] == claimed.sum() > 40
+    assert intervals["disjoint"] == (apart & claimed).sum()
+    assert intervals["low"] <= intervals["share"] == intervals["disjoint"] / claimed.sum() <= intervals["high"]
+    count = tashika.render(tiny, size=(8, 6), method="path", paths=4)
+    assert tashika.compare(paths[0], count).intervals is None
+
+
 def test_shares_are_joined_one_after_the_other_in_any_order(tiny: tashika.Scene) -> None:
     options = {"size": (80, 60), "vpls": 300}
     whole = tashika.render(tiny, **options)

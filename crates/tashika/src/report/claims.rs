@@ -42,10 +42,37 @@ impl Claims {
     }
 }
 
-/// Counts the claims that are kept.
-pub(super) struct Judge<'f> {
+/// The half-widths of a film's claims.
+pub(super) struct Claimed<'f> {
     half_widths: &'f [f32],
     kinds: Option<&'f [u32]>,
+}
+
+impl<'f> Claimed<'f> {
+    /// By that film; none if it has no half-widths.
+    pub(super) fn of(film: &'f Film) -> Option<Self> {
+        let single = |name: &str| film.plane(name).filter(|p| p.channels().len() == 1);
+        Some(Self {
+            half_widths: single("half_width").and_then(Plane::f32_samples)?,
+            kinds: single("claim").and_then(Plane::u32_samples),
+        })
+    }
+
+    /// Of the pixel at that position (W·m⁻²·sr⁻¹); none if it claims nothing.
+    pub(super) fn half_width(&self, pixel: usize) -> Option<f64> {
+        let is_claim = self.kinds.is_none_or(|kinds| kinds[pixel] != 0);
+        is_claim.then(|| f64::from(self.half_widths[pixel]))
+    }
+
+    /// What storing colours in single precision may have moved them, at that distance from a reference of that size.
+    pub(super) fn rounding(distance: f64, size: f64) -> f64 {
+        f64::from(f32::EPSILON) * (size + distance)
+    }
+}
+
+/// Counts the claims that are kept.
+pub(super) struct Judge<'f> {
+    claimed: Claimed<'f>,
     same_truth: bool,
     kept: u64,
     of: u64,
@@ -54,23 +81,14 @@ pub(super) struct Judge<'f> {
 impl<'f> Judge<'f> {
     /// For the claims of a film by that reference; none if it has no half-widths.
     pub(super) fn of(film: &'f Film, reference: &Film) -> Option<Self> {
-        let single = |name: &str| film.plane(name).filter(|p| p.channels().len() == 1);
-        Some(Self {
-            half_widths: single("half_width").and_then(Plane::f32_samples)?,
-            kinds: single("claim").and_then(Plane::u32_samples),
-            same_truth: truth_of(film.metadata()).eq(truth_of(reference.metadata())),
-            kept: 0,
-            of: 0,
-        })
+        let claimed = Claimed::of(film)?;
+        Some(Self { claimed, same_truth: same_truth(film, reference), kept: 0, of: 0 })
     }
 
     /// Judges the pixel at that position by its distance from a reference of that size.
     pub(super) fn judge(&mut self, pixel: usize, distance: f64, size: f64) {
-        if self.kinds.is_some_and(|kinds| kinds[pixel] == 0) {
-            return;
-        }
-        let rounding = f64::from(f32::EPSILON) * (size + distance);
-        let allowed = f64::from(self.half_widths[pixel]) + rounding;
+        let Some(half_width) = self.claimed.half_width(pixel) else { return };
+        let allowed = half_width + Claimed::rounding(distance, size);
         self.of += 1;
         // A half-width that is not a number keeps nothing.
         self.kept += u64::from(distance <= allowed);
@@ -81,6 +99,11 @@ impl<'f> Judge<'f> {
         let Self { same_truth, kept, of, .. } = self;
         Claims { kept, of, interval: clopper_pearson(kept, of, Claims::CONFIDENCE), same_truth }
     }
+}
+
+/// Whether two films estimate the same truth, as far as their metadata say.
+pub(super) fn same_truth(film: &Film, reference: &Film) -> bool {
+    truth_of(film.metadata()).eq(truth_of(reference.metadata()))
 }
 
 /// What the metadata say of the truth that a film estimates: scene, camera, and, unless it is light transport, what VPLs and gather points were

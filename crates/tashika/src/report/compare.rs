@@ -19,7 +19,8 @@
 //! They are counted, and enter nothing else.
 //!
 //! # Assumption
-//! The reference is taken for the truth. Where it is itself an estimate, its own error is part of what is measured.
+//! The reference is taken for the truth. Where it is itself an estimate, its own error is part of what is measured. Where it
+//! claims intervals too, those of both films are held against each other, which needs no truth ([`Intervals`]).
 //!
 //! # Held to this by
 //! The tests below, on films whose errors are known.
@@ -27,6 +28,7 @@
 use std::path::Path;
 
 use super::claims::{Claims, Judge};
+use super::intervals::{Intervals, Meeting};
 use crate::color::{Controlled, LUMINANCE_WEIGHTS, Rgb};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Plane, Window};
@@ -114,6 +116,8 @@ pub struct Comparison {
     pub relative_l1: f64,
     /// What became of the film's claims, if it makes any.
     pub claims: Option<Claims>,
+    /// How many intervals of the two films are disjoint, if they are about the same truth and both claim one at some pixel.
+    pub intervals: Option<Intervals>,
     /// Error of each pixel in the order of [`Window::pixels`]; NaN for those left out.
     pub errors: Vec<f64>,
 }
@@ -130,7 +134,7 @@ impl Comparison {
     }
 }
 
-/// Compares the main planes of two films, and the claims of the first with the second.
+/// Compares the main planes of two films, the claims of the first with the second, and the intervals of both with each other.
 ///
 /// # Errors
 /// [`Error::Option`] for a tolerance out of range; [`Error::Invalid`] naming both films if they do not show the same part of the
@@ -144,6 +148,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let controlled = controlled(image.film);
     let mut out = Comparison::empty(image.film.window(), *tolerance);
     let mut judge = Judge::of(image.film, reference.film);
+    let mut meeting = Meeting::of(image.film, reference.film);
     let (mut sum, mut reference_sum, mut distance_sum, mut error_sum) = (0.0, 0.0, 0.0, 0.0);
     let mut worst: Option<(f64, usize)> = None;
     for (i, ((color, truth), rendered)) in pairs.enumerate() {
@@ -171,6 +176,9 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
         if let Some(judge) = &mut judge {
             judge.judge(i, distance, size);
         }
+        if let Some(meeting) = &mut meeting {
+            meeting.take(i, distance, size);
+        }
     }
     let Some((worst, at)) = worst else {
         let found = format!(
@@ -191,6 +199,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     out.bias = ratio(sum - reference_sum, reference_sum);
     out.relative_l1 = ratio(distance_sum, reference_sum.abs());
     out.claims = judge.map(Judge::claims);
+    out.intervals = meeting.and_then(Meeting::intervals);
     Ok(out)
 }
 
@@ -212,13 +221,14 @@ impl Comparison {
             bias: 0.0,
             relative_l1: 0.0,
             claims: None,
+            intervals: None,
             errors: Vec::with_capacity(window.area() as usize),
         }
     }
 }
 
 /// What the film controlled the error of; luminance if it does not say.
-fn controlled(film: &Film) -> Controlled {
+pub(super) fn controlled(film: &Film) -> Controlled {
     film.metadata().text("control").and_then(Controlled::named).unwrap_or_default()
 }
 

@@ -8,6 +8,7 @@ mod color_scale;
 mod compare;
 mod error_budget;
 mod error_image;
+mod intervals;
 mod page;
 mod picks;
 mod picture;
@@ -19,6 +20,7 @@ pub use claims::Claims;
 pub use compare::{Comparison, Named, Tolerance, compare};
 pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::{error_image, half_width_image};
+pub use intervals::Intervals;
 pub use page::{
     Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, headline, render_page,
 };

@@ -2,6 +2,7 @@
 
 use super::claims::Claims;
 use super::compare::Comparison;
+use super::intervals::Intervals;
 use super::words::{count, percent_of_error, percent_of_share, percent_of_tolerance};
 
 /// Labels and what is to say under each; an empty label continues the row above.
@@ -28,6 +29,12 @@ pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
         if claims.of > 0 && !claims.same_truth {
             let why = "by a reference of other VPLs or gather points: what these differ by is judged too";
             rows.push(("", why.to_owned()));
+        }
+    }
+    if let Some(intervals) = &c.intervals {
+        rows.push(("intervals", disjoint(intervals)));
+        if intervals.disjoint > 0 {
+            rows.push(("", "of two that are disjoint at least one is wrong, whatever the truth".to_owned()));
         }
     }
     if c.left_out() > 0 {
@@ -58,6 +65,17 @@ fn told(claims: &Claims) -> String {
     let [low, high] = [claims.interval.low, claims.interval.high].map(percent_of_share);
     let confidence = percent_of_tolerance(Claims::CONFIDENCE);
     format!("kept {} of {} ({low} to {high} at {confidence})", percent_of_share(share), count(claims.of))
+}
+
+/// Disjoint intervals are to be rare: small shares are told to three digits, as errors are.
+fn disjoint(intervals: &Intervals) -> String {
+    let Intervals { claimed_in_both, disjoint, interval } = intervals;
+    let [share, low, high] = [intervals.share(), interval.low, interval.high].map(percent_of_error);
+    let confidence = percent_of_tolerance(Intervals::CONFIDENCE);
+    let [disjoint, of] = [*disjoint, *claimed_in_both].map(count);
+    format!(
+        "{disjoint} of {of} that both films claim are disjoint: {share} ({low} to {high} at {confidence})"
+    )
 }
 
 fn pixels(n: u64) -> String {
