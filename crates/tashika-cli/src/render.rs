@@ -161,7 +161,8 @@ impl Lit {
             (Integration::Transport { lights, sets, truth, .. }, _) => {
                 let each = counted(lights.count, "VPL", "VPLs");
                 meter.phase(&format!("tracing {sets} sets of about {each}"));
-                let trace = || LightSets::trace(&stage.tracer, lights, *sets, *truth);
+                let view = stage.setting(plan.gather, plan.seed).view;
+                let trace = || LightSets::trace(&stage.tracer, lights, *sets, *truth, &view);
                 Self::Sets(timed(&mut seconds.vpls, trace)?)
             }
             (Integration::ManyLights { method, .. }, Some(lights)) => {

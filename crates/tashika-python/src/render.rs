@@ -155,7 +155,7 @@ fn rendered(
             run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())
         }
         Integration::Transport { lights, sets, truth, options } => {
-            let sets = scene.light_sets(lights, *sets, *truth)?;
+            let sets = scene.light_sets(lights, *sets, *truth, &view)?;
             run(&LightTransport::new(tracer, &sets, options))
         }
         Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?),

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
 use tashika::error::{Error, Result};
+use tashika::gather::View;
 use tashika::integrator::{LightSets, Truth};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::scene::{self, builtin as made};
@@ -35,7 +36,7 @@ pub struct Scene {
 
 /// Independent sets of lights, and what they were traced by.
 struct Traced {
-    by: (VplOptions, u32, Truth),
+    by: (VplOptions, u32, Truth, String, [u32; 2]),
     sets: Arc<LightSets>,
 }
 
@@ -50,13 +51,19 @@ impl Scene {
     }
 
     /// Independent sets of lights: those of the last call, if they are the same, so that shares of an image have them in common.
-    pub(crate) fn light_sets(&self, lights: &VplOptions, count: u32, truth: Truth) -> Result<Arc<LightSets>> {
-        let by = (lights.clone(), count, truth);
+    pub(crate) fn light_sets(
+        &self,
+        lights: &VplOptions,
+        count: u32,
+        truth: Truth,
+        view: &View<'_>,
+    ) -> Result<Arc<LightSets>> {
+        let by = (lights.clone(), count, truth, view.camera.name.clone(), view.size);
         let known = || self.sets.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(traced) = known().as_ref().filter(|traced| traced.by == by) {
             return Ok(Arc::clone(&traced.sets));
         }
-        let sets = Arc::new(LightSets::trace(self.tracer(), lights, count, truth)?);
+        let sets = Arc::new(LightSets::trace(self.tracer(), lights, count, truth, view)?);
         *known() = Some(Traced { by, sets: Arc::clone(&sets) });
         Ok(sets)
     }

@@ -8,7 +8,7 @@
 //! | 1 | [`bsdf`], [`film`] |
 //! | 2 | [`scene`], [`accel`] |
 //! | 3 | [`vpl`], [`gather`], [`transport`] |
-//! | 4 | [`bounds`] |
+//! | 4 | [`bounds`], [`guidance`] |
 //! | 5 | [`tree`] |
 //! | 6 | [`cut`], [`uncarried`] |
 //! | 7 | [`integrator`] |
@@ -25,6 +25,7 @@ pub mod error;
 pub mod experiment;
 pub mod film;
 pub mod gather;
+pub mod guidance;
 pub mod integrator;
 pub mod io;
 pub mod math;

@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::{Vec2, Vec3};
 
-use crate::math::elementary::sin_cos;
+use crate::math::elementary::{atan2, sin_cos};
 
 /// Unit disk, uniform, by the concentric map of Shirley and Chiu (1997). Density `1/π`.
 pub fn disk(u: [f32; 2]) -> Vec2 {
@@ -18,6 +18,28 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
         let (sin, cos) = sin_cos(phi);
         Vec2::new(r * cos, r * sin)
     }
+}
+
+/// The numbers that [`disk`] takes to a point of the unit disk.
+pub fn disk_inverse(p: Vec2) -> [f32; 2] {
+    let r = p.length();
+    if r == 0.0 {
+        return [0.5; 2];
+    }
+    // The sector that the point lies in tells which of the two numbers is its radius.
+    let (a, b) = if p.x.abs() > p.y.abs() {
+        let r = r.copysign(p.x);
+        (r, r * (4.0 / PI) * atan2(p.y.copysign(p.y * p.x), p.x.abs()))
+    } else {
+        let r = r.copysign(p.y);
+        (r * (4.0 / PI) * atan2(p.x.copysign(p.x * p.y), p.y.abs()), r)
+    };
+    [a, b].map(|x| unit(0.5 * (x + 1.0)))
+}
+
+/// Keeps rounding from leaving `[0, 1)`.
+fn unit(u: f32) -> f32 {
+    u.clamp(0.0, 1.0 - f32::EPSILON)
 }
 
 /// Upper hemisphere about `+z`, density `cos θ / π` per steradian.
@@ -40,12 +62,23 @@ pub fn sphere(u: [f32; 2]) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
+/// The numbers that [`sphere`] takes to a unit vector.
+pub fn sphere_inverse(d: Vec3) -> [f32; 2] {
+    let turn = atan2(d.y, d.x) / (2.0 * PI);
+    [unit(0.5 - 0.5 * d.z), unit(if turn < 0.0 { turn + 1.0 } else { turn })]
+}
+
 /// Cone about `+z` with half-angle `acos(cos_max)`, uniform. Density `1/(2π(1 − cos_max))`.
 pub fn cone(u: [f32; 2], cos_max: f32) -> Vec3 {
     let z = 1.0 - u[0] * (1.0 - cos_max);
     let r = (1.0 - z * z).max(0.0).sqrt();
     let (sin, cos) = sin_cos(2.0 * PI * u[1]);
     Vec3::new(r * cos, r * sin, z)
+}
+
+/// The numbers that [`cone`] takes to a unit vector inside the cone.
+pub fn cone_inverse(d: Vec3, cos_max: f32) -> [f32; 2] {
+    [unit((1.0 - d.z) / (1.0 - cos_max)), sphere_inverse(d)[1]]
 }
 
 /// Barycentric coordinates of a triangle, uniform by area.
@@ -67,6 +100,27 @@ mod tests {
     fn mean(n: u32, mut f: impl FnMut([f32; 2]) -> f32) -> f64 {
         let mut s = Stream::new(11, Purpose::Test, 0);
         (0..n).map(|_| f64::from(f(s.uniform_2()))).sum::<f64>() / f64::from(n)
+    }
+
+    #[test]
+    fn inverses_lead_back() {
+        let mut s = Stream::new(3, Purpose::Test, 0);
+        for _ in 0..2000 {
+            let u = s.uniform_2();
+            let near = |found: [f32; 2], what: &str| {
+                // The angle of a vector of length r is known to about 2⁻²²/r.
+                let off = (found[0] - u[0]).abs().max((found[1] - u[1]).abs());
+                assert!(off < 1e-3, "{what}: {found:?} for {u:?}");
+            };
+            let turned = |v: Vec3| v.truncate().length() > 1e-2;
+            near(disk_inverse(disk(u)), "disk");
+            if turned(sphere(u)) {
+                near(sphere_inverse(sphere(u)), "sphere");
+            }
+            if turned(cone(u, 0.3)) {
+                near(cone_inverse(cone(u, 0.3), 0.3), "cone");
+            }
+        }
     }
 
     /// First and second moments against their integrals; standard errors are below 0.001.

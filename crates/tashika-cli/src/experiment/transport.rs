@@ -47,8 +47,9 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         plan.sets,
         counted(plan.lights.count, "VPL", "VPLs")
     ));
+    let view = stage.setting(plan.gather, plan.seed).view;
     let begun = Instant::now();
-    let sets = LightSets::trace(&stage.tracer, &plan.lights, plan.sets, Truth::Transport)?;
+    let sets = LightSets::trace(&stage.tracer, &plan.lights, plan.sets, Truth::Transport, &view)?;
     let traced = begun.elapsed().as_secs_f64();
     let depth = plan.lights.path_depth();
     let of = plan.methods.len() * plan.options.len();

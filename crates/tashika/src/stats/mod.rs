@@ -1,5 +1,6 @@
 //! Distributions over tables, running moments, quantiles, intervals of shares.
 
+mod adaptive;
 mod binomial;
 mod discrete;
 mod moments;
@@ -7,6 +8,7 @@ mod replicates;
 pub mod stratified;
 mod student_t;
 
+pub use adaptive::{AdaptiveDensity, Weighted};
 pub use binomial::{Interval, clopper_pearson};
 pub use discrete::{Discrete, Piecewise2d};
 pub use moments::Moments;

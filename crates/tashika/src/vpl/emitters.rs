@@ -160,6 +160,11 @@ impl<'s> EmitterSampler<'s> {
         self.all = Discrete::new(self.weights.iter().copied());
     }
 
+    /// Whether nothing shines.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_none()
+    }
+
     /// Centre and radius of the sphere about the scene (m).
     pub fn sphere(&self) -> (Vec3, f32) {
         (self.center, self.radius)

@@ -98,4 +98,16 @@ impl Vpl {
             }
         }
     }
+
+    /// The numbers that [`Vpl::emit`] takes to the ray of this light that goes through a point.
+    pub fn emission_through(&self, point: Vec3, center: Vec3, radius: f32) -> [f32; 2] {
+        let local = |v: Vec3| Frame::about(self.direction).to_local(v);
+        let towards = (point - self.position).normalize_or_zero();
+        match self.kind {
+            VplKind::Omni => warp::sphere_inverse(towards),
+            VplKind::Oriented => warp::disk_inverse(local(towards).truncate()),
+            VplKind::Spot(falloff) => warp::cone_inverse(local(towards), falloff.cos_outer),
+            VplKind::Directional => warp::disk_inverse(local((point - center) / radius).truncate()),
+        }
+    }
 }

@@ -7,6 +7,7 @@ mod carried;
 mod clamp;
 mod columns;
 mod emitters;
+mod guide;
 mod light;
 mod trace;
 
@@ -17,8 +18,9 @@ pub use carried::carried_cos;
 pub use clamp::Clamp;
 pub use columns::LightColumns;
 pub use emitters::{EmitterSampler, LightSample};
+pub use guide::LightGuide;
 pub use light::{Vpl, VplKind};
-pub use trace::{Emission, VplOptions};
+pub use trace::{Emission, LightTracer, VplOptions};
 
 use serde::{Deserialize, Serialize};
 

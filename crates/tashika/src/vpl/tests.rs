@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Mat3, Vec3};
 
-use super::{EmitterSampler, Vpl, VplKind, VplOptions, VplSet};
+use super::{EmitterSampler, LightGuide, LightTracer, Vpl, VplKind, VplOptions, VplSet};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
@@ -156,4 +156,76 @@ fn options_out_of_range_are_named() {
     assert!(said(VplOptions { count: 0, ..VplOptions::default() }).contains("vpls = 0; expected 1 to"));
     assert!(said(VplOptions { direct_share: 1.5, ..VplOptions::default() }).contains("direct share = 1.5"));
     assert!(said(VplOptions { max_depth: 5000, ..VplOptions::default() }).contains("max depth = 5000"));
+}
+
+/// What a point above the lamp receives from a set, as if nothing were in between: from direct and from indirect VPLs.
+fn received(set: &VplSet) -> [f64; 2] {
+    let at = Vec3::new(0.3, 4.0, 0.4);
+    let mut sums = [0.0; 2];
+    for light in set.lights() {
+        let d = light.position - at;
+        let given = -light.direction.dot(d.normalize()).min(0.0) / d.length_squared();
+        let is_direct = light.position.y.abs() < 0.1;
+        sums[usize::from(!is_direct)] += f64::from(light.intensity.luminance() * given);
+    }
+    sums
+}
+
+/// Whatever a guide has learned, sets are worth as much on average; and where it sends light paths, there are more VPLs.
+#[test]
+fn guides_change_where_vpls_are_and_not_what_they_give() {
+    let lit = scene(true, 1.0, |b| {
+        let white =
+            b.add_material(Material::new("floor", Surface::Lambert { reflectance: Rgb::gray(0.8).into() }));
+        let positions = [[-9.0, -2.0, -9.0], [-9.0, -2.0, 9.0], [9.0, -2.0, 9.0], [9.0, -2.0, -9.0]];
+        let mesh = MeshData {
+            positions: positions.map(Vec3::from).to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..MeshData::default()
+        };
+        let mesh = b.add_mesh(mesh, white.unwrap()).unwrap();
+        b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+    });
+    let tracer = Tracer::new(Arc::new(lit));
+    // Half of the lamp, and rays in a twentieth of all directions.
+    let mut s = Stream::new(6, Purpose::Test, 0);
+    let direct = (0..2000).map(|_| ([0.5 * s.uniform(), s.uniform(), s.uniform()], 1.0)).collect();
+    let mut s = Stream::new(7, Purpose::Test, 0);
+    let mut ray = |_| ([s.uniform(), s.uniform(), s.uniform(), 0.2 * s.uniform(), 0.25 * s.uniform()], 1.0);
+    let guide = LightGuide::learn(direct, (0..2000).map(&mut ray).collect());
+    assert!(guide.cells().iter().all(|cells| *cells > 1), "{:?}", guide.cells());
+    let options = VplOptions { count: 400, ..VplOptions::default() };
+    let plain = LightTracer::new(&tracer, &options).unwrap();
+    let guided = LightTracer::new(&tracer, &options).unwrap().guided(guide);
+    let mut moments = [[Moments::default(); 2]; 2];
+    for seed in 0..300 {
+        for (way, of_way) in [&plain, &guided].into_iter().zip(&mut moments) {
+            let found = received(&way.trace(seed));
+            of_way.iter_mut().zip(found).for_each(|(m, x)| m.push(x));
+        }
+    }
+    let [plain, guided] = moments;
+    for (a, b) in plain.iter().zip(&guided) {
+        let error = a.standard_error().hypot(b.standard_error());
+        assert!(error < 0.03 * a.mean(), "sharp: {error} of {}", a.mean());
+        assert!((a.mean() - b.mean()).abs() < 4.5 * error, "{} {} ± {error}", a.mean(), b.mean());
+    }
+}
+
+/// A pilot that met nothing is no proof that there is no indirect light: paths are traced all the same.
+#[test]
+fn light_that_no_pilot_meets_is_not_dropped() {
+    // A plate of a hand's width, a thousand kilometres from the lamp.
+    let far = scene(false, 1.0, |b| {
+        let white =
+            b.add_material(Material::new("plate", Surface::Lambert { reflectance: Rgb::gray(0.8).into() }));
+        let at = |x: f32, z: f32| Vec3::new(x, -1e6, z);
+        let positions = vec![at(0.0, 0.0), at(0.1, 0.0), at(0.0, 0.1)];
+        let mesh = MeshData { positions, triangles: vec![[0, 1, 2]], ..MeshData::default() };
+        let mesh = b.add_mesh(mesh, white.unwrap()).unwrap();
+        b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+    });
+    let tracer = Tracer::new(Arc::new(far));
+    let set = VplSet::trace(&tracer, &VplOptions { count: 1000, ..VplOptions::default() }).unwrap();
+    assert_eq!((set.provenance().indirect, set.provenance().paths), (0, 750));
 }

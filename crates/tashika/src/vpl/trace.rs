@@ -27,7 +27,7 @@ use std::f32::consts::PI;
 
 use rayon::prelude::*;
 
-use super::{Clamp, EmitterSampler, Provenance, Vpl, VplKind, VplSet, carried_cos};
+use super::{Clamp, EmitterSampler, LightGuide, Provenance, Vpl, VplKind, VplSet, carried_cos};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
@@ -137,12 +137,57 @@ impl VplSet {
     /// # Errors
     /// Options out of range.
     pub fn trace(tracer: &Tracer, options: &VplOptions) -> Result<Self> {
+        Ok(LightTracer::new(tracer, options)?.trace(options.seed))
+    }
+}
+
+/// What sets of VPLs are traced with: one after the other, by seeds of their own, all alike.
+#[derive(Debug)]
+pub struct LightTracer<'s> {
+    tracer: &'s Tracer,
+    options: VplOptions,
+    emitters: EmitterSampler<'s>,
+    guide: LightGuide,
+    /// VPLs that a light path leaves on average, by a pilot.
+    per_path: f64,
+}
+
+impl<'s> LightTracer<'s> {
+    /// Without a guide.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn new(tracer: &'s Tracer, options: &VplOptions) -> Result<Self> {
         options.validate()?;
-        let scene = tracer.scene();
         let emitters = match options.emission {
-            Emission::ByPower => EmitterSampler::new(scene),
+            Emission::ByPower => EmitterSampler::new(tracer.scene()),
             Emission::ByUse => EmitterSampler::by_use(tracer, options),
         };
+        let tracing =
+            Self { tracer, options: options.clone(), emitters, guide: LightGuide::default(), per_path: 0.0 };
+        Ok(Self { per_path: tracing.lights_per_path(), ..tracing })
+    }
+
+    /// By this guide, which must not depend on the random numbers of light paths and direct VPLs.
+    #[must_use]
+    pub fn guided(self, guide: LightGuide) -> Self {
+        let guided = Self { guide, ..self };
+        Self { per_path: guided.lights_per_path(), ..guided }
+    }
+
+    /// What it traces rays with.
+    pub fn tracer(&self) -> &'s Tracer {
+        self.tracer
+    }
+
+    /// The emitters, as they are drawn from.
+    pub fn emitters(&self) -> &EmitterSampler<'s> {
+        &self.emitters
+    }
+
+    /// The set of this seed, traced in parallel on the current thread pool.
+    pub fn trace(&self, seed: u64) -> VplSet {
+        let Self { tracer, options, emitters, .. } = self;
         let mut lights: Vec<Vpl> = emitters.punctual().collect();
         // However many lights are points: half of the count goes to what has to be sampled.
         let rest = options.count.saturating_sub(lights.len() as u64).max(options.count.div_ceil(2));
@@ -151,48 +196,76 @@ impl VplSet {
         // However small the count: neither kind of light is left out, unless the share says so.
         let mut direct =
             if has_extended && share > 0.0 { ((rest as f64 * share).round() as u64).max(1) } else { 0 };
-
-        let per_path = lights_per_path(tracer, &emitters, options);
-        let mut paths = 0;
-        if per_path > 0.0 {
-            let wanted = (rest - direct) as f64 / per_path;
-            let least = u64::from(share < 1.0);
-            paths = (wanted.round() as u64)
-                .max(least)
-                .min(options.count.saturating_mul(options.emission.max_paths_per_vpl()));
-        } else if has_extended {
+        let paths = self.paths(rest - direct);
+        if paths == 0 && has_extended {
             direct = rest;
         }
         lights.par_extend((0..direct).into_par_iter().flat_map_iter(|i| {
-            let mut s = Stream::new(options.seed, Purpose::DirectLight, i);
+            let mut s = Stream::new(seed, Purpose::DirectLight, i);
             let u = (i as f64 + s.uniform_f64()) / direct as f64;
-            let mut light = emitters.sample_extended(u, s.uniform_2())?.light;
+            let mut light = self.guide.place(emitters, u, &mut s)?;
             light.intensity = light.intensity / direct as f32;
             Some(light)
         }));
         lights.retain(|l| !l.intensity.is_black());
         let direct = lights.len() as u64;
-        let trail = trace_paths(tracer, &emitters, options, Purpose::LightPath, paths);
+        let trail = self.trace_paths(seed, Purpose::LightPath, paths);
         lights.extend(trail.lights);
+        let scene = tracer.scene();
         sort_by_place(&mut lights, scene.bounds());
         debug_assert!(lights.iter().all(|l| l.intensity.is_valid()));
 
         let provenance = Provenance {
             scene: scene.name().to_owned(),
-            seed: options.seed,
+            seed,
             requested: options.count,
             direct,
             indirect: lights.len() as u64 - direct,
             paths,
             max_depth: options.max_depth,
-            clamp_distance: options.clamp.distance(&lights, options.seed),
+            clamp_distance: options.clamp.distance(&lights, seed),
             glossy_share: if trail.reflected > 0.0 {
                 (1.0 - trail.diffuse / trail.reflected).clamp(0.0, 1.0) as f32
             } else {
                 0.0
             },
         };
-        Ok(Self::new(lights, provenance))
+        VplSet::new(lights, provenance)
+    }
+
+    /// How many light paths leave about `wanted` VPLs: at least one where there may be indirect light, as a pilot that
+    /// met nothing does not prove that there is none.
+    fn paths(&self, wanted: u64) -> u64 {
+        let options = &self.options;
+        if options.max_depth == 0 || options.direct_share >= 1.0 || self.emitters.is_empty() {
+            return 0;
+        }
+        let most = options.count.saturating_mul(options.emission.max_paths_per_vpl());
+        let paths = if self.per_path > 0.0 { wanted as f64 / self.per_path } else { wanted as f64 };
+        (paths.round() as u64).max(1).min(most)
+    }
+
+    /// VPLs that a light path leaves on average, from a pilot that grows until it knows.
+    fn lights_per_path(&self) -> f64 {
+        let options = &self.options;
+        if options.max_depth == 0 {
+            return 0.0;
+        }
+        // More than will be traced would tell nothing that can be used.
+        let most = options.count.saturating_mul(options.emission.max_paths_per_vpl()).min(MAX_PILOT_PATHS);
+        let mut paths = PILOT_PATHS;
+        loop {
+            let left = self.trace_paths(options.seed, Purpose::LightPathPilot, paths).lights.len();
+            if left >= PILOT_LIGHTS || paths >= most {
+                return left as f64 / paths as f64;
+            }
+            paths *= 8;
+        }
+    }
+
+    fn trace_paths(&self, seed: u64, purpose: Purpose, paths: u64) -> Trail {
+        let Self { tracer, emitters, guide, .. } = self;
+        trace_paths(tracer, emitters, guide, &VplOptions { seed, ..self.options.clone() }, purpose, paths)
     }
 }
 
@@ -204,7 +277,14 @@ impl<'s> EmitterSampler<'s> {
     pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
         let reflected = |kinds: [f64; 2]| {
             let emitters = EmitterSampler::new(tracer.scene()).weighted(kinds);
-            let trail = trace_paths(tracer, &emitters, options, Purpose::LightPathPilot, PILOT_PATHS);
+            let trail = trace_paths(
+                tracer,
+                &emitters,
+                &LightGuide::default(),
+                options,
+                Purpose::LightPathPilot,
+                PILOT_PATHS,
+            );
             trail.diffuse + trail.reflected
         };
         let fluxes = [reflected([1.0, 0.0]), reflected([0.0, 1.0])];
@@ -214,26 +294,10 @@ impl<'s> EmitterSampler<'s> {
     }
 }
 
-/// VPLs that a light path leaves on average, from a pilot that grows until it knows.
-fn lights_per_path(tracer: &Tracer, emitters: &EmitterSampler<'_>, options: &VplOptions) -> f64 {
-    if options.max_depth == 0 {
-        return 0.0;
-    }
-    // More than will be traced would tell nothing that can be used.
-    let most = options.count.saturating_mul(options.emission.max_paths_per_vpl()).min(MAX_PILOT_PATHS);
-    let mut paths = PILOT_PATHS;
-    loop {
-        let left = trace_paths(tracer, emitters, options, Purpose::LightPathPilot, paths).lights.len();
-        if left >= PILOT_LIGHTS || paths >= most {
-            return left as f64 / paths as f64;
-        }
-        paths *= 8;
-    }
-}
-
 fn trace_paths(
     tracer: &Tracer,
     emitters: &EmitterSampler<'_>,
+    guide: &LightGuide,
     options: &VplOptions,
     purpose: Purpose,
     paths: u64,
@@ -246,9 +310,7 @@ fn trace_paths(
                 let mut s = Stream::new(options.seed, purpose, i);
                 // Stratified over the emitters.
                 let u = (i as f64 + s.uniform_f64()) / paths as f64;
-                if let Some(sample) = emitters.sample(u, s.uniform_2()) {
-                    let (center, radius) = emitters.sphere();
-                    let (ray, flux) = sample.light.emit(s.uniform_2(), center, radius);
+                if let Some((ray, flux)) = guide.ray(emitters, u, &mut s) {
                     let key = rng::key(options.seed, purpose, i);
                     walk(tracer, ray, flux / paths as f32, options.max_depth, key, &mut s, &mut trail);
                 }

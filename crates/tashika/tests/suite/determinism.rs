@@ -50,7 +50,7 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
         let film = match method.parse::<Method>() {
             Err(_) if method == "light transport" => {
                 let lights = VplOptions { count: 300, seed: 9, ..VplOptions::default() };
-                let sets = LightSets::trace(&tracer, &lights, 16, Truth::Transport).unwrap();
+                let sets = LightSets::trace(&tracer, &lights, 16, Truth::Transport, &view).unwrap();
                 let options = ControlOptions { error: 0.5, ..published };
                 render(Box::new(LightTransport::new(&tracer, &sets, &options)))
             }

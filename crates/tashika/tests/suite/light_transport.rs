@@ -5,6 +5,7 @@ use tashika::accel::Glass;
 use tashika::bsdf::{Bsdf, ConductorFresnel, Lambert};
 use tashika::color::Rgb;
 use tashika::gather::GatherPoint;
+use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
     ControlOptions, Estimator, Exact, LightSets, LightTransport, Path, PathStop, Truth,
 };
@@ -18,7 +19,7 @@ use tashika::stats::Moments;
 use tashika::transport::Transport;
 use tashika::tree::LightTree;
 use tashika::uncarried::{Lit, Uncarried};
-use tashika::vpl::{Clamp, EmitterSampler, VplOptions, VplSet};
+use tashika::vpl::{Clamp, EmitterSampler, LightTracer, VplOptions, VplSet};
 
 use crate::cases::{
     add_ceiling_lamp, cuboid, diffuse_room, film, lambert, luminances, parallelogram, place, tracer, view,
@@ -146,7 +147,8 @@ fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
-    let sets = LightSets::trace(&tracer, &lights, 68, Truth::Transport).unwrap();
+    let sets =
+        LightSets::trace(&tracer, &lights, 68, Truth::Transport, &view(tracer.scene(), SIZE, 4, 3)).unwrap();
     let of = expected.iter().sum::<f64>();
     for estimator in [Estimator::Vpls, Estimator::Paths] {
         let (ours, our_errors) = estimate(&sets, estimator);
@@ -163,7 +165,8 @@ fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         assert!((sum - of).abs() < 4.42 * error, "{what}, {estimator:?}: {sum} ± {error} for {of}");
     }
     // Without this the agreement would say nothing about paths beside sums.
-    let sets = LightSets::trace(&tracer, &lights, 12, Truth::Clamped).unwrap();
+    let sets =
+        LightSets::trace(&tracer, &lights, 12, Truth::Clamped, &view(tracer.scene(), SIZE, 4, 3)).unwrap();
     let clamped = estimate(&sets, Estimator::Vpls).0.iter().sum::<f64>();
     assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
 }
@@ -266,7 +269,9 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     let (mut kept, mut claims, mut from_lights) = (0, 0, 0);
     for seed in 1..=4 {
         let lights = VplOptions { count: 100, seed, ..VplOptions::default() };
-        let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport).unwrap();
+        let sets =
+            LightSets::trace(&tracer, &lights, 20, Truth::Transport, &view(tracer.scene(), size, 4, seed))
+                .unwrap();
         let options = ControlOptions { error: 0.1, seed, ..ControlOptions::default() };
         let ours = LightTransport::new(&tracer, &sets, &options).only_by(Estimator::Vpls);
         let film = film(&tracer, &ours, size, 4, seed);
@@ -323,7 +328,8 @@ fn where_sets_are_too_few_paths_take_over() {
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
     let lights = VplOptions { count: 60, ..VplOptions::default() };
-    let sets = LightSets::trace(&tracer, &lights, 12, Truth::Transport).unwrap();
+    let sets =
+        LightSets::trace(&tracer, &lights, 12, Truth::Transport, &view(tracer.scene(), SIZE, 4, 1)).unwrap();
     let options = ControlOptions { error: 0.05, ..ControlOptions::default() };
     let out_of_budget = |ours: LightTransport<'_>| {
         let film = film(&tracer, &ours, SIZE, 4, 1);
@@ -341,7 +347,8 @@ fn pixels_that_see_nothing_are_black_for_certain() {
     add_ceiling_lamp(&mut b, 50.0);
     let tracer = tracer(b);
     let lights = VplOptions { count: 200, ..VplOptions::default() };
-    let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport).unwrap();
+    let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport, &view(tracer.scene(), [24, 8], 4, 1))
+        .unwrap();
     let options = ControlOptions { error: 0.5, ..ControlOptions::default() };
     // Wider than the room.
     let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), [24, 8], 4, 1);
@@ -373,4 +380,27 @@ fn a_path_tracer_stops_by_its_own_interval() {
     }
     let stops = until(0.001, 100).plane("stop").unwrap().u32_samples().unwrap().to_vec();
     assert!(stops.iter().all(|stop| *stop == 4), "out of budget: {stops:?}");
+}
+
+/// A room lit through its open side, on a ground of 200 m: light paths that know what is seen go into the room.
+#[test]
+fn a_wide_ground_has_few_of_the_vpls() {
+    let mut b = diffuse_room();
+    b.set_environment(Environment::constant(Rgb::new(0.3, 0.5, 0.9))).unwrap();
+    let ground = parallelogram(Vec3::new(-100.0, -0.01, -100.0), Vec3::Z * 200.0, Vec3::X * 200.0);
+    place(&mut b, ground, Material::new("ground", lambert(0.5)));
+    let tracer = tracer(b);
+    let lights = VplOptions { count: 4000, ..VplOptions::default() };
+    let in_the_room = |tracing: &LightTracer<'_>| {
+        let set = tracing.trace(5);
+        let inside = |position: Vec3| position.abs().max_element() < 2.5;
+        // Light from infinity has no place.
+        let on_surfaces = || set.lights().iter().filter(|l| l.position != Vec3::ZERO);
+        on_surfaces().filter(|l| inside(l.position)).count() as f64 / on_surfaces().count() as f64
+    };
+    let plain = LightTracer::new(&tracer, &lights).unwrap();
+    let share_of_plain = in_the_room(&plain);
+    let guided = learn_light_guide(plain, &view(tracer.scene(), SIZE, 1, 1), 3);
+    let share_of_guided = in_the_room(&guided);
+    assert!(share_of_plain < 0.05 && share_of_guided > 0.4, "{share_of_plain} {share_of_guided}");
 }

@@ -1,11 +1,13 @@
-//! Independent sets of VPLs.
+//! Independent sets of VPLs, guided to one view.
 
 use super::super::Truth;
 use crate::accel::Tracer;
 use crate::error::{Error, Result};
+use crate::gather::View;
+use crate::guidance::learn_light_guide;
 use crate::rng::{self, Purpose};
 use crate::tree::{LightTree, LightTreeBuilder};
-use crate::vpl::{Clamp, Emission, Provenance, VplOptions, VplSet};
+use crate::vpl::{Clamp, Emission, LightTracer, Provenance, VplOptions};
 
 /// Sets of VPLs of one scene that have nothing in common but how they were made, each in its tree.
 #[derive(Clone, Debug)]
@@ -36,12 +38,18 @@ impl LightSets {
     /// How many sets there are if nobody says.
     pub const DEFAULT_COUNT: u32 = PLANNING as u32 + 64;
 
-    /// Traces `count` sets, 12 to 1024, of `options.count` VPLs each, with seeds that are functions of `options.seed`, for this truth. All have one
-    /// clamp distance. Runs on the current thread pool.
+    /// Traces `count` sets, 12 to 1024, of `options.count` VPLs each, with seeds that are functions of `options.seed`, for this truth, guided to
+    /// what this view sees ([`learn_light_guide`]). All have one clamp distance. Runs on the current thread pool.
     ///
     /// # Errors
     /// Options out of range; no direct VPLs or no others; the truth of a single set.
-    pub fn trace(tracer: &Tracer, options: &VplOptions, count: u32, truth: Truth) -> Result<Self> {
+    pub fn trace(
+        tracer: &Tracer,
+        options: &VplOptions,
+        count: u32,
+        truth: Truth,
+        view: &View<'_>,
+    ) -> Result<Self> {
         Self::check(count)?;
         if truth == Truth::Vpl {
             return Err(Error::option("truth", truth, "clamped or transport, which need many sets"));
@@ -51,19 +59,21 @@ impl LightSets {
             return Err(Error::option("direct share", options.direct_share, "above 0 and below 1"));
         }
         let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
-        let set = |number: u32, clamp: Clamp| {
-            let seed = rng::key(options.seed, Purpose::Replicate, number.into());
-            let set = VplSet::trace(tracer, &VplOptions { seed, clamp, ..options.clone() })?;
+        let tracing = LightTracer::new(tracer, &options)?;
+        let seed = rng::key(options.seed, Purpose::Guidance, 0);
+        let tracing = learn_light_guide(tracing, view, seed);
+        let set = |number: u32| {
+            let set = tracing.trace(rng::key(options.seed, Purpose::Replicate, number.into()));
             let tree = LightTree::build(&set, LightTreeBuilder::default());
-            Ok(LightSet { tree, provenance: set.provenance().clone() })
+            LightSet { tree, provenance: set.provenance().clone() }
         };
-        let mut first = set(0, options.clamp)?;
+        let mut sets: Vec<LightSet> = (0..count).map(set).collect();
+        // Sets are alike: the spacing of one is that of all.
+        let mut clamp_distance = sets[0].provenance.clamp_distance;
         if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
-            first.provenance.clamp_distance *= COMPENSATED;
+            clamp_distance *= COMPENSATED;
         }
-        let clamp = Clamp::Distance(first.provenance.clamp_distance);
-        let sets: Result<Vec<LightSet>> = (1..count).map(|number| set(number, clamp)).collect();
-        let sets = std::iter::once(first).chain(sets?).collect();
+        sets.iter_mut().for_each(|set| set.provenance.clamp_distance = clamp_distance);
         Ok(Self { sets, options, truth })
     }
 
@@ -122,13 +132,20 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::gather::GatherOptions;
     use crate::scene::builtin;
+
+    fn trace(lights: &VplOptions, count: u32, truth: Truth) -> Result<LightSets> {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let camera = &tracer.scene().cameras()[0];
+        let view = View { camera, size: [16, 16], gather: GatherOptions::default(), seed: 1 };
+        LightSets::trace(&tracer, lights, count, truth, &view)
+    }
 
     #[test]
     fn no_two_sets_have_a_light_in_common() {
-        let tracer = Tracer::new(Arc::new(builtin::tiny()));
         let lights = VplOptions { count: 50, ..VplOptions::default() };
-        let sets = LightSets::trace(&tracer, &lights, 33, Truth::Transport).unwrap();
+        let sets = trace(&lights, 33, Truth::Transport).unwrap();
         let places = |set: &LightSet| {
             let bits = |light: &crate::vpl::Vpl| light.position.to_array().map(f32::to_bits);
             set.tree.lights().iter().map(|light| bits(&light)).collect::<Vec<_>>()
@@ -139,16 +156,15 @@ mod tests {
         all.sort_unstable();
         all.dedup();
         assert_eq!(all.len(), count, "lights that are in two sets");
-        let clamped = LightSets::trace(&tracer, &lights, 12, Truth::Clamped).unwrap().clamp_distance();
+        let clamped = trace(&lights, 12, Truth::Clamped).unwrap().clamp_distance();
         assert_eq!(sets.clamp_distance(), COMPENSATED * clamped);
     }
 
     #[test]
     fn sets_that_could_not_have_that_mean_are_refused() {
-        let tracer = Tracer::new(Arc::new(builtin::tiny()));
         let lights = VplOptions { count: 50, ..VplOptions::default() };
         let refused = |lights: &VplOptions, count, truth, what: &str| {
-            let message = LightSets::trace(&tracer, lights, count, truth).unwrap_err().to_string();
+            let message = trace(lights, count, truth).unwrap_err().to_string();
             assert!(message.contains(what), "{message}");
         };
         refused(&lights, 11, Truth::Transport, "12 to 1024");

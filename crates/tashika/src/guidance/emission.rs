@@ -1,0 +1,189 @@
+//! Which emission reaches what the camera sees: learned by camera paths.
+//!
+//! A path from the camera meets surfaces `x₁, x₂, …`. From each of them a light of the emitters is
+//! drawn; what it gives to the pixel by way of these surfaces is a sample of what its place (at
+//! `x₁`) or its ray towards `x_k` (`k ≥ 2`) is worth to the picture, in units of the brightness of
+//! that part of the picture, so that a dark room counts as much as the meadow seen through its
+//! window. The samples are points in the space of the uniform numbers that emission is drawn by,
+//! where a [`LightGuide`] is learned from them. It finds light that enters by windows however
+//! large the world outside is: camera paths start where the camera looks.
+//!
+//! Glass lets these segments pass straight, solid glass as well; it only has to be about right.
+//!
+//! Held to this by the suite's `light_transport`: a room on a wide ground has its VPLs in the room.
+
+use rayon::prelude::*;
+
+use crate::accel::{Glass, SegmentBatch, Tracer};
+use crate::color::Rgb;
+use crate::gather::{GatherPoint, Scatter, View};
+use crate::math::Ray;
+use crate::rng::{self, Purpose, Stream};
+use crate::stats::Weighted;
+use crate::transport::Transport;
+use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
+
+/// Camera paths.
+const PATHS: u64 = 1 << 16;
+/// Paths followed as one piece of parallel work.
+const CHUNK: u64 = 1024;
+/// Surfaces that gather, of a path.
+const MOST_SURFACES: u32 = 8;
+/// Specular surfaces between two of these.
+const MOST_SPECULAR: u32 = 8;
+/// Parts of the picture, across and down, each with a brightness of its own.
+const PARTS: u32 = 12;
+/// Brightness that a part is taken to have at least, of the mean of all.
+const LEAST_BRIGHTNESS: f64 = 1e-3;
+
+/// Guides the light paths and direct VPLs that are to be traced to what a view sees.
+pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u64) -> LightTracer<'s> {
+    let (tracer, emitters) = (tracing.tracer(), tracing.emitters());
+    if emitters.is_empty() {
+        return tracing;
+    }
+    let chunks: Vec<Learned> = (0..PATHS / CHUNK)
+        .into_par_iter()
+        .map(|chunk| {
+            let mut learned = Learned::default();
+            let mut walk =
+                Walk { tracer, emitters, batch: SegmentBatch::new(Glass::Passes), visibility: vec![] };
+            for path in chunk * CHUNK..(chunk + 1) * CHUNK {
+                walk.follow(view, rng::key(seed, Purpose::Guidance, path), &mut learned);
+            }
+            learned
+        })
+        .collect();
+    let mut brightness = vec![[0.0; 2]; (PARTS * PARTS) as usize];
+    for (part, radiance) in chunks.iter().flat_map(|learned| &learned.paths) {
+        let [sum, count] = &mut brightness[*part as usize];
+        *sum += f64::from(*radiance);
+        *count += 1.0;
+    }
+    let mean = brightness.iter().map(|[sum, _]| sum).sum::<f64>() / PATHS as f64;
+    let scale: Vec<f32> = brightness
+        .iter()
+        .map(|[sum, count]| (1.0 / (sum / f64::max(*count, 1.0) + LEAST_BRIGHTNESS * mean)) as f32)
+        .collect();
+    fn scaled<const D: usize>(records: &[Record<D>], scale: &[f32]) -> Vec<Weighted<D>> {
+        let weighted = |r: &Record<D>| (r.numbers, r.radiance * scale[r.part as usize]);
+        records.iter().map(weighted).filter(|(_, weight)| weight.is_finite()).collect()
+    }
+    let direct = chunks.iter().flat_map(|learned| scaled(&learned.direct, &scale)).collect();
+    let emission = chunks.iter().flat_map(|learned| scaled(&learned.emission, &scale)).collect();
+    let guide = LightGuide::learn(direct, emission);
+    tracing.guided(guide)
+}
+
+/// What light drawn by some numbers gave to a part of the picture.
+#[derive(Clone, Copy)]
+struct Record<const D: usize> {
+    numbers: [f32; D],
+    part: u32,
+    /// Luminance (W·m⁻²·sr⁻¹).
+    radiance: f32,
+}
+
+#[derive(Default)]
+struct Learned {
+    direct: Vec<Record<3>>,
+    emission: Vec<Record<5>>,
+    /// Part of the picture and luminance of each path.
+    paths: Vec<(u32, f32)>,
+}
+
+struct Walk<'a> {
+    tracer: &'a Tracer,
+    emitters: &'a EmitterSampler<'a>,
+    batch: SegmentBatch,
+    visibility: Vec<f32>,
+}
+
+impl Walk<'_> {
+    fn follow(&mut self, view: &View<'_>, key: u64, learned: &mut Learned) {
+        let mut s = Stream::new(key, Purpose::Guidance, 0);
+        let pixel = view.size.map(|side| s.below(side.into()) as u32);
+        let part = [0, 1].map(|axis| pixel[axis] * PARTS / view.size[axis].max(1));
+        let part = part[1].min(PARTS - 1) * PARTS + part[0].min(PARTS - 1);
+        let ([a, b], [c, d]) = (s.uniform_2(), s.uniform_2());
+        let mut ray = view.ray_through(pixel, [a, b, c, d]);
+        let mut weight = Rgb::WHITE;
+        let mut radiance = 0.0;
+        for depth in 0..MOST_SURFACES {
+            let Some(point) = self.next_point(ray, key.wrapping_add(depth.into()), &mut weight, &mut s)
+            else {
+                break;
+            };
+            if depth == 0 {
+                // Points and single directions are VPLs each: only what has an extent is drawn.
+                let numbers = (s.uniform_f64(), s.uniform_2());
+                let sample = self.emitters.sample_extended(numbers.0, numbers.1);
+                if let Some((_, given)) = sample.and_then(|sample| self.given(&point, weight, &sample)) {
+                    let numbers = [numbers.0 as f32, numbers.1[0], numbers.1[1]];
+                    learned.direct.push(Record { numbers, part, radiance: given });
+                }
+            }
+            let (u, v) = (s.uniform_f64(), s.uniform_2());
+            let sample = self.emitters.sample(u, v);
+            if let Some((light, given)) = sample.and_then(|sample| self.given(&point, weight, &sample)) {
+                radiance += given;
+                if depth > 0 {
+                    let (center, radius) = self.emitters.sphere();
+                    let [c, d] = light.emission_through(point.position, center, radius);
+                    learned.emission.push(Record {
+                        numbers: [u as f32, v[0], v[1], c, d],
+                        part,
+                        radiance: given,
+                    });
+                }
+            }
+            let Some(next) = point.bsdf.sample(point.wo, s.uniform_3()) else { break };
+            let direction = point.frame.to_world(next.wi).normalize();
+            if point.geometric_normal.dot(direction) <= 0.0 {
+                break;
+            }
+            let survival = next.weight.max_channel().min(1.0);
+            if s.uniform() >= survival {
+                break;
+            }
+            weight *= next.weight / survival;
+            ray = Ray::new(point.position, direction);
+        }
+        learned.paths.push((part, radiance));
+    }
+
+    /// The next point that gathers.
+    fn next_point(&self, mut ray: Ray, key: u64, weight: &mut Rgb, s: &mut Stream) -> Option<GatherPoint> {
+        let scene = self.tracer.scene();
+        for step in 0..MOST_SPECULAR {
+            let hit = self.tracer.closest_hit(&ray, rng::key(key, Purpose::Opacity, step.into()))?;
+            let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+            match Scatter::at(scene, &surface, -ray.direction, s.uniform()) {
+                Scatter::Gathers(point) => {
+                    *weight *= point.weight;
+                    return Some(GatherPoint { weight: Rgb::WHITE, ..point });
+                }
+                Scatter::Specular(specular) => {
+                    let (next, factor) = specular.step(s.uniform_3())?;
+                    *weight *= factor;
+                    ray = next;
+                }
+            }
+        }
+        None
+    }
+
+    /// What a drawn light gives to a path that came to a point (luminance), and the light; none if nothing.
+    fn given(&mut self, point: &GatherPoint, weight: Rgb, sample: &LightSample) -> Option<(Vpl, f32)> {
+        let light = sample.light;
+        let given = (weight * Transport::default().unoccluded(point, &light)).luminance();
+        if given <= 0.0 {
+            return None;
+        }
+        self.batch.clear();
+        self.batch.push_fan(light.apex(), [point.position]);
+        self.tracer.visibility(&self.batch, &mut self.visibility);
+        let given = given * self.visibility[0];
+        (given > 0.0).then_some((light, given))
+    }
+}

@@ -1,0 +1,194 @@
+//! A density over a unit cube that is learned from weighted points: constant in each cell of a binary tree.
+//!
+//! A cell is halved along the axis along which the weights of its quarters differ most, as long as
+//! they differ by more than chance would make them. With the weight `W_c` and the volume `V_c` of a
+//! cell, its probability and density are
+//!
+//! ```text
+//! P_c = (1 − λ) W_c / W + λ V_c          p = P_c / V_c ≥ λ
+//! ```
+//!
+//! so that what is drawn by it and divided by `p` is an unbiased estimate, whatever the points
+//! were, and at most `1/λ` times what it would be without. Held to this by the tests below.
+
+use super::Discrete;
+use crate::math::elementary::ln_f64;
+
+/// `λ`: the share that is spread evenly.
+const EVEN_SHARE: f64 = 0.3;
+/// Most cells.
+const MOST_CELLS: usize = 4096;
+/// Points below which a cell is not halved: what is left would be noise.
+const FEWEST_POINTS: usize = 24;
+/// Halvings above each other.
+const MOST_DEPTH: u32 = 40;
+/// A point weighs at most so many times the mean: single bright points say little about where light is.
+const LARGEST_OVER_MEAN: f64 = 64.0;
+/// How many times chance the difference of quarters has to be.
+const OVER_CHANCE: f64 = 4.0;
+
+/// A density over `[0, 1)^D`.
+#[derive(Clone, Debug)]
+pub struct AdaptiveDensity<const D: usize> {
+    cells: Vec<Cell<D>>,
+    /// Over the cells: `P_c`.
+    choice: Discrete,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Cell<const D: usize> {
+    lo: [f64; D],
+    size: [f64; D],
+}
+
+impl<const D: usize> Cell<D> {
+    fn volume(&self) -> f64 {
+        self.size.iter().product()
+    }
+
+    fn half(mut self, axis: usize, second: bool) -> Self {
+        self.size[axis] *= 0.5;
+        if second {
+            self.lo[axis] += self.size[axis];
+        }
+        self
+    }
+}
+
+/// A point of the cube, and its weight.
+pub type Weighted<const D: usize> = ([f32; D], f32);
+
+impl<const D: usize> AdaptiveDensity<D> {
+    /// Learned from points of `[0, 1)^D` with weights that are finite and not negative; even where there
+    /// are none.
+    pub fn learn(mut points: Vec<Weighted<D>>) -> Self {
+        points.retain(|(_, weight)| *weight > 0.0);
+        let mean = points.iter().map(|(_, w)| f64::from(*w)).sum::<f64>() / points.len().max(1) as f64;
+        let largest = (LARGEST_OVER_MEAN * mean) as f32;
+        points.iter_mut().for_each(|(_, weight)| *weight = weight.min(largest));
+        let total: f64 = points.iter().map(|(_, w)| f64::from(*w)).sum();
+        let mut cells = Vec::new();
+        let mut shares = Vec::new();
+        let whole = Cell { lo: [0.0; D], size: [1.0; D] };
+        let mut waiting = vec![(whole, &mut points[..], 0)];
+        while let Some((cell, inside, depth)) = waiting.pop() {
+            let is_last = depth == MOST_DEPTH || cells.len() + waiting.len() + 2 > MOST_CELLS;
+            let Some(axis) = (!is_last).then(|| axis_of_contrast(&cell, inside)).flatten() else {
+                let weight: f64 = inside.iter().map(|(_, w)| f64::from(*w)).sum();
+                let learned = if total > 0.0 { weight / total } else { cell.volume() };
+                shares.push((1.0 - EVEN_SHARE) * learned + EVEN_SHARE * cell.volume());
+                cells.push(cell);
+                continue;
+            };
+            let halves = [cell.half(axis, false), cell.half(axis, true)];
+            inside.sort_by(|a, b| a.0[axis].total_cmp(&b.0[axis]));
+            let middle = inside.partition_point(|(at, _)| f64::from(at[axis]) < halves[1].lo[axis]);
+            let (first, second) = inside.split_at_mut(middle);
+            waiting.push((halves[1], second, depth + 1));
+            waiting.push((halves[0], first, depth + 1));
+        }
+        let choice = Discrete::new(shares).expect("each cell has a share of what is spread evenly");
+        Self { cells, choice }
+    }
+
+    /// Draws a point, and tells the density there. `u` chooses the cell and the first coordinate in it,
+    /// `v` the others; all uniform in `[0, 1)`.
+    pub fn sample(&self, u: f64, v: [f32; D]) -> ([f64; D], f64) {
+        let (number, probability, rest) = self.choice.sample(u);
+        let cell = &self.cells[number];
+        let at = std::array::from_fn(|axis| {
+            let within = if axis == 0 { rest } else { f64::from(v[axis]) };
+            (cell.lo[axis] + cell.size[axis] * within).min(1.0 - f64::EPSILON)
+        });
+        (at, probability / cell.volume())
+    }
+
+    /// How many cells there are.
+    pub fn cells(&self) -> usize {
+        self.cells.len()
+    }
+}
+
+/// The axis along which the quarters of a cell differ most by weight; none if by no more than chance.
+fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> Option<usize> {
+    if inside.len() < FEWEST_POINTS {
+        return None;
+    }
+    let mut quarters = [[0.0; 4]; D];
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (at, weight) in inside {
+        let weight = f64::from(*weight);
+        sum += weight;
+        squares += weight * weight;
+        for axis in 0..D {
+            let within = (f64::from(at[axis]) - cell.lo[axis]) / cell.size[axis];
+            quarters[axis][((4.0 * within) as usize).min(3)] += weight;
+        }
+    }
+    // Kullback and Leibler's divergence from even quarters; by chance about 3/(2n) of n equal weights.
+    let divergence = |of: &[f64; 4]| -> f64 {
+        let term = |w: f64| if w > 0.0 { w / sum * ln_f64(4.0 * w / sum) } else { 0.0 };
+        of.iter().map(|w| term(*w)).sum()
+    };
+    let by_chance = 1.5 * squares / (sum * sum);
+    let contrasts = quarters.iter().map(divergence).enumerate();
+    let best = contrasts.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+    best.filter(|(_, contrast)| *contrast > OVER_CHANCE * by_chance).map(|(axis, _)| axis)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+    use crate::stats::Moments;
+
+    /// Points of a small bright box, in a few others.
+    fn spot(count: usize) -> Vec<Weighted<3>> {
+        let mut s = Stream::new(5, Purpose::Test, 0);
+        let mut point = |bright: bool| {
+            let [x, y, z] = s.uniform_3();
+            if bright { ([0.61 + 0.02 * x, 0.3 + 0.01 * y, z], 1.0) } else { ([x, y, z], 0.05) }
+        };
+        (0..count).map(|i| point(i % 4 != 0)).collect()
+    }
+
+    /// `E f(x)/p(x)` is the integral of `f`, for a density that is all but the same as `f` and for one that is not.
+    #[test]
+    fn what_is_drawn_is_weighted_by_its_density() {
+        for points in [spot(20_000), Vec::new(), vec![([0.1, 0.9, 0.5], 3.0); 100]] {
+            let density = AdaptiveDensity::learn(points);
+            let mut s = Stream::new(1, Purpose::Test, 0);
+            let [mut ones, mut product] = [Moments::default(); 2];
+            for _ in 0..200_000 {
+                let (at, p) = density.sample(s.uniform_f64(), s.uniform_3());
+                assert!(at.iter().all(|x| (0.0..1.0).contains(x)) && p > 0.999 * EVEN_SHARE);
+                ones.push(1.0 / p);
+                product.push(at[0] * at[1] * at[1] / p);
+            }
+            for (found, expected) in [(ones, 1.0), (product, 1.0 / 6.0)] {
+                let error = found.standard_error();
+                assert!(error < 0.01 * expected, "sharp: {error}");
+                assert!((found.mean() - expected).abs() < 4.5 * error + 1e-9, "{} {error}", found.mean());
+            }
+        }
+    }
+
+    #[test]
+    fn most_draws_are_where_the_weights_are() {
+        let density = AdaptiveDensity::learn(spot(20_000));
+        assert!(density.cells() > 20, "{}", density.cells());
+        let mut s = Stream::new(2, Purpose::Test, 0);
+        let draws = 10_000;
+        let hits = (0..draws).filter(|_| {
+            let (at, _) = density.sample(s.uniform_f64(), s.uniform_3());
+            (0.6..0.64).contains(&at[0]) && (0.29..0.32).contains(&at[1])
+        });
+        // The learned share is 0.7, of which the even points of the background have a sixtieth.
+        let hits = hits.count();
+        assert!(hits * 100 > 60 * draws, "{hits} of {draws}");
+        // Points without a pattern are no reason for cells.
+        let mut even = |_| (s.uniform_3(), 1.0);
+        let cells = AdaptiveDensity::learn((0..4000).map(&mut even).collect()).cells();
+        assert!(cells <= 8, "{cells} cells of noise");
+    }
+}
