@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
 use tashika::error::{Error, Result};
-use tashika::gather::View;
+use tashika::gather::{Filter, View};
 use tashika::integrator::{LightSets, Truth};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::scene::{self, builtin as made};
@@ -36,7 +36,7 @@ pub struct Scene {
 
 /// Independent sets of lights, and what they were traced by.
 struct Traced {
-    by: (VplOptions, u32, Truth, String, [u32; 2]),
+    by: (VplOptions, u32, Truth, String, [u32; 2], Filter),
     sets: Arc<LightSets>,
 }
 
@@ -58,7 +58,7 @@ impl Scene {
         truth: Truth,
         view: &View<'_>,
     ) -> Result<Arc<LightSets>> {
-        let by = (lights.clone(), count, truth, view.camera.name.clone(), view.size);
+        let by = (lights.clone(), count, truth, view.camera.name.clone(), view.size, view.gather.filter);
         let known = || self.sets.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(traced) = known().as_ref().filter(|traced| traced.by == by) {
             return Ok(Arc::clone(&traced.sets));
