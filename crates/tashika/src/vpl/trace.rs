@@ -175,6 +175,12 @@ impl<'s> LightTracer<'s> {
         Self { per_path: guided.lights_per_path(), ..guided }
     }
 
+    /// The same with another clamp, which is told in the provenance and changes no light.
+    #[must_use]
+    pub fn clamped(self, clamp: Clamp) -> Self {
+        Self { options: VplOptions { clamp, ..self.options }, ..self }
+    }
+
     /// What it traces rays with.
     pub fn tracer(&self) -> &'s Tracer {
         self.tracer

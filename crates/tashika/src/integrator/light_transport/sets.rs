@@ -9,7 +9,8 @@ use crate::rng::{self, Purpose};
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Clamp, Emission, LightTracer, Provenance, VplOptions};
 
-/// Sets of VPLs of one scene that have nothing in common but how they were made, each in its tree.
+/// Sets of VPLs of one scene that have nothing in common but how they were made and the view that they are guided to, each in its
+/// tree. For another view they are unbiased as well, but their lights may be elsewhere.
 #[derive(Clone, Debug)]
 pub struct LightSets {
     sets: Vec<LightSet>,
@@ -62,18 +63,23 @@ impl LightSets {
         let tracing = LightTracer::new(tracer, &options)?;
         let seed = rng::key(options.seed, Purpose::Guidance, 0);
         let tracing = learn_light_guide(tracing, view, seed);
-        let set = |number: u32| {
+        let set = |tracing: &LightTracer<'_>, number: u32| {
             let set = tracing.trace(rng::key(options.seed, Purpose::Replicate, number.into()));
             let tree = LightTree::build(&set, LightTreeBuilder::default());
             LightSet { tree, provenance: set.provenance().clone() }
         };
-        let mut sets: Vec<LightSet> = (0..count).map(set).collect();
-        // Sets are alike: the spacing of one is that of all.
-        let mut clamp_distance = sets[0].provenance.clamp_distance;
+        let mut first = set(&tracing, 0);
         if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
-            clamp_distance *= COMPENSATED;
+            first.provenance.clamp_distance *= COMPENSATED;
         }
-        sets.iter_mut().for_each(|set| set.provenance.clamp_distance = clamp_distance);
+        // Sets are alike: the spacing of one is that of all, and looked for once.
+        let clamp_distance = first.provenance.clamp_distance;
+        let tracing = tracing.clamped(Clamp::Off);
+        let others = (1..count).map(|number| {
+            let other = set(&tracing, number);
+            LightSet { provenance: Provenance { clamp_distance, ..other.provenance }, ..other }
+        });
+        let sets = std::iter::once(first).chain(others).collect();
         Ok(Self { sets, options, truth })
     }
 
