@@ -240,6 +240,36 @@ impl Bsdf {
         }
     }
 
+    /// The same with hardly any diffuse reflection: what directions of its gloss are drawn from. Its density vanishes nowhere that of the whole does not.
+    pub(crate) fn mostly_gloss(&self) -> Self {
+        const LEFT: f32 = 1e-3;
+        let mut gloss = *self;
+        match &mut gloss {
+            Self::Phong(b) => b.diffuse *= LEFT,
+            Self::Plastic(b) => b.diffuse *= LEFT,
+            Self::Coated(b) => b.reflectance *= LEFT,
+            Self::MetallicRoughness(b) => b.diffuse *= LEFT,
+            Self::Lambert(_) | Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
+            }
+        }
+        gloss
+    }
+
+    /// About the share of even light from all around that its gloss reflects along `ω_o`.
+    pub(crate) fn importance_gloss(&self, wo: Vec3) -> f32 {
+        let cos = wo.z.abs();
+        match self {
+            Self::Lambert(_) => 0.0,
+            Self::Phong(b) => b.specular.max_channel(),
+            Self::Plastic(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
+            Self::Coated(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
+            Self::MetallicRoughness(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
+            Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
+                self.albedo().max_channel()
+            }
+        }
+    }
+
     /// The GGX roughness `α` of its lobe, or of one as wide: `√(2/(n + 2))` for Phong's exponent `n` (Walter et al. 2007); none if
     /// it has no lobe of finite width.
     pub fn roughness(&self) -> Option<f32> {

@@ -25,7 +25,8 @@
 //! | `g` | anything | 1 | follow `g` of `x`, or draw from the emitters, weighted |
 //!
 //! "Go on from `y` by `c`" is the same problem again: what `y` receives is a sum over the VPLs, of which one is drawn, and what they do not carry, with the
-//! table above (Kollig, Keller 2004, for the clamp). So shares sum to one over every path:
+//! table above (Kollig, Keller 2004, for the clamp). There `d_c` is a few times longer: one drawn VPL near by is far noisier than a sum that holds it.
+//! So shares sum to one over every path:
 //! `κ + (1 − κ)` for `c` after `c`, and 1 for all else, which VPLs do not carry.
 //!
 //! Where there is no set of VPLs, nothing is carried: the last row is all there is, and the paths are those of a path tracer.
@@ -54,6 +55,10 @@ use vertex::{Kernel, Vertex};
 
 /// Surfaces after which a path may end however bright it is.
 const CERTAIN_DEPTH: u32 = 3;
+/// The same beside VPLs, where paths are dark and short: where few were followed further, these few would be bright.
+const CERTAIN_BESIDE_VPLS: u32 = 2;
+/// How many times as far as at the gather point, where VPLs are summed, they are clamped beyond it, where one of them is drawn.
+const CLAMPED_BEYOND: f32 = 4.0;
 /// Highest probability of going on beyond these.
 const MAX_SURVIVAL: f32 = 0.98;
 
@@ -76,6 +81,8 @@ pub struct Lit<'a> {
 #[derive(Debug)]
 pub struct Uncarried<'a> {
     lit: Lit<'a>,
+    /// How VPLs are clamped beyond the gather point.
+    beyond: Transport,
     batch: SegmentBatch,
     visibility: Vec<f32>,
     rays: u64,
@@ -89,6 +96,8 @@ struct Way {
     density: f32,
     /// Whether VPLs carry a share of what comes straight.
     is_carried: bool,
+    /// Whether that was the gather point.
+    is_first: bool,
 }
 
 /// Weight of a strategy of density `this` beside another of density `other` (Veach 1997, section 9.2).
@@ -104,7 +113,10 @@ fn size(c: Rgb) -> f32 {
 impl<'a> Uncarried<'a> {
     /// Paths in this light.
     pub fn new(lit: Lit<'a>) -> Self {
-        Self { lit, batch: SegmentBatch::new(Glass::SolidStops), visibility: Vec::new(), rays: 0 }
+        let transport = lit.transport;
+        let beyond =
+            Transport::new(CLAMPED_BEYOND * transport.clamp_distance()).with_glass(transport.glass());
+        Self { lit, beyond, batch: SegmentBatch::new(Glass::SolidStops), visibility: Vec::new(), rays: 0 }
     }
 
     /// Rays and segments traced.
@@ -123,14 +135,17 @@ impl<'a> Uncarried<'a> {
         let mut vertex = Vertex::first(point, lights.map(|_| summed));
         // Decisions of rays so far, at most.
         let mut decided = 0;
-        // Of what VPLs leave little may be left at the first surface.
-        let certain = if lights.is_some() { 0 } else { CERTAIN_DEPTH };
+        let certain = if lights.is_some() { CERTAIN_BESIDE_VPLS } else { CERTAIN_DEPTH };
         // A path from a dark surface is worth as much to its pixel as one from a bright one.
         let whole = vertex.importance_albedo();
         for depth in 0..self.lit.max_depth {
             let Some(rest) = vertex.probability_of_rest() else { break };
             if depth > certain {
                 let mut survival = (size(weight) / whole * vertex.importance_albedo()).min(1.0);
+                if lights.is_some() {
+                    // Dark paths are worth their rays for longer where a gather point's VPLs have cost many already.
+                    survival = survival.sqrt();
+                }
                 if depth > CERTAIN_DEPTH {
                     survival = survival.min(MAX_SURVIVAL);
                 }
@@ -151,7 +166,12 @@ impl<'a> Uncarried<'a> {
             if weight.is_black() {
                 break;
             }
-            let way = Way { from: vertex.position(), density, is_carried: kernel == Kernel::Carried };
+            let way = Way {
+                from: vertex.position(),
+                density,
+                is_carried: kernel == Kernel::Carried,
+                is_first: vertex.is_first(),
+            };
             let ray = Ray::new(vertex.position(), direction);
             let path_key = key.wrapping_add(decided);
             let Some(next) = self.follow(ray, &way, path_key, &mut weight, &mut radiance, stream) else {
@@ -173,7 +193,7 @@ impl<'a> Uncarried<'a> {
         radiance: &mut Rgb,
         stream: &mut Stream,
     ) -> Option<Vertex> {
-        let Lit { tracer, emitters, transport, max_depth, .. } = self.lit;
+        let Lit { tracer, emitters, max_depth, .. } = self.lit;
         let scene = tracer.scene();
         let mut is_straight = true;
         for step in 0..u64::from(max_depth) {
@@ -193,7 +213,8 @@ impl<'a> Uncarried<'a> {
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
             let outgoing = -ray.direction;
             let squared = way.from.distance_squared(surface.position);
-            let carried = if is_straight && way.is_carried { transport.share(squared) } else { 0.0 };
+            let carried =
+                if is_straight && way.is_carried { self.transport(way.is_first).share(squared) } else { 0.0 };
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let on_area = emitters.pdf_on_triangle(hit.instance, hit.triangle);
@@ -222,13 +243,18 @@ impl<'a> Uncarried<'a> {
         None
     }
 
+    /// How the VPLs that light a vertex are clamped.
+    fn transport(&self, is_first: bool) -> Transport {
+        if is_first { self.lit.transport } else { self.beyond }
+    }
+
     /// What one VPL, drawn for the vertex, gives by what is carried.
     fn drawn_light(&mut self, vertex: &Vertex, stream: &mut Stream) -> Rgb {
         let u = stream.uniform_f64();
         let Some(lights) = self.lit.lights else { return Rgb::BLACK };
         let Some((light, probability)) = self.draw(lights, vertex, u) else { return Rgb::BLACK };
         let light = lights.light(light);
-        let link = self.lit.transport.link(vertex.position(), &light);
+        let link = self.beyond.link(vertex.position(), &light);
         let value = vertex.carried_cos(link.towards_light) * light.intensity * link.geometric;
         if value.is_black() {
             return Rgb::BLACK;
@@ -266,7 +292,7 @@ impl<'a> Uncarried<'a> {
         let towards = Towards::between(&bounds, &Aabb { lo: at, hi: at });
         // Lights are seldom at the nearest corner of their box.
         let about = if bounds.reaches_infinity() { 0.0 } else { 0.5 * bounds.aabb.diagonal() };
-        let geometric = upper_geometric(&bounds, &towards, self.lit.transport.clamp_distance().max(about));
+        let geometric = upper_geometric(&bounds, &towards, self.beyond.clamp_distance().max(about));
         let cos = towards.upper_cos(&Cone::of(vertex.geometric_normal()));
         lights.luminance(cluster) * f64::from(geometric * cos)
     }
@@ -280,7 +306,7 @@ impl<'a> Uncarried<'a> {
         let Link { towards_light, geometric, squared_distance } =
             Transport::default().link(vertex.position(), light);
         let carried = match kernel {
-            Kernel::Carried => self.lit.transport.share(squared_distance),
+            Kernel::Carried => self.transport(vertex.is_first()).share(squared_distance),
             Kernel::Rest => 0.0,
         };
         if carried >= 1.0 {

@@ -41,7 +41,7 @@ pub(super) struct Vertex {
 
 /// Cosine between a shading normal and what stands in for it above which they are the same.
 const SAME: f32 = 1.0 - 1e-6;
-/// Albedo that a gloss is taken to have at least: at grazing angles it has more than at normal incidence.
+/// Albedo that a gloss is taken to have at least: what it mirrors may be bright.
 const LEAST_GLOSS: f32 = 0.04;
 
 impl Vertex {
@@ -86,7 +86,7 @@ impl Vertex {
             Carried::Summed(summed) if summed == bsdf => all,
             Carried::Summed(_) | Carried::BySurface(_) => diffuse,
         };
-        let rest = if self.has_rest { (all - diffuse).max(LEAST_GLOSS) } else { 0.0 };
+        let rest = if self.has_rest { bsdf.importance_gloss(self.point.wo).max(LEAST_GLOSS) } else { 0.0 };
         [self.amplitude * carried, rest]
     }
 
@@ -144,7 +144,8 @@ impl Vertex {
     /// What directions of a kernel are drawn from.
     fn drawn_from(&self, kernel: Kernel) -> Bsdf {
         match (kernel, &self.carried) {
-            (Kernel::Rest, _) => self.point.bsdf,
+            (Kernel::Rest, Carried::Nothing) => self.point.bsdf,
+            (Kernel::Rest, _) => self.point.bsdf.mostly_gloss(),
             (Kernel::Carried, Carried::Summed(summed)) => *summed,
             (Kernel::Carried, Carried::BySurface(_) | Carried::Nothing) => {
                 Bsdf::Lambert(Lambert { reflectance: Rgb::WHITE })
@@ -164,5 +165,46 @@ impl Vertex {
         let direction = point.frame.to_world(sample.wi).normalize();
         let value = self.value(kernel, direction);
         Some((direction, sample.pdf, value / sample.pdf)).filter(|_| !value.is_black())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::Plastic;
+    use crate::math::Frame;
+    use crate::rng::Purpose;
+
+    /// Beside VPLs the gloss is what is left: hardly a direction may be lost on the diffuse part, nor the gloss be left out.
+    #[test]
+    fn directions_of_the_gloss_are_drawn_from_the_gloss() {
+        let bsdf = Bsdf::Plastic(Plastic {
+            diffuse: Rgb::gray(0.6),
+            specular: Rgb::gray(0.4),
+            ior: 1.5,
+            alpha: 0.1,
+        });
+        let normal = Vec3::Z;
+        let point = GatherPoint {
+            position: Vec3::ZERO,
+            geometric_normal: normal,
+            frame: Frame::about(normal),
+            wo: Vec3::new(0.6, 0.0, 0.8),
+            bsdf,
+            weight: Rgb::WHITE,
+        };
+        let summed = Bsdf::Lambert(Lambert { reflectance: bsdf.vpl_reflectance(point.wo) });
+        let vertex = Vertex::first(&point, Some(&summed));
+        let mirrored = point.frame.to_world(Vec3::new(-0.6, 0.0, 0.8));
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        let mut in_the_lobe = 0;
+        for _ in 0..1000 {
+            let Some((direction, density, factor)) = vertex.sample(Kernel::Rest, &mut s) else { continue };
+            let value = vertex.value(Kernel::Rest, direction);
+            assert!((factor.luminance() * density / value.luminance() - 1.0).abs() < 1e-3);
+            in_the_lobe += u32::from(direction.dot(mirrored) > 0.9);
+        }
+        // Drawn from the whole, about a tenth would be.
+        assert!(in_the_lobe > 700, "{in_the_lobe} of 1000");
     }
 }

@@ -153,6 +153,33 @@ impl<'s> EmitterSampler<'s> {
         self
     }
 
+    /// The same emitters, where each has at least `share / n` of the draws, be it as weak as it may: of `n` meshes that emit, points, spots, single
+    /// directions, and an environment, a weak one may be all that lights some corner.
+    ///
+    /// * `share`: of the draws, in `[0, 1]`.
+    #[must_use]
+    pub fn with_share_for_each(mut self, share: f64) -> Self {
+        let mut starts: Vec<usize> = self.first.values().copied().collect();
+        let is_one = |source: &Source| !matches!(source, Source::Triangle { .. });
+        starts.extend((0..self.sources.len()).filter(|&i| is_one(&self.sources[i])));
+        starts.sort_unstable();
+        let ends = starts.iter().skip(1).copied().chain([self.sources.len()]);
+        let emitters: Vec<_> = starts.iter().zip(ends).map(|(start, end)| *start..end).collect();
+        let of = |weights: &[f64]| weights.iter().sum::<f64>();
+        let all = of(&self.weights);
+        let shining = emitters.iter().filter(|range| of(&self.weights[(*range).clone()]) > 0.0).count();
+        for range in emitters {
+            let weights = &mut self.weights[range];
+            let own = of(weights);
+            if own > 0.0 {
+                let more = share * all / (shining as f64 * own);
+                weights.iter_mut().for_each(|weight| *weight *= 1.0 - share + more);
+            }
+        }
+        self.distribute();
+        self
+    }
+
     fn distribute(&mut self) {
         let is_extended = |source: &Source| !matches!(source, Source::Punctual(_));
         let extended = self.sources.iter().zip(&self.weights);

@@ -97,10 +97,35 @@ fn sampled_intensities_add_up_to_the_emitters() {
     assert_mean(&mean_intensity(&lit, VplKind::Directional), whole);
 }
 
+/// Three emitters, of which one has nearly all power: each has its share, and what is drawn still stands for all.
+#[test]
+fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
+    let scene = scene(false, 1.0, |b| {
+        b.add_emitter(Emitter::Point { position: Vec3::Y, intensity: Rgb::gray(1e6) }).unwrap();
+        b.add_emitter(Emitter::Directional { direction: Vec3::X, irradiance: Rgb::gray(1e-6) }).unwrap();
+    });
+    let emitters = EmitterSampler::new(&scene).with_share_for_each(0.3);
+    let mut s = Stream::new(6, Purpose::Test, 0);
+    let mut of_kind = [Moments::default(); 3];
+    let n = 40_000;
+    for _ in 0..n {
+        let light = emitters.sample(s.uniform_f64(), s.uniform_2()).unwrap().light;
+        for (kind, m) in
+            [VplKind::Oriented, VplKind::Omni, VplKind::Directional].into_iter().zip(&mut of_kind)
+        {
+            m.push(if light.kind == kind { f64::from(light.intensity.luminance()) } else { 0.0 });
+        }
+    }
+    // Intensities over the probabilities of 0.1, 0.8 and 0.1; triangles share theirs by power.
+    for (m, expected) in of_kind.iter().zip([4.0 * f64::from(RADIANCE), 1e6, 1e-6]) {
+        assert_mean(m, expected);
+    }
+}
+
 #[test]
 fn densities_are_those_of_the_samples() {
     let lamp = scene(true, 1.0, |b| b.set_environment(Environment::constant(Rgb::gray(0.7))).unwrap());
-    let emitters = EmitterSampler::new(&lamp);
+    let emitters = EmitterSampler::new(&lamp).with_share_for_each(0.4);
     let (instance, _) = lamp.area_emitters().next().unwrap();
     let mut s = Stream::new(4, Purpose::Test, 0);
     let mut kinds = [0; 2];

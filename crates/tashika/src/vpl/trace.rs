@@ -278,8 +278,12 @@ impl<'s> LightTracer<'s> {
 /// Least share of the light paths that a kind of emitters has.
 const LEAST_SHARE: f64 = 0.05;
 
+/// Share of the draws that is spread evenly over the emitters.
+const SHARE_FOR_EACH: f64 = 0.1;
+
 impl<'s> EmitterSampler<'s> {
-    /// The emitters of the tracer's scene, either kind in proportion to the flux that a pilot's paths bring to surfaces ([`Emission::ByUse`]).
+    /// The emitters of the tracer's scene, either kind in proportion to the flux that a pilot's paths bring to surfaces, and each emitter with a share
+    /// ([`Emission::ByUse`]).
     pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
         let reflected = |kinds: [f64; 2]| {
             let emitters = EmitterSampler::new(tracer.scene()).weighted(kinds);
@@ -296,7 +300,7 @@ impl<'s> EmitterSampler<'s> {
         let fluxes = [reflected([1.0, 0.0]), reflected([0.0, 1.0])];
         let sum: f64 = fluxes.iter().sum();
         let shares = fluxes.map(|flux| if sum > 0.0 { (flux / sum).max(LEAST_SHARE) } else { 0.5 });
-        EmitterSampler::new(tracer.scene()).weighted(shares)
+        EmitterSampler::new(tracer.scene()).weighted(shares).with_share_for_each(SHARE_FOR_EACH)
     }
 }
 

@@ -22,7 +22,8 @@ use tashika::uncarried::{Lit, Uncarried};
 use tashika::vpl::{Clamp, EmitterSampler, LightTracer, VplOptions, VplSet};
 
 use crate::cases::{
-    add_ceiling_lamp, cuboid, diffuse_room, film, lambert, luminances, parallelogram, place, tracer, view,
+    add_ceiling_lamp, cuboid, diffuse_room, film, glowing, lambert, luminances, parallelogram, place, tracer,
+    view,
 };
 
 const SIZE: [u32; 2] = [6, 6];
@@ -327,7 +328,7 @@ fn where_sets_are_too_few_paths_take_over() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
-    let lights = VplOptions { count: 60, ..VplOptions::default() };
+    let lights = VplOptions { count: 40, ..VplOptions::default() };
     let sets =
         LightSets::trace(&tracer, &lights, 12, Truth::Transport, &view(tracer.scene(), SIZE, 4, 1)).unwrap();
     let options = ControlOptions { error: 0.05, ..ControlOptions::default() };
@@ -380,6 +381,40 @@ fn a_path_tracer_stops_by_its_own_interval() {
     }
     let stops = until(0.001, 100).plane("stop").unwrap().u32_samples().unwrap().to_vec();
     assert!(stops.iter().all(|stop| *stop == 4), "out of budget: {stops:?}");
+}
+
+/// A lamp of a millionth of all power, and all that lights the room: the others are shut in elsewhere.
+#[test]
+fn a_lamp_of_a_millionth_of_the_power_is_found() {
+    let room = || {
+        let mut b = diffuse_room();
+        add_ceiling_lamp(&mut b, 5.0);
+        b
+    };
+    let alone = tracer(room());
+    let reference = film(&alone, &Path::new(&alone, PathStop::Count(10_000), 65).unwrap(), SIZE, 1, 1000);
+    let expected = luminances(&reference);
+    let mut b = room();
+    let (lo, hi) = (Vec3::new(19.0, 0.0, -1.0), Vec3::new(21.0, 2.0, 1.0));
+    place(&mut b, cuboid(lo, hi, true), Material::new("shut", lambert(0.5)));
+    let bright = cuboid(lo + Vec3::splat(0.6), hi - Vec3::splat(0.6), false);
+    place(&mut b, bright, glowing("bright", lambert(0.3), 1e6));
+    let tracer = tracer(b);
+    let (mut claims, mut kept) = (0, 0);
+    for seed in 1..=4 {
+        let lights = VplOptions { count: 1000, seed, ..VplOptions::default() };
+        let view = view(tracer.scene(), SIZE, 4, seed);
+        let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport, &view).unwrap();
+        let options = ControlOptions { error: 0.1, seed, ..ControlOptions::default() };
+        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), SIZE, 4, seed);
+        let claim = film.plane("claim").unwrap().u32_samples().unwrap();
+        let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
+        for (i, found) in luminances(&film).into_iter().enumerate().filter(|(i, _)| claim[*i] == 3) {
+            claims += 1;
+            kept += u32::from((found - expected[i]).abs() <= half_widths[i].into());
+        }
+    }
+    assert!(claims > 130 && kept * 100 >= claims * 90, "{kept} of {claims} claims are kept");
 }
 
 /// A room lit through its open side, on a ground of 200 m: light paths that know what is seen go into the room.
