@@ -20,6 +20,7 @@ mod interrupt;
 mod kept;
 mod measure;
 mod merge;
+mod other_set;
 mod plan;
 mod progress;
 mod render;

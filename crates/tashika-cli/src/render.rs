@@ -1,23 +1,27 @@
 //! `tashika render`.
 
+use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use tashika::accel::Tracer;
 use tashika::experiment::until_converged;
+use tashika::film::Film;
 use tashika::integrator::{
-    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop,
+    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop, Setting,
 };
 use tashika::io::{write_exr, write_file, write_png};
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
 use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
 use tashika::request::Integration;
-use tashika::tree::LightTree;
+use tashika::rng::{self, Purpose};
+use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{VplOptions, VplSet};
 
 use crate::audit::{Audit, MOST_PATHS, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::kept::Kept;
+use crate::other_set::{OtherSet, differ};
 use crate::plan::{Lights, RenderPlan};
 use crate::progress::{Meter, metered};
 use crate::serve::LivePage;
@@ -70,6 +74,13 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         })
     })?;
     let progress = meter.finish();
+    let other_set = if rendered.complete && plan.share.is_whole() {
+        timed(&mut seconds.audit, || {
+            interrupt::with_flag(|cancel| by_other_set(plan, (&rendered.film, &setting), meter, cancel))
+        })?
+    } else {
+        None
+    };
     let audit = match (plan.audit, truth(plan, &lit, &stage.tracer)?) {
         (Some(count), Some((truth, promise))) if rendered.complete => {
             let subject = Subject { film: &rendered.film, setting, truth, promise };
@@ -79,8 +90,10 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         }
         _ => None,
     };
-    if let Some(audit) = &audit {
+    if other_set.is_some() || audit.is_some() {
         meter.finish();
+    }
+    if let Some(audit) = &audit {
         let metadata = rendered.film.metadata_mut();
         metadata.set("audit.kept", audit.kept);
         metadata.set("audit.of", audit.of);
@@ -109,6 +122,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
             .filter(|_| plan.integration.promises())
             .map(str::to_owned),
         error_budget: error_budget(&rendered.film),
+        other_set,
         audit,
         exposure_stops,
     };
@@ -235,6 +249,25 @@ fn truth<'a>(plan: &RenderPlan, lit: &'a Lit, tracer: &'a Tracer) -> Result<Opti
     })
 }
 
+/// What another set of VPLs than the one that was traced would change; none if none was, or if interrupted.
+fn by_other_set(
+    plan: &RenderPlan,
+    (film, setting): (&Film, &Setting<'_>),
+    meter: &Meter,
+    cancel: &AtomicBool,
+) -> Result<Option<OtherSet>, Failure> {
+    let (Integration::ManyLights { method, options, .. }, Some(Lights::Trace(lights))) =
+        (&plan.integration, &plan.lights)
+    else {
+        return Ok(None);
+    };
+    let lights = VplOptions { seed: rng::key(lights.seed, Purpose::Replicate, 0), ..lights.clone() };
+    let set = VplSet::trace(setting.tracer, &lights)?;
+    let tree = method.needs_tree().then(|| LightTree::build(&set, LightTreeBuilder::default()));
+    let integrator = method.integrator(LitBy { set: &set, tree: tree.as_ref() }, options);
+    differ(film, setting, integrator.as_ref(), options.error, meter, cancel)
+}
+
 /// A finished render.
 struct Done<'a> {
     stage: &'a Stage,
@@ -245,6 +278,7 @@ struct Done<'a> {
     complete: bool,
     truth: Option<String>,
     error_budget: Option<ErrorBudget>,
+    other_set: Option<OtherSet>,
     audit: Option<Audit>,
     exposure_stops: f32,
 }
@@ -288,6 +322,7 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
             threads => threads,
         },
         seconds,
+        other_set: done.other_set,
         audit: done.audit,
         exposure_stops: done.exposure_stops,
         files: vec![plan.exr.clone(), plan.png.clone(), plan.html.clone()],

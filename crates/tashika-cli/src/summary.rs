@@ -11,6 +11,7 @@ use tashika::report::{ErrorBudget, about_truth, percent_of_error};
 
 use crate::audit::Audit;
 use crate::exit::Failure;
+use crate::other_set::OtherSet;
 use crate::progress::rate;
 
 /// Rows of a label and a text.
@@ -131,7 +132,7 @@ pub struct Seconds {
     pub trees: f64,
     /// Rendering.
     pub render: f64,
-    /// Exact sums of the audit.
+    /// Pixels with another set of VPLs, and the truth of the audit.
     pub audit: f64,
     /// Writing the files.
     pub write: f64,
@@ -199,6 +200,8 @@ pub struct RenderReport {
     pub threads: usize,
     /// Time.
     pub seconds: Seconds,
+    /// What another set of VPLs would change, if one was traced.
+    pub other_set: Option<OtherSet>,
     /// The audit, if one was asked for.
     pub audit: Option<Audit>,
     /// Stops by which the picture was exposed.
@@ -264,6 +267,16 @@ impl RenderReport {
                 format!("alone: clustering {clustering}, lights {lights}, compensation {compensation}")
             };
             rows.push("half-width", format!("median {total}; {made_of}"));
+        }
+        if let Some(OtherSet { pixels, median, one_in_ten }) = &self.other_set {
+            let (median, one_in_ten) = (percent_of_error(*median), percent_of_error(*one_in_ten));
+            rows.push(
+                "other VPLs",
+                format!(
+                    "as many, by another seed, change a pixel by {median} in the median, one in ten by more than \
+                     {one_in_ten} (of {pixels} at random)"
+                ),
+            );
         }
         if let Some(audit) = &self.audit {
             let Audit { kept, of, low, high, contradicts, .. } = audit;

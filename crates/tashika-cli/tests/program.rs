@@ -231,6 +231,32 @@ fn an_audit_says_what_was_kept() {
     );
 }
 
+/// The promise of a sum is told together with what the choice of its lights is worth; few lights are worth less than many.
+#[test]
+fn a_promise_about_one_set_of_lights_says_what_another_would_change() {
+    let folder = Folder::new();
+    let differences = |options: &str| {
+        let run = folder.run(&format!("render builtin:tiny --size 24x18 --error 2% {options} --json a.json"));
+        run.succeeds();
+        let other = folder.json("a.json")["other_set"].clone();
+        let told = run.stdout.contains("by another seed, change a pixel by");
+        assert_eq!(told, !other.is_null(), "{}", run.stdout);
+        (!other.is_null()).then(|| {
+            assert_eq!(other["pixels"], 64);
+            ["median", "one_in_ten"].map(|key| other[key].as_f64().unwrap())
+        })
+    };
+    let few = differences("--vpls 100").unwrap();
+    let many = differences("--vpls 20k").unwrap();
+    assert!(few[0] > 2.0 * many[0] && few[1] > 2.0 * many[1], "{few:?} {many:?}");
+    assert!(many[0] > 0.0 && many[0] < many[1], "another set has other lights: {many:?}");
+    assert!(few[1] > 0.1, "of a hundred lights each matters: {few:?}");
+    folder.run("vpl builtin:tiny --vpls 100 -o a.vpl").succeeds();
+    for without in ["--vpl-file a.vpl", "--vpls 100 --tiles 1/2"] {
+        assert!(differences(without).is_none(), "{without}");
+    }
+}
+
 #[test]
 fn light_transport_is_promised_and_audited() {
     let folder = Folder::new();
