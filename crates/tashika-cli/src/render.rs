@@ -74,13 +74,6 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         })
     })?;
     let progress = meter.finish();
-    let other_set = if rendered.complete && plan.share.is_whole() {
-        timed(&mut seconds.audit, || {
-            interrupt::with_flag(|cancel| by_other_set(plan, (&rendered.film, &setting), meter, cancel))
-        })?
-    } else {
-        None
-    };
     let audit = match (plan.audit, truth(plan, &lit, &stage.tracer)?) {
         (Some(count), Some((truth, promise))) if rendered.complete => {
             let subject = Subject { film: &rendered.film, setting, truth, promise };
@@ -90,10 +83,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         }
         _ => None,
     };
-    if other_set.is_some() || audit.is_some() {
-        meter.finish();
-    }
     if let Some(audit) = &audit {
+        meter.finish();
         let metadata = rendered.film.metadata_mut();
         metadata.set("audit.kept", audit.kept);
         metadata.set("audit.of", audit.of);
@@ -103,6 +94,17 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         write_exr(&plan.exr, &rendered.film)?;
         Ok(write_png(&plan.png, &rendered.film, &plan.tone_map)?)
     })?;
+    // After the image is safe: another set takes as much memory as the first.
+    let other_set = if rendered.complete && plan.share.is_whole() {
+        timed(&mut seconds.audit, || {
+            interrupt::with_flag(|cancel| by_other_set(plan, (&rendered.film, &setting), meter, cancel))
+        })?
+    } else {
+        None
+    };
+    if other_set.is_some() {
+        meter.finish();
+    }
     if let Some(trouble) = viewer.and_then(Viewer::finish) {
         meter.note(&trouble);
     }
