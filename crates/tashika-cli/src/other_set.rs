@@ -18,7 +18,7 @@ const PIXELS: u64 = 64;
 /// How pixels at random differ between two sets.
 #[derive(Debug, Serialize)]
 pub struct OtherSet {
-    /// How many pixels were rendered twice.
+    /// How many pixels were held against each other.
     pub pixels: u64,
     /// Median of their relative differences.
     pub median: f64,
@@ -29,12 +29,12 @@ pub struct OtherSet {
 /// Renders pixels at random of a finished film with another set of lights; none if interrupted.
 ///
 /// * `integrator`: the film's, on the other set.
-/// * `error`: that of both estimates.
+/// * `tolerance`: that of both estimates.
 pub fn differ(
     film: &Film,
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
-    error: f64,
+    tolerance: Tolerance,
     meter: &Meter,
     cancel: &AtomicBool,
 ) -> Result<Option<OtherSet>, Failure> {
@@ -46,7 +46,7 @@ pub fn differ(
     if !other.complete {
         return Ok(None);
     }
-    let mut pool = Pool::new(Tolerance { relative: error, absolute: 0.0 });
+    let mut pool = Pool::new(tolerance);
     pool.add(film, &other.film.cropped(film.window())?)?;
-    Ok(Some(OtherSet { pixels: pixels.count(), median: pool.quantile(50), one_in_ten: pool.quantile(90) }))
+    Ok(Some(OtherSet { pixels: pool.trials(), median: pool.quantile(50), one_in_ten: pool.quantile(90) }))
 }

@@ -11,7 +11,7 @@ use tashika::integrator::{
 };
 use tashika::io::{write_exr, write_file, write_png};
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
-use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
+use tashika::report::{ErrorBudget, RenderFacts, Tolerance, error_budget, render_page};
 use tashika::request::Integration;
 use tashika::rng::{self, Purpose};
 use tashika::tree::{LightTree, LightTreeBuilder};
@@ -96,8 +96,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     })?;
     // After the image is safe: another set takes as much memory as the first.
     let other_set = if rendered.complete && plan.share.is_whole() {
-        timed(&mut seconds.audit, || {
-            interrupt::with_flag(|cancel| by_other_set(plan, (&rendered.film, &setting), meter, cancel))
+        timed(&mut seconds.other_set, || {
+            interrupt::with_flag(|cancel| by_other_set(plan, &rendered.film, &setting, meter, cancel))
         })?
     } else {
         None
@@ -254,7 +254,8 @@ fn truth<'a>(plan: &RenderPlan, lit: &'a Lit, tracer: &'a Tracer) -> Result<Opti
 /// What another set of VPLs than the one that was traced would change; none if none was, or if interrupted.
 fn by_other_set(
     plan: &RenderPlan,
-    (film, setting): (&Film, &Setting<'_>),
+    film: &Film,
+    setting: &Setting<'_>,
     meter: &Meter,
     cancel: &AtomicBool,
 ) -> Result<Option<OtherSet>, Failure> {
@@ -267,7 +268,8 @@ fn by_other_set(
     let set = VplSet::trace(setting.tracer, &lights)?;
     let tree = method.needs_tree().then(|| LightTree::build(&set, LightTreeBuilder::default()));
     let integrator = method.integrator(LitBy { set: &set, tree: tree.as_ref() }, options);
-    differ(film, setting, integrator.as_ref(), options.error, meter, cancel)
+    let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
+    differ(film, setting, integrator.as_ref(), tolerance, meter, cancel)
 }
 
 /// A finished render.

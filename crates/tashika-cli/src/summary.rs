@@ -132,7 +132,9 @@ pub struct Seconds {
     pub trees: f64,
     /// Rendering.
     pub render: f64,
-    /// Pixels with another set of VPLs, and the truth of the audit.
+    /// Pixels by another set of VPLs, with the tracing of it.
+    pub other_set: f64,
+    /// Exact sums of the audit.
     pub audit: f64,
     /// Writing the files.
     pub write: f64,

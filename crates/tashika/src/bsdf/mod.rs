@@ -240,7 +240,8 @@ impl Bsdf {
         }
     }
 
-    /// The same with hardly any diffuse reflection: what directions of its gloss are drawn from. Its density vanishes nowhere that of the whole does not.
+    /// The same with hardly any diffuse reflection: what directions of its gloss are drawn from. It draws every
+    /// direction that the whole draws.
     pub(crate) fn mostly_gloss(&self) -> Self {
         const LEFT: f32 = 1e-3;
         let mut gloss = *self;

@@ -55,7 +55,7 @@ use vertex::{Kernel, Vertex};
 
 /// Surfaces after which a path may end however bright it is.
 const CERTAIN_DEPTH: u32 = 3;
-/// The same beside VPLs, where paths are dark and short: where few were followed further, these few would be bright.
+/// The same beside VPLs. Were dark paths ended before, the few left would be bright. Chosen.
 const CERTAIN_BESIDE_VPLS: u32 = 2;
 /// How many times as far as at the gather point, where VPLs are summed, they are clamped beyond it, where one of them is drawn.
 const CLAMPED_BEYOND: f32 = 4.0;
@@ -143,7 +143,7 @@ impl<'a> Uncarried<'a> {
             if depth > certain {
                 let mut survival = (size(weight) / whole * vertex.importance_albedo()).min(1.0);
                 if lights.is_some() {
-                    // Dark paths are worth their rays for longer where a gather point's VPLs have cost many already.
+                    // Chosen, as that: by the weight itself few of these paths go on.
                     survival = survival.sqrt();
                 }
                 if depth > CERTAIN_DEPTH {

@@ -204,7 +204,7 @@ mod tests {
             assert!((factor.luminance() * density / value.luminance() - 1.0).abs() < 1e-3);
             in_the_lobe += u32::from(direction.dot(mirrored) > 0.9);
         }
-        // Drawn from the whole, about a tenth would be.
+        // Drawn from the whole, about a fifth would be.
         assert!(in_the_lobe > 700, "{in_the_lobe} of 1000");
     }
 }

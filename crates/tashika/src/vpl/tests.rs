@@ -116,9 +116,13 @@ fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
             m.push(if light.kind == kind { f64::from(light.intensity.luminance()) } else { 0.0 });
         }
     }
-    // Intensities over the probabilities of 0.1, 0.8 and 0.1; triangles share theirs by power.
-    for (m, expected) in of_kind.iter().zip([4.0 * f64::from(RADIANCE), 1e6, 1e-6]) {
-        assert_mean(m, expected);
+    // The triangles share theirs by power.
+    let drawn = [4.0 * f64::from(RADIANCE), 1e6, 1e-6].into_iter().zip([0.1, 0.8, 0.1]);
+    for (m, (intensity, share)) in of_kind.iter().zip(drawn) {
+        assert_mean(m, intensity);
+        // Of a draw that is `i/p` with probability `p` and else nothing the variance is `i² (1/p − 1)`.
+        let found = 1.0 / (1.0 + m.variance() / (intensity * intensity));
+        assert!((found / share - 1.0).abs() < 0.1, "drawn with {found} for {share}");
     }
 }
 
