@@ -7,7 +7,7 @@ use tashika::accel::Tracer;
 use tashika::experiment::until_converged;
 use tashika::film::Film;
 use tashika::integrator::{
-    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Path, PathStop, Setting,
+    ControlOptions, Exact, GuidedLights, Integrator, LightTransport, LitBy, Path, PathStop, Setting,
 };
 use tashika::io::{write_exr, write_file, write_png};
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
@@ -161,8 +161,8 @@ enum Lit {
     Emitters,
     /// One set, in a tree if the method needs one.
     Set(VplSet, Option<LightTree>),
-    /// Independent sets.
-    Sets(LightSets),
+    /// One set, guided to the view.
+    Guided(GuidedLights),
 }
 
 impl Lit {
@@ -174,12 +174,11 @@ impl Lit {
         seconds: &mut Seconds,
     ) -> Result<Self, Failure> {
         Ok(match (&plan.integration, &plan.lights) {
-            (Integration::Transport { lights, sets, truth, .. }, _) => {
-                let each = counted(lights.count, "VPL", "VPLs");
-                meter.phase(&format!("tracing {sets} sets of about {each}"));
+            (Integration::Transport { lights, truth, .. }, _) => {
+                meter.phase(&format!("tracing about {}", counted(lights.count, "VPL", "VPLs")));
                 let view = stage.setting(plan.gather, plan.seed).view;
-                let trace = || LightSets::trace(&stage.tracer, lights, *sets, *truth, &view);
-                Self::Sets(timed(&mut seconds.vpls, trace)?)
+                let trace = || GuidedLights::trace(&stage.tracer, lights, *truth, &view);
+                Self::Guided(timed(&mut seconds.vpls, trace)?)
             }
             (Integration::ManyLights { method, .. }, Some(lights)) => {
                 let set = stage.lights(lights, stored, meter, seconds)?;
@@ -191,26 +190,18 @@ impl Lit {
     }
 
     fn report(&self, plan: &RenderPlan) -> Option<LightsReport> {
-        Some(match self {
+        let of = match self {
             Self::Emitters => return None,
-            Self::Set(set, _) => LightsReport {
-                count: set.len() as u64,
-                sets: 1,
-                direct: set.provenance().direct,
-                indirect: set.provenance().indirect,
-                clamp_m: set.provenance().clamp_distance,
-                seed: set.provenance().seed,
-                file: plan.lights.as_ref().and_then(Lights::file).map(ToOwned::to_owned),
-            },
-            Self::Sets(sets) => LightsReport {
-                count: sets.lights(),
-                sets: sets.count(),
-                direct: sets.direct(),
-                indirect: sets.lights() - sets.direct(),
-                clamp_m: sets.clamp_distance(),
-                seed: sets.options().seed,
-                file: None,
-            },
+            Self::Set(set, _) => set.provenance(),
+            Self::Guided(lights) => lights.provenance(),
+        };
+        Some(LightsReport {
+            count: of.direct + of.indirect,
+            direct: of.direct,
+            indirect: of.indirect,
+            clamp_m: of.clamp_distance,
+            seed: of.seed,
+            file: plan.lights.as_ref().and_then(Lights::file).map(ToOwned::to_owned),
         })
     }
 }
@@ -224,8 +215,8 @@ fn integrator<'a>(
         (Integration::ManyLights { method, options, .. }, Lit::Set(set, tree)) => {
             method.integrator(LitBy { set, tree: tree.as_ref() }, options)
         }
-        (Integration::Transport { options, .. }, Lit::Sets(sets)) => {
-            Box::new(LightTransport::new(tracer, sets, options))
+        (Integration::Transport { options, .. }, Lit::Guided(lights)) => {
+            Box::new(LightTransport::new(tracer, lights, options))
         }
         (Integration::Path(length), _) => {
             Box::new(Path::new(tracer, *length, VplOptions::default().path_depth())?)

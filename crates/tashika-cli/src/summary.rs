@@ -94,10 +94,8 @@ pub fn but_box(filter: Filter) -> String {
 /// Where the lights of a render came from.
 #[derive(Debug, Serialize)]
 pub struct LightsReport {
-    /// How many, in all sets.
+    /// How many.
     pub count: u64,
-    /// Independent sets.
-    pub sets: u32,
     /// On or towards emitters.
     pub direct: u64,
     /// Left by light paths.
@@ -233,9 +231,8 @@ impl RenderReport {
             rows.push(
                 "lights",
                 format!(
-                    "{}{}, {} direct and {} indirect; clamp {clamp}",
+                    "{}, {} direct and {} indirect; clamp {clamp}",
                     counted(lights.count, "VPL", "VPLs"),
-                    if lights.sets > 1 { format!(" in {} sets", lights.sets) } else { String::new() },
                     HumanCount(lights.direct),
                     HumanCount(lights.indirect)
                 ),

@@ -32,9 +32,9 @@ use crate::words;
 /// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or "path".
 /// - `error`: relative error that a pixel may have, 0.02 (with "path": none, 64 `paths` a pixel); `absolute`: error that is enough where
 ///   it is dark (W/m²/sr), 0; `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or
-///   "certified"; `truth`: "vpl", "transport" or "clamped"; `sets` of VPLs for these two, 68; `max_pairs`: largest cut.
-/// - `vpls`: a `VplSet`, or how many to trace (5000; with `truth` 30,000 a set); `clamp`: "auto", "off" or metres; `gather`: gather
-///   points a pixel (4; with `truth` 16); `filter`: "box", "tent", "gaussian" or "blackman-harris", where these, or paths, are.
+///   "certified"; `truth`: "vpl", "transport" or "clamped"; `max_pairs`: largest cut.
+/// - `vpls`: a `VplSet`, or how many to trace (5000; with `truth` a million); `clamp`: "auto", "off" or metres; `gather`: gather
+///   points a pixel (4; with `truth` 128); `filter`: "box", "tent", "gaussian" or "blackman-harris", where these, or paths, are.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the same arguments, however that ended, the
 ///   render goes on from it, to the same bits. It stays: remove it when the image is saved. Damage in it is warned of and rendered again;
@@ -42,7 +42,7 @@ use crate::words;
 /// - `progress`: called as `progress(pixels, of, promise_met, rays)` about ten times a second. What it raises ends the render and is
 ///   raised again, and so does Ctrl-C.
 ///
-/// A scene keeps the sets of VPLs of its last render with `truth`, for the next with the same.
+/// A scene keeps the VPLs of its last render with `truth`, for the next with the same.
 ///
 /// Arguments that mean nothing to the method are not used, with a warning. Raises `OptionError` for values that cannot be.
 ///
@@ -55,7 +55,7 @@ use crate::words;
 #[pyo3(signature = (
     scene, *, camera=None, size=None, crop=None, method="tashika", error=None, confidence=None, claim=None, truth=None,
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
-    sets=None, paths=None, filter=None, checkpoint=None, progress=None
+    paths=None, filter=None, checkpoint=None, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -78,7 +78,6 @@ pub fn render(
     control: Option<&str>,
     tiles: Option<&Bound<'_, PyAny>>,
     clamp: Option<&Bound<'_, PyAny>>,
-    sets: Option<u64>,
     paths: Option<u64>,
     filter: Option<&str>,
     checkpoint: Option<PathBuf>,
@@ -96,7 +95,6 @@ pub fn render(
         confidence,
         max_pairs,
         paths,
-        sets,
         gather,
         filter: filter.map(words::filter).transpose()?,
         seed,
@@ -154,9 +152,9 @@ fn rendered(
             let tree = method.needs_tree().then(|| lit.set().tree());
             run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())
         }
-        Integration::Transport { lights, sets, truth, options } => {
-            let sets = scene.light_sets(lights, *sets, *truth, &view)?;
-            run(&LightTransport::new(tracer, &sets, options))
+        Integration::Transport { lights, truth, options } => {
+            let lights = scene.guided_lights(lights, *truth, &view)?;
+            run(&LightTransport::new(tracer, &lights, options))
         }
         Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?),
     }

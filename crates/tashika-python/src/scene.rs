@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
 use tashika::error::{Error, Result};
 use tashika::gather::{Filter, View};
-use tashika::integrator::{LightSets, Truth};
+use tashika::integrator::{GuidedLights, Truth};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::scene::{self, builtin as made};
 use tashika::vpl::VplOptions;
@@ -31,18 +31,18 @@ use crate::materials::Material;
 pub struct Scene {
     scene: Arc<scene::Scene>,
     tracer: OnceLock<Tracer>,
-    sets: Mutex<Option<Traced>>,
+    guided: Mutex<Option<Traced>>,
 }
 
-/// Independent sets of lights, and what they were traced by.
+/// Lights guided to a view, and what they were traced by.
 struct Traced {
-    by: (VplOptions, u32, Truth, String, [u32; 2], Filter),
-    sets: Arc<LightSets>,
+    by: (VplOptions, Truth, String, [u32; 2], Filter),
+    lights: Arc<GuidedLights>,
 }
 
 impl Scene {
     pub(crate) fn new(scene: scene::Scene) -> Self {
-        Self { scene: Arc::new(scene), tracer: OnceLock::new(), sets: Mutex::default() }
+        Self { scene: Arc::new(scene), tracer: OnceLock::new(), guided: Mutex::default() }
     }
 
     /// Rays; the tree for them is built when it is first needed, on the current pool.
@@ -50,22 +50,21 @@ impl Scene {
         self.tracer.get_or_init(|| Tracer::new(Arc::clone(&self.scene)))
     }
 
-    /// Independent sets of lights: those of the last call, if they are the same, so that shares of an image have them in common.
-    pub(crate) fn light_sets(
+    /// Lights guided to a view: those of the last call, if they are the same, so that shares of an image have them in common.
+    pub(crate) fn guided_lights(
         &self,
         lights: &VplOptions,
-        count: u32,
         truth: Truth,
         view: &View<'_>,
-    ) -> Result<Arc<LightSets>> {
-        let by = (lights.clone(), count, truth, view.camera.name.clone(), view.size, view.gather.filter);
-        let known = || self.sets.lock().unwrap_or_else(PoisonError::into_inner);
+    ) -> Result<Arc<GuidedLights>> {
+        let by = (lights.clone(), truth, view.camera.name.clone(), view.size, view.gather.filter);
+        let known = || self.guided.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(traced) = known().as_ref().filter(|traced| traced.by == by) {
-            return Ok(Arc::clone(&traced.sets));
+            return Ok(Arc::clone(&traced.lights));
         }
-        let sets = Arc::new(LightSets::trace(self.tracer(), lights, count, truth, view)?);
-        *known() = Some(Traced { by, sets: Arc::clone(&sets) });
-        Ok(sets)
+        let lights = Arc::new(GuidedLights::trace(self.tracer(), lights, truth, view)?);
+        *known() = Some(Traced { by, lights: Arc::clone(&lights) });
+        Ok(lights)
     }
 
     /// The camera of that name, or the first.

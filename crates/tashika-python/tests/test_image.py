@@ -170,14 +170,13 @@ def test_shares_are_joined_one_after_the_other_in_any_order(tiny: tashika.Scene)
         tashika.merge([parts[0], "b.exr"])
 
 
-def test_sets_that_a_scene_keeps_are_those_that_were_asked_for() -> None:
-    few = {"size": (6, 4), "vpls": 300, "sets": 12, "error": 0.5, "gather": 4}
+def test_lights_that_a_scene_keeps_are_those_that_were_asked_for() -> None:
+    few = {"size": (6, 4), "vpls": 3000, "error": 0.5, "gather": 4}
     asked = [
         {"truth": "transport"},
         {"truth": "clamped"},
         {"truth": "transport", "seed": 2},
-        {"truth": "transport", "sets": 13},
-        {"truth": "transport", "vpls": 400},
+        {"truth": "transport", "vpls": 4000},
         {"truth": "transport", "clamp": 0.3},
         {"truth": "transport"},
     ]

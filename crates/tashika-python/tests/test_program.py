@@ -57,8 +57,8 @@ def test_sums_over_lights(program: Path, tmp_path: Path, typed: str, said: dict[
         ("--method path --size 4x3 --error 20% --paths 512", {
             "method": "path", "size": (4, 3), "error": 0.2, "paths": 512,
         }),
-        ("--truth transport --size 2x2 --error 50% --sets 12 --vpls 500", {
-            "truth": "transport", "size": (2, 2), "error": 0.5, "sets": 12, "vpls": 500,
+        ("--truth transport --size 2x2 --error 50% --vpls 5k", {
+            "truth": "transport", "size": (2, 2), "error": 0.5, "vpls": 5000,
         }),
     ],
 )  # fmt: skip

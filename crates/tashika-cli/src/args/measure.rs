@@ -321,10 +321,6 @@ pub struct TransportArgs {
     #[command(flatten)]
     pub lights: LightArgs,
 
-    /// Independent sets of virtual point lights [default: 68]
-    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light")]
-    pub sets: Option<u64>,
-
     /// Relative errors that both are told and judged by: above 0, at most 100%
     #[arg(long, value_name = "2%,5%", value_delimiter = ',', value_parser = values::percentage,
         default_values = ["2%", "5%", "10%"], allow_negative_numbers = true, help_heading = "Method")]

@@ -207,11 +207,6 @@ pub struct RenderArgs {
     #[arg(long, value_name = "vpl|transport|clamped", value_parser = values::truth, help_heading = "Method")]
     pub truth: Option<Truth>,
 
-    /// Independent sets of virtual point lights, with --truth transport or clamped; a pixel that has used
-    /// them up says so and claims nothing [default: 68]
-    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
-    pub sets: Option<u64>,
-
     /// After the render, compute the truth of N pixels at random, exact sums or by path tracing, and tell
     /// how many are within --error
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]

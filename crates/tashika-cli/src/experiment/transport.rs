@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use tashika::experiment::{Column, Pixels, Pool, Row, Subject, Told, converged, until_converged};
 use tashika::film::{Film, Window};
-use tashika::integrator::{ControlOptions, Integrator, LightSets, LightTransport, Path, Setting, Truth};
+use tashika::integrator::{ControlOptions, GuidedLights, Integrator, LightTransport, Path, Setting, Truth};
 use tashika::io::{read_exr, write_exr};
 use tashika::report::{Tolerance, percent_of_tolerance};
 
@@ -42,14 +42,10 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let stored = plan.reference.as_ref().map(|file| read_exr(file)).transpose()?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), plan.seed)?;
-    meter.phase(&format!(
-        "tracing {} sets of about {}",
-        plan.sets,
-        counted(plan.lights.count, "VPL", "VPLs")
-    ));
+    meter.phase(&format!("tracing about {}", counted(plan.lights.count, "VPL", "VPLs")));
     let view = stage.setting(plan.gather, plan.seed).view;
     let begun = Instant::now();
-    let sets = LightSets::trace(&stage.tracer, &plan.lights, plan.sets, Truth::Transport, &view)?;
+    let lights = GuidedLights::trace(&stage.tracer, &plan.lights, Truth::Transport, &view)?;
     let traced = begun.elapsed().as_secs_f64();
     let depth = plan.lights.path_depth();
     let of = plan.methods.len() * plan.options.len();
@@ -57,11 +53,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         title: format!("{}: light transport, by two methods", stage.scene.name()),
         above: vec![
             scenery(&stage, &pixels),
-            format!(
-                "{} sets, {} in all, traced in {traced:.1} s",
-                plan.sets,
-                quantities(sets.lights(), &plan.gather)
-            ),
+            format!("{}, traced in {traced:.1} s", quantities(lights.count(), &plan.gather)),
         ],
         rows: Vec::new(),
         of,
@@ -81,14 +73,16 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         for method in &plan.methods {
             for options in &plan.options {
                 let integrator: Box<dyn Integrator> = match method {
-                    TransportMethod::Tashika => Box::new(LightTransport::new(&stage.tracer, &sets, options)),
+                    TransportMethod::Tashika => {
+                        Box::new(LightTransport::new(&stage.tracer, &lights, options))
+                    }
                     TransportMethod::Path => {
                         Box::new(Path::new(&stage.tracer, plan.stops_by_itself(options), depth)?)
                     }
                 };
                 let subject = Subject {
                     scene: stage.scene.name().to_owned(),
-                    vpls: sets.lights(),
+                    vpls: lights.count(),
                     gather: plan.gather.points,
                     pixels: pixels.count(),
                     group: None,

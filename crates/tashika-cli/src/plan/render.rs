@@ -150,7 +150,6 @@ fn request(args: &RenderArgs) -> Request {
         lights_given: args.source.vpl_file.is_some(),
         vpls: args.source.lights.vpls,
         clamp: args.source.lights.clamp.clamp,
-        sets: args.sets,
         gather: args.gather.points,
         filter: args.gather.filter.filter,
         seed: args.seed,

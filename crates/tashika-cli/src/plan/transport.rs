@@ -20,8 +20,6 @@ pub struct TransportPlan {
     pub gather: GatherOptions,
     /// How each set is traced.
     pub lights: VplOptions,
-    /// How many sets.
-    pub sets: u32,
     /// Who.
     pub methods: Vec<TransportMethod>,
     /// What they are told, one after the other; at least one.
@@ -46,16 +44,17 @@ impl TransportPlan {
         let stage = StagePlan::new(&args.stage, None)?;
         let request = Request {
             truth: Some(Truth::Transport),
+            // For the strictest.
+            error: args.error.iter().copied().min_by(f64::total_cmp),
             vpls: args.lights.vpls,
             clamp: args.lights.clamp.clamp,
-            sets: args.sets,
             gather: args.gather.points,
             filter: args.gather.filter.filter,
             paths: Some(args.paths),
             seed: args.seed,
             ..Request::default()
         };
-        let (lights, sets) = request.light_sets()?;
+        let lights = request.many_lights()?;
         let confidence = args.confidence;
         let told = |error| ControlOptions { error, confidence, seed: args.seed, ..ControlOptions::default() };
         let options: Vec<ControlOptions> = args.error.iter().map(|error| told(*error)).collect();
@@ -66,7 +65,6 @@ impl TransportPlan {
         Ok(Self {
             gather: request.gather_options()?,
             lights,
-            sets,
             methods: args.methods.clone(),
             options,
             most_paths: request.path_count()?.unwrap_or(u32::MAX),

@@ -254,7 +254,6 @@ def render(
     control: Literal["luminance", "channels"] | None = None,
     tiles: str | tuple[int, int] | None = None,
     clamp: _Clamp | None = None,
-    sets: int | None = None,
     paths: int | None = None,
     filter: _Filter | None = None,
     checkpoint: _Path | None = None,

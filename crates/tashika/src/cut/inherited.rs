@@ -45,29 +45,31 @@ const EXPECTATION_WEIGHT: f64 = 1.0;
 
 /// A term that was evaluated.
 #[derive(Clone, Copy, Debug)]
-struct Sample {
-    term: Term,
-    /// Its value, with visibility, over what its probability is proportional to: `I_i w_j`, or `u` of a listed pair's.
-    unit: Rgb,
+pub(super) struct Sample {
+    pub(super) term: Term,
+    /// What its probability is proportional to: `I_i w_j`, or `u` of a listed pair's.
+    pub(super) measure: f64,
+    /// Its value, with visibility, over that.
+    pub(super) unit: Rgb,
 }
 
 /// A pair of the cut, with its samples.
 #[derive(Clone, Debug, Default)]
-struct Stratum {
+pub(super) struct Stratum {
     was_split: bool,
     /// Into [`InheritedCut::samples`]; none if the pair was split, contributes nothing, or is evaluated as a whole.
-    samples: SmallVec<[u32; 4]>,
+    pub(super) samples: SmallVec<[u32; 4]>,
 }
 
 /// What the samples of a stratum of the cut say; nothing of it changes until the stratum is split.
 #[derive(Clone, Copy, Debug)]
-struct Said {
+pub(super) struct Said {
     /// Of the pair.
-    number: u32,
+    pub(super) number: u32,
     /// How many there are.
-    samples: u32,
+    pub(super) samples: u32,
     /// Estimate of the stratum.
-    mean: RgbSum,
+    pub(super) mean: RgbSum,
     /// Sample variance of each part that is controlled.
     variances: [f64; Controlled::MOST_PARTS],
     /// `R`, `R'` and `σ'²` of the luminance ([`stratified`]).
@@ -82,7 +84,7 @@ enum Destination {
     /// A sample.
     Sample(u32),
     /// The sum of what is evaluated as a whole.
-    Whole,
+    Whole(Term),
 }
 
 /// What strata are made with. To leave something out is for measuring what it is worth.
@@ -100,8 +102,8 @@ pub struct StrataOptions {
 
 /// A cut whose strata inherit samples.
 pub struct InheritedCut<'a, B, O> {
-    refinement: Refinement<'a, B, O>,
-    options: StrataOptions,
+    pub(super) refinement: Refinement<'a, B, O>,
+    pub(super) options: StrataOptions,
     tracer: &'a Tracer,
     transport: Transport,
     stream: Stream,
@@ -109,7 +111,7 @@ pub struct InheritedCut<'a, B, O> {
     whole: RgbSum,
     pairs: u64,
     segments: u64,
-    memory: &'a mut StrataMemory,
+    pub(super) memory: &'a mut StrataMemory,
 }
 
 /// Memory of an [`InheritedCut`], which the next one uses again.
@@ -120,11 +122,13 @@ pub struct CutMemory {
 }
 
 #[derive(Debug, Default)]
-struct StrataMemory {
-    strata: Vec<Stratum>,
-    samples: Vec<Sample>,
+pub(super) struct StrataMemory {
+    pub(super) strata: Vec<Stratum>,
+    pub(super) samples: Vec<Sample>,
+    /// Terms that were evaluated as a whole.
+    pub(super) whole_terms: Vec<(Term, Rgb)>,
     /// Of all strata that have samples, in the order of their pairs.
-    said: Vec<Said>,
+    pub(super) said: Vec<Said>,
     batch: TermBatch,
     /// Of the terms of the batch.
     destinations: Vec<Destination>,
@@ -148,6 +152,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         let CutMemory { refinement, strata: memory } = memory;
         memory.strata.clear();
         memory.samples.clear();
+        memory.whole_terms.clear();
         memory.said.clear();
         memory.strata.push(Stratum::default());
         let mut cut = Self {
@@ -291,7 +296,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
     }
 
     /// What makes values of units: `I_C W_G`, or `U` of a listed pair.
-    fn weight(&self, number: usize) -> f64 {
+    pub(super) fn weight(&self, number: usize) -> f64 {
         let listed = self.refinement.known(number).listed;
         let weight = || self.refinement.clusters().weight(&self.refinement.pairs()[number]);
         listed.map_or_else(weight, |listed| listed.total)
@@ -323,6 +328,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
                 let keep = self.stream.uniform_f64() * most < share;
                 if keep {
                     sample.unit = scaled(sample.unit, 1.0 / share);
+                    sample.measure *= share;
                 }
                 keep
             });
@@ -345,9 +351,11 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
                     Some(listed) => self.refinement.terms().unoccluded(listed, term),
                     None => clusters.weight_of_term(term),
                 };
-                self.whole.add(scaled(sample.unit, measure));
+                let value = scaled(sample.unit, measure);
+                self.whole.add(value);
+                self.memory.whole_terms.push((term, value));
             } else {
-                self.evaluate(term, 1.0, Destination::Whole);
+                self.evaluate(term, 1.0, Destination::Whole(term));
             }
         }
     }
@@ -370,7 +378,7 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
             };
             let sample = self.memory.samples.len() as u32;
             self.memory.strata[number].samples.push(sample);
-            self.memory.samples.push(Sample { term, unit: Rgb::BLACK });
+            self.memory.samples.push(Sample { term, measure, unit: Rgb::BLACK });
             self.evaluate(term, 1.0 / measure, Destination::Sample(sample));
         }
     }
@@ -389,7 +397,10 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
         for (&value, destination) in self.memory.batch.values().iter().zip(&self.memory.destinations) {
             match destination {
                 Destination::Sample(k) => self.memory.samples[*k as usize].unit = value,
-                Destination::Whole => self.whole.add(value),
+                Destination::Whole(term) => {
+                    self.whole.add(value);
+                    self.memory.whole_terms.push((*term, value));
+                }
             }
         }
         self.segments += self.memory.batch.segments().len() as u64;

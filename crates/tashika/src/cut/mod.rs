@@ -11,6 +11,7 @@
 //! * [`StoppingRule`]: when a cut is fine enough; a closed family.
 //! * [`Refiner`]: all of these together, as the published methods do it.
 //! * [`InheritedCut`]: strata that keep their samples when they are split; small ones with all their terms [listed](ListedTerms).
+//! * [`Population`]: what its samples say of lights and points that are themselves drawn.
 //! * [`PilotVisibility`]: what other pixels of the neighbourhood see.
 //!
 //! # Guarantee
@@ -25,6 +26,7 @@ mod estimation;
 mod inherited;
 mod listed;
 mod pilot;
+mod population;
 mod refinement;
 mod sampling;
 mod stopping;
@@ -39,6 +41,7 @@ pub use estimation::{CutEnd, CutEstimate, Refiner};
 pub use inherited::{CutMemory, InheritedCut, StrataOptions};
 pub use listed::{Listed, ListedTerms, Listing};
 pub use pilot::{CellVisibility, Pilot, PilotVisibility};
+pub use population::{OfPoint, Population};
 pub use refinement::{ByUpper, Candidate, Expectation, Known, Order, Refinement, RefinementMemory, Split};
 pub use sampling::{PairEstimate, Representative, Representatives, Scheme, Strata};
 pub use stopping::{Progress, StoppingRule};

@@ -184,7 +184,7 @@ impl PilotVisibility {
             let y = within(row * CELL, ((row + 1) * CELL).min(height), &mut stream);
             points.extend(one_point(pilot, [x, y], key.wrapping_add(u64::from(trial))));
         }
-        let mut batch = SegmentBatch::default();
+        let mut batch = SegmentBatch::new(pilot.transport.glass());
         let mut trials = Vec::with_capacity(self.clusters.len());
         let mut drawn: Vec<u32> = Vec::new();
         for (_, cluster) in &self.clusters {

@@ -69,8 +69,21 @@ pub struct PixelSum {
     pub points: Vec<GatherPoint>,
     /// Weighted emission that is seen without any VPL (W·m⁻²·sr⁻¹).
     pub background: Rgb,
+    /// The camera samples that these come from.
+    pub samples: Vec<SeenSample>,
     /// For denoisers and compositing.
     pub features: Features,
+}
+
+/// What a camera sample has seen.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenSample {
+    /// Where it went through the pixel: two uniform numbers that the filter takes.
+    pub place: [f32; 2],
+    /// Weighted emission that is seen without any VPL (W·m⁻²·sr⁻¹).
+    pub background: Rgb,
+    /// Its place among the points, if it met one.
+    pub point: Option<u32>,
 }
 
 /// Specular surfaces after which a camera path is given up; what it would have seen is missing from the image.
@@ -114,12 +127,23 @@ impl View<'_> {
         let mut sum = PixelSum::default();
         let mut met = 0u32;
         let weight = 1.0 / n as f32;
+        sum.samples.reserve_exact(n as usize);
         for index in 0..n {
             let (ray, key) = self.camera_ray(pixel, index);
-            let seed = self.pixel_key(pixel) as u32;
-            let choices = |bounce: u32| sobol_burley::sample_4d(index, bounce + 1, seed);
+            let [x, y, ..] = sobol_burley::sample_4d(index, 0, self.pixel_key(pixel) as u32);
+            // Each surface has a sequence of its own: projections of one long sequence to dimensions that far apart would be worse than random.
+            let choices = |bounce: u32| {
+                let of_surface =
+                    rng::key(self.pixel_key(pixel), Purpose::Gather, u64::MAX - u64::from(bounce));
+                sobol_burley::sample_4d(index, 0, of_surface as u32)
+            };
             let end = follow(tracer, ray, key, choices);
             sum.background += end.background * weight;
+            sum.samples.push(SeenSample {
+                place: [x, y],
+                background: end.background * weight,
+                point: end.point.is_some().then_some(sum.points.len() as u32),
+            });
             if let Some(mut point) = end.point {
                 point.weight *= weight;
                 sum.features.albedo += point.bsdf.albedo() * weight;

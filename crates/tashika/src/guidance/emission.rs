@@ -36,11 +36,20 @@ const PARTS: u32 = 12;
 /// Brightness that a part is taken to have at least, of the mean of all.
 const LEAST_BRIGHTNESS: f64 = 1e-3;
 
+/// What sets of VPLs are traced with for a view.
+#[derive(Debug)]
+pub struct Guided<'s> {
+    /// Traces light paths and direct VPLs guided to what the view sees.
+    pub tracing: LightTracer<'s>,
+    /// About the mean luminance of the view, without emission that is seen directly (W·m⁻²·sr⁻¹).
+    pub importance_brightness: f64,
+}
+
 /// Guides the light paths and direct VPLs that are to be traced to what a view sees.
-pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u64) -> LightTracer<'s> {
+pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u64) -> Guided<'s> {
     let (tracer, emitters) = (tracing.tracer(), tracing.emitters());
     if emitters.is_empty() {
-        return tracing;
+        return Guided { tracing, importance_brightness: 0.0 };
     }
     let chunks: Vec<Learned> = (0..PATHS / CHUNK)
         .into_par_iter()
@@ -72,7 +81,7 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
     let direct = chunks.iter().flat_map(|learned| scaled(&learned.direct, &scale)).collect();
     let emission = chunks.iter().flat_map(|learned| scaled(&learned.emission, &scale)).collect();
     let guide = LightGuide::learn(direct, emission);
-    tracing.guided(guide)
+    Guided { tracing: tracing.guided(guide), importance_brightness: mean }
 }
 
 /// What light drawn by some numbers gave to a part of the picture.

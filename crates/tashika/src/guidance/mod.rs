@@ -8,4 +8,4 @@
 
 mod emission;
 
-pub use emission::learn_light_guide;
+pub use emission::{Guided, learn_light_guide};

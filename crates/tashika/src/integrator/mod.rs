@@ -15,7 +15,7 @@ mod tashika;
 
 pub use exact::Exact;
 pub use iwasaki2019::Iwasaki2019;
-pub use light_transport::{Estimator, LightSets, LightTransport};
+pub use light_transport::{Estimator, GuidedLights, LightTransport};
 pub use lightcuts::Lightcuts;
 pub use mdlc::Mdlc;
 pub use method::{LitBy, Method};

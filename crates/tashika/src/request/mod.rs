@@ -9,9 +9,8 @@
 //! | method | ours, with calibrated claims |
 //! | error, confidence, control, absolute | those of [`ControlOptions`] |
 //! | truth | the sum over the one set of VPLs |
-//! | VPLs | those of [`VplOptions`]; 30,000 in each of many sets |
-//! | sets | [`LightSets::DEFAULT_COUNT`] |
-//! | gather points | those of [`GatherOptions`]; 16 in each of many repetitions |
+//! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, 250,000 to four million |
+//! | gather points | those of [`GatherOptions`]; 2.56/ε where the truth is about all of them, 32 to 256 |
 //! | filter | the box |
 //! | paths | 64; with an error, at most 2²⁰ |
 //! | size | the camera's, or 640×360 |
@@ -28,17 +27,21 @@ pub use framing::Framing;
 use crate::color::Controlled;
 use crate::error::{Error, Result};
 use crate::gather::{Filter, GatherOptions};
-use crate::integrator::{Claim, ControlOptions, LightSets, Method, PathStop, Truth};
+use crate::integrator::{Claim, ControlOptions, Method, PathStop, Truth};
 use crate::vpl::{Clamp, VplOptions};
 
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
 const MOST_PATHS: u32 = 1 << 20;
-/// VPLs of each of many sets.
-const VPLS_OF_SET: u64 = 30_000;
-/// Gather points of each of many repetitions.
-const POINTS_OF_SET: u64 = 16;
+/// VPLs where the truth is about all sets of them, times the square of the error: about what makes the choice of VPLs a third of the half-width.
+const VPLS_BY_ERROR: f64 = 1000.0;
+/// Fewest and most of these: more than the most would take more memory than most scenes.
+const MANY_VPLS: [f64; 2] = [250_000.0, 4_000_000.0];
+/// Gather points where the truth is about all of them, times the error, and the fewest and most.
+const POINTS_BY_ERROR: f64 = 2.56;
+/// See [`POINTS_BY_ERROR`].
+const MANY_POINTS: [f64; 2] = [32.0, 256.0];
 
 /// What was said; nothing stands for the default.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,12 +66,10 @@ pub struct Request {
     pub paths: Option<u64>,
     /// Whether the VPLs are there already, rather than to be traced.
     pub lights_given: bool,
-    /// VPLs to trace, in each set.
+    /// VPLs to trace.
     pub vpls: Option<u64>,
     /// Distance below which a VPL grows no brighter.
     pub clamp: Option<Clamp>,
-    /// Independent sets of VPLs.
-    pub sets: Option<u64>,
     /// Gather points a pixel.
     pub gather: Option<u64>,
     /// The pixel filter, of paths too.
@@ -92,7 +93,6 @@ impl Default for Request {
             lights_given: false,
             vpls: None,
             clamp: None,
-            sets: None,
             gather: None,
             filter: None,
             seed: 1,
@@ -112,12 +112,10 @@ pub enum Integration {
         /// What methods that control their error are told.
         options: ControlOptions,
     },
-    /// Independent sets of VPLs.
+    /// One large set of VPLs, as one of all that there could be.
     Transport {
-        /// How each set is traced.
+        /// How it is traced.
         lights: VplOptions,
-        /// How many sets.
-        sets: u32,
         /// Light transport, or what is left of it without what VPLs do not carry.
         truth: Truth,
         /// What is promised.
@@ -147,7 +145,7 @@ impl Request {
         let options = self.control_options()?;
         let integration = match self.method() {
             None => Integration::Path(self.path_stop(options)?),
-            Some(method) if self.is_of_sets() => {
+            Some(method) if self.is_about_all_sets() => {
                 let truth = self.truth();
                 if method == Method::Tashika(Claim::Certified) {
                     let expected = format!("calibrated with truth {truth}, about which there is no proof");
@@ -157,11 +155,10 @@ impl Request {
                     return Err(Error::option(
                         "truth",
                         truth,
-                        "vpl with lights that are given, which are one set",
+                        "vpl with lights that are given, which are not guided to the view",
                     ));
                 }
-                let (lights, sets) = self.light_sets()?;
-                Integration::Transport { lights, sets, truth, options }
+                Integration::Transport { lights: self.many_lights()?, truth, options }
             }
             Some(method) => {
                 let lights = if self.lights_given { None } else { Some(self.lights()?) };
@@ -179,14 +176,14 @@ impl Request {
         self.lights_of(VplOptions::default().count)
     }
 
-    /// How each of many sets is traced, and how many there are.
+    /// How VPLs are traced where the truth is about all sets of them.
     ///
     /// # Errors
-    /// As [`VplOptions::validate`] and [`LightSets::check`].
-    pub fn light_sets(&self) -> Result<(VplOptions, u32)> {
-        let sets = self.sets.map_or(LightSets::DEFAULT_COUNT, saturated);
-        LightSets::check(sets)?;
-        Ok((self.lights_of(VPLS_OF_SET)?, sets))
+    /// As [`VplOptions::validate`].
+    pub fn many_lights(&self) -> Result<VplOptions> {
+        let [fewest, most] = MANY_VPLS;
+        let error = self.control_options()?.error;
+        self.lights_of((VPLS_BY_ERROR / (error * error)).clamp(fewest, most).round() as u64)
     }
 
     /// The gather points.
@@ -195,7 +192,10 @@ impl Request {
     /// As [`GatherOptions::validate`].
     pub fn gather_options(&self) -> Result<GatherOptions> {
         let default = GatherOptions::default();
-        let said = self.gather.or(self.is_of_sets().then_some(POINTS_OF_SET));
+        let [fewest, most] = MANY_POINTS;
+        let by_error = |error: f64| (POINTS_BY_ERROR / error).clamp(fewest, most) as u64;
+        let many = || by_error(self.error.unwrap_or(ControlOptions::default().error));
+        let said = self.gather.or_else(|| self.is_about_all_sets().then(many));
         let options = GatherOptions {
             points: said.map_or(default.points, saturated),
             filter: self.filter.unwrap_or(default.filter),
@@ -229,8 +229,8 @@ impl Request {
         matches!(self.method, Some(Method::Tashika(_)))
     }
 
-    /// Whether there are many sets of VPLs.
-    fn is_of_sets(&self) -> bool {
+    /// Whether the VPLs stand for all that there could be.
+    fn is_about_all_sets(&self) -> bool {
         self.is_ours() && self.truth() != Truth::Vpl
     }
 
@@ -273,7 +273,7 @@ impl Request {
         let is_path = self.method.is_none();
         let is_exact = self.method == Some(Method::Exact);
         let until = is_path && self.error.is_some();
-        let (is_ours, of_sets) = (self.is_ours(), self.is_of_sets());
+        let is_ours = self.is_ours();
         let states_interval = self.method().is_some_and(Method::states_interval);
         let said_in_vain = [
             ("vpls", self.vpls.is_some() && is_path),
@@ -287,8 +287,7 @@ impl Request {
             ("confidence", self.confidence.is_some() && !(states_interval || until)),
             ("claim", self.claim.is_some() && !is_ours),
             ("truth", self.truth.is_some() && !is_ours),
-            ("sets", self.sets.is_some() && !of_sets),
-            ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path || of_sets)),
+            ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path)),
         ];
         said_in_vain.into_iter().filter(|(_, vain)| *vain).map(|(name, _)| name).collect()
     }

@@ -25,7 +25,6 @@ fn all_said() -> Request {
         paths: Some(5),
         vpls: Some(300),
         clamp: Some(Clamp::Off),
-        sets: Some(20),
         gather: Some(3),
         filter: Some(Filter::Tent),
         seed: 9,
@@ -51,15 +50,22 @@ fn what_is_not_said_is_the_default() {
     let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
     let of_sets = Resolved {
         integration: Integration::Transport {
-            lights: VplOptions { count: 30_000, ..lights },
-            sets: 68,
+            lights: VplOptions { count: 2_500_000, ..lights.clone() },
             truth: Truth::Transport,
             options,
         },
-        gather: GatherOptions { points: 16, ..GatherOptions::default() },
+        gather: GatherOptions { points: 128, ..GatherOptions::default() },
         unused: Vec::new(),
     };
     assert_eq!(resolved(&transport), of_sets);
+    // As many as the error asks for, within reason.
+    for (error, count, points) in [(0.05, 400_000, 51), (0.5, 250_000, 32), (1e-3, 4_000_000, 256)] {
+        let found = resolved(&Request { error: Some(error), ..transport.clone() });
+        let lights = VplOptions { count, ..lights.clone() };
+        let options = ControlOptions { error, ..options };
+        assert_eq!(found.integration, Integration::Transport { lights, truth: Truth::Transport, options });
+        assert_eq!(found.gather.points, points);
+    }
 
     let path = Request { method: None, ..Request::default() };
     assert_eq!(resolved(&path).integration, Integration::Path(PathStop::Count(64)));
@@ -86,17 +92,17 @@ fn what_is_said_arrives() {
     let method = Method::Tashika(Claim::Calibrated);
     assert_eq!(found.integration, Integration::ManyLights { method, lights: Some(lights.clone()), options });
     let gather = GatherOptions { points: 3, filter: Filter::Tent };
-    assert_eq!((found.gather, found.unused), (gather, vec!["paths", "sets"]));
+    assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
     let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
-    assert_eq!(found.integration, Integration::Transport { lights, sets: 20, truth, options });
-    assert_eq!((found.gather, found.unused), (gather, vec!["paths", "max_pairs"]));
+    assert_eq!(found.integration, Integration::Transport { lights, truth, options });
+    assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
     let found = resolved(&Request { method: None, ..all_said() });
     assert_eq!(found.integration, Integration::Path(PathStop::Until { options, first: 5, most: 5 }));
     assert_eq!(found.gather.filter, Filter::Tent);
-    assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "sets", "max_pairs"]);
+    assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "max_pairs"]);
 
     let certified = Request { claim: Some(Claim::Certified), lights_given: true, ..Request::default() };
     let method = Method::Tashika(Claim::Certified);
@@ -108,7 +114,7 @@ fn what_is_said_arrives() {
 fn each_method_says_what_means_nothing_to_it() {
     let unused = |method, error| resolved(&Request { method, error, ..all_said() }).unused;
     let ours_alone = ["control", "absolute"];
-    let of_ours = ["claim", "truth", "sets"];
+    let of_ours = ["claim", "truth"];
     let exact = [&["paths", "error"][..], &ours_alone, &["confidence"], &of_ours, &["max_pairs"]].concat();
     assert_eq!(unused(Some(Method::Exact), Some(0.1)), exact);
     for method in [Method::Lightcuts, Method::Mdlc] {
@@ -120,7 +126,7 @@ fn each_method_says_what_means_nothing_to_it() {
     for method in [Method::Nabata2016, Method::Sakai2018, Method::Iwasaki2019] {
         assert_eq!(unused(Some(method), None), [&["paths"][..], &ours_alone, &of_ours].concat());
     }
-    let counted = ["vpls", "clamp", "gather", "control", "absolute", "confidence", "claim", "truth", "sets"];
+    let counted = ["vpls", "clamp", "gather", "control", "absolute", "confidence", "claim", "truth"];
     assert_eq!(unused(None, None), [&counted[..], &["max_pairs"]].concat());
     let given = Request { method: None, lights_given: true, ..Request::default() };
     assert_eq!(resolved(&given).unused, ["lights"]);
@@ -131,10 +137,8 @@ fn what_does_not_go_together_is_refused() {
     let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
     let certified = Request { claim: Some(Claim::Certified), ..transport.clone() };
     assert!(refused(&certified).contains("claim = certified; expected calibrated with truth transport"));
-    let given = Request { lights_given: true, ..transport.clone() };
+    let given = Request { lights_given: true, ..transport };
     assert!(refused(&given).contains("truth = transport; expected vpl with lights that are given"));
-    assert!(refused(&Request { sets: Some(3), ..transport.clone() }).contains("12 to 1024"));
-    assert!(refused(&Request { sets: Some(1 << 40), ..transport }).contains("12 to 1024"));
     let path = Request { method: None, ..Request::default() };
     assert!(
         refused(&Request { paths: Some(0), ..path.clone() }).contains("paths = 0; expected 1 to 4294967295")

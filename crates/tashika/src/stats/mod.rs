@@ -4,7 +4,6 @@ mod adaptive;
 mod binomial;
 mod discrete;
 mod moments;
-mod replicates;
 pub mod stratified;
 mod student_t;
 
@@ -12,5 +11,4 @@ pub use adaptive::{AdaptiveDensity, Weighted};
 pub use binomial::{Interval, clopper_pearson};
 pub use discrete::{Discrete, Piecewise2d};
 pub use moments::Moments;
-pub use replicates::{ReplicateInterval, Replicates};
 pub use student_t::{normal_quantile, student_t_two_sided};

@@ -41,6 +41,8 @@ pub struct GatherTree<B> {
     /// Of the nodes, last first.
     materials: Vec<B>,
     pub(super) points: Vec<GatherPoint>,
+    /// Where each was among those that were given.
+    sources: Vec<u32>,
     pub(super) sums: PrefixSums,
 }
 
@@ -93,7 +95,8 @@ impl<B: Clone> GatherTree<B> {
             }
             nodes[k].weight = weights[k] as f32;
         }
-        Self { nodes, materials, points, sums }
+        let sources = items.into_iter().map(|item| item.point).collect();
+        Self { nodes, materials, points, sources, sums }
     }
 }
 
@@ -116,6 +119,11 @@ impl<B> GatherTree<B> {
     /// The point at a place in the sorted order.
     pub fn point(&self, sorted: u32) -> &GatherPoint {
         &self.points[sorted as usize]
+    }
+
+    /// Where the point at a place in the sorted order was among those that were given.
+    pub fn source(&self, sorted: u32) -> u32 {
+        self.sources[sorted as usize]
     }
 
     /// All points in sorted order.

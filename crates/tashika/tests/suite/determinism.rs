@@ -7,7 +7,7 @@ use tashika::accel::Tracer;
 use tashika::film::{Film, Window};
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{
-    ControlOptions, Exact, Integrator, LightSets, LightTransport, LitBy, Method, Path, PathStop, Setting,
+    ControlOptions, Exact, GuidedLights, Integrator, LightTransport, LitBy, Method, Path, PathStop, Setting,
     Truth,
 };
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
@@ -49,10 +49,10 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
         };
         let film = match method.parse::<Method>() {
             Err(_) if method == "light transport" => {
-                let lights = VplOptions { count: 300, seed: 9, ..VplOptions::default() };
-                let sets = LightSets::trace(&tracer, &lights, 16, Truth::Transport, &view).unwrap();
+                let lights = VplOptions { count: 2000, seed: 9, ..VplOptions::default() };
+                let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
                 let options = ControlOptions { error: 0.5, ..published };
-                render(Box::new(LightTransport::new(&tracer, &sets, &options)))
+                render(Box::new(LightTransport::new(&tracer, &guided, &options)))
             }
             Ok(method) => render(method.integrator(LitBy { set: &set, tree: Some(&tree) }, &published)),
             Err(_) => render(Box::new(Path::new(&tracer, PathStop::Count(8), 16).unwrap())),

@@ -7,7 +7,7 @@ use tashika::color::Rgb;
 use tashika::gather::GatherPoint;
 use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
-    ControlOptions, Estimator, Exact, LightSets, LightTransport, Path, PathStop, Truth,
+    ControlOptions, Estimator, Exact, GuidedLights, LightTransport, Path, PathStop, Truth,
 };
 use tashika::math::{Mat3, Vec3};
 use tashika::rng::{Purpose, Stream};
@@ -137,22 +137,24 @@ fn light_through_leaves_panes_and_holes() {
 fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
     // Far enough for what it cuts off to matter.
-    let lights = VplOptions { count: 2000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
+    let lights = VplOptions { count: 300_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
     let options = ControlOptions { error: 0.015, ..ControlOptions::default() };
-    let estimate = |sets: &LightSets, estimator: Estimator| {
-        let ours = LightTransport::new(&tracer, sets, &options).only_by(estimator);
-        let film = film(&tracer, &ours, SIZE, 4, 3);
+    let estimate = |lights: &GuidedLights, estimator: Estimator| {
+        let ours = LightTransport::new(&tracer, lights, &options).only_by(estimator);
+        let film = film(&tracer, &ours, SIZE, 64, 3);
         let errors = film.plane("standard_error").unwrap().f32_samples().unwrap().to_vec();
         (luminances(&film), errors)
     };
     let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
-    let sets =
-        LightSets::trace(&tracer, &lights, 68, Truth::Transport, &view(tracer.scene(), SIZE, 4, 3)).unwrap();
+    let traced = |truth: Truth| {
+        GuidedLights::trace(&tracer, &lights, truth, &view(tracer.scene(), SIZE, 64, 3)).unwrap()
+    };
+    let guided = traced(Truth::Transport);
     let of = expected.iter().sum::<f64>();
     for estimator in [Estimator::Vpls, Estimator::Paths] {
-        let (ours, our_errors) = estimate(&sets, estimator);
+        let (ours, our_errors) = estimate(&guided, estimator);
         let mut variance = 0.0;
         for (i, (l, e)) in expected.iter().zip(errors).enumerate() {
             let (found, own) = (ours[i], our_errors[i]);
@@ -166,9 +168,7 @@ fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         assert!((sum - of).abs() < 4.42 * error, "{what}, {estimator:?}: {sum} ± {error} for {of}");
     }
     // Without this the agreement would say nothing about paths beside sums.
-    let sets =
-        LightSets::trace(&tracer, &lights, 12, Truth::Clamped, &view(tracer.scene(), SIZE, 4, 3)).unwrap();
-    let clamped = estimate(&sets, Estimator::Vpls).0.iter().sum::<f64>();
+    let clamped = estimate(&traced(Truth::Clamped), Estimator::Vpls).0.iter().sum::<f64>();
     assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
 }
 
@@ -258,7 +258,7 @@ fn leaves_and_holes_are_told_apart_from_gloss() {
     transport_agrees(b, 0.02, "leaves");
 }
 
-/// Few VPLs a set, so that which ones there are is most of the error: intervals that did not know of it would be far too narrow.
+/// So few VPLs that which ones there are is most of the error: intervals that did not know of it would be far too narrow.
 #[test]
 fn intervals_reckon_with_the_choice_of_vpls() {
     let mut b = diffuse_room();
@@ -268,14 +268,14 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(10_000), 65).unwrap(), size, 1, 1000);
     let expected = luminances(&reference);
     let (mut kept, mut claims, mut from_lights) = (0, 0, 0);
-    for seed in 1..=4 {
-        let lights = VplOptions { count: 100, seed, ..VplOptions::default() };
-        let sets =
-            LightSets::trace(&tracer, &lights, 20, Truth::Transport, &view(tracer.scene(), size, 4, seed))
+    for seed in 1..=8 {
+        let lights = VplOptions { count: 12_000, seed, ..VplOptions::default() };
+        let guided =
+            GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), size, 64, seed))
                 .unwrap();
-        let options = ControlOptions { error: 0.1, seed, ..ControlOptions::default() };
-        let ours = LightTransport::new(&tracer, &sets, &options).only_by(Estimator::Vpls);
-        let film = film(&tracer, &ours, size, 4, seed);
+        let options = ControlOptions { error: 0.05, seed, ..ControlOptions::default() };
+        let ours = LightTransport::new(&tracer, &guided, &options).only_by(Estimator::Vpls);
+        let film = film(&tracer, &ours, size, 64, seed);
         let (found, claim) = (luminances(&film), film.plane("claim").unwrap().u32_samples().unwrap());
         let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
         let parts = film.plane("half_width_parts").unwrap().f32_samples().unwrap();
@@ -285,9 +285,9 @@ fn intervals_reckon_with_the_choice_of_vpls() {
             from_lights += u32::from(parts[3 * i + 1] > parts[3 * i].max(parts[3 * i + 2]));
         }
     }
-    // Pixels of an image share their sets, so that this is no sharp test; with one set for all it would be a third.
-    assert!(claims > 400 && from_lights > 100, "{claims} claims, {from_lights} mostly of the choice of VPLs");
-    assert!(kept * 100 >= claims * 90, "{kept} of {claims}");
+    // Pixels of an image share their VPLs, so that this is no sharp test.
+    assert!(claims > 600 && from_lights > 300, "{claims} claims, {from_lights} mostly of the choice of VPLs");
+    assert!(kept * 100 >= claims * 93, "{kept} of {claims}");
 }
 
 /// A dark surface scatters less, and tolerates as much less: were its paths ended for being dark, those left would be few and bright.
@@ -323,36 +323,60 @@ fn paths_from_dark_surfaces_go_as_far() {
     }
 }
 
+/// VPLs that are far too few are found out, and a pixel is made of paths if these are likely to do.
 #[test]
-fn where_sets_are_too_few_paths_take_over() {
+fn where_vpls_are_too_few_paths_take_over() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
-    let lights = VplOptions { count: 40, ..VplOptions::default() };
-    let sets =
-        LightSets::trace(&tracer, &lights, 12, Truth::Transport, &view(tracer.scene(), SIZE, 4, 1)).unwrap();
+    let lights = VplOptions { count: 200, ..VplOptions::default() };
+    let guided =
+        GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), SIZE, 16, 1)).unwrap();
     let options = ControlOptions { error: 0.05, ..ControlOptions::default() };
     let out_of_budget = |ours: LightTransport<'_>| {
-        let film = film(&tracer, &ours, SIZE, 4, 1);
+        let film = film(&tracer, &ours, SIZE, 16, 1);
         film.plane("stop").unwrap().u32_samples().unwrap().iter().filter(|stop| **stop == 4).count()
     };
-    let ours = || LightTransport::new(&tracer, &sets, &options);
+    let ours = || LightTransport::new(&tracer, &guided, &options);
     let found = [out_of_budget(ours().only_by(Estimator::Vpls)), out_of_budget(ours())];
-    assert!(found[0] > 10 && found[1] == 0, "out of budget: {found:?}");
+    assert!(found[0] > 10 && found[1] < found[0], "out of budget: {found:?}");
 }
 
-/// Pixels that see nothing at all, in the neighbourhood of a bright room.
+/// No pixel grows beyond the pairs and paths that it may have, whatever it tries.
+#[test]
+fn the_work_on_a_pixel_is_limited() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    place(&mut b, cuboid(Vec3::splat(-0.5), Vec3::splat(0.4), false), Material::new("block", plastic(0.1)));
+    let tracer = tracer(b);
+    let lights = VplOptions { count: 2000, ..VplOptions::default() };
+    let guided =
+        GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), SIZE, 16, 1)).unwrap();
+    let options = ControlOptions { error: 0.001, max_pairs: Some(500), ..ControlOptions::default() };
+    let film = film(&tracer, &LightTransport::new(&tracer, &guided, &options), SIZE, 16, 1);
+    let stops = film.plane("stop").unwrap().u32_samples().unwrap();
+    assert!(stops.iter().all(|stop| *stop == 4), "{stops:?}");
+    let claims = film.plane("claim").unwrap().u32_samples().unwrap();
+    assert!(claims.iter().all(|claim| *claim == 0), "{claims:?}");
+    let pairs = film.plane("pairs").unwrap().f32_samples().unwrap();
+    assert!(pairs.iter().all(|pairs| *pairs <= 501.0), "{pairs:?}");
+    assert!(luminances(&film).iter().all(|l| *l > 0.0));
+}
+
+/// Pixels that see nothing at all, in the neighbourhood of a bright room with a caustic.
 #[test]
 fn pixels_that_see_nothing_are_black_for_certain() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 50.0);
+    place(&mut b, cuboid(Vec3::splat(-0.5), Vec3::splat(0.4), false), Material::new("block", plastic(0.1)));
     let tracer = tracer(b);
     let lights = VplOptions { count: 200, ..VplOptions::default() };
-    let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport, &view(tracer.scene(), [24, 8], 4, 1))
-        .unwrap();
-    let options = ControlOptions { error: 0.5, ..ControlOptions::default() };
+    let guided =
+        GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), [24, 8], 4, 1))
+            .unwrap();
+    let options = ControlOptions { error: 0.1, max_pairs: Some(4000), ..ControlOptions::default() };
     // Wider than the room.
-    let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), [24, 8], 4, 1);
+    let film = film(&tracer, &LightTransport::new(&tracer, &guided, &options), [24, 8], 4, 1);
     let stops = film.plane("stop").unwrap().u32_samples().unwrap();
     let pixels = luminances(&film).into_iter().zip(stops);
     let black: Vec<u32> = pixels.filter(|(l, _)| *l == 0.0).map(|(_, stop)| *stop).collect();
@@ -402,11 +426,11 @@ fn a_lamp_of_a_millionth_of_the_power_is_found() {
     let tracer = tracer(b);
     let (mut claims, mut kept) = (0, 0);
     for seed in 1..=4 {
-        let lights = VplOptions { count: 1000, seed, ..VplOptions::default() };
-        let view = view(tracer.scene(), SIZE, 4, seed);
-        let sets = LightSets::trace(&tracer, &lights, 20, Truth::Transport, &view).unwrap();
+        let lights = VplOptions { count: 20_000, seed, ..VplOptions::default() };
+        let view = view(tracer.scene(), SIZE, 16, seed);
+        let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
         let options = ControlOptions { error: 0.1, seed, ..ControlOptions::default() };
-        let film = film(&tracer, &LightTransport::new(&tracer, &sets, &options), SIZE, 4, seed);
+        let film = film(&tracer, &LightTransport::new(&tracer, &guided, &options), SIZE, 16, seed);
         let claim = film.plane("claim").unwrap().u32_samples().unwrap();
         let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
         for (i, found) in luminances(&film).into_iter().enumerate().filter(|(i, _)| claim[*i] == 3) {
@@ -414,7 +438,7 @@ fn a_lamp_of_a_millionth_of_the_power_is_found() {
             kept += u32::from((found - expected[i]).abs() <= half_widths[i].into());
         }
     }
-    assert!(claims > 130 && kept * 100 >= claims * 90, "{kept} of {claims} claims are kept");
+    assert!(claims > 110 && kept * 100 >= claims * 90, "{kept} of {claims} claims are kept");
 }
 
 /// A room lit through its open side, on a ground of 200 m: light paths that know what is seen go into the room.
@@ -436,6 +460,25 @@ fn a_wide_ground_has_few_of_the_vpls() {
     let plain = LightTracer::new(&tracer, &lights).unwrap();
     let share_of_plain = in_the_room(&plain);
     let guided = learn_light_guide(plain, &view(tracer.scene(), SIZE, 1, 1), 3);
-    let share_of_guided = in_the_room(&guided);
+    let share_of_guided = in_the_room(&guided.tracing);
     assert!(share_of_plain < 0.05 && share_of_guided > 0.4, "{share_of_plain} {share_of_guided}");
+}
+
+/// What a pixel with a leaf in it adds up to differs from one choice of camera samples to another by less the more there are: which side of the leaf a sample
+/// gathers on, and where it meets it, are spread evenly together.
+#[test]
+fn camera_samples_of_leaves_are_spread_evenly() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    add_leaf_and_gauze(&mut b, plastic(0.3));
+    let tracer = tracer(b);
+    let set = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
+    let spread = |gather: u32| {
+        let mut sums = Moments::default();
+        (0..60)
+            .for_each(|seed| sums.push(luminances(&film(&tracer, &Exact::new(&set), SIZE, gather, seed))[8]));
+        sums.variance().sqrt() / sums.mean()
+    };
+    let (few, many) = (spread(4), spread(64));
+    assert!(many < 0.35 * few, "{few} of 4 samples, {many} of 64");
 }

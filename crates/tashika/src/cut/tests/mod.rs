@@ -2,6 +2,7 @@
 
 mod listed;
 mod pilot;
+mod population;
 
 use super::{ByUpper, Clusters, Pair, Refinement, RefinementMemory, gather_tree};
 use crate::bounds::tests::many;

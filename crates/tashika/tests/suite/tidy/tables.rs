@@ -85,7 +85,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("roxmltree", &["io"]),
     ("serde", &[]),
     ("serde_json", &["io", "report"]),
-    ("smallvec", &["cut", "integrator", "io"]),
+    ("smallvec", &["cut", "io"]),
     ("sobol_burley", &["gather"]),
     ("thiserror", &["error"]),
 ];

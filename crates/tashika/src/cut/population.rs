@@ -1,0 +1,102 @@
+//! What the samples of a cut say of the lights and points that it sums over, where these are themselves drawn from all that there could be.
+//!
+//! A cut estimates `L = Σ_j Σ_i c_ij` over the points `j` and lights `i` that there are. Whose truth is the expectation over other lights and
+//! other points has to know how far `L` is from it.
+//!
+//! # Lights
+//! Of lights that are drawn independently, the sum over all of them has a variance of at most `Σ_i c_i²`, with `c_i = Σ_j c_ij`. With the share `ω_j` that the
+//! point `j` has of the weights, by Cauchy's inequality and from the samples `s` of the strata,
+//!
+//! ```text
+//! Σ_i c_i² ≤ Σ_ij c_ij²/ω_j = E Σ_k (1/n_k) Σ_s c_s² / (ω_s p_s)
+//! ```
+//!
+//! where a sample is drawn with probability `p_s`. It is an upper estimate at no ray: equal where all points receive the same of a light. Lights that are not
+//! drawn, points and spots say, are left out. VPLs of one light path are taken for independent.
+//!
+//! # Points
+//! How much light point `j` adds, `c_j = Σ_i c_ij`, is known from what its strata have on average and how its own samples deviate from that:
+//!
+//! ```text
+//! c_j = b_j + r_j        b_j = Σ_{k ∋ j} ω_jk ȳ_k        r_j = Σ_k Σ_{s at j} (y_s − ȳ_k)/(n_k − 1)        d_j = Σ of the squares of these
+//! ```
+//!
+//! `r_j² − d_j` is without the noise of samples, since those of different strata are independent: so are squares of differences, less both `d`.
+//!
+//! Tested by `cut::tests::population`.
+
+use super::inherited::InheritedCut;
+use super::refinement::Order;
+use crate::bounds::UpperMaterial;
+use crate::vpl::Vpl;
+
+/// What the samples of a cut say of the lights and points that it sums over.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Population {
+    /// About at most the variance of the sum by which lights were drawn.
+    pub importance_by_lights: f64,
+    /// Of each point, in the order of the tree.
+    pub points: Vec<OfPoint>,
+}
+
+/// What a point adds to the sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OfPoint {
+    /// `b_j + r_j`.
+    pub value: f64,
+    /// `d_j`: how much of the square of that is noise.
+    pub noise: f64,
+}
+
+impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
+    /// What the samples say of a part that is controlled, by its number among [`Controlled::parts`](crate::color::Controlled::parts).
+    ///
+    /// * `is_given`: whether a light is always there, rather than one of those that could be.
+    pub fn population(&self, part: usize, is_given: impl Fn(&Vpl) -> bool) -> Population {
+        let of = &self.options.controlled.parts()[part];
+        let clusters = self.refinement.clusters();
+        let nodes = clusters.points.nodes();
+        let Some(root) = nodes.first() else { return Population::default() };
+        let share = |point: u32| {
+            f64::from(clusters.points.point(point).weight.max_channel()) / f64::from(root.weight)
+        };
+        let mut population =
+            Population { importance_by_lights: 0.0, points: vec![OfPoint::default(); root.count as usize] };
+        // Means of strata by the node of their points, over its weight.
+        let mut means = vec![0.0; nodes.len()];
+        for said in &self.memory.said {
+            let number = said.number as usize;
+            let (weight, n) = (self.weight(number), f64::from(said.samples));
+            let mean = of.of_sum(&said.mean);
+            let node = self.refinement.pairs()[number].points as usize;
+            means[node] += mean / f64::from(nodes[node].weight);
+            for &k in &self.memory.strata[number].samples {
+                let sample = &self.memory.samples[k as usize];
+                let (value, point) = (weight * of.of(sample.unit), sample.term.point);
+                if value != 0.0 && !is_given(&clusters.lights.light(sample.term.light)) {
+                    let probability = sample.measure / weight;
+                    population.importance_by_lights += value * value * probability / (n * share(point));
+                }
+                let residual = (value - mean) / (n - 1.0);
+                let point = &mut population.points[point as usize];
+                point.value += residual;
+                point.noise += residual * residual;
+            }
+        }
+        for (term, value) in &self.memory.whole_terms {
+            let value = of.of(*value);
+            population.points[term.point as usize].value += value;
+            if value != 0.0 && !is_given(&clusters.lights.light(term.light)) {
+                population.importance_by_lights += value * value / share(term.point);
+            }
+        }
+        for (number, node) in nodes.iter().enumerate() {
+            if let Some(children) = node.children {
+                children.into_iter().for_each(|child| means[child as usize] += means[number]);
+            } else {
+                population.points[node.first as usize].value += means[number] * f64::from(node.weight);
+            }
+        }
+        population
+    }
+}

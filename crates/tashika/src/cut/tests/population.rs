@@ -1,0 +1,113 @@
+//! What samples of a cut tell of its lights and points, against sums over all terms.
+
+use std::sync::Arc;
+
+use super::{CLAMP, lights, points};
+use crate::accel::{SegmentBatch, Tracer};
+use crate::bounds::UpperAnalytic;
+use crate::bsdf::{Bsdf, Lambert};
+use crate::color::{Controlled, Rgb};
+use crate::cut::{
+    ByUpper, Clusters, CutMemory, InheritedCut, OfPoint, Population, StrataOptions, gather_tree,
+};
+use crate::gather::GatherPoint;
+use crate::math::{Frame, Vec3};
+use crate::rng::{Purpose, Stream};
+use crate::scene::builtin;
+use crate::stats::Moments;
+use crate::transport::Transport;
+use crate::vpl::{Vpl, VplKind};
+
+/// Estimates of many cuts of so many pairs, over as many points; and the truth: what each light, and each point, adds, with the points' shares.
+struct Known {
+    populations: Vec<Population>,
+    /// By light: whether it is given, and by point.
+    terms: Vec<(bool, Vec<f64>)>,
+    shares: Vec<f64>,
+}
+
+fn is_given(light: &Vpl) -> bool {
+    light.kind == VplKind::Omni
+}
+
+fn known(pairs: u64, runs: u64) -> Known {
+    let tracer = Tracer::new(Arc::new(builtin::tiny()));
+    let mut s = Stream::new(9, Purpose::Test, 7);
+    let lights = lights(400, &mut s);
+    let mut points = points(12, &mut s);
+    let frame = Frame::about(Vec3::Z);
+    let bsdf = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.5) });
+    let alike = GatherPoint { frame, bsdf, weight: Rgb::gray(1.0 / 12.0), ..points[0] };
+    for point in &mut points {
+        *point = GatherPoint { position: point.position, ..alike };
+    }
+    let points = gather_tree::<UpperAnalytic>(&points);
+    let transport = Transport::new(CLAMP);
+    let part = Controlled::Luminance.parts()[0];
+    let terms = (0..400).map(|light| {
+        let light = lights.light(light);
+        let mut batch = SegmentBatch::default();
+        batch.push_fan(light.apex(), points.points().iter().map(|point| point.position));
+        let mut visibility = Vec::new();
+        tracer.visibility(&batch, &mut visibility);
+        let value =
+            |(point, seen): (&GatherPoint, &f32)| part.of(transport.unoccluded(point, &light) * *seen);
+        (is_given(&light), points.points().iter().zip(&visibility).map(value).collect())
+    });
+    let terms = terms.collect();
+    let root = f64::from(points.nodes()[0].weight);
+    let shares = (0..12).map(|point| f64::from(points.point(point).weight.max_channel()) / root).collect();
+    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let options =
+        StrataOptions { inherits: true, lists: true, corrects: true, controlled: Controlled::Luminance };
+    let run = |number| {
+        let mut memory = CutMemory::default();
+        let (order, stream) = (ByUpper { finest: 2 }, Stream::new(5, Purpose::Cut, number));
+        let mut cut =
+            InheritedCut::new(clusters, order, options, &tracer, transport, stream, &mut memory).unwrap();
+        cut.grow(pairs);
+        cut.population(0, is_given)
+    };
+    Known { populations: (0..runs).map(run).collect(), terms, shares }
+}
+
+#[test]
+fn the_squares_of_what_lights_add_are_told_from_above() {
+    for pairs in [4, 60, 600] {
+        let Known { populations, terms, shares } = known(pairs, 1500);
+        let (mut squares, mut upper) = (0.0, 0.0);
+        for (_, by_point) in terms.iter().filter(|(is_given, _)| !is_given) {
+            squares += by_point.iter().sum::<f64>().powi(2);
+            upper += by_point.iter().zip(&shares).map(|(c, share)| c * c / share).sum::<f64>();
+        }
+        let mut told = Moments::default();
+        populations.iter().for_each(|p| told.push(p.importance_by_lights));
+        let close = (told.mean() - upper).abs() < 4.42 * told.standard_error() + 1e-5 * upper;
+        assert!(close && told.standard_error() < 0.1 * upper, "{pairs}: {} for {upper}", told.mean());
+        assert!(squares < upper);
+    }
+}
+
+/// Squared differences between points that follow each other, with the noise of samples taken off.
+#[test]
+fn differences_between_points_are_told_without_the_noise_of_samples() {
+    for pairs in [60, 600] {
+        let Known { populations, terms, .. } = known(pairs, 1500);
+        let by_point: Vec<f64> = (0..12).map(|j| terms.iter().map(|(_, of)| of[j]).sum()).collect();
+        let truth: f64 = by_point.chunks(2).map(|pair| (pair[0] - pair[1]).powi(2)).sum();
+        let (mut told, mut with_noise) = (Moments::default(), Moments::default());
+        for population in &populations {
+            let of_pair = |pair: &[OfPoint]| (pair[0].value - pair[1].value).powi(2);
+            let squares: f64 = population.points.chunks(2).map(of_pair).sum();
+            let noise: f64 = population.points.iter().map(|point| point.noise).sum();
+            told.push(squares - noise);
+            with_noise.push(squares);
+        }
+        let ratio = told.mean() / truth;
+        assert!(ratio > 0.75 && ratio < 1.25, "{pairs}: {ratio} ± {}", told.standard_error() / truth);
+        if pairs == 60 {
+            let ratio = with_noise.mean() / truth;
+            assert!(ratio > 1.5, "samples are noisy enough for that to matter: {ratio}");
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! The estimate of a pixel: gather points, a cut of VPLs over them, and paths; it grows until it is said to be good.
+
+use super::super::Setting;
+use super::GuidedLights;
+use crate::accel::Glass;
+use crate::bounds::UpperAnalytic;
+use crate::bsdf::{Bsdf, Lambert};
+use crate::color::{Controlled, Rgb, RgbSum};
+use crate::cut::{ByVisibility, Clusters, CutMemory, InheritedCut, StrataOptions, gather_tree};
+use crate::gather::{GatherOptions, GatherPoint, PixelSum, View};
+use crate::rng::{self, Purpose, Stream};
+use crate::stats::Moments;
+use crate::stats::stratified::Spread;
+use crate::transport::Transport;
+use crate::tree::GatherTree;
+use crate::uncarried::{Lit, Uncarried};
+use crate::vpl::EmitterSampler;
+
+/// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs would be spots. Chosen.
+const NARROW: f32 = 0.25;
+/// Camera samples that are drawn at once where each has one path.
+const POINTS_AT_ONCE: u32 = 32;
+
+/// By what a pixel is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimator {
+    /// A sum over VPLs, and paths of what these do not carry.
+    Vpls,
+    /// Paths alone.
+    Paths,
+}
+
+/// What the estimates of an image have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Common<'a> {
+    pub setting: &'a Setting<'a>,
+    pub emitters: &'a EmitterSampler<'a>,
+    pub lights: &'a GuidedLights,
+    /// Whether what VPLs do not carry is put back.
+    pub compensates: bool,
+    pub controlled: Controlled,
+}
+
+impl<'a> Common<'a> {
+    /// What paths are followed in; `clamp_distance` is that of the VPLs.
+    pub(super) fn lit(&self, estimator: Estimator, clamp_distance: f32) -> Lit<'a> {
+        Lit {
+            tracer: self.setting.tracer,
+            emitters: self.emitters,
+            lights: (estimator == Estimator::Vpls).then(|| self.lights.tree()),
+            transport: Transport::new(clamp_distance).with_glass(Glass::SolidStops),
+            max_depth: self.lights.provenance().max_depth,
+        }
+    }
+
+    /// So many camera samples of a pixel, with these random numbers.
+    pub(super) fn samples(&self, pixel: [u32; 2], count: u32, key: u64) -> PixelSum {
+        let gather = GatherOptions { points: count, ..self.setting.view.gather };
+        let view = View { gather, seed: rng::key(key, Purpose::Gather, 0), ..self.setting.view };
+        view.pixel(self.setting.tracer, pixel)
+    }
+}
+
+/// Whether a surface mirrors too sharply for VPLs.
+pub(super) fn is_narrow(bsdf: &Bsdf) -> bool {
+    bsdf.roughness().is_some_and(|alpha| alpha < NARROW)
+}
+
+/// The BSDF that VPLs are summed with, if any are.
+pub(super) fn summed_with(point: &GatherPoint, estimator: Estimator) -> Bsdf {
+    if estimator == Estimator::Vpls && is_narrow(&point.bsdf) {
+        Bsdf::Lambert(Lambert { reflectance: point.bsdf.vpl_reflectance(point.wo) })
+    } else {
+        point.bsdf
+    }
+}
+
+/// The gather points of an estimate.
+pub(super) struct Points {
+    pub pixel: PixelSum,
+    /// As they are summed: without narrow lobes.
+    tree: GatherTree<UpperAnalytic>,
+    /// Camera samples, each next to those near by in the pixel.
+    by_place: Vec<u32>,
+}
+
+impl Points {
+    /// Of so many camera samples; `key` is that of their random numbers. Only where what VPLs do not carry is put back are
+    /// narrow lobes left to paths.
+    pub(super) fn new(common: &Common<'_>, pixel: [u32; 2], samples: u32, key: u64) -> Self {
+        let pixel = common.samples(pixel, samples, key);
+        let as_summed = |p: &GatherPoint| {
+            if common.compensates { GatherPoint { bsdf: summed_with(p, Estimator::Vpls), ..*p } } else { *p }
+        };
+        let summed: Vec<GatherPoint> = pixel.points.iter().map(as_summed).collect();
+        let tree = gather_tree::<UpperAnalytic>(&summed);
+        let mut by_place: Vec<u32> = (0..pixel.samples.len() as u32).collect();
+        by_place.sort_by_key(|k| along_curve(pixel.samples[*k as usize].place));
+        Self { pixel, tree, by_place }
+    }
+
+    /// Whether a point mirrors too sharply for VPLs.
+    pub(super) fn are_narrow(&self) -> bool {
+        self.pixel.points.iter().any(|point| is_narrow(&point.bsdf))
+    }
+}
+
+/// Where a place in the unit square lies along a Z-order curve.
+fn along_curve(place: [f32; 2]) -> u32 {
+    let spread = |v: f32| {
+        let v = (v * 256.0) as u32;
+        (0..8).fold(0, |code, bit| code | (v >> bit & 1) << (2 * bit))
+    };
+    spread(place[0]) | spread(place[1]) << 1
+}
+
+/// An estimate of a pixel, which grows.
+pub(super) struct Estimate<'a> {
+    common: Common<'a>,
+    pixel: [u32; 2],
+    key: u64,
+    /// None where there are no VPLs.
+    points: Option<&'a Points>,
+    cut: Option<InheritedCut<'a, UpperAnalytic, ByVisibility<'a>>>,
+    uncarried: Uncarried<'a>,
+    /// Sum of what paths found.
+    of_paths: RgbSum,
+    paths: u32,
+    /// How many of these began at a gather point.
+    met: u32,
+    /// Of single paths, by part of what is controlled.
+    moments: [Moments; Controlled::MOST_PARTS],
+    camera_rays: u64,
+}
+
+impl<'a> Estimate<'a> {
+    /// A sum over VPLs, with paths of what these do not carry; nothing is drawn yet but the first pair.
+    pub(super) fn of_vpls(
+        common: Common<'a>,
+        order: ByVisibility<'a>,
+        points: &'a Points,
+        clamp_distance: f32,
+        pixel: [u32; 2],
+        key: u64,
+        memory: &'a mut CutMemory,
+    ) -> Self {
+        let lit = common.lit(Estimator::Vpls, clamp_distance);
+        let clusters = Clusters { lights: common.lights.tree(), points: &points.tree, clamp_distance };
+        let samples = Stream::new(key, Purpose::Cut, 0);
+        let options =
+            StrataOptions { inherits: true, lists: true, corrects: true, controlled: common.controlled };
+        let tracer = common.setting.tracer;
+        let cut = InheritedCut::new(clusters, order, options, tracer, lit.transport, samples, memory);
+        let camera_rays = points.pixel.samples.len() as u64;
+        Self { points: Some(points), cut, camera_rays, ..Self::new(common, lit, pixel, key) }
+    }
+
+    /// Paths alone.
+    pub(super) fn of_paths(common: Common<'a>, pixel: [u32; 2], key: u64) -> Self {
+        Self::new(common, common.lit(Estimator::Paths, 0.0), pixel, key)
+    }
+
+    fn new(common: Common<'a>, lit: Lit<'a>, pixel: [u32; 2], key: u64) -> Self {
+        Self {
+            common,
+            pixel,
+            key,
+            points: None,
+            cut: None,
+            uncarried: Uncarried::new(lit),
+            of_paths: RgbSum::default(),
+            paths: 0,
+            met: 0,
+            moments: [Moments::default(); Controlled::MOST_PARTS],
+            camera_rays: 0,
+        }
+    }
+
+    /// Refines the cut until it has so many pairs, and follows paths until there are so many.
+    pub(super) fn grow(&mut self, pairs: u64, paths: u32) {
+        if let Some(cut) = &mut self.cut {
+            cut.grow(pairs);
+        }
+        if self.common.compensates {
+            self.follow(paths);
+        }
+    }
+
+    /// Paths, each from a camera sample of its own: were they all from the points of the sum, they would tell nothing of how these differ.
+    fn follow(&mut self, paths: u32) {
+        let estimator = if self.points.is_some() { Estimator::Vpls } else { Estimator::Paths };
+        while self.paths < paths {
+            let samples = (paths - self.paths).min(POINTS_AT_ONCE);
+            let key = rng::key(self.key, Purpose::Uncarried, self.paths.into());
+            let seen = self.common.samples(self.pixel, samples, key);
+            self.camera_rays += u64::from(samples);
+            for (number, sample) in seen.samples.iter().enumerate() {
+                let mut value = if estimator == Estimator::Paths { sample.background } else { Rgb::BLACK };
+                if let Some(point) = sample.point.map(|k| &seen.points[k as usize]) {
+                    self.met += 1;
+                    let number = number as u64;
+                    let mut stream = Stream::new(key, Purpose::Uncarried, number);
+                    let key = rng::key(key, Purpose::Opacity, number);
+                    let summed = summed_with(point, estimator);
+                    value += self.uncarried.estimate(point, &summed, key, &mut stream);
+                }
+                self.tell(value * samples as f32);
+            }
+            self.paths += samples;
+        }
+    }
+
+    fn tell(&mut self, value: Rgb) {
+        self.of_paths.add(value);
+        for (part, moments) in self.common.controlled.parts().iter().zip(&mut self.moments) {
+            moments.push(part.of(value));
+        }
+    }
+
+    /// The estimate of the sum over VPLs.
+    pub(super) fn gathered(&self) -> RgbSum {
+        self.cut.as_ref().map_or_else(RgbSum::default, InheritedCut::estimate)
+    }
+
+    /// The estimate of light transport.
+    pub(super) fn value(&self) -> RgbSum {
+        let mut value = self.gathered();
+        if let Some(points) = self.points {
+            value.add(points.pixel.background);
+        }
+        if self.paths > 0 {
+            value.merge(&self.of_paths.scaled(1.0 / f64::from(self.paths)));
+        }
+        value
+    }
+
+    /// What the strata of the sum over VPLs say of a part of what is controlled.
+    ///
+    /// * `gathered`: that sum; how much of the part there is for a luminance of 1 is taken from it.
+    pub(super) fn spread(&self, part: usize, gathered: &RgbSum) -> Spread {
+        self.cut.as_ref().map_or_else(Spread::default, |cut| cut.spread(part, gathered))
+    }
+
+    /// About the variances by which VPLs and by which camera samples there are.
+    ///
+    /// Samples are spread evenly over the pixel: two that are next to each other are taken for independent draws from a place that holds both, so that
+    /// their sum has the variance `E (v_a − v_b)²` (collapsed strata, Cochran 1977, section 5A.12).
+    pub(super) fn variances_by_draws(&self, part: usize) -> [f64; 2] {
+        let Some(points) = self.points else { return [0.0; 2] };
+        let of = &self.common.controlled.parts()[part];
+        let lights = self.common.lights;
+        let population = self.cut.as_ref().map(|cut| cut.population(part, |light| lights.is_given(light)));
+        let population = population.unwrap_or_default();
+        let mut by_point = vec![Default::default(); points.pixel.points.len()];
+        for (sorted, of_point) in (0..).zip(&population.points) {
+            by_point[points.tree.source(sorted) as usize] = *of_point;
+        }
+        let of_sample = |k: &u32| {
+            let sample = &points.pixel.samples[*k as usize];
+            let mut gathered = sample.point.map(|k| by_point[k as usize]).unwrap_or_default();
+            gathered.value += of.of(sample.background);
+            gathered
+        };
+        let mut by_samples = 0.0;
+        for pair in points.by_place.chunks_exact(2) {
+            let [a, b] = [of_sample(&pair[0]), of_sample(&pair[1])];
+            let difference = a.value - b.value;
+            by_samples += difference * difference - a.noise - b.noise;
+        }
+        [population.importance_by_lights, f64::max(by_samples, 0.0)]
+    }
+
+    /// Of single paths, by part of what is controlled.
+    pub(super) fn moments(&self) -> &[Moments] {
+        &self.moments[..self.common.controlled.parts().len()]
+    }
+
+    pub(super) fn paths(&self) -> u32 {
+        self.paths
+    }
+
+    pub(super) fn pairs(&self) -> u64 {
+        self.cut.as_ref().map_or(0, InheritedCut::pairs)
+    }
+
+    /// Whether refining the sum tells no more.
+    pub(super) fn is_whole(&self) -> bool {
+        self.cut.as_ref().is_none_or(InheritedCut::is_whole)
+    }
+
+    /// Whether any camera sample met a surface that gathers.
+    pub(super) fn meets_surfaces(&self) -> bool {
+        self.met > 0 || self.points.is_some_and(|points| !points.pixel.points.is_empty())
+    }
+
+    /// Rays of a path, on average.
+    pub(super) fn rays_per_path(&self) -> f64 {
+        1.0 + self.uncarried.rays() as f64 / f64::from(self.paths.max(1))
+    }
+
+    pub(super) fn rays(&self) -> u64 {
+        self.camera_rays + self.uncarried.rays() + self.cut.as_ref().map_or(0, InheritedCut::segments)
+    }
+}

@@ -1,0 +1,243 @@
+//! How wrong an estimate of a pixel may be: the interval of an estimate whose errors have several sources.
+//!
+//! ```text
+//! V = V_cut + V_lights + V_points + V_paths        h = t_ν √V + κ b ln(2/δ)        ν = V² / (V_cut²/ν_cut + V_paths²/ν_paths)
+//! ```
+//!
+//! | | known from |
+//! |---|---|
+//! | `V_cut`, which terms were drawn | the strata of the cut ([`stratified`](crate::stats::stratified)) |
+//! | `V_lights`, `V_points`: which VPLs and camera samples there are | the same samples ([`Population`](crate::cut::Population)) |
+//! | `V_paths`, which paths were followed | the pixel's own paths and those of the neighbourhood ([`nearby`](super::nearby)) |
+//!
+//! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no sample may have shown: of a stratum, or of a path of the
+//! neighbourhood. The interval is an estimate: measured, not proven.
+
+use super::super::ControlOptions;
+use super::estimate::Estimate;
+use crate::color::RgbSum;
+use crate::math::elementary::{ln_f64, powf_f64};
+use crate::stats::stratified::KAPPA;
+use crate::stats::{Moments, student_t_two_sided};
+
+/// As many paths of the neighbourhood count as much as the pixel's own.
+const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
+/// Power of the pairs of a cut with which its variance falls (record, light transport).
+const FALL: f64 = 1.77;
+
+/// What is found at a look; of what is controlled, the part with the widest interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Finding {
+    pub mean: RgbSum,
+    pub tolerance: f64,
+    pub half_width: f64,
+    /// `V_cut`, `V_lights`, `V_points`, `V_paths`.
+    variances: [f64; 4],
+    /// `t_ν`.
+    errors: f64,
+    /// `κ b ln(2/δ)` of strata and of paths.
+    rare: [f64; 2],
+}
+
+impl Finding {
+    /// The interval of confidence `1 − δ`.
+    ///
+    /// * `nearby`: of paths of the neighbourhood, by part of what is controlled.
+    pub(super) fn of(
+        estimate: &Estimate<'_>,
+        nearby: &[Moments],
+        options: &ControlOptions,
+        delta: f64,
+    ) -> Self {
+        let mean = estimate.value();
+        let gathered = estimate.gathered();
+        let parts = options.controlled.parts();
+        let delta = delta / parts.len() as f64;
+        let of_part = |part: usize| {
+            let spread = estimate.spread(part, &gathered);
+            let own = estimate.moments()[part];
+            let count = own.count() as f64;
+            // Where nothing is met there is no light to be found by the way.
+            let theirs = nearby.get(part).copied().filter(|_| estimate.meets_surfaces()).unwrap_or_default();
+            let weight = NEIGHBOURHOOD_WEIGHT.min(theirs.count() as f64);
+            let pooled = (count * own.variance() + weight * theirs.variance()) / (count + weight).max(1.0);
+            // What its own paths have shown is never told smaller for the sake of the neighbours.
+            let of_paths = pooled.max(own.variance()) / count.max(1.0);
+            let [of_lights, of_points] = estimate.variances_by_draws(part);
+            let of_cut = spread.reckoned_variance();
+            let variances = [of_cut, of_lights, of_points, of_paths];
+            let variance: f64 = variances.iter().sum();
+            let squares =
+                of_cut * of_cut / spread.freedom() + of_paths * of_paths / (count + weight - 1.0).max(1.0);
+            let freedom = if squares > 0.0 { (variance * variance / squares).max(1.0) } else { 1.0 };
+            let errors = student_t_two_sided(1.0 - delta, freedom);
+            let largest = own.largest().max(theirs.largest()) / count.max(1.0);
+            let rare = [KAPPA * spread.importance_largest(), KAPPA_OF_PATHS * largest];
+            let rare = rare.map(|b| b * ln_f64(2.0 / delta));
+            let half_width = errors * variance.sqrt() + rare[0].max(rare[1]);
+            let tolerance = options.tolerance(&mean);
+            Self { mean, tolerance, half_width, variances, errors, rare }
+        };
+        let widest = (0..parts.len()).map(of_part).max_by(|a, b| a.half_width.total_cmp(&b.half_width));
+        widest.expect("something is controlled")
+    }
+
+    pub(super) fn is_narrow_enough(&self) -> bool {
+        self.half_width <= self.tolerance
+    }
+
+    /// Whether nothing is left to chance.
+    pub(super) fn is_exact(&self) -> bool {
+        self.half_width == 0.0
+    }
+
+    pub(super) fn standard_error(&self) -> f64 {
+        self.variances.iter().sum::<f64>().sqrt()
+    }
+
+    /// What the half-width would be if the terms that were drawn, VPLs and camera samples, or paths were all.
+    pub(super) fn parts(&self) -> [f64; 3] {
+        let [cut, lights, points, paths] = self.variances;
+        [cut, lights + points, paths].map(|variance| self.errors * variance.sqrt())
+    }
+
+    /// A variance that would be small enough.
+    pub(super) fn tolerated_variance(&self) -> f64 {
+        let error = AIM * self.tolerance / self.errors;
+        error * error
+    }
+
+    /// Whether a source of error that does not fall as the estimate grows stands in the way, which by now is known well enough.
+    pub(super) fn is_held_up_by(&self, source: Source, share: f64) -> bool {
+        let variance = match source {
+            Source::Lights => self.variances[1],
+            Source::Points => self.variances[2],
+            Source::Both => self.variances[1] + self.variances[2],
+        };
+        self.errors * variance.sqrt() > share * self.tolerance && variance > KNOWN * self.variances[0]
+    }
+
+    /// By how much to grow the pairs and the paths of an estimate: always what lowers the variance most for its work, until it is foreseen
+    /// to be enough, or grown by the most.
+    ///
+    /// * `work`: of a pair and of a path, for as many as there are.
+    ///
+    /// Also says whether that is foreseen to be enough.
+    pub(super) fn growth(&self, work: [f64; 2], most: [f64; 2]) -> ([f64; 2], bool) {
+        let [cut, lights, points, paths] = self.variances;
+        let mut growth = [1.0, 1.0];
+        loop {
+            let falls = [powf_f64(growth[0], -FALL), 1.0 / growth[1]];
+            let varies = [cut * falls[0], paths * falls[1]];
+            let rare = [self.rare[0] / growth[0], self.rare[1] / growth[1]];
+            let half_width =
+                self.errors * (varies[0] + varies[1] + lights + points).sqrt() + rare[0].max(rare[1]);
+            if half_width <= AIM * self.tolerance {
+                return (growth, true);
+            }
+            // How much the half-width falls for a little work.
+            let gain = |k: usize| {
+                let power = if k == 0 { FALL } else { 1.0 };
+                let by_variance = self.errors * power * varies[k];
+                let by_rare = if rare[k] >= rare[1 - k] { rare[k] * self.standard_error() } else { 0.0 };
+                if work[k] > 0.0 { (by_variance + by_rare) / (work[k] * growth[k]) } else { 0.0 }
+            };
+            let pick = usize::from(gain(1) > gain(0));
+            if gain(pick) <= 0.0 || growth[pick] >= most[pick] {
+                return (growth, false);
+            }
+            growth[pick] *= STEP;
+        }
+    }
+}
+
+/// The looks at which an interval may be stated: whoever stops when satisfied pays for every one.
+///
+/// ```text
+/// Σ_j δ_j ≤ δ          δ_1 = 0.7 δ,   δ_j = 0.3 δ 2^−(j−1)
+/// ```
+///
+/// so that the chance that any of the intervals fails stays within `δ` (union bound). It is decided before a look whether it is one of these: when the estimate is
+/// foreseen to be good enough; looks before only tell how far it is from that. Most pixels need one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Looks {
+    delta: f64,
+    vain: u32,
+}
+
+/// Share of `δ` that the first look has.
+const FIRST_SHARE: f64 = 0.7;
+
+impl Looks {
+    /// Before the first.
+    pub(super) fn new(options: &ControlOptions) -> Self {
+        Self { delta: 1.0 - options.confidence, vain: 0 }
+    }
+
+    /// `δ_j` of the next.
+    pub(super) fn delta(&self) -> f64 {
+        let share =
+            if self.vain == 0 { FIRST_SHARE } else { (1.0 - FIRST_SHARE) / f64::from(1_u32 << self.vain) };
+        share * self.delta
+    }
+
+    /// One was in vain.
+    pub(super) fn next(&mut self) {
+        self.vain = (self.vain + 1).min(MOST_LOOKS);
+    }
+}
+
+/// Looks that are told apart: no pixel has more.
+const MOST_LOOKS: u32 = 31;
+
+/// A source of error that does not fall as an estimate grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Source {
+    Lights,
+    Points,
+    Both,
+}
+
+/// How many times the variance of the cut one must be that its samples tell, for them to tell it well.
+const KNOWN: f64 = 3.0;
+/// `κ` of paths: that of Bernstein's inequality, for few paths are far brighter than most.
+const KAPPA_OF_PATHS: f64 = 1.0 / 3.0;
+/// Share of the tolerance that growth aims at: the next look costs more than a little too much work.
+const AIM: f64 = 0.92;
+/// Steps in which growth is looked for.
+const STEP: f64 = 1.05;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_looks_together_cost_what_there_is() {
+        let mut looks = Looks::new(&ControlOptions { confidence: 0.96, ..ControlOptions::default() });
+        let mut sum = 0.0;
+        for _ in 0..MOST_LOOKS {
+            sum += looks.delta();
+            looks.next();
+        }
+        assert!((sum - 0.04).abs() < 1e-9, "{sum}");
+    }
+
+    /// What is wide by its paths grows by paths, and what is wide by its cut by pairs, as far as is needed.
+    #[test]
+    fn estimates_grow_where_they_are_wide() {
+        let found = |cut: f64, paths: f64| Finding {
+            mean: RgbSum::default(),
+            tolerance: 0.1,
+            half_width: 2.0 * (cut + paths).sqrt(),
+            variances: [cut, 0.0, 0.0, paths],
+            errors: 2.0,
+            rare: [0.0; 2],
+        };
+        let (growth, is_enough) = found(1e-6, 1e-2).growth([100.0, 100.0], [50.0, 50.0]);
+        assert!(is_enough && growth[0] == 1.0 && (4.0..6.0).contains(&growth[1]), "{growth:?}");
+        let (growth, is_enough) = found(1e-2, 1e-6).growth([100.0, 100.0], [50.0, 50.0]);
+        assert!(is_enough && growth[1] == 1.0 && (2.0..3.0).contains(&growth[0]), "{growth:?}");
+        let (growth, is_enough) = found(1e-2, 1e-2).growth([100.0, 100.0], [1.5, 1.5]);
+        assert!(!is_enough && growth.iter().any(|growth| *growth >= 1.5), "{growth:?}");
+    }
+}

@@ -1,0 +1,100 @@
+//! One large set of VPLs, guided to one view.
+
+use super::super::Truth;
+use crate::accel::Tracer;
+use crate::error::{Error, Result};
+use crate::gather::View;
+use crate::guidance::learn_light_guide;
+use crate::math::Vec3;
+use crate::rng::{self, Purpose};
+use crate::tree::{LightTree, LightTreeBuilder};
+use crate::vpl::{Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions};
+
+/// VPLs of a scene in their tree, guided to a view. For another view they are unbiased as well, but may be elsewhere.
+#[derive(Clone, Debug)]
+pub struct GuidedLights {
+    tree: LightTree,
+    provenance: Provenance,
+    options: VplOptions,
+    truth: Truth,
+    /// Directions of the lights that are one direction each.
+    given_directions: Vec<Vec3>,
+    importance_brightness: f64,
+}
+
+/// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL near by, in units of the light of a wall of them,
+/// falls with the square of this, that of the paths which find such walls hardly grows.
+const COMPENSATED: f32 = 4.0;
+
+impl GuidedLights {
+    /// Traces about `options.count` VPLs for this truth, guided to what this view sees ([`learn_light_guide`]). Runs on the current thread pool.
+    ///
+    /// # Errors
+    /// Options out of range; no direct VPLs or no others; the truth of a single set.
+    pub fn trace(tracer: &Tracer, options: &VplOptions, truth: Truth, view: &View<'_>) -> Result<Self> {
+        if truth == Truth::Vpl {
+            return Err(Error::option("truth", truth, "clamped or transport, which are about all sets"));
+        }
+        // Both kinds of light are taken for carried by VPLs.
+        if !(options.direct_share > 0.0 && options.direct_share < 1.0) {
+            return Err(Error::option("direct share", options.direct_share, "above 0 and below 1"));
+        }
+        let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
+        let tracing = LightTracer::new(tracer, &options)?;
+        let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
+        let set = guided.tracing.trace(options.seed);
+        let mut provenance = set.provenance().clone();
+        if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
+            provenance.clamp_distance *= COMPENSATED;
+        }
+        let given = EmitterSampler::new(tracer.scene());
+        let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
+        Ok(Self {
+            tree: LightTree::build(&set, LightTreeBuilder::default()),
+            provenance,
+            truth,
+            given_directions: directional.map(|light| light.direction).collect(),
+            importance_brightness: guided.importance_brightness,
+            options,
+        })
+    }
+
+    /// How many VPLs.
+    pub fn count(&self) -> u64 {
+        self.provenance.direct + self.provenance.indirect
+    }
+
+    /// The tree over them.
+    pub(super) fn tree(&self) -> &LightTree {
+        &self.tree
+    }
+
+    /// Where they come from, with the clamp that belongs to them.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// What their mean is to be.
+    pub fn truth(&self) -> Truth {
+        self.truth
+    }
+
+    /// How they were traced.
+    pub fn options(&self) -> &VplOptions {
+        &self.options
+    }
+
+    /// About the mean luminance of the view (W·m⁻²·sr⁻¹).
+    pub fn importance_brightness(&self) -> f64 {
+        self.importance_brightness
+    }
+
+    /// Whether a light is in every set: an emitter that is a point or a single direction.
+    pub(super) fn is_given(&self, light: &Vpl) -> bool {
+        match light.kind {
+            VplKind::Omni | VplKind::Spot(_) => true,
+            VplKind::Oriented => false,
+            VplKind::Directional => self.given_directions.contains(&light.direction),
+        }
+    }
+}

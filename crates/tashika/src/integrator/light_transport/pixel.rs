@@ -1,0 +1,244 @@
+//! A pixel from its first look to its last: estimates that grow, and what is tried where growth is not enough.
+
+use super::super::{ErrorClaim, HalfWidths, PixelEstimate, StopReason};
+use super::estimate::{Common, Estimate, Estimator, Points};
+use super::interval::{Finding, Looks, Source};
+use super::{CLAMPS, LightTransport};
+use crate::cut::{CellVisibility, CutMemory};
+use crate::gather::Features;
+use crate::rng::{self, Purpose};
+use crate::stats::Moments;
+
+/// Pairs and paths at the first look.
+const FIRST: [f64; 2] = [64.0, 32.0];
+/// Least growth from look to look.
+const LEAST_GROWTH: f64 = 1.1;
+/// Most growth of pairs and paths from look to look.
+const MOST_GROWTH: [f64; 2] = [2.0, 4.0];
+/// Rays of a path that take as long as a pair with its samples, bounds and lists. Chosen.
+const WORK_OF_PAIRS: f64 = 4.0;
+/// Growth of the number of camera samples where they hold up a pixel, and the most.
+const MORE_SAMPLES: u32 = 8;
+/// See [`MORE_SAMPLES`].
+const MOST_SAMPLES: u32 = 8192;
+/// Share of the tolerance that a source of error may have which does not fall as an estimate grows, before a pixel is begun anew with less of it.
+const ENOUGH: f64 = 0.7;
+/// The same, before VPLs are given up: what little is left would have to come from ever so many pairs and paths.
+const TOO_MUCH: f64 = 0.8;
+/// Share of the permitted work after which nothing is begun anew: what is left would not get as far.
+const LATE: f64 = 0.25;
+/// Camera samples that features are told from where there are paths alone.
+const SAMPLES_OF_FEATURES: u32 = 16;
+
+/// A pixel in work.
+pub(super) struct Pixel<'a> {
+    method: &'a LightTransport<'a>,
+    common: Common<'a>,
+    visibility: &'a CellVisibility<'a>,
+    at: [u32; 2],
+    key: u64,
+    /// At the last look.
+    finding: Option<Finding>,
+    /// Whether it keeps the promise.
+    is_met: bool,
+    features: Features,
+    /// However often it is begun anew.
+    looks: Looks,
+    /// Pairs and paths of estimates that were given up.
+    given_up: u64,
+    pairs: u64,
+    rays: u64,
+}
+
+/// How work on an estimate ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ended {
+    Met,
+    OutOfBudget,
+    /// By what does not fall as it grows.
+    HeldUp(Source),
+}
+
+impl<'a> Pixel<'a> {
+    pub(super) fn new(
+        method: &'a LightTransport<'a>,
+        common: Common<'a>,
+        visibility: &'a CellVisibility<'a>,
+        at: [u32; 2],
+    ) -> Self {
+        let number = u64::from(at[1]) << 32 | u64::from(at[0]);
+        Self {
+            method,
+            common,
+            visibility,
+            at,
+            key: rng::key(method.options.seed, Purpose::Replicate, number),
+            finding: None,
+            is_met: false,
+            features: Features::default(),
+            looks: Looks::new(&method.options),
+            given_up: 0,
+            pairs: 0,
+            rays: visibility.segments_per_pixel,
+        }
+    }
+
+    /// Works until the promise is kept, or nothing helps.
+    pub(super) fn estimate(mut self, memory: &mut CutMemory) -> PixelEstimate {
+        let only = self.method.only.filter(|_| self.common.compensates);
+        let is_met_by_vpls = only != Some(Estimator::Paths) && self.by_vpls(memory);
+        let may_follow_paths = self.common.compensates && only != Some(Estimator::Vpls);
+        if !is_met_by_vpls && may_follow_paths && (only.is_some() || self.are_paths_foreseen_to_do()) {
+            self.by_paths();
+        }
+        self.stated()
+    }
+
+    /// By sums over VPLs; whether that is all that is to be done.
+    fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
+        let mut samples = self.common.setting.view.gather.points;
+        let mut clamp = 0;
+        for attempt in 0.. {
+            // An estimate that is begun anew has nothing in common with the one that was given up.
+            let key = rng::key(self.key, Purpose::Replicate, attempt);
+            let (method, common) = (self.method, self.common);
+            let points = Points::new(&common, self.at, samples, key);
+            self.features = points.pixel.features;
+            let nearby = common.compensates.then(|| method.nearby(&common, self.at, clamp));
+            if attempt == 0 {
+                self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
+            }
+            let moments = nearby.map(|nearby| nearby.uncarried(points.are_narrow()));
+            let (order, clamp_distance) = (self.visibility.order(), method.clamp_distance(clamp));
+            let estimate = Estimate::of_vpls(common, order, &points, clamp_distance, self.at, key, memory);
+            let can_mend = [common.compensates && clamp + 1 < CLAMPS, samples < MOST_SAMPLES];
+            match self.refine(estimate, moments.unwrap_or_default(), can_mend) {
+                Ended::Met | Ended::OutOfBudget => return true,
+                Ended::HeldUp(Source::Lights) => clamp += 1,
+                Ended::HeldUp(Source::Points) => {
+                    samples = (samples * MORE_SAMPLES).clamp(MORE_SAMPLES, MOST_SAMPLES);
+                }
+                Ended::HeldUp(Source::Both) => return false,
+            }
+        }
+        false
+    }
+
+    /// By paths of all there is.
+    fn by_paths(&mut self) {
+        let key = rng::key(self.key, Purpose::CameraPath, 0);
+        if self.finding.is_none() {
+            self.features = self.common.samples(self.at, SAMPLES_OF_FEATURES, key).features;
+        }
+        let (method, common) = (self.method, self.common);
+        let nearby = method.nearby(&common, self.at, 0);
+        let moments = nearby.whole(&common);
+        self.rays += nearby.rays_per_pixel(Estimator::Paths);
+        self.refine(Estimate::of_paths(common, self.at, key), moments, [false; 2]);
+    }
+
+    /// Whether paths of all there is are likely to keep the promise within what work is left: for a darker pixel than its
+    /// neighbours, theirs are taken for as much brighter than its own.
+    fn are_paths_foreseen_to_do(&self) -> bool {
+        let Some(found) = self.finding else { return true };
+        let nearby = self.method.nearby(&self.common, self.at, 0).whole(&self.common);
+        let Some(theirs) = nearby.first().filter(|theirs| theirs.mean() > 0.0) else { return true };
+        let darker = (found.mean.total().luminance() as f64 / theirs.mean()).clamp(0.0, 1.0);
+        theirs.variance() * darker * darker <= found.tolerated_variance() * self.left() as f64
+    }
+
+    /// Pairs and paths that are permitted and not used up.
+    fn left(&self) -> u64 {
+        self.method.most_work().saturating_sub(self.given_up)
+    }
+
+    /// Grows an estimate until its interval is narrow enough, or never will be.
+    ///
+    /// * `nearby`: of paths of the neighbourhood, by part of what is controlled.
+    /// * `can_mend`: whether lights and points could do better if the pixel were begun anew.
+    fn refine(&mut self, mut estimate: Estimate<'_>, nearby: &[Moments], can_mend: [bool; 2]) -> Ended {
+        let before = self.finding;
+        let most = self.left() as f64;
+        let [mut pairs, mut paths] = FIRST;
+        // The first sizes only plan.
+        let mut is_planned = false;
+        let ended = loop {
+            estimate.grow(pairs as u64, paths as u32);
+            let found = Finding::of(&estimate, nearby, &self.method.options, self.looks.delta());
+            self.is_met = (is_planned || found.is_exact()) && found.is_narrow_enough();
+            self.finding = Some(found);
+            if self.is_met {
+                break Ended::Met;
+            }
+            // A cut may have fewer than it may have.
+            let used = pairs + paths;
+            if used >= most {
+                break Ended::OutOfBudget;
+            }
+            let is_early = used <= LATE * most;
+            let [lights, points] = can_mend.map(|can| can && is_early);
+            if lights && found.is_held_up_by(Source::Lights, ENOUGH) {
+                break Ended::HeldUp(Source::Lights);
+            }
+            if points && found.is_held_up_by(Source::Points, ENOUGH) {
+                break Ended::HeldUp(Source::Points);
+            }
+            if found.is_held_up_by(Source::Both, TOO_MUCH) {
+                break Ended::HeldUp(Source::Both);
+            }
+            let found = if is_planned {
+                self.looks.next();
+                Finding::of(&estimate, nearby, &self.method.options, self.looks.delta())
+            } else {
+                found
+            };
+            let of_pairs = if estimate.is_whole() { 0.0 } else { WORK_OF_PAIRS * estimate.pairs() as f64 };
+            let of_paths = estimate.rays_per_path() * f64::from(estimate.paths());
+            let (mut growth, is_enough) = found.growth([of_pairs, of_paths], MOST_GROWTH);
+            if !is_enough && growth == [1.0; 2] {
+                break Ended::HeldUp(Source::Both);
+            }
+            growth = growth.map(|growth| growth.max(LEAST_GROWTH));
+            let wanted = pairs * growth[0] + paths * growth[1];
+            if wanted > most {
+                growth = growth.map(|growth| 1.0 + (growth - 1.0) * (most - used) / (wanted - used));
+            }
+            is_planned = is_enough || wanted > most;
+            pairs = (pairs * growth[0]).ceil();
+            paths = (paths * growth[1]).ceil();
+        };
+        // Of estimates that claim nothing, the better one is stated.
+        let is_better = |before: &Finding| {
+            !self.is_met && before.standard_error() < self.finding.map_or(0.0, |found| found.standard_error())
+        };
+        if let Some(before) = before.filter(is_better) {
+            self.finding = Some(before);
+        }
+        self.given_up += estimate.pairs() + u64::from(estimate.paths());
+        self.pairs += if estimate.pairs() > 0 { estimate.pairs() } else { estimate.paths().into() };
+        self.rays += estimate.rays();
+        ended
+    }
+
+    /// What is said of the pixel.
+    fn stated(&self) -> PixelEstimate {
+        let found = self.finding.expect("each pixel is looked at");
+        let (half_width, confidence) = (found.half_width as f32, self.method.options.confidence as f32);
+        let (claim, stop) = if self.is_met {
+            (ErrorClaim::Calibrated { half_width, confidence }, StopReason::RuleMet)
+        } else {
+            (ErrorClaim::None, StopReason::Budget)
+        };
+        let [clustering, lights, compensation] = found.parts().map(|h| h as f32);
+        PixelEstimate {
+            radiance: found.mean.total(),
+            standard_error: found.standard_error() as f32,
+            claim,
+            half_widths: HalfWidths { clustering, lights, compensation },
+            stop,
+            pairs: self.pairs,
+            rays: self.rays,
+            features: self.features,
+        }
+    }
+}
