@@ -45,7 +45,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let stored = stored_lights(plan.lights.as_ref(), meter, &mut seconds)?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
     let lit = Lit::new(plan, &stage, stored, meter, &mut seconds)?;
-    let integrator = integrator(plan, &lit, &stage.tracer)?;
+    let integrator = integrator(&plan.integration.sized(stage.size), &lit, &stage.tracer)?;
 
     let window = stage.window;
     let setting = stage.setting(plan.gather, plan.seed);
@@ -207,11 +207,11 @@ impl Lit {
 }
 
 fn integrator<'a>(
-    plan: &RenderPlan,
+    integration: &Integration,
     lit: &'a Lit,
     tracer: &'a Tracer,
 ) -> Result<Box<dyn Integrator + 'a>, Failure> {
-    Ok(match (&plan.integration, lit) {
+    Ok(match (integration, lit) {
         (Integration::ManyLights { method, options, .. }, Lit::Set(set, tree)) => {
             method.integrator(LitBy { set, tree: tree.as_ref() }, options)
         }
@@ -305,6 +305,7 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         pixels_asked: done.pixels_asked,
         complete: done.complete,
         promise_met: totals.promise_met,
+        picture: plan.integration.is_picture(),
         budget_hit: totals.budget_hit,
         truth: done.truth.clone(),
         error_budget: done.error_budget,

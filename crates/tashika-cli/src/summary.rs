@@ -182,6 +182,8 @@ pub struct RenderReport {
     pub complete: bool,
     /// Pixels that keep what they claim.
     pub promise_met: u64,
+    /// Whether nobody asked for an error, so that pixels may run out of budget.
+    pub picture: bool,
     /// Pixels that ran out of budget.
     pub budget_hit: u64,
     /// What the promise is about, if there is one.
@@ -252,7 +254,8 @@ impl RenderReport {
         let share = if self.tiles == "1/1" { String::new() } else { format!(" (tiles {})", self.tiles) };
         rows.push("pixels", format!("{}{share}{state}", HumanCount(self.pixels)));
         if self.budget_hit > 0 {
-            rows.push("", format!("{} of them ran out of budget", HumanCount(self.budget_hit)));
+            let further = if self.picture { "; --error works on until they are good enough" } else { "" };
+            rows.push("", format!("{} of them ran out of budget{further}", HumanCount(self.budget_hit)));
         }
         if let Some(truth) = &self.truth {
             rows.push("truth", about_truth(truth));

@@ -75,7 +75,7 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
 
     // A reference that claims nothing, and sums over VPLs of which each seed has its own.
     run(folder, &format!("{path} --paths 4 -o count.exr"));
-    let sums = "render builtin:tiny --size 8x6 --vpls 100 --gather 1 -q";
+    let sums = "render builtin:tiny --size 8x6 --truth vpl --vpls 100 --gather 1 -q";
     run(folder, &format!("{sums} --seed 1 -o sum.exr"));
     run(folder, &format!("{sums} --seed 2 -o other.exr"));
     run(folder, &format!("{sums} --seed 1 --method exact -o exact.exr"));

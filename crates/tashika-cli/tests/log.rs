@@ -26,7 +26,7 @@ fn named<'a>(events: &'a [(String, Value)], name: &str) -> Vec<&'a Value> {
     events.iter().filter(|(n, _)| n == name).map(|(_, object)| object).collect()
 }
 
-const TINY: &str = "render builtin:tiny --size 32x24 --vpls 100 --gather 1";
+const TINY: &str = "render builtin:tiny --size 32x24 --truth vpl --vpls 100 --gather 1";
 
 #[test]
 fn programs_are_told_events_and_the_end() {

@@ -28,7 +28,7 @@ fn fails(folder: &Path, line: &str, said: &[&str]) {
     }
 }
 
-const RENDER: &str = "render builtin:tiny --size 70x50 --vpls 200 --gather 2 --error 5%";
+const RENDER: &str = "render builtin:tiny --size 70x50 --truth vpl --vpls 200 --gather 2 --error 5%";
 
 #[test]
 fn shares_are_merged_to_the_same_bytes() {
@@ -107,7 +107,7 @@ fn parts_of_another_render_are_refused_by_name() {
 
 /// A render of some seconds, in tiles of which hundreds are finished in one.
 const LONG: &str =
-    "render builtin:tiny --size 160x90 --vpls 1k --gather 16 --error 2% --threads 2 --checkpoint";
+    "render builtin:tiny --size 160x90 --truth vpl --vpls 1k --gather 16 --error 2% --threads 2 --checkpoint";
 
 /// Begins a render, and ends it by force once its checkpoint has grown to that many bytes; false if it was too fast.
 fn killed(folder: &Path, bytes: u64) -> bool {
@@ -290,7 +290,7 @@ fn parts_of_a_scene_that_was_changed_are_refused() {
     let folder = folder.path();
     fs::write(folder.join("a.obj"), TRIANGLE).unwrap();
     fs::write(folder.join("a.mtl"), "newmtl a\nKd 0.5 0.5 0.5\n").unwrap();
-    let render = "render a.obj --size 70x50 --vpls 20 --gather 1 -q";
+    let render = "render a.obj --size 70x50 --truth vpl --vpls 20 --gather 1 -q";
     succeeds(folder, &format!("{render} --tiles 1/2 -o a.exr"));
     succeeds(folder, &format!("{render} --tiles 2/2 -o b.exr"));
     succeeds(folder, "merge a.exr b.exr -o c.exr");

@@ -189,9 +189,11 @@ fn a_render_writes_image_picture_and_numbers() {
     assert_eq!(png[16..24], [0, 0, 0, 9, 0, 0, 0, 5], "width and height of the PNG header");
 
     let json = folder.json("a.json");
+    // What is said by default: light transport, and what was reached of it.
+    let [pixels, kept, out] = ["pixels", "promise_met", "budget_hit"].map(|key| json[key].as_u64().unwrap());
     assert_eq!(
-        (&json["pixels"], &json["promise_met"], &json["budget_hit"]),
-        (&45.into(), &45.into(), &0.into())
+        (pixels, kept + out, &json["truth"], &json["picture"]),
+        (45, 45, &"transport".into(), &true.into())
     );
     assert!(json["audit"].is_null() && json["complete"] == Value::Bool(true));
     let sum_of_rays: f64 =
@@ -207,7 +209,7 @@ fn a_render_writes_image_picture_and_numbers() {
 #[test]
 fn an_audit_says_what_was_kept() {
     let folder = Folder::new();
-    let stage = "render builtin:tiny --size 24x16 --vpls 300 --gather 2 --error 5%";
+    let stage = "render builtin:tiny --size 24x16 --truth vpl --vpls 300 --gather 2 --error 5%";
     let run = folder.run(&format!("{stage} --audit 60 --json a.json"));
     assert!(run.succeeds().stdout.contains("of 60 pixels at random are within the error"), "{}", run.stdout);
     let audit = folder.json("a.json")["audit"].clone();
@@ -236,7 +238,8 @@ fn an_audit_says_what_was_kept() {
 fn a_promise_about_one_set_of_lights_says_what_another_would_change() {
     let folder = Folder::new();
     let differences = |options: &str| {
-        let run = folder.run(&format!("render builtin:tiny --size 24x18 --error 2% {options} --json a.json"));
+        let run = folder
+            .run(&format!("render builtin:tiny --size 24x18 --truth vpl --error 2% {options} --json a.json"));
         run.succeeds();
         let other = folder.json("a.json")["other_set"].clone();
         let told = run.stdout.contains("by another seed, change a pixel by");
@@ -311,7 +314,7 @@ fn light_transport_is_measured_against_a_path_tracer() {
 #[test]
 fn quiet_is_silent() {
     let folder = Folder::new();
-    let run = folder.run("render scene.obj --size 2x2 --vpls 5 -q");
+    let run = folder.run("render scene.obj --size 2x2 --truth vpl --vpls 5 -q");
     assert_eq!((&*run.succeeds().stdout, &*run.stderr), ("", ""));
 }
 
@@ -342,7 +345,7 @@ fn lights_are_shared_by_a_file() {
     assert_eq!(told["provenance"]["seed"], 9);
     folder.run("vpl lights.vpl --vpls 5").fails(2, &["--vpls is for tracing", "lights.vpl"]);
 
-    let common = "render scene.obj --size 6x6 --gather 1 --seed 9";
+    let common = "render scene.obj --size 6x6 --truth vpl --gather 1 --seed 9";
     folder.run(&format!("{common} --vpls 80 -o own.exr")).succeeds();
     folder.run(&format!("{common} --vpl-file lights.vpl -o file.exr")).succeeds();
     assert_eq!(folder.film("own.exr"), folder.film("file.exr"));
@@ -398,7 +401,7 @@ fn ctrl_c_leaves_a_valid_partial_image() {
     // The render would take many minutes, each of its tiles a fraction of a second.
     let mut child = Command::new(env!("CARGO_BIN_EXE_tashika"))
         .current_dir(folder.0.path())
-        .args("render scene.obj --size 600x600 --vpls 2000 --gather 64 --json a.json".split(' '))
+        .args("render scene.obj --size 600x600 --truth vpl --vpls 2000 --gather 64 --json a.json".split(' '))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -426,7 +429,7 @@ fn two_renders_are_compared() {
     for seed in [1, 2] {
         folder
             .run(&format!(
-                "render builtin:tiny --size 24x16 --vpls 300 --gather 2 --seed {seed} -o {seed}.exr -q"
+                "render builtin:tiny --size 24x16 --truth vpl --vpls 300 --gather 2 --seed {seed} -o {seed}.exr -q"
             ))
             .succeeds();
     }
@@ -497,7 +500,7 @@ fn what_cannot_be_compared_is_told() {
     let folder = Folder::new();
     for (name, size) in [("a", "4x4"), ("b", "4x3")] {
         folder
-            .run(&format!("render scene.obj --size {size} --vpls 5 --gather 1 -o {name}.exr -q"))
+            .run(&format!("render scene.obj --size {size} --truth vpl --vpls 5 --gather 1 -o {name}.exr -q"))
             .succeeds();
     }
     let before = folder.names();

@@ -274,7 +274,7 @@ pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")
-/// >>> parts = (tashika.render(scene, size=(40, 30), vpls=200, tiles=(number, 2)) for number in (1, 2))
+/// >>> parts = (tashika.render(scene, size=(40, 30), vpls=200, truth="vpl", tiles=(number, 2)) for number in (1, 2))
 /// >>> tashika.merge(parts).complete
 /// True
 /// ```

@@ -122,7 +122,7 @@ pub fn coverage<'py>(
 /// So many gather points a pixel, or the default, with this filter.
 fn points(gather: Option<u64>, filter: Option<&str>) -> PyResult<GatherOptions> {
     let filter = filter.map(words::filter).transpose()?;
-    Request { gather, filter, ..Request::default() }.gather_options().map_err(raised)
+    Request { gather, filter, ..Request::of_a_sum() }.gather_options().map_err(raised)
 }
 
 fn cells(

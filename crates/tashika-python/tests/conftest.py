@@ -10,6 +10,8 @@ import tashika
 
 #: Few pixels and lights, so that a render takes a fraction of a second.
 SMALL = {"size": (16, 12), "vpls": 300}
+#: The sum over these lights.
+SUM = {**SMALL, "truth": "vpl"}
 
 
 @pytest.fixture(scope="session")
@@ -21,7 +23,7 @@ def tiny() -> tashika.Scene:
 @pytest.fixture(scope="session")
 def image(tiny: tashika.Scene) -> tashika.Image:
     """A small image of it."""
-    return tashika.render(tiny, **SMALL)
+    return tashika.render(tiny, **SUM)
 
 
 @pytest.fixture(scope="session")

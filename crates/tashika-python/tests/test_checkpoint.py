@@ -104,7 +104,7 @@ def test_scenes_of_arrays_are_told_by_their_numbers(tmp_path: Path) -> None:
         tashika.render(scene(1e-6), checkpoint=file, **{**RENDER, "vpls": 200})
     assert tashika.render(scene(0), checkpoint=file, **{**RENDER, "vpls": 200}).complete
 
-    few = {"size": (40, 30), "vpls": 50, "gather": 1}
+    few = {"size": (40, 30), "truth": "vpl", "vpls": 50, "gather": 1}
     parts = [tashika.render(scene(h), tiles=(n, 2), **few) for n, h in [(1, 0), (2, 1e-6)]]
     with pytest.raises(tashika.InputError, match=r"scene\.digest"):
         tashika.merge(parts)

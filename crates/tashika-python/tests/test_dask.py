@@ -11,7 +11,7 @@ import tashika
 distributed = pytest.importorskip("distributed")
 import tashika.dask  # noqa: E402
 
-OPTIONS = {"size": (120, 70), "gather": 8, "error": 0.02, "seed": 3}
+OPTIONS = {"size": (120, 70), "gather": 8, "error": 0.02, "truth": "vpl", "seed": 3}
 LIGHTS = 1000
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tashika
-from conftest import SMALL
+from conftest import SMALL, SUM
 
 
 def test_planes_have_the_shapes_and_types_that_are_documented(image: tashika.Image) -> None:
@@ -61,14 +61,14 @@ def test_files_hold_all_of_it(image: tashika.Image, tmp_path: Path) -> None:
 
 def test_threads_do_not_change_bits(tiny: tashika.Scene, image: tashika.Image) -> None:
     for threads in (1, 3):
-        other = tashika.render(tiny, threads=threads, **SMALL)
+        other = tashika.render(tiny, threads=threads, **SUM)
         assert all(np.array_equal(other[name], image[name]) for name in image)
-    assert not np.array_equal(tashika.render(tiny, seed=2, **SMALL)["radiance"], image["radiance"])
+    assert not np.array_equal(tashika.render(tiny, seed=2, **SUM)["radiance"], image["radiance"])
 
 
 def test_shares_of_tiles_are_the_image(tiny: tashika.Scene, image: tashika.Image) -> None:
-    parts = [tashika.render(tiny, tiles=share, gather=16, **SMALL) for share in ("1/2", (2, 2))]
-    whole = tashika.render(tiny, gather=16, **SMALL)
+    parts = [tashika.render(tiny, tiles=share, gather=16, **SUM) for share in ("1/2", (2, 2))]
+    whole = tashika.render(tiny, gather=16, **SUM)
     rendered = [part["stop"] > 0 for part in parts]
     assert (rendered[0] ^ rendered[1]).all() and all(mask.any() for mask in rendered)
     for part, mask in zip(parts, rendered):
@@ -132,7 +132,7 @@ def test_comparisons_tell_disjoint_intervals(tiny: tashika.Scene, image: tashika
     assert found.intervals["disjoint"] == 192 - found.claims["kept"]
     assert "that both films claim are disjoint" in repr(found)
     # Other seeds have other VPLs, whose sums may differ; light transport is the same.
-    assert tashika.compare(image, tashika.render(tiny, seed=2, **SMALL)).intervals is None
+    assert tashika.compare(image, tashika.render(tiny, seed=2, **SUM)).intervals is None
     paths = [tashika.render(tiny, size=(8, 6), method="path", error=0.3, seed=seed) for seed in (1, 2)]
     intervals = tashika.compare(*paths).intervals
     weights = np.float64([0.2126, 0.7152, 0.0722])
@@ -147,7 +147,7 @@ def test_comparisons_tell_disjoint_intervals(tiny: tashika.Scene, image: tashika
 
 
 def test_shares_are_joined_one_after_the_other_in_any_order(tiny: tashika.Scene) -> None:
-    options = {"size": (80, 60), "vpls": 300}
+    options = {"size": (80, 60), "vpls": 300, "truth": "vpl"}
     whole = tashika.render(tiny, **options)
     parts = [tashika.render(tiny, tiles=(number, 3), **options) for number in (1, 2, 3)]
     assert not any(np.array_equal(part["stop"], whole["stop"]) for part in parts)

@@ -29,12 +29,12 @@ def assert_same(ours: tashika.Image, theirs: tashika.Image) -> None:
 @pytest.mark.parametrize(
     ("typed", "said"),
     [
-        ("", {}),
+        ("--truth vpl", {"truth": "vpl"}),
         ("--crop 3,2,9,7 --error 5% --confidence 80% --claim certified", {
             "crop": (3, 2, 9, 7), "error": 0.05, "confidence": 0.8, "claim": "certified",
         }),
-        ("--control channels --absolute 0.01 --gather 2 --seed 7 --clamp 0.1 --tiles 2/3", {
-            "control": "channels", "absolute": 0.01, "gather": 2, "seed": 7, "clamp": 0.1, "tiles": (2, 3),
+        ("--truth vpl --control channels --absolute 0.01 --gather 2 --seed 7 --clamp 0.1 --tiles 2/3", {
+            "truth": "vpl", "control": "channels", "absolute": 0.01, "gather": 2, "seed": 7, "clamp": 0.1, "tiles": (2, 3),
         }),
         ("--method exact --filter blackman-harris", {"method": "exact", "filter": "blackman-harris"}),
         ("--method mdlc --max-pairs 50", {"method": "mdlc", "max_pairs": 50}),

@@ -17,7 +17,7 @@ LONG = {"size": (1024, 1024), "vpls": 3000, "method": "exact", "gather": 64}
 
 def test_progress_is_told_until_the_end(tiny: tashika.Scene) -> None:
     told: list[tuple[int, int, int, int]] = []
-    tashika.render(tiny, size=(16, 12), vpls=300, progress=lambda *now: told.append(now))
+    tashika.render(tiny, size=(16, 12), vpls=300, truth="vpl", progress=lambda *now: told.append(now))
     pixels, of, promise_met, rays = told[-1]
     assert (pixels, of, promise_met) == (192, 192, 192) and rays > 192
     assert told == sorted(told)
@@ -51,7 +51,7 @@ def test_other_threads_run_meanwhile(tiny: tashika.Scene) -> None:
 
     counter = threading.Thread(target=count)
     counter.start()
-    tashika.render(tiny, size=(48, 36), vpls=1000)
+    tashika.render(tiny, size=(48, 36), vpls=1000, truth="vpl")
     over.set()
     counter.join()
     assert counted > 5

@@ -68,7 +68,7 @@ def test_a_built_scene_is_the_loaded_one(tmp_path: Path) -> None:
     # Surfaces of such files shine on both sides.
     loaded, built = tashika.load(tmp_path / "a.obj"), lamp_over_floor(two_sided=True)
     assert loaded.triangles == built.triangles == {"stored": 4, "instanced": 4}
-    images = [tashika.render(scene, size=(24, 16), vpls=200) for scene in (loaded, built)]
+    images = [tashika.render(scene, size=(24, 16), vpls=200, truth="vpl") for scene in (loaded, built)]
     assert images[0]["radiance"].max() > 1, "the lamp is in the picture"
     for name in images[0]:
         assert np.array_equal(images[0][name], images[1][name]), name

@@ -64,12 +64,12 @@ Exit codes:
 const RENDER_EXAMPLES: &str = "\
 Examples:
   tashika render                                   the built-in room: render.exr, .png, .html
-  tashika render kitchen.glb -o kitchen.exr --vpls 55k --gather 16
+  tashika render kitchen.glb -o kitchen.exr        a picture of which each pixel says what it is worth
   tashika render kitchen.glb --size 320x180 --crop 100,50,64,64 --camera top
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
   tashika render kitchen.glb --claim certified --error 5%
-  tashika render kitchen.glb --truth transport --error 5%
+  tashika render kitchen.glb --truth vpl --vpls 55k --gather 16
   tashika render kitchen.glb --serve                     watch it in the browser
   tashika render kitchen.glb --tev                       watch it in the viewer tev
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
@@ -173,8 +173,9 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value_t = Method::Tashika, help_heading = "Method")]
     pub method: Method,
 
-    /// Relative error that a pixel may have, for the methods that control it: above 0, at most 100%
-    /// [default: 2%]
+    /// Relative error that a pixel may have, for the methods that control it: above 0, at most 100%. Not said,
+    /// a picture is made that takes minutes, and pixels that are not within 5% by then say so
+    /// [default: 2% of a sum (--truth vpl)]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub error: Option<f64>,
@@ -185,7 +186,8 @@ pub struct RenderArgs {
     pub control: Option<Controlled>,
 
     /// Absolute error that is enough where it is more than --error allows, with --method tashika: for
-    /// dark pixels, as luminance in the unit of the image [default: 0]
+    /// dark pixels, as luminance in the unit of the image [default: of light transport, --error of a hundredth
+    /// of the view's mean; of a sum, 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Method")]
     pub absolute: Option<f64>,
 
@@ -201,9 +203,10 @@ pub struct RenderArgs {
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
 
-    /// What --error is the distance from, with --method tashika: the sum over the one set of virtual point
-    /// lights (vpl), light transport itself (transport), or what an endless number of such lights would
-    /// give, with their clamp and without what they do not carry (clamped) [default: vpl]
+    /// What --error is the distance from, with --method tashika: light transport itself (transport), the sum
+    /// over one set of virtual point lights (vpl), or what an endless number of such lights would give, with
+    /// their clamp and without what they do not carry (clamped) [default: transport; vpl with --claim certified
+    /// and with --vpl-file]
     #[arg(long, value_name = "vpl|transport|clamped", value_parser = values::truth, help_heading = "Method")]
     pub truth: Option<Truth>,
 
@@ -212,8 +215,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub audit: Option<u64>,
 
-    /// Largest cut, in pairs of clusters; a pixel that reaches it says so and claims nothing
-    /// [default: 1000 for lightcuts and mdlc, as published; else 1048576]
+    /// Largest cut, in pairs of clusters; of light transport, pairs and paths. A pixel that reaches it says so and
+    /// claims nothing [default: 65536 of light transport, 128 to 4096 by the size of the
+    /// image if no --error is said; 1000 for lightcuts and mdlc,
+    /// as published; else 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
@@ -263,7 +268,7 @@ pub struct RenderArgs {
 pub struct GatherArgs {
     #[arg(long = "gather", value_name = "N", value_parser = values::count, help_heading = "Image",
         help = format!("Gather points a pixel, 1 to 1024; more: smoother edges, depth of field, mirrors \
-            [default: {}]", GatherOptions::default().points))]
+            [default: {} for sums; for light transport by --error, 51 at 5%]", GatherOptions::default().points))]
     pub points: Option<u64>,
 
     #[command(flatten)]
@@ -294,7 +299,7 @@ pub struct SourceArgs {
 pub struct LightArgs {
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light",
         help = format!("Virtual point lights, about; 55k and 55_000 are accepted; more: less noise, less \
-            clamping [default: {}]", VplOptions::default().count))]
+            clamping [default: {} for sums; for light transport by --error, 400k at 5%]", VplOptions::default().count))]
     pub vpls: Option<u64>,
 
     #[command(flatten)]

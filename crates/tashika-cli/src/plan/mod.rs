@@ -131,7 +131,7 @@ fn vpl_options(vpls: Option<u64>, clamp: &ClampArgs, seed: u64) -> Result<VplOpt
 
 /// So many gather points, or the default, with this filter.
 fn gather_options(points: Option<u64>, filter: &FilterArgs) -> Result<GatherOptions, Failure> {
-    Ok(Request { gather: points, filter: filter.filter, ..Request::default() }.gather_options()?)
+    Ok(Request { gather: points, filter: filter.filter, ..Request::of_a_sum() }.gather_options()?)
 }
 
 /// What is looked at, from where, how large.

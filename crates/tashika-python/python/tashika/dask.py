@@ -2,7 +2,7 @@
 
 The image is cut into shares of its tiles, each a task; the lights are traced once, by a worker, and handed to all. A task whose worker is lost
 is run again by another one, and so are the lights if all who had them are lost. The joined image is the one that a single machine renders, bit
-by bit, whatever happened on the way.
+by bit, whatever happened on the way. Lights of light transport, which are guided to the view, are traced by each worker.
 
     from dask.distributed import Client
     import tashika.dask
@@ -69,7 +69,7 @@ def render(
     if shares is None:
         shares = SHARES_PER_THREAD * max(1, sum(client.nthreads().values()))
     lights: Any = None
-    if options.get("method", "tashika") != "path" and options.get("truth") in (None, "vpl"):
+    if _is_of_one_set(isinstance(vpls, VplSet), **options):
         if isinstance(vpls, VplSet):
             lights = client.scatter(_bytes(vpls, ".vpl"), broadcast=True)
         else:
@@ -100,6 +100,15 @@ def render(
     except BaseException:
         client.cancel(tasks)
         raise
+
+
+def _is_of_one_set(
+    is_given: bool, method: str = "tashika", truth: str | None = None, claim: str | None = None, **_: Any
+) -> bool:
+    """Whether a render sums over one set of lights, as `tashika.render` decides it."""
+    if method != "tashika":
+        return method != "path"
+    return truth == "vpl" or (truth is None and (is_given or claim == "certified"))
 
 
 def _bytes(thing: VplSet | Image, ending: str) -> _Bytes:

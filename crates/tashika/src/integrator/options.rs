@@ -17,10 +17,9 @@ pub struct Lights<'a> {
 }
 
 /// What an error is the distance from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Truth {
     /// The sum over one given set of VPLs and one given set of gather points.
-    #[default]
     Vpl,
     /// The expectation of that sum over sets, clamped as it is, and of what is seen directly: what VPLs do not carry is missing.
     Clamped,

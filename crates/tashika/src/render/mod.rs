@@ -39,7 +39,7 @@ pub struct Progress {
     pub pixels: u64,
     /// Pixels to do in all.
     pub of: u64,
-    /// Of the finished pixels, those whose estimate is exact or keeps what it claims.
+    /// Of the finished pixels, those whose estimate is exact or as good as was asked for.
     pub promise_met: u64,
     /// Rays and segments traced for them.
     pub rays: u64,
@@ -61,7 +61,7 @@ pub struct Finished<'a> {
 pub struct Totals {
     /// Pixels.
     pub pixels: u64,
-    /// Pixels whose estimate is exact or keeps what it claims.
+    /// Pixels whose estimate is exact or as good as was asked for.
     pub promise_met: u64,
     /// Pixels that ran out of budget.
     pub budget_hit: u64,
@@ -273,12 +273,13 @@ impl Shared {
     /// Counts a pixel that is finished.
     fn count(&mut self, claims: bool, out_of_budget: bool, pairs: u64, rays: u64) {
         self.totals.pixels += 1;
-        self.totals.promise_met += u64::from(claims);
+        let keeps = claims && !out_of_budget;
+        self.totals.promise_met += u64::from(keeps);
         self.totals.budget_hit += u64::from(out_of_budget);
         self.totals.pairs += pairs;
         self.totals.rays += rays;
         self.progress.pixels += 1;
-        self.progress.promise_met += u64::from(claims);
+        self.progress.promise_met += u64::from(keeps);
         self.progress.rays += rays;
     }
 

@@ -7,8 +7,10 @@
 //! | not said | is |
 //! |---|---|
 //! | method | ours, with calibrated claims |
-//! | error, confidence, control, absolute | those of [`ControlOptions`] |
-//! | truth | the sum over the one set of VPLs |
+//! | truth | light transport; the sum over one set of VPLs for certified claims, and where these are given |
+//! | error | 5 % of light transport, 2 % of a sum |
+//! | confidence, control, absolute | those of [`ControlOptions`] |
+//! | most pairs | that of the method; of light transport without an error, by the size of the image ([`Integration::sized`]) |
 //! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, 250,000 to four million |
 //! | gather points | those of [`GatherOptions`]; 2.56/ε where the truth is about all of them, 32 to 256 |
 //! | filter | the box |
@@ -30,6 +32,12 @@ use crate::gather::{Filter, GatherOptions};
 use crate::integrator::{Claim, ControlOptions, Method, PathStop, Truth};
 use crate::vpl::{Clamp, VplOptions};
 
+/// Relative error of light transport that a picture is to have if nobody says.
+const PICTURE_ERROR: f64 = 0.05;
+/// Pairs and paths of all pixels, at most, where nobody asks for an error: a picture in minutes, of which each pixel says what it is worth.
+const PICTURE_WORK: u64 = 1 << 26;
+/// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an error.
+const PIXEL_WORK: [u64; 2] = [128, 4096];
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
@@ -120,6 +128,8 @@ pub enum Integration {
         truth: Truth,
         /// What is promised.
         options: ControlOptions,
+        /// Whether nobody asked for an error, so that pixels may run out of budget.
+        is_picture: bool,
     },
     /// Path tracing.
     Path(PathStop),
@@ -137,6 +147,11 @@ pub struct Resolved {
 }
 
 impl Request {
+    /// A request for sums over one set of VPLs.
+    pub fn of_a_sum() -> Self {
+        Self { truth: Some(Truth::Vpl), ..Self::default() }
+    }
+
     /// What is to be done.
     ///
     /// # Errors
@@ -158,7 +173,12 @@ impl Request {
                         "vpl with lights that are given, which are not guided to the view",
                     ));
                 }
-                Integration::Transport { lights: self.many_lights()?, truth, options }
+                Integration::Transport {
+                    lights: self.many_lights()?,
+                    truth,
+                    options,
+                    is_picture: self.error.is_none(),
+                }
             }
             Some(method) => {
                 let lights = if self.lights_given { None } else { Some(self.lights()?) };
@@ -182,7 +202,8 @@ impl Request {
     /// As [`VplOptions::validate`].
     pub fn many_lights(&self) -> Result<VplOptions> {
         let [fewest, most] = MANY_VPLS;
-        let error = self.control_options()?.error;
+        let error = self.error();
+        self.control_options()?;
         self.lights_of((VPLS_BY_ERROR / (error * error)).clamp(fewest, most).round() as u64)
     }
 
@@ -194,7 +215,7 @@ impl Request {
         let default = GatherOptions::default();
         let [fewest, most] = MANY_POINTS;
         let by_error = |error: f64| (POINTS_BY_ERROR / error).clamp(fewest, most) as u64;
-        let many = || by_error(self.error.unwrap_or(ControlOptions::default().error));
+        let many = || by_error(self.error());
         let said = self.gather.or_else(|| self.is_about_all_sets().then(many));
         let options = GatherOptions {
             points: said.map_or(default.points, saturated),
@@ -222,7 +243,13 @@ impl Request {
     }
 
     fn truth(&self) -> Truth {
-        self.truth.unwrap_or_default()
+        let is_of_a_sum = self.lights_given || self.method() == Some(Method::Tashika(Claim::Certified));
+        self.truth.unwrap_or(if is_of_a_sum { Truth::Vpl } else { Truth::Transport })
+    }
+
+    fn error(&self) -> f64 {
+        let unsaid = if self.is_about_all_sets() { PICTURE_ERROR } else { ControlOptions::default().error };
+        self.error.unwrap_or(unsaid)
     }
 
     fn is_ours(&self) -> bool {
@@ -249,7 +276,7 @@ impl Request {
     fn control_options(&self) -> Result<ControlOptions> {
         let default = ControlOptions::default();
         let options = ControlOptions {
-            error: self.error.unwrap_or(default.error),
+            error: self.error(),
             controlled: self.control.unwrap_or(default.controlled),
             absolute_error: self.absolute.unwrap_or(default.absolute_error),
             confidence: self.confidence.unwrap_or(default.confidence),
@@ -297,6 +324,24 @@ impl Integration {
     /// Whether an error is promised.
     pub fn promises(&self) -> bool {
         !matches!(self, Self::Path(PathStop::Count(_)))
+    }
+
+    /// Whether pixels may run out of budget without anybody's being disappointed.
+    pub fn is_picture(&self) -> bool {
+        matches!(self, Self::Transport { is_picture: true, .. })
+    }
+
+    /// The same for an image of that size (pixels). A picture for which nobody asked for an error has so much work in all that it takes
+    /// minutes, whatever its size: 2²⁶ pairs and paths, 128 to 4096 a pixel.
+    #[must_use]
+    pub fn sized(&self, size: [u32; 2]) -> Self {
+        let mut sized = self.clone();
+        if let Self::Transport { options, is_picture: true, .. } = &mut sized {
+            let pixels = size.map(u64::from).iter().product::<u64>().max(1);
+            let [fewest, most] = PIXEL_WORK;
+            options.max_pairs.get_or_insert((PICTURE_WORK / pixels).clamp(fewest, most));
+        }
+        sized
     }
 }
 

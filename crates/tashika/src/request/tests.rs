@@ -45,25 +45,34 @@ fn what_is_not_said_is_the_default() {
         gather: GatherOptions::default(),
         unused: Vec::new(),
     };
-    assert_eq!(resolved(&Request::default()), ours);
+    assert_eq!(resolved(&Request::of_a_sum()), ours);
+    let given = resolved(&Request { lights_given: true, ..Request::default() });
+    let method = Method::Tashika(Claim::Calibrated);
+    assert_eq!(given.integration, Integration::ManyLights { method, lights: None, options });
+    let certified = resolved(&Request { claim: Some(Claim::Certified), ..Request::default() });
+    assert!(matches!(certified.integration, Integration::ManyLights { .. }));
 
-    let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
+    let transport = Request::default();
     let of_sets = Resolved {
         integration: Integration::Transport {
-            lights: VplOptions { count: 2_500_000, ..lights.clone() },
+            lights: VplOptions { count: 400_000, ..lights.clone() },
             truth: Truth::Transport,
-            options,
+            options: ControlOptions { error: 0.05, ..options },
+            is_picture: true,
         },
-        gather: GatherOptions { points: 128, ..GatherOptions::default() },
+        gather: GatherOptions { points: 51, ..GatherOptions::default() },
         unused: Vec::new(),
     };
     assert_eq!(resolved(&transport), of_sets);
     // As many as the error asks for, within reason.
-    for (error, count, points) in [(0.05, 400_000, 51), (0.5, 250_000, 32), (1e-3, 4_000_000, 256)] {
+    for (error, count, points) in
+        [(0.02, 2_500_000, 128), (0.05, 400_000, 51), (0.5, 250_000, 32), (1e-3, 4_000_000, 256)]
+    {
         let found = resolved(&Request { error: Some(error), ..transport.clone() });
         let lights = VplOptions { count, ..lights.clone() };
         let options = ControlOptions { error, ..options };
-        assert_eq!(found.integration, Integration::Transport { lights, truth: Truth::Transport, options });
+        let truth = Truth::Transport;
+        assert_eq!(found.integration, Integration::Transport { lights, truth, options, is_picture: false });
         assert_eq!(found.gather.points, points);
     }
 
@@ -75,6 +84,19 @@ fn what_is_not_said_is_the_default() {
     let stop = PathStop::Until { options: told, first: 64, most: 1 << 20 };
     assert_eq!(resolved(&until).integration, Integration::Path(stop));
     assert!(resolved(&until).integration.promises());
+}
+
+#[test]
+fn a_picture_without_an_error_has_its_work_by_its_size() {
+    let work = |request: &Request, size| match resolved(request).integration.sized(size) {
+        Integration::Transport { options, .. } => options.max_pairs,
+        other => panic!("{other:?}"),
+    };
+    let bare = Request::default();
+    assert_eq!(work(&bare, [320, 180]), Some((1 << 26) / (320 * 180)));
+    assert_eq!([[8, 6], [7680, 4320]].map(|size| work(&bare, size)), [Some(4096), Some(128)]);
+    assert_eq!(work(&Request { max_pairs: Some(9), ..bare.clone() }, [320, 180]), Some(9));
+    assert_eq!(work(&Request { error: Some(0.1), ..bare }, [320, 180]), None, "as much as it takes");
 }
 
 #[test]
@@ -96,7 +118,7 @@ fn what_is_said_arrives() {
 
     let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
-    assert_eq!(found.integration, Integration::Transport { lights, truth, options });
+    assert_eq!(found.integration, Integration::Transport { lights, truth, options, is_picture: false });
     assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
     let found = resolved(&Request { method: None, ..all_said() });

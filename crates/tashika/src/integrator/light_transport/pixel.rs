@@ -41,6 +41,8 @@ pub(super) struct Pixel<'a> {
     finding: Option<Finding>,
     /// Whether it keeps the promise.
     is_met: bool,
+    /// Whether it was decided on before the samples were drawn, so that its interval may be stated however wide it is.
+    may_claim: bool,
     features: Features,
     /// However often it is begun anew.
     looks: Looks,
@@ -75,6 +77,7 @@ impl<'a> Pixel<'a> {
             key: rng::key(method.options.seed, Purpose::Replicate, number),
             finding: None,
             is_met: false,
+            may_claim: false,
             features: Features::default(),
             looks: Looks::new(&method.options),
             given_up: 0,
@@ -157,15 +160,16 @@ impl<'a> Pixel<'a> {
     /// * `nearby`: of paths of the neighbourhood, by part of what is controlled.
     /// * `can_mend`: whether lights and points could do better if the pixel were begun anew.
     fn refine(&mut self, mut estimate: Estimate<'_>, nearby: &[Moments], can_mend: [bool; 2]) -> Ended {
-        let before = self.finding;
+        let before = (self.finding, self.may_claim);
         let most = self.left() as f64;
         let [mut pairs, mut paths] = FIRST;
-        // The first sizes only plan.
-        let mut is_planned = false;
+        // The first sizes only plan, unless they are the last.
+        let mut is_planned = pairs + paths >= most;
         let ended = loop {
             estimate.grow(pairs as u64, paths as u32);
             let found = Finding::of(&estimate, nearby, &self.method.options, self.looks.delta());
-            self.is_met = (is_planned || found.is_exact()) && found.is_narrow_enough();
+            self.may_claim = is_planned || found.is_exact();
+            self.is_met = self.may_claim && found.is_narrow_enough();
             self.finding = Some(found);
             if self.is_met {
                 break Ended::Met;
@@ -177,14 +181,17 @@ impl<'a> Pixel<'a> {
             }
             let is_early = used <= LATE * most;
             let [lights, points] = can_mend.map(|can| can && is_early);
-            if lights && found.is_held_up_by(Source::Lights, ENOUGH) {
-                break Ended::HeldUp(Source::Lights);
-            }
-            if points && found.is_held_up_by(Source::Points, ENOUGH) {
-                break Ended::HeldUp(Source::Points);
-            }
-            if found.is_held_up_by(Source::Both, TOO_MUCH) {
-                break Ended::HeldUp(Source::Both);
+            let held_up = if lights && found.is_held_up_by(Source::Lights, ENOUGH) {
+                Some(Source::Lights)
+            } else if points && found.is_held_up_by(Source::Points, ENOUGH) {
+                Some(Source::Points)
+            } else {
+                Some(Source::Both).filter(|both| found.is_held_up_by(*both, TOO_MUCH))
+            };
+            if let Some(source) = held_up {
+                // That its interval is wide is why it ends.
+                self.may_claim = true;
+                break Ended::HeldUp(source);
             }
             let found = if is_planned {
                 self.looks.next();
@@ -207,12 +214,10 @@ impl<'a> Pixel<'a> {
             pairs = (pairs * growth[0]).ceil();
             paths = (paths * growth[1]).ceil();
         };
-        // Of estimates that claim nothing, the better one is stated.
-        let is_better = |before: &Finding| {
-            !self.is_met && before.standard_error() < self.finding.map_or(0.0, |found| found.standard_error())
-        };
-        if let Some(before) = before.filter(is_better) {
-            self.finding = Some(before);
+        // Of estimates that are not good enough, the better one is stated.
+        let error = |finding: Option<Finding>| finding.map_or(f64::INFINITY, |found| found.standard_error());
+        if !self.is_met && error(before.0) < error(self.finding) {
+            (self.finding, self.may_claim) = before;
         }
         self.given_up += estimate.pairs() + u64::from(estimate.paths());
         self.pairs += if estimate.pairs() > 0 { estimate.pairs() } else { estimate.paths().into() };
@@ -224,11 +229,9 @@ impl<'a> Pixel<'a> {
     fn stated(&self) -> PixelEstimate {
         let found = self.finding.expect("each pixel is looked at");
         let (half_width, confidence) = (found.half_width as f32, self.method.options.confidence as f32);
-        let (claim, stop) = if self.is_met {
-            (ErrorClaim::Calibrated { half_width, confidence }, StopReason::RuleMet)
-        } else {
-            (ErrorClaim::None, StopReason::Budget)
-        };
+        let stop = if self.is_met { StopReason::RuleMet } else { StopReason::Budget };
+        let claim =
+            if self.may_claim { ErrorClaim::Calibrated { half_width, confidence } } else { ErrorClaim::None };
         let [clustering, lights, compensation] = found.parts().map(|h| h as f32);
         PixelEstimate {
             radiance: found.mean.total(),

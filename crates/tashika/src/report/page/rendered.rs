@@ -1,8 +1,9 @@
 //! The page of a render: which pixels to trust, how much, and why.
 
 use super::{Images, Page, Plot, Provenance, Shown};
+use crate::color::Rgb;
 use crate::film::{Film, Plane};
-use crate::report::{about_truth, count, percent_of_share, percent_of_tolerance};
+use crate::report::{about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance};
 
 /// What the page of a render says beyond its film.
 #[derive(Clone, Debug, Default)]
@@ -37,22 +38,36 @@ pub fn headline(film: &Film) -> String {
 struct Counts {
     rendered: u64,
     all: u64,
-    /// By the number of the claim; the first is of pixels that claim nothing.
+    /// By the number of the claim, of pixels that did not run out of budget; the first is of pixels that claim nothing, out of budget or not.
     claims: [u64; 5],
     out_of_budget: u64,
+    /// Half-widths relative to the pixel that those out of budget claim all the same.
+    wider: Vec<f64>,
 }
 
 impl Counts {
     fn of(film: &Film) -> Self {
         let all = film.window().area();
-        let mut found = Self { rendered: 0, all, claims: [0; 5], out_of_budget: 0 };
+        let mut found = Self { rendered: 0, all, claims: [0; 5], out_of_budget: 0, wider: Vec::new() };
         let plane = |name| film.plane(name).filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
         if let (Some(stops), Some(claims)) = (plane("stop"), plane("claim")) {
-            for (stop, claim) in stops.iter().zip(claims).filter(|(stop, _)| **stop != 0) {
+            let half_widths = film.plane("half_width").and_then(Plane::f32_samples);
+            let luminances = film.colors().map(|colors| colors.map(Rgb::luminance).collect::<Vec<f32>>());
+            for (pixel, (stop, claim)) in
+                stops.iter().zip(claims).enumerate().filter(|(_, (stop, _))| **stop != 0)
+            {
                 found.rendered += 1;
-                found.claims[(*claim as usize).min(4)] += 1;
-                found.out_of_budget += u64::from(*stop == 4);
+                let is_out = *stop == 4;
+                found.out_of_budget += u64::from(is_out);
+                if !is_out || *claim == 0 {
+                    found.claims[(*claim as usize).min(4)] += 1;
+                } else if let (Some(half_widths), Some(luminances)) = (half_widths, &luminances) {
+                    found
+                        .wider
+                        .push(f64::from(half_widths[pixel] / luminances[pixel].max(f32::MIN_POSITIVE)));
+                }
             }
+            found.wider.sort_by(f64::total_cmp);
         }
         found
     }
@@ -72,20 +87,27 @@ impl Counts {
             format!("{} of {of} keep", percent_of_share(self.kept() as f64 / self.rendered.max(1) as f64))
         };
         match (metadata.number("error"), metadata.number("confidence")) {
-            _ if self.kept() == 0 => format!("{scene}: {of}, about whose error nothing is promised"),
+            _ if self.kept() == 0 && self.wider.is_empty() => {
+                format!("{scene}: {of}, about whose error nothing is promised")
+            }
             _ if self.claims[1] == self.rendered => format!("{scene}: all {of} are exact"),
-            (Some(error), Some(confidence)) => format!(
-                "{scene}: {who} the promise to be within {} at {} confidence",
-                percent_of_tolerance(error),
-                percent_of_tolerance(confidence)
-            ),
+            (Some(error), Some(confidence)) => {
+                let others = self.wider.get(self.wider.len() / 2).map_or_else(String::new, |half_width| {
+                    format!(", half of the others to be within {}", percent_of_error(*half_width))
+                });
+                format!(
+                    "{scene}: {who} the promise to be within {} at {} confidence{others}",
+                    percent_of_tolerance(error),
+                    percent_of_tolerance(confidence)
+                )
+            }
             _ => format!("{scene}: {who} what they claim"),
         }
     }
 
     fn lines(&self, film: &Film) -> Vec<String> {
         let mut lines = Vec::new();
-        if self.kept() > 0
+        if (self.kept() > 0 || !self.wider.is_empty())
             && let Some(truth) = film.metadata().text("truth")
         {
             lines.push(format!("The promise is about the distance from {}.", about_truth(truth)));
@@ -98,7 +120,11 @@ impl Counts {
         }
         if self.out_of_budget > 0 {
             let n = count(self.out_of_budget);
-            lines.push(format!("{n} ran out of budget; the view “why work stopped” shows where."));
+            let wider = match self.wider.len() as u64 {
+                0 => String::new(),
+                with => format!(", {} with a wider interval", count(with)),
+            };
+            lines.push(format!("{n} ran out of budget{wider}; the view “why work stopped” shows where."));
         }
         if self.rendered < self.all {
             let (rendered, all) = (count(self.rendered), count(self.all));

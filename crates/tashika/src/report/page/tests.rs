@@ -150,6 +150,17 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     ] {
         assert!(page.contains(words), "{words}");
     }
+    // Out of budget, with an interval all the same: 0.02 of 2 to 2.1.
+    film.plane_mut("claim").unwrap().set_u32(11, 4, &[3]);
+    let page = rendered(&film);
+    for words in [
+        "90.0 % of 10 pixels keep the promise to be within 2 % at 95 % confidence, half of the others to be within 1.00 %",
+        "9 carry calibrated intervals",
+        "1 ran out of budget, 1 with a wider interval",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    film.plane_mut("stop").unwrap().set_u32(11, 4, &[3]);
     for (x, y) in film.window().pixels().collect::<Vec<_>>() {
         film.plane_mut("claim").unwrap().set_u32(x, y, &[1]);
     }
