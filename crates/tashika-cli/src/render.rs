@@ -174,11 +174,17 @@ impl Lit {
         seconds: &mut Seconds,
     ) -> Result<Self, Failure> {
         Ok(match (&plan.integration, &plan.lights) {
-            (Integration::Transport { lights, truth, .. }, _) => {
+            (Integration::Transport { lights: Some(lights), truth, .. }, _) => {
                 meter.phase(&format!("tracing about {}", counted(lights.count, "VPL", "VPLs")));
                 let view = stage.setting(plan.gather, plan.seed).view;
                 let trace = || GuidedLights::trace(&stage.tracer, lights, *truth, &view);
                 Self::Guided(timed(&mut seconds.vpls, trace)?)
+            }
+            (Integration::Transport { lights: None, truth, .. }, Some(lights)) => {
+                let set = stage.lights(lights, stored, meter, seconds)?;
+                let view = stage.setting(plan.gather, plan.seed).view;
+                let given = || GuidedLights::given(&stage.tracer, &set, *truth, &view);
+                Self::Guided(timed(&mut seconds.trees, given)?)
             }
             (Integration::ManyLights { method, .. }, Some(lights)) => {
                 let set = stage.lights(lights, stored, meter, seconds)?;

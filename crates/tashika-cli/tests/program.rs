@@ -349,6 +349,13 @@ fn lights_are_shared_by_a_file() {
     folder.run(&format!("{common} --vpls 80 -o own.exr")).succeeds();
     folder.run(&format!("{common} --vpl-file lights.vpl -o file.exr")).succeeds();
     assert_eq!(folder.film("own.exr"), folder.film("file.exr"));
+    // The same lights, as some of all that there could be.
+    let command = "render scene.obj --size 6x6 --truth transport --max-pairs 200 --vpl-file lights.vpl";
+    folder.run(&format!("{command} -o transport.exr --json t.json")).succeeds();
+    let json = folder.json("t.json");
+    assert_eq!((&json["truth"], &json["lights"]["count"]), (&"transport".into(), &told["count"]));
+    assert_eq!(json["lights"]["file"], "lights.vpl");
+    assert_ne!(folder.film("transport.exr").plane(""), folder.film("file.exr").plane(""));
     folder.run(&format!("{common} --vpl-file scene.mtl")).fails(3, &["scene.mtl", "VPL file"]);
     let other = folder.run("render builtin:tiny --size 2x2 --vpl-file lights.vpl");
     assert!(other.succeeds().stderr.contains("not in tiny"), "{}", other.stderr);

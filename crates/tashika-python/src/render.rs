@@ -2,6 +2,7 @@
 
 use std::ffi::CString;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -9,7 +10,7 @@ use tashika::color::Controlled;
 use tashika::error::Result;
 use tashika::film::Window;
 use tashika::gather::View;
-use tashika::integrator::{Integrator, LightTransport, LitBy, Path, Setting, Truth};
+use tashika::integrator::{GuidedLights, Integrator, LightTransport, LitBy, Path, Setting, Truth};
 use tashika::render::{Finished, RenderOptions, Rendered, TileShare, blank, resume};
 use tashika::request::{Framing, Integration, Request, Resolved};
 use tashika::vpl::VplOptions;
@@ -154,7 +155,11 @@ fn rendered(
             run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())
         }
         Integration::Transport { lights, truth, options, .. } => {
-            let lights = scene.guided_lights(lights, *truth, &view)?;
+            let lights = match (lights, given) {
+                (Some(traced), _) => scene.guided_lights(traced, *truth, &view)?,
+                (None, Some(set)) => Arc::new(GuidedLights::given(tracer, set.get().set(), *truth, &view)?),
+                (None, None) => unreachable!("lights are given or traced"),
+            };
             run(&LightTransport::new(tracer, &lights, options))
         }
         Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?),

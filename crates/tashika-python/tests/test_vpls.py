@@ -106,3 +106,12 @@ def test_rows_are_of_every_method_error_and_confidence(tiny: tashika.Scene) -> N
     ]:
         with pytest.raises(tashika.OptionError, match=message):
             tashika.coverage(tiny, size=(8, 6), vpls=100, **named)
+
+
+def test_lights_that_are_given_are_summed_or_taken_for_some_of_all(tiny: tashika.Scene) -> None:
+    lights = tashika.vpls(tiny, count=300)
+    few = {"size": (4, 3), "vpls": lights, "max_pairs": 200}
+    images = [tashika.render(tiny, truth=truth, **few) for truth in (None, "vpl", "transport")]
+    assert [image.metadata["truth"] for image in images] == ["vpl", "vpl", "transport"]
+    assert np.array_equal(images[0]["radiance"], images[1]["radiance"])
+    assert not np.array_equal(images[1]["radiance"], images[2]["radiance"])

@@ -23,7 +23,7 @@ pub struct RenderPlan {
     pub gather: GatherOptions,
     /// Method.
     pub integration: Integration,
-    /// The one set of lights, if the method sums over one.
+    /// The one set of lights, if the method sums over one, or if it is given.
     pub lights: Option<Lights>,
     /// Seed of the camera samples.
     pub seed: u64,
@@ -61,7 +61,9 @@ impl RenderPlan {
         let mut unused: Vec<String> = unused.into_iter().map(typed).collect();
         let lights = match &integration {
             Integration::ManyLights { lights: Some(options), .. } => Some(Lights::Trace(options.clone())),
-            Integration::ManyLights { lights: None, .. } => args.source.vpl_file.clone().map(Lights::File),
+            Integration::ManyLights { lights: None, .. } | Integration::Transport { lights: None, .. } => {
+                args.source.vpl_file.clone().map(Lights::File)
+            }
             Integration::Transport { .. } | Integration::Path(_) => None,
         };
         let audit = args.audit.filter(|_| can_be_audited(&integration));

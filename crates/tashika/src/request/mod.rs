@@ -122,8 +122,8 @@ pub enum Integration {
     },
     /// One large set of VPLs, as one of all that there could be.
     Transport {
-        /// How it is traced.
-        lights: VplOptions,
+        /// How it is traced; nothing if it is given.
+        lights: Option<VplOptions>,
         /// Light transport, or what is left of it without what VPLs do not carry.
         truth: Truth,
         /// What is promised.
@@ -166,15 +166,8 @@ impl Request {
                     let expected = format!("calibrated with truth {truth}, about which there is no proof");
                     return Err(Error::option("claim", "certified", expected));
                 }
-                if self.lights_given {
-                    return Err(Error::option(
-                        "truth",
-                        truth,
-                        "vpl with lights that are given, which are not guided to the view",
-                    ));
-                }
                 Integration::Transport {
-                    lights: self.many_lights()?,
+                    lights: if self.lights_given { None } else { Some(self.many_lights()?) },
                     truth,
                     options,
                     is_picture: self.error.is_none(),

@@ -49,13 +49,15 @@ fn what_is_not_said_is_the_default() {
     let given = resolved(&Request { lights_given: true, ..Request::default() });
     let method = Method::Tashika(Claim::Calibrated);
     assert_eq!(given.integration, Integration::ManyLights { method, lights: None, options });
+    let both = Request { lights_given: true, truth: Some(Truth::Transport), ..Request::default() };
+    assert!(matches!(resolved(&both).integration, Integration::Transport { lights: None, .. }));
     let certified = resolved(&Request { claim: Some(Claim::Certified), ..Request::default() });
     assert!(matches!(certified.integration, Integration::ManyLights { .. }));
 
     let transport = Request::default();
     let of_sets = Resolved {
         integration: Integration::Transport {
-            lights: VplOptions { count: 400_000, ..lights.clone() },
+            lights: Some(VplOptions { count: 400_000, ..lights.clone() }),
             truth: Truth::Transport,
             options: ControlOptions { error: 0.05, ..options },
             is_picture: true,
@@ -69,7 +71,7 @@ fn what_is_not_said_is_the_default() {
         [(0.02, 2_500_000, 128), (0.05, 400_000, 51), (0.5, 250_000, 32), (1e-3, 4_000_000, 256)]
     {
         let found = resolved(&Request { error: Some(error), ..transport.clone() });
-        let lights = VplOptions { count, ..lights.clone() };
+        let lights = Some(VplOptions { count, ..lights.clone() });
         let options = ControlOptions { error, ..options };
         let truth = Truth::Transport;
         assert_eq!(found.integration, Integration::Transport { lights, truth, options, is_picture: false });
@@ -118,7 +120,10 @@ fn what_is_said_arrives() {
 
     let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
-    assert_eq!(found.integration, Integration::Transport { lights, truth, options, is_picture: false });
+    assert_eq!(
+        found.integration,
+        Integration::Transport { lights: Some(lights), truth, options, is_picture: false }
+    );
     assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
     let found = resolved(&Request { method: None, ..all_said() });
@@ -157,10 +162,8 @@ fn each_method_says_what_means_nothing_to_it() {
 #[test]
 fn what_does_not_go_together_is_refused() {
     let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
-    let certified = Request { claim: Some(Claim::Certified), ..transport.clone() };
+    let certified = Request { claim: Some(Claim::Certified), ..transport };
     assert!(refused(&certified).contains("claim = certified; expected calibrated with truth transport"));
-    let given = Request { lights_given: true, ..transport };
-    assert!(refused(&given).contains("truth = transport; expected vpl with lights that are given"));
     let path = Request { method: None, ..Request::default() };
     assert!(
         refused(&Request { paths: Some(0), ..path.clone() }).contains("paths = 0; expected 1 to 4294967295")

@@ -4,6 +4,7 @@
 use tashika::accel::Glass;
 use tashika::bsdf::{Bsdf, ConductorFresnel, Lambert};
 use tashika::color::Rgb;
+use tashika::film::Film;
 use tashika::gather::GatherPoint;
 use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
@@ -288,6 +289,33 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     // Pixels of an image share their VPLs, so that this is no sharp test.
     assert!(claims > 600 && from_lights > 300, "{claims} claims, {from_lights} mostly of the choice of VPLs");
     assert!(kept * 100 >= claims * 93, "{kept} of {claims}");
+}
+
+/// VPLs that were traced before, for no view: with what they do not carry put back, they give light transport as well.
+#[test]
+fn lights_that_are_given_do_too() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    place(&mut b, cuboid(Vec3::splat(-0.5), Vec3::splat(0.4), false), Material::new("block", plastic(0.1)));
+    let tracer = tracer(b);
+    let view = view(tracer.scene(), SIZE, 64, 3);
+    let options = VplOptions { count: 100_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
+    let set = VplSet::trace(&tracer, &options).unwrap();
+    let given = GuidedLights::given(&tracer, &set, Truth::Transport, &view).unwrap();
+    let options = ControlOptions { error: 0.03, ..ControlOptions::default() };
+    let ours = film(&tracer, &LightTransport::new(&tracer, &given, &options), SIZE, 64, 3);
+    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
+    let errors = |film: &Film| film.plane("standard_error").unwrap().f32_samples().unwrap().to_vec();
+    let [sum, of] = [&ours, &reference].map(|film| luminances(film).iter().sum::<f64>());
+    let variance = [&ours, &reference].map(|film| errors(film).iter().map(|e| f64::from(e * e)).sum::<f64>());
+    let error = (variance[0] + variance[1]).sqrt();
+    assert!(error < 0.01 * of && (sum - of).abs() < 4.42 * error, "{sum} ± {error} for {of}");
+
+    let mut indirect = set.provenance().clone();
+    indirect.direct = 0;
+    let refused = VplSet::new(set.lights().to_vec(), indirect);
+    let refused = GuidedLights::given(&tracer, &refused, Truth::Transport, &view).unwrap_err();
+    assert!(refused.to_string().contains("a set with direct VPLs"), "{refused}");
 }
 
 /// A dark surface scatters less, and tolerates as much less: were its paths ended for being dark, those left would be few and bright.

@@ -8,7 +8,9 @@ use crate::guidance::learn_light_guide;
 use crate::math::Vec3;
 use crate::rng::{self, Purpose};
 use crate::tree::{LightTree, LightTreeBuilder};
-use crate::vpl::{Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions};
+use crate::vpl::{
+    Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions, VplSet,
+};
 
 /// VPLs of a scene in their tree, guided to a view. For another view they are unbiased as well, but may be elsewhere.
 #[derive(Clone, Debug)]
@@ -32,9 +34,6 @@ impl GuidedLights {
     /// # Errors
     /// Options out of range; no direct VPLs or no others; the truth of a single set.
     pub fn trace(tracer: &Tracer, options: &VplOptions, truth: Truth, view: &View<'_>) -> Result<Self> {
-        if truth == Truth::Vpl {
-            return Err(Error::option("truth", truth, "clamped or transport, which are about all sets"));
-        }
         // Both kinds of light are taken for carried by VPLs.
         if !(options.direct_share > 0.0 && options.direct_share < 1.0) {
             return Err(Error::option("direct share", options.direct_share, "above 0 and below 1"));
@@ -47,14 +46,47 @@ impl GuidedLights {
         if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
             provenance.clamp_distance *= COMPENSATED;
         }
+        Self::new(tracer, &set, provenance, options, truth, guided.importance_brightness)
+    }
+
+    /// The same of a set that was traced before, with its own clamp; guided to nothing, unless whoever traced it did. Runs on the current thread pool.
+    ///
+    /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets that an unbiased tracing of this scene gave, as [`VplSet::trace`] does.
+    ///
+    /// # Errors
+    /// A set without direct VPLs, though the scene has emitters; the truth of a single set.
+    pub fn given(tracer: &Tracer, set: &VplSet, truth: Truth, view: &View<'_>) -> Result<Self> {
+        let provenance = set.provenance().clone();
+        if provenance.direct == 0 && !EmitterSampler::new(tracer.scene()).is_empty() {
+            let expected = format!("a set with direct VPLs where the truth is {truth}");
+            return Err(Error::option("lights", "indirect VPLs alone", expected));
+        }
+        let options =
+            VplOptions { emission: Emission::ByUse, seed: provenance.seed, ..VplOptions::default() };
+        let tracing = LightTracer::new(tracer, &options)?;
+        let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
+        Self::new(tracer, set, provenance, options, truth, guided.importance_brightness)
+    }
+
+    fn new(
+        tracer: &Tracer,
+        set: &VplSet,
+        provenance: Provenance,
+        options: VplOptions,
+        truth: Truth,
+        importance_brightness: f64,
+    ) -> Result<Self> {
+        if truth == Truth::Vpl {
+            return Err(Error::option("truth", truth, "clamped or transport, which are about all sets"));
+        }
         let given = EmitterSampler::new(tracer.scene());
         let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
         Ok(Self {
-            tree: LightTree::build(&set, LightTreeBuilder::default()),
+            tree: LightTree::build(set, LightTreeBuilder::default()),
             provenance,
             truth,
             given_directions: directional.map(|light| light.direction).collect(),
-            importance_brightness: guided.importance_brightness,
+            importance_brightness,
             options,
         })
     }
