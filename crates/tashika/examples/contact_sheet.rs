@@ -1,10 +1,10 @@
-//! Small pictures of many scenes on one sheet, to see at a glance whether loaders do what they should.
+//! Small pictures of many scenes on one sheet, as they are rendered where nobody says anything, to see at a glance whether all is as it should be.
 //!
 //!     cargo run --release --example contact_sheet -- LIST FOLDER SHEET.png
 //!
 //! `LIST` names a scene file below `FOLDER` on each line, optionally followed by a tab and the name of a camera. The sheet has
 //! [`COLUMNS`] pictures a row, in the order of the list, each exposed by its own log-average; what could not be loaded is red. A table
-//! of names, sizes and times is printed.
+//! of names, sizes, times and what the pixels are worth is printed.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program: what it prints is its result")]
 
@@ -18,11 +18,12 @@ use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::error::Error;
 use tashika::film::{Film, PlaneSpec, SampleKind, Window};
-use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{Exact, Setting};
+use tashika::gather::View;
+use tashika::integrator::{GuidedLights, LightTransport, Setting};
 use tashika::io::{Exposure, LoadOptions, ToneMap, load_scene, write_png};
 use tashika::render::{RenderOptions, TileShare, render};
-use tashika::vpl::{VplOptions, VplSet};
+use tashika::report::error_budget;
+use tashika::request::{Integration, Request};
 
 /// Pictures a row.
 const COLUMNS: u32 = 5;
@@ -30,10 +31,8 @@ const COLUMNS: u32 = 5;
 const CELL: [u32; 2] = [164, 124];
 /// Width of the frame around a picture.
 const FRAME: u32 = 2;
-/// VPLs of a picture.
-const VPLS: u64 = 1500;
-/// Gather points of a pixel.
-const GATHER: u32 = 4;
+/// Pairs and paths of a pixel.
+const WORK: u64 = 512;
 /// Linear value of the log-average of a picture.
 const MIDDLE_GRAY: f64 = 0.18;
 
@@ -62,13 +61,19 @@ fn picture(path: &Path, camera: Option<&str>) -> Result<(Colors, [u32; 2], Strin
     let most = CELL.map(|side| side - 2 * FRAME);
     let scale = (f64::from(most[0]) / f64::from(w)).min(f64::from(most[1]) / f64::from(h));
     let size = [w, h].map(|side| ((f64::from(side) * scale) as u32).max(1));
-    let lights = VplSet::trace(&tracer, &VplOptions { count: VPLS, ..VplOptions::default() })?;
-    let gather = GatherOptions { points: GATHER, ..GatherOptions::default() };
-    let setting = Setting { tracer: &tracer, view: View { camera, size, gather, seed: 1 } };
+    let asked = Request { max_pairs: Some(WORK), ..Request::default() }.resolve()?;
+    let Integration::Transport { lights: Some(lights), truth, options, .. } = asked.integration else {
+        unreachable!("light transport is the default");
+    };
+    let view = View { camera, size, gather: asked.gather, seed: 1 };
+    let lights = GuidedLights::trace(&tracer, &lights, truth, &view)?;
+    let integrator = LightTransport::new(&tracer, &lights, &options);
+    let setting = Setting { tracer: &tracer, view };
     let options = RenderOptions { window: Window::full(size), share: TileShare::default() };
-    let film = render(&setting, &Exact::new(&lights), &options, &|_| (), &AtomicBool::new(false))?.film;
+    let film = render(&setting, &integrator, &options, &|_| (), &AtomicBool::new(false))?.film;
     let pixels = film.window().pixels();
-    let told = format!("{told}, {} VPLs, {:.0} s in all", lights.len(), start.elapsed().as_secs_f64());
+    let half_width = error_budget(&film).map_or(0.0, |budget| 100.0 * budget.total);
+    let told = format!("{told}, {:.0} s in all, half-width {half_width:.1} %", start.elapsed().as_secs_f64());
     Ok((pixels.zip(film.colors().expect("an image")).collect(), size, told))
 }
 
