@@ -36,21 +36,26 @@
 //! sets and paths is light transport itself, but for paths longer than the most surfaces, and for what neither can find: a point or a single
 //! direction of light seen by a bent way only. Held to this by the suite's `light_transport`.
 
+mod choice;
+mod places;
 mod vertex;
 
 use glam::Vec3;
 
 use crate::accel::{Glass, SegmentBatch, Tracer};
-use crate::bounds::{Towards, upper_geometric};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::gather::{GatherPoint, Scatter};
-use crate::math::{Aabb, Cone, Ray};
+use crate::math::Ray;
 use crate::rng::Stream;
 use crate::transport::{Link, Transport};
-use crate::tree::{LightCluster, LightTree};
+use crate::tree::LightTree;
 use crate::vpl::{EmitterSampler, Vpl, VplKind};
 
+pub use choice::VplChoice;
+
+use choice::draw_unlearned;
+use places::Receiver;
 use vertex::{Kernel, Vertex};
 
 /// Surfaces after which a path may end however bright it is.
@@ -71,6 +76,8 @@ pub struct Lit<'a> {
     pub emitters: &'a EmitterSampler<'a>,
     /// The VPLs; if there are none, nothing is carried, and paths have all that there is to do.
     pub lights: Option<&'a LightTree>,
+    /// What was learned about which of them to draw.
+    pub choice: Option<&'a VplChoice>,
     /// How they are clamped.
     pub transport: Transport,
     /// Most surfaces of a path.
@@ -86,6 +93,8 @@ pub struct Uncarried<'a> {
     batch: SegmentBatch,
     visibility: Vec<f32>,
     rays: u64,
+    /// Where surfaces that a VPL would be drawn for are noted instead.
+    met: Option<Vec<Receiver>>,
 }
 
 /// How a path came to where it is.
@@ -116,7 +125,14 @@ impl<'a> Uncarried<'a> {
         let transport = lit.transport;
         let beyond =
             Transport::new(CLAMPED_BEYOND * transport.clamp_distance()).with_glass(transport.glass());
-        Self { lit, beyond, batch: SegmentBatch::new(Glass::SolidStops), visibility: Vec::new(), rays: 0 }
+        Self {
+            lit,
+            beyond,
+            batch: SegmentBatch::new(Glass::SolidStops),
+            visibility: Vec::new(),
+            rays: 0,
+            met: None,
+        }
     }
 
     /// Rays and segments traced.
@@ -252,7 +268,17 @@ impl<'a> Uncarried<'a> {
     fn drawn_light(&mut self, vertex: &Vertex, stream: &mut Stream) -> Rgb {
         let u = stream.uniform_f64();
         let Some(lights) = self.lit.lights else { return Rgb::BLACK };
-        let Some((light, probability)) = self.draw(lights, vertex, u) else { return Rgb::BLACK };
+        let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
+        if let Some(met) = &mut self.met {
+            met.push(receiver);
+            return Rgb::BLACK;
+        }
+        let clamp_distance = self.beyond.clamp_distance();
+        let drawn = match self.lit.choice {
+            Some(choice) => choice.draw(lights, clamp_distance, &receiver, u),
+            None => draw_unlearned(lights, clamp_distance, &receiver, u),
+        };
+        let Some((light, probability)) = drawn else { return Rgb::BLACK };
         let light = lights.light(light);
         let link = self.beyond.link(vertex.position(), &light);
         let value = vertex.carried_cos(link.towards_light) * light.intensity * link.geometric;
@@ -260,41 +286,6 @@ impl<'a> Uncarried<'a> {
             return Rgb::BLACK;
         }
         value * (self.visible(&light, vertex.position()) / probability as f32)
-    }
-
-    /// A VPL about in proportion to what it can give to the vertex, and its probability; none if nothing can give anything.
-    fn draw(&self, lights: &LightTree, vertex: &Vertex, u: f64) -> Option<(u32, f64)> {
-        let mut cluster = lights.root()?;
-        let (mut probability, mut u) = (1.0, u);
-        while let Some(children) = lights.children(&cluster) {
-            let [a, b] = children.map(|child| self.importance(lights, &child, vertex));
-            if a + b <= 0.0 {
-                return None;
-            }
-            let p = a / (a + b);
-            if u < p {
-                cluster = children[0];
-                probability *= p;
-                u /= p;
-            } else {
-                cluster = children[1];
-                probability *= 1.0 - p;
-                u = (u - p) / (1.0 - p);
-            }
-        }
-        Some((cluster.first, probability))
-    }
-
-    /// About what a cluster of lights can give; zero only if it can give nothing.
-    fn importance(&self, lights: &LightTree, cluster: &LightCluster, vertex: &Vertex) -> f64 {
-        let at = vertex.position();
-        let bounds = lights.bounds(cluster);
-        let towards = Towards::between(&bounds, &Aabb { lo: at, hi: at });
-        // Lights are seldom at the nearest corner of their box.
-        let about = if bounds.reaches_infinity() { 0.0 } else { 0.5 * bounds.aabb.diagonal() };
-        let geometric = upper_geometric(&bounds, &towards, self.beyond.clamp_distance().max(about));
-        let cos = towards.upper_cos(&Cone::of(vertex.geometric_normal()));
-        lights.luminance(cluster) * f64::from(geometric * cos)
     }
 
     /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted against following the kernel.

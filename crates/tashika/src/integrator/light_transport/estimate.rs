@@ -48,6 +48,7 @@ impl<'a> Common<'a> {
             tracer: self.setting.tracer,
             emitters: self.emitters,
             lights: (estimator == Estimator::Vpls).then(|| self.lights.tree()),
+            choice: self.lights.choice(),
             transport: Transport::new(clamp_distance).with_glass(Glass::SolidStops),
             max_depth: self.lights.provenance().max_depth,
         }

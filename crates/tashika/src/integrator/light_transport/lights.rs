@@ -1,13 +1,16 @@
 //! One large set of VPLs, guided to one view.
 
 use super::super::Truth;
-use crate::accel::Tracer;
+use super::estimate::{Estimator, summed_with};
+use crate::accel::{Glass, Tracer};
 use crate::error::{Error, Result};
-use crate::gather::View;
+use crate::gather::{GatherPoint, View};
 use crate::guidance::learn_light_guide;
 use crate::math::Vec3;
 use crate::rng::{self, Purpose};
+use crate::transport::Transport;
 use crate::tree::{LightTree, LightTreeBuilder};
+use crate::uncarried::{Lit, VplChoice};
 use crate::vpl::{
     Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions, VplSet,
 };
@@ -22,6 +25,7 @@ pub struct GuidedLights {
     /// Directions of the lights that are one direction each.
     given_directions: Vec<Vec3>,
     importance_brightness: f64,
+    choice: Option<VplChoice>,
 }
 
 /// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL near by, in units of the light of a wall of them,
@@ -46,7 +50,7 @@ impl GuidedLights {
         if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
             provenance.clamp_distance *= COMPENSATED;
         }
-        Self::new(tracer, &set, provenance, options, truth, guided.importance_brightness)
+        Self::new(tracer, &set, provenance, options, truth, view, guided.importance_brightness)
     }
 
     /// The same of a set that was traced before, with its own clamp; guided to nothing, unless whoever traced it did. Runs on the current thread pool.
@@ -65,7 +69,7 @@ impl GuidedLights {
             VplOptions { emission: Emission::ByUse, seed: provenance.seed, ..VplOptions::default() };
         let tracing = LightTracer::new(tracer, &options)?;
         let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
-        Self::new(tracer, set, provenance, options, truth, guided.importance_brightness)
+        Self::new(tracer, set, provenance, options, truth, view, guided.importance_brightness)
     }
 
     fn new(
@@ -74,6 +78,7 @@ impl GuidedLights {
         provenance: Provenance,
         options: VplOptions,
         truth: Truth,
+        view: &View<'_>,
         importance_brightness: f64,
     ) -> Result<Self> {
         if truth == Truth::Vpl {
@@ -81,8 +86,22 @@ impl GuidedLights {
         }
         let given = EmitterSampler::new(tracer.scene());
         let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
+        let tree = LightTree::build(set, LightTreeBuilder::default());
+        let lit = Lit {
+            tracer,
+            emitters: &EmitterSampler::by_use(tracer, &options),
+            lights: Some(&tree),
+            choice: None,
+            transport: Transport::new(provenance.clamp_distance).with_glass(Glass::SolidStops),
+            max_depth: provenance.max_depth,
+        };
+        let seed = rng::key(options.seed, Purpose::Guidance, 1);
+        let summed = |point: &GatherPoint| summed_with(point, Estimator::Vpls);
+        let choice =
+            (truth == Truth::Transport).then(|| VplChoice::learn(&lit, view, summed, seed)).flatten();
         Ok(Self {
-            tree: LightTree::build(set, LightTreeBuilder::default()),
+            tree,
+            choice,
             provenance,
             truth,
             given_directions: directional.map(|light| light.direction).collect(),
@@ -99,6 +118,11 @@ impl GuidedLights {
     /// The tree over them.
     pub(super) fn tree(&self) -> &LightTree {
         &self.tree
+    }
+
+    /// Which of them to draw for a surface on a path.
+    pub(super) fn choice(&self) -> Option<&VplChoice> {
+        self.choice.as_ref()
     }
 
     /// Where they come from, with the clamp that belongs to them.

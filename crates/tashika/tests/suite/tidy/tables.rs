@@ -81,7 +81,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("png", &["report"]),
     ("rand_core", &["rng"]),
     ("rand_pcg", &["rng"]),
-    ("rayon", &["accel", "guidance", "vpl", "tree", "render"]),
+    ("rayon", &["accel", "guidance", "vpl", "tree", "uncarried", "render"]),
     ("roxmltree", &["io"]),
     ("serde", &[]),
     ("serde_json", &["io", "report"]),

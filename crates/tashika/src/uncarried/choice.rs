@@ -1,0 +1,406 @@
+//! Which VPL is drawn for a surface on a path: by what the VPLs could give to it, and by what VPLs were seen to give to surfaces like it.
+//!
+//! A path has one VPL drawn for a surface, out of millions, and most of those that could give much are not seen from there. So the probability of a
+//! cluster of VPLs is a mixture
+//!
+//! ```text
+//! P(c) = β q_c + (1 − β) p_c          P(i) = P(c) p(i | c)
+//! ```
+//!
+//! of what was learned for the [place](super::places) of the surface (`q_c`) and of what descending the light tree by importance at the surface itself
+//! gives (`p_c`); within a cluster the light tree is descended. Learned is
+//!
+//! ```text
+//! q_c ∝ √(m_c v_c)      m_c = mean (I_c G cos θ)²      v_c = (s + Σ V) / (s + n)
+//! ```
+//!
+//! from `n` lights of the cluster, drawn by intensity, and surfaces of the place, with their visibility `V`: about the root of the second moment of a cluster,
+//! which is the best there is (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen which was not.
+//!
+//! # Guarantee
+//! A VPL that can give anything has at least `1 − β` of the probability that it has by importance alone, and what was learned comes from random numbers of its
+//! own: the estimate is unbiased whatever that was. Held to this by the test below.
+
+use std::collections::BinaryHeap;
+
+use rayon::prelude::*;
+
+use super::places::{Places, Receiver};
+use super::{Lit, Uncarried};
+use crate::accel::{SegmentBatch, Tracer};
+use crate::bounds::{Towards, upper_geometric};
+use crate::bsdf::Bsdf;
+use crate::gather::{GatherOptions, GatherPoint, View};
+use crate::math::{Aabb, Cone};
+use crate::rng::{self, Purpose, Stream};
+use crate::stats::Discrete;
+use crate::transport::Transport;
+use crate::tree::{LightCluster, LightTree};
+
+/// Camera paths whose surfaces are learned from: so many a pixel, and at least and at most.
+const PATHS_OF_PIXEL: u64 = 2;
+/// See [`PATHS_OF_PIXEL`].
+const PATHS: [u64; 2] = [1 << 12, 1 << 17];
+/// Paths followed as one piece of parallel work.
+const CHUNK: u64 = 1024;
+/// Clusters of VPLs that are told apart.
+const CLUSTERS: usize = 256;
+/// Surfaces that say which clusters matter.
+const PROBES: usize = 64;
+/// Lights tried for each place and cluster.
+const TRIALS: usize = 8;
+/// Root mean square distance of lights from the middle of their box, over its diagonal. Chosen.
+const SPREAD: f32 = 0.25;
+/// `β`. Importance alone knows no visibility; what was learned, nothing smaller than a place.
+const LEARNED: f64 = 0.9;
+/// `s`.
+const HOPE: f64 = 0.25;
+
+/// A VPL about in proportion to what it can give to a surface, as its place in the sorted order, with its probability; none if nothing can give anything.
+pub(super) fn draw_unlearned(
+    lights: &LightTree,
+    clamp_distance: f32,
+    receiver: &Receiver,
+    u: f64,
+) -> Option<(u32, f64)> {
+    let plain = Plain { lights, clamp_distance, receiver };
+    plain.descend(lights.root()?, 1.0, u)
+}
+
+/// Descending the light tree by importance.
+struct Plain<'a> {
+    lights: &'a LightTree,
+    clamp_distance: f32,
+    receiver: &'a Receiver,
+}
+
+impl Plain<'_> {
+    /// Probability of the first of two clusters; none if neither can give anything.
+    fn first_of(&self, children: &[LightCluster; 2]) -> Option<f64> {
+        let [a, b] = children.map(|child| self.importance(&child));
+        (a + b > 0.0).then(|| a / (a + b))
+    }
+
+    /// A light of a cluster that has been chosen with some probability.
+    fn descend(&self, mut cluster: LightCluster, mut probability: f64, mut u: f64) -> Option<(u32, f64)> {
+        while let Some(children) = self.lights.children(&cluster) {
+            let p = self.first_of(&children)?;
+            if u < p {
+                cluster = children[0];
+                probability *= p;
+                u /= p;
+            } else {
+                cluster = children[1];
+                probability *= 1.0 - p;
+                u = (u - p) / (1.0 - p);
+            }
+        }
+        Some((cluster.first, probability))
+    }
+
+    /// About what a cluster can give; zero only if it can give nothing.
+    fn importance(&self, cluster: &LightCluster) -> f64 {
+        let at = self.receiver.position;
+        let bounds = self.lights.bounds(cluster);
+        let towards = Towards::between(&bounds, &Aabb { lo: at, hi: at });
+        // Lights are about the middle of their box, seldom at its nearest corner.
+        let about = if bounds.reaches_infinity() {
+            0.0
+        } else {
+            let spread = SPREAD * bounds.aabb.diagonal();
+            (bounds.aabb.center().distance_squared(at) + spread * spread).sqrt()
+        };
+        let geometric = upper_geometric(&bounds, &towards, self.clamp_distance.max(about));
+        let cos = towards.upper_cos(&Cone::of(self.receiver.normal));
+        self.lights.luminance(cluster) * f64::from(geometric * cos)
+    }
+}
+
+/// What was learned about which VPLs are worth drawing where.
+#[derive(Clone, Debug)]
+pub struct VplChoice {
+    /// The tree above the clusters, depth first.
+    tops: Vec<Top>,
+    places: Places,
+    /// `q`, by place; none where nothing was seen.
+    tables: Vec<Option<Discrete>>,
+}
+
+/// A node of the light tree, down to the clusters that are told apart.
+#[derive(Clone, Copy, Debug)]
+struct Top {
+    cluster: LightCluster,
+    /// Where its second child is; its first is the next. Zero: it is one of the clusters.
+    second: u32,
+    /// Number of the first cluster in it.
+    number: u32,
+}
+
+impl VplChoice {
+    /// Learns on the surfaces that paths from a view meet. Runs on the current thread pool.
+    ///
+    /// Nothing is learned (`None`) if there are no lights, or no surfaces that would have one drawn.
+    ///
+    /// * `summed`: the BSDF that the VPLs are summed with at a gather point.
+    pub fn learn(
+        lit: &Lit<'_>,
+        view: &View<'_>,
+        summed: impl Fn(&GatherPoint) -> Bsdf + Sync,
+        seed: u64,
+    ) -> Option<Self> {
+        let pixels: u64 = view.size.iter().map(|side| u64::from(*side)).product();
+        let paths = (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]);
+        let chunks = (0..paths / CHUNK).into_par_iter().map(|chunk| {
+            let mut uncarried = Uncarried { met: Some(Vec::new()), ..Uncarried::new(*lit) };
+            for path in chunk * CHUNK..(chunk + 1) * CHUNK {
+                let key = rng::key(seed, Purpose::Guidance, path);
+                let mut stream = Stream::new(key, Purpose::Guidance, 0);
+                let pixel = view.size.map(|side| stream.below(side.into()) as u32);
+                let gather = GatherOptions { points: 1, ..view.gather };
+                let view = View { gather, seed: key, ..*view };
+                for point in view.pixel(lit.tracer, pixel).points {
+                    uncarried.estimate(&point, &summed(&point), key, &mut stream);
+                }
+            }
+            uncarried.met.into_iter().flatten()
+        });
+        let receivers = chunks.flatten_iter().collect();
+        Self::of_receivers(lit.lights?, lit.tracer, Uncarried::new(*lit).beyond, receivers, seed)
+    }
+
+    fn of_receivers(
+        lights: &LightTree,
+        tracer: &Tracer,
+        transport: Transport,
+        receivers: Vec<Receiver>,
+        seed: u64,
+    ) -> Option<Self> {
+        let root = lights.root().filter(|_| !receivers.is_empty())?;
+        let step = receivers.len().div_ceil(PROBES);
+        let probes: Vec<Receiver> = receivers.iter().copied().step_by(step).collect();
+        let chosen = choose_clusters(lights, root, transport.clamp_distance(), &probes);
+        let mut choice = Self { tops: Vec::new(), places: Places::default(), tables: Vec::new() };
+        choice.add_top(lights, root, &mut chosen.iter().copied().enumerate().peekable());
+        let (places, of_places) = Places::divide(receivers);
+        choice.tables = of_places
+            .par_iter()
+            .enumerate()
+            .map(|(place, receivers)| {
+                let mut stream = Stream::new(seed, Purpose::Guidance, place as u64);
+                Self::try_out(lights, tracer, transport, receivers, &chosen, &mut stream)
+            })
+            .collect();
+        choice.places = places;
+        Some(choice)
+    }
+
+    fn add_top(
+        &mut self,
+        lights: &LightTree,
+        cluster: LightCluster,
+        chosen: &mut std::iter::Peekable<impl Iterator<Item = (usize, LightCluster)>>,
+    ) {
+        let at = self.tops.len();
+        let number = chosen.peek().expect("the clusters hold every light").0 as u32;
+        self.tops.push(Top { cluster, second: 0, number });
+        if chosen.next_if(|(_, next)| *next == cluster).is_some() {
+            return;
+        }
+        let [first, second] = lights.children(&cluster).expect("a light is one of the clusters");
+        self.add_top(lights, first, chosen);
+        self.tops[at].second = self.tops.len() as u32;
+        self.add_top(lights, second, chosen);
+    }
+
+    /// Draws lights of every cluster, by intensity, for surfaces of a place at random, and looks whether they are seen.
+    fn try_out(
+        lights: &LightTree,
+        tracer: &Tracer,
+        transport: Transport,
+        receivers: &[Receiver],
+        clusters: &[LightCluster],
+        stream: &mut Stream,
+    ) -> Option<Discrete> {
+        let mut batch = SegmentBatch::new(transport.glass());
+        let mut squares = Vec::with_capacity(clusters.len() * TRIALS);
+        for cluster in clusters {
+            for _ in 0..TRIALS {
+                let receiver = &receivers[stream.below(receivers.len() as u64) as usize];
+                let light = lights.light(lights.draw(cluster, stream.uniform_f64()));
+                let link = transport.link(receiver.position, &light);
+                let cos = receiver.normal.dot(link.towards_light).max(0.0);
+                let value = lights.luminance(cluster) * f64::from(link.geometric * cos);
+                if value > 0.0 {
+                    batch.push_fan(light.apex(), [receiver.position]);
+                }
+                squares.push(value * value);
+            }
+        }
+        let mut visibility = Vec::new();
+        tracer.visibility(&batch, &mut visibility);
+        let mut visibility = visibility.into_iter();
+        let share = |squares: &[f64]| {
+            let mut unoccluded = 0.0;
+            let (mut seen, mut trials) = (0.0, 0.0);
+            for square in squares.iter().filter(|square| **square > 0.0) {
+                unoccluded += square;
+                seen += f64::from(visibility.next().expect("one for each that is not zero"));
+                trials += 1.0;
+            }
+            (unoccluded / TRIALS as f64 * (HOPE + seen) / (HOPE + trials)).sqrt()
+        };
+        let shares: Vec<f64> = squares.chunks_exact(TRIALS).map(share).collect();
+        Discrete::new(shares)
+    }
+
+    /// Descends to the cluster of that number, or to one by importance: the cluster, `p_c`, and what is left of `u`.
+    fn descend(&self, plain: &Plain<'_>, to: Option<u32>, mut u: f64) -> Option<(Top, f64, f64)> {
+        let mut at = 0;
+        let mut probability = 1.0;
+        loop {
+            let top = self.tops[at];
+            if top.second == 0 {
+                return Some((top, probability, u));
+            }
+            let children = [at + 1, top.second as usize];
+            let p = plain.first_of(&children.map(|child| self.tops[child].cluster))?;
+            let is_first = to.map_or(u < p, |number| number < self.tops[children[1]].number);
+            let share = if is_first { p } else { 1.0 - p };
+            if to.is_none() {
+                u = if is_first { u / p } else { (u - p) / (1.0 - p) };
+            }
+            probability *= share;
+            at = children[usize::from(!is_first)];
+        }
+    }
+
+    /// The same as [`draw_unlearned`], by the mixture.
+    pub(super) fn draw(
+        &self,
+        lights: &LightTree,
+        clamp_distance: f32,
+        receiver: &Receiver,
+        u: f64,
+    ) -> Option<(u32, f64)> {
+        let Some(table) = self.places.of(receiver).and_then(|place| self.tables[place].as_ref()) else {
+            return draw_unlearned(lights, clamp_distance, receiver, u);
+        };
+        let plain = Plain { lights, clamp_distance, receiver };
+        let (to, u) = if u < LEARNED {
+            let (number, _, rest) = table.sample(u / LEARNED);
+            (Some(number as u32), rest)
+        } else {
+            (None, (u - LEARNED) / (1.0 - LEARNED))
+        };
+        let (top, by_importance, u) = self.descend(&plain, to, u)?;
+        let probability = LEARNED * table.probability(top.number as usize) + (1.0 - LEARNED) * by_importance;
+        plain.descend(top.cluster, probability, u)
+    }
+}
+
+/// Up to [`CLUSTERS`] clusters that hold every light once, in the order of the lights: always the one that could give most to the probes is split.
+fn choose_clusters(
+    lights: &LightTree,
+    root: LightCluster,
+    clamp_distance: f32,
+    probes: &[Receiver],
+) -> Vec<LightCluster> {
+    let entry = |cluster: LightCluster| {
+        let of = |receiver| Plain { lights, clamp_distance, receiver }.importance(&cluster);
+        // Numbers that are not negative are in the order of their bits.
+        (probes.iter().map(of).sum::<f64>().to_bits(), cluster)
+    };
+    let mut chosen = Vec::new();
+    let mut waiting = BinaryHeap::from([entry(root)]);
+    while waiting.len() + chosen.len() < CLUSTERS {
+        let Some((_, cluster)) = waiting.pop() else { break };
+        match lights.children(&cluster) {
+            Some(children) => waiting.extend(children.map(entry)),
+            None => chosen.push(cluster),
+        }
+    }
+    chosen.extend(waiting.into_iter().map(|(_, cluster)| cluster));
+    chosen.sort_unstable();
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::accel::Glass;
+    use crate::color::Rgb;
+    use crate::error::Location;
+    use crate::math::{Affine3A, Vec3};
+    use crate::scene::{Material, MeshData, SceneBuilder, Surface};
+    use crate::stats::Moments;
+    use crate::tree::LightTreeBuilder;
+    use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
+
+    /// A floor at `z = 0`, on either side of a wall at `x = 0`.
+    fn two_halves() -> Tracer {
+        let wall = [Vec3::new(0.0, -9.0, -9.0), Vec3::new(0.0, 9.0, -9.0), Vec3::new(0.0, 0.0, 30.0)];
+        let data = MeshData { positions: wall.to_vec(), triangles: vec![[0, 1, 2]], ..MeshData::default() };
+        let mut b = SceneBuilder::new("test", Location::default());
+        let surface = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
+        let material = b.add_material(Material::new("wall", surface)).unwrap();
+        let mesh = b.add_mesh(data, material).unwrap();
+        b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+        Tracer::new(Arc::new(b.build().unwrap()))
+    }
+
+    fn lights(s: &mut Stream) -> LightTree {
+        let light = |s: &mut Stream| {
+            let [x, y, z] = s.uniform_3();
+            // Those of the far side are the brighter ones.
+            let intensity = Rgb::gray(if x < 0.5 { 1.0 } else { 50.0 });
+            let position = Vec3::new(4.0 * x - 2.0, 4.0 * y - 2.0, 1.0 + z);
+            Vpl { position, direction: Vec3::NEG_Z, intensity, kind: VplKind::Oriented }
+        };
+        let lights = (0..4000).map(|_| light(s)).collect();
+        LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
+    }
+
+    /// What is drawn gives the whole sum in the mean, at places that were met and at one that was not; and with what was learned it varies far less
+    /// than without, since most that could give light is behind a wall.
+    #[test]
+    fn what_was_learned_is_drawn_more_often_and_nothing_is_left_out() {
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        let (tracer, lights) = (two_halves(), lights(&mut s));
+        let transport = Transport::new(0.1).with_glass(Glass::SolidStops);
+        let on_floor = |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Vec3::Z };
+        let met = (0..2000).map(|_| on_floor(-2.0 * s.uniform() - 0.01, 4.0 * s.uniform() - 2.0)).collect();
+        let choice = VplChoice::of_receivers(&lights, &tracer, transport, met, 3).unwrap();
+        for (receiver, is_known) in [(on_floor(-0.7, 0.4), true), (on_floor(0.9, -0.3), false)] {
+            let mut batch = SegmentBatch::new(transport.glass());
+            let mut visibility = Vec::new();
+            let mut value = |light: u32| {
+                let light = lights.light(light);
+                let link = transport.link(receiver.position, &light);
+                batch.clear();
+                batch.push_fan(light.apex(), [receiver.position]);
+                tracer.visibility(&batch, &mut visibility);
+                let cos = receiver.normal.dot(link.towards_light).max(0.0);
+                f64::from(light.intensity.luminance() * link.geometric * cos * visibility[0])
+            };
+            let truth: f64 = (0..4000).map(&mut value).sum();
+            let [mut learned, mut unlearned] = [Moments::default(); 2];
+            for _ in 0..20_000 {
+                let u = s.uniform_f64();
+                let by = |drawn: Option<(u32, f64)>| drawn.expect("all can give light");
+                let (light, p) = by(choice.draw(&lights, transport.clamp_distance(), &receiver, u));
+                learned.push(value(light) / p);
+                let (light, p) = by(draw_unlearned(&lights, transport.clamp_distance(), &receiver, u));
+                unlearned.push(value(light) / p);
+            }
+            for found in [&learned, &unlearned] {
+                let error = (found.variance() / found.count() as f64).sqrt();
+                assert!((found.mean() - truth).abs() < 4.0 * error, "{} ± {error}: {truth}", found.mean());
+                assert!(error < 0.1 * truth, "{error} of {truth}");
+            }
+            let ratio = unlearned.variance() / learned.variance();
+            assert!(ratio > 5.0 || !is_known, "{ratio}");
+        }
+    }
+}
