@@ -11,7 +11,7 @@ use tashika::report::{RenderFacts, count, render_page};
 use crate::exit::{Failure, Outcome};
 use crate::plan::MergePlan;
 use crate::progress::{Meter, metered};
-use crate::summary::{Rows, counted, typed_command, write_json};
+use crate::summary::{NOT_FOUND, Rows, counted, typed_command, write_json};
 
 /// Everything that is told about a merge.
 #[derive(Debug, Serialize)]
@@ -21,6 +21,7 @@ struct Report {
     pixels: u64,
     promise_met: u64,
     budget_hit: u64,
+    not_found: u64,
     /// Shares that are missing, from 1, and how many there are.
     missing: Vec<u32>,
     of: u32,
@@ -56,7 +57,11 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     if !plan.common.quiet {
         rows(&report, &merged).print()?;
     }
-    Ok(if report.budget_hit > 0 && !plan.accept_budget { Outcome::BudgetHit } else { Outcome::Done })
+    Ok(if report.budget_hit + report.not_found > 0 && !plan.accept_budget {
+        Outcome::BudgetHit
+    } else {
+        Outcome::Done
+    })
 }
 
 /// The parts, read and joined one after the other.
@@ -91,8 +96,11 @@ fn report(plan: &MergePlan, merged: &Merged) -> Report {
     Report {
         parts: plan.parts.len(),
         pixels: number(stops.iter().filter(|stop| **stop != 0).count()),
-        promise_met: number(claims.iter().filter(|claim| **claim != 0).count()),
+        promise_met: number(
+            stops.iter().zip(claims).filter(|(stop, claim)| **stop != 4 && **claim != 0).count(),
+        ),
         budget_hit: number(stops.iter().filter(|stop| **stop == 4).count()),
+        not_found: number(stops.iter().filter(|stop| **stop == 5).count()),
         missing: merged.missing.clone(),
         of: merged.of,
         missing_pixels: merged.missing_pixels,
@@ -110,6 +118,9 @@ fn rows(report: &Report, merged: &Merged) -> Rows {
     );
     if report.budget_hit > 0 {
         rows.push("", format!("{} of them ran out of budget", count(report.budget_hit)));
+    }
+    if report.not_found > 0 {
+        rows.push("", format!("{} of them {NOT_FOUND}", count(report.not_found)));
     }
     if !report.complete {
         rows.push("", format!("NOT COMPLETE: {}", told_missing(merged)));

@@ -128,7 +128,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         audit,
         exposure_stops,
     };
-    let (complete, budget_hit) = (done.complete, done.totals.budget_hit);
+    let (complete, fallen_short) = (done.complete, done.totals.budget_hit + done.totals.not_found);
     let report = report(plan, done, seconds);
     let facts = RenderFacts {
         name: plan.exr.display().to_string(),
@@ -146,7 +146,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     if let Some(page) = page {
         page.end(rendered.film, meter);
     }
-    Ok(match (complete, budget_hit) {
+    Ok(match (complete, fallen_short) {
         (false, _) => Outcome::Interrupted,
         (true, _) if contradicted => Outcome::Contradicted,
         (true, 0) => Outcome::Done,
@@ -313,6 +313,7 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         promise_met: totals.promise_met,
         picture: plan.integration.is_picture(),
         budget_hit: totals.budget_hit,
+        not_found: totals.not_found,
         truth: done.truth.clone(),
         error_budget: done.error_budget,
         rays_per_pixel: mean(totals.rays),

@@ -186,6 +186,8 @@ pub struct RenderReport {
     pub picture: bool,
     /// Pixels that ran out of budget.
     pub budget_hit: u64,
+    /// Pixels of which too much light cannot be found.
+    pub not_found: u64,
     /// What the promise is about, if there is one.
     pub truth: Option<String>,
     /// What the half-widths are made of, if intervals are claimed.
@@ -211,6 +213,9 @@ pub struct RenderReport {
     /// Files written.
     pub files: Vec<PathBuf>,
 }
+
+/// What is said of pixels of which too much light cannot be found.
+pub const NOT_FOUND: &str = "claim nothing: light comes to them by mirrors or glass that no path finds";
 
 impl RenderReport {
     /// The same for people.
@@ -256,6 +261,9 @@ impl RenderReport {
         if self.budget_hit > 0 {
             let further = if self.picture { "; --error works on until they are good enough" } else { "" };
             rows.push("", format!("{} of them ran out of budget{further}", HumanCount(self.budget_hit)));
+        }
+        if self.not_found > 0 {
+            rows.push("", format!("{} of them {NOT_FOUND}", HumanCount(self.not_found)));
         }
         if let Some(truth) = &self.truth {
             rows.push("truth", about_truth(truth));

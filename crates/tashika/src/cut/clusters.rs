@@ -115,7 +115,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
     /// Draws a term of a pair with probability `I_i / I_C · w_j / W_G`.
     pub fn draw(&self, pair: &Pair, stream: &mut Stream) -> Term {
         let light = self.lights.draw(&pair.light, stream.uniform_f64());
-        Term { light, point: self.points.draw(pair.points, stream.uniform()) }
+        Term { light, point: self.points.draw(pair.points, stream.uniform_f64()) }
     }
 
     /// `I_C W_G`: one over a term's probability is this over the term's [own](Clusters::weight_of_term).

@@ -11,8 +11,10 @@
 //! Σ_i c_i² ≤ Σ_ij c_ij²/ω_j = E Σ_k (1/n_k) Σ_s c_s² / (ω_s p_s)
 //! ```
 //!
-//! where a sample is drawn with probability `p_s`. It is an upper estimate at no ray: equal where all points receive the same of a light. Lights that are not
-//! drawn, points and spots say, are left out. VPLs of one light path are taken for independent.
+//! where a sample is drawn with probability `p_s`. It is an upper estimate at no ray: equal where all points receive the same of a light. From few
+//! lights it is uncertain itself: so is `Σ_i c_i⁴` estimated. Lights that are not
+//! drawn, points and spots say, are left out. Where lights are not drawn each by itself it has to be multiplied by what they have in common
+//! ([`importance_correlation`](crate::guidance::importance_correlation)).
 //!
 //! # Points
 //! How much light point `j` adds, `c_j = Σ_i c_ij`, is known from what its strata have on average and how its own samples deviate from that:
@@ -35,6 +37,10 @@ use crate::vpl::Vpl;
 pub struct Population {
     /// About at most the variance of the sum by which lights were drawn.
     pub importance_by_lights: f64,
+    /// About at most the sum of the fourth powers of what each light adds: how few lights that variance comes from.
+    pub importance_fourth: f64,
+    /// About the most that one light adds.
+    pub importance_largest: f64,
     /// Of each point, in the order of the tree.
     pub points: Vec<OfPoint>,
 }
@@ -46,6 +52,18 @@ pub struct OfPoint {
     pub value: f64,
     /// `d_j`: how much of the square of that is noise.
     pub noise: f64,
+}
+
+impl Population {
+    /// A term of a point with that share of the weights, which stands for so many.
+    fn add_light(&mut self, term: f64, share: f64, count: f64) {
+        // What the light adds, if all points receive the same of it.
+        let added = (term / share).abs();
+        let square = added * added;
+        self.importance_largest = self.importance_largest.max(added);
+        self.importance_by_lights += count * share * square;
+        self.importance_fourth += count * share * square * square;
+    }
 }
 
 impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
@@ -61,7 +79,7 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
             f64::from(clusters.points.point(point).weight.max_channel()) / f64::from(root.weight)
         };
         let mut population =
-            Population { importance_by_lights: 0.0, points: vec![OfPoint::default(); root.count as usize] };
+            Population { points: vec![OfPoint::default(); root.count as usize], ..Population::default() };
         // Means of strata by the node of their points, over its weight.
         let mut means = vec![0.0; nodes.len()];
         for said in &self.memory.said {
@@ -75,7 +93,7 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
                 let (value, point) = (weight * of.of(sample.unit), sample.term.point);
                 if value != 0.0 && !is_given(&clusters.lights.light(sample.term.light)) {
                     let probability = sample.measure / weight;
-                    population.importance_by_lights += value * value * probability / (n * share(point));
+                    population.add_light(value * probability, share(point), 1.0 / (probability * n));
                 }
                 let residual = (value - mean) / (n - 1.0);
                 let point = &mut population.points[point as usize];
@@ -87,7 +105,7 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
             let value = of.of(*value);
             population.points[term.point as usize].value += value;
             if value != 0.0 && !is_given(&clusters.lights.light(term.light)) {
-                population.importance_by_lights += value * value / share(term.point);
+                population.add_light(value, share(term.point), 1.0);
             }
         }
         for (number, node) in nodes.iter().enumerate() {

@@ -117,6 +117,8 @@ pub enum StopReason {
     RuleMet,
     /// It has cost as much as permitted.
     Budget,
+    /// There is light that the method cannot find, too much of it for a claim.
+    NotFound,
 }
 
 impl StopReason {
@@ -128,6 +130,7 @@ impl StopReason {
             Self::SampleCount => 2,
             Self::RuleMet => 3,
             Self::Budget => 4,
+            Self::NotFound => 5,
         }
     }
 }

@@ -65,6 +65,8 @@ pub struct Totals {
     pub promise_met: u64,
     /// Pixels that ran out of budget.
     pub budget_hit: u64,
+    /// Pixels of which too much light cannot be found.
+    pub not_found: u64,
     /// Terms of sums that were looked at, or paths.
     pub pairs: u64,
     /// Rays and segments traced.
@@ -119,7 +121,7 @@ const PLANES: &[PlaneSpec] = &[
         &["id"],
         "1",
         SampleKind::U32,
-        "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 budget",
+        "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 budget, 5 light not found",
     ),
     plane("pairs", &["n"], "1", SampleKind::F32, "terms of the sum that were looked at, or paths"),
     plane("rays", &["n"], "1", SampleKind::F32, "rays and segments traced"),
@@ -271,11 +273,13 @@ struct Shared {
 
 impl Shared {
     /// Counts a pixel that is finished.
-    fn count(&mut self, claims: bool, out_of_budget: bool, pairs: u64, rays: u64) {
+    fn count(&mut self, claims: bool, stop: u32, pairs: u64, rays: u64) {
         self.totals.pixels += 1;
+        let out_of_budget = stop == StopReason::Budget.id();
         let keeps = claims && !out_of_budget;
         self.totals.promise_met += u64::from(keeps);
         self.totals.budget_hit += u64::from(out_of_budget);
+        self.totals.not_found += u64::from(stop == StopReason::NotFound.id());
         self.totals.pairs += pairs;
         self.totals.rays += rays;
         self.progress.pixels += 1;
@@ -293,7 +297,7 @@ impl Shared {
             let (pairs, rays) = (number("pairs"), number("rays"));
             let color = self.film.plane("").expect("the film was made from PLANES").f32_at(x, y);
             sum.add(Rgb::new(color[0], color[1], color[2]));
-            self.count(claim != ErrorClaim::None.id(), stop == StopReason::Budget.id(), pairs, rays);
+            self.count(claim != ErrorClaim::None.id(), stop, pairs, rays);
         }
         sum
     }
@@ -338,7 +342,7 @@ fn render_tiles(
             for ((x, y), e) in tile.pixels().zip(&estimates) {
                 store(&mut shared.film, x, y, e);
                 sum.add(e.radiance);
-                shared.count(e.claim != ErrorClaim::None, e.stop == StopReason::Budget, e.pairs, e.rays);
+                shared.count(e.claim != ErrorClaim::None, e.stop.id(), e.pairs, e.rays);
             }
             watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
             Some(sum)

@@ -104,11 +104,57 @@ impl Camera {
             self.to_world.transform_vector3(direction).normalize(),
         )
     }
+
+    /// Where a place of the world lies on a film of `size` pixels, as seen from the lens' centre, and the area there that a pixel covers, as seen along the ray: of the unit sphere (sr) for perspective cameras,
+    /// of the world (m²) for orthographic ones. `None` for what is not in front of the camera.
+    pub fn project(&self, place: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
+        let size = Vec2::new(size[0] as f32, size[1] as f32);
+        let p = self.to_world.inverse().transform_point3(place);
+        if p.z >= 0.0 {
+            return None;
+        }
+        let (on_film, height, shrinks) = match self.projection {
+            Projection::Perspective { vertical_fov } => {
+                let height = 2.0 * tan(0.5 * vertical_fov);
+                let cos = -p.z / p.length();
+                (Vec2::new(p.x, p.y) / (-p.z * height), height, cos * cos * cos)
+            }
+            Projection::Orthographic { height } => (Vec2::new(p.x, p.y) / height, height, 1.0),
+        };
+        let film = Vec2::new(
+            on_film.x * size.y + 0.5 * size.x - self.shift.x * size.x,
+            (0.5 - on_film.y + self.shift.y) * size.y,
+        );
+        let side = height / size.y;
+        Some((film, side * side * shrinks))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What a camera ray meets lies on the film where the ray came from, and all pixels together cover what the film sees.
+    #[test]
+    fn places_are_projected_to_where_their_rays_come_from() {
+        let mut c = camera();
+        c.shift = Vec2::new(0.1, -0.2);
+        for projection in [c.projection, Projection::Orthographic { height: 3.0 }] {
+            c.projection = projection;
+            for (x, y) in [(100.0, 50.0), (3.5, 7.25), (-20.0, 90.0)] {
+                let film = Vec2::new(x, y);
+                let ray = |film| c.ray(&CameraSample { film, lens: [0.5; 2] }, [200, 100]);
+                let at = |film| ray(film).at(4.0);
+                let (found, area) = c.project(at(film), [200, 100]).unwrap();
+                assert!((found - film).length() < 1e-2, "{projection:?}: {found} for {film}");
+                let sides = [Vec2::X, Vec2::Y].map(|step| at(film + 0.5 * step) - at(film - 0.5 * step));
+                let is_far = matches!(projection, Projection::Perspective { .. });
+                let expected = sides[0].cross(sides[1]).length() / if is_far { 16.0 } else { 1.0 };
+                assert!((area / expected - 1.0).abs() < 1e-3, "{projection:?}: {area} for {expected}");
+            }
+        }
+        assert!(c.project(c.position() + Vec3::Z, [200, 100]).is_none());
+    }
 
     fn camera() -> Camera {
         Camera::look_at("c", Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, -7.0), Vec3::Y, 1.0)

@@ -2,13 +2,13 @@
 //!
 //! The normal quantile inverts `Φ` by Newton's method, which is exact to rounding. The t quantile is Hill's expansion (Hill 1970,
 //! algorithm 396): an asymptotic series in the degrees of freedom with a second branch for the far tail, relative error below
-//! `2·10⁻⁴` for 3 and 4 degrees of freedom and below `10⁻⁵` from 5 on; closed forms for 1 and 2.
+//! `2·10⁻⁴` from 3 degrees of freedom and below `10⁻⁵` from 5 on. Below 3, where that series is as much as 13 % off, it inverts the integral itself.
 //!
 //! Held to this by the tests below, against an independent implementation.
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
-use crate::math::elementary::{erfc, exp_f64, ln_f64, powf_f64, tan_f64};
+use crate::math::elementary::{erfc, exp_f64, ln_f64, powf_f64};
 
 /// The `x` with `Φ(x) = p`, for `p` in `(0, 1)`.
 pub fn normal_quantile(p: f64) -> f64 {
@@ -43,11 +43,9 @@ pub fn normal_quantile(p: f64) -> f64 {
 pub fn student_t_two_sided(confidence: f64, freedom: f64) -> f64 {
     debug_assert!(confidence > 0.0 && confidence < 1.0 && freedom >= 1.0);
     let (p, n) = (1.0 - confidence, freedom);
-    if n == 1.0 {
-        return 1.0 / tan_f64(p * FRAC_PI_2);
-    }
-    if n == 2.0 {
-        return (2.0 / (p * (2.0 - p)) - 2.0).sqrt();
+    if n < 3.0 {
+        let x = quantile_of_few(p, n);
+        return (n * (1.0 - x) / x).sqrt();
     }
     let a = 1.0 / (n - 0.5);
     let b = 48.0 / (a * a);
@@ -74,6 +72,40 @@ pub fn student_t_two_sided(confidence: f64, freedom: f64) -> f64 {
     (n * y).sqrt()
 }
 
+/// The `x = n / (n + t²)` with `P(|T| > t) = p`, by halving what it lies in.
+///
+/// ```text
+/// P(|T| > t) = B_x(n/2, ½) / B(n/2, ½)          B_x(a, b) = ∫₀ˣ sᵃ⁻¹ (1 − s)ᵇ⁻¹ ds
+/// ```
+fn quantile_of_few(p: f64, n: f64) -> f64 {
+    let a = 0.5 * n;
+    let [lower_half, upper_half] = [incomplete_beta(a, 0.5, 0.5), incomplete_beta(0.5, a, 0.5)];
+    let whole = lower_half + upper_half;
+    let tail = |x: f64| match x {
+        ..=0.5 => incomplete_beta(a, 0.5, x),
+        _ => whole - incomplete_beta(0.5, a, 1.0 - x),
+    };
+    // The integrand is at least sᵃ⁻¹, and at most that over the root of 1 − x.
+    let mut hi = powf_f64(p * whole * a, 1.0 / a).min(1.0);
+    let mut lo = hi * powf_f64(1.0 - hi, 0.5 / a);
+    for _ in 0..50 {
+        let middle = 0.5 * (lo + hi);
+        if tail(middle) < p * whole { lo = middle } else { hi = middle }
+    }
+    hi
+}
+
+/// `B_x(a, b)` for `x` up to one half, by its series in `x`.
+fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
+    let (mut term, mut sum) = (1.0, 1.0 / a);
+    for k in 1..64 {
+        let k = f64::from(k);
+        term *= x * (k - b) / k;
+        sum += term / (a + k);
+    }
+    powf_f64(x, a) * sum
+}
+
 #[cfg(test)]
 mod tests {
     use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
@@ -92,14 +124,16 @@ mod tests {
 
     #[test]
     fn t_quantiles_leave_the_tails_that_they_should() {
-        for freedom in [1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 17.0, 60.0, 300.0, 2000.0] {
+        for freedom in
+            [1.0, 1.01, 1.2, 1.5, 1.8, 2.0, 2.4, 2.99, 3.0, 3.5, 4.0, 5.0, 8.0, 17.0, 60.0, 300.0, 2000.0]
+        {
             let t = StudentsT::new(0.0, 1.0, freedom).unwrap();
             for confidence in [0.5, 0.8, 0.9, 0.95, 0.99, 0.999] {
                 let q = student_t_two_sided(confidence, freedom);
                 let tail = 2.0 * (1.0 - t.cdf(q));
                 let relative = tail / (1.0 - confidence) - 1.0;
                 // Of the tail: `n` times as sensitive as the quantile far out.
-                let allowed = if freedom < 5.0 { 2e-3 } else { 1e-4 };
+                let allowed = if (3.0..5.0).contains(&freedom) { 2e-3 } else { 1e-4 };
                 assert!(relative.abs() < allowed, "{confidence}, {freedom}: {q} leaves {tail}");
             }
         }

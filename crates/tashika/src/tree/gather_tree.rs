@@ -133,9 +133,9 @@ impl<B> GatherTree<B> {
 
     /// A point of a node for the uniform number `u` in `[0, 1)`, as its place in the sorted order; its probability is its weight
     /// over the node's.
-    pub fn draw(&self, node: u32, u: f32) -> u32 {
+    pub fn draw(&self, node: u32, u: f64) -> u32 {
         let node = &self.nodes[node as usize];
-        self.sums.draw(node.first, node.count, f64::from(u))
+        self.sums.draw(node.first, node.count, u)
     }
 }
 

@@ -46,6 +46,7 @@ use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::gather::{GatherPoint, Scatter};
+use crate::guidance::BentLight;
 use crate::math::Ray;
 use crate::rng::Stream;
 use crate::transport::{Link, Transport};
@@ -82,6 +83,8 @@ pub struct Lit<'a> {
     pub transport: Transport,
     /// Most surfaces of a path.
     pub max_depth: u32,
+    /// What there is of light that paths may not find.
+    pub bent: Option<&'a BentLight>,
 }
 
 /// Paths of what VPLs do not carry.
@@ -93,8 +96,19 @@ pub struct Uncarried<'a> {
     batch: SegmentBatch,
     visibility: Vec<f32>,
     rays: u64,
+    /// Of the last path.
+    bent: Bent,
     /// Where surfaces that a VPL would be drawn for are noted instead.
     met: Option<Vec<Receiver>>,
+}
+
+/// Light that comes from emitters by bent ways, on a path (luminance, W·m⁻²·sr⁻¹).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bent {
+    /// What there is of it by [`Lit::bent`], at the first surface and at those beyond.
+    pub expected: [f64; 2],
+    /// What the path found.
+    pub found: f64,
 }
 
 /// How a path came to where it is.
@@ -131,6 +145,7 @@ impl<'a> Uncarried<'a> {
             batch: SegmentBatch::new(Glass::SolidStops),
             visibility: Vec::new(),
             rays: 0,
+            bent: Bent::default(),
             met: None,
         }
     }
@@ -140,6 +155,11 @@ impl<'a> Uncarried<'a> {
         self.rays
     }
 
+    /// What the last path found of light that comes by bent ways, and of how much.
+    pub fn bent(&self) -> Bent {
+        self.bent
+    }
+
     /// An unbiased estimate of what the sum over VPLs leaves out at a gather point (W·m⁻²·sr⁻¹), with its weight; single estimates may be negative.
     ///
     /// * `summed`: the BSDF that the VPLs are summed with there, if there are any.
@@ -147,6 +167,7 @@ impl<'a> Uncarried<'a> {
     pub fn estimate(&mut self, point: &GatherPoint, summed: &Bsdf, key: u64, stream: &mut Stream) -> Rgb {
         let mut radiance = Rgb::BLACK;
         let mut weight = Rgb::WHITE;
+        self.bent = Bent::default();
         let lights = self.lit.lights;
         let mut vertex = Vertex::first(point, lights.map(|_| summed));
         // Decisions of rays so far, at most.
@@ -156,6 +177,11 @@ impl<'a> Uncarried<'a> {
         let whole = vertex.importance_albedo();
         for depth in 0..self.lit.max_depth {
             let Some(rest) = vertex.probability_of_rest() else { break };
+            if let Some(bent) = self.lit.bent {
+                let radiance = bent.importance_radiance(vertex.position(), vertex.geometric_normal());
+                let there = radiance * f64::from((weight * vertex.amplitude()).luminance());
+                self.bent.expected[usize::from(depth > 0)] += there;
+            }
             if depth > certain {
                 let mut survival = (size(weight) / whole * vertex.importance_albedo()).min(1.0);
                 if lights.is_some() {
@@ -196,6 +222,9 @@ impl<'a> Uncarried<'a> {
             decided += u64::from(self.lit.max_depth);
             vertex = next;
         }
+        let of_point = f64::from(point.weight.luminance());
+        self.bent.found *= of_point;
+        self.bent.expected = self.bent.expected.map(|expected| expected * of_point);
         point.weight * radiance
     }
 
@@ -223,6 +252,9 @@ impl<'a> Uncarried<'a> {
                         (true, false) => balance(way.density, emitters.pdf_of_environment(d)),
                     };
                     *radiance += *weight * e.radiance(d) * share;
+                    if !is_straight {
+                        self.bent.found += f64::from((*weight * e.radiance(d)).luminance());
+                    }
                 }
                 return None;
             };
@@ -241,6 +273,9 @@ impl<'a> Uncarried<'a> {
                     1.0
                 };
                 *radiance += *weight * emitted * share;
+                if !is_straight {
+                    self.bent.found += f64::from((*weight * emitted).luminance());
+                }
             }
             match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
                 Scatter::Specular(specular) => {

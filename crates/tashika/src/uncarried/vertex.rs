@@ -76,6 +76,11 @@ impl Vertex {
         self.point.geometric_normal
     }
 
+    /// How much of `c` is left for paths.
+    pub(super) fn amplitude(&self) -> f32 {
+        self.amplitude
+    }
+
     /// About the albedos of what is left of `c`, and of `g`.
     fn importance_albedos(&self) -> [f32; 2] {
         let bsdf = &self.point.bsdf;

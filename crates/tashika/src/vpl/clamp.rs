@@ -40,7 +40,7 @@ impl Clamp {
     }
 
     /// The distance (m) for a set of lights; zero for no clamp.
-    pub(super) fn distance(&self, lights: &[Vpl], seed: u64) -> f32 {
+    pub(crate) fn distance(&self, lights: &[Vpl], seed: u64) -> f32 {
         match *self {
             Self::Off => 0.0,
             Self::Distance(d) => d,

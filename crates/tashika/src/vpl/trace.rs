@@ -29,6 +29,7 @@ use rayon::prelude::*;
 
 use super::{Clamp, EmitterSampler, LightGuide, Provenance, Vpl, VplKind, VplSet, carried_cos};
 use crate::accel::Tracer;
+use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::math::{Aabb, Frame, Ray};
@@ -125,6 +126,10 @@ impl VplOptions {
 #[derive(Default)]
 struct Trail {
     lights: Vec<Vpl>,
+    /// How many of these each path left.
+    counts: Vec<u32>,
+    /// Numbers of those that are the first of their path, which came from the emitter by a bent way.
+    bent: Vec<u32>,
     /// Flux that VPLs send out (W, luminance).
     diffuse: f64,
     /// Flux that surfaces reflect, but for mirrors and glass.
@@ -181,6 +186,11 @@ impl<'s> LightTracer<'s> {
         Self { options: VplOptions { clamp, ..self.options }, ..self }
     }
 
+    /// How its VPLs are to be clamped.
+    pub fn clamp(&self) -> Clamp {
+        self.options.clamp
+    }
+
     /// What it traces rays with.
     pub fn tracer(&self) -> &'s Tracer {
         self.tracer
@@ -195,27 +205,10 @@ impl<'s> LightTracer<'s> {
     pub fn trace(&self, seed: u64) -> VplSet {
         let Self { tracer, options, emitters, .. } = self;
         let mut lights: Vec<Vpl> = emitters.punctual().collect();
-        // However many lights are points: half of the count goes to what has to be sampled.
-        let rest = options.count.saturating_sub(lights.len() as u64).max(options.count.div_ceil(2));
-        let has_extended = emitters.sample_extended(0.0, [0.5; 2]).is_some();
-        let share = f64::from(options.direct_share);
-        // However small the count: neither kind of light is left out, unless the share says so.
-        let mut direct =
-            if has_extended && share > 0.0 { ((rest as f64 * share).round() as u64).max(1) } else { 0 };
-        let paths = self.paths(rest - direct);
-        if paths == 0 && has_extended {
-            direct = rest;
-        }
-        lights.par_extend((0..direct).into_par_iter().flat_map_iter(|i| {
-            let mut s = Stream::new(seed, Purpose::DirectLight, i);
-            let u = (i as f64 + s.uniform_f64()) / direct as f64;
-            let mut light = self.guide.place(emitters, u, &mut s)?;
-            light.intensity = light.intensity / direct as f32;
-            Some(light)
-        }));
+        let (drawn, trail, paths) = self.draw(options.count, seed, lights.len() as u64);
+        lights.extend(drawn);
         lights.retain(|l| !l.intensity.is_black());
         let direct = lights.len() as u64;
-        let trail = self.trace_paths(seed, Purpose::LightPath, paths);
         lights.extend(trail.lights);
         let scene = tracer.scene();
         sort_by_place(&mut lights, scene.bounds());
@@ -239,14 +232,62 @@ impl<'s> LightTracer<'s> {
         VplSet::new(lights, provenance)
     }
 
+    /// The VPLs of a set of about `count` by what they are drawn with: each direct VPL by itself, and those that a light path leaves
+    /// together; without emitters that are points, which are in every set.
+    pub fn drawn_together(&self, count: u64, seed: u64) -> Vec<Vec<Vpl>> {
+        let (direct, trail, _) = self.draw(count, seed, self.emitters.punctual().count() as u64);
+        let mut groups: Vec<Vec<Vpl>> = direct.into_iter().map(|light| vec![light]).collect();
+        let mut lights = trail.lights.into_iter();
+        groups.extend(trail.counts.into_iter().map(|count| lights.by_ref().take(count as usize).collect()));
+        groups
+    }
+
+    /// So many direct VPLs: on emitting surfaces, and directions of the environment.
+    pub fn on_emitters(&self, count: u64, seed: u64) -> Vec<Vpl> {
+        if self.emitters.sample_extended(0.0, [0.5; 2]).is_none() {
+            return Vec::new();
+        }
+        let light = |i: u64| {
+            let mut s = Stream::new(seed, Purpose::DirectLight, i);
+            let u = (i as f64 + s.uniform_f64()) / count as f64;
+            let mut light = self.guide.place(&self.emitters, u, &mut s)?;
+            light.intensity = light.intensity / count as f32;
+            Some(light)
+        };
+        (0..count).into_par_iter().filter_map(light).collect()
+    }
+
+    /// The first VPL of each of so many light paths that came to it from an emitter over mirrors or through solid glass.
+    pub fn after_bent_ways(&self, paths: u64, seed: u64) -> Vec<Vpl> {
+        let trail = self.trace_paths(seed, Purpose::LightPath, paths);
+        trail.bent.into_iter().map(|number| trail.lights[number as usize]).collect()
+    }
+
+    /// Direct VPLs, what light paths leave, and how many paths there are, beside so many emitters that are points.
+    fn draw(&self, count: u64, seed: u64, punctual: u64) -> (Vec<Vpl>, Trail, u64) {
+        let Self { options, emitters, .. } = self;
+        // However many lights are points: half of the count goes to what has to be sampled.
+        let rest = count.saturating_sub(punctual).max(count.div_ceil(2));
+        let has_extended = emitters.sample_extended(0.0, [0.5; 2]).is_some();
+        let share = f64::from(options.direct_share);
+        // However small the count: neither kind of light is left out, unless the share says so.
+        let mut direct =
+            if has_extended && share > 0.0 { ((rest as f64 * share).round() as u64).max(1) } else { 0 };
+        let paths = self.paths(count, rest - direct);
+        if paths == 0 && has_extended {
+            direct = rest;
+        }
+        (self.on_emitters(direct, seed), self.trace_paths(seed, Purpose::LightPath, paths), paths)
+    }
+
     /// How many light paths leave about `wanted` VPLs: at least one where there may be indirect light, as a pilot that
     /// met nothing does not prove that there is none.
-    fn paths(&self, wanted: u64) -> u64 {
+    fn paths(&self, count: u64, wanted: u64) -> u64 {
         let options = &self.options;
         if options.max_depth == 0 || options.direct_share >= 1.0 || self.emitters.is_empty() {
             return 0;
         }
-        let most = options.count.saturating_mul(options.emission.max_paths_per_vpl());
+        let most = count.saturating_mul(options.emission.max_paths_per_vpl());
         let paths = if self.per_path > 0.0 { wanted as f64 / self.per_path } else { wanted as f64 };
         (paths.round() as u64).max(1).min(most)
     }
@@ -322,7 +363,9 @@ fn trace_paths(
                 let u = (i as f64 + s.uniform_f64()) / paths as f64;
                 if let Some((ray, flux)) = guide.ray(emitters, u, &mut s) {
                     let key = rng::key(options.seed, purpose, i);
+                    let before = trail.lights.len();
                     walk(tracer, ray, flux / paths as f32, options.max_depth, key, &mut s, &mut trail);
+                    trail.counts.push((trail.lights.len() - before) as u32);
                 }
             }
             trail
@@ -330,7 +373,9 @@ fn trace_paths(
         .collect();
     // In the order of the paths, whichever thread traced them.
     chunks.into_iter().fold(Trail::default(), |mut all, t| {
+        all.bent.extend(t.bent.iter().map(|number| number + all.lights.len() as u32));
         all.lights.extend(t.lights);
+        all.counts.extend(t.counts);
         all.diffuse += t.diffuse;
         all.reflected += t.reflected;
         all
@@ -348,6 +393,8 @@ fn walk(
     trail: &mut Trail,
 ) {
     let scene = tracer.scene();
+    // Of the way since the emitter.
+    let (mut is_specular, mut is_bent) = (true, false);
     for depth in 0..max_depth {
         if flux.is_black() {
             return;
@@ -375,6 +422,9 @@ fn walk(
             let normal = if (cos_ng > 0.0) != through { ng } else { -ng };
             let intensity = flux * carried / cos_ng.abs();
             trail.diffuse += f64::from(intensity.luminance() * PI);
+            if is_specular && is_bent {
+                trail.bent.push(trail.lights.len() as u32);
+            }
             trail.lights.push(Vpl {
                 position: point.leave(normal),
                 direction: normal,
@@ -392,6 +442,9 @@ fn walk(
         if !sample.lobe.is_specular() {
             trail.reflected += f64::from(next.luminance());
         }
+        is_specular &= sample.lobe.is_specular();
+        let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && sample.lobe == Lobe::SpecularTransmission;
+        is_bent |= !is_pane;
         let survival = (next.max_channel() / flux.max_channel()).min(1.0);
         if s.uniform() >= survival {
             return;

@@ -336,6 +336,7 @@ fn paths_from_dark_surfaces_go_as_far() {
             choice: None,
             transport: Transport::new(0.8).with_glass(Glass::SolidStops),
             max_depth: 16,
+            bent: None,
         };
         let mut seen = 0;
         for path in 0..5000 {
@@ -413,6 +414,32 @@ fn pixels_that_see_nothing_are_black_for_certain() {
     let black: Vec<u32> = pixels.filter(|(l, _)| *l == 0.0).map(|(_, stop)| *stop).collect();
     assert!(black.len() > 10 && black.len() < 24 * 8, "{} black pixels", black.len());
     assert!(black.iter().all(|stop| *stop == 3), "the rule is met: {black:?}");
+}
+
+/// Where nobody says how dark is dark, pixels of less than a hundredth of the view's light are held to the error of that: not for ever more work.
+#[test]
+fn dark_pixels_are_held_to_a_share_of_the_views_light() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let hidden = cuboid(Vec3::new(-0.95, 0.001, -0.5), Vec3::new(-0.35, 1.2, 0.3), false);
+    place(&mut b, hidden, Material::new("nearly black", lambert(0.0001)));
+    let tracer = tracer(b);
+    let lights = VplOptions { count: 20_000, ..VplOptions::default() };
+    let size = [12, 12];
+    let guided =
+        GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), size, 64, 1)).unwrap();
+    let options = ControlOptions { error: 0.02, absolute_error: 0.0, ..ControlOptions::default() };
+    let film = film(&tracer, &LightTransport::new(&tracer, &guided, &options), size, 64, 1);
+    let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
+    let stops = film.plane("stop").unwrap().u32_samples().unwrap();
+    let found = luminances(&film);
+    let mean = found.iter().sum::<f64>() / found.len() as f64;
+    let absolute = guided.importance_brightness() * 0.01 * 0.02;
+    let dark: Vec<usize> = (0..found.len()).filter(|&i| found[i] > 0.0 && found[i] < 0.002 * mean).collect();
+    assert!(dark.len() > 5, "{} dark pixels", dark.len());
+    let half_width = |i: usize| f64::from(half_widths[i]);
+    assert!(dark.iter().all(|&i| stops[i] == 3 && half_width(i) <= absolute * (1.0 + 1e-5)));
+    assert!(dark.iter().any(|&i| half_width(i) > 0.02 * found[i]), "some are wider than their own tolerance");
 }
 
 #[test]

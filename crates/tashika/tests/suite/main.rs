@@ -18,6 +18,7 @@ mod gltf;
 mod gltf_features;
 mod gltf_materials;
 mod gltf_structure;
+mod hard_light;
 mod light_transport;
 mod mitsuba;
 mod obj;

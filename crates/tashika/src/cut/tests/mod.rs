@@ -137,6 +137,21 @@ fn terms_are_within_bounds_from_cube_maps() {
     terms_are_within_bounds::<UpperCubeMap>();
 }
 
+/// Points of a share of 2⁻²⁵ would never be drawn by numbers of 24 bits.
+#[test]
+fn points_of_hardly_any_weight_are_drawn() {
+    let mut s = Stream::new(5, Purpose::Test, 0);
+    let mut points = points(2, &mut s);
+    points[0].weight = Rgb::WHITE;
+    points[1].weight = Rgb::gray(1.0 / (1 << 25) as f32);
+    let (lights, tree) = (lights(1, &mut s), gather_tree::<UpperConstant>(&points));
+    let clusters = Clusters { lights: &lights, points: &tree, clamp_distance: CLAMP };
+    let root = clusters.root().unwrap();
+    // The probability that none of so many is the faint one is e⁻¹⁶, whichever end it is at.
+    let is_faint = |point: u32| tree.source(point) == 1;
+    assert!((0..1_u64 << 29).any(|_| is_faint(clusters.draw(&root, &mut s).point)));
+}
+
 #[test]
 fn a_cut_holds_every_term_once() {
     let mut s = Stream::new(5, Purpose::Test, 7);

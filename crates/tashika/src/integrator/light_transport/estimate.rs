@@ -2,6 +2,7 @@
 
 use super::super::Setting;
 use super::GuidedLights;
+use super::nearby::Nearby;
 use crate::accel::Glass;
 use crate::bounds::UpperAnalytic;
 use crate::bsdf::{Bsdf, Lambert};
@@ -18,6 +19,8 @@ use crate::vpl::EmitterSampler;
 
 /// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs would be spots. Chosen.
 const NARROW: f32 = 0.25;
+/// Share of the light of a lamp below which camera samples have not met it: by chance, by a pixel filter, or by what is in front of it, they meet somewhat less.
+const MET: f64 = 0.25;
 /// Camera samples that are drawn at once where each has one path.
 const POINTS_AT_ONCE: u32 = 32;
 
@@ -51,7 +54,13 @@ impl<'a> Common<'a> {
             choice: self.lights.choice(),
             transport: Transport::new(clamp_distance).with_glass(Glass::SolidStops),
             max_depth: self.lights.provenance().max_depth,
+            bent: None,
         }
+    }
+
+    /// Whether lamps are seen in a pixel.
+    pub(super) fn sees_lamps(&self, pixel: [u32; 2]) -> bool {
+        self.lights.lamps().is_some_and(|lamps| lamps.importance_radiance(pixel) > 0.0)
     }
 
     /// So many camera samples of a pixel, with these random numbers.
@@ -100,6 +109,22 @@ impl Points {
         Self { pixel, tree, by_place }
     }
 
+    /// How bright lamps make the pixel, if these camera samples have met hardly any of it (luminance, W·m⁻²·sr⁻¹).
+    pub(super) fn lamps_not_met(&self, common: &Common<'_>, pixel: [u32; 2]) -> f64 {
+        let there = common.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
+        let met = f64::from(self.pixel.background.luminance());
+        if met < MET * there { there } else { 0.0 }
+    }
+
+    /// About how much light that comes by bent ways is not found (luminance, W·m⁻²·sr⁻¹).
+    pub(super) fn not_found(&self, common: &Common<'_>, nearby: &Nearby) -> f64 {
+        let Some((bent, (share, beyond))) = common.lights.bent().zip(nearby.not_found()) else { return 0.0 };
+        let of_point = |p: &GatherPoint| {
+            f64::from(p.weight.luminance()) * bent.importance_radiance(p.position, p.geometric_normal)
+        };
+        share * (self.pixel.points.iter().map(of_point).sum::<f64>() + beyond)
+    }
+
     /// Whether a point mirrors too sharply for VPLs.
     pub(super) fn are_narrow(&self) -> bool {
         self.pixel.points.iter().any(|point| is_narrow(&point.bsdf))
@@ -113,6 +138,19 @@ fn along_curve(place: [f32; 2]) -> u32 {
         (0..8).fold(0, |code, bit| code | (v >> bit & 1) << (2 * bit))
     };
     spread(place[0]) | spread(place[1]) << 1
+}
+
+/// Errors by which VPLs and camera samples there are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ByDraws {
+    /// `V_lights`.
+    pub lights: f64,
+    /// `V_lights²/ν_lights = Σ_p T_p⁴/2`, for groups `p` of VPLs that are drawn together and add `T_p`.
+    pub square_of_lights: f64,
+    /// The largest of these.
+    pub largest_of_lights: f64,
+    /// `V_points`.
+    pub points: f64,
 }
 
 /// An estimate of a pixel, which grows.
@@ -242,12 +280,12 @@ impl<'a> Estimate<'a> {
         self.cut.as_ref().map_or_else(Spread::default, |cut| cut.spread(part, gathered))
     }
 
-    /// About the variances by which VPLs and by which camera samples there are.
+    /// What is about known of the errors by which VPLs and by which camera samples there are.
     ///
     /// Samples are spread evenly over the pixel: two that are next to each other are taken for independent draws from a place that holds both, so that
     /// their sum has the variance `E (v_a − v_b)²` (collapsed strata, Cochran 1977, section 5A.12).
-    pub(super) fn variances_by_draws(&self, part: usize) -> [f64; 2] {
-        let Some(points) = self.points else { return [0.0; 2] };
+    pub(super) fn by_draws(&self, part: usize) -> ByDraws {
+        let Some(points) = self.points else { return ByDraws::default() };
         let of = &self.common.controlled.parts()[part];
         let lights = self.common.lights;
         let population = self.cut.as_ref().map(|cut| cut.population(part, |light| lights.is_given(light)));
@@ -268,7 +306,14 @@ impl<'a> Estimate<'a> {
             let difference = a.value - b.value;
             by_samples += difference * difference - a.noise - b.noise;
         }
-        [population.importance_by_lights, f64::max(by_samples, 0.0)]
+        // Of groups of `K` VPLs that are drawn together and add as much each.
+        let k = lights.importance_correlation();
+        ByDraws {
+            lights: k * population.importance_by_lights,
+            square_of_lights: 0.5 * k * k * k * population.importance_fourth,
+            largest_of_lights: k * population.importance_largest,
+            points: f64::max(by_samples, 0.0),
+        }
     }
 
     /// Of single paths, by part of what is controlled.

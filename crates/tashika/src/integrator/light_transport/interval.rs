@@ -1,7 +1,7 @@
 //! How wrong an estimate of a pixel may be: the interval of an estimate whose errors have several sources.
 //!
 //! ```text
-//! V = V_cut + V_lights + V_points + V_paths        h = t_ν √V + κ b ln(2/δ)        ν = V² / (V_cut²/ν_cut + V_paths²/ν_paths)
+//! V = V_cut + V_lights + V_points + V_paths        h = t_ν √V + κ b ln(2/δ)        ν = V² / (V_cut²/ν_cut + V_lights²/ν_lights + V_paths²/ν_paths)
 //! ```
 //!
 //! | | known from |
@@ -10,8 +10,8 @@
 //! | `V_lights`, `V_points`: which VPLs and camera samples there are | the same samples ([`Population`](crate::cut::Population)) |
 //! | `V_paths`, which paths were followed | the pixel's own paths and those of the neighbourhood ([`nearby`](super::nearby)) |
 //!
-//! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no sample may have shown: of a stratum, or of a path of the
-//! neighbourhood. The interval is an estimate: measured, not proven.
+//! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no sample may have shown: of a stratum, of a path of the
+//! neighbourhood, or of a VPL. The interval is an estimate: measured, not proven.
 
 use super::super::ControlOptions;
 use super::estimate::Estimate;
@@ -35,8 +35,8 @@ pub(super) struct Finding {
     variances: [f64; 4],
     /// `t_ν`.
     errors: f64,
-    /// `κ b ln(2/δ)` of strata and of paths.
-    rare: [f64; 2],
+    /// `κ b ln(2/δ)` of strata, of paths and of VPLs.
+    rare: [f64; 3],
 }
 
 impl Finding {
@@ -63,18 +63,23 @@ impl Finding {
             let pooled = (count * own.variance() + weight * theirs.variance()) / (count + weight).max(1.0);
             // What its own paths have shown is never told smaller for the sake of the neighbours.
             let of_paths = pooled.max(own.variance()) / count.max(1.0);
-            let [of_lights, of_points] = estimate.variances_by_draws(part);
+            let by_draws = estimate.by_draws(part);
             let of_cut = spread.reckoned_variance();
-            let variances = [of_cut, of_lights, of_points, of_paths];
+            let variances = [of_cut, by_draws.lights, by_draws.points, of_paths];
             let variance: f64 = variances.iter().sum();
-            let squares =
-                of_cut * of_cut / spread.freedom() + of_paths * of_paths / (count + weight - 1.0).max(1.0);
+            let squares = of_cut * of_cut / spread.freedom()
+                + by_draws.square_of_lights
+                + of_paths * of_paths / (count + weight - 1.0).max(1.0);
             let freedom = if squares > 0.0 { (variance * variance / squares).max(1.0) } else { 1.0 };
             let errors = student_t_two_sided(1.0 - delta, freedom);
             let largest = own.largest().max(theirs.largest()) / count.max(1.0);
-            let rare = [KAPPA * spread.importance_largest(), KAPPA_OF_PATHS * largest];
+            let rare = [
+                KAPPA * spread.importance_largest(),
+                KAPPA_OF_PATHS * largest,
+                KAPPA_OF_PATHS * by_draws.largest_of_lights,
+            ];
             let rare = rare.map(|b| b * ln_f64(2.0 / delta));
-            let half_width = errors * variance.sqrt() + rare[0].max(rare[1]);
+            let half_width = errors * variance.sqrt() + rare.into_iter().fold(0.0, f64::max);
             let tolerance = options.tolerance(&mean);
             Self { mean, tolerance, half_width, variances, errors, rare }
         };
@@ -129,9 +134,9 @@ impl Finding {
         loop {
             let falls = [powf_f64(growth[0], -FALL), 1.0 / growth[1]];
             let varies = [cut * falls[0], paths * falls[1]];
-            let rare = [self.rare[0] / growth[0], self.rare[1] / growth[1]];
-            let half_width =
-                self.errors * (varies[0] + varies[1] + lights + points).sqrt() + rare[0].max(rare[1]);
+            let rare = [self.rare[0] / growth[0], self.rare[1] / growth[1], self.rare[2]];
+            let half_width = self.errors * (varies[0] + varies[1] + lights + points).sqrt()
+                + rare.into_iter().fold(0.0, f64::max);
             if half_width <= AIM * self.tolerance {
                 return (growth, true);
             }
@@ -139,7 +144,8 @@ impl Finding {
             let gain = |k: usize| {
                 let power = if k == 0 { FALL } else { 1.0 };
                 let by_variance = self.errors * power * varies[k];
-                let by_rare = if rare[k] >= rare[1 - k] { rare[k] * self.standard_error() } else { 0.0 };
+                let by_rare =
+                    if rare[k] >= rare[1 - k].max(rare[2]) { rare[k] * self.standard_error() } else { 0.0 };
                 if work[k] > 0.0 { (by_variance + by_rare) / (work[k] * growth[k]) } else { 0.0 }
             };
             let pick = usize::from(gain(1) > gain(0));
@@ -200,7 +206,7 @@ pub(super) enum Source {
 
 /// How many times the variance of the cut one must be that its samples tell, for them to tell it well.
 const KNOWN: f64 = 3.0;
-/// `κ` of paths: that of Bernstein's inequality, for few paths are far brighter than most.
+/// `κ` of paths and of VPLs: that of Bernstein's inequality, for few are far brighter than most.
 const KAPPA_OF_PATHS: f64 = 1.0 / 3.0;
 /// Share of the tolerance that growth aims at: the next look costs more than a little too much work.
 const AIM: f64 = 0.92;
@@ -231,7 +237,7 @@ mod tests {
             half_width: 2.0 * (cut + paths).sqrt(),
             variances: [cut, 0.0, 0.0, paths],
             errors: 2.0,
-            rare: [0.0; 2],
+            rare: [0.0; 3],
         };
         let (growth, is_enough) = found(1e-6, 1e-2).growth([100.0, 100.0], [50.0, 50.0]);
         assert!(is_enough && growth[0] == 1.0 && (4.0..6.0).contains(&growth[1]), "{growth:?}");

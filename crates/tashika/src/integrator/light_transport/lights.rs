@@ -5,7 +5,7 @@ use super::estimate::{Estimator, summed_with};
 use crate::accel::{Glass, Tracer};
 use crate::error::{Error, Result};
 use crate::gather::{GatherPoint, View};
-use crate::guidance::learn_light_guide;
+use crate::guidance::{BentLight, Guided, SeenLamps, importance_correlation, learn_light_guide};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose};
 use crate::transport::Transport;
@@ -25,7 +25,10 @@ pub struct GuidedLights {
     /// Directions of the lights that are one direction each.
     given_directions: Vec<Vec3>,
     importance_brightness: f64,
+    importance_correlation: f64,
     choice: Option<VplChoice>,
+    bent: Option<BentLight>,
+    lamps: Option<SeenLamps>,
 }
 
 /// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL near by, in units of the light of a wall of them,
@@ -50,7 +53,7 @@ impl GuidedLights {
         if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
             provenance.clamp_distance *= COMPENSATED;
         }
-        Self::new(tracer, &set, provenance, options, truth, view, guided.importance_brightness)
+        Self::new(&set, provenance, options, truth, view, &guided)
     }
 
     /// The same of a set that was traced before, with its own clamp; guided to nothing, unless whoever traced it did. Runs on the current thread pool.
@@ -69,24 +72,28 @@ impl GuidedLights {
             VplOptions { emission: Emission::ByUse, seed: provenance.seed, ..VplOptions::default() };
         let tracing = LightTracer::new(tracer, &options)?;
         let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
-        Self::new(tracer, set, provenance, options, truth, view, guided.importance_brightness)
+        Self::new(set, provenance, options, truth, view, &guided)
     }
 
     fn new(
-        tracer: &Tracer,
         set: &VplSet,
         provenance: Provenance,
         options: VplOptions,
         truth: Truth,
         view: &View<'_>,
-        importance_brightness: f64,
+        guided: &Guided<'_>,
     ) -> Result<Self> {
         if truth == Truth::Vpl {
             return Err(Error::option("truth", truth, "clamped or transport, which are about all sets"));
         }
+        let tracer = guided.tracing.tracer();
         let given = EmitterSampler::new(tracer.scene());
         let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
         let tree = LightTree::build(set, LightTreeBuilder::default());
+        let clamp_distance =
+            |distance| if options.clamp == Clamp::Auto { COMPENSATED * distance } else { distance };
+        let seed = rng::key(options.seed, Purpose::Guidance, 2);
+        let importance_correlation = importance_correlation(&guided.tracing, view, clamp_distance, seed);
         let lit = Lit {
             tracer,
             emitters: &EmitterSampler::by_use(tracer, &options),
@@ -94,18 +101,23 @@ impl GuidedLights {
             choice: None,
             transport: Transport::new(provenance.clamp_distance).with_glass(Glass::SolidStops),
             max_depth: provenance.max_depth,
+            bent: None,
         };
         let seed = rng::key(options.seed, Purpose::Guidance, 1);
         let summed = |point: &GatherPoint| summed_with(point, Estimator::Vpls);
         let choice =
             (truth == Truth::Transport).then(|| VplChoice::learn(&lit, view, summed, seed)).flatten();
+        let bent = BentLight::learn(&guided.tracing, rng::key(options.seed, Purpose::Guidance, 3));
         Ok(Self {
             tree,
             choice,
+            bent: bent.filter(|_| truth == Truth::Transport),
+            lamps: SeenLamps::learn(&guided.tracing, view, rng::key(options.seed, Purpose::Guidance, 4)),
             provenance,
             truth,
             given_directions: directional.map(|light| light.direction).collect(),
-            importance_brightness,
+            importance_brightness: guided.importance_brightness,
+            importance_correlation,
             options,
         })
     }
@@ -123,6 +135,16 @@ impl GuidedLights {
     /// Which of them to draw for a surface on a path.
     pub(super) fn choice(&self) -> Option<&VplChoice> {
         self.choice.as_ref()
+    }
+
+    /// Light that neither they nor paths may find.
+    pub(super) fn bent(&self) -> Option<&BentLight> {
+        self.bent.as_ref()
+    }
+
+    /// Lamps that the camera sees.
+    pub(super) fn lamps(&self) -> Option<&SeenLamps> {
+        self.lamps.as_ref()
     }
 
     /// Where they come from, with the clamp that belongs to them.
@@ -143,6 +165,11 @@ impl GuidedLights {
     /// About the mean luminance of the view (W·m⁻²·sr⁻¹).
     pub fn importance_brightness(&self) -> f64 {
         self.importance_brightness
+    }
+
+    /// About how many times as much as independent VPLs these vary, since light paths leave several.
+    pub(super) fn importance_correlation(&self) -> f64 {
+        self.importance_correlation
     }
 
     /// Whether a light is in every set: an emitter that is a point or a single direction.

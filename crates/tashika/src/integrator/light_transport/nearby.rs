@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use super::estimate::{Common, Estimator, is_narrow, summed_with};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
-use crate::uncarried::Uncarried;
+use crate::uncarried::{Lit, Uncarried};
 
 /// Side of a cell (pixels).
 const CELL: u32 = 16;
@@ -26,8 +26,14 @@ const FEWEST: u64 = 64;
 struct Paths {
     /// Of single paths, by part of what is controlled: from points that do not mirror sharply, from those that do, and of all.
     moments: [Vec<Moments>; 3],
+    /// Of what they found of light that comes by bent ways, and means of how much there is, at the first surface and beyond.
+    found: Moments,
+    expected: [f64; 2],
     rays: u64,
 }
+
+/// Share of the light by bent ways below which paths are taken not to find it.
+const FOUND: f64 = 0.5;
 
 /// What is known of a cell, for one clamp distance.
 #[derive(Debug)]
@@ -45,6 +51,14 @@ impl Nearby {
         let [matt, glossy, all] = &self.uncarried.moments;
         let of_kind = if is_narrow { glossy } else { matt };
         if of_kind.first().is_some_and(|moments| moments.count() >= FEWEST) { of_kind } else { all }
+    }
+
+    /// How much of the light by bent ways is not found: the share of it, and how much there is beyond the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
+    pub(super) fn not_found(&self) -> Option<(f64, f64)> {
+        let Paths { found, expected, .. } = &self.uncarried;
+        let there: f64 = expected.iter().sum();
+        let most_found = found.mean() + 2.0 * found.standard_error();
+        (most_found < FOUND * there).then(|| (1.0 - found.mean() / there, expected[1]))
     }
 
     /// Paths of all there is.
@@ -106,7 +120,10 @@ fn follow(
     let key = rng::key(key, Purpose::Guidance, 1 + estimator as u64);
     let mut stream = Stream::new(key, Purpose::Guidance, 0);
     let parts = common.controlled.parts();
-    let mut uncarried = Uncarried::new(common.lit(estimator, clamp_distance));
+    let lit = common.lit(estimator, clamp_distance);
+    let mut uncarried = Uncarried::new(Lit { bent: common.lights.bent(), ..lit });
+    let mut found = Moments::default();
+    let mut expected = [0.0; 2];
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
     for path in 0..PATHS {
         let pixel = [0, 1].map(|axis| first[axis] + stream.below(u64::from(sides[axis])) as u32);
@@ -118,11 +135,76 @@ fn follow(
             let summed = summed_with(point, estimator);
             value += uncarried.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Uncarried, 0));
             kind = usize::from(is_narrow(&point.bsdf));
+            let bent = uncarried.bent();
+            found.push(bent.found);
+            expected = [0, 1].map(|k| expected[k] + bent.expected[k] / PATHS as f64);
         }
         for (number, part) in parts.iter().enumerate() {
             moments[kind][number].push(part.of(value));
             moments[2][number].push(part.of(value));
         }
     }
-    Paths { moments, rays: PATHS + uncarried.rays() }
+    Paths { moments, found, expected, rays: PATHS + uncarried.rays() }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::super::{Setting, Truth};
+    use super::super::GuidedLights;
+    use super::*;
+    use crate::accel::Tracer;
+    use crate::color::{Controlled, Rgb};
+    use crate::error::Location;
+    use crate::gather::{GatherOptions, View};
+    use crate::math::{Affine3A, Vec3};
+    use crate::scene::{Camera, Emission, Material, MeshData, SceneBuilder, Surface};
+    use crate::vpl::{EmitterSampler, VplOptions};
+
+    /// A glossy tile on a matt floor, in one cell of the image: neither is told what the other varies by.
+    #[test]
+    fn glossy_pixels_are_told_of_glossy_paths() {
+        let mut b = SceneBuilder::new("test", Location::default());
+        let mut place = |corner: Vec3, side: f32, material: Material| {
+            let positions = [Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::X];
+            let positions = positions.map(|p| corner + side * p).to_vec();
+            let data = MeshData { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() };
+            let material = b.add_material(material).unwrap();
+            let mesh = b.add_mesh(data, material).unwrap();
+            b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+        };
+        let matt = |reflectance: f32| Surface::Lambert { reflectance: Rgb::gray(reflectance).into() };
+        place(Vec3::new(-5.0, 0.0, -5.0), 10.0, Material::new("floor", matt(0.5)));
+        let gloss = Surface::Plastic {
+            diffuse: Rgb::gray(0.1).into(),
+            specular: Rgb::WHITE.into(),
+            ior: 1.5,
+            alpha: 0.05.into(),
+        };
+        place(Vec3::new(-0.3, 0.01, -0.3), 0.6, Material::new("tile", gloss));
+        let emission = Some(Emission { radiance: Rgb::gray(50.0).into(), two_sided: true });
+        let lamp = Material { emission, ..Material::new("lamp", matt(0.0)) };
+        place(Vec3::new(-0.4, 2.0, -0.9), 0.3, lamp);
+        let (eye, target) = (Vec3::new(0.0, 2.0, 1.0), Vec3::ZERO);
+        b.add_camera(Camera::look_at("main", eye, target, Vec3::Y, 0.5)).unwrap();
+        let tracer = Tracer::new(Arc::new(b.build().unwrap()));
+        let gather = GatherOptions { points: 16, ..GatherOptions::default() };
+        let scene = tracer.scene().clone();
+        let view = View { camera: &scene.cameras()[0], size: [CELL; 2], gather, seed: 1 };
+        let options = VplOptions { count: 10_000, ..VplOptions::default() };
+        let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap();
+        let setting = Setting { tracer: &tracer, view };
+        let emitters = EmitterSampler::new(&scene);
+        let controlled = Controlled::default();
+        let common =
+            Common { setting: &setting, emitters: &emitters, lights: &lights, compensates: true, controlled };
+        let cells = Cells::new(view.size);
+        let nearby = cells.about([3, 5], &common, 0.02, 7);
+        let [glossy, matt] = [true, false].map(|is_narrow| nearby.uncarried(is_narrow)[0]);
+        assert!(glossy.count() >= FEWEST && matt.count() >= FEWEST);
+        assert_eq!(glossy.count() + matt.count(), PATHS, "all see the floor");
+        let [glossy, matt] = [glossy, matt].map(|moments| moments.variance());
+        assert!(glossy > 20.0 * matt, "{glossy} of paths from the tile, {matt} of those from the floor");
+    }
 }

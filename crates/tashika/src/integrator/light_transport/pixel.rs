@@ -27,6 +27,8 @@ const ENOUGH: f64 = 0.7;
 const TOO_MUCH: f64 = 0.8;
 /// Share of the permitted work after which nothing is begun anew: what is left would not get as far.
 const LATE: f64 = 0.25;
+/// Share of the tolerance that light which is not found may have.
+const NEGLIGIBLE: f64 = 0.25;
 /// Camera samples that features are told from where there are paths alone.
 const SAMPLES_OF_FEATURES: u32 = 16;
 
@@ -44,12 +46,21 @@ pub(super) struct Pixel<'a> {
     /// Whether it was decided on before the samples were drawn, so that its interval may be stated however wide it is.
     may_claim: bool,
     features: Features,
+    /// Whether it sees a lamp so small that most camera samples miss it: paths would.
+    sees_small_lamp: bool,
+    /// About how much light is missing that is not found (luminance).
+    importance_not_found: f64,
     /// However often it is begun anew.
     looks: Looks,
     /// Pairs and paths of estimates that were given up.
     given_up: u64,
     pairs: u64,
     rays: u64,
+}
+
+/// The next larger number of camera samples.
+fn more(samples: u32) -> u32 {
+    (samples * MORE_SAMPLES).clamp(MORE_SAMPLES, MOST_SAMPLES)
 }
 
 /// How work on an estimate ended.
@@ -79,6 +90,8 @@ impl<'a> Pixel<'a> {
             is_met: false,
             may_claim: false,
             features: Features::default(),
+            sees_small_lamp: false,
+            importance_not_found: 0.0,
             looks: Looks::new(&method.options),
             given_up: 0,
             pairs: 0,
@@ -90,7 +103,8 @@ impl<'a> Pixel<'a> {
     pub(super) fn estimate(mut self, memory: &mut CutMemory) -> PixelEstimate {
         let only = self.method.only.filter(|_| self.common.compensates);
         let is_met_by_vpls = only != Some(Estimator::Paths) && self.by_vpls(memory);
-        let may_follow_paths = self.common.compensates && only != Some(Estimator::Vpls);
+        let may_follow_paths =
+            self.common.compensates && only != Some(Estimator::Vpls) && !self.sees_small_lamp;
         if !is_met_by_vpls && may_follow_paths && (only.is_some() || self.are_paths_foreseen_to_do()) {
             self.by_paths();
         }
@@ -100,17 +114,22 @@ impl<'a> Pixel<'a> {
     /// By sums over VPLs; whether that is all that is to be done.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
         let mut samples = self.common.setting.view.gather.points;
-        let mut clamp = 0;
+        let (mut clamp, mut bent) = (0, 0.0);
         for attempt in 0.. {
             // An estimate that is begun anew has nothing in common with the one that was given up.
             let key = rng::key(self.key, Purpose::Replicate, attempt);
             let (method, common) = (self.method, self.common);
+            if attempt == 0 {
+                samples = self.samples_for_lamps(samples);
+            }
             let points = Points::new(&common, self.at, samples, key);
             self.features = points.pixel.features;
             let nearby = common.compensates.then(|| method.nearby(&common, self.at, clamp));
             if attempt == 0 {
+                bent = nearby.map_or(0.0, |nearby| points.not_found(&common, nearby));
                 self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
             }
+            self.importance_not_found = bent + points.lamps_not_met(&common, self.at);
             let moments = nearby.map(|nearby| nearby.uncarried(points.are_narrow()));
             let (order, clamp_distance) = (self.visibility.order(), method.clamp_distance(clamp));
             let estimate = Estimate::of_vpls(common, order, &points, clamp_distance, self.at, key, memory);
@@ -119,12 +138,30 @@ impl<'a> Pixel<'a> {
                 Ended::Met | Ended::OutOfBudget => return true,
                 Ended::HeldUp(Source::Lights) => clamp += 1,
                 Ended::HeldUp(Source::Points) => {
-                    samples = (samples * MORE_SAMPLES).clamp(MORE_SAMPLES, MOST_SAMPLES);
+                    samples = more(samples);
                 }
                 Ended::HeldUp(Source::Both) => return false,
             }
         }
         false
+    }
+
+    /// How many camera samples are likely to meet the lamps that the pixel sees, if so many are not: by samples for no estimate, which would be
+    /// biased by what it met.
+    fn samples_for_lamps(&mut self, few: u32) -> u32 {
+        let meet = |samples: u32| {
+            let key = rng::key(self.key, Purpose::Guidance, samples.into());
+            Points::new(&self.common, self.at, samples, key).lamps_not_met(&self.common, self.at) == 0.0
+        };
+        if !self.common.sees_lamps(self.at) || meet(few) {
+            return few;
+        }
+        self.sees_small_lamp = true;
+        let mut samples = more(few);
+        while samples < MOST_SAMPLES && !meet(samples) {
+            samples = more(samples);
+        }
+        more(samples)
     }
 
     /// By paths of all there is.
@@ -229,9 +266,17 @@ impl<'a> Pixel<'a> {
     fn stated(&self) -> PixelEstimate {
         let found = self.finding.expect("each pixel is looked at");
         let (half_width, confidence) = (found.half_width as f32, self.method.options.confidence as f32);
-        let stop = if self.is_met { StopReason::RuleMet } else { StopReason::Budget };
-        let claim =
-            if self.may_claim { ErrorClaim::Calibrated { half_width, confidence } } else { ErrorClaim::None };
+        let is_found = self.importance_not_found <= NEGLIGIBLE * found.tolerance;
+        let stop = match self.is_met {
+            _ if !is_found => StopReason::NotFound,
+            true => StopReason::RuleMet,
+            false => StopReason::Budget,
+        };
+        let claim = if is_found && self.may_claim {
+            ErrorClaim::Calibrated { half_width, confidence }
+        } else {
+            ErrorClaim::None
+        };
         let [clustering, lights, compensation] = found.parts().map(|h| h as f32);
         PixelEstimate {
             radiance: found.mean.total(),

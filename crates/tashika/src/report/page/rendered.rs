@@ -34,6 +34,9 @@ pub fn headline(film: &Film) -> String {
     Counts::of(film).headline(film)
 }
 
+/// What is said of pixels of which too much light cannot be found.
+const NOT_FOUND: &str = "claim nothing because light comes to them over mirrors or through glass, or from lamps of a fraction of a pixel, that no path finds.";
+
 /// How many pixels are of which kind.
 struct Counts {
     rendered: u64,
@@ -41,6 +44,8 @@ struct Counts {
     /// By the number of the claim, of pixels that did not run out of budget; the first is of pixels that claim nothing, out of budget or not.
     claims: [u64; 5],
     out_of_budget: u64,
+    /// Of which too much light cannot be found.
+    not_found: u64,
     /// Half-widths relative to the pixel that those out of budget claim all the same.
     wider: Vec<f64>,
 }
@@ -48,7 +53,8 @@ struct Counts {
 impl Counts {
     fn of(film: &Film) -> Self {
         let all = film.window().area();
-        let mut found = Self { rendered: 0, all, claims: [0; 5], out_of_budget: 0, wider: Vec::new() };
+        let mut found =
+            Self { rendered: 0, all, claims: [0; 5], out_of_budget: 0, not_found: 0, wider: Vec::new() };
         let plane = |name| film.plane(name).filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
         if let (Some(stops), Some(claims)) = (plane("stop"), plane("claim")) {
             let half_widths = film.plane("half_width").and_then(Plane::f32_samples);
@@ -59,6 +65,7 @@ impl Counts {
                 found.rendered += 1;
                 let is_out = *stop == 4;
                 found.out_of_budget += u64::from(is_out);
+                found.not_found += u64::from(*stop == 5);
                 if !is_out || *claim == 0 {
                     found.claims[(*claim as usize).min(4)] += 1;
                 } else if let (Some(half_widths), Some(luminances)) = (half_widths, &luminances) {
@@ -125,6 +132,10 @@ impl Counts {
                 with => format!(", {} with a wider interval", count(with)),
             };
             lines.push(format!("{n} ran out of budget{wider}; the view “why work stopped” shows where."));
+        }
+        if self.not_found > 0 {
+            let n = count(self.not_found);
+            lines.push(format!("{n} {NOT_FOUND}"));
         }
         if self.rendered < self.all {
             let (rendered, all) = (count(self.rendered), count(self.all));

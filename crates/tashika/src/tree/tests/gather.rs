@@ -78,7 +78,7 @@ fn points_are_drawn_in_proportion_to_weight() {
         let node = &tree.nodes()[k as usize];
         let mut counts = vec![0u32; node.count as usize];
         for j in 0..n {
-            counts[(tree.draw(k, (j as f32 + 0.5) / n as f32) - node.first) as usize] += 1;
+            counts[(tree.draw(k, (f64::from(j) + 0.5) / f64::from(n)) - node.first) as usize] += 1;
         }
         for (i, &count) in (node.first..).zip(&counts) {
             // Regular numbers miss a share by one number at each end.
@@ -88,7 +88,7 @@ fn points_are_drawn_in_proportion_to_weight() {
                 "{count} for {expected}"
             );
         }
-        assert_eq!(tree.draw(k, 1.0f32.next_down()), node.first + node.count - 1);
+        assert_eq!(tree.draw(k, 1.0f64.next_down()), node.first + node.count - 1);
     }
 }
 

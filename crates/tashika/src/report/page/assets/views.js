@@ -15,6 +15,7 @@ const Views = (() => {
     ["sample count", "#cc79a7"],
     ["rule met", "#009e73"],
     ["out of budget", "#d55e00"],
+    ["light not found", "#f0e442"],
   ];
   const KEPT = [
     ["kept: the reference is inside the interval", "#56b4e9"],

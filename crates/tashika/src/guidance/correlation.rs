@@ -1,0 +1,78 @@
+//! How much more a sum over VPLs varies because light paths leave several of them: learned where a view looks.
+//!
+//! ```text
+//! Var Σ_i c_i ≤ Σ_p (Σ_{i ∈ p} c_i)² = K Σ_i c_i²
+//! ```
+//!
+//! with the contributions `c_i` of VPLs to a gather point, and the groups `p` of those that are drawn together ([`LightTracer::drawn_together`]). What enters a room by a
+//! door that is ajar leaves VPLs of which all or none light the room: there `K` is as much as 4, and less where paths are short or surfaces dark. `K` hardly
+//! depends on how many VPLs there are, so a small set tells it.
+
+use rayon::prelude::*;
+
+use crate::accel::{Glass, SegmentBatch};
+use crate::gather::{GatherOptions, GatherPoint, View};
+use crate::rng::{self, Purpose, Stream};
+use crate::transport::Transport;
+use crate::vpl::{LightTracer, Vpl};
+
+/// VPLs of the set that tells.
+const VPLS: u64 = 8192;
+/// Gather points that are looked at.
+const POINTS: u64 = 48;
+/// Share of these that have no greater `K`.
+const MOST: f64 = 0.75;
+
+/// About `K` of the upper quarter of what the view sees; at least 1.
+///
+/// * `clamp_distance`: what is made of that of such a set, of which the VPLs are farther apart.
+pub fn importance_correlation(
+    tracing: &LightTracer<'_>,
+    view: &View<'_>,
+    clamp_distance: impl Fn(f32) -> f32,
+    seed: u64,
+) -> f64 {
+    let groups = tracing.drawn_together(VPLS, seed);
+    let lights: Vec<Vpl> = groups.iter().flatten().copied().collect();
+    let clamp_distance = clamp_distance(tracing.clamp().distance(&lights, seed));
+    let transport = Transport::new(clamp_distance).with_glass(Glass::SolidStops);
+    let of_point = |number: u64| {
+        let key = rng::key(seed, Purpose::Guidance, number);
+        let mut stream = Stream::new(key, Purpose::Guidance, 0);
+        let pixel = view.size.map(|side| stream.below(side.into()) as u32);
+        let view = View { gather: GatherOptions { points: 1, ..view.gather }, seed: key, ..*view };
+        let point = view.pixel(tracing.tracer(), pixel).points.into_iter().next()?;
+        correlation_at(tracing, &transport, &point, &groups)
+    };
+    let mut found: Vec<f64> = (0..POINTS).into_par_iter().filter_map(of_point).collect();
+    found.sort_by(f64::total_cmp);
+    found.get((MOST * found.len() as f64) as usize).copied().unwrap_or(1.0).max(1.0)
+}
+
+/// `K` of a point; none if it gets no light.
+fn correlation_at(
+    tracing: &LightTracer<'_>,
+    transport: &Transport,
+    point: &GatherPoint,
+    groups: &[Vec<Vpl>],
+) -> Option<f64> {
+    let mut batch = SegmentBatch::new(transport.glass());
+    let unoccluded = |light: &Vpl| f64::from(transport.unoccluded(point, light).luminance());
+    for light in groups.iter().flatten().filter(|light| unoccluded(light) > 0.0) {
+        batch.push_fan(light.apex(), [point.position]);
+    }
+    let mut visibility = Vec::new();
+    tracing.tracer().visibility(&batch, &mut visibility);
+    let mut visibility = visibility.into_iter();
+    let (mut together, mut apart) = (0.0, 0.0);
+    for group in groups {
+        let mut sum = 0.0;
+        for value in group.iter().map(unoccluded).filter(|value| *value > 0.0) {
+            let value = value * f64::from(visibility.next().expect("one for each that is not zero"));
+            sum += value;
+            apart += value * value;
+        }
+        together += sum * sum;
+    }
+    (apart > 0.0).then(|| together / apart)
+}

@@ -1,0 +1,75 @@
+//! Lamps that the camera sees straight: how bright they make each pixel, as points drawn on the lamps tell.
+//!
+//! A lamp of a thousandth of a pixel is missed by most choices of a hundred camera samples, and may outshine all else in the pixel. Points that are drawn on the lamps, each of
+//! which has a share of them, cannot miss it:
+//!
+//! ```text
+//! L = Σ_i I_i cos θ_i V_i / (d_i² Ω)          over the points in the pixel, which covers the solid angle Ω
+//! ```
+//!
+//! A lamp of many pixels is seen by any sample, and told more exactly so; this is to know where samples are too few.
+
+use crate::accel::{Glass, SegmentBatch};
+use crate::gather::View;
+use crate::scene::Projection;
+use crate::vpl::{LightTracer, Vpl, VplKind};
+
+/// Points drawn on lamps.
+const POINTS: u64 = 1 << 16;
+
+/// About how bright lamps make each pixel.
+#[derive(Clone, Debug)]
+pub struct SeenLamps {
+    /// Luminances (W·m⁻²·sr⁻¹), row by row.
+    pixels: Vec<f32>,
+    width: u32,
+}
+
+impl SeenLamps {
+    /// Looks at all lamps from the camera. Runs on the current thread pool.
+    ///
+    /// None if no lamp is seen, or the camera has a lens, through which lamps are blurred.
+    pub fn learn(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
+        let is_perspective = matches!(view.camera.projection, Projection::Perspective { .. });
+        if view.camera.lens.radius > 0.0 || !is_perspective {
+            return None;
+        }
+        let eye = view.camera.position();
+        let mut batch = SegmentBatch::new(Glass::SolidStops);
+        let mut seen = Vec::new();
+        for light in tracing.on_emitters(POINTS, seed) {
+            if let Some((pixel, luminance)) = from_eye(&light, view) {
+                batch.push_fan(light.apex(), [eye]);
+                seen.push((pixel, luminance));
+            }
+        }
+        let mut visibility = Vec::new();
+        tracing.tracer().visibility(&batch, &mut visibility);
+        let [width, height] = view.size;
+        let mut pixels = vec![0.0; width as usize * height as usize];
+        for ((pixel, luminance), visible) in seen.into_iter().zip(visibility) {
+            pixels[pixel] += luminance * visible;
+        }
+        pixels.iter().any(|luminance| *luminance > 0.0).then_some(Self { pixels, width })
+    }
+
+    /// About how bright lamps make a pixel (luminance, W·m⁻²·sr⁻¹).
+    pub fn importance_radiance(&self, pixel: [u32; 2]) -> f64 {
+        self.pixels[pixel[1] as usize * self.width as usize + pixel[0] as usize].into()
+    }
+}
+
+/// The pixel that a point on a lamp lies in, as its place in the image, and what it adds to it; none if it is not in the image or turned away.
+fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32)> {
+    if light.kind != VplKind::Oriented {
+        return None;
+    }
+    let to_eye = view.camera.position() - light.position;
+    let cos = light.direction.dot(to_eye.normalize());
+    let (film, solid_angle) = view.camera.project(light.position, view.size)?;
+    let pixel = film.floor().as_ivec2();
+    let [width, height] = view.size.map(|side| side as i32);
+    let is_inside = cos > 0.0 && (0..width).contains(&pixel.x) && (0..height).contains(&pixel.y);
+    let luminance = light.intensity.luminance() * cos / (to_eye.length_squared() * solid_angle);
+    is_inside.then_some(((pixel.y * width + pixel.x) as usize, luminance))
+}
