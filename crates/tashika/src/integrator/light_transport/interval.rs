@@ -114,12 +114,20 @@ impl Finding {
 
     /// Whether a source of error that does not fall as the estimate grows stands in the way, which by now is known well enough.
     pub(super) fn is_held_up_by(&self, source: Source, share: f64) -> bool {
-        let variance = match source {
+        self.share_of(source) > share && self.variance_by(source) > KNOWN * self.variances[0]
+    }
+
+    /// What the half-width would be if a source of error were all, in units of the tolerance.
+    pub(super) fn share_of(&self, source: Source) -> f64 {
+        self.errors * self.variance_by(source).sqrt() / self.tolerance
+    }
+
+    fn variance_by(&self, source: Source) -> f64 {
+        match source {
             Source::Lights => self.variances[1],
             Source::Points => self.variances[2],
             Source::Both => self.variances[1] + self.variances[2],
-        };
-        self.errors * variance.sqrt() > share * self.tolerance && variance > KNOWN * self.variances[0]
+        }
     }
 
     /// By how much to grow the pairs and the paths of an estimate: always what lowers the variance most for its work, until it is foreseen

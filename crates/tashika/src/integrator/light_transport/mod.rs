@@ -43,10 +43,10 @@ use pixel::Pixel;
 
 /// Pairs and paths beyond which a pixel does not grow, if nobody says.
 const MOST_WORK: u64 = 1 << 16;
-/// Clamp distances, each [`FARTHER`] times the one before.
-const CLAMPS: usize = 2;
-/// See [`CLAMPS`].
-const FARTHER: f32 = 4.0;
+/// Clamp distances.
+const CLAMPS: usize = FARTHER.len();
+/// How many times as far as the first.
+const FARTHER: [f32; 3] = [1.0, 4.0, 16.0];
 /// `ε_abs` where nobody says it: `ε` of this share of the mean luminance of the view.
 const DARK: f64 = 0.01;
 
@@ -88,7 +88,7 @@ impl<'a> LightTransport<'a> {
     }
 
     fn clamp_distance(&self, clamp: usize) -> f32 {
-        self.lights.provenance().clamp_distance * if clamp > 0 { FARTHER } else { 1.0 }
+        self.lights.provenance().clamp_distance * FARTHER[clamp]
     }
 
     /// What paths of the neighbourhood of a pixel found, with that clamp distance.

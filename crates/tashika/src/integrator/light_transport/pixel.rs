@@ -24,7 +24,9 @@ const MOST_SAMPLES: u32 = 8192;
 /// Share of the tolerance that a source of error may have which does not fall as an estimate grows, before a pixel is begun anew with less of it.
 const ENOUGH: f64 = 0.7;
 /// The same, before VPLs are given up: what little is left would have to come from ever so many pairs and paths.
-const TOO_MUCH: f64 = 0.8;
+const TOO_MUCH: f64 = 0.87;
+/// Share of the tolerance that such a source has to have for it to be mended as well.
+const PART: f64 = 0.4;
 /// Share of the permitted work after which nothing is begun anew: what is left would not get as far.
 const LATE: f64 = 0.25;
 /// Share of the tolerance that light which is not found may have.
@@ -68,8 +70,8 @@ fn more(samples: u32) -> u32 {
 enum Ended {
     Met,
     OutOfBudget,
-    /// By what does not fall as it grows.
-    HeldUp(Source),
+    /// By what does not fall as it grows: whether it is to be begun anew with lights, and with points, that do better.
+    HeldUp([bool; 2]),
 }
 
 impl<'a> Pixel<'a> {
@@ -136,11 +138,11 @@ impl<'a> Pixel<'a> {
             let can_mend = [common.compensates && clamp + 1 < CLAMPS, samples < MOST_SAMPLES];
             match self.refine(estimate, moments.unwrap_or_default(), can_mend) {
                 Ended::Met | Ended::OutOfBudget => return true,
-                Ended::HeldUp(Source::Lights) => clamp += 1,
-                Ended::HeldUp(Source::Points) => {
-                    samples = more(samples);
+                Ended::HeldUp([false, false]) => return false,
+                Ended::HeldUp([lights, points]) => {
+                    clamp += usize::from(lights);
+                    samples = if points { more(samples) } else { samples };
                 }
-                Ended::HeldUp(Source::Both) => return false,
             }
         }
         false
@@ -217,18 +219,14 @@ impl<'a> Pixel<'a> {
                 break Ended::OutOfBudget;
             }
             let is_early = used <= LATE * most;
-            let [lights, points] = can_mend.map(|can| can && is_early);
-            let held_up = if lights && found.is_held_up_by(Source::Lights, ENOUGH) {
-                Some(Source::Lights)
-            } else if points && found.is_held_up_by(Source::Points, ENOUGH) {
-                Some(Source::Points)
-            } else {
-                Some(Source::Both).filter(|both| found.is_held_up_by(*both, TOO_MUCH))
-            };
-            if let Some(source) = held_up {
+            let can_mend = can_mend.map(|can| can && is_early);
+            let sources = [Source::Lights, Source::Points];
+            let stands_in_the_way = [0, 1].map(|k| can_mend[k] && found.is_held_up_by(sources[k], ENOUGH));
+            if stands_in_the_way != [false; 2] || found.is_held_up_by(Source::Both, TOO_MUCH) {
                 // That its interval is wide is why it ends.
                 self.may_claim = true;
-                break Ended::HeldUp(source);
+                // Whatever has a part in it is mended at the same time.
+                break Ended::HeldUp([0, 1].map(|k| can_mend[k] && found.share_of(sources[k]) > PART));
             }
             let found = if is_planned {
                 self.looks.next();
@@ -240,7 +238,7 @@ impl<'a> Pixel<'a> {
             let of_paths = estimate.rays_per_path() * f64::from(estimate.paths());
             let (mut growth, is_enough) = found.growth([of_pairs, of_paths], MOST_GROWTH);
             if !is_enough && growth == [1.0; 2] {
-                break Ended::HeldUp(Source::Both);
+                break Ended::HeldUp([false; 2]);
             }
             growth = growth.map(|growth| growth.max(LEAST_GROWTH));
             let wanted = pairs * growth[0] + paths * growth[1];
