@@ -120,7 +120,7 @@ fn rows(report: &Report, merged: &Merged) -> Rows {
         rows.push("", format!("{} of them ran out of budget", count(report.budget_hit)));
     }
     if report.not_found > 0 {
-        rows.push("", format!("{} of them {NOT_FOUND}", count(report.not_found)));
+        rows.push("", format!("light not found for {}: it comes {NOT_FOUND}", count(report.not_found)));
     }
     if !report.complete {
         rows.push("", format!("NOT COMPLETE: {}", told_missing(merged)));

@@ -214,8 +214,9 @@ pub struct RenderReport {
     pub files: Vec<PathBuf>,
 }
 
-/// What is said of pixels of which too much light cannot be found.
-pub const NOT_FOUND: &str = "claim nothing: light comes to them by mirrors or glass that no path finds";
+/// How light comes that is not found, and what follows.
+pub const NOT_FOUND: &str =
+    "over mirrors or through glass, or from lamps smaller than a pixel; nothing is claimed";
 
 impl RenderReport {
     /// The same for people.
@@ -263,7 +264,10 @@ impl RenderReport {
             rows.push("", format!("{} of them ran out of budget{further}", HumanCount(self.budget_hit)));
         }
         if self.not_found > 0 {
-            rows.push("", format!("{} of them {NOT_FOUND}", HumanCount(self.not_found)));
+            rows.push(
+                "",
+                format!("light not found for {}: it comes {NOT_FOUND}", HumanCount(self.not_found)),
+            );
         }
         if let Some(truth) = &self.truth {
             rows.push("truth", about_truth(truth));

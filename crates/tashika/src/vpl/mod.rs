@@ -10,6 +10,7 @@ mod emitters;
 mod guide;
 mod light;
 mod trace;
+mod walk;
 
 #[cfg(test)]
 mod tests;

@@ -23,18 +23,14 @@
 //! The set is a function of scene and options; threads do not enter. Unbiased but for paths longer than `max_depth`.
 //! Held to this by `vpl::tests` and `furnace`.
 
-use std::f32::consts::PI;
-
 use rayon::prelude::*;
 
-use super::{Clamp, EmitterSampler, LightGuide, Provenance, Vpl, VplKind, VplSet, carried_cos};
+use super::walk::{Trail, trace_paths};
+use super::{Clamp, EmitterSampler, LightGuide, Provenance, Vpl, VplKind, VplSet};
 use crate::accel::Tracer;
-use crate::bsdf::{Bsdf, Lobe};
-use crate::color::Rgb;
 use crate::error::{Error, Result};
-use crate::math::{Aabb, Frame, Ray};
-use crate::rng::{self, Purpose, Stream};
-use crate::scene::Part;
+use crate::math::Aabb;
+use crate::rng::{Purpose, Stream};
 
 /// Which emitters light paths start from, and how many direct VPLs each has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,8 +93,6 @@ const PILOT_PATHS: u64 = 4096;
 const PILOT_LIGHTS: usize = 256;
 /// Light paths of the last pilot: what one path in 250,000 does not meet is left out.
 const MAX_PILOT_PATHS: u64 = PILOT_PATHS * 8 * 8;
-/// Light paths traced as one piece of parallel work.
-const CHUNK: u64 = 1024;
 
 impl VplOptions {
     /// Surfaces that a path of light meets at most, that which the camera sees included.
@@ -120,20 +114,6 @@ impl VplOptions {
         }
         self.clamp.validate()
     }
-}
-
-/// VPLs of one or more paths, and what became of the flux.
-#[derive(Default)]
-struct Trail {
-    lights: Vec<Vpl>,
-    /// How many of these each path left.
-    counts: Vec<u32>,
-    /// Numbers of those that are the first of their path, which came from the emitter by a bent way.
-    bent: Vec<u32>,
-    /// Flux that VPLs send out (W, luminance).
-    diffuse: f64,
-    /// Flux that surfaces reflect, but for mirrors and glass.
-    reflected: f64,
 }
 
 impl VplSet {
@@ -342,115 +322,6 @@ impl<'s> EmitterSampler<'s> {
         let sum: f64 = fluxes.iter().sum();
         let shares = fluxes.map(|flux| if sum > 0.0 { (flux / sum).max(LEAST_SHARE) } else { 0.5 });
         EmitterSampler::new(tracer.scene()).weighted(shares).with_share_for_each(SHARE_FOR_EACH)
-    }
-}
-
-fn trace_paths(
-    tracer: &Tracer,
-    emitters: &EmitterSampler<'_>,
-    guide: &LightGuide,
-    options: &VplOptions,
-    purpose: Purpose,
-    paths: u64,
-) -> Trail {
-    let chunks: Vec<Trail> = (0..paths.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let mut trail = Trail::default();
-            for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(paths) {
-                let mut s = Stream::new(options.seed, purpose, i);
-                // Stratified over the emitters.
-                let u = (i as f64 + s.uniform_f64()) / paths as f64;
-                if let Some((ray, flux)) = guide.ray(emitters, u, &mut s) {
-                    let key = rng::key(options.seed, purpose, i);
-                    let before = trail.lights.len();
-                    walk(tracer, ray, flux / paths as f32, options.max_depth, key, &mut s, &mut trail);
-                    trail.counts.push((trail.lights.len() - before) as u32);
-                }
-            }
-            trail
-        })
-        .collect();
-    // In the order of the paths, whichever thread traced them.
-    chunks.into_iter().fold(Trail::default(), |mut all, t| {
-        all.bent.extend(t.bent.iter().map(|number| number + all.lights.len() as u32));
-        all.lights.extend(t.lights);
-        all.counts.extend(t.counts);
-        all.diffuse += t.diffuse;
-        all.reflected += t.reflected;
-        all
-    })
-}
-
-/// Follows one light path and leaves VPLs.
-fn walk(
-    tracer: &Tracer,
-    mut ray: Ray,
-    mut flux: Rgb,
-    max_depth: u32,
-    key: u64,
-    s: &mut Stream,
-    trail: &mut Trail,
-) {
-    let scene = tracer.scene();
-    // Of the way since the emitter.
-    let (mut is_specular, mut is_bent) = (true, false);
-    for depth in 0..max_depth {
-        if flux.is_black() {
-            return;
-        }
-        let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(u64::from(depth))) else { return };
-        let point = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
-        let incoming = -ray.direction;
-        let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
-        flux *= weight;
-        let (ng, ns) = (point.geometric_normal, point.shading_normal);
-        let (cos_ng, cos_ns) = (ng.dot(incoming), ns.dot(incoming));
-        // Light that arrives at the back of the shading normal is reflected by neither normal's rule.
-        if cos_ng * cos_ns <= 0.0 {
-            return;
-        }
-        let frame = Frame::about(ns);
-        let mut wo = frame.to_local(incoming);
-        if through {
-            // As if the light had come from the other side.
-            wo.z = -wo.z;
-        }
-        let adjoint = cos_ns / cos_ng;
-        let carried = carried_cos(&point, &bsdf, incoming);
-        if !carried.is_black() {
-            let normal = if (cos_ng > 0.0) != through { ng } else { -ng };
-            let intensity = flux * carried / cos_ng.abs();
-            trail.diffuse += f64::from(intensity.luminance() * PI);
-            if is_specular && is_bent {
-                trail.bent.push(trail.lights.len() as u32);
-            }
-            trail.lights.push(Vpl {
-                position: point.leave(normal),
-                direction: normal,
-                intensity,
-                kind: VplKind::Oriented,
-            });
-        }
-        let Some(sample) = bsdf.sample(wo, s.uniform_3()) else { return };
-        let direction = frame.to_world(sample.wi).normalize();
-        let (out_ng, out_ns) = (ng.dot(direction), ns.dot(direction));
-        if out_ng * out_ns <= 0.0 {
-            return;
-        }
-        let next = flux * sample.weight * (adjoint * out_ng / out_ns);
-        if !sample.lobe.is_specular() {
-            trail.reflected += f64::from(next.luminance());
-        }
-        is_specular &= sample.lobe.is_specular();
-        let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && sample.lobe == Lobe::SpecularTransmission;
-        is_bent |= !is_pane;
-        let survival = (next.max_channel() / flux.max_channel()).min(1.0);
-        if s.uniform() >= survival {
-            return;
-        }
-        flux = next / survival;
-        ray = Ray::new(point.leave(direction), direction);
     }
 }
 

@@ -359,7 +359,8 @@ fn where_vpls_are_too_few_paths_take_over() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
-    let lights = VplOptions { count: 200, ..VplOptions::default() };
+    // So near that no clamp that is tried is far enough.
+    let lights = VplOptions { count: 200, clamp: Clamp::Distance(0.01), ..VplOptions::default() };
     let guided =
         GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), SIZE, 16, 1)).unwrap();
     let options = ControlOptions { error: 0.05, ..ControlOptions::default() };

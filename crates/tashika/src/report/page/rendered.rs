@@ -34,8 +34,9 @@ pub fn headline(film: &Film) -> String {
     Counts::of(film).headline(film)
 }
 
-/// What is said of pixels of which too much light cannot be found.
-const NOT_FOUND: &str = "claim nothing because light comes to them over mirrors or through glass, or from lamps of a fraction of a pixel, that no path finds.";
+/// How light comes that is not found, and what follows.
+const NOT_FOUND: &str =
+    "over mirrors or through glass, or from lamps smaller than a pixel; nothing is claimed there.";
 
 /// How many pixels are of which kind.
 struct Counts {
@@ -135,7 +136,7 @@ impl Counts {
         }
         if self.not_found > 0 {
             let n = count(self.not_found);
-            lines.push(format!("{n} {NOT_FOUND}"));
+            lines.push(format!("Light was not found for {n}: it comes {NOT_FOUND}"));
         }
         if self.rendered < self.all {
             let (rendered, all) = (count(self.rendered), count(self.all));

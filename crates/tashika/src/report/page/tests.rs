@@ -160,6 +160,14 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     ] {
         assert!(page.contains(words), "{words}");
     }
+    film.plane_mut("claim").unwrap().set_u32(11, 4, &[0]);
+    film.plane_mut("stop").unwrap().set_u32(11, 4, &[5]);
+    let page = rendered(&film);
+    assert!(
+        page.contains("90.0 % of 10 pixels keep")
+            && page.contains("Light was not found for 1: it comes over mirrors")
+    );
+    assert!(!page.contains("ran out of budget"));
     film.plane_mut("stop").unwrap().set_u32(11, 4, &[3]);
     for (x, y) in film.window().pixels().collect::<Vec<_>>() {
         film.plane_mut("claim").unwrap().set_u32(x, y, &[1]);
