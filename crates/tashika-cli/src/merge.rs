@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use tashika::film::Plane;
+use tashika::integrator::{ErrorClaim, StopReason};
 use tashika::io::{read_exr, write_exr, write_file, write_png};
 use tashika::render::{Merged, Merger};
-use tashika::report::{RenderFacts, count, render_page};
+use tashika::report::{RenderFacts, about_light_not_found, count, render_page};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::MergePlan;
 use crate::progress::{Meter, metered};
-use crate::summary::{NOT_FOUND, Rows, counted, typed_command, write_json};
+use crate::summary::{Rows, counted, typed_command, write_json};
 
 /// Everything that is told about a merge.
 #[derive(Debug, Serialize)]
@@ -92,15 +93,14 @@ fn told_missing(merged: &Merged) -> String {
 fn report(plan: &MergePlan, merged: &Merged) -> Report {
     let codes = |name| merged.film.plane(name).and_then(Plane::u32_samples).unwrap_or_default();
     let (stops, claims) = (codes("stop"), codes("claim"));
-    let number = |of: usize| of as u64;
+    let ended = |reason: StopReason| stops.iter().filter(|stop| **stop == reason.id()).count() as u64;
+    let keeps = |stop: u32, claim: u32| stop != StopReason::Budget.id() && claim != ErrorClaim::None.id();
     Report {
         parts: plan.parts.len(),
-        pixels: number(stops.iter().filter(|stop| **stop != 0).count()),
-        promise_met: number(
-            stops.iter().zip(claims).filter(|(stop, claim)| **stop != 4 && **claim != 0).count(),
-        ),
-        budget_hit: number(stops.iter().filter(|stop| **stop == 4).count()),
-        not_found: number(stops.iter().filter(|stop| **stop == 5).count()),
+        pixels: stops.len() as u64 - ended(StopReason::NotRendered),
+        promise_met: stops.iter().zip(claims).filter(|(stop, claim)| keeps(**stop, **claim)).count() as u64,
+        budget_hit: ended(StopReason::Budget),
+        not_found: ended(StopReason::NotFound),
         missing: merged.missing.clone(),
         of: merged.of,
         missing_pixels: merged.missing_pixels,
@@ -120,7 +120,7 @@ fn rows(report: &Report, merged: &Merged) -> Rows {
         rows.push("", format!("{} of them ran out of budget", count(report.budget_hit)));
     }
     if report.not_found > 0 {
-        rows.push("", format!("light not found for {}: it comes {NOT_FOUND}", count(report.not_found)));
+        rows.push("", about_light_not_found(report.not_found));
     }
     if !report.complete {
         rows.push("", format!("NOT COMPLETE: {}", told_missing(merged)));

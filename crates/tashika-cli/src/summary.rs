@@ -7,7 +7,7 @@ use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
 use tashika::gather::Filter;
 use tashika::io::write_file;
-use tashika::report::{ErrorBudget, about_truth, percent_of_error};
+use tashika::report::{ErrorBudget, about_light_not_found, about_truth, percent_of_error};
 
 use crate::audit::Audit;
 use crate::exit::Failure;
@@ -214,10 +214,6 @@ pub struct RenderReport {
     pub files: Vec<PathBuf>,
 }
 
-/// How light comes that is not found, and what follows.
-pub const NOT_FOUND: &str =
-    "over mirrors or through glass, or from lamps smaller than a pixel; nothing is claimed";
-
 impl RenderReport {
     /// The same for people.
     pub fn rows(&self) -> Rows {
@@ -264,10 +260,7 @@ impl RenderReport {
             rows.push("", format!("{} of them ran out of budget{further}", HumanCount(self.budget_hit)));
         }
         if self.not_found > 0 {
-            rows.push(
-                "",
-                format!("light not found for {}: it comes {NOT_FOUND}", HumanCount(self.not_found)),
-            );
+            rows.push("", about_light_not_found(self.not_found));
         }
         if let Some(truth) = &self.truth {
             rows.push("truth", about_truth(truth));

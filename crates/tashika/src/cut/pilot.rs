@@ -16,13 +16,12 @@
 //! Pilot points, lights and pixels come from streams of their own ([`Purpose::Guidance`]); a cell is a function of the image and its place,
 //! not of who asks first. So what a pixel learns here is independent of all samples of its estimate.
 
-use std::collections::BinaryHeap;
 use std::sync::OnceLock;
 
 use super::visibility::ByVisibility;
 use crate::accel::{SegmentBatch, Tracer};
 use crate::bounds::LightShape;
-use crate::gather::{GatherOptions, GatherPoint, View};
+use crate::gather::{GatherPoint, View};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
@@ -110,7 +109,10 @@ impl PilotVisibility {
     /// For the image that `pilot` looks at; chooses clusters, but traces no segment yet.
     pub fn new(pilot: &Pilot<'_>, seed: u64) -> Self {
         let lights = pilot.lights;
-        let mut chosen = choose_clusters(lights, &probes(pilot, seed)).into_iter().peekable();
+        // Those that could light the probes most are split furthest.
+        let probes = probes(pilot, seed);
+        let mut chosen =
+            lights.split(CLUSTERS, |cluster| importance(lights, cluster, &probes)).into_iter().peekable();
         let mut place_of = vec![u32::MAX; lights.clusters()];
         let (mut parents, mut clusters) = (Vec::new(), Vec::new());
         // With the place above.
@@ -217,8 +219,7 @@ impl PilotVisibility {
 
 /// A gather point of a pixel; none where nothing gathers.
 fn one_point(pilot: &Pilot<'_>, pixel: [u32; 2], seed: u64) -> Option<GatherPoint> {
-    let view = View { gather: GatherOptions { points: 1, ..pilot.view.gather }, seed, ..pilot.view };
-    view.pixel(pilot.tracer, pixel).points.into_iter().next()
+    pilot.view.samples(pilot.tracer, pixel, 1, seed).points.into_iter().next()
 }
 
 /// Points of random pixels of the whole image.
@@ -238,24 +239,6 @@ fn fill(lights: &LightTree, cluster: LightCluster, place: u32, place_of: &mut [u
         place_of[next.number()] = place;
         waiting.extend(lights.children(&next).into_iter().flatten());
     }
-}
-
-/// Up to [`CLUSTERS`] clusters that hold every light once, in the order of the lights: always the one that could light the probes most is split.
-fn choose_clusters(lights: &LightTree, probes: &[Vec3]) -> Vec<LightCluster> {
-    let mut chosen = Vec::new();
-    // Numbers that are not negative are in the order of their bits.
-    let entry = |cluster: LightCluster| (importance(lights, &cluster, probes).to_bits(), cluster);
-    let mut waiting: BinaryHeap<(u64, LightCluster)> = lights.root().map(entry).into_iter().collect();
-    while waiting.len() + chosen.len() < CLUSTERS {
-        let Some((_, cluster)) = waiting.pop() else { break };
-        match lights.children(&cluster) {
-            Some(children) => waiting.extend(children.map(entry)),
-            None => chosen.push(cluster),
-        }
-    }
-    chosen.extend(waiting.into_iter().map(|(_, cluster)| cluster));
-    chosen.sort_unstable();
-    chosen
 }
 
 /// About how much light the probes could get from a cluster (W·m⁻²), as if it were anywhere in its box.

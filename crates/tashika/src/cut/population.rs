@@ -11,8 +11,8 @@
 //! Σ_i c_i² ≤ Σ_ij c_ij²/ω_j = E Σ_k (1/n_k) Σ_s c_s² / (ω_s p_s)
 //! ```
 //!
-//! where a sample is drawn with probability `p_s`. It is an upper estimate at no ray: equal where all points receive the same of a light. From few
-//! lights it is uncertain itself: so is `Σ_i c_i⁴` estimated. Lights that are not
+//! where a sample is drawn with probability `p_s`. It is an upper estimate at no ray: equal where all points receive the same of a light. How
+//! uncertain it is itself, where few lights give most, follows from `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not
 //! drawn, points and spots say, are left out. Where lights are not drawn each by itself it has to be multiplied by what they have in common
 //! ([`importance_correlation`](crate::guidance::importance_correlation)).
 //!

@@ -121,6 +121,12 @@ impl View<'_> {
         rng::key(self.seed, Purpose::Gather, u64::from(pixel[1]) << 32 | u64::from(pixel[0]))
     }
 
+    /// The sum of one pixel over so many camera samples of another seed.
+    pub fn samples(&self, tracer: &Tracer, pixel: [u32; 2], count: u32, seed: u64) -> PixelSum {
+        let gather = GatherOptions { points: count, ..self.gather };
+        View { gather, seed, ..*self }.pixel(tracer, pixel)
+    }
+
     /// The sum of one pixel.
     pub fn pixel(&self, tracer: &Tracer, pixel: [u32; 2]) -> PixelSum {
         let n = self.gather.points;

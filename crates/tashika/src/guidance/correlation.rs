@@ -11,7 +11,7 @@
 use rayon::prelude::*;
 
 use crate::accel::{Glass, SegmentBatch};
-use crate::gather::{GatherOptions, GatherPoint, View};
+use crate::gather::{GatherPoint, View};
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
 use crate::vpl::{LightTracer, Vpl};
@@ -25,23 +25,17 @@ const MOST: f64 = 0.75;
 
 /// About `K` of the upper quarter of what the view sees; at least 1.
 ///
-/// * `clamp_distance`: what is made of that of such a set, of which the VPLs are farther apart.
-pub fn importance_correlation(
-    tracing: &LightTracer<'_>,
-    view: &View<'_>,
-    clamp_distance: impl Fn(f32) -> f32,
-    seed: u64,
-) -> f64 {
+/// * `farther`: how many times as far as such a set says VPLs are clamped.
+pub fn importance_correlation(tracing: &LightTracer<'_>, view: &View<'_>, farther: f32, seed: u64) -> f64 {
     let groups = tracing.drawn_together(VPLS, seed);
     let lights: Vec<Vpl> = groups.iter().flatten().copied().collect();
-    let clamp_distance = clamp_distance(tracing.clamp().distance(&lights, seed));
-    let transport = Transport::new(clamp_distance).with_glass(Glass::SolidStops);
+    let clamp_distance = tracing.clamp().distance(&lights, seed);
+    let transport = Transport::new(farther * clamp_distance).with_glass(Glass::SolidStops);
     let of_point = |number: u64| {
         let key = rng::key(seed, Purpose::Guidance, number);
         let mut stream = Stream::new(key, Purpose::Guidance, 0);
         let pixel = view.size.map(|side| stream.below(side.into()) as u32);
-        let view = View { gather: GatherOptions { points: 1, ..view.gather }, seed: key, ..*view };
-        let point = view.pixel(tracing.tracer(), pixel).points.into_iter().next()?;
+        let point = view.samples(tracing.tracer(), pixel, 1, key).points.into_iter().next()?;
         correlation_at(tracing, &transport, &point, &groups)
     };
     let mut found: Vec<f64> = (0..POINTS).into_par_iter().filter_map(of_point).collect();

@@ -4,14 +4,15 @@
 //! which has a share of them, cannot miss it:
 //!
 //! ```text
-//! L = Σ_i I_i cos θ_i V_i / (d_i² Ω)          over the points in the pixel, which covers the solid angle Ω
+//! L = Σ_i I_i cos θ_i V_i / A_i          over the points in the pixel, which covers the area A_i there, at right angles to the ray
 //! ```
 //!
 //! A lamp of many pixels is seen by any sample, and told more exactly so; this is to know where samples are too few.
 
 use crate::accel::{Glass, SegmentBatch};
 use crate::gather::View;
-use crate::scene::Projection;
+use crate::math::Vec3;
+use crate::scene::CameraSample;
 use crate::vpl::{LightTracer, Vpl, VplKind};
 
 /// Points drawn on lamps.
@@ -30,15 +31,13 @@ impl SeenLamps {
     ///
     /// None if no lamp is seen, or the camera has a lens, through which lamps are blurred.
     pub fn learn(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
-        let is_perspective = matches!(view.camera.projection, Projection::Perspective { .. });
-        if view.camera.lens.radius > 0.0 || !is_perspective {
+        if view.camera.lens.radius > 0.0 {
             return None;
         }
-        let eye = view.camera.position();
         let mut batch = SegmentBatch::new(Glass::SolidStops);
         let mut seen = Vec::new();
         for light in tracing.on_emitters(POINTS, seed) {
-            if let Some((pixel, luminance)) = from_eye(&light, view) {
+            if let Some((pixel, luminance, eye)) = from_eye(&light, view) {
                 batch.push_fan(light.apex(), [eye]);
                 seen.push((pixel, luminance));
             }
@@ -59,17 +58,17 @@ impl SeenLamps {
     }
 }
 
-/// The pixel that a point on a lamp lies in, as its place in the image, and what it adds to it; none if it is not in the image or turned away.
-fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32)> {
+/// The pixel that a point on a lamp lies in, as its place in the image, what it adds to it, and where its camera ray starts; none if it is not in the image or turned away.
+fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
     if light.kind != VplKind::Oriented {
         return None;
     }
-    let to_eye = view.camera.position() - light.position;
-    let cos = light.direction.dot(to_eye.normalize());
-    let (film, solid_angle) = view.camera.project(light.position, view.size)?;
+    let (film, area) = view.camera.project(light.position, view.size)?;
+    let ray = view.camera.ray(&CameraSample { film, lens: [0.5; 2] }, view.size);
+    let cos = -light.direction.dot(ray.direction);
     let pixel = film.floor().as_ivec2();
     let [width, height] = view.size.map(|side| side as i32);
     let is_inside = cos > 0.0 && (0..width).contains(&pixel.x) && (0..height).contains(&pixel.y);
-    let luminance = light.intensity.luminance() * cos / (to_eye.length_squared() * solid_angle);
-    is_inside.then_some(((pixel.y * width + pixel.x) as usize, luminance))
+    let luminance = light.intensity.luminance() * cos / area;
+    is_inside.then_some(((pixel.y * width + pixel.x) as usize, luminance, ray.origin))
 }

@@ -28,7 +28,9 @@ pub use picks::least_certain;
 pub use picture::Picture;
 pub(crate) use srgb_png::srgb_png;
 pub use summary::summary;
-pub use words::{about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance};
+pub use words::{
+    about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
+};
 
 #[cfg(test)]
 mod tests;

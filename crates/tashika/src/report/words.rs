@@ -50,6 +50,14 @@ pub fn about_truth(truth: &str) -> &'static str {
     }
 }
 
+/// What is said of so many pixels of which too much light is not found.
+pub fn about_light_not_found(pixels: u64) -> String {
+    format!(
+        "light was not found for {}: it comes over mirrors or through glass, or from lamps smaller than a pixel; nothing is claimed there",
+        count(pixels)
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -105,28 +105,28 @@ impl Camera {
         )
     }
 
-    /// Where a place of the world lies on a film of `size` pixels, as seen from the lens' centre, and the area there that a pixel covers, as seen along the ray: of the unit sphere (sr) for perspective cameras,
-    /// of the world (m²) for orthographic ones. `None` for what is not in front of the camera.
+    /// Where a place of the world lies on a film of `size` pixels (pixels, from the top left), as seen through the lens' centre, and the area at right angles to the ray that a pixel
+    /// covers there (m²). `None` for what is not in front of the camera.
     pub fn project(&self, place: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
         let size = Vec2::new(size[0] as f32, size[1] as f32);
         let p = self.to_world.inverse().transform_point3(place);
         if p.z >= 0.0 {
             return None;
         }
-        let (on_film, height, shrinks) = match self.projection {
+        // Of the film where the place is (m), and the cosine at which the ray meets it.
+        let (height, cos) = match self.projection {
             Projection::Perspective { vertical_fov } => {
-                let height = 2.0 * tan(0.5 * vertical_fov);
-                let cos = -p.z / p.length();
-                (Vec2::new(p.x, p.y) / (-p.z * height), height, cos * cos * cos)
+                (-p.z * 2.0 * tan(0.5 * vertical_fov), -p.z / p.length())
             }
-            Projection::Orthographic { height } => (Vec2::new(p.x, p.y) / height, height, 1.0),
+            Projection::Orthographic { height } => (height, 1.0),
         };
+        let on_film = Vec2::new(p.x, p.y) / height;
         let film = Vec2::new(
             on_film.x * size.y + 0.5 * size.x - self.shift.x * size.x,
             (0.5 - on_film.y + self.shift.y) * size.y,
         );
         let side = height / size.y;
-        Some((film, side * side * shrinks))
+        Some((film, side * side * cos))
     }
 }
 
@@ -148,8 +148,7 @@ mod tests {
                 let (found, area) = c.project(at(film), [200, 100]).unwrap();
                 assert!((found - film).length() < 1e-2, "{projection:?}: {found} for {film}");
                 let sides = [Vec2::X, Vec2::Y].map(|step| at(film + 0.5 * step) - at(film - 0.5 * step));
-                let is_far = matches!(projection, Projection::Perspective { .. });
-                let expected = sides[0].cross(sides[1]).length() / if is_far { 16.0 } else { 1.0 };
+                let expected = sides[0].cross(sides[1]).length();
                 assert!((area / expected - 1.0).abs() < 1e-3, "{projection:?}: {area} for {expected}");
             }
         }

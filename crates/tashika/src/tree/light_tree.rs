@@ -1,5 +1,6 @@
 //! The light tree: a binary tree over the lights, in which every node is a range of one sorted array.
 
+use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use super::build;
@@ -131,6 +132,24 @@ impl LightTree {
             waiting.extend(self.children(&next).into_iter().flatten().rev());
             Some(next)
         })
+    }
+
+    /// Up to `most` clusters that hold every light once, in the order of the lights: always the one of the greatest importance, which must not be negative, is split.
+    pub fn split(&self, most: usize, importance: impl Fn(&LightCluster) -> f64) -> Vec<LightCluster> {
+        let mut chosen = Vec::new();
+        // Numbers that are not negative are in the order of their bits.
+        let entry = |cluster: LightCluster| (importance(&cluster).to_bits(), cluster);
+        let mut waiting: BinaryHeap<(u64, LightCluster)> = self.root().into_iter().map(entry).collect();
+        while waiting.len() + chosen.len() < most {
+            let Some((_, cluster)) = waiting.pop() else { break };
+            match self.children(&cluster) {
+                Some(children) => waiting.extend(children.map(entry)),
+                None => chosen.push(cluster),
+            }
+        }
+        chosen.extend(waiting.into_iter().map(|(_, cluster)| cluster));
+        chosen.sort_unstable();
+        chosen
     }
 
     /// The light at a place in the sorted order.

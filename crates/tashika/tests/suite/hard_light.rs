@@ -58,11 +58,13 @@ fn images(scene: &dyn Fn() -> SceneBuilder) -> Vec<Vec<Said>> {
 /// At most this share of claims may be wrong: 5 % are, and pixels of an image are wrong together.
 const WRONG: f64 = 0.09;
 
-/// At most this share of pairs of claims may contradict each other. The goal is 1 %; two pixels on which the key-hole casts a spot go somewhat beyond.
-const DISJOINT: f64 = 0.015;
+/// At most this share of pairs of claims may contradict each other.
+const DISJOINT: f64 = 0.01;
+/// The same where a spot that the pilot expects to be dark, or a lit edge on black, takes less of a pixel than most of its camera samples would meet.
+const DISJOINT_BY_SLIVERS: f64 = 0.015;
 
 /// Two that claim each their own are both right at most where they overlap.
-fn seeds_agree(images: &[Vec<Said>], what: &str) {
+fn seeds_agree(images: &[Vec<Said>], most_disjoint: f64, what: &str) {
     let (mut pairs, mut disjoint) = (0.0, 0.0);
     for (k, one) in images.iter().enumerate() {
         for (a, b) in images[..k].iter().flat_map(|other| other.iter().zip(one)) {
@@ -72,11 +74,14 @@ fn seeds_agree(images: &[Vec<Said>], what: &str) {
             }
         }
     }
-    assert!(disjoint <= DISJOINT * pairs, "{what}: {disjoint} of {pairs} pairs of intervals are disjoint");
+    assert!(
+        disjoint <= most_disjoint * pairs,
+        "{what}: {disjoint} of {pairs} pairs of intervals are disjoint"
+    );
 }
 
 /// Claims hold, and there are at least so many, as a share of all pixels.
-fn claims_hold(scene: &dyn Fn() -> SceneBuilder, least_claims: f64, what: &str) {
+fn claims_hold(scene: &dyn Fn() -> SceneBuilder, least_claims: f64, most_disjoint: f64, what: &str) {
     let images = images(scene);
     let tracer = tracer(scene());
     let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
@@ -96,7 +101,7 @@ fn claims_hold(scene: &dyn Fn() -> SceneBuilder, least_claims: f64, what: &str) 
     assert!(kept >= (1.0 - WRONG) * claims, "{what}: {kept} of {claims} claims hold");
     let all = (SEEDS as usize * PIXELS) as f64;
     assert!(claims >= least_claims * all, "{what}: {claims} claims of {all}");
-    seeds_agree(&images, what);
+    seeds_agree(&images, most_disjoint, what);
 }
 
 fn add_camera(b: &mut SceneBuilder, eye: [f32; 3], target: [f32; 3]) {
@@ -134,7 +139,7 @@ fn two_rooms_and_a_door() {
         add_lamp_at(&mut b, [-2.0, 1.9, 0.0], 0.5, 20.0);
         b
     };
-    claims_hold(&scene, 0.9, "two rooms");
+    claims_hold(&scene, 0.9, DISJOINT, "two rooms");
 }
 
 /// The same through a hole of 6 × 6 cm: what most of the lights give is not seen.
@@ -151,7 +156,7 @@ fn a_key_hole() {
         add_lamp_at(&mut b, [2.0, 1.95, 0.0], 0.1, 0.2);
         b
     };
-    claims_hold(&scene, 0.5, "key-hole");
+    claims_hold(&scene, 0.5, DISJOINT_BY_SLIVERS, "key-hole");
 }
 
 /// A room that is lit through its open side, on a ground of 200 m.
@@ -164,7 +169,7 @@ fn a_wide_ground_about_a_room() {
         place(&mut b, ground, Material::new("ground", lambert(0.5)));
         b
     };
-    claims_hold(&scene, 0.9, "wide ground");
+    claims_hold(&scene, 0.9, DISJOINT, "wide ground");
 }
 
 /// Nothing is reflected but by one block.
@@ -179,7 +184,7 @@ fn black_walls() {
         add_camera(&mut b, [0.0, 0.2, 0.95], [0.0, -0.4, 0.0]);
         b
     };
-    claims_hold(&scene, 0.99, "black walls");
+    claims_hold(&scene, 0.99, DISJOINT_BY_SLIVERS, "black walls");
 }
 
 /// All lamps are above a slab of solid glass: no segment comes through to them.
@@ -193,7 +198,7 @@ fn all_lights_behind_glass() {
         place(&mut b, slab, Material::new("glass", glass));
         b
     };
-    claims_hold(&scene, 0.5, "behind glass");
+    claims_hold(&scene, 0.5, DISJOINT, "behind glass");
 }
 
 /// Lengths have no unit: a room a hundred times as large, with lamps of the same radiance, is the same picture.
@@ -213,7 +218,7 @@ fn a_room_in_centimetres() {
     let [metres, centimetres] = [1.0, 100.0].map(|scale| images(&|| room(scale)));
     let both: Vec<Vec<Said>> = metres.into_iter().chain(centimetres).collect();
     assert!(both.iter().flatten().all(|said| said.half_width.is_some()));
-    seeds_agree(&both, "centimetres");
+    seeds_agree(&both, DISJOINT, "centimetres");
 }
 
 /// A lamp that is seen, fills a thousandth of a pixel, and outshines all else that the pixel sees.
@@ -226,7 +231,7 @@ fn a_lamp_in_a_thousandth_of_a_pixel() {
         place(&mut b, lamp, glowing("small", lambert(0.0), 50_000.0));
         b
     };
-    claims_hold(&scene, 0.5, "small lamp");
+    claims_hold(&scene, 0.5, DISJOINT, "small lamp");
     let bright = |image: &Vec<Said>| image.iter().any(|said| said.found > 10.0);
     let pixel = images(&scene).into_iter().filter(bright).count();
     assert!(pixel as u64 * 4 > SEEDS * 3, "the lamp is seen by {pixel} of {SEEDS}");
@@ -246,7 +251,7 @@ fn a_lamp_of_millimetres_above_water() {
         b
     };
     let images = images(&scene);
-    seeds_agree(&images, "water");
+    seeds_agree(&images, DISJOINT, "water");
     let missing = images.iter().flatten().filter(|said| !said.is_found).count();
     let all = images.len() * PIXELS;
     assert!(missing > all / 2, "light is missing in {missing} of {all} pixels");

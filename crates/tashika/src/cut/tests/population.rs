@@ -75,15 +75,27 @@ fn known(pairs: u64, runs: u64) -> Known {
 fn the_squares_of_what_lights_add_are_told_from_above() {
     for pairs in [4, 60, 600] {
         let Known { populations, terms, shares } = known(pairs, 1500);
-        let (mut squares, mut upper) = (0.0, 0.0);
+        let (mut squares, mut upper, mut fourth, mut largest) = (0.0, 0.0, 0.0, 0.0_f64);
         for (_, by_point) in terms.iter().filter(|(is_given, _)| !is_given) {
             squares += by_point.iter().sum::<f64>().powi(2);
-            upper += by_point.iter().zip(&shares).map(|(c, share)| c * c / share).sum::<f64>();
+            for (c, share) in by_point.iter().zip(&shares) {
+                upper += share * (c / share).powi(2);
+                fourth += share * (c / share).powi(4);
+                largest = largest.max(c / share);
+            }
         }
-        let mut told = Moments::default();
-        populations.iter().for_each(|p| told.push(p.importance_by_lights));
-        let close = (told.mean() - upper).abs() < 4.42 * told.standard_error() + 1e-5 * upper;
-        assert!(close && told.standard_error() < 0.1 * upper, "{pairs}: {} for {upper}", told.mean());
+        let [mut told, mut of_fourth] = [Moments::default(); 2];
+        for population in &populations {
+            told.push(population.importance_by_lights);
+            of_fourth.push(population.importance_fourth);
+            assert!(population.importance_largest <= largest * (1.0 + 1e-5));
+        }
+        for (told, truth) in [(told, upper), (of_fourth, fourth)] {
+            let close = (told.mean() - truth).abs() < 4.42 * told.standard_error() + 1e-5 * truth;
+            assert!(close && told.standard_error() < 0.1 * truth, "{pairs}: {} for {truth}", told.mean());
+        }
+        let found = populations.iter().filter(|p| p.importance_largest > 0.5 * largest).count();
+        assert!(pairs < 600 || found > populations.len() / 2, "{found} know of the largest");
         assert!(squares < upper);
     }
 }

@@ -8,7 +8,7 @@ use crate::bounds::UpperAnalytic;
 use crate::bsdf::{Bsdf, Lambert};
 use crate::color::{Controlled, Rgb, RgbSum};
 use crate::cut::{ByVisibility, Clusters, CutMemory, InheritedCut, StrataOptions, gather_tree};
-use crate::gather::{GatherOptions, GatherPoint, PixelSum, View};
+use crate::gather::{GatherPoint, PixelSum};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 use crate::stats::stratified::Spread;
@@ -63,11 +63,17 @@ impl<'a> Common<'a> {
         self.lights.lamps().is_some_and(|lamps| lamps.importance_radiance(pixel) > 0.0)
     }
 
+    /// How bright lamps make a pixel, if these camera samples have met hardly any of it (luminance, W·m⁻²·sr⁻¹).
+    pub(super) fn lamps_not_met(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
+        let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
+        let met = f64::from(seen.background.luminance());
+        if met < MET * there { there } else { 0.0 }
+    }
+
     /// So many camera samples of a pixel, with these random numbers.
     pub(super) fn samples(&self, pixel: [u32; 2], count: u32, key: u64) -> PixelSum {
-        let gather = GatherOptions { points: count, ..self.setting.view.gather };
-        let view = View { gather, seed: rng::key(key, Purpose::Gather, 0), ..self.setting.view };
-        view.pixel(self.setting.tracer, pixel)
+        let seed = rng::key(key, Purpose::Gather, 0);
+        self.setting.view.samples(self.setting.tracer, pixel, count, seed)
     }
 }
 
@@ -109,13 +115,6 @@ impl Points {
         Self { pixel, tree, by_place }
     }
 
-    /// How bright lamps make the pixel, if these camera samples have met hardly any of it (luminance, W·m⁻²·sr⁻¹).
-    pub(super) fn lamps_not_met(&self, common: &Common<'_>, pixel: [u32; 2]) -> f64 {
-        let there = common.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
-        let met = f64::from(self.pixel.background.luminance());
-        if met < MET * there { there } else { 0.0 }
-    }
-
     /// About how much light that comes by bent ways is not found (luminance, W·m⁻²·sr⁻¹).
     pub(super) fn not_found(&self, common: &Common<'_>, nearby: &Nearby) -> f64 {
         let Some((bent, (share, beyond))) = common.lights.bent().zip(nearby.not_found()) else { return 0.0 };
@@ -131,13 +130,24 @@ impl Points {
     }
 }
 
-/// Where a place in the unit square lies along a Z-order curve.
+/// Where a place in the unit square lies along a Hilbert curve, whose steps all lead to places next to each other.
 fn along_curve(place: [f32; 2]) -> u32 {
-    let spread = |v: f32| {
-        let v = (v * 256.0) as u32;
-        (0..8).fold(0, |code, bit| code | (v >> bit & 1) << (2 * bit))
-    };
-    spread(place[0]) | spread(place[1]) << 1
+    const SIDE: u32 = 256;
+    let [mut x, mut y] = place.map(|v| (v * SIDE as f32) as u32);
+    let (mut along, mut side) = (0, SIDE / 2);
+    while side > 0 {
+        let [right, upper] = [x, y].map(|v| u32::from(v & side > 0));
+        along += side * side * ((3 * right) ^ upper);
+        // Each quarter is a curve again, the lower ones turned.
+        if upper == 0 {
+            if right == 1 {
+                (x, y) = (SIDE - 1 - x, SIDE - 1 - y);
+            }
+            (x, y) = (y, x);
+        }
+        side /= 2;
+    }
+    along
 }
 
 /// Errors by which VPLs and camera samples there are.
@@ -283,7 +293,8 @@ impl<'a> Estimate<'a> {
     /// What is about known of the errors by which VPLs and by which camera samples there are.
     ///
     /// Samples are spread evenly over the pixel: two that are next to each other are taken for independent draws from a place that holds both, so that
-    /// their sum has the variance `E (v_a − v_b)²` (collapsed strata, Cochran 1977, section 5A.12).
+    /// their sum has the variance `E (v_a − v_b)²`. Each is compared with the one before it and the one after it along a curve (successive differences,
+    /// Wolter 2007, section 8.2): where there are bright samples and dark ones, some are next to each other.
     pub(super) fn by_draws(&self, part: usize) -> ByDraws {
         let Some(points) = self.points else { return ByDraws::default() };
         let of = &self.common.controlled.parts()[part];
@@ -301,11 +312,13 @@ impl<'a> Estimate<'a> {
             gathered
         };
         let mut by_samples = 0.0;
-        for pair in points.by_place.chunks_exact(2) {
-            let [a, b] = [of_sample(&pair[0]), of_sample(&pair[1])];
+        for next_to in points.by_place.windows(2) {
+            let [a, b] = [of_sample(&next_to[0]), of_sample(&next_to[1])];
             let difference = a.value - b.value;
             by_samples += difference * difference - a.noise - b.noise;
         }
+        let samples = points.by_place.len() as f64;
+        by_samples *= 0.5 * samples / f64::max(samples - 1.0, 1.0);
         // Of groups of `K` VPLs that are drawn together and add as much each.
         let k = lights.importance_correlation();
         ByDraws {
@@ -346,5 +359,22 @@ impl<'a> Estimate<'a> {
 
     pub(super) fn rays(&self) -> u64 {
         self.camera_rays + self.uncarried.rays() + self.cut.as_ref().map_or(0, InheritedCut::segments)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::along_curve;
+
+    /// Every cell of the square is on the curve, each next to the one before.
+    #[test]
+    fn steps_along_the_curve_lead_to_the_next_cell() {
+        let place = |cell: u32| [(cell % 256) as f32 / 256.0, (cell / 256) as f32 / 256.0];
+        let mut cells: Vec<u32> = (0..256 * 256).collect();
+        cells.sort_by_key(|cell| along_curve(place(*cell)));
+        for step in cells.windows(2) {
+            let [a, b] = [0, 1].map(|k| [step[k] % 256, step[k] / 256]);
+            assert_eq!(a[0].abs_diff(b[0]) + a[1].abs_diff(b[1]), 1, "{a:?} {b:?}");
+        }
     }
 }

@@ -35,6 +35,11 @@ pub struct GuidedLights {
 /// falls with the square of this, that of the paths which find such walls hardly grows.
 const COMPENSATED: f32 = 4.0;
 
+/// How many times as far as they say themselves VPLs are clamped.
+fn farther(truth: Truth, clamp: Clamp) -> f32 {
+    if (truth, clamp) == (Truth::Transport, Clamp::Auto) { COMPENSATED } else { 1.0 }
+}
+
 impl GuidedLights {
     /// Traces about `options.count` VPLs for this truth, guided to what this view sees ([`learn_light_guide`]). Runs on the current thread pool.
     ///
@@ -50,9 +55,7 @@ impl GuidedLights {
         let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
         let set = guided.tracing.trace(options.seed);
         let mut provenance = set.provenance().clone();
-        if (truth, options.clamp) == (Truth::Transport, Clamp::Auto) {
-            provenance.clamp_distance *= COMPENSATED;
-        }
+        provenance.clamp_distance *= farther(truth, options.clamp);
         Self::new(&set, provenance, options, truth, view, &guided)
     }
 
@@ -90,10 +93,9 @@ impl GuidedLights {
         let given = EmitterSampler::new(tracer.scene());
         let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
         let tree = LightTree::build(set, LightTreeBuilder::default());
-        let clamp_distance =
-            |distance| if options.clamp == Clamp::Auto { COMPENSATED * distance } else { distance };
-        let seed = rng::key(options.seed, Purpose::Guidance, 2);
-        let importance_correlation = importance_correlation(&guided.tracing, view, clamp_distance, seed);
+        let key = |number: u64| rng::key(options.seed, Purpose::Guidance, number);
+        let farther = farther(truth, options.clamp);
+        let importance_correlation = importance_correlation(&guided.tracing, view, farther, key(2));
         let lit = Lit {
             tracer,
             emitters: &EmitterSampler::by_use(tracer, &options),
@@ -103,16 +105,18 @@ impl GuidedLights {
             max_depth: provenance.max_depth,
             bent: None,
         };
-        let seed = rng::key(options.seed, Purpose::Guidance, 1);
         let summed = |point: &GatherPoint| summed_with(point, Estimator::Vpls);
-        let choice =
-            (truth == Truth::Transport).then(|| VplChoice::learn(&lit, view, summed, seed)).flatten();
-        let bent = BentLight::learn(&guided.tracing, rng::key(options.seed, Purpose::Guidance, 3));
+        let (mut choice, mut bent) = (None, None);
+        if truth == Truth::Transport {
+            choice = VplChoice::learn(&lit, view, summed, key(1));
+            bent = BentLight::learn(&guided.tracing, key(3));
+        }
+        let lamps = SeenLamps::learn(&guided.tracing, view, key(4));
         Ok(Self {
             tree,
             choice,
-            bent: bent.filter(|_| truth == Truth::Transport),
-            lamps: SeenLamps::learn(&guided.tracing, view, rng::key(options.seed, Purpose::Guidance, 4)),
+            bent,
+            lamps,
             provenance,
             truth,
             given_directions: directional.map(|light| light.direction).collect(),

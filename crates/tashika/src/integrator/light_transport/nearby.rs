@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use super::estimate::{Common, Estimator, is_narrow, summed_with};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
-use crate::uncarried::{Lit, Uncarried};
+use crate::uncarried::{Bent, Lit, Uncarried};
 
 /// Side of a cell (pixels).
 const CELL: u32 = 16;
@@ -120,8 +120,8 @@ fn follow(
     let key = rng::key(key, Purpose::Guidance, 1 + estimator as u64);
     let mut stream = Stream::new(key, Purpose::Guidance, 0);
     let parts = common.controlled.parts();
-    let lit = common.lit(estimator, clamp_distance);
-    let mut uncarried = Uncarried::new(Lit { bent: common.lights.bent(), ..lit });
+    let bent = common.lights.bent().filter(|_| estimator == Estimator::Vpls);
+    let mut uncarried = Uncarried::new(Lit { bent, ..common.lit(estimator, clamp_distance) });
     let mut found = Moments::default();
     let mut expected = [0.0; 2];
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
@@ -130,15 +130,15 @@ fn follow(
         let key = rng::key(key, Purpose::Guidance, path);
         let seen = common.samples(pixel, 1, key);
         let mut value = if estimator == Estimator::Paths { seen.background } else { Default::default() };
-        let mut kind = 0;
+        let (mut kind, mut of_path) = (0, Bent::default());
         for point in &seen.points {
             let summed = summed_with(point, estimator);
             value += uncarried.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Uncarried, 0));
             kind = usize::from(is_narrow(&point.bsdf));
-            let bent = uncarried.bent();
-            found.push(bent.found);
-            expected = [0, 1].map(|k| expected[k] + bent.expected[k] / PATHS as f64);
+            of_path = uncarried.bent();
         }
+        found.push(of_path.found);
+        expected = [0, 1].map(|k| expected[k] + of_path.expected[k] / PATHS as f64);
         for (number, part) in parts.iter().enumerate() {
             moments[kind][number].push(part.of(value));
             moments[2][number].push(part.of(value));

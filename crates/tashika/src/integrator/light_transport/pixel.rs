@@ -48,7 +48,7 @@ pub(super) struct Pixel<'a> {
     /// Whether it was decided on before the samples were drawn, so that its interval may be stated however wide it is.
     may_claim: bool,
     features: Features,
-    /// Whether it sees a lamp so small that most camera samples miss it: paths would.
+    /// Whether it sees a lamp so small that most camera samples miss it, and most paths would.
     sees_small_lamp: bool,
     /// About how much light is missing that is not found (luminance).
     importance_not_found: f64,
@@ -115,15 +115,12 @@ impl<'a> Pixel<'a> {
 
     /// By sums over VPLs; whether that is all that is to be done.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
-        let mut samples = self.common.setting.view.gather.points;
+        let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
         let (mut clamp, mut bent) = (0, 0.0);
         for attempt in 0.. {
             // An estimate that is begun anew has nothing in common with the one that was given up.
             let key = rng::key(self.key, Purpose::Replicate, attempt);
             let (method, common) = (self.method, self.common);
-            if attempt == 0 {
-                samples = self.samples_for_lamps(samples);
-            }
             let points = Points::new(&common, self.at, samples, key);
             self.features = points.pixel.features;
             let nearby = common.compensates.then(|| method.nearby(&common, self.at, clamp));
@@ -131,7 +128,7 @@ impl<'a> Pixel<'a> {
                 bent = nearby.map_or(0.0, |nearby| points.not_found(&common, nearby));
                 self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
             }
-            self.importance_not_found = bent + points.lamps_not_met(&common, self.at);
+            self.importance_not_found = bent + common.lamps_not_met(self.at, &points.pixel);
             let moments = nearby.map(|nearby| nearby.uncarried(points.are_narrow()));
             let (order, clamp_distance) = (self.visibility.order(), method.clamp_distance(clamp));
             let estimate = Estimate::of_vpls(common, order, &points, clamp_distance, self.at, key, memory);
@@ -148,22 +145,26 @@ impl<'a> Pixel<'a> {
         false
     }
 
-    /// How many camera samples are likely to meet the lamps that the pixel sees, if so many are not: by samples for no estimate, which would be
-    /// biased by what it met.
+    /// How many camera samples are likely to meet the lamps that the pixel sees, if so many are not. It is told by others than those of the estimate,
+    /// which would be biased by what it met.
     fn samples_for_lamps(&mut self, few: u32) -> u32 {
-        let meet = |samples: u32| {
-            let key = rng::key(self.key, Purpose::Guidance, samples.into());
-            Points::new(&self.common, self.at, samples, key).lamps_not_met(&self.common, self.at) == 0.0
-        };
-        if !self.common.sees_lamps(self.at) || meet(few) {
-            return few;
-        }
-        self.sees_small_lamp = true;
-        let mut samples = more(few);
-        while samples < MOST_SAMPLES && !meet(samples) {
+        let mut samples = few;
+        while samples < MOST_SAMPLES && self.misses_lamps(samples) {
+            self.sees_small_lamp = true;
             samples = more(samples);
         }
-        more(samples)
+        if self.sees_small_lamp { more(samples) } else { few }
+    }
+
+    /// Whether so many camera samples, which are drawn for this alone, miss a lamp.
+    fn misses_lamps(&mut self, samples: u32) -> bool {
+        if !self.common.sees_lamps(self.at) {
+            return false;
+        }
+        self.rays += u64::from(samples);
+        let key = rng::key(self.key, Purpose::Guidance, samples.into());
+        let seen = self.common.samples(self.at, samples, key);
+        self.common.lamps_not_met(self.at, &seen) > 0.0
     }
 
     /// By paths of all there is.

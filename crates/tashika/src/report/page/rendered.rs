@@ -3,7 +3,9 @@
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Rgb;
 use crate::film::{Film, Plane};
-use crate::report::{about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance};
+use crate::report::{
+    about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
+};
 
 /// What the page of a render says beyond its film.
 #[derive(Clone, Debug, Default)]
@@ -33,10 +35,6 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
 pub fn headline(film: &Film) -> String {
     Counts::of(film).headline(film)
 }
-
-/// How light comes that is not found, and what follows.
-const NOT_FOUND: &str =
-    "over mirrors or through glass, or from lamps smaller than a pixel; nothing is claimed there.";
 
 /// How many pixels are of which kind.
 struct Counts {
@@ -135,8 +133,7 @@ impl Counts {
             lines.push(format!("{n} ran out of budget{wider}; the view “why work stopped” shows where."));
         }
         if self.not_found > 0 {
-            let n = count(self.not_found);
-            lines.push(format!("Light was not found for {n}: it comes {NOT_FOUND}"));
+            lines.push(about_light_not_found(self.not_found));
         }
         if self.rendered < self.all {
             let (rendered, all) = (count(self.rendered), count(self.all));

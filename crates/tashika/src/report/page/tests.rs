@@ -165,7 +165,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     let page = rendered(&film);
     assert!(
         page.contains("90.0 % of 10 pixels keep")
-            && page.contains("Light was not found for 1: it comes over mirrors")
+            && page.contains("light was not found for 1: it comes over mirrors")
     );
     assert!(!page.contains("ran out of budget"));
     film.plane_mut("stop").unwrap().set_u32(11, 4, &[3]);
