@@ -11,6 +11,9 @@
 //! # Guarantee
 //! An item of zero weight is never drawn from a range that holds another. Held to this by `tree::tests::drawing`.
 
+/// Items in a line of the cache: the first step from a guess.
+const NEXT_TO: usize = 4;
+
 /// Sums of weights that are finite and not negative; one entry more than there are weights.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PrefixSums(Vec<[f64; 2]>);
@@ -44,8 +47,36 @@ impl PrefixSums {
         let total = self.weight(first, count);
         // Rounding can make u·total as large as total, which is beyond the last item.
         let x = (u * total).min(total.next_down());
-        let boundaries = &self.0[begin + 1..begin + count as usize];
-        first + boundaries.partition_point(|&sum| difference(sum, self.0[begin]) <= x) as u32
+        first + self.last_before(begin, count as usize, x, total) as u32
+    }
+
+    /// The last of `count` items from `begin` that begins at or before `x`, which is not negative and less than their weight.
+    ///
+    /// Weights are seldom very different, so that where it is can be guessed; each place that is looked at is likely to be a line of memory that is not
+    /// in the cache.
+    fn last_before(&self, begin: usize, count: usize, x: f64, total: f64) -> usize {
+        let is_before = |item: usize| difference(self.0[begin + item], self.0[begin]) <= x;
+        let items = count as f64 / total;
+        let mut guess = (x * items) as usize;
+        let off = x - difference(self.0[begin + guess.min(count)], self.0[begin]);
+        guess = (guess as f64 + off * items).clamp(0.0, (count - 1) as f64) as usize;
+        // Steps that double, until it is between two of them.
+        let mut step = NEXT_TO;
+        let (mut low, mut high) = (guess, guess);
+        if is_before(guess) {
+            high = count.min(guess + 1);
+            while high < count && is_before(high) {
+                (low, high) = (high, count.min(high + step));
+                step *= 2;
+            }
+        } else {
+            while !is_before(low) {
+                (low, high) = (low.saturating_sub(step), low);
+                step *= 2;
+            }
+        }
+        low + self.0[begin + low + 1..begin + high]
+            .partition_point(|&sum| difference(sum, self.0[begin]) <= x)
     }
 
     /// Memory (bytes).

@@ -21,17 +21,14 @@
 //! A VPL that can give anything has at least `1 − β` of the probability that it has by importance alone, and what was learned comes from random numbers of its
 //! own: the estimate is unbiased whatever that was. Held to this by the test below.
 
-use std::collections::BinaryHeap;
-
 use rayon::prelude::*;
 
+use super::descent::Descent;
 use super::places::{Places, Receiver};
 use super::{Lit, Uncarried};
 use crate::accel::{SegmentBatch, Tracer};
-use crate::bounds::{Towards, upper_geometric};
 use crate::bsdf::Bsdf;
-use crate::gather::{GatherOptions, GatherPoint, View};
-use crate::math::{Aabb, Cone};
+use crate::gather::{GatherPoint, View};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Discrete;
 use crate::transport::Transport;
@@ -49,72 +46,10 @@ const CLUSTERS: usize = 256;
 const PROBES: usize = 64;
 /// Lights tried for each place and cluster.
 const TRIALS: usize = 8;
-/// Root mean square distance of lights from the middle of their box, over its diagonal. Chosen.
-const SPREAD: f32 = 0.25;
 /// `β`. Importance alone knows no visibility; what was learned, nothing smaller than a place.
 const LEARNED: f64 = 0.9;
 /// `s`.
 const HOPE: f64 = 0.25;
-
-/// A VPL about in proportion to what it can give to a surface, as its place in the sorted order, with its probability; none if nothing can give anything.
-pub(super) fn draw_unlearned(
-    lights: &LightTree,
-    clamp_distance: f32,
-    receiver: &Receiver,
-    u: f64,
-) -> Option<(u32, f64)> {
-    let plain = Plain { lights, clamp_distance, receiver };
-    plain.descend(lights.root()?, 1.0, u)
-}
-
-/// Descending the light tree by importance.
-struct Plain<'a> {
-    lights: &'a LightTree,
-    clamp_distance: f32,
-    receiver: &'a Receiver,
-}
-
-impl Plain<'_> {
-    /// Probability of the first of two clusters; none if neither can give anything.
-    fn first_of(&self, children: &[LightCluster; 2]) -> Option<f64> {
-        let [a, b] = children.map(|child| self.importance(&child));
-        (a + b > 0.0).then(|| a / (a + b))
-    }
-
-    /// A light of a cluster that has been chosen with some probability.
-    fn descend(&self, mut cluster: LightCluster, mut probability: f64, mut u: f64) -> Option<(u32, f64)> {
-        while let Some(children) = self.lights.children(&cluster) {
-            let p = self.first_of(&children)?;
-            if u < p {
-                cluster = children[0];
-                probability *= p;
-                u /= p;
-            } else {
-                cluster = children[1];
-                probability *= 1.0 - p;
-                u = (u - p) / (1.0 - p);
-            }
-        }
-        Some((cluster.first, probability))
-    }
-
-    /// About what a cluster can give; zero only if it can give nothing.
-    fn importance(&self, cluster: &LightCluster) -> f64 {
-        let at = self.receiver.position;
-        let bounds = self.lights.bounds(cluster);
-        let towards = Towards::between(&bounds, &Aabb { lo: at, hi: at });
-        // Lights are about the middle of their box, seldom at its nearest corner.
-        let about = if bounds.reaches_infinity() {
-            0.0
-        } else {
-            let spread = SPREAD * bounds.aabb.diagonal();
-            (bounds.aabb.center().distance_squared(at) + spread * spread).sqrt()
-        };
-        let geometric = upper_geometric(&bounds, &towards, self.clamp_distance.max(about));
-        let cos = towards.upper_cos(&Cone::of(self.receiver.normal));
-        self.lights.luminance(cluster) * f64::from(geometric * cos)
-    }
-}
 
 /// What was learned about which VPLs are worth drawing where.
 #[derive(Clone, Debug)]
@@ -156,9 +91,7 @@ impl VplChoice {
                 let key = rng::key(seed, Purpose::Guidance, path);
                 let mut stream = Stream::new(key, Purpose::Guidance, 0);
                 let pixel = view.size.map(|side| stream.below(side.into()) as u32);
-                let gather = GatherOptions { points: 1, ..view.gather };
-                let view = View { gather, seed: key, ..*view };
-                for point in view.pixel(lit.tracer, pixel).points {
+                for point in view.samples(lit.tracer, pixel, 1, key).points {
                     uncarried.estimate(&point, &summed(&point), key, &mut stream);
                 }
             }
@@ -178,7 +111,12 @@ impl VplChoice {
         let root = lights.root().filter(|_| !receivers.is_empty())?;
         let step = receivers.len().div_ceil(PROBES);
         let probes: Vec<Receiver> = receivers.iter().copied().step_by(step).collect();
-        let chosen = choose_clusters(lights, root, transport.clamp_distance(), &probes);
+        let clamp_distance = transport.clamp_distance();
+        let could_give = |cluster: &LightCluster| {
+            let of = |receiver| Descent { lights, clamp_distance, receiver }.importance(cluster);
+            probes.iter().map(of).sum()
+        };
+        let chosen = lights.split(CLUSTERS, could_give);
         let mut choice = Self { tops: Vec::new(), places: Places::default(), tables: Vec::new() };
         choice.add_top(lights, root, &mut chosen.iter().copied().enumerate().peekable());
         let (places, of_places) = Places::divide(receivers);
@@ -230,6 +168,8 @@ impl VplChoice {
                 let link = transport.link(receiver.position, &light);
                 let cos = receiver.normal.dot(link.towards_light).max(0.0);
                 let value = lights.luminance(cluster) * f64::from(link.geometric * cos);
+                // Unclamped, and at the very place of the surface, it is no number.
+                let value = if value.is_finite() { value } else { 0.0 };
                 if value > 0.0 {
                     batch.push_fan(light.apex(), [receiver.position]);
                 }
@@ -254,7 +194,7 @@ impl VplChoice {
     }
 
     /// Descends to the cluster of that number, or to one by importance: the cluster, `p_c`, and what is left of `u`.
-    fn descend(&self, plain: &Plain<'_>, to: Option<u32>, mut u: f64) -> Option<(Top, f64, f64)> {
+    fn descend(&self, descent: &Descent<'_>, to: Option<u32>, mut u: f64) -> Option<(Top, f64, f64)> {
         let mut at = 0;
         let mut probability = 1.0;
         loop {
@@ -263,7 +203,7 @@ impl VplChoice {
                 return Some((top, probability, u));
             }
             let children = [at + 1, top.second as usize];
-            let p = plain.first_of(&children.map(|child| self.tops[child].cluster))?;
+            let p = descent.first_of(&children.map(|child| self.tops[child].cluster))?;
             let is_first = to.map_or(u < p, |number| number < self.tops[children[1]].number);
             let share = if is_first { p } else { 1.0 - p };
             if to.is_none() {
@@ -274,54 +214,22 @@ impl VplChoice {
         }
     }
 
-    /// The same as [`draw_unlearned`], by the mixture.
-    pub(super) fn draw(
-        &self,
-        lights: &LightTree,
-        clamp_distance: f32,
-        receiver: &Receiver,
-        u: f64,
-    ) -> Option<(u32, f64)> {
-        let Some(table) = self.places.of(receiver).and_then(|place| self.tables[place].as_ref()) else {
-            return draw_unlearned(lights, clamp_distance, receiver, u);
+    /// The same as [`Descent::draw`], by the mixture.
+    pub(super) fn draw(&self, descent: &Descent<'_>, u: f64) -> Option<(u32, f64)> {
+        let Some(table) = self.places.of(descent.receiver).and_then(|place| self.tables[place].as_ref())
+        else {
+            return descent.draw(u);
         };
-        let plain = Plain { lights, clamp_distance, receiver };
         let (to, u) = if u < LEARNED {
             let (number, _, rest) = table.sample(u / LEARNED);
             (Some(number as u32), rest)
         } else {
             (None, (u - LEARNED) / (1.0 - LEARNED))
         };
-        let (top, by_importance, u) = self.descend(&plain, to, u)?;
+        let (top, by_importance, u) = self.descend(descent, to, u)?;
         let probability = LEARNED * table.probability(top.number as usize) + (1.0 - LEARNED) * by_importance;
-        plain.descend(top.cluster, probability, u)
+        descent.draw_from(top.cluster, probability, u)
     }
-}
-
-/// Up to [`CLUSTERS`] clusters that hold every light once, in the order of the lights: always the one that could give most to the probes is split.
-fn choose_clusters(
-    lights: &LightTree,
-    root: LightCluster,
-    clamp_distance: f32,
-    probes: &[Receiver],
-) -> Vec<LightCluster> {
-    let entry = |cluster: LightCluster| {
-        let of = |receiver| Plain { lights, clamp_distance, receiver }.importance(&cluster);
-        // Numbers that are not negative are in the order of their bits.
-        (probes.iter().map(of).sum::<f64>().to_bits(), cluster)
-    };
-    let mut chosen = Vec::new();
-    let mut waiting = BinaryHeap::from([entry(root)]);
-    while waiting.len() + chosen.len() < CLUSTERS {
-        let Some((_, cluster)) = waiting.pop() else { break };
-        match lights.children(&cluster) {
-            Some(children) => waiting.extend(children.map(entry)),
-            None => chosen.push(cluster),
-        }
-    }
-    chosen.extend(waiting.into_iter().map(|(_, cluster)| cluster));
-    chosen.sort_unstable();
-    chosen
 }
 
 #[cfg(test)]
@@ -388,10 +296,15 @@ mod tests {
             let [mut learned, mut unlearned] = [Moments::default(); 2];
             for _ in 0..20_000 {
                 let u = s.uniform_f64();
+                let descent = Descent {
+                    lights: &lights,
+                    clamp_distance: transport.clamp_distance(),
+                    receiver: &receiver,
+                };
                 let by = |drawn: Option<(u32, f64)>| drawn.expect("all can give light");
-                let (light, p) = by(choice.draw(&lights, transport.clamp_distance(), &receiver, u));
+                let (light, p) = by(choice.draw(&descent, u));
                 learned.push(value(light) / p);
-                let (light, p) = by(draw_unlearned(&lights, transport.clamp_distance(), &receiver, u));
+                let (light, p) = by(descent.draw(u));
                 unlearned.push(value(light) / p);
             }
             for found in [&learned, &unlearned] {

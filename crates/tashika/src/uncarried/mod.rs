@@ -37,6 +37,7 @@
 //! direction of light seen by a bent way only. Held to this by the suite's `light_transport`.
 
 mod choice;
+mod descent;
 mod places;
 mod vertex;
 
@@ -55,7 +56,7 @@ use crate::vpl::{EmitterSampler, Vpl, VplKind};
 
 pub use choice::VplChoice;
 
-use choice::draw_unlearned;
+use descent::Descent;
 use places::Receiver;
 use vertex::{Kernel, Vertex};
 
@@ -308,11 +309,8 @@ impl<'a> Uncarried<'a> {
             met.push(receiver);
             return Rgb::BLACK;
         }
-        let clamp_distance = self.beyond.clamp_distance();
-        let drawn = match self.lit.choice {
-            Some(choice) => choice.draw(lights, clamp_distance, &receiver, u),
-            None => draw_unlearned(lights, clamp_distance, &receiver, u),
-        };
+        let descent = Descent { lights, clamp_distance: self.beyond.clamp_distance(), receiver: &receiver };
+        let drawn = self.lit.choice.map_or_else(|| descent.draw(u), |choice| choice.draw(&descent, u));
         let Some((light, probability)) = drawn else { return Rgb::BLACK };
         let light = lights.light(light);
         let link = self.beyond.link(vertex.position(), &light);

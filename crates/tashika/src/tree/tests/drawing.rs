@@ -69,6 +69,28 @@ fn items_of_no_weight_are_never_drawn() {
     }
 }
 
+/// However different weights are, the item drawn is the one that a look at each would find.
+#[test]
+fn draws_are_those_of_a_search_of_all_items() {
+    let mut s = Stream::new(9, Purpose::Test, 0);
+    for orders in [0.0, 1.0, 12.0] {
+        let weight = |s: &mut Stream| if s.below(4) == 0 { 0.0 } else { 10f32.powf(orders * s.uniform()) };
+        let weights: Vec<f32> = (0..500).map(|_| weight(&mut s)).collect();
+        let sums = PrefixSums::new(weights.iter().copied());
+        for _ in 0..20_000 {
+            let first = s.below(499) as u32;
+            let count = 1 + s.below(u64::from(500 - first)) as u32;
+            if sums.weight(first, count) == 0.0 {
+                continue;
+            }
+            let u = s.uniform_f64();
+            let x = u * sums.weight(first, count);
+            let item = (0..count).rfind(|&k| sums.weight(first, k) <= x).unwrap();
+            assert_eq!(sums.draw(first, count, u), first + item, "{first}+{count}, {u}");
+        }
+    }
+}
+
 /// Two dim lights behind one that is 10²⁵ times as bright: a single `f64` would have lost them.
 #[test]
 fn dim_lights_beside_bright_ones_keep_their_shares() {

@@ -1,0 +1,240 @@
+//! Drawing one VPL for a surface, about in proportion to what it can give there.
+//!
+//! From the root of the light tree on, one half of a cluster is chosen by
+//!
+//! ```text
+//! I cos⁺(θ) cos⁺(θ') / max(d² + s², d_c²)
+//! ```
+//!
+//! with its luminance `I`, the distance `d` of the middle of its box, the spread `s` of lights about it, and the cosines at the surface and at the lights
+//! where they are greatest: at the surface over the box; at the lights over the directions to the ball about the box and the cone of their normals. Where a
+//! cluster is small for its distance and its lights face about one way, one of them is drawn by its luminance.
+//!
+//! # Guarantee
+//! What can give anything has a probability above zero. Held to this by the tests of [`VplChoice`](super::VplChoice) and by
+//! `what_can_give_light_can_be_drawn`.
+
+use super::places::Receiver;
+use crate::bounds::{LightBounds, LightShape, Towards, upper_geometric};
+use crate::math::{Aabb, Cone};
+use crate::tree::{LightCluster, LightTree};
+
+/// Root mean square distance of lights from the middle of their box, over its diagonal. Chosen.
+const SPREAD: f32 = 0.25;
+/// Diagonal of a box, over its distance, below which it does not matter where in the box lights are. Chosen.
+const SMALL: f32 = 0.5;
+/// Cosine of the widest cone of normals that face about one way. Chosen.
+const ONE_WAY: f32 = 0.8;
+/// Of a cosine, far more than it is rounded by.
+const ROUNDING: f32 = 1e-5;
+
+/// The light tree, as a surface sees it.
+pub(super) struct Descent<'a> {
+    pub lights: &'a LightTree,
+    pub clamp_distance: f32,
+    pub receiver: &'a Receiver,
+}
+
+/// What a cluster can give, and how far away it is.
+struct Importance {
+    value: f64,
+    /// Whether its lights may be drawn by their luminance.
+    is_small: bool,
+}
+
+impl Descent<'_> {
+    /// A light, as its place in the sorted order, with its probability; none if nothing can give anything.
+    pub fn draw(&self, u: f64) -> Option<(u32, f64)> {
+        self.draw_from(self.lights.root()?, 1.0, u)
+    }
+
+    /// Probability of the first of two clusters; none if neither can give anything.
+    pub fn first_of(&self, children: &[LightCluster; 2]) -> Option<f64> {
+        let [a, b] = children.map(|child| self.importance(&child));
+        (a + b > 0.0).then(|| a / (a + b))
+    }
+
+    /// A light of a cluster that has been chosen with some probability.
+    pub fn draw_from(
+        &self,
+        mut cluster: LightCluster,
+        mut probability: f64,
+        mut u: f64,
+    ) -> Option<(u32, f64)> {
+        let mut is_small = self.of(&cluster).is_small;
+        while !is_small && let Some(children) = self.lights.children(&cluster) {
+            let [a, b] = children.map(|child| self.of(&child));
+            let both = a.value + b.value;
+            if both <= 0.0 {
+                return None;
+            }
+            let p = a.value / both;
+            if u < p {
+                (cluster, is_small) = (children[0], a.is_small);
+                probability *= p;
+                u /= p;
+            } else {
+                (cluster, is_small) = (children[1], b.is_small);
+                probability *= 1.0 - p;
+                u = (u - p) / (1.0 - p);
+            }
+        }
+        if cluster.count == 1 {
+            return Some((cluster.first, probability));
+        }
+        let light = self.lights.draw(&cluster, u);
+        let luminance = f64::from(self.lights.lights().intensity(light as usize).luminance());
+        Some((light, probability * luminance / self.lights.luminance(&cluster)))
+    }
+
+    /// About what a cluster can give; zero only if it can give nothing.
+    pub fn importance(&self, cluster: &LightCluster) -> f64 {
+        self.of(cluster).value
+    }
+
+    fn of(&self, cluster: &LightCluster) -> Importance {
+        let bounds = self.lights.bounds(cluster);
+        let normals = match bounds.shape {
+            LightShape::Oriented(normals) => Some(normals),
+            LightShape::Omni => None,
+            LightShape::Spot { .. } | LightShape::Directional(_) | LightShape::Mixed => {
+                return self.of_others(cluster, &bounds);
+            }
+        };
+        let Receiver { position, normal } = *self.receiver;
+        let half = 0.5 * bounds.aabb.size();
+        let to = bounds.aabb.lo + half - position;
+        let (squared, radius_squared) = (to.length_squared(), half.length_squared());
+        let distance = squared.sqrt().max(f32::MIN_POSITIVE);
+        let radius = radius_squared.sqrt();
+        // The farthest that the box is in front of the surface.
+        let in_front = normal.dot(to) + normal.abs().dot(half);
+        let at_surface = (in_front / distance + ROUNDING * (1.0 + radius / distance)).clamp(0.0, 1.0);
+        let of_normals = |cone: Cone| upper_cos(-cone.axis.dot(to) / distance, cone.cos, radius / distance);
+        let at_lights = normals.map_or(1.0, |cone| of_normals(cone) + ROUNDING);
+        let spread = 4.0 * SPREAD * SPREAD * radius_squared;
+        let apart = (squared + spread).max(self.clamp_distance * self.clamp_distance).max(f32::MIN_POSITIVE);
+        Importance {
+            value: self.lights.luminance(cluster) * f64::from(at_surface * at_lights / apart),
+            is_small: 2.0 * radius < SMALL * distance && normals.is_none_or(|cone| cone.cos > ONE_WAY),
+        }
+    }
+
+    /// Of lights of several kinds, of spots and of directions.
+    fn of_others(&self, cluster: &LightCluster, bounds: &LightBounds) -> Importance {
+        let at = self.receiver.position;
+        let towards = Towards::between(bounds, &Aabb { lo: at, hi: at });
+        // Lights are about the middle of their box, seldom at its nearest corner.
+        let about = if bounds.reaches_infinity() {
+            0.0
+        } else {
+            let spread = SPREAD * bounds.aabb.diagonal();
+            (bounds.aabb.center().distance_squared(at) + spread * spread).sqrt()
+        };
+        let geometric = upper_geometric(bounds, &towards, self.clamp_distance.max(about));
+        let cos = towards.upper_cos(&Cone::of(self.receiver.normal));
+        let value = self.lights.luminance(cluster) * f64::from(geometric * cos);
+        Importance { value, is_small: false }
+    }
+}
+
+/// `cos⁺ max(0, θ − α − β)` of angles whose cosine, cosine and sine these are, with `α` at most a right angle; 1 if there is none such.
+fn upper_cos(cos_theta: f32, cos_beta: f32, sin_alpha: f32) -> f32 {
+    if sin_alpha >= 1.0 {
+        return 1.0;
+    }
+    let other = |v: f32| (1.0 - v * v).max(0.0).sqrt();
+    let (cos_alpha, sin_beta) = (other(sin_alpha), other(cos_beta));
+    let cos = cos_alpha * cos_beta - sin_alpha * sin_beta;
+    let sin = sin_alpha * cos_beta + cos_alpha * sin_beta;
+    // Beyond a half turn the sine is negative.
+    if sin < 0.0 || cos_theta >= cos { 1.0 } else { (cos_theta * cos + other(cos_theta) * sin).max(0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Rgb;
+    use crate::math::Vec3;
+    use crate::rng::{Purpose, Stream};
+    use crate::transport::Transport;
+    use crate::tree::LightTreeBuilder;
+    use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
+
+    /// Random lights, many of them on planes that surfaces lie in.
+    fn lights(s: &mut Stream, kind: VplKind) -> LightTree {
+        let light = |s: &mut Stream| {
+            let at = Vec3::from(s.uniform_3());
+            let (position, direction) = match s.below(3) {
+                0 => (at, (Vec3::from(s.uniform_3()) - 0.5).normalize()),
+                1 => (Vec3::new(at.x, at.y, 0.0), Vec3::Z),
+                _ => (Vec3::new(0.0, at.y, at.z), Vec3::X),
+            };
+            Vpl { position, direction, intensity: Rgb::gray(s.uniform() + 0.1), kind }
+        };
+        let lights = (0..300).map(|_| light(s)).collect();
+        LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
+    }
+
+    fn receiver(s: &mut Stream) -> Receiver {
+        let position = Vec3::from(s.uniform_3());
+        match s.below(3) {
+            0 => Receiver { position, normal: (Vec3::from(s.uniform_3()) - 0.5).normalize() },
+            1 => Receiver { position: Vec3::new(position.x, position.y, 0.0), normal: Vec3::Z },
+            // Just before the lights' plane, and all but in it.
+            _ => Receiver { position: Vec3::new(1e-7, position.y, position.z), normal: Vec3::NEG_X },
+        }
+    }
+
+    #[test]
+    fn what_can_give_light_can_be_drawn() {
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        let transport = Transport::new(0.05);
+        let mut given = 0;
+        for kind in [VplKind::Oriented, VplKind::Omni] {
+            let lights = lights(&mut s, kind);
+            for _ in 0..200 {
+                let receiver = receiver(&mut s);
+                let descent = Descent { lights: &lights, clamp_distance: 0.05, receiver: &receiver };
+                let gives = |light: u32| {
+                    let link = transport.link(receiver.position, &lights.light(light));
+                    link.geometric * receiver.normal.dot(link.towards_light) > 0.0
+                };
+                let giving: Vec<bool> = (0..300).map(gives).collect();
+                given += giving.iter().filter(|gives| **gives).count();
+                for cluster in lights.depth_first() {
+                    let can_give = giving[cluster.lights()].contains(&true);
+                    assert!(!can_give || descent.importance(&cluster) > 0.0, "{receiver:?} {cluster:?}");
+                }
+            }
+        }
+        assert!(given > 20_000, "{given}");
+    }
+
+    /// Of many draws, each light has the share that its probability says.
+    #[test]
+    fn lights_are_drawn_as_often_as_is_said() {
+        const DRAWS: usize = 200_000;
+        let mut s = Stream::new(2, Purpose::Test, 0);
+        let lights = lights(&mut s, VplKind::Oriented);
+        // So far away that clusters are small, and near.
+        for position in [Vec3::new(0.5, 0.5, 4.0), Vec3::splat(0.5)] {
+            let receiver = Receiver { position, normal: Vec3::NEG_Z };
+            let descent = Descent { lights: &lights, clamp_distance: 0.05, receiver: &receiver };
+            let mut found = vec![(0.0, 0.0); 300];
+            for _ in 0..DRAWS {
+                let (light, probability) = descent.draw(s.uniform_f64()).unwrap();
+                let (times, said) = &mut found[light as usize];
+                *times += 1.0 / DRAWS as f64;
+                assert!(*said == 0.0 || *said == probability, "{probability} after {said}");
+                *said = probability;
+            }
+            let all: f64 = found.iter().map(|(_, said)| said).sum();
+            assert!((0.99..1.000_01).contains(&all), "{all}");
+            for (times, said) in found {
+                let error = (said / DRAWS as f64).sqrt();
+                assert!((times - said).abs() <= 5.0 * error, "{times} ± {error}: {said}");
+            }
+        }
+    }
+}
