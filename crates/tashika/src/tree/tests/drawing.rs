@@ -4,6 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::{mixed, oriented, point, set};
 use crate::math::Vec3;
+use crate::math::elementary::powf;
 use crate::rng::{Purpose, Stream};
 use crate::tree::prefix::PrefixSums;
 use crate::tree::{LightTree, LightTreeBuilder};
@@ -74,7 +75,7 @@ fn items_of_no_weight_are_never_drawn() {
 fn draws_are_those_of_a_search_of_all_items() {
     let mut s = Stream::new(9, Purpose::Test, 0);
     for orders in [0.0, 1.0, 12.0] {
-        let weight = |s: &mut Stream| if s.below(4) == 0 { 0.0 } else { 10f32.powf(orders * s.uniform()) };
+        let weight = |s: &mut Stream| if s.below(4) == 0 { 0.0 } else { powf(10.0, orders * s.uniform()) };
         let weights: Vec<f32> = (0..500).map(|_| weight(&mut s)).collect();
         let sums = PrefixSums::new(weights.iter().copied());
         for _ in 0..20_000 {
