@@ -105,7 +105,7 @@ pub struct InheritedCut<'a, B, O> {
     pub(super) refinement: Refinement<'a, B, O>,
     pub(super) options: StrataOptions,
     tracer: &'a Tracer,
-    transport: Transport,
+    pub(super) transport: Transport,
     stream: Stream,
     /// `E`.
     whole: RgbSum,

@@ -4,17 +4,19 @@
 //! other points has to know how far `L` is from it.
 //!
 //! # Lights
-//! Of lights that are drawn independently, the sum over all of them has a variance of at most `Σ_i c_i²`, with `c_i = Σ_j c_ij`. With the share `ω_j` that the
-//! point `j` has of the weights, by Cauchy's inequality and from the samples `s` of the strata,
+//! Of lights that are drawn independently, the sum over all of them has a variance of at most `Σ_i c_i²`, with `c_i = Σ_j c_ij`. From the samples `s` of
+//! the strata, each drawn with probability `p_s`,
 //!
 //! ```text
-//! Σ_i c_i² ≤ Σ_ij c_ij²/ω_j = E Σ_k (1/n_k) Σ_s c_s² / (ω_s p_s)
+//! Σ_i c_i² = Σ_ij c_ij c_i = E Σ_k (1/n_k) Σ_s c_s ĉ_s / p_s          ĉ_s = c_s / ω_s     or     c_s Σ_j u_ij / u_s
 //! ```
 //!
-//! where a sample is drawn with probability `p_s`. It is an upper estimate at no ray: equal where all points receive the same of a light. How
-//! uncertain it is itself, where few lights give most, follows from `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not
-//! drawn, points and spots say, are left out. Where lights are not drawn each by itself it has to be multiplied by what they have in common
-//! ([`importance_correlation`](crate::guidance::importance_correlation)).
+//! where `ĉ_s` is about what the light of the sample adds at all points. The first costs nothing, with the share `ω_j` that the point `j` has of the weights: equal where
+//! all points receive the same of a light, and else more (Cauchy's inequality). A light next to a few of many points adds far less than that. The second takes
+//! the light to be visible everywhere if it is at the point of the sample, and the unoccluded terms `u_ij` of a few other points, which stand for
+//! all: more than it is by what is in shadow. How uncertain the variance is itself, where few lights give most, follows from `Σ_i c_i⁴`, which is estimated
+//! in the same way. Lights that are not drawn, points and spots say, are left out. Where lights are not drawn each by itself it has to be multiplied by what they
+//! have in common ([`importance_correlation`](crate::guidance::importance_correlation)).
 //!
 //! # Points
 //! How much light point `j` adds, `c_j = Σ_i c_ij`, is known from what its strata have on average and how its own samples deviate from that:
@@ -29,6 +31,7 @@
 
 use super::inherited::InheritedCut;
 use super::refinement::Order;
+use super::terms::Term;
 use crate::bounds::UpperMaterial;
 use crate::vpl::Vpl;
 
@@ -54,15 +57,29 @@ pub struct OfPoint {
     pub noise: f64,
 }
 
+/// A term of a light that is drawn.
+struct Drawn {
+    term: Term,
+    /// What it adds to the sum.
+    value: f64,
+    /// How many it stands for.
+    count: f64,
+}
+
+/// Other points that tell what a light adds at all of them.
+const BESIDE: usize = 4;
+
 impl Population {
-    /// A term of a point with that share of the weights, which stands for so many.
-    fn add_light(&mut self, term: f64, share: f64, count: f64) {
-        // What the light adds, if all points receive the same of it.
-        let added = (term / share).abs();
-        let square = added * added;
-        self.importance_largest = self.importance_largest.max(added);
-        self.importance_by_lights += count * share * square;
-        self.importance_fourth += count * share * square * square;
+    /// With what lights add, for a light of which a term is known.
+    fn with_lights(&mut self, drawn: &[Drawn], added: impl Fn(usize, &Drawn) -> f64) {
+        (self.importance_by_lights, self.importance_fourth, self.importance_largest) = (0.0, 0.0, 0.0);
+        for (number, drawn) in drawn.iter().enumerate() {
+            let added = added(number, drawn).abs();
+            let of_term = drawn.count * drawn.value.abs() * added;
+            self.importance_largest = self.importance_largest.max(added);
+            self.importance_by_lights += of_term;
+            self.importance_fourth += of_term * added * added;
+        }
     }
 }
 
@@ -70,7 +87,8 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
     /// What the samples say of a part that is controlled, by its number among [`Controlled::parts`](crate::color::Controlled::parts).
     ///
     /// * `is_given`: whether a light is always there, rather than one of those that could be.
-    pub fn population(&self, part: usize, is_given: impl Fn(&Vpl) -> bool) -> Population {
+    /// * `worth`: a variance by lights beyond which it is told with other points than those of the samples.
+    pub fn population(&self, part: usize, is_given: impl Fn(&Vpl) -> bool, worth: f64) -> Population {
         let of = &self.options.controlled.parts()[part];
         let clusters = self.refinement.clusters();
         let nodes = clusters.points.nodes();
@@ -80,6 +98,12 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
         };
         let mut population =
             Population { points: vec![OfPoint::default(); root.count as usize], ..Population::default() };
+        let mut drawn = Vec::new();
+        let mut draw = |term: Term, value: f64, count: f64| {
+            if value != 0.0 && !is_given(&clusters.lights.light(term.light)) {
+                drawn.push(Drawn { term, value, count });
+            }
+        };
         // Means of strata by the node of their points, over its weight.
         let mut means = vec![0.0; nodes.len()];
         for said in &self.memory.said {
@@ -91,10 +115,8 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
             for &k in &self.memory.strata[number].samples {
                 let sample = &self.memory.samples[k as usize];
                 let (value, point) = (weight * of.of(sample.unit), sample.term.point);
-                if value != 0.0 && !is_given(&clusters.lights.light(sample.term.light)) {
-                    let probability = sample.measure / weight;
-                    population.add_light(value * probability, share(point), 1.0 / (probability * n));
-                }
+                let probability = sample.measure / weight;
+                draw(sample.term, value * probability, 1.0 / (probability * n));
                 let residual = (value - mean) / (n - 1.0);
                 let point = &mut population.points[point as usize];
                 point.value += residual;
@@ -104,9 +126,7 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
         for (term, value) in &self.memory.whole_terms {
             let value = of.of(*value);
             population.points[term.point as usize].value += value;
-            if value != 0.0 && !is_given(&clusters.lights.light(term.light)) {
-                population.add_light(value, share(term.point), 1.0);
-            }
+            draw(*term, value, 1.0);
         }
         for (number, node) in nodes.iter().enumerate() {
             if let Some(children) = node.children {
@@ -115,6 +135,29 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
                 population.points[node.first as usize].value += means[number] * f64::from(node.weight);
             }
         }
+        population.with_lights(&drawn, |_, drawn| drawn.value / share(drawn.term.point));
+        if population.importance_by_lights > worth {
+            population
+                .with_lights(&drawn, |number, drawn| drawn.value * self.all_points(part, number, drawn.term));
+        }
         population
+    }
+
+    /// About `Σ_j u_ij / u_s`. Which points stand for all goes round with the number of the sample.
+    fn all_points(&self, part: usize, number: usize, term: Term) -> f64 {
+        let of = &self.options.controlled.parts()[part];
+        let clusters = self.refinement.clusters();
+        let light = clusters.lights.light(term.light);
+        let points = clusters.points.points();
+        let unoccluded = |point: usize| of.of(self.transport.unoccluded(&points[point], &light));
+        let others = points.len() - 1;
+        let beside = others.min(BESIDE);
+        // Numbers of the others, from that of the sample on.
+        let other =
+            |k: usize| (term.point as usize + 1 + (number + k * others / beside) % others) % points.len();
+        let sum: f64 = (0..beside).map(|k| unoccluded(other(k))).sum();
+        let scale = if beside > 0 { others as f64 / beside as f64 } else { 0.0 };
+        let of_sample = unoccluded(term.point as usize);
+        if of_sample > 0.0 { 1.0 + scale * sum / of_sample } else { 1.0 }
     }
 }

@@ -23,6 +23,8 @@ struct Known {
     populations: Vec<Population>,
     /// By light: whether it is given, and by point.
     terms: Vec<(bool, Vec<f64>)>,
+    /// As if all were visible.
+    unoccluded: Vec<Vec<f64>>,
     shares: Vec<f64>,
 }
 
@@ -30,7 +32,8 @@ fn is_given(light: &Vpl) -> bool {
     light.kind == VplKind::Omni
 }
 
-fn known(pairs: u64, runs: u64) -> Known {
+/// * `worth`: of [`InheritedCut::population`].
+fn known(pairs: u64, runs: u64, worth: f64) -> Known {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let mut s = Stream::new(9, Purpose::Test, 7);
     let lights = lights(400, &mut s);
@@ -44,17 +47,21 @@ fn known(pairs: u64, runs: u64) -> Known {
     let points = gather_tree::<UpperAnalytic>(&points);
     let transport = Transport::new(CLAMP);
     let part = Controlled::Luminance.parts()[0];
+    let unoccluded = |light: &Vpl| {
+        let of_point = |point: &GatherPoint| part.of(transport.unoccluded(point, light));
+        points.points().iter().map(of_point).collect::<Vec<f64>>()
+    };
     let terms = (0..400).map(|light| {
         let light = lights.light(light);
         let mut batch = SegmentBatch::default();
         batch.push_fan(light.apex(), points.points().iter().map(|point| point.position));
         let mut visibility = Vec::new();
         tracer.visibility(&batch, &mut visibility);
-        let value =
-            |(point, seen): (&GatherPoint, &f32)| part.of(transport.unoccluded(point, &light) * *seen);
-        (is_given(&light), points.points().iter().zip(&visibility).map(value).collect())
+        let value = |(unoccluded, seen): (f64, &f32)| unoccluded * f64::from(*seen);
+        (is_given(&light), unoccluded(&light).into_iter().zip(&visibility).map(value).collect())
     });
     let terms = terms.collect();
+    let unoccluded = (0..400).map(|light| unoccluded(&lights.light(light))).collect();
     let root = f64::from(points.nodes()[0].weight);
     let shares = (0..12).map(|point| f64::from(points.point(point).weight.max_channel()) / root).collect();
     let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
@@ -66,15 +73,15 @@ fn known(pairs: u64, runs: u64) -> Known {
         let mut cut =
             InheritedCut::new(clusters, order, options, &tracer, transport, stream, &mut memory).unwrap();
         cut.grow(pairs);
-        cut.population(0, is_given)
+        cut.population(0, is_given, worth)
     };
-    Known { populations: (0..runs).map(run).collect(), terms, shares }
+    Known { populations: (0..runs).map(run).collect(), terms, unoccluded, shares }
 }
 
 #[test]
 fn the_squares_of_what_lights_add_are_told_from_above() {
     for pairs in [4, 60, 600] {
-        let Known { populations, terms, shares } = known(pairs, 1500);
+        let Known { populations, terms, shares, .. } = known(pairs, 1500, f64::INFINITY);
         let (mut squares, mut upper, mut fourth, mut largest) = (0.0, 0.0, 0.0, 0.0_f64);
         for (_, by_point) in terms.iter().filter(|(is_given, _)| !is_given) {
             squares += by_point.iter().sum::<f64>().powi(2);
@@ -100,11 +107,37 @@ fn the_squares_of_what_lights_add_are_told_from_above() {
     }
 }
 
+/// With other points than those of the samples, as if lights that are seen from one were seen from all: nearer, and from above still.
+#[test]
+fn what_lights_add_is_told_by_other_points() {
+    for pairs in [60, 600] {
+        let Known { populations, terms, unoccluded, shares } = known(pairs, 1500, 0.0);
+        let (mut squares, mut truth, mut upper) = (0.0, 0.0, 0.0);
+        for ((_, by_point), unoccluded) in
+            terms.iter().zip(&unoccluded).filter(|((is_given, _), _)| !is_given)
+        {
+            squares += by_point.iter().sum::<f64>().powi(2);
+            for (j, (c, share)) in by_point.iter().zip(&shares).enumerate() {
+                // Through glass a light is seen in part.
+                let seen = if unoccluded[j] > 0.0 { c / unoccluded[j] } else { 0.0 };
+                truth += c * seen * unoccluded.iter().sum::<f64>();
+                upper += share * (c / share).powi(2);
+            }
+        }
+        let mut told = Moments::default();
+        populations.iter().for_each(|population| told.push(population.importance_by_lights));
+        let error = (told.mean() - truth).abs();
+        assert!(error < 4.42 * told.standard_error() + 0.01 * truth, "{pairs}: {} for {truth}", told.mean());
+        assert!(told.standard_error() < 0.03 * truth);
+        assert!(squares < truth && truth < upper, "{squares} {truth} {upper}");
+    }
+}
+
 /// Squared differences between points that follow each other, with the noise of samples taken off.
 #[test]
 fn differences_between_points_are_told_without_the_noise_of_samples() {
     for pairs in [60, 600] {
-        let Known { populations, terms, .. } = known(pairs, 1500);
+        let Known { populations, terms, .. } = known(pairs, 1500, f64::INFINITY);
         let by_point: Vec<f64> = (0..12).map(|j| terms.iter().map(|(_, of)| of[j]).sum()).collect();
         let truth: f64 = by_point.chunks(2).map(|pair| (pair[0] - pair[1]).powi(2)).sum();
         let (mut told, mut with_noise) = (Moments::default(), Moments::default());

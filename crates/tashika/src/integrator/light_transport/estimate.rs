@@ -21,6 +21,8 @@ use crate::vpl::EmitterSampler;
 const NARROW: f32 = 0.25;
 /// Share of the light of a lamp below which camera samples have not met it: by chance, by a pixel filter, or by what is in front of it, they meet somewhat less.
 const MET: f64 = 0.25;
+/// Standard error by VPLs, over the tolerance, that need not be known better. Chosen.
+const SMALL: f64 = 0.1;
 /// Camera samples that are drawn at once where each has one path.
 const POINTS_AT_ONCE: u32 = 32;
 
@@ -295,11 +297,18 @@ impl<'a> Estimate<'a> {
     /// Samples are spread evenly over the pixel: two that are next to each other are taken for independent draws from a place that holds both, so that
     /// their sum has the variance `E (v_a − v_b)²`. Each is compared with the one before it and the one after it along a curve (successive differences,
     /// Wolter 2007, section 8.2): where there are bright samples and dark ones, some are next to each other.
-    pub(super) fn by_draws(&self, part: usize) -> ByDraws {
+    ///
+    /// * `tolerance`: which errors are so small that they need not be known better.
+    pub(super) fn by_draws(&self, part: usize, tolerance: f64) -> ByDraws {
         let Some(points) = self.points else { return ByDraws::default() };
         let of = &self.common.controlled.parts()[part];
         let lights = self.common.lights;
-        let population = self.cut.as_ref().map(|cut| cut.population(part, |light| lights.is_given(light)));
+        let k = lights.importance_correlation();
+        let small = SMALL * tolerance;
+        let of_cut = |cut: &InheritedCut<'_, _, _>| {
+            cut.population(part, |light| lights.is_given(light), small * small / k)
+        };
+        let population = self.cut.as_ref().map(of_cut);
         let population = population.unwrap_or_default();
         let mut by_point = vec![Default::default(); points.pixel.points.len()];
         for (sorted, of_point) in (0..).zip(&population.points) {
@@ -320,7 +329,6 @@ impl<'a> Estimate<'a> {
         let samples = points.by_place.len() as f64;
         by_samples *= 0.5 * samples / f64::max(samples - 1.0, 1.0);
         // Of groups of `K` VPLs that are drawn together and add as much each.
-        let k = lights.importance_correlation();
         ByDraws {
             lights: k * population.importance_by_lights,
             square_of_lights: 0.5 * k * k * k * population.importance_fourth,

@@ -50,6 +50,7 @@ impl Finding {
         delta: f64,
     ) -> Self {
         let mean = estimate.value();
+        let tolerance = options.tolerance(&mean);
         let gathered = estimate.gathered();
         let parts = options.controlled.parts();
         let delta = delta / parts.len() as f64;
@@ -63,7 +64,7 @@ impl Finding {
             let pooled = (count * own.variance() + weight * theirs.variance()) / (count + weight).max(1.0);
             // What its own paths have shown is never told smaller for the sake of the neighbours.
             let of_paths = pooled.max(own.variance()) / count.max(1.0);
-            let by_draws = estimate.by_draws(part);
+            let by_draws = estimate.by_draws(part, tolerance);
             let of_cut = spread.reckoned_variance();
             let variances = [of_cut, by_draws.lights, by_draws.points, of_paths];
             let variance: f64 = variances.iter().sum();
@@ -80,7 +81,6 @@ impl Finding {
             ];
             let rare = rare.map(|b| b * ln_f64(2.0 / delta));
             let half_width = errors * variance.sqrt() + rare.into_iter().fold(0.0, f64::max);
-            let tolerance = options.tolerance(&mean);
             Self { mean, tolerance, half_width, variances, errors, rare }
         };
         let widest = (0..parts.len()).map(of_part).max_by(|a, b| a.half_width.total_cmp(&b.half_width));
