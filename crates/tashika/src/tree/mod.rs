@@ -2,7 +2,7 @@
 //!
 //! A pair of a light cluster `C` and a gather cluster `G` stands for `Σ_{j∈G} Σ_{i∈C} w_j M_ji G_ji V_ji I_i`; it is either sampled, with
 //! `i` and `j` drawn in proportion to `I_i` and `w_j`, or split into pairs of children. For this every node is a *range* of one
-//! sorted array: a draw is one binary search in sums of weights, whatever the size of the node.
+//! sorted array: a draw is a short search in sums of weights, whatever the size of the node.
 //!
 //! * [`LightTree`]: once for an image, over 1 to 10⁸ lights of all kinds, by one of two builders ([`LightTreeBuilder`]).
 //! * [`GatherTree`]: once for a pixel, over 1 to 1024 points, with a bound of the material at each node.

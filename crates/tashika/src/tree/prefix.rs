@@ -1,4 +1,4 @@
-//! Sums of the first `i` weights, from which an item of any range is drawn with one binary search.
+//! Sums of the first `i` weights, from which an item of any range is drawn by a guess and a short search.
 //!
 //! ```text
 //! S_i = Σ_{k<i} w_k        weight of [a, b) = S_b − S_a        draw: the i in [a, b) with S_i − S_a ≤ u (S_b − S_a) < S_{i+1} − S_a

@@ -35,7 +35,7 @@ pub(super) struct Descent<'a> {
     pub receiver: &'a Receiver,
 }
 
-/// What a cluster can give, and how far away it is.
+/// What a cluster can give, and whether its lights are about alike.
 struct Importance {
     value: f64,
     /// Whether its lights may be drawn by their luminance.
