@@ -63,7 +63,19 @@ impl Nearby {
 
     /// Paths of all there is.
     pub(super) fn whole(&self, common: &Common<'_>) -> &[Moments] {
-        &self.whole.get_or_init(|| follow(Estimator::Paths, self.place, common, 0.0, self.key)).moments[2]
+        &self.all(common).moments[2]
+    }
+
+    /// Whether paths of all there is are about as good, for the same rays, as those of what VPLs do not carry: then VPLs are of no use.
+    pub(super) fn are_vpls_in_vain(&self, common: &Common<'_>) -> bool {
+        let work = |paths: &Paths| {
+            paths.moments[2].first().map_or(0.0, |of_path| of_path.variance() * paths.rays as f64)
+        };
+        work(self.all(common)) <= work(&self.uncarried)
+    }
+
+    fn all(&self, common: &Common<'_>) -> &Paths {
+        self.whole.get_or_init(|| follow(Estimator::Paths, self.place, common, 0.0, self.key))
     }
 
     /// Rays of these that each pixel of the cell cost.
@@ -162,9 +174,8 @@ mod tests {
     use crate::scene::{Camera, Emission, Material, MeshData, SceneBuilder, Surface};
     use crate::vpl::{EmitterSampler, VplOptions};
 
-    /// A glossy tile on a matt floor, in one cell of the image: neither is told what the other varies by.
-    #[test]
-    fn glossy_pixels_are_told_of_glossy_paths() {
+    /// What is known of a cell of the image that sees a tile on a matt floor below a lamp.
+    fn look_at_tile(surface: Surface, look: impl Fn(&Nearby, &Common<'_>)) {
         let mut b = SceneBuilder::new("test", Location::default());
         let mut place = |corner: Vec3, side: f32, material: Material| {
             let positions = [Vec3::ZERO, Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::X];
@@ -176,13 +187,7 @@ mod tests {
         };
         let matt = |reflectance: f32| Surface::Lambert { reflectance: Rgb::gray(reflectance).into() };
         place(Vec3::new(-5.0, 0.0, -5.0), 10.0, Material::new("floor", matt(0.5)));
-        let gloss = Surface::Plastic {
-            diffuse: Rgb::gray(0.1).into(),
-            specular: Rgb::WHITE.into(),
-            ior: 1.5,
-            alpha: 0.05.into(),
-        };
-        place(Vec3::new(-0.3, 0.01, -0.3), 0.6, Material::new("tile", gloss));
+        place(Vec3::new(-0.3, 0.01, -0.3), 0.6, Material::new("tile", surface));
         let emission = Some(Emission { radiance: Rgb::gray(50.0).into(), two_sided: true });
         let lamp = Material { emission, ..Material::new("lamp", matt(0.0)) };
         place(Vec3::new(-0.4, 2.0, -0.9), 0.3, lamp);
@@ -201,10 +206,35 @@ mod tests {
             Common { setting: &setting, emitters: &emitters, lights: &lights, compensates: true, controlled };
         let cells = Cells::new(view.size);
         let nearby = cells.about([3, 5], &common, 0.02, 7);
-        let [glossy, matt] = [true, false].map(|is_narrow| nearby.uncarried(is_narrow)[0]);
-        assert!(glossy.count() >= FEWEST && matt.count() >= FEWEST);
-        assert_eq!(glossy.count() + matt.count(), PATHS, "all see the floor");
-        let [glossy, matt] = [glossy, matt].map(|moments| moments.variance());
-        assert!(glossy > 20.0 * matt, "{glossy} of paths from the tile, {matt} of those from the floor");
+        look(nearby, &common);
+    }
+
+    fn gloss() -> Surface {
+        Surface::Plastic {
+            diffuse: Rgb::gray(0.1).into(),
+            specular: Rgb::WHITE.into(),
+            ior: 1.5,
+            alpha: 0.05.into(),
+        }
+    }
+
+    /// A glossy tile on a matt floor: neither is told what the other varies by.
+    #[test]
+    fn glossy_pixels_are_told_of_glossy_paths() {
+        look_at_tile(gloss(), |nearby, _| {
+            let [glossy, matt] = [true, false].map(|is_narrow| nearby.uncarried(is_narrow)[0]);
+            assert!(glossy.count() >= FEWEST && matt.count() >= FEWEST);
+            assert_eq!(glossy.count() + matt.count(), PATHS, "all see the floor");
+            let [glossy, matt] = [glossy, matt].map(|moments| moments.variance());
+            assert!(glossy > 20.0 * matt, "{glossy} of paths from the tile, {matt} of those from the floor");
+        });
+    }
+
+    /// VPLs carry the light of matt surfaces. Of a gloss they carry nothing, and paths that have it to find anyway find the rest.
+    #[test]
+    fn vpls_are_in_vain_where_gloss_is_most_of_the_light() {
+        let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
+        look_at_tile(matt, |nearby, common| assert!(!nearby.are_vpls_in_vain(common)));
+        look_at_tile(gloss(), |nearby, common| assert!(nearby.are_vpls_in_vain(common)));
     }
 }

@@ -104,7 +104,8 @@ impl<'a> Pixel<'a> {
     /// Works until the promise is kept, or nothing helps.
     pub(super) fn estimate(mut self, memory: &mut CutMemory) -> PixelEstimate {
         let only = self.method.only.filter(|_| self.common.compensates);
-        let is_met_by_vpls = only != Some(Estimator::Paths) && self.by_vpls(memory);
+        let begins_with_paths = only.map_or_else(|| self.are_vpls_in_vain(), |only| only == Estimator::Paths);
+        let is_met_by_vpls = !begins_with_paths && self.by_vpls(memory);
         let may_follow_paths =
             self.common.compensates && only != Some(Estimator::Vpls) && !self.sees_small_lamp;
         if !is_met_by_vpls && may_follow_paths && (only.is_some() || self.are_paths_foreseen_to_do()) {
@@ -178,6 +179,16 @@ impl<'a> Pixel<'a> {
         let moments = nearby.whole(&common);
         self.rays += nearby.rays_per_pixel(Estimator::Paths);
         self.refine(Estimate::of_paths(common, self.at, key), moments, [false; 2]);
+    }
+
+    /// Whether paths of the neighbourhood tell that VPLs would be of no use. Pixels of which light may not be found are left to them, which tell how much.
+    fn are_vpls_in_vain(&self) -> bool {
+        let common = &self.common;
+        if !common.compensates || common.sees_lamps(self.at) {
+            return false;
+        }
+        let nearby = self.method.nearby(common, self.at, 0);
+        nearby.not_found().is_none() && nearby.are_vpls_in_vain(common)
     }
 
     /// Whether paths of all there is are likely to keep the promise within what work is left: for a darker pixel than its
