@@ -63,18 +63,20 @@ impl Nearby {
 
     /// Paths of all there is.
     pub(super) fn whole(&self, common: &Common<'_>) -> &[Moments] {
-        &self.all(common).moments[2]
+        &self.paths_of_all(common).moments[2]
     }
 
-    /// Whether paths of all there is are about as good, for the same rays, as those of what VPLs do not carry: then VPLs are of no use.
+    /// Whether paths of all there is vary less, for the same rays, than those of what VPLs do not carry: then VPLs are of no use. Paths that found
+    /// nothing tell nothing: VPLs may know of light that is hard to meet.
     pub(super) fn are_vpls_in_vain(&self, common: &Common<'_>) -> bool {
-        let work = |paths: &Paths| {
+        let for_a_ray = |paths: &Paths| {
             paths.moments[2].first().map_or(0.0, |of_path| of_path.variance() * paths.rays as f64)
         };
-        work(self.all(common)) <= work(&self.uncarried)
+        let [whole, uncarried] = [self.paths_of_all(common), &self.uncarried].map(for_a_ray);
+        whole > 0.0 && whole < uncarried
     }
 
-    fn all(&self, common: &Common<'_>) -> &Paths {
+    fn paths_of_all(&self, common: &Common<'_>) -> &Paths {
         self.whole.get_or_init(|| follow(Estimator::Paths, self.place, common, 0.0, self.key))
     }
 
@@ -234,7 +236,18 @@ mod tests {
     #[test]
     fn vpls_are_in_vain_where_gloss_is_most_of_the_light() {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
-        look_at_tile(matt, |nearby, common| assert!(!nearby.are_vpls_in_vain(common)));
+        look_at_tile(matt, |nearby, common| {
+            assert!(!nearby.are_vpls_in_vain(common));
+            let whole = OnceLock::from(Paths::default());
+            let mut moments = Moments::default();
+            for value in [0.0, 1.0] {
+                moments.push(value);
+            }
+            let uncarried =
+                Paths { moments: [(); 3].map(|()| vec![moments]), rays: PATHS, ..Paths::default() };
+            let nothing_found = Nearby { place: [0; 2], key: 0, uncarried, whole };
+            assert!(!nothing_found.are_vpls_in_vain(common), "paths that found nothing tell nothing");
+        });
         look_at_tile(gloss(), |nearby, common| assert!(nearby.are_vpls_in_vain(common)));
     }
 }

@@ -58,6 +58,8 @@ pub(super) struct Pixel<'a> {
     given_up: u64,
     pairs: u64,
     rays: u64,
+    /// Whether paths of all there is in the neighbourhood are among the rays.
+    knows_whole: bool,
 }
 
 /// The next larger number of camera samples.
@@ -98,6 +100,7 @@ impl<'a> Pixel<'a> {
             given_up: 0,
             pairs: 0,
             rays: visibility.segments_per_pixel,
+            knows_whole: false,
         }
     }
 
@@ -174,29 +177,49 @@ impl<'a> Pixel<'a> {
         if self.finding.is_none() {
             self.features = self.common.samples(self.at, SAMPLES_OF_FEATURES, key).features;
         }
-        let (method, common) = (self.method, self.common);
-        let nearby = method.nearby(&common, self.at, 0);
-        let moments = nearby.whole(&common);
-        self.rays += nearby.rays_per_pixel(Estimator::Paths);
+        let common = self.common;
+        let moments = self.nearby_whole();
         self.refine(Estimate::of_paths(common, self.at, key), moments, [false; 2]);
     }
 
     /// Whether paths of the neighbourhood tell that VPLs would be of no use. Pixels of which light may not be found are left to them, which tell how much.
-    fn are_vpls_in_vain(&self) -> bool {
-        let common = &self.common;
+    fn are_vpls_in_vain(&mut self) -> bool {
+        let (method, common) = (self.method, self.common);
         if !common.compensates || common.sees_lamps(self.at) {
             return false;
         }
-        let nearby = self.method.nearby(common, self.at, 0);
-        nearby.not_found().is_none() && nearby.are_vpls_in_vain(common)
+        let nearby = method.nearby(&common, self.at, 0);
+        if nearby.not_found().is_some() {
+            return false;
+        }
+        self.nearby_whole();
+        let are_in_vain = nearby.are_vpls_in_vain(&common);
+        if are_in_vain {
+            // Else they are counted with the sums.
+            self.rays += nearby.rays_per_pixel(Estimator::Vpls);
+        }
+        are_in_vain
+    }
+
+    /// What paths of all there is in the neighbourhood found; their rays are counted at the first call.
+    fn nearby_whole(&mut self) -> &'a [Moments] {
+        let (method, common) = (self.method, self.common);
+        let nearby = method.nearby(&common, self.at, 0);
+        let whole = nearby.whole(&common);
+        if !self.knows_whole {
+            self.knows_whole = true;
+            self.rays += nearby.rays_per_pixel(Estimator::Paths);
+        }
+        whole
     }
 
     /// Whether paths of all there is are likely to keep the promise within what work is left: for a darker pixel than its
     /// neighbours, theirs are taken for as much brighter than its own.
-    fn are_paths_foreseen_to_do(&self) -> bool {
+    fn are_paths_foreseen_to_do(&mut self) -> bool {
         let Some(found) = self.finding else { return true };
-        let nearby = self.method.nearby(&self.common, self.at, 0).whole(&self.common);
-        let Some(theirs) = nearby.first().filter(|theirs| theirs.mean() > 0.0) else { return true };
+        let Some(theirs) = self.nearby_whole().first().filter(|theirs| theirs.mean() > 0.0) else {
+            return true;
+        };
         let darker = (found.mean.total().luminance() as f64 / theirs.mean()).clamp(0.0, 1.0);
         theirs.variance() * darker * darker <= found.tolerated_variance() * self.left() as f64
     }
