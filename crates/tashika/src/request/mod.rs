@@ -45,7 +45,7 @@ const MOST_PATHS: u32 = 1 << 20;
 /// VPLs where the truth is about all sets of them, times the square of the error: about what makes the choice of VPLs a third of the half-width.
 const VPLS_BY_ERROR: f64 = 1000.0;
 /// Fewest and most of these: more than the most would take more memory than most scenes.
-const MANY_VPLS: [f64; 2] = [250_000.0, 4_000_000.0];
+const MANY_VPLS: [f64; 2] = [1_000_000.0, 4_000_000.0];
 /// Gather points where the truth is about all of them, times the error, and the fewest and most.
 const POINTS_BY_ERROR: f64 = 2.56;
 /// See [`POINTS_BY_ERROR`].

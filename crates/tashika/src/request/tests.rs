@@ -57,7 +57,7 @@ fn what_is_not_said_is_the_default() {
     let transport = Request::default();
     let of_sets = Resolved {
         integration: Integration::Transport {
-            lights: Some(VplOptions { count: 400_000, ..lights.clone() }),
+            lights: Some(VplOptions { count: 1_000_000, ..lights.clone() }),
             truth: Truth::Transport,
             options: ControlOptions { error: 0.05, ..options },
             is_picture: true,
@@ -68,7 +68,7 @@ fn what_is_not_said_is_the_default() {
     assert_eq!(resolved(&transport), of_sets);
     // As many as the error asks for, within reason.
     for (error, count, points) in
-        [(0.02, 2_500_000, 128), (0.05, 400_000, 51), (0.5, 250_000, 32), (1e-3, 4_000_000, 256)]
+        [(0.02, 2_500_000, 128), (0.05, 1_000_000, 51), (0.5, 1_000_000, 32), (1e-3, 4_000_000, 256)]
     {
         let found = resolved(&Request { error: Some(error), ..transport.clone() });
         let lights = Some(VplOptions { count, ..lights.clone() });

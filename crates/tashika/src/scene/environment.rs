@@ -213,6 +213,31 @@ impl Environment {
         }
     }
 
+    /// Where a unit direction is in the image, or in an octahedral one of a constant, as a point of `[0, 1]²`.
+    pub(super) fn place(&self, direction: Vec3) -> [f32; 2] {
+        self.mapping().place(self.to_local * direction)
+    }
+
+    /// The unit direction of such a point.
+    pub(super) fn direction(&self, place: [f32; 2]) -> Vec3 {
+        (self.to_local.transpose() * self.mapping().direction(place)).normalize()
+    }
+
+    fn mapping(&self) -> Mapping {
+        match &self.radiance {
+            Radiance::Constant(_) => Mapping::Octahedral,
+            Radiance::Map { mapping, .. } => *mapping,
+        }
+    }
+
+    /// The density of [`Environment::sample`] over the image, if it is one.
+    pub(super) fn density(&self) -> Option<&Piecewise2d> {
+        match &self.radiance {
+            Radiance::Constant(_) => None,
+            Radiance::Map { density, .. } => Some(density),
+        }
+    }
+
     /// Density of [`Environment::sample`] (sr⁻¹).
     pub fn pdf(&self, direction: Vec3) -> f32 {
         match &self.radiance {

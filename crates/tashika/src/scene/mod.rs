@@ -14,6 +14,7 @@ mod check;
 mod digest;
 mod emitter;
 mod environment;
+mod environment_blocks;
 mod material;
 mod mesh;
 mod normal_map;
@@ -28,6 +29,7 @@ pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
 pub use camera::{Camera, CameraSample, Lens, Projection};
 pub use emitter::{Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
+pub use environment_blocks::EnvironmentBlocks;
 pub use material::{
     Alpha, AlphaMode, CoatBase, ColorInput, Emission, FloatInput, Material, NormalInput, Surface,
 };

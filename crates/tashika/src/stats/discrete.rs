@@ -1,5 +1,7 @@
 //! Choosing from a list, or from a table, in proportion to weights.
 
+use std::ops::Range;
+
 /// A distribution over `0..len` in proportion to weights.
 #[derive(Clone, Debug)]
 pub struct Discrete {
@@ -43,10 +45,19 @@ impl Discrete {
     /// The item that `u` in `[0, 1)` falls into, its probability, and where in it `u` lies (`[0, 1)`, to be
     /// used again). Items of zero weight are never chosen.
     pub fn sample(&self, u: f64) -> (usize, f64, f64) {
-        let x = u * self.total();
-        // The last boundary that is not beyond x; x < total, so it has a successor that is.
-        let mut i = self.cumulative.partition_point(|&c| c <= x).saturating_sub(1).min(self.len() - 1);
-        while self.cumulative[i + 1] <= self.cumulative[i] && i > 0 {
+        self.sample_within(0..self.len(), u)
+    }
+
+    /// The same of some of the items, which must not all have zero weight; the probability is that among all items.
+    pub fn sample_within(&self, items: Range<usize>, u: f64) -> (usize, f64, f64) {
+        let Range { start, end } = items;
+        let below = self.cumulative[start];
+        let x = below + u * (self.cumulative[end] - below);
+        // The last boundary that is not beyond x; x is below that of the end, so it has a successor that is.
+        let boundaries = &self.cumulative[start..=end];
+        let last = boundaries.partition_point(|&c| c <= x).saturating_sub(1);
+        let mut i = (start + last).min(end - 1);
+        while self.cumulative[i + 1] <= self.cumulative[i] && i > start {
             i -= 1;
         }
         let width = self.cumulative[i + 1] - self.cumulative[i];
@@ -62,6 +73,22 @@ pub struct Piecewise2d {
     /// Distribution inside each row; `None` for rows of zero weight.
     columns: Vec<Option<Discrete>>,
     width: usize,
+}
+
+/// Some cells of a [`Piecewise2d`].
+#[derive(Clone, Debug)]
+pub struct Block {
+    columns: Range<usize>,
+    first_row: usize,
+    by_row: Discrete,
+    probability: f64,
+}
+
+impl Block {
+    /// With which probability a point of the whole table lies in it.
+    pub fn probability(&self) -> f64 {
+        self.probability
+    }
 }
 
 impl Piecewise2d {
@@ -81,6 +108,33 @@ impl Piecewise2d {
         let height = self.columns.len() as f64;
         let point = [(x as f64 + in_column) / self.width as f64, (y as f64 + in_row) / height];
         (point, row_probability * probability * self.width as f64 * height)
+    }
+
+    /// How many cells there are in a row and in a column.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.columns.len()]
+    }
+
+    /// The cells of some columns and rows; `None` if they have zero weight.
+    pub fn block(&self, [columns, rows]: [Range<usize>; 2]) -> Option<Block> {
+        let row = |y: usize| {
+            let of_cells = |row: &Discrete| row.cumulative[columns.end] - row.cumulative[columns.start];
+            self.columns[y].as_ref().map_or(0.0, of_cells)
+        };
+        let by_row = Discrete::new(rows.clone().map(row))?;
+        let probability = by_row.total() / self.rows.total();
+        Some(Block { columns, first_row: rows.start, by_row, probability })
+    }
+
+    /// The same as [`Piecewise2d::sample`] in a block only; the density is that of the whole table.
+    pub fn sample_in(&self, block: &Block, u: [f64; 2]) -> ([f64; 2], f64) {
+        let (row, _, in_row) = block.by_row.sample(u[1]);
+        let y = block.first_row + row;
+        let row = self.columns[y].as_ref().expect("a chosen row has weight");
+        let (x, probability, in_column) = row.sample_within(block.columns.clone(), u[0]);
+        let [width, height] = self.size().map(|side| side as f64);
+        let point = [(x as f64 + in_column) / width, (y as f64 + in_row) / height];
+        (point, self.rows.probability(y) * probability * width * height)
     }
 
     /// Density at a point of `[0, 1)²`.
@@ -112,6 +166,22 @@ mod tests {
         assert_eq!(counts, [0, 1000, 0, 3000, 0]);
         assert_eq!(d.sample(1.0).0, 3, "a rounded-up u stays inside");
         assert!(Discrete::new([0.0]).is_none() && Discrete::new([]).is_none());
+    }
+
+    /// Each half of a table has its share, and its points are in it with the density of the whole.
+    #[test]
+    fn blocks_are_sampled_with_the_density_of_the_table() {
+        let t = Piecewise2d::new(&[1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 1.0, 1.0], 3).unwrap();
+        let block = t.block([1..3, 1..3]).unwrap();
+        assert_eq!(block.probability(), 2.0 / 8.0);
+        let mut on_the_left = 0;
+        for k in 0..100 {
+            let (point, pdf) = t.sample_in(&block, [(f64::from(k) + 0.5) / 100.0, 0.37]);
+            assert!((point[0] > 1.0 / 3.0 && point[1] > 2.0 / 3.0) && (pdf - t.pdf(point)).abs() < 1e-12);
+            on_the_left += u32::from(point[0] < 2.0 / 3.0);
+        }
+        assert_eq!(on_the_left, 50);
+        assert!(t.block([0..3, 1..2]).is_none(), "nothing in the middle row");
     }
 
     #[test]

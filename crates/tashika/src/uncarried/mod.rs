@@ -36,10 +36,13 @@
 //! sets and paths is light transport itself, but for paths longer than the most surfaces, and for what neither can find: a point or a single
 //! direction of light seen by a bent way only. Held to this by the suite's `light_transport`.
 
-mod choice;
+mod choices;
 mod descent;
+mod emitter_choice;
 mod places;
+mod trials;
 mod vertex;
+mod vpl_choice;
 
 use glam::Vec3;
 
@@ -54,9 +57,11 @@ use crate::transport::{Link, Transport};
 use crate::tree::LightTree;
 use crate::vpl::{EmitterSampler, Vpl, VplKind};
 
-pub use choice::VplChoice;
+pub use choices::Choices;
 
+use choices::Met;
 use descent::Descent;
+use emitter_choice::EmittersAt;
 use places::Receiver;
 use vertex::{Kernel, Vertex};
 
@@ -78,8 +83,8 @@ pub struct Lit<'a> {
     pub emitters: &'a EmitterSampler<'a>,
     /// The VPLs; if there are none, nothing is carried, and paths have all that there is to do.
     pub lights: Option<&'a LightTree>,
-    /// What was learned about which of them to draw.
-    pub choice: Option<&'a VplChoice>,
+    /// What was learned about which emitters and which VPLs to draw.
+    pub choices: Option<&'a Choices>,
     /// How they are clamped.
     pub transport: Transport,
     /// Most surfaces of a path.
@@ -99,8 +104,8 @@ pub struct Uncarried<'a> {
     rays: u64,
     /// Of the last path.
     bent: Bent,
-    /// Where surfaces that a VPL would be drawn for are noted instead.
-    met: Option<Vec<Receiver>>,
+    /// Where surfaces are noted, for which no light is drawn then.
+    met: Option<Met>,
 }
 
 /// Light that comes from emitters by bent ways, on a path (luminance, W·m⁻²·sr⁻¹).
@@ -113,7 +118,7 @@ pub struct Bent {
 }
 
 /// How a path came to where it is.
-struct Way {
+struct Way<'a> {
     /// Where it was scattered last.
     from: Vec3,
     /// Density of its direction then (sr⁻¹).
@@ -122,6 +127,8 @@ struct Way {
     is_carried: bool,
     /// Whether that was the gather point.
     is_first: bool,
+    /// How emitters were drawn there.
+    emitters: EmittersAt<'a>,
 }
 
 /// Weight of a strategy of density `this` beside another of density `other` (Veach 1997, section 9.2).
@@ -200,10 +207,22 @@ impl<'a> Uncarried<'a> {
             let (kernel, probability) =
                 if stream.uniform() < rest { (Kernel::Rest, rest) } else { (Kernel::Carried, 1.0 - rest) };
             weight = weight / probability;
-            if kernel == Kernel::Carried && !vertex.is_first() {
-                radiance += weight * self.drawn_light(&vertex, stream);
+            let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
+            let Lit { emitters, choices, .. } = self.lit;
+            let choice = choices.map(|choices| &choices.emitters);
+            let emitters = EmittersAt::new(emitters, choice, &receiver);
+            let has_vpl = kernel == Kernel::Carried && !vertex.is_first();
+            if let Some(met) = &mut self.met {
+                met.by_emitters.push(receiver);
+                if has_vpl {
+                    met.by_vpls.push(receiver);
+                }
+            } else {
+                if has_vpl {
+                    radiance += weight * self.drawn_light(&vertex, &receiver, stream);
+                }
+                radiance += weight * self.drawn_emitter(&vertex, kernel, &emitters, stream);
             }
-            radiance += weight * self.drawn_emitter(&vertex, kernel, stream);
             let Some((direction, density, factor)) = vertex.sample(kernel, stream) else { break };
             weight *= factor;
             if weight.is_black() {
@@ -214,6 +233,7 @@ impl<'a> Uncarried<'a> {
                 density,
                 is_carried: kernel == Kernel::Carried,
                 is_first: vertex.is_first(),
+                emitters,
             };
             let ray = Ray::new(vertex.position(), direction);
             let path_key = key.wrapping_add(decided);
@@ -233,13 +253,13 @@ impl<'a> Uncarried<'a> {
     fn follow(
         &mut self,
         mut ray: Ray,
-        way: &Way,
+        way: &Way<'_>,
         key: u64,
         weight: &mut Rgb,
         radiance: &mut Rgb,
         stream: &mut Stream,
     ) -> Option<Vertex> {
-        let Lit { tracer, emitters, max_depth, .. } = self.lit;
+        let Lit { tracer, max_depth, .. } = self.lit;
         let scene = tracer.scene();
         let mut is_straight = true;
         for step in 0..u64::from(max_depth) {
@@ -250,7 +270,7 @@ impl<'a> Uncarried<'a> {
                     let share = match (is_straight, way.is_carried) {
                         (false, _) => 1.0,
                         (true, true) => 0.0,
-                        (true, false) => balance(way.density, emitters.pdf_of_environment(d)),
+                        (true, false) => balance(way.density, way.emitters.pdf_of_environment(d)),
                     };
                     *radiance += *weight * e.radiance(d) * share;
                     if !is_straight {
@@ -266,7 +286,7 @@ impl<'a> Uncarried<'a> {
                 if is_straight && way.is_carried { self.transport(way.is_first).share(squared) } else { 0.0 };
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
-                let on_area = emitters.pdf_on_triangle(hit.instance, hit.triangle);
+                let on_area = way.emitters.pdf_on_triangle(hit.instance, hit.triangle);
                 let share = if is_straight && on_area > 0.0 {
                     let cos = surface.geometric_normal.dot(outgoing).abs();
                     (1.0 - carried) * balance(way.density, on_area * squared / cos.max(f32::MIN_POSITIVE))
@@ -301,16 +321,12 @@ impl<'a> Uncarried<'a> {
     }
 
     /// What one VPL, drawn for the vertex, gives by what is carried.
-    fn drawn_light(&mut self, vertex: &Vertex, stream: &mut Stream) -> Rgb {
+    fn drawn_light(&mut self, vertex: &Vertex, receiver: &Receiver, stream: &mut Stream) -> Rgb {
         let u = stream.uniform_f64();
         let Some(lights) = self.lit.lights else { return Rgb::BLACK };
-        let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
-        if let Some(met) = &mut self.met {
-            met.push(receiver);
-            return Rgb::BLACK;
-        }
-        let descent = Descent { lights, clamp_distance: self.beyond.clamp_distance(), receiver: &receiver };
-        let drawn = self.lit.choice.map_or_else(|| descent.draw(u), |choice| choice.draw(&descent, u));
+        let descent = Descent { lights, clamp_distance: self.beyond.clamp_distance(), receiver };
+        let choice = self.lit.choices.and_then(|choices| choices.vpls.as_ref());
+        let drawn = choice.map_or_else(|| descent.draw(u), |choice| choice.draw(&descent, u));
         let Some((light, probability)) = drawn else { return Rgb::BLACK };
         let light = lights.light(light);
         let link = self.beyond.link(vertex.position(), &light);
@@ -322,9 +338,15 @@ impl<'a> Uncarried<'a> {
     }
 
     /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted against following the kernel.
-    fn drawn_emitter(&mut self, vertex: &Vertex, kernel: Kernel, stream: &mut Stream) -> Rgb {
+    fn drawn_emitter(
+        &mut self,
+        vertex: &Vertex,
+        kernel: Kernel,
+        emitters: &EmittersAt<'_>,
+        stream: &mut Stream,
+    ) -> Rgb {
         let (u, v) = (stream.uniform_f64(), stream.uniform_2());
-        let Some(sample) = self.lit.emitters.sample(u, v) else { return Rgb::BLACK };
+        let Some(sample) = emitters.sample(u, v) else { return Rgb::BLACK };
         let light = &sample.light;
         // Unclamped.
         let Link { towards_light, geometric, squared_distance } =

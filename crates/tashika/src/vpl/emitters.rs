@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::{Vpl, VplKind};
 use crate::color::Rgb;
-use crate::scene::{Emitter, InstanceId, Scene};
+use crate::scene::{Emitter, Environment, InstanceId, Scene};
 use crate::stats::Discrete;
 use crate::warp;
 
@@ -19,6 +19,17 @@ pub struct LightSample {
     /// Density: per area (m⁻²) on surfaces, per solid angle (sr⁻¹) for the environment; `None` where no ray can arrive by
     /// chance.
     pub pdf: Option<f32>,
+}
+
+/// About where a source of light is, and which way it faces.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum About {
+    /// A position, and a unit direction, or zero for all.
+    Near(Vec3, Vec3),
+    /// Shines in one direction from infinity.
+    Far(Vec3),
+    /// Shines from everywhere.
+    Everywhere,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -199,12 +210,17 @@ impl<'s> EmitterSampler<'s> {
 
     /// Draws from all emitters; `u` chooses the emitter, `v` the place on it. `None` if nothing shines.
     pub fn sample(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
+        self.sample_source(u, v).map(|(_, sample)| sample)
+    }
+
+    /// The same, with the number of its source.
+    pub(super) fn sample_source(&self, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         self.all.as_ref().map(|d| self.draw(d, u, v))
     }
 
     /// Draws from surfaces and the environment only.
     pub fn sample_extended(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
-        self.extended.as_ref().map(|d| self.draw(d, u, v))
+        self.extended.as_ref().map(|d| self.draw(d, u, v).1)
     }
 
     /// The points, spots and directional lights: each is one VPL, exactly.
@@ -232,10 +248,44 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    fn draw(&self, distribution: &Discrete, u: f64, v: [f32; 2]) -> LightSample {
+    /// With which probability [`EmitterSampler::sample`] draws from each source: a triangle that emits, a point, a spot, a single direction, the
+    /// environment.
+    pub(super) fn probabilities(&self) -> impl Iterator<Item = f64> + '_ {
+        self.all.iter().flat_map(|all| (0..all.len()).map(|i| all.probability(i)))
+    }
+
+    /// About where a source is, and which way it faces.
+    pub(super) fn about(&self, source: usize) -> About {
+        match self.sources[source] {
+            Source::Triangle { instance, triangle, .. } => {
+                let [a, b, c] = self.scene.world_corners(instance, triangle);
+                About::Near((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero())
+            }
+            Source::Punctual(Emitter::Point { position, .. }) => About::Near(position, Vec3::ZERO),
+            Source::Punctual(Emitter::Spot { position, axis, .. }) => About::Near(position, axis),
+            Source::Punctual(Emitter::Directional { direction, .. }) => About::Far(direction),
+            Source::Environment => About::Everywhere,
+        }
+    }
+
+    /// The source that a triangle of an emitting instance is.
+    pub(super) fn source_of(&self, instance: InstanceId, triangle: u32) -> Option<usize> {
+        self.first.get(&instance).map(|first| first + triangle as usize)
+    }
+
+    pub(super) fn environment(&self) -> Option<&Environment> {
+        self.scene.environment()
+    }
+
+    fn draw(&self, distribution: &Discrete, u: f64, v: [f32; 2]) -> (usize, LightSample) {
         let (i, probability, rest) = distribution.sample(u);
+        (i, self.draw_from(i, probability, rest, v))
+    }
+
+    /// Draws from one source, that has been chosen with some probability; `rest` may choose a side, `v` the place.
+    pub(super) fn draw_from(&self, source: usize, probability: f64, rest: f64, v: [f32; 2]) -> LightSample {
         let probability = probability as f32;
-        match self.sources[i] {
+        match self.sources[source] {
             Source::Triangle { instance, triangle, area, two_sided } => {
                 let b = warp::triangle(v);
                 let p = self.scene.surface_point(instance, triangle, b);
@@ -260,14 +310,17 @@ impl<'s> EmitterSampler<'s> {
             Source::Environment => {
                 let e = self.scene.environment().expect("a source of this kind needs one");
                 let (towards, pdf) = e.sample(v);
-                let pdf = probability * pdf;
-                let intensity = if pdf > 0.0 { e.radiance(towards) / pdf } else { Rgb::BLACK };
-                let light =
-                    Vpl { position: Vec3::ZERO, direction: -towards, intensity, kind: VplKind::Directional };
-                LightSample { light, pdf: Some(pdf) }
+                towards_environment(e, towards, probability * pdf)
             }
         }
     }
+}
+
+/// Light of the environment from a unit direction, drawn with a density (sr⁻¹).
+pub(super) fn towards_environment(e: &Environment, towards: Vec3, pdf: f32) -> LightSample {
+    let intensity = if pdf > 0.0 { e.radiance(towards) / pdf } else { Rgb::BLACK };
+    let light = Vpl { position: Vec3::ZERO, direction: -towards, intensity, kind: VplKind::Directional };
+    LightSample { light, pdf: Some(pdf) }
 }
 
 fn punctual(e: &Emitter) -> Vpl {

@@ -6,6 +6,7 @@
 mod carried;
 mod clamp;
 mod columns;
+mod emitter_clusters;
 mod emitters;
 mod guide;
 mod light;
@@ -18,6 +19,7 @@ mod tests;
 pub use carried::carried_cos;
 pub use clamp::Clamp;
 pub use columns::LightColumns;
+pub use emitter_clusters::EmitterClusters;
 pub use emitters::{EmitterSampler, LightSample};
 pub use guide::LightGuide;
 pub use light::{Vpl, VplKind};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Affine3A, Mat3, Vec3};
 
-use super::{EmitterSampler, LightGuide, LightTracer, Vpl, VplKind, VplOptions, VplSet};
+use super::{EmitterClusters, EmitterSampler, LightGuide, LightTracer, Vpl, VplKind, VplOptions, VplSet};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
@@ -257,4 +257,56 @@ fn light_that_no_pilot_meets_is_not_dropped() {
     let tracer = Tracer::new(Arc::new(far));
     let set = VplSet::trace(&tracer, &VplOptions { count: 1000, ..VplOptions::default() }).unwrap();
     assert_eq!((set.provenance().indirect, set.provenance().paths), (0, 750));
+}
+
+/// Each cluster is drawn from as often as it says, by the sampler's own densities: draws from all clusters, each as often, stand for all emitters.
+#[test]
+fn clusters_of_emitters_are_what_the_sampler_draws_from() {
+    let mut pixels = vec![[0.1, 0.2, 0.1]; 64 * 32];
+    pixels[700] = [90.0, 80.0, 50.0];
+    let image = Image { name: "sky".into(), width: 64, height: 32, pixels: Pixels::Float(pixels) };
+    let scene = scene(true, 1.0, |b| {
+        for x in 0..300 {
+            let position = Vec3::new(x as f32, 1.0, (x % 7) as f32);
+            b.add_emitter(Emitter::Point { position, intensity: Rgb::gray(0.1) }).unwrap();
+        }
+        b.add_emitter(Emitter::Directional { direction: Vec3::X, irradiance: Rgb::gray(0.01) }).unwrap();
+        b.set_environment(Environment::lat_long(image, Rgb::WHITE, Mat3::IDENTITY)).unwrap();
+    });
+    let emitters = EmitterSampler::new(&scene).with_share_for_each(0.5);
+    let clusters = EmitterClusters::new(&emitters);
+    assert!((200..=640).contains(&clusters.count()), "{} clusters", clusters.count());
+    let (instance, _) = scene.area_emitters().next().unwrap();
+    let mut s = Stream::new(8, Purpose::Test, 0);
+    let mut found = vec![0; clusters.count()];
+    let n = 40_000;
+    let mut whole = Moments::default();
+    for _ in 0..n {
+        let (cluster, sample) = clusters.sample(&emitters, s.uniform_f64(), s.uniform_2()).unwrap();
+        found[cluster] += 1;
+        whole.push(sample.light.intensity.luminance().into());
+    }
+    let mut by_clusters = 0.0;
+    let mut all = 0.0;
+    for (cluster, found) in found.into_iter().enumerate() {
+        let said = clusters.probability(cluster);
+        all += said;
+        let error = (said * (1.0 - said) / f64::from(n)).sqrt() + 1.0 / f64::from(n);
+        assert!((f64::from(found) / f64::from(n) - said).abs() < 5.0 * error, "{found} of {n} for {said}");
+        if said == 0.0 {
+            continue;
+        }
+        for _ in 0..100 {
+            let sample = clusters.sample_from(&emitters, cluster, s.uniform_f64(), s.uniform_2()).unwrap();
+            by_clusters += said * f64::from(sample.light.intensity.luminance()) / 100.0;
+            if let (VplKind::Directional, Some(pdf)) = (sample.light.kind, sample.pdf) {
+                let density = emitters.pdf_of_environment(-sample.light.direction);
+                assert!((pdf / density - 1.0).abs() < 1e-3);
+            }
+        }
+    }
+    assert!((all - 1.0).abs() < 1e-9, "{all}");
+    assert_mean(&whole, by_clusters);
+    let of_lamp = [0, 1].map(|triangle| clusters.of_triangle(&emitters, instance, triangle).unwrap());
+    assert!(of_lamp.iter().all(|cluster| clusters.probability(*cluster) > 0.0));
 }

@@ -333,7 +333,7 @@ fn paths_from_dark_surfaces_go_as_far() {
             tracer: &tracer,
             emitters: &emitters,
             lights,
-            choice: None,
+            choices: None,
             transport: Transport::new(0.8).with_glass(Glass::SolidStops),
             max_depth: 16,
             bent: None,

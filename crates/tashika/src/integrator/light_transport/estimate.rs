@@ -53,7 +53,7 @@ impl<'a> Common<'a> {
             tracer: self.setting.tracer,
             emitters: self.emitters,
             lights: (estimator == Estimator::Vpls).then(|| self.lights.tree()),
-            choice: self.lights.choice(),
+            choices: self.lights.choices(),
             transport: Transport::new(clamp_distance).with_glass(Glass::SolidStops),
             max_depth: self.lights.provenance().max_depth,
             bent: None,

@@ -10,7 +10,7 @@ use crate::math::Vec3;
 use crate::rng::{self, Purpose};
 use crate::transport::Transport;
 use crate::tree::{LightTree, LightTreeBuilder};
-use crate::uncarried::{Lit, VplChoice};
+use crate::uncarried::{Choices, Lit};
 use crate::vpl::{
     Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions, VplSet,
 };
@@ -26,7 +26,7 @@ pub struct GuidedLights {
     given_directions: Vec<Vec3>,
     importance_brightness: f64,
     importance_correlation: f64,
-    choice: Option<VplChoice>,
+    choices: Option<Box<Choices>>,
     bent: Option<BentLight>,
     lamps: Option<SeenLamps>,
 }
@@ -100,21 +100,21 @@ impl GuidedLights {
             tracer,
             emitters: &EmitterSampler::by_use(tracer, &options),
             lights: Some(&tree),
-            choice: None,
+            choices: None,
             transport: Transport::new(provenance.clamp_distance).with_glass(Glass::SolidStops),
             max_depth: provenance.max_depth,
             bent: None,
         };
         let summed = |point: &GatherPoint| summed_with(point, Estimator::Vpls);
-        let (mut choice, mut bent) = (None, None);
+        let (mut choices, mut bent) = (None, None);
         if truth == Truth::Transport {
-            choice = VplChoice::learn(&lit, view, summed, key(1));
+            choices = Some(Box::new(Choices::learn(&lit, view, summed, key(1))));
             bent = BentLight::learn(&guided.tracing, key(3));
         }
         let lamps = SeenLamps::learn(&guided.tracing, view, key(4));
         Ok(Self {
             tree,
-            choice,
+            choices,
             bent,
             lamps,
             provenance,
@@ -136,9 +136,9 @@ impl GuidedLights {
         &self.tree
     }
 
-    /// Which of them to draw for a surface on a path.
-    pub(super) fn choice(&self) -> Option<&VplChoice> {
-        self.choice.as_ref()
+    /// Which of them, and which emitters, to draw for a surface on a path.
+    pub(super) fn choices(&self) -> Option<&Choices> {
+        self.choices.as_deref()
     }
 
     /// Light that neither they nor paths may find.

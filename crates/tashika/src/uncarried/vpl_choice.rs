@@ -8,38 +8,20 @@
 //! ```
 //!
 //! of what was learned for the [place](super::places) of the surface (`q_c`) and of what descending the light tree by importance at the surface itself
-//! gives (`p_c`); within a cluster the light tree is descended. Learned is
-//!
-//! ```text
-//! q_c ∝ √(m_c v_c)      m_c = mean (I_c G cos θ)²      v_c = (s + Σ V) / (s + n)
-//! ```
-//!
-//! from `n` lights of the cluster, drawn by intensity, and surfaces of the place, with their visibility `V`: about the root of the second moment of a cluster,
-//! which is the best there is (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen which was not.
+//! gives (`p_c`); within a cluster the light tree is descended. `q_c` is learned by [trial](super::trials).
 //!
 //! # Guarantee
 //! A VPL that can give anything has at least `1 − β` of the probability that it has by importance alone, and what was learned comes from random numbers of its
 //! own: the estimate is unbiased whatever that was. Held to this by the test below.
 
-use rayon::prelude::*;
-
 use super::descent::Descent;
 use super::places::{Places, Receiver};
-use super::{Lit, Uncarried};
-use crate::accel::{SegmentBatch, Tracer};
-use crate::bsdf::Bsdf;
-use crate::gather::{GatherPoint, View};
-use crate::rng::{self, Purpose, Stream};
+use super::trials::{Drawn, Trials};
+use crate::accel::Tracer;
 use crate::stats::Discrete;
 use crate::transport::Transport;
 use crate::tree::{LightCluster, LightTree};
 
-/// Camera paths whose surfaces are learned from: so many a pixel, and at least and at most.
-const PATHS_OF_PIXEL: u64 = 2;
-/// See [`PATHS_OF_PIXEL`].
-const PATHS: [u64; 2] = [1 << 12, 1 << 17];
-/// Paths followed as one piece of parallel work.
-const CHUNK: u64 = 1024;
 /// Clusters of VPLs that are told apart.
 const CLUSTERS: usize = 256;
 /// Surfaces that say which clusters matter.
@@ -48,8 +30,6 @@ const PROBES: usize = 64;
 const TRIALS: usize = 8;
 /// `β`. Importance alone knows no visibility; what was learned, nothing smaller than a place.
 const LEARNED: f64 = 0.9;
-/// `s`.
-const HOPE: f64 = 0.25;
 
 /// What was learned about which VPLs are worth drawing where.
 #[derive(Clone, Debug)]
@@ -72,36 +52,12 @@ struct Top {
 }
 
 impl VplChoice {
-    /// Learns on the surfaces that paths from a view meet. Runs on the current thread pool.
+    /// Learns on surfaces that were met. Runs on the current thread pool.
     ///
-    /// Nothing is learned (`None`) if there are no lights, or no surfaces that would have one drawn.
+    /// Nothing is learned (`None`) if there are no lights, or no surfaces.
     ///
-    /// * `summed`: the BSDF that the VPLs are summed with at a gather point.
-    pub fn learn(
-        lit: &Lit<'_>,
-        view: &View<'_>,
-        summed: impl Fn(&GatherPoint) -> Bsdf + Sync,
-        seed: u64,
-    ) -> Option<Self> {
-        let pixels: u64 = view.size.iter().map(|side| u64::from(*side)).product();
-        let paths = (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]);
-        let chunks = (0..paths / CHUNK).into_par_iter().map(|chunk| {
-            let mut uncarried = Uncarried { met: Some(Vec::new()), ..Uncarried::new(*lit) };
-            for path in chunk * CHUNK..(chunk + 1) * CHUNK {
-                let key = rng::key(seed, Purpose::Guidance, path);
-                let mut stream = Stream::new(key, Purpose::Guidance, 0);
-                let pixel = view.size.map(|side| stream.below(side.into()) as u32);
-                for point in view.samples(lit.tracer, pixel, 1, key).points {
-                    uncarried.estimate(&point, &summed(&point), key, &mut stream);
-                }
-            }
-            uncarried.met.into_iter().flatten()
-        });
-        let receivers = chunks.flatten_iter().collect();
-        Self::of_receivers(lit.lights?, lit.tracer, Uncarried::new(*lit).beyond, receivers, seed)
-    }
-
-    fn of_receivers(
+    /// * `transport`: how VPLs are clamped there.
+    pub(super) fn learn(
         lights: &LightTree,
         tracer: &Tracer,
         transport: Transport,
@@ -120,14 +76,12 @@ impl VplChoice {
         let mut choice = Self { tops: Vec::new(), places: Places::default(), tables: Vec::new() };
         choice.add_top(lights, root, &mut chosen.iter().copied().enumerate().peekable());
         let (places, of_places) = Places::divide(receivers);
-        choice.tables = of_places
-            .par_iter()
-            .enumerate()
-            .map(|(place, receivers)| {
-                let mut stream = Stream::new(seed, Purpose::Guidance, place as u64);
-                Self::try_out(lights, tracer, transport, receivers, &chosen, &mut stream)
-            })
-            .collect();
+        let trials = Trials { tracer, transport, clusters: chosen.len(), lights: TRIALS, seed };
+        choice.tables = trials.learn(&of_places, |cluster, stream| {
+            let cluster = &chosen[cluster];
+            let light = lights.light(lights.draw(cluster, stream.uniform_f64()));
+            Some(Drawn { light, luminance: lights.luminance(cluster) })
+        });
         choice.places = places;
         Some(choice)
     }
@@ -148,49 +102,6 @@ impl VplChoice {
         self.add_top(lights, first, chosen);
         self.tops[at].second = self.tops.len() as u32;
         self.add_top(lights, second, chosen);
-    }
-
-    /// Draws lights of every cluster, by intensity, for surfaces of a place at random, and looks whether they are seen.
-    fn try_out(
-        lights: &LightTree,
-        tracer: &Tracer,
-        transport: Transport,
-        receivers: &[Receiver],
-        clusters: &[LightCluster],
-        stream: &mut Stream,
-    ) -> Option<Discrete> {
-        let mut batch = SegmentBatch::new(transport.glass());
-        let mut squares = Vec::with_capacity(clusters.len() * TRIALS);
-        for cluster in clusters {
-            for _ in 0..TRIALS {
-                let receiver = &receivers[stream.below(receivers.len() as u64) as usize];
-                let light = lights.light(lights.draw(cluster, stream.uniform_f64()));
-                let link = transport.link(receiver.position, &light);
-                let cos = receiver.normal.dot(link.towards_light).max(0.0);
-                let value = lights.luminance(cluster) * f64::from(link.geometric * cos);
-                // Unclamped, and at the very place of the surface, it is no number.
-                let value = if value.is_finite() { value } else { 0.0 };
-                if value > 0.0 {
-                    batch.push_fan(light.apex(), [receiver.position]);
-                }
-                squares.push(value * value);
-            }
-        }
-        let mut visibility = Vec::new();
-        tracer.visibility(&batch, &mut visibility);
-        let mut visibility = visibility.into_iter();
-        let share = |squares: &[f64]| {
-            let mut unoccluded = 0.0;
-            let (mut seen, mut trials) = (0.0, 0.0);
-            for square in squares.iter().filter(|square| **square > 0.0) {
-                unoccluded += square;
-                seen += f64::from(visibility.next().expect("one for each that is not zero"));
-                trials += 1.0;
-            }
-            (unoccluded / TRIALS as f64 * (HOPE + seen) / (HOPE + trials)).sqrt()
-        };
-        let shares: Vec<f64> = squares.chunks_exact(TRIALS).map(share).collect();
-        Discrete::new(shares)
     }
 
     /// Descends to the cluster of that number, or to one by importance: the cluster, `p_c`, and what is left of `u`.
@@ -237,10 +148,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::accel::Glass;
+    use crate::accel::{Glass, SegmentBatch};
     use crate::color::Rgb;
     use crate::error::Location;
     use crate::math::{Affine3A, Vec3};
+    use crate::rng::{Purpose, Stream};
     use crate::scene::{Material, MeshData, SceneBuilder, Surface};
     use crate::stats::Moments;
     use crate::tree::LightTreeBuilder;
@@ -279,7 +191,7 @@ mod tests {
         let transport = Transport::new(0.1).with_glass(Glass::SolidStops);
         let on_floor = |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Vec3::Z };
         let met = (0..2000).map(|_| on_floor(-2.0 * s.uniform() - 0.01, 4.0 * s.uniform() - 2.0)).collect();
-        let choice = VplChoice::of_receivers(&lights, &tracer, transport, met, 3).unwrap();
+        let choice = VplChoice::learn(&lights, &tracer, transport, met, 3).unwrap();
         for (receiver, is_known) in [(on_floor(-0.7, 0.4), true), (on_floor(0.9, -0.3), false)] {
             let mut batch = SegmentBatch::new(transport.glass());
             let mut visibility = Vec::new();

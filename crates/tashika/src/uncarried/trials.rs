@@ -1,0 +1,96 @@
+//! How much clusters of lights give to a place, found by trial.
+//!
+//! ```text
+//! q_c ∝ √(m_c v_c)      m_c = mean (I_c G cos θ)²      v_c = (s + Σ V) / (s + n)
+//! ```
+//!
+//! from `n` lights drawn from the cluster `c` and surfaces of the place, with their visibility `V`: about the root of the second moment of a cluster,
+//! which is the best there is (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen which was not.
+
+use rayon::prelude::*;
+
+use super::places::Receiver;
+use crate::accel::{SegmentBatch, Tracer};
+use crate::rng::{Purpose, Stream};
+use crate::stats::Discrete;
+use crate::transport::Transport;
+use crate::vpl::Vpl;
+
+/// `s`.
+const HOPE: f64 = 0.25;
+
+/// A light drawn from a cluster.
+pub(super) struct Drawn {
+    pub light: Vpl,
+    /// Luminance of its intensity over the probability that it had in the cluster.
+    pub luminance: f64,
+}
+
+/// Trials of clusters at places.
+pub(super) struct Trials<'a> {
+    pub tracer: &'a Tracer,
+    pub transport: Transport,
+    /// How many clusters.
+    pub clusters: usize,
+    /// Lights tried for each place and cluster.
+    pub lights: usize,
+    pub seed: u64,
+}
+
+impl Trials<'_> {
+    /// Tries lights of every cluster, drawn by `draw`, on surfaces of each place at random, and looks whether they are seen: `q`, by place, none where
+    /// nothing gives anything. Runs on the current thread pool.
+    pub fn learn(
+        &self,
+        places: &[Vec<Receiver>],
+        draw: impl Fn(usize, &mut Stream) -> Option<Drawn> + Sync,
+    ) -> Vec<Option<Discrete>> {
+        let learned = places.par_iter().enumerate().map(|(place, receivers)| {
+            let mut stream = Stream::new(self.seed, Purpose::Guidance, place as u64);
+            self.try_out(receivers, &draw, &mut stream)
+        });
+        learned.collect()
+    }
+
+    fn try_out(
+        &self,
+        receivers: &[Receiver],
+        draw: &impl Fn(usize, &mut Stream) -> Option<Drawn>,
+        stream: &mut Stream,
+    ) -> Option<Discrete> {
+        let mut batch = SegmentBatch::new(self.transport.glass());
+        let mut squares = Vec::with_capacity(self.clusters * self.lights);
+        for cluster in 0..self.clusters {
+            for _ in 0..self.lights {
+                let receiver = &receivers[stream.below(receivers.len() as u64) as usize];
+                let mut value = 0.0;
+                if let Some(Drawn { light, luminance }) = draw(cluster, stream) {
+                    let link = self.transport.link(receiver.position, &light);
+                    let cos = receiver.normal.dot(link.towards_light).max(0.0);
+                    value = luminance * f64::from(link.geometric * cos);
+                    // Unclamped, and at the very place of the surface, it is no number.
+                    value = if value.is_finite() { value } else { 0.0 };
+                    if value > 0.0 {
+                        batch.push_fan(light.apex(), [receiver.position]);
+                    }
+                }
+                squares.push(value * value);
+            }
+        }
+        let mut visibility = Vec::new();
+        self.tracer.visibility(&batch, &mut visibility);
+        let mut visibility = visibility.into_iter();
+        let share = |squares: &[f64]| {
+            let mut unoccluded = 0.0;
+            let (mut seen, mut trials) = (0.0, 0.0);
+            for square in squares.iter().filter(|square| **square > 0.0) {
+                unoccluded += square;
+                seen += f64::from(visibility.next().expect("one for each that is not zero"));
+                trials += 1.0;
+            }
+            (unoccluded / squares.len() as f64 * (HOPE + seen) / (HOPE + trials)).sqrt()
+        };
+        let shares: Vec<f64> = squares.chunks_exact(self.lights).map(share).collect();
+        Discrete::new(shares)
+    }
+}

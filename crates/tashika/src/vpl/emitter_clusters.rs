@@ -1,0 +1,190 @@
+//! What the emitters of a scene send out, divided into clusters that are near to each other and face about the same way.
+//!
+//! The sources of an [`EmitterSampler`] (triangles, points, spots, directions) are halved, always the cluster that is drawn from most often, at the
+//! coordinate of position or direction that varies most; the environment is divided into blocks of directions.
+
+use std::collections::BinaryHeap;
+
+use super::emitters::{About, towards_environment};
+use super::{EmitterSampler, LightSample};
+use crate::math::Vec3;
+use crate::scene::{EnvironmentBlocks, InstanceId};
+use crate::stats::{Discrete, Moments};
+
+/// Most clusters of sources, but that there is one more for directions.
+const OF_SOURCES: usize = 128;
+/// Most blocks of the environment.
+const OF_ENVIRONMENT: usize = 512;
+
+/// The clusters of an [`EmitterSampler`], which must be the same one, of the same scene, in every call.
+#[derive(Clone, Debug)]
+pub struct EmitterClusters {
+    of_sources: Vec<Sources>,
+    /// By source; none for the environment.
+    cluster_of: Vec<Option<u32>>,
+    environment: Option<Blocks>,
+}
+
+/// A cluster of sources.
+#[derive(Clone, Debug)]
+struct Sources {
+    sources: Vec<u32>,
+    /// By their probabilities in the sampler.
+    within: Discrete,
+}
+
+#[derive(Clone, Debug)]
+struct Blocks {
+    blocks: EnvironmentBlocks,
+    /// Of the environment in the sampler.
+    probability: f64,
+}
+
+/// A source while sources are divided: its number, its probability, position and direction.
+#[derive(Clone, Copy)]
+struct Placed {
+    source: u32,
+    probability: f64,
+    place: [f32; 6],
+}
+
+impl EmitterClusters {
+    /// Divides what a sampler draws from; there are no clusters if nothing shines.
+    pub fn new(emitters: &EmitterSampler<'_>) -> Self {
+        let radius = emitters.sphere().1.max(f32::MIN_POSITIVE);
+        let [mut near, mut far] = [(); 2].map(|()| Vec::new());
+        let mut environment = None;
+        let mut cluster_of = Vec::new();
+        for (source, probability) in emitters.probabilities().enumerate() {
+            cluster_of.push(None);
+            if probability <= 0.0 {
+                continue;
+            }
+            let source = source as u32;
+            let placed = |at: Vec3, direction: Vec3| {
+                let [at, direction] = [(at / radius).to_array(), direction.to_array()];
+                let place = [at[0], at[1], at[2], direction[0], direction[1], direction[2]];
+                Placed { source, probability, place }
+            };
+            match emitters.about(source as usize) {
+                About::Near(at, direction) => near.push(placed(at, direction)),
+                About::Far(direction) => far.push(placed(Vec3::ZERO, direction)),
+                About::Everywhere => {
+                    let blocks = emitters.environment().map(|e| EnvironmentBlocks::new(e, OF_ENVIRONMENT));
+                    environment = blocks.map(|blocks| Blocks { blocks, probability });
+                }
+            }
+        }
+        let mut of_sources = Vec::new();
+        for sources in divide([near, far]) {
+            for placed in &sources {
+                cluster_of[placed.source as usize] = Some(of_sources.len() as u32);
+            }
+            let within = Discrete::new(sources.iter().map(|placed| placed.probability));
+            of_sources.push(Sources {
+                sources: sources.iter().map(|placed| placed.source).collect(),
+                within: within.expect("each has a probability above zero"),
+            });
+        }
+        Self { of_sources, cluster_of, environment }
+    }
+
+    /// How many clusters.
+    pub fn count(&self) -> usize {
+        self.of_sources.len() + self.environment.as_ref().map_or(0, |e| e.blocks.count())
+    }
+
+    /// With which probability the sampler draws from a cluster.
+    pub fn probability(&self, cluster: usize) -> f64 {
+        match self.of_sources.get(cluster) {
+            Some(sources) => sources.within.total(),
+            None => self
+                .environment
+                .as_ref()
+                .map_or(0.0, |e| e.probability * e.blocks.probability(cluster - self.of_sources.len())),
+        }
+    }
+
+    /// The cluster of a triangle that emits.
+    pub fn of_triangle(
+        &self,
+        emitters: &EmitterSampler<'_>,
+        instance: InstanceId,
+        triangle: u32,
+    ) -> Option<usize> {
+        let source = emitters.source_of(instance, triangle)?;
+        self.cluster_of[source].map(|cluster| cluster as usize)
+    }
+
+    /// The cluster of a unit direction of the environment.
+    pub fn of_direction(&self, emitters: &EmitterSampler<'_>, direction: Vec3) -> Option<usize> {
+        let blocks = &self.environment.as_ref()?.blocks;
+        Some(self.of_sources.len() + blocks.of(emitters.environment()?, direction))
+    }
+
+    /// The same as [`EmitterSampler::sample`], with the cluster that it is of.
+    pub fn sample(&self, emitters: &EmitterSampler<'_>, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
+        let (source, sample) = emitters.sample_source(u, v)?;
+        let cluster = match self.cluster_of[source] {
+            Some(cluster) => cluster as usize,
+            None => self.of_direction(emitters, -sample.light.direction)?,
+        };
+        Some((cluster, sample))
+    }
+
+    /// Draws from one cluster, of a probability above zero; the density, and what intensities are divided by, are those of the sampler.
+    pub fn sample_from(
+        &self,
+        emitters: &EmitterSampler<'_>,
+        cluster: usize,
+        u: f64,
+        v: [f32; 2],
+    ) -> Option<LightSample> {
+        if let Some(Sources { sources, within }) = self.of_sources.get(cluster) {
+            let (number, _, rest) = within.sample(u);
+            let source = sources[number] as usize;
+            let probability = within.probability(number) * within.total();
+            return Some(emitters.draw_from(source, probability, rest, v));
+        }
+        let (Blocks { blocks, probability }, environment) =
+            self.environment.as_ref().zip(emitters.environment())?;
+        let towards = blocks.sample(environment, cluster - self.of_sources.len(), v);
+        let pdf = *probability as f32 * environment.pdf(towards);
+        Some(towards_environment(environment, towards, pdf))
+    }
+}
+
+/// Halves groups of sources until there are [`OF_SOURCES`], or none can be halved.
+fn divide(groups: [Vec<Placed>; 2]) -> Vec<Vec<Placed>> {
+    let mut clusters: Vec<Vec<Placed>> = groups.into_iter().filter(|group| !group.is_empty()).collect();
+    // Numbers that are not negative are in the order of their bits.
+    let often = |cluster: &[Placed]| cluster.iter().map(|placed| placed.probability).sum::<f64>().to_bits();
+    let mut waiting: BinaryHeap<(u64, usize)> = clusters.iter().map(|c| often(c)).zip(0..).collect();
+    while clusters.len() < OF_SOURCES {
+        let Some((_, number)) = waiting.pop() else { break };
+        let Some(half) = halve(&mut clusters[number]) else { continue };
+        waiting.push((often(&clusters[number]), number));
+        waiting.push((often(&half), clusters.len()));
+        clusters.push(half);
+    }
+    clusters
+}
+
+/// Takes half of the probability away from a cluster; none if its sources are all in one place.
+fn halve(cluster: &mut Vec<Placed>) -> Option<Vec<Placed>> {
+    let variance = |axis: usize| {
+        let mut moments = Moments::default();
+        cluster.iter().for_each(|placed| moments.push(placed.place[axis].into()));
+        moments.variance()
+    };
+    let widest = (0..6).map(|axis| (variance(axis), axis)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let axis = widest.filter(|(variance, _)| *variance > 0.0)?.1;
+    cluster.sort_by(|a, b| a.place[axis].total_cmp(&b.place[axis]));
+    let whole: f64 = cluster.iter().map(|placed| placed.probability).sum();
+    let mut below = 0.0;
+    let half = cluster.iter().position(|placed| {
+        below += placed.probability;
+        below >= 0.5 * whole
+    });
+    Some(cluster.split_off((half? + 1).clamp(1, cluster.len() - 1)))
+}
