@@ -35,7 +35,7 @@ use crate::words;
 ///   it is dark (W/m²/sr), 0; `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or
 ///   "certified"; `truth`: "transport" (light in the scene, the default), "vpl" (the sum over one set, the default for
 ///   certified claims and for a `VplSet`) or "clamped"; `max_pairs`: largest cut, pairs and paths with "transport".
-/// - `vpls`: a `VplSet`, or how many to trace (400,000 at 0.05, 2.5 million at 0.02; 5000 with `truth` "vpl"); `clamp`: "auto", "off" or metres; `gather`: gather
+/// - `vpls`: a `VplSet`, or how many to trace (a million at 0.05, 2.5 million at 0.02; 5000 with `truth` "vpl"); `clamp`: "auto", "off" or metres; `gather`: gather
 ///   points a pixel (51 at 0.05, 128 at 0.02; 4 with `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris", where these, or paths, are.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the same arguments, however that ended, the
