@@ -18,7 +18,7 @@ pub struct EnvironmentBlocks {
 }
 
 impl EnvironmentBlocks {
-    /// Divides an environment into about `most` blocks, at most.
+    /// Divides an environment into about `most` blocks, but no more.
     pub fn new(environment: &Environment, most: usize) -> Self {
         let even = environment.density().is_none().then(|| {
             let side = (most as f64).sqrt() as usize;
@@ -28,7 +28,7 @@ impl EnvironmentBlocks {
         let density = blocks.density(environment);
         let [width, height] = density.size();
         let columns = ((most * width) as f64 / height as f64).sqrt() as usize;
-        let columns = columns.clamp(1, width);
+        let columns = columns.clamp(1, width.min(most));
         let rows = (most / columns).clamp(1, height);
         let part =
             |k: usize, of: usize, cells: usize| -> Range<usize> { k * cells / of..(k + 1) * cells / of };
@@ -87,6 +87,15 @@ mod tests {
         // So much that whole blocks are dark.
         pixels[12 * 37..].fill([0.0; 3]);
         Image { name: "test".into(), width: 37, height: 19, pixels: Pixels::Float(pixels) }
+    }
+
+    /// An image of a single row has no more blocks than others.
+    #[test]
+    fn there_are_no_more_blocks_than_were_asked_for() {
+        let pixels = Pixels::Float(vec![[1.0; 3]; 4000]);
+        let row = Image { name: "row".into(), width: 4000, height: 1, pixels };
+        let environment = Environment::lat_long(row, Rgb::WHITE, Mat3::IDENTITY);
+        assert_eq!(EnvironmentBlocks::new(&environment, 50).count(), 50);
     }
 
     /// Directions are drawn from the block that they are found in, and blocks have the share of the environment's own draws that they say.
