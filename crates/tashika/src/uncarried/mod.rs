@@ -83,7 +83,7 @@ pub struct Lit<'a> {
     pub emitters: &'a EmitterSampler<'a>,
     /// The VPLs; if there are none, nothing is carried, and paths have all that there is to do.
     pub lights: Option<&'a LightTree>,
-    /// What was learned about which emitters and which VPLs to draw.
+    /// What was learned about which emitters and which VPLs to draw: of these `emitters` and `lights`, drawn with the same probabilities.
     pub choices: Option<&'a Choices>,
     /// How they are clamped.
     pub transport: Transport,

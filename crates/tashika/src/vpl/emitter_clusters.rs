@@ -11,7 +11,7 @@ use crate::math::Vec3;
 use crate::scene::{EnvironmentBlocks, InstanceId};
 use crate::stats::{Discrete, Moments};
 
-/// Most clusters of sources, but that there is one more for directions.
+/// Most clusters of sources.
 const OF_SOURCES: usize = 128;
 /// Most blocks of the environment.
 const OF_ENVIRONMENT: usize = 512;

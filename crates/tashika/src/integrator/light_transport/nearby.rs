@@ -202,7 +202,7 @@ mod tests {
         let options = VplOptions { count: 10_000, ..VplOptions::default() };
         let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap();
         let setting = Setting { tracer: &tracer, view };
-        let emitters = EmitterSampler::new(&scene);
+        let emitters = EmitterSampler::by_use(&tracer, lights.options());
         let controlled = Controlled::default();
         let common =
             Common { setting: &setting, emitters: &emitters, lights: &lights, compensates: true, controlled };
