@@ -2,7 +2,9 @@
 
 use tashika::color::Rgb;
 use tashika::film::Film;
-use tashika::integrator::{ControlOptions, GuidedLights, LightTransport, Path, PathStop, StopReason, Truth};
+use tashika::integrator::{
+    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, Path, PathStop, StopReason, Truth,
+};
 use tashika::math::Vec3;
 use tashika::scene::{Camera, Environment, Material, SceneBuilder, Surface};
 use tashika::vpl::VplOptions;
@@ -255,4 +257,43 @@ fn a_lamp_of_millimetres_above_water() {
     let missing = images.iter().flatten().filter(|said| !said.is_found).count();
     let all = images.len() * PIXELS;
     assert!(missing > all / 2, "light is missing in {missing} of {all} pixels");
+}
+
+/// A lamp behind the camera whose mirror image fills a two-thousandth of the pixel, and is much of its light: most choices of a hundred camera samples miss it, so the many
+/// that paths begin with have to tell it.
+#[test]
+fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
+    let mut b = builder();
+    let room = cuboid(Vec3::new(-1.0, 0.0, 0.0), Vec3::new(1.0, 2.0, 5.0), true);
+    place(&mut b, room, Material::new("room", lambert(0.5)));
+    let smooth = Surface::Mirror { reflectance: Rgb::WHITE.into() };
+    let facet = parallelogram(Vec3::new(-0.0025, 1.2975, 0.3), Vec3::X * 0.005, Vec3::Y * 0.005);
+    place(&mut b, facet, Material::new("facet", smooth));
+    let lamp = parallelogram(Vec3::new(-0.1, 1.6, 4.5), Vec3::Y * 0.2, Vec3::X * 0.2);
+    place(&mut b, lamp, glowing("lamp", lambert(0.0), 2000.0));
+    let (eye, target) = (Vec3::new(0.0, 1.0, 3.6), Vec3::new(0.0, 1.3, 0.3));
+    b.add_camera(Camera::look_at("main", eye, target, Vec3::Y, 0.06)).unwrap();
+    let tracer = tracer(b);
+    let pixel = |integrator: &dyn Integrator, seed: u64| {
+        let film = film(&tracer, integrator, [1, 1], 64, seed);
+        let error = film.plane("standard_error").unwrap().f32_samples().unwrap()[0];
+        (luminances(&film)[0], f64::from(error))
+    };
+    let (truth, its_error) = pixel(&Path::new(&tracer, PathStop::Count(200_000), 65).unwrap(), 1000);
+    let (mut mean, mut variance) = (0.0, its_error * its_error);
+    for seed in 1..=SEEDS {
+        let lights = VplOptions { count: 50_000, seed, ..VplOptions::default() };
+        let view = view(tracer.scene(), [1, 1], 64, seed);
+        let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
+        // More than is permitted is asked for: estimates that stop when they are satisfied stop where they met nothing.
+        let options =
+            ControlOptions { error: 1e-3, seed, max_pairs: Some(16_384), ..ControlOptions::default() };
+        let method = LightTransport::new(&tracer, &guided, &options).only_by(Estimator::Vpls);
+        let (found, error) = pixel(&method, seed);
+        mean += found / SEEDS as f64;
+        variance += (error / SEEDS as f64).powi(2);
+    }
+    let error = variance.sqrt();
+    assert!((mean - truth).abs() < 4.0 * error, "{mean} ± {error} of {truth} ± {its_error}");
+    assert!(error < 0.25 * truth, "{error} of {truth}");
 }

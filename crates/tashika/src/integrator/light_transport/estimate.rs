@@ -96,6 +96,8 @@ pub(super) fn summed_with(point: &GatherPoint, estimator: Estimator) -> Bsdf {
 /// The gather points of an estimate.
 pub(super) struct Points {
     pub pixel: PixelSum,
+    /// Whether emission that the camera sees is told by all camera samples of an estimate, or by those of the points alone, which are spread evenly.
+    is_emission_rare: bool,
     /// As they are summed: without narrow lobes.
     tree: GatherTree<UpperAnalytic>,
     /// Camera samples, each next to those near by in the pixel.
@@ -105,7 +107,13 @@ pub(super) struct Points {
 impl Points {
     /// Of so many camera samples; `key` is that of their random numbers. Only where what VPLs do not carry is put back are
     /// narrow lobes left to paths.
-    pub(super) fn new(common: &Common<'_>, pixel: [u32; 2], samples: u32, key: u64) -> Self {
+    pub(super) fn new(
+        common: &Common<'_>,
+        pixel: [u32; 2],
+        samples: u32,
+        is_emission_rare: bool,
+        key: u64,
+    ) -> Self {
         let pixel = common.samples(pixel, samples, key);
         let as_summed = |p: &GatherPoint| {
             if common.compensates { GatherPoint { bsdf: summed_with(p, Estimator::Vpls), ..*p } } else { *p }
@@ -114,7 +122,7 @@ impl Points {
         let tree = gather_tree::<UpperAnalytic>(&summed);
         let mut by_place: Vec<u32> = (0..pixel.samples.len() as u32).collect();
         by_place.sort_by_key(|k| along_curve(pixel.samples[*k as usize].place));
-        Self { pixel, tree, by_place }
+        Self { pixel, is_emission_rare, tree, by_place }
     }
 
     /// About how much light that comes by bent ways is not found (luminance, W·m⁻²·sr⁻¹).
@@ -181,7 +189,31 @@ pub(super) struct Estimate<'a> {
     met: u32,
     /// Of single paths, by part of what is controlled.
     moments: [Moments; Controlled::MOST_PARTS],
+    /// Where emission that the camera sees is rare: what all camera samples have seen, those that paths begin with as well.
+    rare_emission: Option<RareEmission>,
     camera_rays: u64,
+}
+
+/// Emission that camera samples have seen.
+#[derive(Clone, Copy, Debug, Default)]
+struct RareEmission {
+    sum: RgbSum,
+    /// Of single samples, by part of what is controlled.
+    moments: [Moments; Controlled::MOST_PARTS],
+}
+
+impl RareEmission {
+    /// Adds what camera samples of the pixel have seen.
+    fn add(&mut self, seen: &PixelSum, controlled: Controlled) {
+        let count = seen.samples.len() as f32;
+        for sample in &seen.samples {
+            let emission = sample.background * count;
+            self.sum.add(emission);
+            for (part, moments) in controlled.parts().iter().zip(&mut self.moments) {
+                moments.push(part.of(emission));
+            }
+        }
+    }
 }
 
 impl<'a> Estimate<'a> {
@@ -203,7 +235,11 @@ impl<'a> Estimate<'a> {
         let tracer = common.setting.tracer;
         let cut = InheritedCut::new(clusters, order, options, tracer, lit.transport, samples, memory);
         let camera_rays = points.pixel.samples.len() as u64;
-        Self { points: Some(points), cut, camera_rays, ..Self::new(common, lit, pixel, key) }
+        let mut rare_emission = points.is_emission_rare.then(RareEmission::default);
+        if let Some(emission) = &mut rare_emission {
+            emission.add(&points.pixel, common.controlled);
+        }
+        Self { points: Some(points), cut, rare_emission, camera_rays, ..Self::new(common, lit, pixel, key) }
     }
 
     /// Paths alone.
@@ -223,6 +259,7 @@ impl<'a> Estimate<'a> {
             paths: 0,
             met: 0,
             moments: [Moments::default(); Controlled::MOST_PARTS],
+            rare_emission: None,
             camera_rays: 0,
         }
     }
@@ -245,6 +282,9 @@ impl<'a> Estimate<'a> {
             let key = rng::key(self.key, Purpose::Uncarried, self.paths.into());
             let seen = self.common.samples(self.pixel, samples, key);
             self.camera_rays += u64::from(samples);
+            if let Some(emission) = &mut self.rare_emission {
+                emission.add(&seen, self.common.controlled);
+            }
             for (number, sample) in seen.samples.iter().enumerate() {
                 let mut value = if estimator == Estimator::Paths { sample.background } else { Rgb::BLACK };
                 if let Some(point) = sample.point.map(|k| &seen.points[k as usize]) {
@@ -276,7 +316,9 @@ impl<'a> Estimate<'a> {
     /// The estimate of light transport.
     pub(super) fn value(&self) -> RgbSum {
         let mut value = self.gathered();
-        if let Some(points) = self.points {
+        if let Some(emission) = &self.rare_emission {
+            value.merge(&emission.sum.scaled(1.0 / emission.moments[0].count() as f64));
+        } else if let Some(points) = self.points {
             value.add(points.pixel.background);
         }
         if self.paths > 0 {
@@ -317,7 +359,9 @@ impl<'a> Estimate<'a> {
         let of_sample = |k: &u32| {
             let sample = &points.pixel.samples[*k as usize];
             let mut gathered = sample.point.map(|k| by_point[k as usize]).unwrap_or_default();
-            gathered.value += of.of(sample.background);
+            if self.rare_emission.is_none() {
+                gathered.value += of.of(sample.background);
+            }
             gathered
         };
         let mut by_samples = 0.0;
@@ -340,6 +384,11 @@ impl<'a> Estimate<'a> {
     /// Of single paths, by part of what is controlled.
     pub(super) fn moments(&self) -> &[Moments] {
         &self.moments[..self.common.controlled.parts().len()]
+    }
+
+    /// Of single camera samples, if emission that they see is rare: what they saw of it, by part of what is controlled.
+    pub(super) fn rare_emission(&self) -> Option<&[Moments]> {
+        self.rare_emission.as_ref().map(|emission| &emission.moments[..self.common.controlled.parts().len()])
     }
 
     pub(super) fn paths(&self) -> u32 {

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `V_cut`, which terms were drawn | the strata of the cut ([`stratified`](crate::stats::stratified)) |
 //! | `V_lights`, `V_points`: which VPLs and camera samples there are | the same samples ([`Population`](crate::cut::Population)) |
-//! | `V_paths`, which paths were followed | the pixel's own paths and those of the neighbourhood ([`nearby`](super::nearby)) |
+//! | `V_paths`, which paths were followed | the pixel's own paths and those of the neighbourhood ([`nearby`](super::nearby)); where emission that the camera sees is rare, all camera samples too |
 //!
 //! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no sample may have shown: of a stratum, of a path of the
 //! neighbourhood, or of a VPL. The interval is an estimate: measured, not proven.
@@ -63,7 +63,10 @@ impl Finding {
             let weight = NEIGHBOURHOOD_WEIGHT.min(theirs.count() as f64);
             let pooled = (count * own.variance() + weight * theirs.variance()) / (count + weight).max(1.0);
             // What its own paths have shown is never told smaller for the sake of the neighbours.
-            let of_paths = pooled.max(own.variance()) / count.max(1.0);
+            let emission = estimate.rare_emission().map(|parts| parts[part]).unwrap_or_default();
+            let samples = (emission.count() as f64).max(1.0);
+            // Taken for independent: a camera sample that sees emission alone has no path, so that both together vary less.
+            let of_paths = pooled.max(own.variance()) / count.max(1.0) + emission.variance() / samples;
             let by_draws = estimate.by_draws(part, tolerance);
             let of_cut = spread.reckoned_variance();
             let variances = [of_cut, by_draws.lights, by_draws.points, of_paths];
@@ -74,6 +77,7 @@ impl Finding {
             let freedom = if squares > 0.0 { (variance * variance / squares).max(1.0) } else { 1.0 };
             let errors = student_t_two_sided(1.0 - delta, freedom);
             let largest = own.largest().max(theirs.largest()) / count.max(1.0);
+            let largest = largest.max(emission.largest() / samples);
             let rare = [
                 KAPPA * spread.importance_largest(),
                 KAPPA_OF_PATHS * largest,

@@ -29,6 +29,8 @@ struct Paths {
     /// Of what they found of light that comes by bent ways, and means of how much there is, at the first surface and beyond.
     found: Moments,
     expected: [f64; 2],
+    /// Whether a camera sample met emission.
+    sees_emission: bool,
     rays: u64,
 }
 
@@ -59,6 +61,11 @@ impl Nearby {
         let there: f64 = expected.iter().sum();
         let most_found = found.mean() + 2.0 * found.standard_error();
         (most_found < FOUND * there).then(|| (1.0 - found.mean() / there, expected[1]))
+    }
+
+    /// Whether the camera sees emission here, straight or by way of smooth surfaces.
+    pub(super) fn sees_emission(&self) -> bool {
+        self.uncarried.sees_emission
     }
 
     /// Paths of all there is.
@@ -138,11 +145,13 @@ fn follow(
     let mut uncarried = Uncarried::new(Lit { bent, ..common.lit(estimator, clamp_distance) });
     let mut found = Moments::default();
     let mut expected = [0.0; 2];
+    let mut sees_emission = false;
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
     for path in 0..PATHS {
         let pixel = [0, 1].map(|axis| first[axis] + stream.below(u64::from(sides[axis])) as u32);
         let key = rng::key(key, Purpose::Guidance, path);
         let seen = common.samples(pixel, 1, key);
+        sees_emission |= !seen.background.is_black();
         let mut value = if estimator == Estimator::Paths { seen.background } else { Default::default() };
         let (mut kind, mut of_path) = (0, Bent::default());
         for point in &seen.points {
@@ -158,7 +167,7 @@ fn follow(
             moments[2][number].push(part.of(value));
         }
     }
-    Paths { moments, found, expected, rays: PATHS + uncarried.rays() }
+    Paths { moments, found, expected, sees_emission, rays: PATHS + uncarried.rays() }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::estimate::{Common, Estimate, Estimator, Points};
 use super::interval::{Finding, Looks, Source};
 use super::{CLAMPS, LightTransport};
 use crate::cut::{CellVisibility, CutMemory};
-use crate::gather::Features;
+use crate::gather::{Features, PixelSum};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
 
@@ -31,6 +31,8 @@ const PART: f64 = 0.4;
 const LATE: f64 = 0.25;
 /// Share of the tolerance that light which is not found may have.
 const NEGLIGIBLE: f64 = 0.25;
+/// How many camera samples have to meet emission for as many others to be likely to. Chosen: of those that four are expected to, one choice in fifty meets none.
+const ENOUGH_MEET: usize = 4;
 /// Camera samples that features are told from where there are paths alone.
 const SAMPLES_OF_FEATURES: u32 = 16;
 
@@ -120,12 +122,13 @@ impl<'a> Pixel<'a> {
     /// By sums over VPLs; whether that is all that is to be done.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
         let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
+        let is_emission_rare = self.is_emission_rare(samples);
         let (mut clamp, mut bent) = (0, 0.0);
         for attempt in 0.. {
             // An estimate that is begun anew has nothing in common with the one that was given up.
             let key = rng::key(self.key, Purpose::Replicate, attempt);
             let (method, common) = (self.method, self.common);
-            let points = Points::new(&common, self.at, samples, key);
+            let points = Points::new(&common, self.at, samples, is_emission_rare, key);
             self.features = points.pixel.features;
             let nearby = common.compensates.then(|| method.nearby(&common, self.at, clamp));
             if attempt == 0 {
@@ -165,10 +168,28 @@ impl<'a> Pixel<'a> {
         if !self.common.sees_lamps(self.at) {
             return false;
         }
-        self.rays += u64::from(samples);
-        let key = rng::key(self.key, Purpose::Guidance, samples.into());
-        let seen = self.common.samples(self.at, samples, key);
+        let seen = self.try_samples(samples);
         self.common.lamps_not_met(self.at, &seen) > 0.0
+    }
+
+    /// Whether emission that the camera sees is likely to be missed by so many camera samples: a window that is mirrored by a rim fills a thousandth of the pixel.
+    fn is_emission_rare(&mut self, samples: u32) -> bool {
+        let common = self.common;
+        if !common.compensates || common.sees_lamps(self.at) {
+            return false;
+        }
+        // Where none of the neighbours has met any there is hardly any.
+        if !self.method.nearby(&common, self.at, 0).sees_emission() {
+            return true;
+        }
+        let seen = self.try_samples(samples);
+        seen.samples.iter().filter(|sample| !sample.background.is_black()).count() < ENOUGH_MEET
+    }
+
+    /// So many camera samples, drawn to plan the estimate: it would be biased by what its own met.
+    fn try_samples(&mut self, samples: u32) -> PixelSum {
+        self.rays += u64::from(samples);
+        self.common.samples(self.at, samples, rng::key(self.key, Purpose::Guidance, samples.into()))
     }
 
     /// By paths of all there is.
@@ -234,7 +255,6 @@ impl<'a> Pixel<'a> {
     /// * `nearby`: of paths of the neighbourhood, by part of what is controlled.
     /// * `can_mend`: whether lights and points could do better if the pixel were begun anew.
     fn refine(&mut self, mut estimate: Estimate<'_>, nearby: &[Moments], can_mend: [bool; 2]) -> Ended {
-        let before = (self.finding, self.may_claim);
         let most = self.left() as f64;
         let [mut pairs, mut paths] = FIRST;
         // The first sizes only plan, unless they are the last.
@@ -284,11 +304,6 @@ impl<'a> Pixel<'a> {
             pairs = (pairs * growth[0]).ceil();
             paths = (paths * growth[1]).ceil();
         };
-        // Of estimates that are not good enough, the better one is stated.
-        let error = |finding: Option<Finding>| finding.map_or(f64::INFINITY, |found| found.standard_error());
-        if !self.is_met && error(before.0) < error(self.finding) {
-            (self.finding, self.may_claim) = before;
-        }
         self.given_up += estimate.pairs() + u64::from(estimate.paths());
         self.pairs += if estimate.pairs() > 0 { estimate.pairs() } else { estimate.paths().into() };
         self.rays += estimate.rays();
