@@ -311,6 +311,19 @@ fn light_transport_is_measured_against_a_path_tracer() {
     for (a, b) in folder.json("again/table.json").as_array().unwrap().iter().zip(rows.as_array().unwrap()) {
         assert_eq!(a["within_tolerance"], b["within_tolerance"]);
     }
+    // Other seeds have other lights, and are held against each other.
+    let seeds =
+        folder.run(&format!("{command} --out seeds --methods tashika --seeds 2 --reference reference.exr"));
+    assert!(
+        seeds.succeeds().stdout.contains("pairs of claims of two seeds are disjoint"),
+        "{}",
+        seeds.stdout
+    );
+    assert_eq!(folder.json("seeds/table.json")[0]["seeds"], 2);
+    let film = |name: &str| fs::read(folder.path(&format!("seeds/tashika-0.1{name}.exr"))).unwrap();
+    assert!(film("") != film("-2"));
+    let none = folder.run(&format!("{command} --out none --seeds 0"));
+    assert!(none.code == Some(2) && none.stderr.contains("1 or more"), "{}", none.stderr);
 }
 
 #[test]

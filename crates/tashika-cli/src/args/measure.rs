@@ -352,6 +352,10 @@ pub struct TransportArgs {
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
     pub seed: u64,
 
+    /// Times that each pixel is rendered, each with lights and paths of its own
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "1", help_heading = "Method")]
+    pub seeds: u64,
+
     /// Folder for the tables and the truth; made if it is not there
     #[arg(long, value_name = "DIR", default_value = "transport", help_heading = "Output")]
     pub out: PathBuf,

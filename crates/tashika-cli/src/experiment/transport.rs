@@ -6,7 +6,8 @@ use tashika::experiment::{Column, Pixels, Pool, Row, Subject, Told, converged, u
 use tashika::film::{Film, Window};
 use tashika::integrator::{ControlOptions, GuidedLights, Integrator, LightTransport, Path, Setting, Truth};
 use tashika::io::{read_exr, write_exr};
-use tashika::report::{Tolerance, percent_of_tolerance};
+use tashika::report::{Named, Tolerance, compare, percent_of_share, percent_of_tolerance};
+use tashika::vpl::VplOptions;
 
 use crate::args::TransportMethod;
 use crate::exit::{Failure, Outcome};
@@ -42,60 +43,60 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let stored = plan.reference.as_ref().map(|file| read_exr(file)).transpose()?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), plan.seed)?;
-    meter.phase(&format!("tracing about {}", counted(plan.lights.count, "VPL", "VPLs")));
-    let view = stage.setting(plan.gather, plan.seed).view;
-    let begun = Instant::now();
-    let lights = GuidedLights::trace(&stage.tracer, &plan.lights, Truth::Transport, &view)?;
-    let traced = begun.elapsed().as_secs_f64();
-    let depth = plan.lights.path_depth();
-    let of = plan.methods.len() * plan.options.len();
+    let mut trials: Vec<Trials<'_>> = plan
+        .methods
+        .iter()
+        .flat_map(|method| plan.options.iter().map(|options| Trials::new(*method, options)))
+        .collect();
     let mut findings = Findings {
         title: format!("{}: light transport, by two methods", stage.scene.name()),
-        above: vec![
-            scenery(&stage, &pixels),
-            format!("{}, traced in {traced:.1} s", quantities(lights.count(), &plan.gather)),
-        ],
+        above: vec![scenery(&stage, &pixels)],
         rows: Vec::new(),
-        of,
+        of: trials.len(),
         columns: COLUMNS,
         below: about_intervals(),
         images: Vec::new(),
         reference: None,
     };
+    let (mut vpls, mut tracing) = (0, 0.0);
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
-        let setting = stage.setting(plan.gather, plan.seed);
         let truth = match &stored {
             Some(film) => Some(film.clone()),
             None => truth(plan, &bench, &stage, &pixels)?,
         };
         let Some(truth) = truth else { return Ok(()) };
-        for method in &plan.methods {
-            for options in &plan.options {
-                let integrator: Box<dyn Integrator> = match method {
-                    TransportMethod::Tashika => {
-                        Box::new(LightTransport::new(&stage.tracer, &lights, options))
-                    }
-                    TransportMethod::Path => {
-                        Box::new(Path::new(&stage.tracer, plan.stops_by_itself(options), depth)?)
-                    }
-                };
-                let subject = Subject {
-                    scene: stage.scene.name().to_owned(),
-                    vpls: lights.count(),
-                    gather: plan.gather.points,
-                    pixels: pixels.count(),
-                    group: None,
-                };
-                let found = row(&bench, &setting, integrator.as_ref(), options, &pixels, &truth, subject)?;
-                let Some((film, row)) = found else { return Ok(()) };
-                let name = format!("{}-{}.exr", integrator.name(), options.error);
-                write_exr(&plan.folder.file(&name), &film)?;
-                findings.rows.push(row);
+        for number in 0..plan.seeds {
+            let seed = plan.seed.wrapping_add(number);
+            meter.phase(&format!("tracing about {}", counted(plan.lights.count, "VPL", "VPLs")));
+            let setting = stage.setting(plan.gather, seed);
+            let begun = Instant::now();
+            let lights = VplOptions { seed, ..plan.lights.clone() };
+            let lights = GuidedLights::trace(&stage.tracer, &lights, Truth::Transport, &setting.view)?;
+            tracing += begun.elapsed().as_secs_f64();
+            vpls = lights.count();
+            for trials in &mut trials {
+                if !trials.render(
+                    plan,
+                    &bench,
+                    &Drawn { setting, lights: &lights, number },
+                    &pixels,
+                    &truth,
+                )? {
+                    return Ok(());
+                }
             }
         }
+        findings.rows = trials.iter().map(|trials| trials.row(plan, &stage, vpls)).collect();
+        findings.below.extend(trials.iter().filter_map(Trials::disjoint));
         Ok(())
     })?;
+    findings.above.push(format!(
+        "{}, traced in {:.1} s; {}",
+        quantities(vpls, &plan.gather),
+        tracing / plan.seeds as f64,
+        counted(plan.seeds, "seed", "seeds")
+    ));
     findings.finish(&plan.common, Some(&plan.folder), meter)
 }
 
@@ -120,35 +121,113 @@ fn truth(
     Ok(Some(rendered.film))
 }
 
-/// What one of them makes of the promise, as an image of the pixels and as a row; none if interrupted.
-fn row(
-    bench: &Bench<'_>,
-    setting: &Setting<'_>,
-    integrator: &dyn Integrator,
-    options: &ControlOptions,
-    pixels: &Pixels,
-    truth: &Film,
-    subject: Subject,
-) -> Result<Option<(Film, Row)>, Failure> {
-    let name = integrator.name();
-    bench.meter.phase(&format!("{name}, error {}", percent_of_tolerance(options.error)));
-    let begun = Instant::now();
-    let rendered = pixels.render(setting, integrator, &|p| bench.meter.update(p), bench.cancel)?;
-    let seconds = begun.elapsed().as_secs_f64();
-    if !rendered.complete {
-        return Ok(None);
+/// What belongs to a seed.
+struct Drawn<'a> {
+    setting: Setting<'a>,
+    lights: &'a GuidedLights,
+    /// Of the seed, from 0 on.
+    number: u64,
+}
+
+/// What a method makes of one promise, with several seeds.
+struct Trials<'a> {
+    method: TransportMethod,
+    options: &'a ControlOptions,
+    pool: Pool,
+    films: Vec<Film>,
+    seconds: f64,
+    /// Pairs of claims of two seeds: how many there are, and how many of these are disjoint.
+    pairs: [u64; 2],
+}
+
+impl<'a> Trials<'a> {
+    fn new(method: TransportMethod, options: &'a ControlOptions) -> Self {
+        let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
+        let pool = Pool::new(tolerance);
+        Self { method, options, pool, films: Vec::new(), seconds: 0.0, pairs: [0; 2] }
     }
-    let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
-    let mut pool = Pool::new(tolerance);
-    pool.add(&rendered.film, &converged(truth, &tolerance))?;
-    let told = Told {
-        method: name,
-        tolerance: options.error,
-        error: options.error,
-        confidence: Some(options.confidence),
-        max_pairs: None,
-        seeds: 1,
-    };
-    let subject = Subject { pixels: pool.trials(), ..subject };
-    Ok(Some((rendered.film, Row::new(&subject, told, &pool, seconds))))
+
+    fn name(&self) -> &'static str {
+        match self.method {
+            TransportMethod::Tashika => "tashika",
+            TransportMethod::Path => "path",
+        }
+    }
+
+    /// Renders the pixels with the seed of that number; whether it was not interrupted.
+    fn render(
+        &mut self,
+        plan: &TransportPlan,
+        bench: &Bench<'_>,
+        drawn: &Drawn<'_>,
+        pixels: &Pixels,
+        truth: &Film,
+    ) -> Result<bool, Failure> {
+        let Drawn { setting, lights, number } = *drawn;
+        let options = ControlOptions { seed: self.options.seed.wrapping_add(number), ..*self.options };
+        let depth = plan.lights.path_depth();
+        let integrator: Box<dyn Integrator> = match self.method {
+            TransportMethod::Tashika => Box::new(LightTransport::new(setting.tracer, lights, &options)),
+            TransportMethod::Path => {
+                Box::new(Path::new(setting.tracer, plan.stops_by_itself(&options), depth)?)
+            }
+        };
+        bench.meter.phase(&format!("{}, error {}", self.name(), percent_of_tolerance(options.error)));
+        let begun = Instant::now();
+        let rendered =
+            pixels.render(&setting, integrator.as_ref(), &|p| bench.meter.update(p), bench.cancel)?;
+        self.seconds += begun.elapsed().as_secs_f64();
+        if !rendered.complete {
+            return Ok(false);
+        }
+        let of_seed = if number > 0 { format!("-{}", number + 1) } else { String::new() };
+        let file = plan.folder.file(&format!("{}-{}{of_seed}.exr", self.name(), options.error));
+        write_exr(&file, &rendered.film)?;
+        let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
+        self.pool.add(&rendered.film, &converged(truth, &tolerance))?;
+        for other in &self.films {
+            let [one, other] = [&rendered.film, other].map(|film| Named { name: &file, film });
+            if let Some(intervals) = compare(one, other, &tolerance)?.intervals {
+                self.pairs[0] += intervals.claimed_in_both;
+                self.pairs[1] += intervals.disjoint;
+            }
+        }
+        self.films.push(rendered.film);
+        Ok(true)
+    }
+
+    fn row(&self, plan: &TransportPlan, stage: &Stage, vpls: u64) -> Row {
+        let seeds = plan.seeds;
+        let subject = Subject {
+            scene: stage.scene.name().to_owned(),
+            vpls,
+            gather: plan.gather.points,
+            // Without those whose truth is not known well enough.
+            pixels: self.pool.trials() / seeds,
+            group: None,
+        };
+        let told = Told {
+            method: self.name(),
+            tolerance: self.options.error,
+            error: self.options.error,
+            confidence: Some(self.options.confidence),
+            max_pairs: None,
+            seeds,
+        };
+        Row::new(&subject, told, &self.pool, self.seconds)
+    }
+
+    /// How often two seeds contradict each other, in words; none of one seed.
+    fn disjoint(&self) -> Option<String> {
+        let [pairs, disjoint] = self.pairs;
+        (pairs > 0).then(|| {
+            format!(
+                "{}, error {}: {} of {pairs} pairs of claims of two seeds are disjoint, {}.",
+                self.name(),
+                percent_of_tolerance(self.options.error),
+                disjoint,
+                percent_of_share(disjoint as f64 / pairs as f64)
+            )
+        })
+    }
 }

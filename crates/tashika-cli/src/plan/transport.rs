@@ -32,6 +32,8 @@ pub struct TransportPlan {
     pub pixels: u64,
     /// Seed of everything.
     pub seed: u64,
+    /// Times that each pixel is rendered, at least one; the seeds count up from that.
+    pub seeds: u64,
     /// Where the tables go.
     pub folder: Folder,
     /// What every command has.
@@ -41,6 +43,9 @@ pub struct TransportPlan {
 impl TransportPlan {
     /// Checks what was typed, and that the outputs can be written; makes the folder.
     pub fn new(args: &TransportArgs) -> Result<Self, Failure> {
+        if args.seeds == 0 {
+            return Err(Failure::option("seeds", 0, "1 or more"));
+        }
         let stage = StagePlan::new(&args.stage, None)?;
         let request = Request {
             truth: Some(Truth::Transport),
@@ -71,6 +76,7 @@ impl TransportPlan {
             reference: args.reference.clone(),
             pixels: args.pixels,
             seed: args.seed,
+            seeds: args.seeds,
             folder,
             common,
             stage,
