@@ -17,8 +17,12 @@ use std::ops::Range;
 use super::terms::Term;
 use crate::bounds::{Reflector, Towards, UpperMaterial, upper_geometric};
 use crate::gather::GatherPoint;
+use crate::math::Vec3;
 use crate::rng::Stream;
 use crate::tree::{GatherTree, LightCluster, LightTree};
+
+/// Keeps pairs at the same place comparable without a clamp (m).
+const LEAST_DISTANCE: f64 = 1e-6;
 
 /// The clusters of one pixel's sum.
 #[derive(Debug)]
@@ -79,6 +83,26 @@ impl<B: UpperMaterial> Clusters<'_, B> {
             return 0.0;
         }
         self.weight(pair) * f64::from(pair.upper)
+    }
+
+    /// About the root mean square of a drawn term over its bound, as far as distances make terms differ.
+    ///
+    /// ```text
+    /// √(mean G²) / G_ub = a/b        mean over lights that are spread evenly over a plane, from the nearest distance a of the pair to the farthest b
+    /// ```
+    ///
+    /// since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of `b² − a²`; both are at least the clamp distance.
+    pub fn importance_of_bound(&self, pair: &Pair) -> f64 {
+        let lights = self.lights.bounds(&pair.light);
+        if lights.reaches_infinity() {
+            return 1.0;
+        }
+        let (lights, points) = (lights.aabb, &self.points.nodes()[pair.points as usize].aabb);
+        let between = (lights.lo - points.hi).max(points.lo - lights.hi).max(Vec3::ZERO);
+        let across = (lights.hi - points.lo).max(points.hi - lights.lo);
+        let [nearest, farthest] =
+            [between, across].map(|d| f64::from(d.length().max(self.clamp_distance)).max(LEAST_DISTANCE));
+        nearest / farthest
     }
 
     /// How many terms the pair has.

@@ -284,14 +284,15 @@ impl<'a, B: UpperMaterial, O: Order> InheritedCut<'a, B, O> {
             let seen = (luminance * weight / known.upper).min(n);
             visibility = (EXPECTATION_WEIGHT * expected + seen) / (EXPECTATION_WEIGHT + n);
         }
+        let size = known.upper * known.importance_of_bound;
         Said {
             number: number as u32,
             samples: samples.len() as u32,
             mean: mean.scaled(weight),
             variances,
             upper: known.upper,
-            importance_range: known.upper * visibility.sqrt(),
-            importance_variance: expected * (1.0 - expected) * known.upper * known.upper,
+            importance_range: size * visibility.sqrt(),
+            importance_variance: expected * (1.0 - expected) * size * size,
         }
     }
 

@@ -17,6 +17,8 @@ pub struct Candidate<'a> {
     pub pair: &'a Pair,
     /// `R`: no drawn term has a higher luminance (W·m⁻²·sr⁻¹). Above zero.
     pub upper: f64,
+    /// About the root mean square of a drawn term over `R`, were all of them visible; not proven.
+    pub importance_of_bound: f64,
     /// Whether its terms are [listed](super::ListedTerms), so that visibility alone makes them differ.
     pub is_listed: bool,
 }
@@ -74,6 +76,8 @@ pub struct Split {
 pub struct Known {
     /// `R`, the luminance that no drawn term exceeds (W·m⁻²·sr⁻¹); zero if the pair contributes nothing.
     pub upper: f64,
+    /// About the root mean square of a drawn term over `R`, were all of them visible; not proven.
+    pub importance_of_bound: f64,
     /// Its terms, if they are listed.
     pub listed: Option<Listed>,
     /// Whether it is evaluated as a whole.
@@ -205,9 +209,15 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
             None => (self.clusters.upper(&pair), self.clusters.terms(&pair)),
         };
         let is_finest = terms <= self.order.finest();
-        let mut known = Known { upper, listed, is_finest, expectation: Expectation::default() };
+        let mut known =
+            Known { upper, importance_of_bound: 1.0, listed, is_finest, expectation: Expectation::default() };
         if upper > 0.0 && !is_finest {
-            let candidate = Candidate { pair: &pair, upper, is_listed: listed.is_some() };
+            if listed.is_none() {
+                known.importance_of_bound = self.clusters.importance_of_bound(&pair);
+            }
+            let importance_of_bound = known.importance_of_bound;
+            let candidate =
+                Candidate { pair: &pair, upper, importance_of_bound, is_listed: listed.is_some() };
             known.expectation = self.order.expect(&candidate);
             let waiting = Waiting { rank: known.expectation.rank, pair: self.memory.pairs.len() as u32 };
             self.memory.waiting.push(waiting);

@@ -4,7 +4,7 @@ use super::refinement::{Candidate, Expectation, Order};
 
 /// Visibility below which none is taken: what no pilot segment has seen may still be seen by the pixel.
 const LEAST_VISIBILITY: f64 = 0.001;
-/// `c` of pairs that are known by their bounds: the variance of an unoccluded term in units of `R²`. A quarter is the most that it can be;
+/// `c` of pairs that are known by their bounds: the variance of an unoccluded term in units of `(q R)²`. A quarter is the most that it can be;
 /// larger values trust visibility less.
 const UNOCCLUDED_VARIANCE: f64 = 0.5;
 /// `c` of listed pairs, whose terms differ by visibility alone: keeps those in sight from growing beyond all bounds.
@@ -16,10 +16,12 @@ const FINEST: u64 = 2;
 /// their lights.
 ///
 /// ```text
-/// rank = R √(p (1 − p) + c p)
+/// rank = q R √(p (1 − p) + c p)
 /// ```
 ///
-/// A term is `V u` with `0 ≤ u ≤ R`: `p (1 − p) R²` is its variance if `u = R` throughout, `c p R²` stands for that of `u`.
+/// A term is `V u` with `0 ≤ u ≤ R`, and `q R` is about the root mean square of `u` ([`Clusters::importance_of_bound`](super::Clusters::importance_of_bound)): `p (1 − p) (q R)²` is its variance if
+/// `u = q R` throughout, `c p (q R)²` stands for that of `u`. Where lights are around a point, `q` is small: hardly any is as near as the bound has all of them, and without
+/// `q` the larger a set is, the more of the cut would be spent on bounds that no light comes up to.
 #[derive(Clone, Copy, Debug)]
 pub struct ByVisibility<'a> {
     /// By [number](crate::tree::LightCluster::number) of the cluster of lights: a place in `visibility`.
@@ -33,7 +35,8 @@ impl Order for ByVisibility<'_> {
         let place = self.place_of[candidate.pair.light.number()];
         let p = f64::from(self.visibility[place as usize]).max(LEAST_VISIBILITY);
         let c = if candidate.is_listed { LISTED_VARIANCE } else { UNOCCLUDED_VARIANCE };
-        Expectation { rank: candidate.upper * (p * (1.0 - p) + c * p).sqrt(), importance_visibility: p }
+        let size = candidate.upper * candidate.importance_of_bound;
+        Expectation { rank: size * (p * (1.0 - p) + c * p).sqrt(), importance_visibility: p }
     }
 
     fn finest(&self) -> u64 {

@@ -1,5 +1,6 @@
 //! Pairs, their bounds and their order, on lights and points at random.
 
+mod distances;
 mod listed;
 mod pilot;
 mod population;

@@ -34,7 +34,9 @@ fn visibilities(pilot: &Pilot<'_>, visibility: &PilotVisibility, cell: [u32; 2])
     let mut order = about.order();
     let expect = |light: LightCluster| {
         let pair = Pair { light, points: 0, upper: 1.0 };
-        order.expect(&Candidate { pair: &pair, upper: 1.0, is_listed: true }).importance_visibility
+        order
+            .expect(&Candidate { pair: &pair, upper: 1.0, importance_of_bound: 1.0, is_listed: true })
+            .importance_visibility
     };
     pilot.lights.depth_first().map(expect).collect()
 }

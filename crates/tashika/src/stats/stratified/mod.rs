@@ -44,8 +44,8 @@
 //! The first term is Student's, with the degrees of freedom of Satterthwaite 1946 corrected for estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for
 //! normal samples). The second is what Bernstein's inequality has for a single rare and large value, with a smaller factor, [`KAPPA`]: samples
 //! that are all alike, all in shadow say, are no certainty. `R'` is what a stratum is expected to reach (`importance_range`), at most `R`:
-//! `R √p` if about the share `p` of it is visible, since the square of a term is `p R²` then. It is about the largest stratum; where hundreds are in
-//! shadow and each may have some light, their sum counts: `σ'² = p (1 − p) R²` is the variance that a stratum is expected to have
+//! `q R √p` if about the share `p` of it is visible and the root mean square of what is visible is about `q R`, since the mean square of a term is `p (q R)²` then. It is about the largest stratum; where hundreds are in
+//! shadow and each may have some light, their sum counts: `σ'² = p (1 − p) (q R)²` is the variance that a stratum is expected to have
 //! (`importance_variance`), of which the share [`GAMMA`] is granted even where no sample shows any.
 //! The interval is an estimate: measured, not proven.
 
