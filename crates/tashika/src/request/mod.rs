@@ -35,7 +35,7 @@ use crate::vpl::{Clamp, VplOptions};
 /// Relative error of light transport that a picture is to have if nobody says.
 const PICTURE_ERROR: f64 = 0.05;
 /// Pairs and paths of all pixels, at most, where nobody asks for an error: a picture in minutes, of which each pixel says what it is worth.
-const PICTURE_WORK: u64 = 1 << 26;
+const PICTURE_WORK: u64 = 50_000_000;
 /// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an error.
 const PIXEL_WORK: [u64; 2] = [128, 4096];
 /// Paths a pixel.
@@ -325,7 +325,7 @@ impl Integration {
     }
 
     /// The same for an image of that size (pixels). A picture for which nobody asked for an error has so much work in all that it takes
-    /// minutes, whatever its size: 2²⁶ pairs and paths, 128 to 4096 a pixel.
+    /// minutes, whatever its size: 50 million pairs and paths, 128 to 4096 a pixel.
     #[must_use]
     pub fn sized(&self, size: [u32; 2]) -> Self {
         let mut sized = self.clone();

@@ -95,7 +95,7 @@ fn a_picture_without_an_error_has_its_work_by_its_size() {
         other => panic!("{other:?}"),
     };
     let bare = Request::default();
-    assert_eq!(work(&bare, [320, 180]), Some((1 << 26) / (320 * 180)));
+    assert_eq!(work(&bare, [320, 180]), Some(50_000_000 / (320 * 180)));
     assert_eq!([[8, 6], [7680, 4320]].map(|size| work(&bare, size)), [Some(4096), Some(128)]);
     assert_eq!(work(&Request { max_pairs: Some(9), ..bare.clone() }, [320, 180]), Some(9));
     assert_eq!(work(&Request { error: Some(0.1), ..bare }, [320, 180]), None, "as much as it takes");
