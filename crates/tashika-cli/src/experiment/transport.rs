@@ -58,7 +58,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         images: Vec::new(),
         reference: None,
     };
-    let (mut vpls, mut tracing) = (0, 0.0);
+    let (mut vpls, mut tracing, mut traced) = (0, 0.0, 0);
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
         let truth = match &stored {
@@ -74,6 +74,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
             let lights = VplOptions { seed, ..plan.lights.clone() };
             let lights = GuidedLights::trace(&stage.tracer, &lights, Truth::Transport, &setting.view)?;
             tracing += begun.elapsed().as_secs_f64();
+            traced += 1;
             vpls = lights.count();
             for trials in &mut trials {
                 if !trials.render(
@@ -87,17 +88,25 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
                 }
             }
         }
-        findings.rows = trials.iter().map(|trials| trials.row(plan, &stage, vpls)).collect();
-        findings.below.extend(trials.iter().filter_map(Trials::disjoint));
         Ok(())
     })?;
-    findings.above.push(format!(
-        "{}, traced in {:.1} s; {}",
-        quantities(vpls, &plan.gather),
-        tracing / plan.seeds as f64,
-        counted(plan.seeds, "seed", "seeds")
-    ));
-    findings.finish(&plan.common, Some(&plan.folder), meter)
+    // What was rendered before an interruption is told.
+    let begun = trials.iter().filter(|trials| !trials.films.is_empty());
+    findings.rows = begun.map(|trials| trials.row(plan, &stage, vpls)).collect();
+    findings.below.extend(trials.iter().filter_map(Trials::disjoint));
+    if traced > 0 {
+        let lights = quantities(vpls, &plan.gather);
+        let (tracing, seeds) = (tracing / f64::from(traced), counted(plan.seeds, "seed", "seeds"));
+        findings.above.push(format!("{lights}, traced in {tracing:.1} s; {seeds}"));
+    }
+    let fewest = trials.iter().map(|trials| trials.films.len() as u64).min().unwrap_or(0);
+    if fewest < plan.seeds {
+        findings
+            .below
+            .push(format!("Interrupted: {fewest} of {} are whole.", counted(plan.seeds, "seed", "seeds")));
+    }
+    let outcome = findings.finish(&plan.common, Some(&plan.folder), meter)?;
+    Ok(if fewest < plan.seeds { Outcome::Interrupted } else { outcome })
 }
 
 /// The truth of the pixels; none if interrupted.
@@ -133,6 +142,7 @@ struct Drawn<'a> {
 struct Trials<'a> {
     method: TransportMethod,
     options: &'a ControlOptions,
+    tolerance: Tolerance,
     pool: Pool,
     films: Vec<Film>,
     seconds: f64,
@@ -144,7 +154,7 @@ impl<'a> Trials<'a> {
     fn new(method: TransportMethod, options: &'a ControlOptions) -> Self {
         let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
         let pool = Pool::new(tolerance);
-        Self { method, options, pool, films: Vec::new(), seconds: 0.0, pairs: [0; 2] }
+        Self { method, options, tolerance, pool, films: Vec::new(), seconds: 0.0, pairs: [0; 2] }
     }
 
     fn name(&self) -> &'static str {
@@ -183,11 +193,10 @@ impl<'a> Trials<'a> {
         let of_seed = if number > 0 { format!("-{}", number + 1) } else { String::new() };
         let file = plan.folder.file(&format!("{}-{}{of_seed}.exr", self.name(), options.error));
         write_exr(&file, &rendered.film)?;
-        let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
-        self.pool.add(&rendered.film, &converged(truth, &tolerance))?;
+        self.pool.add(&rendered.film, &converged(truth, &self.tolerance))?;
         for other in &self.films {
             let [one, other] = [&rendered.film, other].map(|film| Named { name: &file, film });
-            if let Some(intervals) = compare(one, other, &tolerance)?.intervals {
+            if let Some(intervals) = compare(one, other, &self.tolerance)?.intervals {
                 self.pairs[0] += intervals.claimed_in_both;
                 self.pairs[1] += intervals.disjoint;
             }
@@ -197,7 +206,7 @@ impl<'a> Trials<'a> {
     }
 
     fn row(&self, plan: &TransportPlan, stage: &Stage, vpls: u64) -> Row {
-        let seeds = plan.seeds;
+        let seeds = self.films.len() as u64;
         let subject = Subject {
             scene: stage.scene.name().to_owned(),
             vpls,

@@ -31,7 +31,7 @@ const PART: f64 = 0.4;
 const LATE: f64 = 0.25;
 /// Share of the tolerance that light which is not found may have.
 const NEGLIGIBLE: f64 = 0.25;
-/// How many camera samples have to meet emission for as many others to be likely to. Chosen: of those that four are expected to, one choice in fifty meets none.
+/// How many of the trial samples have to meet emission for those of an estimate to tell it. Chosen: where four are expected to meet it, one choice in fifty meets none.
 const ENOUGH_MEET: usize = 4;
 /// Camera samples that features are told from where there are paths alone.
 const SAMPLES_OF_FEATURES: u32 = 16;
