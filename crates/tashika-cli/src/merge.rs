@@ -8,6 +8,7 @@ use tashika::integrator::{ErrorClaim, StopReason};
 use tashika::io::{read_exr, write_exr, write_file, write_png};
 use tashika::render::{Merged, Merger};
 use tashika::report::{RenderFacts, about_light_not_found, count, render_page};
+use tashika::request::Integration;
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::MergePlan;
@@ -58,11 +59,8 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     if !plan.common.quiet {
         rows(&report, &merged).print()?;
     }
-    Ok(if report.budget_hit + report.not_found > 0 && !plan.accept_budget {
-        Outcome::BudgetHit
-    } else {
-        Outcome::Done
-    })
+    let accepts = plan.accept_budget || Integration::was_picture(merged.film.metadata());
+    Ok(if report.budget_hit + report.not_found > 0 && !accepts { Outcome::BudgetHit } else { Outcome::Done })
 }
 
 /// The parts, read and joined one after the other.

@@ -9,7 +9,7 @@ use tashika::film::Film;
 use tashika::integrator::{
     ControlOptions, Exact, GuidedLights, Integrator, LightTransport, LitBy, Path, PathStop, Setting,
 };
-use tashika::io::{write_exr, write_file, write_png};
+use tashika::io::{save_vpls, write_exr, write_file, write_png};
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
 use tashika::report::{ErrorBudget, RenderFacts, Tolerance, error_budget, render_page};
 use tashika::request::Integration;
@@ -28,6 +28,7 @@ use crate::serve::LivePage;
 use crate::stage::{Stage, light_tree, stored_lights, timed};
 use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, typed_command, write_json};
 use crate::tev::Viewer;
+use crate::vpl;
 
 /// Renders and writes the files.
 pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
@@ -44,13 +45,20 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let mut seconds = Seconds::default();
     let stored = stored_lights(plan.lights.as_ref(), meter, &mut seconds)?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
+    if let Some(path) = &plan.write_vpls {
+        let set = traced_set(plan, &stage, meter, &mut seconds)?;
+        meter.finish();
+        save_vpls(path, &set)?;
+        return vpl::tell(&plan.common, &set, seconds.vpls, Some(path));
+    }
     let lit = Lit::new(plan, &stage, stored, meter, &mut seconds)?;
     let integrator = integrator(&plan.integration.sized(stage.size), &lit, &stage.tracer)?;
 
     let window = stage.window;
     let setting = stage.setting(plan.gather, plan.seed);
     let options = RenderOptions { window, share: plan.share.clone() };
-    let film = blank(&setting, integrator.as_ref(), &options)?;
+    let mut film = blank(&setting, integrator.as_ref(), &options)?;
+    plan.integration.describe(film.metadata_mut());
     let (kept, begun) = Kept::open(plan.checkpoint.as_deref(), film, meter)?;
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
@@ -153,6 +161,25 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         (true, _) if plan.accept_budget => Outcome::Done,
         (true, _) => Outcome::BudgetHit,
     })
+}
+
+/// The lights that are traced for a render.
+fn traced_set(
+    plan: &RenderPlan,
+    stage: &Stage,
+    meter: &Meter,
+    seconds: &mut Seconds,
+) -> Result<VplSet, Failure> {
+    match (&plan.integration, &plan.lights) {
+        (Integration::Transport { lights: Some(lights), truth, .. }, _) => {
+            meter.phase(&format!("tracing about {}", counted(lights.count, "VPL", "VPLs")));
+            let view = stage.setting(plan.gather, plan.seed).view;
+            let trace = || GuidedLights::trace_set(&stage.tracer, lights, *truth, &view);
+            Ok(timed(&mut seconds.vpls, trace)?)
+        }
+        (_, Some(Lights::Trace(options))) => stage.trace(options, meter, seconds),
+        _ => unreachable!("the plan refuses what has no lights to trace"),
+    }
 }
 
 /// The lights of a render.

@@ -1,6 +1,6 @@
 //! `tashika vpl`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use tashika::io::{load_vpls, save_vpls};
 use tashika::vpl::{Provenance, VplKind, VplSet};
 
 use crate::exit::{Failure, Outcome};
-use crate::plan::{VplPlan, VplTask};
+use crate::plan::{Common, VplPlan, VplTask};
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, counted, write_json};
 
@@ -59,17 +59,22 @@ fn work(plan: &VplPlan, meter: &Meter) -> Result<Outcome, Failure> {
     if let VplTask::Trace { output: Some(path), .. } = &plan.task {
         save_vpls(path, &set)?;
     }
+    tell(&plan.common, &set, seconds, file.as_deref())
+}
+
+/// Tells about a set that took so many seconds to trace or to read.
+pub fn tell(common: &Common, set: &VplSet, seconds: f64, file: Option<&Path>) -> Result<Outcome, Failure> {
     let report = Report {
         count: set.len() as u64,
-        kinds: kinds(&set),
+        kinds: kinds(set),
         provenance: set.provenance(),
         seconds,
-        file: file.clone(),
+        file: file.map(Path::to_owned),
     };
-    if let Some(path) = &plan.common.json {
+    if let Some(path) = &common.json {
         write_json(path, &report)?;
     }
-    if !plan.common.quiet {
+    if !common.quiet {
         rows(&report).print()?;
     }
     Ok(Outcome::Done)

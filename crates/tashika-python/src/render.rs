@@ -139,7 +139,9 @@ fn rendered(
     let tracer = scene.tracer();
     let run = |integrator: &dyn Integrator| {
         let setting = Setting { tracer, view };
-        let begun = kept.begin(blank(&setting, integrator, options)?)?;
+        let mut film = blank(&setting, integrator, options)?;
+        integration.describe(film.metadata_mut());
+        let begun = kept.begin(film)?;
         let told = |done: &Finished<'_>| {
             kept.add(done);
             watch.tell(&done.progress);

@@ -169,6 +169,12 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 
+    /// Trace the virtual point lights of this render, write them to a file, and end; with --vpl-file and the same
+    /// --truth, others render with them to the same bits
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpl_file", "tiles", "audit", "checkpoint", "serve", "tev"],
+        help_heading = "Light")]
+    pub write_vpls: Option<PathBuf>,
+
     /// How pixels are computed
     #[arg(long, value_enum, default_value_t = Method::Tashika, help_heading = "Method")]
     pub method: Method,
@@ -290,7 +296,7 @@ pub struct SourceArgs {
     #[command(flatten)]
     pub lights: LightArgs,
 
-    /// Virtual point lights from a file that `tashika vpl` wrote, instead of tracing them
+    /// Virtual point lights from a file that `tashika vpl` or --write-vpls wrote, instead of tracing them
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
     pub vpl_file: Option<PathBuf>,
 }

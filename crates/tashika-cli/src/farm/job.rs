@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use tashika::request::Integration;
 use tashika::scene::builtin;
 
 use crate::exit::Failure;
@@ -53,14 +54,20 @@ impl Job {
             words = without(&words, &["--vpl-file"]);
             words.extend(["--vpl-file".to_owned(), path_text(&absolute(file)?)?]);
         }
-        let traced = matches!(&plan.render.lights, Some(Lights::Trace(_)));
+        let (mut truth, mut traced) = (None, matches!(&plan.render.lights, Some(Lights::Trace(_))));
+        if let Integration::Transport { lights: Some(_), truth: about, .. } = &plan.render.integration {
+            // Lights that are given are else taken for a sum's.
+            (truth, traced) = (Some(about), true);
+        }
         let lights = traced.then(|| {
-            let mut line = vec![program.clone(), "vpl".to_owned()];
-            line.extend(scene.clone());
-            line.extend(only(&typed, &["--vpls", "--clamp", "--seed", "--allow-outside", "--threads"]));
-            line.extend(["-o".to_owned(), lights_file.clone(), "--quiet".to_owned()]);
-            words = without(&words, &["--vpls", "--clamp"]);
+            let mut line = vec![program.clone()];
+            line.extend(without(&words, &QUIET));
+            line.extend(["--write-vpls", &lights_file, "--quiet"].map(str::to_owned));
+            words = without(&words, &["--vpls", "--clamp", "--truth"]);
             words.extend(["--vpl-file".to_owned(), lights_file.clone()]);
+            if let Some(truth) = truth {
+                words.extend(["--truth".to_owned(), truth.to_string()]);
+            }
             line
         });
         let mut render = vec![program.clone()];
@@ -105,7 +112,9 @@ fn path_text(path: &Path) -> Result<String, Failure> {
 }
 
 /// Options without a value.
-const FLAGS: [&str; 3] = ["--checkpoint", "--allow-outside", "--accept-budget"];
+const FLAGS: [&str; 5] = ["--checkpoint", "--allow-outside", "--accept-budget", QUIET[0], QUIET[1]];
+/// The option not to tell anything.
+const QUIET: [&str; 2] = ["--quiet", "-q"];
 
 /// Splits words into those of the named options, with their values, and all others.
 fn split(words: &[String], names: &[&str]) -> [Vec<String>; 2] {
@@ -126,11 +135,6 @@ fn split(words: &[String], names: &[&str]) -> [Vec<String>; 2] {
     parts
 }
 
-fn only(words: &[String], names: &[&str]) -> Vec<String> {
-    let [only, _] = split(words, names);
-    only
-}
-
 fn without(words: &[String], names: &[&str]) -> Vec<String> {
     let [_, without] = split(words, names);
     without
@@ -147,10 +151,8 @@ mod tests {
                 .split(' ')
                 .map(str::to_owned)
                 .collect();
-        assert_eq!(
-            only(&words, &["--vpls", "--seed", "--allow-outside"]).join(" "),
-            "--vpls 5k --seed=3 --allow-outside"
-        );
+        let [named, _] = split(&words, &["--vpls", "--seed", "--allow-outside"]);
+        assert_eq!(named.join(" "), "--vpls 5k --seed=3 --allow-outside");
         let rest = without(&words, &["-o", "--output", "--checkpoint"]);
         assert_eq!(rest.join(" "), "render a.pbrt --vpls 5k --seed=3 --allow-outside --error 2%");
     }

@@ -25,6 +25,8 @@ pub struct RenderPlan {
     pub integration: Integration,
     /// The one set of lights, if the method sums over one, or if it is given.
     pub lights: Option<Lights>,
+    /// Where the lights are written, if they are all that is made.
+    pub write_vpls: Option<PathBuf>,
     /// Seed of the camera samples.
     pub seed: u64,
     /// Image to write.
@@ -66,6 +68,9 @@ impl RenderPlan {
             }
             Integration::Transport { .. } | Integration::Path(_) => None,
         };
+        if args.write_vpls.is_some() && matches!(integration, Integration::Path(_)) {
+            return Err(Failure::usage("--write-vpls: --method path has no virtual point lights"));
+        }
         let audit = args.audit.filter(|_| can_be_audited(&integration));
         if audit.is_none() && args.audit.is_some() {
             unused.push("--audit".to_owned());
@@ -83,14 +88,17 @@ impl RenderPlan {
             path.push(".checkpoint");
             PathBuf::from(path)
         });
-        let outputs: Vec<&Path> =
-            [&exr, &png, &html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect();
+        let outputs: Vec<&Path> = match &args.write_vpls {
+            Some(path) => vec![path],
+            None => [&exr, &png, &html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect(),
+        };
         let common = Common::new(&args.common, &outputs, &inputs)?;
         Ok(Self {
             stage,
             share: args.tiles.clone().unwrap_or_default(),
             gather,
             lights,
+            write_vpls: args.write_vpls.clone(),
             seed: args.seed,
             exr,
             png,

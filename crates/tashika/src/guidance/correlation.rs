@@ -14,7 +14,7 @@ use crate::accel::{Glass, SegmentBatch};
 use crate::gather::{GatherPoint, View};
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
-use crate::vpl::{LightTracer, Vpl};
+use crate::vpl::{LightTracer, Provenance, Vpl};
 
 /// VPLs of the set that tells.
 const VPLS: u64 = 8192;
@@ -25,12 +25,18 @@ const MOST: f64 = 0.75;
 
 /// About `K` of the upper quarter of what the view sees; at least 1.
 ///
-/// * `farther`: how many times as far as such a set says VPLs are clamped.
-pub fn importance_correlation(tracing: &LightTracer<'_>, view: &View<'_>, farther: f32, seed: u64) -> f64 {
+/// * `set`: the set it is told of. Distances between VPLs on surfaces fall with the square root of their number, so the few that tell are clamped
+///   as much farther away.
+pub fn importance_correlation(
+    tracing: &LightTracer<'_>,
+    view: &View<'_>,
+    set: &Provenance,
+    seed: u64,
+) -> f64 {
     let groups = tracing.drawn_together(VPLS, seed);
-    let lights: Vec<Vpl> = groups.iter().flatten().copied().collect();
-    let clamp_distance = tracing.clamp().distance(&lights, seed);
-    let transport = Transport::new(farther * clamp_distance).with_glass(Glass::SolidStops);
+    let lights = groups.iter().map(Vec::len).sum::<usize>().max(1);
+    let farther = ((set.direct + set.indirect) as f64 / lights as f64).sqrt() as f32;
+    let transport = Transport::new(farther * set.clamp_distance).with_glass(Glass::SolidStops);
     let of_point = |number: u64| {
         let key = rng::key(seed, Purpose::Guidance, number);
         let mut stream = Stream::new(key, Purpose::Guidance, 0);

@@ -28,6 +28,7 @@ pub use framing::Framing;
 
 use crate::color::Controlled;
 use crate::error::{Error, Result};
+use crate::film::Metadata;
 use crate::gather::{Filter, GatherOptions};
 use crate::integrator::{Claim, ControlOptions, Method, PathStop, Truth};
 use crate::vpl::{Clamp, VplOptions};
@@ -38,6 +39,8 @@ const PICTURE_ERROR: f64 = 0.05;
 const PICTURE_WORK: u64 = 50_000_000;
 /// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an error.
 const PIXEL_WORK: [u64; 2] = [128, 4096];
+/// Name among the metadata of a film, which is true where nobody asked for an error.
+const PICTURE: &str = "picture";
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
@@ -322,6 +325,18 @@ impl Integration {
     /// Whether pixels may run out of budget without anybody's being disappointed.
     pub fn is_picture(&self) -> bool {
         matches!(self, Self::Transport { is_picture: true, .. })
+    }
+
+    /// Whether the metadata are those of a film that was rendered so.
+    pub fn was_picture(metadata: &Metadata) -> bool {
+        metadata.bool(PICTURE) == Some(true)
+    }
+
+    /// Writes what a film says of the request beyond what its integrator does.
+    pub fn describe(&self, metadata: &mut Metadata) {
+        if self.is_picture() {
+            metadata.set(PICTURE, true);
+        }
     }
 
     /// The same for an image of that size (pixels). A picture for which nobody asked for an error has so much work in all that it takes

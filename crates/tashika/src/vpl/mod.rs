@@ -74,6 +74,13 @@ impl VplSet {
         &self.provenance
     }
 
+    /// The same lights, clamped so many times as far away as their provenance says.
+    #[must_use]
+    pub fn clamped(mut self, times_as_far: f32) -> Self {
+        self.provenance.clamp_distance *= times_as_far;
+        self
+    }
+
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.lights.len()

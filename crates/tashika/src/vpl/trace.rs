@@ -166,11 +166,6 @@ impl<'s> LightTracer<'s> {
         Self { options: VplOptions { clamp, ..self.options }, ..self }
     }
 
-    /// How its VPLs are to be clamped.
-    pub fn clamp(&self) -> Clamp {
-        self.options.clamp
-    }
-
     /// What it traces rays with.
     pub fn tracer(&self) -> &'s Tracer {
         self.tracer

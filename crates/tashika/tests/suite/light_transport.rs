@@ -318,6 +318,28 @@ fn lights_that_are_given_do_too() {
     assert!(refused.to_string().contains("a set with direct VPLs"), "{refused}");
 }
 
+/// A set that is guided to a view is kept by one and rendered with by others.
+#[test]
+fn a_guided_set_that_is_given_back_gives_the_same_bits() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    place(&mut b, cuboid(Vec3::splat(-0.5), Vec3::splat(0.4), false), Material::new("block", plastic(0.1)));
+    let tracer = tracer(b);
+    let view = view(tracer.scene(), SIZE, 16, 3);
+    let lights = |clamp| VplOptions { count: 20_000, clamp, seed: 5, ..VplOptions::default() };
+    let rendered = |lights: &GuidedLights| {
+        let options = ControlOptions { error: 0.1, max_pairs: Some(400), ..ControlOptions::default() };
+        film(&tracer, &LightTransport::new(&tracer, lights, &options), SIZE, 16, 3)
+    };
+    for clamp in [Clamp::Auto, Clamp::Distance(0.05)] {
+        let traced = GuidedLights::trace(&tracer, &lights(clamp), Truth::Transport, &view).unwrap();
+        let set = GuidedLights::trace_set(&tracer, &lights(clamp), Truth::Transport, &view).unwrap();
+        let given = GuidedLights::given(&tracer, &set, Truth::Transport, &view).unwrap();
+        assert_eq!(given.provenance(), traced.provenance());
+        assert!(rendered(&given) == rendered(&traced), "{clamp:?}");
+    }
+}
+
 /// A dark surface scatters less, and tolerates as much less: were its paths ended for being dark, those left would be few and bright.
 #[test]
 fn paths_from_dark_surfaces_go_as_far() {

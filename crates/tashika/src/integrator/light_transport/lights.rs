@@ -40,47 +40,76 @@ fn farther(truth: Truth, clamp: Clamp) -> f32 {
     if (truth, clamp) == (Truth::Transport, Clamp::Auto) { COMPENSATED } else { 1.0 }
 }
 
+/// What emission matters to the view, and the options that tell how it is drawn.
+fn learn<'t>(
+    tracer: &'t Tracer,
+    options: &VplOptions,
+    view: &View<'_>,
+) -> Result<(VplOptions, Guided<'t>)> {
+    let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
+    let tracing = LightTracer::new(tracer, &options)?;
+    let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
+    Ok((options, guided))
+}
+
+/// A set that is guided to the view, with the clamp that belongs to the truth.
+fn traced<'t>(
+    tracer: &'t Tracer,
+    options: &VplOptions,
+    truth: Truth,
+    view: &View<'_>,
+) -> Result<(VplSet, VplOptions, Guided<'t>)> {
+    // Both kinds of light are taken for carried by VPLs.
+    if !(options.direct_share > 0.0 && options.direct_share < 1.0) {
+        return Err(Error::option("direct share", options.direct_share, "above 0 and below 1"));
+    }
+    let (options, guided) = learn(tracer, options, view)?;
+    let set = guided.tracing.trace(options.seed).clamped(farther(truth, options.clamp));
+    Ok((set, options, guided))
+}
+
 impl GuidedLights {
     /// Traces about `options.count` VPLs for this truth, guided to what this view sees ([`learn_light_guide`]). Runs on the current thread pool.
     ///
     /// # Errors
     /// Options out of range; no direct VPLs or no others; the truth of a single set.
     pub fn trace(tracer: &Tracer, options: &VplOptions, truth: Truth, view: &View<'_>) -> Result<Self> {
-        // Both kinds of light are taken for carried by VPLs.
-        if !(options.direct_share > 0.0 && options.direct_share < 1.0) {
-            return Err(Error::option("direct share", options.direct_share, "above 0 and below 1"));
-        }
-        let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
-        let tracing = LightTracer::new(tracer, &options)?;
-        let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
-        let set = guided.tracing.trace(options.seed);
-        let mut provenance = set.provenance().clone();
-        provenance.clamp_distance *= farther(truth, options.clamp);
-        Self::new(&set, provenance, options, truth, view, &guided)
+        let (set, options, guided) = traced(tracer, options, truth, view)?;
+        Self::new(&set, options, truth, view, &guided)
+    }
+
+    /// The set alone that [`trace`](Self::trace) traces: kept in a file, it spares those who share a picture the tracing. [`given`](Self::given) makes of it
+    /// the same lights, bit for bit, if the options were the defaults but for count, clamp and seed.
+    ///
+    /// # Errors
+    /// As [`trace`](Self::trace).
+    pub fn trace_set(tracer: &Tracer, options: &VplOptions, truth: Truth, view: &View<'_>) -> Result<VplSet> {
+        Ok(traced(tracer, options, truth, view)?.0)
     }
 
     /// The same of a set that was traced before, with its own clamp; guided to nothing, unless whoever traced it did. Runs on the current thread pool.
     ///
-    /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets that an unbiased tracing of this scene gave, as [`VplSet::trace`] does.
+    /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets that an unbiased tracing of this scene gave, as [`VplSet::trace`] and
+    /// [`trace_set`](Self::trace_set) do.
     ///
     /// # Errors
     /// A set without direct VPLs, though the scene has emitters; the truth of a single set.
     pub fn given(tracer: &Tracer, set: &VplSet, truth: Truth, view: &View<'_>) -> Result<Self> {
-        let provenance = set.provenance().clone();
+        let provenance = set.provenance();
         if provenance.direct == 0 && !EmitterSampler::new(tracer.scene()).is_empty() {
             let expected = format!("a set with direct VPLs where the truth is {truth}");
             return Err(Error::option("lights", "indirect VPLs alone", expected));
         }
-        let options =
-            VplOptions { emission: Emission::ByUse, seed: provenance.seed, ..VplOptions::default() };
-        let tracing = LightTracer::new(tracer, &options)?;
-        let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
-        Self::new(set, provenance, options, truth, view, &guided)
+        let mut options = VplOptions { seed: provenance.seed, ..VplOptions::default() };
+        if provenance.requested > 0 {
+            options.count = provenance.requested;
+        }
+        let (options, guided) = learn(tracer, &options, view)?;
+        Self::new(set, options, truth, view, &guided)
     }
 
     fn new(
         set: &VplSet,
-        provenance: Provenance,
         options: VplOptions,
         truth: Truth,
         view: &View<'_>,
@@ -94,8 +123,8 @@ impl GuidedLights {
         let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
         let tree = LightTree::build(set, LightTreeBuilder::default());
         let key = |number: u64| rng::key(options.seed, Purpose::Guidance, number);
-        let farther = farther(truth, options.clamp);
-        let importance_correlation = importance_correlation(&guided.tracing, view, farther, key(2));
+        let provenance = set.provenance().clone();
+        let importance_correlation = importance_correlation(&guided.tracing, view, &provenance, key(2));
         let lit = Lit {
             tracer,
             emitters: &EmitterSampler::by_use(tracer, &options),
