@@ -1,4 +1,4 @@
-//! Sums of the first `i` weights, from which an item of any range is drawn by a guess and a short search.
+//! Sums of the first `i` weights, from which an item of any range is drawn by a guess and a short search among landmarks, then among what is next to one.
 //!
 //! ```text
 //! S_i = Σ_{k<i} w_k        weight of [a, b) = S_b − S_a        draw: the i in [a, b) with S_i − S_a ≤ u (S_b − S_a) < S_{i+1} − S_a
@@ -11,12 +11,18 @@
 //! # Guarantee
 //! An item of zero weight is never drawn from a range that holds another. Held to this by `tree::tests::drawing`.
 
-/// Items in a line of the cache: the first step from a guess.
-const NEXT_TO: usize = 4;
+/// Items from one landmark to the next.
+const STRIDE: usize = 16;
+/// Items among which landmarks are not worth a look.
+const FEW: usize = 4 * STRIDE;
 
 /// Sums of weights that are finite and not negative; one entry more than there are weights.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct PrefixSums(Vec<[f64; 2]>);
+pub(super) struct PrefixSums {
+    sums: Vec<[f64; 2]>,
+    /// Every [`STRIDE`]th sum, rounded: of a million items they stay in the cache, where the sums themselves do not.
+    landmarks: Vec<f64>,
+}
 
 impl PrefixSums {
     /// The sums of `weights`.
@@ -28,61 +34,75 @@ impl PrefixSums {
             sum = add(sum, f64::from(weight));
             sums.push(sum);
         }
-        Self(sums)
+        let landmarks = sums.iter().step_by(STRIDE).map(|sum| sum[0]).collect();
+        Self { sums, landmarks }
     }
 
     /// How many weights there are.
     pub(super) fn len(&self) -> usize {
-        self.0.len() - 1
+        self.sums.len() - 1
     }
 
     /// Weight of `count` items from `first`.
     pub(super) fn weight(&self, first: u32, count: u32) -> f64 {
-        difference(self.0[first as usize + count as usize], self.0[first as usize])
+        difference(self.sums[first as usize + count as usize], self.sums[first as usize])
     }
 
     /// The item among `count` from `first` that `u` in `[0, 1)` falls into.
     pub(super) fn draw(&self, first: u32, count: u32, u: f64) -> u32 {
-        let begin = first as usize;
-        let total = self.weight(first, count);
+        let (begin, count) = (first as usize, count as usize);
+        let (base, end) = (self.sums[begin], self.sums[begin + count]);
+        let total = difference(end, base);
         // Rounding can make u·total as large as total, which is beyond the last item.
         let x = (u * total).min(total.next_down());
-        first + self.last_before(begin, count as usize, x, total) as u32
-    }
-
-    /// The last of `count` items from `begin` that begins at or before `x`, which is not negative and less than their weight.
-    ///
-    /// Weights are seldom very different, so that where it is can be guessed; each place that is looked at is likely to be a line of memory that is not
-    /// in the cache.
-    fn last_before(&self, begin: usize, count: usize, x: f64, total: f64) -> usize {
-        let is_before = |item: usize| difference(self.0[begin + item], self.0[begin]) <= x;
-        let items = count as f64 / total;
-        let mut guess = (x * items) as usize;
-        let off = x - difference(self.0[begin + guess.min(count)], self.0[begin]);
-        guess = (guess as f64 + off * items).clamp(0.0, (count - 1) as f64) as usize;
-        // Steps that double, until it is between two of them.
-        let mut step = NEXT_TO;
-        let (mut low, mut high) = (guess, guess);
-        if is_before(guess) {
-            high = count.min(guess + 1);
-            while high < count && is_before(high) {
-                (low, high) = (high, count.min(high + step));
-                step *= 2;
-            }
+        let sums = &self.sums[begin..begin + count];
+        let is_before = |sum: &[f64; 2]| difference(*sum, base) <= x;
+        let guess = if count > FEW {
+            // The landmarks after the first item and before the last.
+            let after = begin / STRIDE + 1;
+            let landmarks = &self.landmarks[after..(begin + count).div_ceil(STRIDE)];
+            let at = base[0] + x;
+            let guess = (x / total * landmarks.len() as f64) as usize;
+            let passed = last_before(landmarks, guess, |landmark| *landmark <= at);
+            passed.map_or(0, |passed| (after + passed) * STRIDE - begin)
         } else {
-            while !is_before(low) {
-                (low, high) = (low.saturating_sub(step), low);
-                step *= 2;
-            }
-        }
-        low + self.0[begin + low + 1..begin + high]
-            .partition_point(|&sum| difference(sum, self.0[begin]) <= x)
+            count / 2
+        };
+        first + last_before(sums, guess, is_before).expect("the first begins at zero") as u32
     }
 
     /// Memory (bytes).
     pub(super) fn bytes(&self) -> usize {
-        self.0.capacity() * size_of::<[f64; 2]>()
+        self.sums.capacity() * size_of::<[f64; 2]>() + self.landmarks.capacity() * size_of::<f64>()
     }
+}
+
+/// The last of numbers, in ascending order, that is before something; none if the first is not.
+///
+/// Looked for in steps that double from a guess, then by halves: what is near is likely to be in the cache.
+fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -> Option<usize> {
+    let last = numbers.len().checked_sub(1)?;
+    let guess = guess.min(last);
+    let mut step = 1;
+    // Of all from `low` on to `high` some may be before.
+    let (mut low, mut high) = (guess, guess);
+    if is_before(&numbers[guess]) {
+        high = guess + 1;
+        while high <= last && is_before(&numbers[high]) {
+            (low, high) = (high, high + step);
+            step *= 2;
+        }
+    } else {
+        while !is_before(&numbers[low]) {
+            if low == 0 {
+                return None;
+            }
+            (low, high) = (low.saturating_sub(step), low);
+            step *= 2;
+        }
+    }
+    let high = high.min(last + 1);
+    Some(low + numbers[low + 1..high].partition_point(is_before))
 }
 
 /// `sum + x`; the first number of the result is the sum rounded, the second what rounding took.

@@ -121,7 +121,7 @@ impl Points {
         let summed: Vec<GatherPoint> = pixel.points.iter().map(as_summed).collect();
         let tree = gather_tree::<UpperAnalytic>(&summed);
         let mut by_place: Vec<u32> = (0..pixel.samples.len() as u32).collect();
-        by_place.sort_by_key(|k| along_curve(pixel.samples[*k as usize].place));
+        by_place.sort_by_cached_key(|k| along_curve(pixel.samples[*k as usize].place));
         Self { pixel, is_emission_rare, tree, by_place }
     }
 
