@@ -38,10 +38,14 @@ pub fn run(plan: &MergePlan) -> Result<Outcome, Failure> {
 }
 
 fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
-    let merged = joined(&plan.parts, meter)?;
+    let mut merged = joined(&plan.parts, meter)?;
     if merged.missing_pixels > 0 && !plan.partial {
         let message = format!("{}; --partial writes the image without them", told_missing(&merged));
         return Err(Failure::file(message));
+    }
+    if merged.missing_pixels == 0 {
+        meter.phase("reconstructing");
+        Integration::finish(&mut merged.film);
     }
     write_exr(&plan.exr, &merged.film)?;
     write_png(&plan.png, &merged.film, &plan.tone_map)?;

@@ -97,6 +97,9 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         metadata.set("audit.kept", audit.kept);
         metadata.set("audit.of", audit.of);
     }
+    if rendered.complete && plan.share.is_whole() {
+        timed(&mut seconds.reconstruction, || Integration::finish(&mut rendered.film));
+    }
     let contradicted = audit.as_ref().is_some_and(|audit| audit.contradicts);
     let exposure_stops = timed(&mut seconds.write, || -> Result<f32, Failure> {
         write_exr(&plan.exr, &rendered.film)?;

@@ -134,6 +134,8 @@ pub struct Seconds {
     pub other_set: f64,
     /// Exact sums of the audit.
     pub audit: f64,
+    /// The reconstruction of a picture.
+    pub reconstruction: f64,
     /// Writing the files.
     pub write: f64,
 }

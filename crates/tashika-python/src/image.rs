@@ -10,6 +10,7 @@ use pyo3::types::{PyDict, PyIterator, PyList};
 use tashika::film::{Film, Plane, Samples, Value};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
 use tashika::render::Merger;
+use tashika::request::Integration;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
 
 use crate::arrays::array;
@@ -292,5 +293,9 @@ pub fn merge(py: Python<'_>, parts: &Bound<'_, PyAny>) -> PyResult<Image> {
         joined.map_err(raised)?;
     }
     let merger = merger.ok_or_else(|| option("parts", 0, "at least one image"))?;
-    merger.finish().map(|merged| Image::new(merged.film)).map_err(raised)
+    let mut merged = merger.finish().map_err(raised)?;
+    if merged.missing_pixels == 0 {
+        py.detach(|| Integration::finish(&mut merged.film));
+    }
+    Ok(Image::new(merged.film))
 }

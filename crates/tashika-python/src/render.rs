@@ -115,7 +115,11 @@ pub fn render(
     let options = RenderOptions { window, share };
     let kept = Kept::new(checkpoint);
     let rendered = attended(py, threads, progress, |watch| {
-        rendered(scene, &integration, given, view, &options, &kept, watch)
+        let mut rendered = rendered(scene, &integration, given, view, &options, &kept, watch)?;
+        if rendered.complete && options.share.is_whole() {
+            Integration::finish(&mut rendered.film);
+        }
+        Ok(rendered)
     })?;
     for trouble in kept.troubles() {
         warn(py, &trouble)?;

@@ -12,7 +12,7 @@
 //! | 5 | [`tree`] |
 //! | 6 | [`cut`], [`uncarried`] |
 //! | 7 | [`integrator`] |
-//! | 8 | [`render`], [`report`], [`request`] |
+//! | 8 | [`reconstruction`], [`render`], [`report`], [`request`] |
 //! | 9 | [`experiment`], [`io`] |
 #![deny(unsafe_code)]
 
@@ -29,6 +29,7 @@ pub mod guidance;
 pub mod integrator;
 pub mod io;
 pub mod math;
+pub mod reconstruction;
 pub mod render;
 pub mod report;
 pub mod request;

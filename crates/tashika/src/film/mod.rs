@@ -241,6 +241,17 @@ impl Film {
         }
     }
 
+    /// Adds a plane of given samples, pixel by pixel in rows.
+    ///
+    /// # Panics
+    /// If there is a plane of that name, or not as many samples as pixels times channels.
+    pub fn add_plane(&mut self, spec: &PlaneSpec, samples: Samples) {
+        assert!(self.plane(spec.name).is_none(), "two planes {:?}", spec.name);
+        let words = [spec.name, spec.unit, spec.doc].map(str::to_owned);
+        let channels = spec.channels.iter().map(|&channel| channel.to_owned()).collect();
+        self.planes.push(Plane::from_samples(words, channels, self.window, samples));
+    }
+
     /// Size of the full image (pixels).
     pub fn size(&self) -> [u32; 2] {
         self.size
@@ -281,18 +292,9 @@ impl Film {
         &mut self.metadata
     }
 
-    /// Colours of the main plane in the order of [`Window::pixels`]: channels `R`, `G`, `B`, or one
-    /// channel as gray; `None` if the film has no such plane.
+    /// Colours of the main plane; `None` if the film has no such plane. See [`Plane::colors`].
     pub fn colors(&self) -> Option<impl Iterator<Item = Rgb> + '_> {
-        let plane = self.plane("")?;
-        let samples = plane.f32_samples()?;
-        let channel = |name: &str| plane.channels().iter().position(|c| c == name);
-        let [r, g, b] = match (channel("R"), channel("G"), channel("B")) {
-            (Some(r), Some(g), Some(b)) => [r, g, b],
-            _ if plane.channels().len() == 1 => [0; 3],
-            _ => return None,
-        };
-        Some(samples.chunks_exact(plane.channels().len()).map(move |p| Rgb::new(p[r], p[g], p[b])))
+        self.plane("")?.colors()
     }
 }
 

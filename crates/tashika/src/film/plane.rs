@@ -1,6 +1,7 @@
 //! One quantity of a film.
 
 use super::Window;
+use crate::color::Rgb;
 
 /// How a sample is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,6 +120,18 @@ impl Plane {
 
     pub(super) fn renamed(self, name: &str) -> Self {
         Self { name: name.to_owned(), ..self }
+    }
+
+    /// Colours in the order of [`Window::pixels`]: channels `R`, `G`, `B`, or one channel as gray; `None` if there are others.
+    pub fn colors(&self) -> Option<impl Iterator<Item = Rgb> + '_> {
+        let samples = self.f32_samples()?;
+        let channel = |name: &str| self.channels.iter().position(|c| c == name);
+        let [r, g, b] = match (channel("R"), channel("G"), channel("B")) {
+            (Some(r), Some(g), Some(b)) => [r, g, b],
+            _ if self.channels.len() == 1 => [0; 3],
+            _ => return None,
+        };
+        Some(samples.chunks_exact(self.channels.len()).map(move |p| Rgb::new(p[r], p[g], p[b])))
     }
 
     /// Name; empty for the main plane.

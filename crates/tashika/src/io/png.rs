@@ -1,4 +1,4 @@
-//! The main plane of a film as an 8-bit sRGB picture.
+//! What is to be seen of a film as an 8-bit sRGB picture: the [reconstruction](crate::reconstruction), or else the main plane.
 //!
 //! With radiance `c`, luminance `L(c)` and exposure `e` in stops, a pixel becomes
 //!
@@ -34,6 +34,7 @@ use crate::color::{Rgb, srgb_encode};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Plane};
 use crate::math::elementary::{exp, ln, powf};
+use crate::reconstruction::seen;
 use crate::report::srgb_png;
 
 /// Luminance up to which pictures are proportional to radiance; chosen so that a white wall at three
@@ -75,7 +76,7 @@ impl ToneMap {
     }
 }
 
-/// Writes the main plane as a PNG file; returns the exposure used (stops).
+/// Writes what is to be seen of a film as a PNG file; returns the exposure used (stops).
 ///
 /// # Errors
 /// [`Error::Invalid`] if the film has no main plane of colours, [`Error::Option`] for an exposure out of
@@ -86,12 +87,12 @@ pub fn write_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<f32> {
     Ok(stops)
 }
 
-/// The main plane as the bytes of a PNG file, and the exposure used (stops); `path` is for messages.
+/// What is to be seen of a film as the bytes of a PNG file, and the exposure used (stops); `path` is for messages.
 ///
 /// # Errors
 /// As [`write_png`], but for what concerns files.
 pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u8>, f32)> {
-    let Some(colors) = film.colors() else {
+    let Some(colors) = seen(film).and_then(Plane::colors) else {
         let planes: Vec<&str> = film.planes().iter().map(|p| p.name()).collect();
         let found = format!("a film of the planes {planes:?}");
         return Err(Error::invalid(
@@ -118,7 +119,7 @@ pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u
     Ok((srgb_png([window.width, window.height], &samples), stops))
 }
 
-/// Whether each pixel was rendered, in the order of [`Film::colors`].
+/// Whether each pixel was rendered, in the order of [`Plane::colors`].
 fn rendered(film: &Film) -> Vec<bool> {
     match film.plane("stop").and_then(Plane::u32_samples) {
         Some(reasons) if reasons.len() as u64 == film.window().area() => {

@@ -28,9 +28,10 @@ pub use framing::Framing;
 
 use crate::color::Controlled;
 use crate::error::{Error, Result};
-use crate::film::Metadata;
+use crate::film::{Film, Metadata};
 use crate::gather::{Filter, GatherOptions};
 use crate::integrator::{Claim, ControlOptions, Method, PathStop, Truth};
+use crate::reconstruction::reconstruct;
 use crate::vpl::{Clamp, VplOptions};
 
 /// Relative error of light transport that a picture is to have if nobody says.
@@ -330,6 +331,14 @@ impl Integration {
     /// Whether the metadata are those of a film that was rendered so.
     pub fn was_picture(metadata: &Metadata) -> bool {
         metadata.bool(PICTURE) == Some(true)
+    }
+
+    /// Does with a finished film what was asked for beyond its estimates: a picture is [reconstructed](reconstruct). Whoever joins parts of a film calls it
+    /// for the whole, with what the parts say. Runs on the current thread pool.
+    pub fn finish(film: &mut Film) {
+        if Self::was_picture(film.metadata()) {
+            reconstruct(film);
+        }
     }
 
     /// Writes what a film says of the request beyond what its integrator does.

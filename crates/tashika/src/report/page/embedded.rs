@@ -22,7 +22,7 @@ use crate::report::{count, least_certain};
 /// Pixels that a page holds of all its images together; 300,000 with eight channels are about 6 MB.
 const MOST_PIXELS: u64 = 300_000;
 /// What tells how sure a pixel is and what it cost.
-const PLANES: [&str; 6] = ["", "half_width", "claim", "stop", "pairs", "rays"];
+const PLANES: [&str; 7] = ["", "reconstruction", "half_width", "claim", "stop", "pairs", "rays"];
 /// Name of the plane that the reference becomes.
 const REFERENCE: &str = "reference";
 

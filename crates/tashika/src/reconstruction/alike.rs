@@ -1,0 +1,114 @@
+//! Means of pixels that are alike.
+
+use rayon::prelude::*;
+
+use super::kernel;
+use super::outliers::Tamed;
+use super::pixels::Pixels;
+use crate::color::Rgb;
+
+/// Farthest pixel that is looked at.
+const RADIUS: isize = 9;
+/// Patches that are compared reach so far about their middle.
+const PATCH: usize = 2;
+/// `k²`: by how much of what they vary pixels may differ. Chosen, as the radii.
+const BANDWIDTH: f32 = 1.5 * 1.5;
+/// Keeps the difference of two exact pixels finite.
+const LEAST_VARIANCE: f32 = 1e-12;
+/// Share of a pixel above which it takes no more of what was taken from outliers.
+const MOST_GLOW: f32 = 0.1;
+
+/// Sums over pixels that are alike.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    irradiance: Rgb,
+    excess: Rgb,
+    weight: f32,
+}
+
+/// Reconstructed radiance.
+pub fn means(pixels: &Pixels, tamed: &[Tamed]) -> Vec<Rgb> {
+    let rows = (0..pixels.height).into_par_iter();
+    rows.flat_map_iter(|y| {
+        let albedo = &pixels.albedo[y * pixels.width..][..pixels.width];
+        let sums = sums_of_row(pixels, tamed, y);
+        sums.into_iter().zip(albedo).map(|(sums, albedo)| *albedo * mean(&sums))
+    })
+    .collect()
+}
+
+fn mean(sums: &Sums) -> Rgb {
+    let mean = sums.irradiance / sums.weight;
+    let glow = sums.excess / sums.weight;
+    // Little is taken whole, much no more than a share of what there is.
+    let most = MOST_GLOW * mean.luminance().abs();
+    let size = glow.luminance().abs();
+    if size > 0.0 { mean + glow * (most / (most + size)) } else { mean }
+}
+
+fn sums_of_row(pixels: &Pixels, tamed: &[Tamed], y: usize) -> Vec<Sums> {
+    let mut sums = vec![Sums::default(); pixels.width];
+    let mut columns = vec![Column::default(); pixels.width];
+    for dy in -RADIUS..=RADIUS {
+        for dx in -RADIUS..=RADIUS {
+            let nearness = 1.0 - (dx * dx + dy * dy) as f32 / ((RADIUS + 1) * (RADIUS + 1)) as f32;
+            if nearness <= 0.0 || !y.checked_add_signed(dy).is_some_and(|y| y < pixels.height) {
+                continue;
+            }
+            let offset = dy * pixels.width as isize + dx;
+            // Columns that have a neighbour at this offset.
+            let first = (-dx).max(0) as usize;
+            let end = pixels.width.saturating_sub(dx.max(0) as usize);
+            for (x, column) in (first..end).zip(&mut columns[first..]) {
+                *column = of_column(pixels, tamed, [x, y], [dx, dy]);
+            }
+            for x in first..end {
+                let p = y * pixels.width + x;
+                let q = p.wrapping_add_signed(offset);
+                let near = x.saturating_sub(PATCH).max(first)..(x + PATCH + 1).min(end);
+                let patch = columns[near].iter().fold(Column::default(), |sum, column| Column {
+                    distance: sum.distance + column.distance,
+                    pixels: sum.pixels + column.pixels,
+                });
+                let of_patch = (patch.distance / patch.pixels).max(0.0);
+                // Most are not alike; their features need no look.
+                if kernel(of_patch) <= 0.0 {
+                    continue;
+                }
+                let weight = kernel(of_patch + pixels.distance(p, q));
+                if weight > 0.0 {
+                    let (own, other) = (tamed[p].variance, &tamed[q]);
+                    let surer = 2.0 * own / (own + other.variance).max(f32::MIN_POSITIVE);
+                    let weight = weight * nearness * if p == q { 1.0 } else { surer.min(1.0) };
+                    sums[x].irradiance += other.irradiance * weight;
+                    sums[x].excess += other.excess * weight;
+                    sums[x].weight += weight;
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// Distances of the pixels of a column of a patch to those at an offset, and how many there are.
+#[derive(Clone, Copy, Default)]
+struct Column {
+    distance: f32,
+    pixels: f32,
+}
+
+fn of_column(pixels: &Pixels, tamed: &[Tamed], [x, y]: [usize; 2], [dx, dy]: [isize; 2]) -> Column {
+    let mut column = Column::default();
+    for y in y.saturating_sub(PATCH)..(y + PATCH + 1).min(pixels.height) {
+        if y.checked_add_signed(dy).is_some_and(|y| y < pixels.height) {
+            let p = y * pixels.width + x;
+            let (a, b) = (&tamed[p], &tamed[p.wrapping_add_signed(dy * pixels.width as isize + dx)]);
+            let difference = a.luminance - b.luminance;
+            let both = a.variance + b.variance;
+            let noise = a.variance + a.variance.min(b.variance);
+            column.distance += (difference * difference - noise) / (BANDWIDTH * both + LEAST_VARIANCE);
+            column.pixels += 1.0;
+        }
+    }
+    column
+}

@@ -1,0 +1,204 @@
+//! A clean picture from a noisy one: each pixel as a mean of pixels that are like it.
+//!
+//! ```text
+//! E_p = L_p / (A_p + 0.02)                                 irradiance, about: textures are left out
+//! R_p = (A_p + 0.02) Σ_q w_pq E_q / Σ_q w_pq  (+ what outliers had too much, below)
+//! w_pq = s(|p − q|) · min(1, 2 v_p / (v_p + v_q)) · k(D²_pq + F²_pq)        k(x) = (1 − x/4)₊⁴ ≈ e^−x
+//! D²_pq = max(0, mean over patches of ((E_p − E_q)² − v_p − min(v_p, v_q)) / (k² (v_p + v_q)))
+//! F²_pq = |Δ normal|²/2σ_n² + |Δ albedo|²/2σ_a² + (Δ ln depth)²/2σ_d² + (Δ coverage)²/2σ_c²
+//! ```
+//!
+//! The distance of patches `D²` is that of non-local means (Buades, Coll, Morel 2005) with the variances `v` that the renderer tells (Rousselle, Knaus, Zwicker 2012, eq. 3): pixels
+//! are alike where they differ by no more than they vary. `F²` are features of the first surface, which are hardly noisy, as in a joint bilateral filter (Eisemann, Durand 2004).
+//! As the variance of pixels falls, fewer are alike, and the mean comes to be the pixel itself.
+//!
+//! Before, outliers are tamed ([`outliers`]): a path in a thousand that is a thousand times brighter than the others would be a patch of light. What is taken from them
+//! is given to the pixels about them in the same proportion, up to a tenth of what these have; more would be seen as a patch, and is left out.
+//!
+//! # Guarantee
+//! None: nothing is claimed of a reconstruction. A film keeps the estimates and what they claim beside it. It is a function of the film; threads do not enter. A pixel that is exact stays as it is.
+//!
+//! # Held to this by
+//! The tests below; `record/2026-11-24-reconstruction.md` has errors on scenes.
+
+mod alike;
+mod outliers;
+mod pixels;
+
+use crate::color::Rgb;
+use crate::film::{Film, Plane, PlaneSpec, SampleKind, Samples};
+use pixels::Pixels;
+
+/// The plane that a reconstruction is.
+pub const RECONSTRUCTION: PlaneSpec = PlaneSpec {
+    name: "reconstruction",
+    channels: &["R", "G", "B"],
+    unit: "W·m⁻²·sr⁻¹",
+    kind: SampleKind::F32,
+    doc: "radiance as a mean of pixels that are alike; nothing is claimed of it",
+};
+
+/// Adds the plane [`RECONSTRUCTION`] to a film; nothing if it has one, or lacks what tells which pixels are alike. Runs on the current thread pool.
+///
+/// # Example
+/// ```
+/// use tashika::film::{Film, Window};
+/// use tashika::reconstruction::{RECONSTRUCTION, reconstruct};
+///
+/// let mut film = Film::new([4, 4], Window::full([4, 4]), &[]).unwrap();
+/// reconstruct(&mut film);
+/// assert!(film.plane(RECONSTRUCTION.name).is_none(), "there is nothing to see");
+/// ```
+pub fn reconstruct(film: &mut Film) {
+    if film.plane(RECONSTRUCTION.name).is_some() {
+        return;
+    }
+    let Some(pixels) = Pixels::of(film) else { return };
+    let tamed = outliers::tame(&pixels);
+    let means = alike::means(&pixels, &tamed);
+    let samples = means.into_iter().flat_map(Rgb::to_array).collect();
+    film.add_plane(&RECONSTRUCTION, Samples::F32(samples));
+}
+
+/// What is to be seen of a film: the reconstruction, or else the main plane.
+pub fn seen(film: &Film) -> Option<&Plane> {
+    film.plane(RECONSTRUCTION.name).or_else(|| film.plane(""))
+}
+
+/// About `e^−x` for `x` of at least 0; zero from 4 on.
+#[inline]
+fn kernel(x: f32) -> f32 {
+    let root = (1.0 - 0.25 * x).max(0.0);
+    let square = root * root;
+    square * square
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Window;
+    use crate::rng::{Purpose, Stream};
+
+    const SIZE: [u32; 2] = [48, 32];
+
+    fn spec(name: &'static str, channels: &'static [&'static str]) -> PlaneSpec {
+        PlaneSpec { name, channels, unit: "1", kind: SampleKind::F32, doc: "of a test" }
+    }
+
+    /// Two walls that meet at column 24, the left one with stripes; `light` is how bright each is lit, `noise` the standard error, relative.
+    fn walls(light: [f32; 2], noise: f32) -> (Film, Vec<f32>) {
+        let specs = [
+            spec("", &["R", "G", "B"]),
+            spec("standard_error", &["Y"]),
+            spec("depth", &["Z"]),
+            spec("normal", &["X", "Y", "Z"]),
+            spec("albedo", &["R", "G", "B"]),
+            spec("coverage", &["A"]),
+        ];
+        let mut film = Film::new(SIZE, Window::full(SIZE), &specs).unwrap();
+        let mut truth = Vec::new();
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        for (x, y) in Window::full(SIZE).pixels() {
+            let side = usize::from(x >= 24);
+            let albedo = if side == 0 && x % 6 < 3 { 0.2 } else { 0.7 };
+            let true_value = albedo * light[side];
+            // Of variance 1, about normal.
+            let sum: f32 = (0..12).map(|_| s.uniform()).sum::<f32>() - 6.0;
+            let value = true_value * (1.0 + noise * sum);
+            truth.push(true_value);
+            let mut set = |name: &str, values: &[f32]| film.plane_mut(name).unwrap().set_f32(x, y, values);
+            set("", &[value; 3]);
+            set("standard_error", &[noise * true_value]);
+            set("depth", &[3.0]);
+            set("normal", &[1.0 - side as f32, 0.0, side as f32]);
+            set("albedo", &[albedo; 3]);
+            set("coverage", &[1.0]);
+        }
+        (film, truth)
+    }
+
+    /// Root mean square of the relative errors of a plane.
+    fn error(film: &Film, name: &str, truth: &[f32]) -> f64 {
+        let values = film.plane(name).unwrap().f32_samples().unwrap().chunks(3);
+        let squares = values.zip(truth).map(|(value, truth)| f64::from(value[1] / truth - 1.0).powi(2));
+        (squares.sum::<f64>() / truth.len() as f64).sqrt()
+    }
+
+    /// Noise goes, stripes of a texture and the edge between two walls stay.
+    #[test]
+    fn what_is_alike_is_averaged_and_edges_stay() {
+        let (mut film, truth) = walls([1.0, 3.0], 0.3);
+        reconstruct(&mut film);
+        let [before, after] = ["", "reconstruction"].map(|name| error(&film, name, &truth));
+        assert!((0.25..0.35).contains(&before) && after < 0.12 * before + 0.03, "{before} {after}");
+    }
+
+    /// An edge of light alone, on a wall without features, stays where it is brighter than noise.
+    #[test]
+    fn edges_of_shadows_stay() {
+        let (mut film, truth) = walls([1.0, 3.0], 0.1);
+        for (x, y) in Window::full(SIZE).pixels() {
+            film.plane_mut("normal").unwrap().set_f32(x, y, &[0.0, 0.0, 1.0]);
+        }
+        reconstruct(&mut film);
+        let [before, after] = ["", "reconstruction"].map(|name| error(&film, name, &truth));
+        assert!(after < 0.6 * before, "{before} {after}");
+    }
+
+    /// The less pixels vary, the less is changed, and what is exact is not.
+    #[test]
+    fn exact_pixels_stay() {
+        let (mut film, truth) = walls([1.0, 3.0], 0.0);
+        reconstruct(&mut film);
+        assert!(error(&film, "reconstruction", &truth) < 1e-5);
+        let (mut film, truth) = walls([1.0, 3.0], 0.3);
+        film.plane_mut("standard_error").unwrap().set_f32(10, 10, &[0.0]);
+        let exact = film.plane("").unwrap().f32_at(10, 10).to_vec();
+        reconstruct(&mut film);
+        let kept = film.plane("reconstruction").unwrap().f32_at(10, 10);
+        assert!(kept.iter().zip(&exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{kept:?} {exact:?}");
+        drop(truth);
+    }
+
+    /// A path a thousand times as bright as all others is no patch of light; a lamp as bright is kept.
+    #[test]
+    fn outliers_are_tamed_and_lamps_are_not() {
+        for (is_lamp, most) in [(false, 1.3), (true, 1e9)] {
+            let (mut film, truth) = walls([1.0, 1.0], 0.1);
+            film.plane_mut("").unwrap().set_f32(30, 16, &[700.0; 3]);
+            let told = if is_lamp { 7.0 } else { 700.0 };
+            film.plane_mut("standard_error").unwrap().set_f32(30, 16, &[told]);
+            reconstruct(&mut film);
+            let plane = film.plane("reconstruction").unwrap();
+            for (i, (x, y)) in Window::full(SIZE).pixels().enumerate() {
+                let of_truth = plane.f32_at(x, y)[1] / truth[i];
+                let most = if (x, y) == (30, 16) { most } else { 1.3 };
+                assert!((0.7..most).contains(&of_truth), "({x}, {y}): {of_truth}");
+            }
+            let at = plane.f32_at(30, 16)[1];
+            assert!(!is_lamp || at > 600.0, "{at}");
+        }
+    }
+
+    #[test]
+    fn threads_do_not_enter() {
+        let (film, _) = walls([1.0, 3.0], 0.3);
+        let with = |threads: usize| {
+            let mut film = film.clone();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| reconstruct(&mut film));
+            film
+        };
+        assert!(with(1) == with(3));
+    }
+
+    /// To first order an exponential, falling, and at its end zero.
+    #[test]
+    fn the_kernel_falls_as_an_exponential_to_zero() {
+        assert_eq!((kernel(0.0), kernel(4.0), kernel(9.0)), (1.0, 0.0, 0.0));
+        let slope = (kernel(1e-2) - kernel(0.0)) / 1e-2;
+        // The second derivative at 0 is 3/4.
+        assert!((slope + 1.0).abs() < 0.5 * 0.75 * 1e-2 + 1e-4, "{slope}");
+        assert!((0..40).all(|k| kernel(0.1 * k as f32) > kernel(0.1 * (k + 1) as f32)));
+    }
+}

@@ -1,0 +1,105 @@
+//! Pixels that are far brighter or darker than those like them, by a path that few have.
+//!
+//! ```text
+//! bounds of pixel p:   Q_¾ + 2 (Q_¾ − Q_½) + 0.05 |Q_½|      Q_¼ − 2 (Q_½ − Q_¼) − 0.05 |Q_½|
+//! ```
+//!
+//! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels by how alike their first surfaces are: for normal noise two standard deviations. A pixel beyond a bound is
+//! brought to it, but by no more than three of its own standard errors: a small lamp is known to be bright, a lucky path is not. The variance of a pixel
+//! is taken to be the median of those about it, but at most four times its own: that of a pixel without the path that few have is told too small.
+
+use rayon::prelude::*;
+
+use super::kernel;
+use super::pixels::Pixels;
+use crate::color::Rgb;
+
+/// Farthest neighbour (pixels).
+const RADIUS: isize = 3;
+const NEIGHBOURS: usize = (2 * RADIUS as usize + 1) * (2 * RADIUS as usize + 1);
+/// Sum of weights below which there is nothing to compare with.
+const ENOUGH: f32 = 6.0;
+/// Quartile ranges beyond a quartile.
+const RANGES: f32 = 2.0;
+/// Share of the median that is no matter.
+const SLACK: f32 = 0.05;
+/// Standard errors that a pixel may be moved by.
+const ERRORS: f32 = 3.0;
+/// How many times its own variance a pixel may be given.
+const MOST_VARIANCE: f32 = 4.0;
+
+/// A pixel without what is out of proportion.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tamed {
+    /// Irradiance.
+    pub irradiance: Rgb,
+    /// Its luminance, and the variance of that.
+    pub luminance: f32,
+    pub variance: f32,
+    /// What was taken away.
+    pub excess: Rgb,
+}
+
+/// Tames all pixels.
+pub fn tame(pixels: &Pixels) -> Vec<Tamed> {
+    let rows = (0..pixels.height).into_par_iter();
+    rows.flat_map_iter(|y| (0..pixels.width).map(move |x| tamed(pixels, [x, y]))).collect()
+}
+
+fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> Tamed {
+    let p = y * pixels.width + x;
+    let (irradiance, variance) = (pixels.irradiance[p], pixels.variance[p]);
+    let luminance = irradiance.luminance();
+    let unchanged = Tamed { irradiance, luminance, variance, excess: Rgb::BLACK };
+    if variance <= 0.0 {
+        return unchanged;
+    }
+    let mut values = [(0.0, 0.0); NEIGHBOURS];
+    let mut variances = [(0.0, 0.0); NEIGHBOURS];
+    let (mut count, mut total) = (0, 0.0);
+    for dy in -RADIUS..=RADIUS {
+        for dx in -RADIUS..=RADIUS {
+            if !pixels.has([x, y], [dx, dy]) {
+                continue;
+            }
+            let q = p.wrapping_add_signed(dy * pixels.width as isize + dx);
+            let weight = kernel(pixels.distance(p, q));
+            if weight > 0.0 {
+                values[count] = (pixels.irradiance[q].luminance(), weight);
+                variances[count] = (pixels.variance[q], weight);
+                count += 1;
+                total += weight;
+            }
+        }
+    }
+    if total < ENOUGH {
+        return unchanged;
+    }
+    let [low, middle, high] = quantiles(&mut values[..count], total, [0.25, 0.5, 0.75]);
+    let slack = SLACK * middle.abs();
+    let error = ERRORS * variance.sqrt();
+    let most = (high + RANGES * (high - middle) + slack).max(luminance - error);
+    let least = (low - RANGES * (middle - low) - slack).min(luminance + error);
+    let moved = luminance.max(least).min(most);
+    let [of_neighbours] = quantiles(&mut variances[..count], total, [0.5]);
+    let share = if luminance == 0.0 { 1.0 } else { moved / luminance };
+    Tamed {
+        irradiance: irradiance * share,
+        luminance: moved,
+        variance: of_neighbours.min(MOST_VARIANCE * variance),
+        excess: irradiance * (1.0 - share),
+    }
+}
+
+/// Weighted quantiles of values with their weights, at these shares of the total weight in ascending order.
+fn quantiles<const N: usize>(values: &mut [(f32, f32)], total: f32, shares: [f32; N]) -> [f32; N] {
+    values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let (mut below, mut k) = (values[0].1, 0);
+    shares.map(|share| {
+        while below < share * total && k + 1 < values.len() {
+            k += 1;
+            below += values[k].1;
+        }
+        values[k].0
+    })
+}

@@ -1,0 +1,87 @@
+//! What is known of each pixel, as it is compared.
+
+use crate::color::Rgb;
+use crate::film::{Film, Plane};
+use crate::math::elementary::ln;
+
+/// Keeps the irradiance of dark surfaces finite.
+const LEAST_ALBEDO: f32 = 0.02;
+/// Luminance of the albedo below which a pixel is no surface, but emission or background.
+const NO_SURFACE: f32 = 1e-3;
+/// `σ` of normals, of albedos, of logarithms of depths, of coverages. Chosen.
+const SIGMAS: [f32; 4] = [0.15, 0.08, 0.05, 0.05];
+/// Depth of the background (m).
+const FAR: f32 = 1e6;
+
+/// Numbers that tell the first surface.
+pub const FEATURES: usize = 8;
+
+/// The pixels of a film, row by row.
+pub struct Pixels {
+    pub width: usize,
+    pub height: usize,
+    /// What colours are divided by: the albedo, about.
+    pub albedo: Vec<Rgb>,
+    /// `E`.
+    pub irradiance: Vec<Rgb>,
+    /// Of its luminance.
+    pub variance: Vec<f32>,
+    /// In units of `√2 σ`, so that `F²` is the square of a distance.
+    features: Vec<[f32; FEATURES]>,
+}
+
+impl Pixels {
+    /// None if the film lacks a plane.
+    pub fn of(film: &Film) -> Option<Self> {
+        let window = film.window();
+        let plane = |name: &str, channels: usize| {
+            film.plane(name).filter(|p| p.channels().len() == channels).and_then(Plane::f32_samples)
+        };
+        let (albedo, normal) = (plane("albedo", 3)?, plane("normal", 3)?);
+        let (depth, coverage) = (plane("depth", 1)?, plane("coverage", 1)?);
+        let standard_error = plane("standard_error", 1)?;
+        let albedo: Vec<Rgb> = albedo
+            .chunks_exact(3)
+            .map(|a| Rgb::new(a[0], a[1], a[2]))
+            .map(|a| if a.luminance() > NO_SURFACE { a + Rgb::gray(LEAST_ALBEDO) } else { Rgb::WHITE })
+            .collect();
+        let irradiance = film.colors()?.zip(&albedo).map(|(color, albedo)| color.zip(*albedo, |c, a| c / a)).collect();
+        let variance = standard_error.iter().zip(&albedo).map(|(error, albedo)| {
+            let error = error / albedo.luminance();
+            error * error
+        });
+        let scale = SIGMAS.map(|sigma| 1.0 / (std::f32::consts::SQRT_2 * sigma));
+        let features = (0..albedo.len()).map(|i| {
+            let depth = if depth[i] > 0.0 { depth[i].min(FAR) } else { FAR };
+            let [x, y, z] = [0, 1, 2].map(|k| scale[0] * normal[3 * i + k]);
+            let [r, g, b] = albedo[i].map(|c| scale[1] * c).to_array();
+            [x, y, z, r, g, b, scale[2] * ln(depth), scale[3] * coverage[i]]
+        });
+        Some(Self {
+            width: window.width as usize,
+            height: window.height as usize,
+            irradiance,
+            variance: variance.collect(),
+            features: features.collect(),
+            albedo,
+        })
+    }
+
+    /// `F²` of two pixels.
+    #[inline]
+    pub fn distance(&self, p: usize, q: usize) -> f32 {
+        let (p, q) = (&self.features[p], &self.features[q]);
+        let mut sum = 0.0;
+        for k in 0..FEATURES {
+            let difference = p[k] - q[k];
+            sum += difference * difference;
+        }
+        sum
+    }
+
+    /// Whether a pixel has a neighbour at this offset.
+    pub fn has(&self, [x, y]: [usize; 2], [dx, dy]: [isize; 2]) -> bool {
+        x.checked_add_signed(dx).is_some_and(|x| x < self.width)
+            && y.checked_add_signed(dy).is_some_and(|y| y < self.height)
+    }
+}
