@@ -162,7 +162,7 @@ def rendered_page(browser):
     run(f"render builtin:tiny --truth vpl --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% -o tiny.exr --json tiny.json")
     path = FOLDER / "tiny.html"
     opened = Opened(browser, path.as_uri())
-    same_as_the_picture(opened)
+    same_as_the_picture(opened, "tiny", "image")
     check_values(opened, FOLDER / "tiny.exr", dozen(*CROP), PLANES)
 
     # The sentence: value and half-width with the digits that make sense, claim, confidence, cost, reason.
@@ -228,13 +228,27 @@ def rendered_page(browser):
     narrow.close()
 
 
-def same_as_the_picture(opened):
+def picture_page(browser):
+    """Of a picture the page shows the reconstruction first, and has the estimates beside it."""
+    crop = ",".join(map(str, CROP))
+    run(f"render builtin:tiny --vpls 20k --max-pairs 150 --size {SIZE[0]}x{SIZE[1]} --crop {crop} -o picture.exr --json picture.json")
+    opened = Opened(browser, (FOLDER / "picture.html").as_uri())
+    assert opened.page.input_value("#left") == "0/reconstruction"
+    same_as_the_picture(opened, "picture", "picture, reconstructed")
+    planes = {**PLANES, "reconstruction": [f"reconstruction.{c}" for c in "RGB"]}
+    check_values(opened, FOLDER / "picture.exr", dozen(*CROP)[:4], planes)
+    assert "means of pixels that are alike" in opened.page.text_content("body")
+    opened.shot("picture")
+    opened.close()
+
+
+def same_as_the_picture(opened, name, view):
     """The page shows radiance as the PNG beside it does: the same exposure, the same colours."""
-    stops = json.loads((FOLDER / "tiny.json").read_text())["exposure_stops"]
+    stops = json.loads((FOLDER / f"{name}.json").read_text())["exposure_stops"]
     told = opened.page.text_content("#stops").replace("−", "-")
     assert abs(float(told.split()[0]) - stops) < 0.006, f"{told} is not {stops}"
-    opened.choose("right", "image")
-    picture = Image.open(FOLDER / "tiny.png").convert("RGB")
+    opened.choose("right", view)
+    picture = Image.open(FOLDER / f"{name}.png").convert("RGB")
     assert picture.size == tuple(CROP[2:])
     canvas = opened.page.locator("#stage").bounding_box()
     # The image fits the canvas by its height and stands in its middle.
@@ -388,7 +402,7 @@ def main():
         options += ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = playwright.chromium.launch(executable_path=chromium(), args=options)
         with contextlib.closing(browser):
-            for check in (rendered_page, large_page, compared_page, experiment_page, viewed_page, live_page):
+            for check in (rendered_page, picture_page, large_page, compared_page, experiment_page, viewed_page, live_page):
                 check(browser)
                 print(f"{check.__name__}: ok", flush=True)
 

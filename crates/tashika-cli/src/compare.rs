@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use tashika::film::Plane;
 use tashika::io::{read_exr, write_file};
 use tashika::report::{Claims, Comparison, Intervals, Named, compare, compare_page, error_image, summary};
 
@@ -85,7 +86,13 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
         meter.phase(&format!("reading {}", path.display()));
         read_exr(path)
     });
-    let (image, reference) = (image?, reference?);
+    let (mut image, reference) = (image?, reference?);
+    if let Some(layer) = &plan.layer {
+        image = image.only(layer).ok_or_else(|| {
+            let names: Vec<&str> = image.planes().iter().map(Plane::name).filter(|n| !n.is_empty()).collect();
+            Failure::option("layer", layer, format!("one of {}: {}", plan.image.display(), names.join(", ")))
+        })?;
+    }
     let image = Named { name: &plan.image, film: &image };
     let reference = Named { name: &plan.reference, film: &reference };
     meter.phase("comparing");

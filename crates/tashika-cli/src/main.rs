@@ -20,7 +20,6 @@ mod interrupt;
 mod kept;
 mod measure;
 mod merge;
-mod other_set;
 mod plan;
 mod progress;
 mod render;

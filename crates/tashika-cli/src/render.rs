@@ -4,24 +4,23 @@ use std::sync::atomic::AtomicBool;
 use std::thread::available_parallelism;
 
 use tashika::accel::Tracer;
-use tashika::experiment::until_converged;
+use tashika::experiment::{OtherSet, until_converged};
 use tashika::film::Film;
 use tashika::integrator::{
     ControlOptions, Exact, GuidedLights, Integrator, LightTransport, LitBy, Path, PathStop, Setting,
 };
 use tashika::io::{save_vpls, write_exr, write_file, write_png};
+use tashika::reconstruction::RECONSTRUCTION;
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
-use tashika::report::{ErrorBudget, RenderFacts, Tolerance, error_budget, render_page};
+use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
 use tashika::request::Integration;
-use tashika::rng::{self, Purpose};
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
 use crate::audit::{Audit, MOST_PATHS, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::kept::Kept;
-use crate::other_set::{OtherSet, differ};
 use crate::plan::{Lights, RenderPlan};
 use crate::progress::{Meter, metered};
 use crate::serve::LivePage;
@@ -62,7 +61,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let (kept, begun) = Kept::open(plan.checkpoint.as_deref(), film, meter)?;
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
-            let what = format!("rendering {}x{}, {}", window.width, window.height, integrator.name());
+            let about = if plan.integration.is_of_a_sum() { " of the sum over these VPLs" } else { "" };
+            let what = format!("rendering {}x{}, {}{about}", window.width, window.height, integrator.name());
             if plan.integration.promises() {
                 meter.promising_phase(&what);
             } else {
@@ -113,8 +113,9 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     } else {
         None
     };
-    if other_set.is_some() {
+    if let Some(other_set) = &other_set {
         meter.finish();
+        other_set.describe(rendered.film.metadata_mut());
     }
     if let Some(trouble) = viewer.and_then(Viewer::finish) {
         meter.note(&trouble);
@@ -137,6 +138,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         error_budget: error_budget(&rendered.film),
         other_set,
         audit,
+        reconstructed: rendered.film.plane(RECONSTRUCTION.name).is_some(),
         exposure_stops,
     };
     let (complete, fallen_short) = (done.complete, done.totals.budget_hit + done.totals.not_found);
@@ -291,12 +293,8 @@ fn by_other_set(
     else {
         return Ok(None);
     };
-    let lights = VplOptions { seed: rng::key(lights.seed, Purpose::Replicate, 0), ..lights.clone() };
-    let set = VplSet::trace(setting.tracer, &lights)?;
-    let tree = method.needs_tree().then(|| LightTree::build(&set, LightTreeBuilder::default()));
-    let integrator = method.integrator(LitBy { set: &set, tree: tree.as_ref() }, options);
-    let tolerance = Tolerance { relative: options.error, absolute: options.absolute_error };
-    differ(film, setting, integrator.as_ref(), tolerance, meter, cancel)
+    meter.phase("another set of VPLs");
+    Ok(OtherSet::of(film, setting, *method, options, lights, cancel)?)
 }
 
 /// A finished render.
@@ -311,6 +309,7 @@ struct Done<'a> {
     error_budget: Option<ErrorBudget>,
     other_set: Option<OtherSet>,
     audit: Option<Audit>,
+    reconstructed: bool,
     exposure_stops: f32,
 }
 
@@ -342,6 +341,7 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         complete: done.complete,
         promise_met: totals.promise_met,
         picture: plan.integration.is_picture(),
+        reconstructed: done.reconstructed,
         budget_hit: totals.budget_hit,
         not_found: totals.not_found,
         truth: done.truth.clone(),

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
+use tashika::experiment::OtherSet;
 use tashika::gather::Filter;
 use tashika::io::write_file;
+use tashika::reconstruction::ABOUT;
 use tashika::report::{ErrorBudget, about_light_not_found, about_truth, percent_of_error};
 
 use crate::audit::Audit;
 use crate::exit::Failure;
-use crate::other_set::OtherSet;
 use crate::progress::rate;
 
 /// Rows of a label and a text.
@@ -186,6 +187,8 @@ pub struct RenderReport {
     pub promise_met: u64,
     /// Whether nobody asked for an error, so that pixels may run out of budget.
     pub picture: bool,
+    /// Whether the PNG is a reconstruction.
+    pub reconstructed: bool,
     /// Pixels that ran out of budget.
     pub budget_hit: u64,
     /// Pixels of which too much light cannot be found.
@@ -276,6 +279,9 @@ impl RenderReport {
                 format!("alone: clustering {clustering}, lights {lights}, compensation {compensation}")
             };
             rows.push("half-width", format!("median {total}; {made_of}"));
+        }
+        if self.reconstructed {
+            rows.push("picture", format!("{ABOUT}; {:.2} s", self.seconds.reconstruction));
         }
         if let Some(OtherSet { pixels, median, one_in_ten }) = &self.other_set {
             let (median, one_in_ten) = (percent_of_error(*median), percent_of_error(*one_in_ten));

@@ -10,8 +10,8 @@ use pyo3::types::{PyDict, PyIterator, PyList};
 use tashika::film::{Film, Plane, Samples, Value};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
 use tashika::render::Merger;
-use tashika::request::Integration;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
+use tashika::request::Integration;
 
 use crate::arrays::array;
 use crate::compare::compare;

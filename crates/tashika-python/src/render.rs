@@ -8,6 +8,7 @@ use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use tashika::color::Controlled;
 use tashika::error::Result;
+use tashika::experiment::OtherSet;
 use tashika::film::Window;
 use tashika::gather::View;
 use tashika::integrator::{GuidedLights, Integrator, LightTransport, LitBy, Path, Setting, Truth};
@@ -136,21 +137,21 @@ fn rendered(
     integration: &Integration,
     given: Option<Py<VplSet>>,
     view: View<'_>,
-    options: &RenderOptions,
+    part: &RenderOptions,
     kept: &Kept,
     watch: &Watch,
 ) -> Result<Rendered> {
     let tracer = scene.tracer();
     let run = |integrator: &dyn Integrator| {
         let setting = Setting { tracer, view };
-        let mut film = blank(&setting, integrator, options)?;
+        let mut film = blank(&setting, integrator, part)?;
         integration.describe(film.metadata_mut());
         let begun = kept.begin(film)?;
         let told = |done: &Finished<'_>| {
             kept.add(done);
             watch.tell(&done.progress);
         };
-        resume(&setting, integrator, options, begun, &told, watch.cancel())
+        resume(&setting, integrator, part, begun, &told, watch.cancel())
     };
     match &integration.sized(view.size) {
         Integration::ManyLights { method, lights, options } => {
@@ -158,7 +159,16 @@ fn rendered(
             let lights = given.map_or_else(|| Lights::Trace(traced()), Lights::Given);
             let lit = lights.lit(scene)?;
             let tree = method.needs_tree().then(|| lit.set().tree());
-            run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())
+            let mut rendered =
+                run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())?;
+            if let (Lights::Trace(lights), true) = (&lights, rendered.complete && part.share.is_whole()) {
+                let setting = Setting { tracer, view };
+                let other = OtherSet::of(&rendered.film, &setting, *method, options, lights, watch.cancel())?;
+                if let Some(other) = other {
+                    other.describe(rendered.film.metadata_mut());
+                }
+            }
+            Ok(rendered)
         }
         Integration::Transport { lights, truth, options, .. } => {
             let lights = match (lights, given) {

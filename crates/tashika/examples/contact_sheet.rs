@@ -3,7 +3,7 @@
 //!     cargo run --release --example contact_sheet -- LIST FOLDER SHEET.png
 //!
 //! `LIST` names a scene file below `FOLDER` on each line, optionally followed by a tab and the name of a camera. The sheet has
-//! [`COLUMNS`] pictures a row, in the order of the list, each exposed by its own log-average; what could not be loaded is red. A table
+//! [`COLUMNS`] pictures a row, of the sizes that fit into 320 × 180 pixels and with the work a pixel of such a picture, in the order of the list, each exposed by its own log-average; what could not be loaded is red. A table
 //! of names, sizes, times and what the pixels are worth is printed.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program: what it prints is its result")]
@@ -17,10 +17,11 @@ use std::{env, fs};
 use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::error::Error;
-use tashika::film::{Film, PlaneSpec, SampleKind, Window};
+use tashika::film::{Film, Plane, PlaneSpec, SampleKind, Window};
 use tashika::gather::View;
 use tashika::integrator::{GuidedLights, LightTransport, Setting};
 use tashika::io::{Exposure, LoadOptions, ToneMap, load_scene, write_png};
+use tashika::reconstruction::seen;
 use tashika::render::{RenderOptions, TileShare, render};
 use tashika::report::error_budget;
 use tashika::request::{Integration, Request};
@@ -28,11 +29,9 @@ use tashika::request::{Integration, Request};
 /// Pictures a row.
 const COLUMNS: u32 = 5;
 /// Size of a picture, its frame included (pixels).
-const CELL: [u32; 2] = [164, 124];
+const CELL: [u32; 2] = [324, 184];
 /// Width of the frame around a picture.
 const FRAME: u32 = 2;
-/// Pairs and paths of a pixel.
-const WORK: u64 = 512;
 /// Linear value of the log-average of a picture.
 const MIDDLE_GRAY: f64 = 0.18;
 
@@ -61,20 +60,24 @@ fn picture(path: &Path, camera: Option<&str>) -> Result<(Colors, [u32; 2], Strin
     let most = CELL.map(|side| side - 2 * FRAME);
     let scale = (f64::from(most[0]) / f64::from(w)).min(f64::from(most[1]) / f64::from(h));
     let size = [w, h].map(|side| ((f64::from(side) * scale) as u32).max(1));
-    let asked = Request { max_pairs: Some(WORK), ..Request::default() }.resolve()?;
-    let Integration::Transport { lights: Some(lights), truth, options, .. } = asked.integration else {
+    let asked = Request::default().resolve()?;
+    let integration = asked.integration.sized(CELL.map(|side| side - 2 * FRAME));
+    let Integration::Transport { lights: Some(lights), truth, options, .. } = &integration else {
         unreachable!("light transport is the default");
     };
     let view = View { camera, size, gather: asked.gather, seed: 1 };
-    let lights = GuidedLights::trace(&tracer, &lights, truth, &view)?;
-    let integrator = LightTransport::new(&tracer, &lights, &options);
+    let lights = GuidedLights::trace(&tracer, lights, *truth, &view)?;
+    let integrator = LightTransport::new(&tracer, &lights, options);
     let setting = Setting { tracer: &tracer, view };
     let options = RenderOptions { window: Window::full(size), share: TileShare::default() };
-    let film = render(&setting, &integrator, &options, &|_| (), &AtomicBool::new(false))?.film;
+    let mut film = render(&setting, &integrator, &options, &|_| (), &AtomicBool::new(false))?.film;
+    integration.describe(film.metadata_mut());
+    Integration::finish(&mut film);
     let pixels = film.window().pixels();
     let half_width = error_budget(&film).map_or(0.0, |budget| 100.0 * budget.total);
     let told = format!("{told}, {:.0} s in all, half-width {half_width:.1} %", start.elapsed().as_secs_f64());
-    Ok((pixels.zip(film.colors().expect("an image")).collect(), size, told))
+    let colors = seen(&film).and_then(Plane::colors).expect("an image");
+    Ok((pixels.zip(colors).collect(), size, told))
 }
 
 /// The factor that brings the log-average of what is not black to middle gray.

@@ -532,6 +532,10 @@ pub struct CompareArgs {
     #[arg(value_name = "REF.exr")]
     pub reference: PathBuf,
 
+    /// Layer of A.exr that is measured, such as reconstruction, instead of the estimate; nothing is claimed of it
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
+
     /// Tolerance, relative to the reference: above 0, at most 100%
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, default_value = "2%",
         allow_negative_numbers = true, help_heading = "Tolerance")]

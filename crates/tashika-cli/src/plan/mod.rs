@@ -242,6 +242,8 @@ pub struct ComparePlan {
     pub image: PathBuf,
     /// Image that is taken for the truth.
     pub reference: PathBuf,
+    /// Layer of the image, if not its main one.
+    pub layer: Option<String>,
     /// What is tolerated.
     pub tolerance: Tolerance,
     /// Picture of the error to write.
@@ -265,6 +267,7 @@ impl ComparePlan {
         Ok(Self {
             image: args.image.clone(),
             reference: args.reference.clone(),
+            layer: args.layer.clone(),
             tolerance,
             picture: args.picture.clone(),
             html: args.html.clone(),

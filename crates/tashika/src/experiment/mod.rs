@@ -8,6 +8,7 @@
 //! * [`Ground`]: setting, lights, pixels and their truth; it runs a [`Cell`], one method with one setting and several seeds.
 //! * [`Group`]: pixels that have something in common, judged by themselves.
 //! * [`converged()`]: which pixels of a path-traced truth can be judged by, where the truth is light transport.
+//! * [`OtherSet`]: by how much another set of VPLs would change a picture.
 //! * [`Pool`]: what all seeds and pixels say together.
 //! * [`Row`]: the same as it is written down, and [`Table`] as it is shown.
 //! * [`Search`]: the setting at which a method just does what is asked of it.
@@ -20,6 +21,7 @@
 mod converged;
 mod coverage;
 mod groups;
+mod other_set;
 mod page;
 mod pool;
 mod rows;
@@ -33,6 +35,7 @@ mod tests;
 pub use converged::{converged, until_converged};
 pub use coverage::{Cell, Ground, Watch};
 pub use groups::{Group, Grouping};
+pub use other_set::OtherSet;
 pub use page::{page, plots};
 pub use pool::{Pool, Share};
 pub use rows::{Row, Subject, Told};

@@ -252,6 +252,13 @@ impl Film {
         self.planes.push(Plane::from_samples(words, channels, self.window, samples));
     }
 
+    /// A plane alone, as the main one; what other planes say of the main one is not about it. None if there is no such plane.
+    #[must_use]
+    pub fn only(&self, name: &str) -> Option<Self> {
+        let planes = vec![self.plane(name)?.clone().renamed("")];
+        Some(Self::from_planes(self.size, self.window, planes, self.metadata.clone()))
+    }
+
     /// Size of the full image (pixels).
     pub fn size(&self) -> [u32; 2] {
         self.size
@@ -362,6 +369,15 @@ mod tests {
         let cost = part.plane("cost").unwrap();
         assert_eq!((cost.u32_at(4, 2), cost.u32_at(5, 2)), (&[4, 2][..], &[5, 2][..]));
         assert_eq!((part.size(), part.metadata()), (film.size(), film.metadata()));
+    }
+
+    #[test]
+    fn a_plane_can_stand_alone() {
+        let mut film = Film::new([10, 5], WINDOW, SPECS).unwrap();
+        film.plane_mut("cost").unwrap().set_u32(4, 2, &[1, 2]);
+        let only = film.only("cost").unwrap();
+        assert_eq!((only.planes().len(), only.plane("").unwrap().u32_at(4, 2)), (1, &[1, 2][..]));
+        assert!(film.only("absent").is_none());
     }
 
     #[test]

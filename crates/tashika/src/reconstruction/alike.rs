@@ -52,17 +52,20 @@ fn sums_of_row(pixels: &Pixels, tamed: &[Tamed], y: usize) -> Vec<Sums> {
     for dy in -RADIUS..=RADIUS {
         for dx in -RADIUS..=RADIUS {
             let nearness = 1.0 - (dx * dx + dy * dy) as f32 / ((RADIUS + 1) * (RADIUS + 1)) as f32;
-            if nearness <= 0.0 || !y.checked_add_signed(dy).is_some_and(|y| y < pixels.height) {
+            if nearness <= 0.0 || y.checked_add_signed(dy).is_none_or(|y| y >= pixels.height) {
                 continue;
             }
             let offset = dy * pixels.width as isize + dx;
             // Columns that have a neighbour at this offset.
             let first = (-dx).max(0) as usize;
             let end = pixels.width.saturating_sub(dx.max(0) as usize);
+            if first >= end {
+                continue;
+            }
             for (x, column) in (first..end).zip(&mut columns[first..]) {
                 *column = of_column(pixels, tamed, [x, y], [dx, dy]);
             }
-            for x in first..end {
+            for (x, sums) in sums.iter_mut().enumerate().take(end).skip(first) {
                 let p = y * pixels.width + x;
                 let q = p.wrapping_add_signed(offset);
                 let near = x.saturating_sub(PATCH).max(first)..(x + PATCH + 1).min(end);
@@ -80,9 +83,9 @@ fn sums_of_row(pixels: &Pixels, tamed: &[Tamed], y: usize) -> Vec<Sums> {
                     let (own, other) = (tamed[p].variance, &tamed[q]);
                     let surer = 2.0 * own / (own + other.variance).max(f32::MIN_POSITIVE);
                     let weight = weight * nearness * if p == q { 1.0 } else { surer.min(1.0) };
-                    sums[x].irradiance += other.irradiance * weight;
-                    sums[x].excess += other.excess * weight;
-                    sums[x].weight += weight;
+                    sums.irradiance += other.irradiance * weight;
+                    sums.excess += other.excess * weight;
+                    sums.weight += weight;
                 }
             }
         }

@@ -8,18 +8,21 @@
 //! F²_pq = |Δ normal|²/2σ_n² + |Δ albedo|²/2σ_a² + (Δ ln depth)²/2σ_d² + (Δ coverage)²/2σ_c²
 //! ```
 //!
-//! The distance of patches `D²` is that of non-local means (Buades, Coll, Morel 2005) with the variances `v` that the renderer tells (Rousselle, Knaus, Zwicker 2012, eq. 3): pixels
-//! are alike where they differ by no more than they vary. `F²` are features of the first surface, which are hardly noisy, as in a joint bilateral filter (Eisemann, Durand 2004).
-//! As the variance of pixels falls, fewer are alike, and the mean comes to be the pixel itself.
+//! The distance of patches `D²` is that of non-local means (Buades, Coll, Morel 2005) with the variances `v` that the renderer
+//! tells (Rousselle, Knaus, Zwicker 2012): pixels are alike where they differ by no more than they vary. `F²` compares features of the
+//! first surface, which are hardly noisy, as a joint bilateral filter does (Eisemann, Durand 2004). The less pixels vary, the
+//! fewer are alike, so that a reconstruction approaches the estimates as work grows.
 //!
-//! Before, outliers are tamed ([`outliers`]): a path in a thousand that is a thousand times brighter than the others would be a patch of light. What is taken from them
-//! is given to the pixels about them in the same proportion, up to a tenth of what these have; more would be seen as a patch, and is left out.
+//! Before, outliers are tamed ([`outliers`]): a path in a thousand that is a thousand times brighter than the others would become a
+//! patch of light. What is taken from them is given to the pixels about them by the same weights, up to a tenth of what
+//! these have. More would be seen as a patch and is left out, so that a reconstruction may be darker than the scene by what such paths carry.
 //!
 //! # Guarantee
-//! None: nothing is claimed of a reconstruction. A film keeps the estimates and what they claim beside it. It is a function of the film; threads do not enter. A pixel that is exact stays as it is.
+//! None: nothing is claimed of a reconstruction. A film keeps the estimates and their claims beside it. It is a function of
+//! the film; threads do not enter. A pixel that is exact stays as it is.
 //!
 //! # Held to this by
-//! The tests below; `record/2026-11-24-reconstruction.md` has errors on scenes.
+//! The tests below. The record of 2026-11-24 (reconstruction) has errors on scenes.
 
 mod alike;
 mod outliers;
@@ -37,6 +40,9 @@ pub const RECONSTRUCTION: PlaneSpec = PlaneSpec {
     kind: SampleKind::F32,
     doc: "radiance as a mean of pixels that are alike; nothing is claimed of it",
 };
+
+/// What is said of it to people.
+pub const ABOUT: &str = "reconstructed: means of pixels that are alike, of which nothing is claimed";
 
 /// Adds the plane [`RECONSTRUCTION`] to a film; nothing if it has one, or lacks what tells which pixels are alike. Runs on the current thread pool.
 ///
@@ -177,6 +183,22 @@ mod tests {
             }
             let at = plane.f32_at(30, 16)[1];
             assert!(!is_lamp || at > 600.0, "{at}");
+        }
+    }
+
+    /// Images smaller than the reach of a mean are averaged as far as they go.
+    #[test]
+    fn images_may_be_small() {
+        let (film, truth) = walls([1.0, 3.0], 0.3);
+        for [width, height] in [[1, 1], [6, 1], [1, 6], [5, 3]] {
+            let window = Window { x: 20, y: 3, width, height };
+            let mut part = film.cropped(window).unwrap();
+            reconstruct(&mut part);
+            for (x, y) in window.pixels() {
+                let of_truth = part.plane("reconstruction").unwrap().f32_at(x, y)[1]
+                    / truth[Window::full(SIZE).index(x, y)];
+                assert!((0.1..2.0).contains(&of_truth), "{width}x{height} ({x}, {y}): {of_truth}");
+            }
         }
     }
 

@@ -4,9 +4,12 @@
 //! bounds of pixel p:   Q_¾ + 2 (Q_¾ − Q_½) + 0.05 |Q_½|      Q_¼ − 2 (Q_½ − Q_¼) − 0.05 |Q_½|
 //! ```
 //!
-//! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels by how alike their first surfaces are: for normal noise two standard deviations. A pixel beyond a bound is
-//! brought to it, but by no more than three of its own standard errors: a small lamp is known to be bright, a lucky path is not. The variance of a pixel
-//! is taken to be the median of those about it, but at most four times its own: that of a pixel without the path that few have is told too small.
+//! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels, by how alike their first surfaces are: for normal noise the
+//! bounds are two standard deviations from the median. A pixel beyond a bound is brought to it, but by no more than three of its own standard errors:
+//! a small lamp is known to be bright, a lucky path is not.
+//!
+//! The variance of a pixel is taken to be the median of those about it, but at most four times its own: a pixel without the path
+//! that few have tells too small a variance.
 
 use rayon::prelude::*;
 

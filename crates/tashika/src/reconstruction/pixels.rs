@@ -45,7 +45,8 @@ impl Pixels {
             .map(|a| Rgb::new(a[0], a[1], a[2]))
             .map(|a| if a.luminance() > NO_SURFACE { a + Rgb::gray(LEAST_ALBEDO) } else { Rgb::WHITE })
             .collect();
-        let irradiance = film.colors()?.zip(&albedo).map(|(color, albedo)| color.zip(*albedo, |c, a| c / a)).collect();
+        let irradiance =
+            film.colors()?.zip(&albedo).map(|(color, albedo)| color.zip(*albedo, |c, a| c / a)).collect();
         let variance = standard_error.iter().zip(&albedo).map(|(error, albedo)| {
             let error = error / albedo.luminance();
             error * error

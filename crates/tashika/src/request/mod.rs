@@ -323,6 +323,11 @@ impl Integration {
         !matches!(self, Self::Path(PathStop::Count(_)))
     }
 
+    /// Whether what is promised, or computed, is a sum over one set of VPLs.
+    pub fn is_of_a_sum(&self) -> bool {
+        matches!(self, Self::ManyLights { .. })
+    }
+
     /// Whether pixels may run out of budget without anybody's being disappointed.
     pub fn is_picture(&self) -> bool {
         matches!(self, Self::Transport { is_picture: true, .. })

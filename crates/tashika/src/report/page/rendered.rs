@@ -3,9 +3,13 @@
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Rgb;
 use crate::film::{Film, Plane};
+use crate::reconstruction::{ABOUT, RECONSTRUCTION};
 use crate::report::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
 };
+
+/// Name among the metadata of a film: the median of by how much another set of VPLs would change a pixel, relative.
+pub const OTHER_SET: &str = "other_set.median";
 
 /// What the page of a render says beyond its film.
 #[derive(Clone, Debug, Default)]
@@ -101,8 +105,12 @@ impl Counts {
                 let others = self.wider.get(self.wider.len() / 2).map_or_else(String::new, |half_width| {
                     format!(", half of the others to be within {}", percent_of_error(*half_width))
                 });
+                let other_set = metadata.number(OTHER_SET).map_or_else(String::new, |median| {
+                    let by = percent_of_error(median);
+                    format!(", of the sum over these VPLs; as many others would change a pixel by {by} in the median")
+                });
                 format!(
-                    "{scene}: {who} the promise to be within {} at {} confidence{others}",
+                    "{scene}: {who} the promise to be within {} at {} confidence{others}{other_set}",
                     percent_of_tolerance(error),
                     percent_of_tolerance(confidence)
                 )
@@ -117,6 +125,9 @@ impl Counts {
             && let Some(truth) = film.metadata().text("truth")
         {
             lines.push(format!("The promise is about the distance from {}.", about_truth(truth)));
+        }
+        if film.plane(RECONSTRUCTION.name).is_some() {
+            lines.push(format!("The picture is {ABOUT}; the view “image” has the estimates."));
         }
         for (id, (one, many)) in KINDS.into_iter().enumerate() {
             let n = self.claims[id];

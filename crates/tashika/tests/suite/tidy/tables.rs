@@ -45,7 +45,7 @@ pub(super) const MODULES: &[Module] = &[
     module("integrator", 7, &[0, 1, 2, 3, 4, 5, 6], &[]),
     module("reconstruction", 8, &[0, 1], &[]),
     module("render", 8, &[0, 1, 2, 3, 7], &[]),
-    module("report", 8, &[0, 1], &[]),
+    module("report", 8, &[0, 1], &["reconstruction"]),
     module("request", 8, &[0, 1, 2, 3, 7], &["reconstruction"]),
     module("experiment", 9, &[0, 1, 2, 3, 4, 5, 6, 7, 8], &[]),
     module("io", 9, &[0, 1, 2, 3, 8], &[]),

@@ -47,7 +47,9 @@
     state.views = source.images.flatMap((image, i) =>
       Views.of(image, i, source, palette, tolerance, several ? `${image.label}: ` : ""),
     );
-    for (const [side, wanted] of [["left", ["0/estimate"]], ["right", ["0/error", "0/half_width", "1/estimate", "0/rays", "0/estimate"]]]) {
+    // Errors are those of the estimate.
+    const isJudged = state.views.some(({ id }) => id === "0/error");
+    for (const [side, wanted] of [["left", [isJudged ? "0/estimate" : "0/reconstruction", "0/estimate"]], ["right", ["0/error", "0/half_width", "1/estimate", "0/rays", "0/estimate"]]]) {
       const select = controls[side];
       const before = select.value;
       select.replaceChildren(...state.views.map(({ id, label }) => option(id, label)));
@@ -108,7 +110,8 @@
     if (state.touched || !source.images.length) return;
     const overview = source.overview(0);
     const has = (name) => source.images[0].planes.some((plane) => plane.name === name);
-    const planes = has("") ? overview.planes(has("stop") ? ["", "stop"] : [""]) : null;
+    const seen = ["reconstruction", ""].find(has);
+    const planes = seen === undefined ? null : overview.planes(has("stop") ? [seen, "stop"] : [seen]);
     if (!planes) return;
     state.automatic = Views.automaticStops(planes[0], planes[1]?.[0]);
     expose();

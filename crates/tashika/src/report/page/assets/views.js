@@ -251,7 +251,7 @@ const Views = (() => {
 
     const colored = [...planes.values()].filter(({ name, channels }) => name === "" || name === "reference" || channels.join("") === "RGB");
     for (const { name } of colored) {
-      add(name || "estimate", { "": "image", reference: "reference" }[name] ?? name, {
+      add(name || "estimate", { "": "image", reference: "reference", reconstruction: "picture, reconstructed" }[name] ?? name, {
         kind: "radiance",
         planes: [name],
         paint: radiance(palette),

@@ -1,0 +1,66 @@
+//! What one set of VPLs is worth: by how much another, traced with another seed, would change the picture.
+
+use std::sync::atomic::AtomicBool;
+
+use serde::Serialize;
+
+use super::{Pixels, Pool};
+use crate::error::Result;
+use crate::film::{Film, Metadata};
+use crate::integrator::{ControlOptions, LitBy, Method, Setting};
+use crate::report::{OTHER_SET, Tolerance};
+use crate::rng::{self, Purpose};
+use crate::tree::{LightTree, LightTreeBuilder};
+use crate::vpl::{VplOptions, VplSet};
+
+/// Pixels that are rendered with the other set.
+const PIXELS: u64 = 64;
+/// Of the seed of these pixels.
+const SEED: u64 = 0x07e5;
+
+/// How pixels at random differ between two sets.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OtherSet {
+    /// How many pixels were held against each other.
+    pub pixels: u64,
+    /// Median of their relative differences.
+    pub median: f64,
+    /// What one in ten of them exceeds.
+    pub one_in_ten: f64,
+}
+
+impl OtherSet {
+    /// Renders pixels at random of a finished film with as many VPLs by another seed; none if cancelled.
+    ///
+    /// * `method`, `options`: the film's; `lights`: how its VPLs were traced.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn of(
+        film: &Film,
+        setting: &Setting<'_>,
+        method: Method,
+        options: &ControlOptions,
+        lights: &VplOptions,
+        cancel: &AtomicBool,
+    ) -> Result<Option<Self>> {
+        let lights = VplOptions { seed: rng::key(lights.seed, Purpose::Replicate, 0), ..lights.clone() };
+        let set = VplSet::trace(setting.tracer, &lights)?;
+        let tree = method.needs_tree().then(|| LightTree::build(&set, LightTreeBuilder::default()));
+        let integrator = method.integrator(LitBy { set: &set, tree: tree.as_ref() }, options);
+        let count = PIXELS.min(film.window().area());
+        let pixels = Pixels::of(film.window(), Some(count), setting.view.seed.wrapping_add(SEED))?;
+        let other = pixels.render(setting, integrator.as_ref(), &|_| (), cancel)?;
+        if !other.complete {
+            return Ok(None);
+        }
+        let mut pool = Pool::new(Tolerance { relative: options.error, absolute: options.absolute_error });
+        pool.add(film, &other.film.cropped(film.window())?)?;
+        Ok(Some(Self { pixels: pool.trials(), median: pool.quantile(50), one_in_ten: pool.quantile(90) }))
+    }
+
+    /// Writes into the metadata of the film what its headline says of it.
+    pub fn describe(&self, metadata: &mut Metadata) {
+        metadata.set(OTHER_SET, self.median);
+    }
+}
