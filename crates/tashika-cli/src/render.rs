@@ -113,9 +113,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     } else {
         None
     };
-    if let Some(other_set) = &other_set {
+    if other_set.is_some() {
         meter.finish();
-        other_set.describe(rendered.film.metadata_mut());
     }
     if let Some(trouble) = viewer.and_then(Viewer::finish) {
         meter.note(&trouble);

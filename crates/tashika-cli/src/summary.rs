@@ -283,15 +283,8 @@ impl RenderReport {
         if self.reconstructed {
             rows.push("picture", format!("{ABOUT}; {:.2} s", self.seconds.reconstruction));
         }
-        if let Some(OtherSet { pixels, median, one_in_ten }) = &self.other_set {
-            let (median, one_in_ten) = (percent_of_error(*median), percent_of_error(*one_in_ten));
-            rows.push(
-                "other VPLs",
-                format!(
-                    "as many, by another seed, change a pixel by {median} in the median, one in ten by more than \
-                     {one_in_ten} (of {pixels} at random)"
-                ),
-            );
+        if let Some(other_set) = &self.other_set {
+            rows.push("other VPLs", other_set.words());
         }
         if let Some(audit) = &self.audit {
             let Audit { kept, of, low, high, contradicts, .. } = audit;

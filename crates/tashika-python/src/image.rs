@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
+use tashika::experiment::OtherSet;
 use tashika::film::{Film, Plane, Samples, Value};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
 use tashika::render::Merger;
@@ -39,6 +40,8 @@ pub struct Image {
     film: Film,
     /// For messages and titles: its file, or its method.
     name: PathBuf,
+    /// What another set of lights would change, if that is known.
+    other_set: Option<OtherSet>,
     arrays: Mutex<BTreeMap<String, Py<PyAny>>>,
 }
 
@@ -50,7 +53,20 @@ impl Image {
     }
 
     fn named(film: Film, name: PathBuf) -> Self {
-        Self { film, name, arrays: Mutex::default() }
+        Self { film, name, other_set: None, arrays: Mutex::default() }
+    }
+
+    /// The same, with what another set of lights would change.
+    pub(crate) fn beside(self, other_set: Option<OtherSet>) -> Self {
+        Self { other_set, ..self }
+    }
+
+    /// What is promised, in a sentence.
+    fn headline(&self) -> String {
+        let other_set = self.other_set.map_or_else(String::new, |other| {
+            format!("; the promise is about the sum over these VPLs: {}", other.words())
+        });
+        headline(&self.film) + &other_set
     }
 
     pub(crate) fn film(&self) -> &Film {
@@ -244,14 +260,14 @@ impl Image {
 
     fn __repr__(&self) -> String {
         let [width, height] = self.film.size();
-        format!("<tashika.Image {width}x{height}: {}>", headline(&self.film))
+        format!("<tashika.Image {width}x{height}: {}>", self.headline())
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
         let (picture, _) = encode_png(self.name(), &self.film, &ToneMap::default()).map_err(raised)?;
         let own = half_width_image(&self.film, &self.tolerance());
         let pictures: Vec<Vec<u8>> = std::iter::once(picture).chain(own.map(|own| own.png())).collect();
-        Ok(notebook::html(&headline(&self.film), &pictures))
+        Ok(notebook::html(&self.headline(), &pictures))
     }
 }
 

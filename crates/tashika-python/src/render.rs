@@ -115,23 +115,24 @@ pub fn render(
     let view = View { camera, size, gather, seed };
     let options = RenderOptions { window, share };
     let kept = Kept::new(checkpoint);
-    let rendered = attended(py, threads, progress, |watch| {
-        let mut rendered = rendered(scene, &integration, given, view, &options, &kept, watch)?;
+    let (rendered, other_set) = attended(py, threads, progress, |watch| {
+        let (mut rendered, other_set) = rendered(scene, &integration, given, view, &options, &kept, watch)?;
         if rendered.complete && options.share.is_whole() {
             Integration::finish(&mut rendered.film);
         }
-        Ok(rendered)
+        Ok((rendered, other_set))
     })?;
     for trouble in kept.troubles() {
         warn(py, &trouble)?;
     }
-    Ok(Image::new(rendered.film))
+    Ok(Image::new(rendered.film).beside(other_set))
 }
 
 fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)
 }
 
+/// The film, and what another set of lights would change, if one was traced for it.
 fn rendered(
     scene: &Scene,
     integration: &Integration,
@@ -140,7 +141,7 @@ fn rendered(
     part: &RenderOptions,
     kept: &Kept,
     watch: &Watch,
-) -> Result<Rendered> {
+) -> Result<(Rendered, Option<OtherSet>)> {
     let tracer = scene.tracer();
     let run = |integrator: &dyn Integrator| {
         let setting = Setting { tracer, view };
@@ -159,16 +160,13 @@ fn rendered(
             let lights = given.map_or_else(|| Lights::Trace(traced()), Lights::Given);
             let lit = lights.lit(scene)?;
             let tree = method.needs_tree().then(|| lit.set().tree());
-            let mut rendered =
-                run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())?;
+            let rendered = run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())?;
             if let (Lights::Trace(lights), true) = (&lights, rendered.complete && part.share.is_whole()) {
                 let setting = Setting { tracer, view };
                 let other = OtherSet::of(&rendered.film, &setting, *method, options, lights, watch.cancel())?;
-                if let Some(other) = other {
-                    other.describe(rendered.film.metadata_mut());
-                }
+                return Ok((rendered, other));
             }
-            Ok(rendered)
+            Ok((rendered, None))
         }
         Integration::Transport { lights, truth, options, .. } => {
             let lights = match (lights, given) {
@@ -176,8 +174,10 @@ fn rendered(
                 (None, Some(set)) => Arc::new(GuidedLights::given(tracer, set.get().set(), *truth, &view)?),
                 (None, None) => unreachable!("lights are given or traced"),
             };
-            run(&LightTransport::new(tracer, &lights, options))
+            Ok((run(&LightTransport::new(tracer, &lights, options))?, None))
         }
-        Integration::Path(stop) => run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?),
+        Integration::Path(stop) => {
+            Ok((run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?)?, None))
+        }
     }
 }

@@ -81,6 +81,19 @@ def test_notebooks_show_the_image_and_its_half_widths(image: tashika.Image) -> N
     assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
     assert "tiny: all 192 pixels keep the promise to be within 2 % at 95 % confidence" in page
     assert repr(image).startswith("<tashika.Image 16x12: tiny: all 192 pixels")
+    # What the set is worth, of a promise about its sum.
+    assert re.search(r"as many others change a pixel by [\d.]+ % in the median", repr(image)), repr(image)
+
+
+def test_pictures_are_reconstructed_and_promises_are_not(tiny: tashika.Scene) -> None:
+    said = {"size": (16, 12), "vpls": 20_000, "max_pairs": 150}
+    picture, promise = tashika.render(tiny, **said), tashika.render(tiny, error=0.2, **said)
+    assert picture["reconstruction"].shape == (12, 16, 3) and "reconstruction" not in promise
+    assert "over these VPLs" not in repr(picture)
+    parts = [tashika.render(tiny, tiles=share, **said) for share in ("1/2", "2/2")]
+    assert all("reconstruction" not in part for part in parts)
+    merged = tashika.merge(parts)
+    assert np.array_equal(merged["reconstruction"], picture["reconstruction"])
 
 
 def test_names_of_scenes_are_no_markup(tiny: tashika.Scene) -> None:

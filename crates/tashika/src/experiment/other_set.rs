@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::{Pixels, Pool};
 use crate::error::Result;
-use crate::film::{Film, Metadata};
+use crate::film::Film;
 use crate::integrator::{ControlOptions, LitBy, Method, Setting};
-use crate::report::{OTHER_SET, Tolerance};
+use crate::report::{Tolerance, percent_of_error};
 use crate::rng::{self, Purpose};
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{VplOptions, VplSet};
@@ -59,8 +59,12 @@ impl OtherSet {
         Ok(Some(Self { pixels: pool.trials(), median: pool.quantile(50), one_in_ten: pool.quantile(90) }))
     }
 
-    /// Writes into the metadata of the film what its headline says of it.
-    pub fn describe(&self, metadata: &mut Metadata) {
-        metadata.set(OTHER_SET, self.median);
+    /// The same for people.
+    pub fn words(&self) -> String {
+        let [median, one_in_ten] = [self.median, self.one_in_ten].map(percent_of_error);
+        format!(
+            "as many others change a pixel by {median} in the median, one in ten by more than {one_in_ten} (of {} at random)",
+            self.pixels
+        )
     }
 }

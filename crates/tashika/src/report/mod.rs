@@ -22,8 +22,7 @@ pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::{error_image, half_width_image};
 pub use intervals::Intervals;
 pub use page::{
-    Images, Measured, OTHER_SET, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, headline,
-    render_page,
+    Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, headline, render_page,
 };
 pub use picks::least_certain;
 pub use picture::Picture;

@@ -23,7 +23,7 @@ mod rendered;
 
 pub use compared::compare_page;
 pub use plots::{Measured, Plot};
-pub use rendered::{OTHER_SET, RenderFacts, headline, render_page};
+pub use rendered::{RenderFacts, headline, render_page};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -8,9 +8,6 @@ use crate::report::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
 };
 
-/// Name among the metadata of a film: the median of by how much another set of VPLs would change a pixel, relative.
-pub const OTHER_SET: &str = "other_set.median";
-
 /// What the page of a render says beyond its film.
 #[derive(Clone, Debug, Default)]
 pub struct RenderFacts {
@@ -105,12 +102,8 @@ impl Counts {
                 let others = self.wider.get(self.wider.len() / 2).map_or_else(String::new, |half_width| {
                     format!(", half of the others to be within {}", percent_of_error(*half_width))
                 });
-                let other_set = metadata.number(OTHER_SET).map_or_else(String::new, |median| {
-                    let by = percent_of_error(median);
-                    format!(", of the sum over these VPLs; as many others would change a pixel by {by} in the median")
-                });
                 format!(
-                    "{scene}: {who} the promise to be within {} at {} confidence{others}{other_set}",
+                    "{scene}: {who} the promise to be within {} at {} confidence{others}",
                     percent_of_tolerance(error),
                     percent_of_tolerance(confidence)
                 )
