@@ -58,7 +58,8 @@ Exit codes:
   0    done
   2    usage: an option or its value cannot be
   3    files: an input cannot be used, or an output cannot be written
-  4    rendered, but some pixels ran out of budget
+  4    rendered, but some pixels ran out of budget, where an error was asked for
+  5    rendered, but the audit contradicts what is claimed
   130  interrupted (Ctrl-C); what is finished is written, a second Ctrl-C ends it at once";
 
 const RENDER_EXAMPLES: &str = "\

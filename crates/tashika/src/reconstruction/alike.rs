@@ -26,13 +26,13 @@ struct Sums {
     weight: f32,
 }
 
-/// Reconstructed radiance.
-pub fn means(pixels: &Pixels, tamed: &[Tamed]) -> Vec<Rgb> {
+/// Reconstructed radiance; none of pixels that are like no other, not even themselves, since they are not finite.
+pub fn means(pixels: &Pixels, tamed: &[Tamed]) -> Vec<Option<Rgb>> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| {
         let albedo = &pixels.albedo[y * pixels.width..][..pixels.width];
         let sums = sums_of_row(pixels, tamed, y);
-        sums.into_iter().zip(albedo).map(|(sums, albedo)| *albedo * mean(&sums))
+        sums.into_iter().zip(albedo).map(|(sums, albedo)| (sums.weight > 0.0).then(|| *albedo * mean(&sums)))
     })
     .collect()
 }

@@ -62,7 +62,9 @@ pub fn reconstruct(film: &mut Film) {
     let Some(pixels) = Pixels::of(film) else { return };
     let tamed = outliers::tame(&pixels);
     let means = alike::means(&pixels, &tamed);
-    let samples = means.into_iter().flat_map(Rgb::to_array).collect();
+    let Some(estimates) = film.colors() else { return };
+    let of_pixel = |(mean, estimate): (Option<Rgb>, Rgb)| mean.unwrap_or(estimate).to_array();
+    let samples = means.into_iter().zip(estimates).flat_map(of_pixel).collect();
     film.add_plane(&RECONSTRUCTION, Samples::F32(samples));
 }
 
@@ -184,6 +186,23 @@ mod tests {
             let at = plane.f32_at(30, 16)[1];
             assert!(!is_lamp || at > 600.0, "{at}");
         }
+    }
+
+    /// What is not finite stays where it is.
+    #[test]
+    fn infinite_pixels_do_not_spread() {
+        let (mut film, truth) = walls([1.0, 3.0], 0.1);
+        film.plane_mut("").unwrap().set_f32(30, 16, &[f32::INFINITY; 3]);
+        film.plane_mut("standard_error").unwrap().set_f32(12, 9, &[f32::INFINITY]);
+        reconstruct(&mut film);
+        let plane = film.plane("reconstruction").unwrap();
+        for (i, (x, y)) in Window::full(SIZE).pixels().enumerate() {
+            let value = plane.f32_at(x, y)[1];
+            let is_sound = (value / truth[i] - 1.0).abs() < 0.5;
+            assert!(is_sound != ((x, y) == (30, 16)), "({x}, {y}): {value} for {}", truth[i]);
+        }
+        assert_eq!(plane.f32_at(30, 16)[1], f32::INFINITY);
+        assert_eq!(plane.f32_at(12, 9), film.plane("").unwrap().f32_at(12, 9));
     }
 
     /// Images smaller than the reach of a mean are averaged as far as they go.

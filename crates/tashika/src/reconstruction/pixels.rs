@@ -13,8 +13,11 @@ const SIGMAS: [f32; 4] = [0.15, 0.08, 0.05, 0.05];
 /// Depth of the background (m).
 const FAR: f32 = 1e6;
 
+/// Features of a pixel that no other takes.
+const UNLIKE_ANY: [f32; FEATURES] = [f32::INFINITY; FEATURES];
+
 /// Numbers that tell the first surface.
-pub const FEATURES: usize = 8;
+const FEATURES: usize = 8;
 
 /// The pixels of a film, row by row.
 pub struct Pixels {
@@ -22,7 +25,7 @@ pub struct Pixels {
     pub height: usize,
     /// What colours are divided by: the albedo, about.
     pub albedo: Vec<Rgb>,
-    /// `E`.
+    /// `E`; black where it is not finite.
     pub irradiance: Vec<Rgb>,
     /// Of its luminance.
     pub variance: Vec<f32>,
@@ -58,17 +61,26 @@ impl Pixels {
             let [r, g, b] = albedo[i].map(|c| scale[1] * c).to_array();
             [x, y, z, r, g, b, scale[2] * ln(depth), scale[3] * coverage[i]]
         });
+        let mut features: Vec<_> = features.collect();
+        let (mut irradiance, mut variance): (Vec<Rgb>, Vec<f32>) = (irradiance, variance.collect());
+        for ((features, irradiance), variance) in features.iter_mut().zip(&mut irradiance).zip(&mut variance)
+        {
+            if !(irradiance.is_finite() && variance.is_finite()) {
+                *features = UNLIKE_ANY;
+                (*irradiance, *variance) = (Rgb::BLACK, 0.0);
+            }
+        }
         Some(Self {
             width: window.width as usize,
             height: window.height as usize,
             irradiance,
-            variance: variance.collect(),
-            features: features.collect(),
+            variance,
+            features,
             albedo,
         })
     }
 
-    /// `F²` of two pixels.
+    /// `F²` of two pixels; infinite or not a number for one whose radiance or error is not finite.
     #[inline]
     pub fn distance(&self, p: usize, q: usize) -> f32 {
         let (p, q) = (&self.features[p], &self.features[q]);
