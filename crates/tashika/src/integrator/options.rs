@@ -81,7 +81,12 @@ impl ControlOptions {
     ///
     /// With the error at most `ε L̂ / (1 + ε)`, it is at most `ε L` relative to the truth.
     pub fn tolerance(&self, sum: &RgbSum) -> f64 {
-        (self.error / (1.0 + self.error) * self.controlled.size(sum)).max(self.absolute_error)
+        self.tolerance_of(self.controlled.size(sum))
+    }
+
+    /// The same of what is controlled, if it is so large (W·m⁻²·sr⁻¹).
+    pub fn tolerance_of(&self, size: f64) -> f64 {
+        (self.error / (1.0 + self.error) * size).max(self.absolute_error)
     }
 
     /// # Errors

@@ -143,6 +143,9 @@ impl Finding {
     pub(super) fn growth(&self, work: [f64; 2], most: [f64; 2]) -> ([f64; 2], bool) {
         let [cut, lights, points, paths] = self.variances;
         let mut growth = [1.0, 1.0];
+        // What varies not at all may still be rare.
+        let error = self.standard_error();
+        let error = if error > 0.0 { error } else { 1.0 };
         loop {
             let falls = [powf_f64(growth[0], -FALL), 1.0 / growth[1]];
             let varies = [cut * falls[0], paths * falls[1]];
@@ -156,8 +159,7 @@ impl Finding {
             let gain = |k: usize| {
                 let power = if k == 0 { FALL } else { 1.0 };
                 let by_variance = self.errors * power * varies[k];
-                let by_rare =
-                    if rare[k] >= rare[1 - k].max(rare[2]) { rare[k] * self.standard_error() } else { 0.0 };
+                let by_rare = if rare[k] >= rare[1 - k].max(rare[2]) { rare[k] * error } else { 0.0 };
                 if work[k] > 0.0 { (by_variance + by_rare) / (work[k] * growth[k]) } else { 0.0 }
             };
             let pick = usize::from(gain(1) > gain(0));
@@ -238,6 +240,21 @@ mod tests {
             looks.next();
         }
         assert!((sum - 0.04).abs() < 1e-9, "{sum}");
+    }
+
+    /// Of a background that all camera samples see alike, few samples are no proof, and more are.
+    #[test]
+    fn what_does_not_vary_grows_as_well() {
+        let found = Finding {
+            mean: RgbSum::default(),
+            tolerance: 0.1,
+            half_width: 0.2,
+            variances: [0.0; 4],
+            errors: 2.0,
+            rare: [0.0, 0.2, 0.0],
+        };
+        let (growth, is_enough) = found.growth([0.0, 32.0], [2.0, 4.0]);
+        assert!(is_enough && growth[0] == 1.0 && (2.0..2.5).contains(&growth[1]), "{growth:?}");
     }
 
     /// What is wide by its paths grows by paths, and what is wide by its cut by pairs, as far as is needed.

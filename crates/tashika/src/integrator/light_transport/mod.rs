@@ -27,6 +27,7 @@ mod pixel;
 pub use estimate::Estimator;
 pub use lights::GuidedLights;
 
+use std::cell::OnceCell;
 use std::sync::OnceLock;
 
 use super::{ControlOptions, Integrator, PixelEstimate, Setting, Truth};
@@ -99,6 +100,22 @@ impl<'a> LightTransport<'a> {
     }
 }
 
+/// What a cell sees of the lights: measured when a pixel of it first sums over them.
+struct Visibility<'a> {
+    method: &'a LightTransport<'a>,
+    pilot: Pilot<'a>,
+    cell: [u32; 2],
+    known: OnceCell<CellVisibility<'a>>,
+}
+
+impl Visibility<'_> {
+    fn get(&self) -> &CellVisibility<'_> {
+        let of_image = || PilotVisibility::new(&self.pilot, self.method.options.seed);
+        let of_cell = || self.method.visibility.get_or_init(of_image).about(&self.pilot, self.cell);
+        self.known.get_or_init(of_cell)
+    }
+}
+
 impl Integrator for LightTransport<'_> {
     fn name(&self) -> &'static str {
         "tashika"
@@ -121,7 +138,6 @@ impl Integrator for LightTransport<'_> {
         let transport = Transport::new(self.clamp_distance(0)).with_glass(Glass::SolidStops);
         let (tracer, view) = (setting.tracer, setting.view);
         let pilot = Pilot { tracer, view, lights: self.lights.tree(), transport };
-        let visibility = self.visibility.get_or_init(|| PilotVisibility::new(&pilot, self.options.seed));
         let common = Common {
             setting,
             emitters: &self.emitters,
@@ -129,15 +145,15 @@ impl Integrator for LightTransport<'_> {
             compensates: self.lights.truth() == Truth::Transport,
             controlled: self.options.controlled,
         };
-        let mut cells: Vec<([u32; 2], CellVisibility<'_>)> = Vec::new();
+        let mut cells: Vec<Visibility<'_>> = Vec::new();
         let mut memory = CutMemory::default();
         let mut estimate = |pixel: [u32; 2]| {
             let cell = PilotVisibility::cell_of(pixel);
-            let place = cells.iter().position(|(known, _)| *known == cell).unwrap_or_else(|| {
-                cells.push((cell, visibility.about(&pilot, cell)));
+            let place = cells.iter().position(|known| known.cell == cell).unwrap_or_else(|| {
+                cells.push(Visibility { method: self, pilot, cell, known: OnceCell::new() });
                 cells.len() - 1
             });
-            Pixel::new(self, common, &cells[place].1, pixel).estimate(&mut memory)
+            Pixel::new(self, common, &cells[place], pixel).estimate(&mut memory)
         };
         tile.pixels().map(|(x, y)| estimate([x, y])).collect()
     }

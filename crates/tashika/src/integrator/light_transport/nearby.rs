@@ -9,9 +9,10 @@
 
 use std::sync::OnceLock;
 
+use super::super::ControlOptions;
 use super::estimate::{Common, Estimator, is_narrow, summed_with};
 use crate::rng::{self, Purpose, Stream};
-use crate::stats::Moments;
+use crate::stats::{Moments, student_t_two_sided};
 use crate::uncarried::{Bent, Lit, Uncarried};
 
 /// Side of a cell (pixels).
@@ -36,6 +37,9 @@ struct Paths {
 
 /// Share of the light by bent ways below which paths are taken not to find it.
 const FOUND: f64 = 0.5;
+
+/// Rays of whole paths that take as long as the least that a sum over VPLs does: some hundred pairs over the gather points, with their bounds and lists. Measured.
+const CHEAP: f64 = 8192.0;
 
 /// What is known of a cell, for one clamp distance.
 #[derive(Debug)]
@@ -81,6 +85,19 @@ impl Nearby {
         };
         let [whole, uncarried] = [self.paths_of_all(common), &self.uncarried].map(for_a_ray);
         whole > 0.0 && whole < uncarried
+    }
+
+    /// Whether paths of all there is are foreseen to keep the promise with less work than any sum over VPLs takes, as where light comes straight
+    /// from the sky: where they vary so little, those of the neighbourhood know how much light there is to a few per cent.
+    pub(super) fn are_paths_cheap(&self, common: &Common<'_>, options: &ControlOptions) -> bool {
+        let whole = self.paths_of_all(common);
+        let Some(of_path) = whole.moments[2].first().filter(|of_path| of_path.mean() > 0.0) else {
+            return false;
+        };
+        let tolerance = options.tolerance_of(of_path.mean());
+        let errors = student_t_two_sided(options.confidence, PATHS as f64 - 1.0);
+        let paths = of_path.variance() * (errors / tolerance) * (errors / tolerance);
+        paths * whole.rays as f64 / (PATHS as f64) < CHEAP
     }
 
     fn paths_of_all(&self, common: &Common<'_>) -> &Paths {
@@ -238,6 +255,18 @@ mod tests {
             assert_eq!(glossy.count() + matt.count(), PATHS, "all see the floor");
             let [glossy, matt] = [glossy, matt].map(|moments| moments.variance());
             assert!(glossy > 20.0 * matt, "{glossy} of paths from the tile, {matt} of those from the floor");
+        });
+    }
+
+    /// Paths take work with the square of what varies over what is tolerated: a matt floor under a lamp is soon known to a third, and not to a hundredth.
+    #[test]
+    fn paths_are_cheap_where_little_is_asked_of_what_hardly_varies() {
+        let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
+        look_at_tile(matt, |nearby, common| {
+            let is_cheap = |error| {
+                nearby.are_paths_cheap(common, &ControlOptions { error, ..ControlOptions::default() })
+            };
+            assert!(is_cheap(0.5) && !is_cheap(0.01));
         });
     }
 

@@ -3,8 +3,8 @@
 use super::super::{ErrorClaim, HalfWidths, PixelEstimate, StopReason};
 use super::estimate::{Common, Estimate, Estimator, Points};
 use super::interval::{Finding, Looks, Source};
-use super::{CLAMPS, LightTransport};
-use crate::cut::{CellVisibility, CutMemory};
+use super::{CLAMPS, LightTransport, Visibility};
+use crate::cut::CutMemory;
 use crate::gather::{Features, PixelSum};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
@@ -37,10 +37,10 @@ const ENOUGH_MEET: usize = 4;
 const SAMPLES_OF_FEATURES: u32 = 16;
 
 /// A pixel in work.
-pub(super) struct Pixel<'a> {
+pub(super) struct Pixel<'a, 'v> {
     method: &'a LightTransport<'a>,
     common: Common<'a>,
-    visibility: &'a CellVisibility<'a>,
+    visibility: &'a Visibility<'v>,
     at: [u32; 2],
     key: u64,
     /// At the last look.
@@ -78,11 +78,11 @@ enum Ended {
     HeldUp([bool; 2]),
 }
 
-impl<'a> Pixel<'a> {
+impl<'a, 'v> Pixel<'a, 'v> {
     pub(super) fn new(
         method: &'a LightTransport<'a>,
         common: Common<'a>,
-        visibility: &'a CellVisibility<'a>,
+        visibility: &'a Visibility<'v>,
         at: [u32; 2],
     ) -> Self {
         let number = u64::from(at[1]) << 32 | u64::from(at[0]);
@@ -101,7 +101,7 @@ impl<'a> Pixel<'a> {
             looks: Looks::new(&method.options),
             given_up: 0,
             pairs: 0,
-            rays: visibility.segments_per_pixel,
+            rays: 0,
             knows_whole: false,
         }
     }
@@ -124,6 +124,8 @@ impl<'a> Pixel<'a> {
         let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
         let is_emission_rare = self.is_emission_rare(samples);
         let (mut clamp, mut bent) = (0, 0.0);
+        let visibility = self.visibility.get();
+        self.rays += visibility.segments_per_pixel;
         for attempt in 0.. {
             // An estimate that is begun anew has nothing in common with the one that was given up.
             let key = rng::key(self.key, Purpose::Replicate, attempt);
@@ -137,7 +139,7 @@ impl<'a> Pixel<'a> {
             }
             self.importance_not_found = bent + common.lamps_not_met(self.at, &points.pixel);
             let moments = nearby.map(|nearby| nearby.uncarried(points.are_narrow()));
-            let (order, clamp_distance) = (self.visibility.order(), method.clamp_distance(clamp));
+            let (order, clamp_distance) = (visibility.order(), method.clamp_distance(clamp));
             let estimate = Estimate::of_vpls(common, order, &points, clamp_distance, self.at, key, memory);
             let can_mend = [common.compensates && clamp + 1 < CLAMPS, samples < MOST_SAMPLES];
             match self.refine(estimate, moments.unwrap_or_default(), can_mend) {
@@ -203,7 +205,7 @@ impl<'a> Pixel<'a> {
         self.refine(Estimate::of_paths(common, self.at, key), moments, [false; 2]);
     }
 
-    /// Whether paths of the neighbourhood tell that VPLs would be of no use. Pixels of which light may not be found are left to them, which tell how much.
+    /// Whether paths of the neighbourhood tell that VPLs would be of no use, or that they are not needed. Pixels of which light may not be found are left to them, which tell how much.
     fn are_vpls_in_vain(&mut self) -> bool {
         let (method, common) = (self.method, self.common);
         if !common.compensates || common.sees_lamps(self.at) {
@@ -214,12 +216,19 @@ impl<'a> Pixel<'a> {
             return false;
         }
         self.nearby_whole();
-        let are_in_vain = nearby.are_vpls_in_vain(&common);
+        let are_in_vain = nearby.are_vpls_in_vain(&common)
+            || (nearby.are_paths_cheap(&common, &method.options) && !self.is_background());
         if are_in_vain {
             // Else they are counted with the sums.
             self.rays += nearby.rays_per_pixel(Estimator::Vpls);
         }
         are_in_vain
+    }
+
+    /// Whether the pixel is likely to see no surface: then it is what its camera samples see, and exact if that is one colour.
+    fn is_background(&mut self) -> bool {
+        let sees_emission = self.method.nearby(&self.common, self.at, 0).sees_emission();
+        sees_emission && self.try_samples(SAMPLES_OF_FEATURES).points.is_empty()
     }
 
     /// What paths of all there is in the neighbourhood found; their rays are counted at the first call.
