@@ -244,7 +244,7 @@ fn a_promise_about_one_set_of_lights_says_what_another_would_change() {
             .run(&format!("render builtin:tiny --size 24x18 --truth vpl --error 2% {options} --json a.json"));
         run.succeeds();
         let other = folder.json("a.json")["other_set"].clone();
-        let told = run.stdout.contains("by another seed, change a pixel by");
+        let told = run.stdout.contains("as many others change a pixel by");
         assert_eq!(told, !other.is_null(), "{}", run.stdout);
         (!other.is_null()).then(|| {
             assert_eq!(other["pixels"], 64);

@@ -13,7 +13,7 @@
 //! first surface, which are hardly noisy, as a joint bilateral filter does (Eisemann, Durand 2004). The less pixels vary, the
 //! fewer are alike, so that a reconstruction approaches the estimates as work grows.
 //!
-//! Before, outliers are tamed ([`outliers`]): a path in a thousand that is a thousand times brighter than the others would become a
+//! Before, outliers are tamed (module `outliers`): a path in a thousand that is a thousand times brighter than the others would become a
 //! patch of light. What is taken from them is given to the pixels about them by the same weights, up to a tenth of what
 //! these have. More would be seen as a patch and is left out, so that a reconstruction may be darker than the scene by what such paths carry.
 //!
