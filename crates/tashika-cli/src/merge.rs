@@ -44,7 +44,6 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         return Err(Failure::file(message));
     }
     if merged.missing_pixels == 0 {
-        meter.phase("reconstructing");
         Integration::finish(&mut merged.film);
     }
     write_exr(&plan.exr, &merged.film)?;

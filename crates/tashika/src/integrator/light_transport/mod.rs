@@ -12,7 +12,7 @@
 //! by the samples of the cut themselves ([`Population`](crate::cut::Population)). At each look the interval is compared with `max(ε L̂ / (1 + ε), ε_abs)`; where it is too
 //! wide, pairs and paths grow by as much as is missing of each ([`Finding::growth`](interval::Finding::growth)). What growth does not mend is begun anew: VPLs that are too
 //! near are clamped farther away, pixels with edges have more points; and where that is not enough, or paths of the
-//! neighbourhood tell that VPLs are in vain, a pixel is made of paths of all there is ([`Estimator`]). Where the user says no `ε_abs`, it is `ε` of a hundredth of the mean luminance of the view.
+//! neighbourhood tell that VPLs are in vain or not needed, a pixel is made of paths of all there is ([`Estimator`]). Where the user says no `ε_abs`, it is `ε` of a hundredth of the mean luminance of the view.
 //!
 //! # Guarantee
 //! For a given number of pairs and paths the estimate is unbiased over sets of VPLs, but for paths longer than the longest light path. Intervals are
