@@ -19,7 +19,7 @@ use super::Shown;
 use crate::film::{Film, Plane, SampleKind, Samples, Value};
 use crate::report::{count, least_certain};
 
-/// Pixels that a page holds of all its images together; 300,000 with eight channels are about 6 MB.
+/// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9 MB.
 const MOST_PIXELS: u64 = 300_000;
 /// What tells how sure a pixel is and what it cost.
 const PLANES: [&str; 7] = ["", "reconstruction", "half_width", "claim", "stop", "pairs", "rays"];
