@@ -2,11 +2,17 @@
 
 use std::ops::Range;
 
-/// A distribution over `0..len` in proportion to weights.
+/// Items for each part of the guide table.
+const ITEMS_OF_PART: usize = 2;
+
+/// A distribution over `0..len` in proportion to weights, from which an item is drawn in constant time on average
+/// (Chen, Asau 1974: a guide table, which tells where to begin the search).
 #[derive(Clone, Debug)]
 pub struct Discrete {
     /// `cumulative[i]` is the sum of weights below `i`; one entry more than there are weights.
     cumulative: Vec<f64>,
+    /// Of equal parts of the sum of all weights, the item that each begins in.
+    guide: Vec<u32>,
 }
 
 impl Discrete {
@@ -19,7 +25,10 @@ impl Discrete {
             sum += w;
             cumulative.push(sum);
         }
-        (sum > 0.0).then_some(Self { cumulative })
+        (sum > 0.0).then(|| {
+            let guide = guide(&cumulative);
+            Self { cumulative, guide }
+        })
     }
 
     /// How many items there are.
@@ -45,7 +54,17 @@ impl Discrete {
     /// The item that `u` in `[0, 1)` falls into, its probability, and where in it `u` lies (`[0, 1)`, to be
     /// used again). Items of zero weight are never chosen.
     pub fn sample(&self, u: f64) -> (usize, f64, f64) {
-        self.sample_within(0..self.len(), u)
+        let x = u * self.total();
+        let parts = self.guide.len();
+        let mut i = self.guide[((u * parts as f64) as usize).min(parts - 1)] as usize;
+        // Rounding can have led to the next part.
+        while self.cumulative[i] > x {
+            i -= 1;
+        }
+        while i + 1 < self.len() && self.cumulative[i + 1] <= x {
+            i += 1;
+        }
+        self.item_at(x, i, 0)
     }
 
     /// The same of some of the items, which must not all have zero weight; the probability is that among all items.
@@ -56,14 +75,33 @@ impl Discrete {
         // The last boundary that is not beyond x; x is below that of the end, so it has a successor that is.
         let boundaries = &self.cumulative[start..=end];
         let last = boundaries.partition_point(|&c| c <= x).saturating_sub(1);
-        let mut i = (start + last).min(end - 1);
-        while self.cumulative[i + 1] <= self.cumulative[i] && i > start {
+        self.item_at(x, (start + last).min(end - 1), start)
+    }
+
+    /// Item `i`, in which the sum of weights reaches `x`, or the one before it, from `first` on, that has weight.
+    fn item_at(&self, x: f64, mut i: usize, first: usize) -> (usize, f64, f64) {
+        while self.cumulative[i + 1] <= self.cumulative[i] && i > first {
             i -= 1;
         }
         let width = self.cumulative[i + 1] - self.cumulative[i];
         let rest = ((x - self.cumulative[i]) / width).clamp(0.0, 1.0 - f64::EPSILON);
         (i, width / self.total(), rest)
     }
+}
+
+/// The guide table of sums that end above zero.
+fn guide(cumulative: &[f64]) -> Vec<u32> {
+    let items = cumulative.len() - 1;
+    let parts = items.div_ceil(ITEMS_OF_PART);
+    let mut item = 0;
+    let entry = |part: usize| {
+        let x = part as f64 / parts as f64 * cumulative[items];
+        while item + 1 < items && cumulative[item + 1] <= x {
+            item += 1;
+        }
+        item as u32
+    };
+    (0..parts).map(entry).collect()
 }
 
 /// A density over `[0, 1]²`, constant in each cell of a table.
@@ -151,6 +189,8 @@ impl Piecewise2d {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::elementary;
+    use crate::rng::{Purpose, Stream};
 
     #[test]
     fn items_are_chosen_in_proportion_and_empty_ones_never() {
@@ -166,6 +206,30 @@ mod tests {
         assert_eq!(counts, [0, 1000, 0, 3000, 0]);
         assert_eq!(d.sample(1.0).0, 3, "a rounded-up u stays inside");
         assert!(Discrete::new([0.0]).is_none() && Discrete::new([]).is_none());
+    }
+
+    /// The guide leads to where a search among all leads, for weights that differ by orders of magnitude, many of them zero.
+    #[test]
+    fn items_are_found_where_a_search_finds_them() {
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        for round in 0..300 {
+            let count = 1 + s.below(1 << (round % 10)) as usize;
+            let mut weight =
+                || if s.below(3) == 0 { 0.0 } else { elementary::exp_f64(20.0 * s.uniform_f64()) };
+            let weights: Vec<f64> = (0..count).map(|_| weight()).collect();
+            let Some(d) = Discrete::new(weights) else { continue };
+            for _ in 0..200 {
+                let u = s.uniform_f64();
+                assert_eq!(d.sample(u), d.sample_within(0..count, u), "{u} of {count}");
+            }
+            // At the very boundaries, and beside them.
+            for i in 0..count {
+                let at = d.cumulative[i] / d.total();
+                for u in [at.next_down().max(0.0), at, at.next_up()] {
+                    assert_eq!(d.sample(u), d.sample_within(0..count, u), "{u} of {count}");
+                }
+            }
+        }
     }
 
     /// Each half of a table has its share, and its points are in it with the density of the whole.
