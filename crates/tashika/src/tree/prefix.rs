@@ -1,108 +1,149 @@
-//! Sums of the first `i` weights, from which an item of any range is drawn by a guess and a short search among landmarks, then among what is next to one.
+//! Sums of weights of any range of items, and draws from one in proportion to them.
 //!
 //! ```text
-//! S_i = Σ_{k<i} w_k        weight of [a, b) = S_b − S_a        draw: the i in [a, b) with S_i − S_a ≤ u (S_b − S_a) < S_{i+1} − S_a
+//! weight of [a, b) = Σ_{a≤k<b} w_k        draw: the i in [a, b) with Σ_{a≤k<i} w_k ≤ u · weight < Σ_{a≤k≤i} w_k
 //! ```
 //!
-//! Each `S_i` is the unevaluated sum of two `f64` (Higham 2002, section 4.3), so that the difference of two is accurate to a few units
-//! of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights. With a single `f64`, the weights of dim
-//! lights beside the sun would be lost in the rounding of the sun's.
+//! Items stand in blocks of [`BLOCK`]. What is below each block is kept as the unevaluated sum of two `f64` (Higham 2002, section 4.3), so that
+//! the difference of two is accurate to a few units of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights: with a single
+//! `f64`, the weights of dim lights beside the sun would be lost in the rounding of the sun's. Within a block, weights are added up when they are
+//! asked for: they lie in one line of a cache, and all that is kept of a million items stays in the cache of a core.
 //!
 //! # Guarantee
 //! An item of zero weight is never drawn from a range that holds another. Held to this by `tree::tests::drawing`.
 
-/// Items from one landmark to the next.
-const STRIDE: usize = 16;
-/// Items among which landmarks are not worth a look.
-const FEW: usize = 4 * STRIDE;
+use std::ops::Range;
 
-/// Sums of weights that are finite and not negative; one entry more than there are weights.
+/// Items of a block.
+const BLOCK: usize = 16;
+
+/// Weights that are finite and not negative.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PrefixSums {
-    sums: Vec<[f64; 2]>,
-    /// Every [`STRIDE`]th sum, rounded: of a million items they stay in the cache, where the sums themselves do not.
-    landmarks: Vec<f64>,
+    weights: Vec<f32>,
+    /// What is below each block; the last one, which may not be whole, has no successor.
+    below: Vec<[f64; 2]>,
+}
+
+/// A range of items in parts: those of a block that begins before it, whole blocks, and those of a block that ends after it.
+struct Parts {
+    head: Range<usize>,
+    blocks: Range<usize>,
+    tail: Range<usize>,
+}
+
+impl Parts {
+    fn of(first: u32, count: u32) -> Self {
+        let (begin, end) = (first as usize, first as usize + count as usize);
+        if begin / BLOCK == end / BLOCK {
+            return Self { head: begin..end, blocks: 0..0, tail: end..end };
+        }
+        let blocks = begin.div_ceil(BLOCK)..end / BLOCK;
+        Self { head: begin..blocks.start * BLOCK, tail: blocks.end * BLOCK..end, blocks }
+    }
 }
 
 impl PrefixSums {
     /// The sums of `weights`.
-    pub(super) fn new(weights: impl ExactSizeIterator<Item = f32>) -> Self {
-        let mut sums = Vec::with_capacity(weights.len() + 1);
+    pub(super) fn new(weights: impl Iterator<Item = f32>) -> Self {
+        let weights: Vec<f32> = weights.collect();
         let mut sum = [0.0; 2];
-        sums.push(sum);
-        for weight in weights {
-            sum = add(sum, f64::from(weight));
-            sums.push(sum);
-        }
-        let landmarks = sums.iter().step_by(STRIDE).map(|sum| sum[0]).collect();
-        Self { sums, landmarks }
+        let below_block = |block: &[f32]| {
+            let below = sum;
+            sum = block.iter().fold(sum, |sum, weight| add(sum, f64::from(*weight)));
+            below
+        };
+        // The block after the last is empty if that one is whole.
+        let blocks = weights.chunks(BLOCK).chain(weights.len().is_multiple_of(BLOCK).then_some(&[][..]));
+        Self { below: blocks.map(below_block).collect(), weights }
     }
 
     /// How many weights there are.
     pub(super) fn len(&self) -> usize {
-        self.sums.len() - 1
+        self.weights.len()
     }
 
     /// Weight of `count` items from `first`.
     pub(super) fn weight(&self, first: u32, count: u32) -> f64 {
-        difference(self.sums[first as usize + count as usize], self.sums[first as usize])
+        let Parts { head, blocks, tail } = Parts::of(first, count);
+        self.of_items(head) + self.of_blocks(&blocks) + self.of_items(tail)
     }
 
     /// The item among `count` from `first` that `u` in `[0, 1)` falls into.
     pub(super) fn draw(&self, first: u32, count: u32, u: f64) -> u32 {
-        let (begin, count) = (first as usize, count as usize);
-        let (base, end) = (self.sums[begin], self.sums[begin + count]);
-        let total = difference(end, base);
-        // Rounding can make u·total as large as total, which is beyond the last item.
-        let x = (u * total).min(total.next_down());
-        let sums = &self.sums[begin..begin + count];
-        let is_before = |sum: &[f64; 2]| difference(*sum, base) <= x;
-        let guess = if count > FEW {
-            // The landmarks after the first item and before the last.
-            let after = begin / STRIDE + 1;
-            let landmarks = &self.landmarks[after..(begin + count).div_ceil(STRIDE)];
-            let at = base[0] + x;
-            let guess = (x / total * landmarks.len() as f64) as usize;
-            let passed = last_before(landmarks, guess, |landmark| *landmark <= at);
-            passed.map_or(0, |passed| (after + passed) * STRIDE - begin)
-        } else {
-            count / 2
-        };
-        first + last_before(sums, guess, is_before).expect("the first begins at zero") as u32
+        let Parts { head, blocks, tail } = Parts::of(first, count);
+        let [of_head, of_blocks] = [self.of_items(head.clone()), self.of_blocks(&blocks)];
+        let mut x = u * (of_head + of_blocks + self.of_items(tail.clone()));
+        if x < of_head {
+            return self.item_at(head, x).expect("what is above zero was reached") as u32;
+        }
+        x -= of_head;
+        if x < of_blocks {
+            let base = self.below[blocks.start];
+            let is_before = |below: &[f64; 2]| difference(*below, base) <= x;
+            let guess = (x / of_blocks * blocks.len() as f64) as usize;
+            let block = blocks.start + last_before(&self.below[blocks], guess, is_before);
+            x -= difference(self.below[block], base);
+            let items = block * BLOCK..(block + 1) * BLOCK;
+            return self.item_at(items, x).expect("a block that sums grow over has weight") as u32;
+        }
+        x -= of_blocks;
+        // Rounding can have led beyond the last item that has weight.
+        let or_before = || (first as usize..tail.start).rfind(|item| self.weights[*item] > 0.0);
+        self.item_at(tail.clone(), x).or_else(or_before).unwrap_or(first as usize) as u32
+    }
+
+    /// The item in which the sum of the weights of some reaches `x`, or the last of them that has weight; none if none has.
+    fn item_at(&self, items: Range<usize>, x: f64) -> Option<usize> {
+        let mut sum = 0.0;
+        let mut last = None;
+        for item in items {
+            let weight = self.weights[item];
+            if weight > 0.0 {
+                last = Some(item);
+            }
+            sum += f64::from(weight);
+            if sum > x {
+                break;
+            }
+        }
+        last
+    }
+
+    fn of_items(&self, items: Range<usize>) -> f64 {
+        self.weights[items].iter().fold(0.0, |sum, weight| sum + f64::from(*weight))
+    }
+
+    fn of_blocks(&self, blocks: &Range<usize>) -> f64 {
+        if blocks.is_empty() { 0.0 } else { difference(self.below[blocks.end], self.below[blocks.start]) }
     }
 
     /// Memory (bytes).
     pub(super) fn bytes(&self) -> usize {
-        self.sums.capacity() * size_of::<[f64; 2]>() + self.landmarks.capacity() * size_of::<f64>()
+        self.weights.capacity() * size_of::<f32>() + self.below.capacity() * size_of::<[f64; 2]>()
     }
 }
 
-/// The last of numbers, in ascending order, that is before something; none if the first is not.
+/// The last of numbers, in ascending order, that is before something, which the first is.
 ///
 /// Looked for in steps that double from a guess, then by halves: what is near is likely to be in the cache.
-fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -> Option<usize> {
-    let last = numbers.len().checked_sub(1)?;
-    let guess = guess.min(last);
-    let mut step = 1;
-    // Of all from `low` on to `high` some may be before.
+fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -> usize {
+    let guess = guess.min(numbers.len() - 1);
     let (mut low, mut high) = (guess, guess);
+    let mut step = 1;
     if is_before(&numbers[guess]) {
         high = guess + 1;
-        while high <= last && is_before(&numbers[high]) {
+        while high < numbers.len() && is_before(&numbers[high]) {
             (low, high) = (high, high + step);
             step *= 2;
         }
     } else {
-        while !is_before(&numbers[low]) {
-            if low == 0 {
-                return None;
-            }
+        while low > 0 && !is_before(&numbers[low]) {
             (low, high) = (low.saturating_sub(step), low);
             step *= 2;
         }
     }
-    let high = high.min(last + 1);
-    Some(low + numbers[low + 1..high].partition_point(is_before))
+    low + numbers[low + 1..high.min(numbers.len())].partition_point(is_before)
 }
 
 /// `sum + x`; the first number of the result is the sum rounded, the second what rounding took.
