@@ -48,12 +48,6 @@ impl Descent<'_> {
         self.draw_from(self.lights.root()?, 1.0, u)
     }
 
-    /// Probability of the first of two clusters; none if neither can give anything.
-    pub fn first_of(&self, children: &[LightCluster; 2]) -> Option<f64> {
-        let [a, b] = children.map(|child| self.importance(&child));
-        (a + b > 0.0).then(|| a / (a + b))
-    }
-
     /// A light of a cluster that has been chosen with some probability.
     pub fn draw_from(
         &self,

@@ -1,18 +1,18 @@
 //! Which VPL is drawn for a surface on a path: by what the VPLs could give to it, and by what VPLs were seen to give to surfaces like it.
 //!
 //! A path has one VPL drawn for a surface, out of millions, and most of those that could give much are not seen from there. So the probability of a
-//! cluster of VPLs is a mixture
+//! cluster of VPLs is a mixture, for each [place](super::places) of a surface,
 //!
 //! ```text
-//! P(c) = β q_c + (1 − β) p_c          P(i) = P(c) p(i | c)
+//! P(c) = β q_c + ½ (1 − β) (p_c + l_c)          P(i) = P(c) p(i | c)
 //! ```
 //!
-//! of what was learned for the [place](super::places) of the surface (`q_c`) and of what descending the light tree by importance at the surface itself
-//! gives (`p_c`); within a cluster the light tree is descended. `q_c` is learned by [trial](super::trials).
+//! of what was learned there by [trial](super::trials) (`q_c`), of what clusters could give to some of the surfaces that were met there (`p_c`), and of their
+//! luminance (`l_c`); within a cluster the light tree is descended, by what could be given to the surface itself.
 //!
 //! # Guarantee
-//! A VPL that can give anything has at least `1 − β` of the probability that it has by importance alone, and what was learned comes from random numbers of its
-//! own: the estimate is unbiased whatever that was. Held to this by the test below.
+//! A VPL that can give anything has at least `½ (1 − β) l_c` times the probability that it has in its cluster, and what was learned comes from random numbers
+//! of its own: the estimate is unbiased whatever that was. Held to this by the test below.
 
 use super::descent::Descent;
 use super::places::{Places, Receiver};
@@ -28,27 +28,18 @@ const CLUSTERS: usize = 256;
 const PROBES: usize = 64;
 /// Lights tried for each place and cluster.
 const TRIALS: usize = 8;
+/// Surfaces of a place that say what clusters could give there.
+const PROBES_OF_PLACE: usize = 4;
 /// `β`. Importance alone knows no visibility; what was learned, nothing smaller than a place.
 const LEARNED: f64 = 0.9;
 
 /// What was learned about which VPLs are worth drawing where.
 #[derive(Clone, Debug)]
 pub struct VplChoice {
-    /// The tree above the clusters, depth first.
-    tops: Vec<Top>,
+    clusters: Vec<LightCluster>,
     places: Places,
-    /// `q`, by place; none where nothing was seen.
+    /// `P`, by place; none where nothing was seen.
     tables: Vec<Option<Discrete>>,
-}
-
-/// A node of the light tree, down to the clusters that are told apart.
-#[derive(Clone, Copy, Debug)]
-struct Top {
-    cluster: LightCluster,
-    /// Where its second child is; its first is the next. Zero: it is one of the clusters.
-    second: u32,
-    /// Number of the first cluster in it.
-    number: u32,
 }
 
 impl VplChoice {
@@ -64,65 +55,37 @@ impl VplChoice {
         receivers: Vec<Receiver>,
         seed: u64,
     ) -> Option<Self> {
-        let root = lights.root().filter(|_| !receivers.is_empty())?;
+        if lights.lights().is_empty() || receivers.is_empty() {
+            return None;
+        }
         let step = receivers.len().div_ceil(PROBES);
         let probes: Vec<Receiver> = receivers.iter().copied().step_by(step).collect();
         let clamp_distance = transport.clamp_distance();
-        let could_give = |cluster: &LightCluster| {
-            let of = |receiver| Descent { lights, clamp_distance, receiver }.importance(cluster);
-            probes.iter().map(of).sum()
+        let could_give = |cluster: &LightCluster, receiver: &Receiver| {
+            Descent { lights, clamp_distance, receiver }.importance(cluster)
         };
-        let chosen = lights.split(CLUSTERS, could_give);
-        let mut choice = Self { tops: Vec::new(), places: Places::default(), tables: Vec::new() };
-        choice.add_top(lights, root, &mut chosen.iter().copied().enumerate().peekable());
+        let clusters = lights.split(CLUSTERS, |cluster| probes.iter().map(|r| could_give(cluster, r)).sum());
         let (places, of_places) = Places::divide(receivers);
-        let trials = Trials { tracer, transport, clusters: chosen.len(), lights: TRIALS, seed };
-        choice.tables = trials.learn(&of_places, |cluster, stream| {
-            let cluster = &chosen[cluster];
+        let trials = Trials { tracer, transport, clusters: clusters.len(), lights: TRIALS, seed };
+        let learned = trials.learn(&of_places, |cluster, stream| {
+            let cluster = &clusters[cluster];
             let light = lights.light(lights.draw(cluster, stream.uniform_f64()));
             Some(Drawn { light, luminance: lights.luminance(cluster) })
         });
-        choice.places = places;
-        Some(choice)
-    }
-
-    fn add_top(
-        &mut self,
-        lights: &LightTree,
-        cluster: LightCluster,
-        chosen: &mut std::iter::Peekable<impl Iterator<Item = (usize, LightCluster)>>,
-    ) {
-        let at = self.tops.len();
-        let number = chosen.peek().expect("the clusters hold every light").0 as u32;
-        self.tops.push(Top { cluster, second: 0, number });
-        if chosen.next_if(|(_, next)| *next == cluster).is_some() {
-            return;
-        }
-        let [first, second] = lights.children(&cluster).expect("a light is one of the clusters");
-        self.add_top(lights, first, chosen);
-        self.tops[at].second = self.tops.len() as u32;
-        self.add_top(lights, second, chosen);
-    }
-
-    /// Descends to the cluster of that number, or to one by importance: the cluster, `p_c`, and what is left of `u`.
-    fn descend(&self, descent: &Descent<'_>, to: Option<u32>, mut u: f64) -> Option<(Top, f64, f64)> {
-        let mut at = 0;
-        let mut probability = 1.0;
-        loop {
-            let top = self.tops[at];
-            if top.second == 0 {
-                return Some((top, probability, u));
-            }
-            let children = [at + 1, top.second as usize];
-            let p = descent.first_of(&children.map(|child| self.tops[child].cluster))?;
-            let is_first = to.map_or(u < p, |number| number < self.tops[children[1]].number);
-            let share = if is_first { p } else { 1.0 - p };
-            if to.is_none() {
-                u = if is_first { u / p } else { (u - p) / (1.0 - p) };
-            }
-            probability *= share;
-            at = children[usize::from(!is_first)];
-        }
+        let by_luminance = shares(clusters.iter().map(|cluster| lights.luminance(cluster)));
+        let table = |(learned, receivers): (Option<Discrete>, &Vec<Receiver>)| {
+            let learned = learned?;
+            let probes = || receivers.iter().step_by(receivers.len().div_ceil(PROBES_OF_PLACE));
+            let of_cluster = |cluster| probes().map(|receiver| could_give(cluster, receiver)).sum();
+            let by_importance = shares(clusters.iter().map(of_cluster));
+            let shares = by_luminance.iter().zip(by_importance).enumerate();
+            Discrete::new(shares.map(|(cluster, (by_luminance, by_importance))| {
+                let unlearned = 0.5 * (by_luminance + by_importance);
+                LEARNED * learned.probability(cluster) + (1.0 - LEARNED) * unlearned
+            }))
+        };
+        let tables = learned.into_iter().zip(&of_places).map(table).collect();
+        Some(Self { clusters, places, tables })
     }
 
     /// The same as [`Descent::draw`], by the mixture.
@@ -131,16 +94,16 @@ impl VplChoice {
         else {
             return descent.draw(u);
         };
-        let (to, u) = if u < LEARNED {
-            let (number, _, rest) = table.sample(u / LEARNED);
-            (Some(number as u32), rest)
-        } else {
-            (None, (u - LEARNED) / (1.0 - LEARNED))
-        };
-        let (top, by_importance, u) = self.descend(descent, to, u)?;
-        let probability = LEARNED * table.probability(top.number as usize) + (1.0 - LEARNED) * by_importance;
-        descent.draw_from(top.cluster, probability, u)
+        let (cluster, probability, u) = table.sample(u);
+        descent.draw_from(self.clusters[cluster], probability, u)
     }
+}
+
+/// Numbers over their sum; zeros if that is zero.
+fn shares(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
+    let numbers: Vec<f64> = numbers.collect();
+    let sum: f64 = numbers.iter().sum();
+    numbers.into_iter().map(|number| if sum > 0.0 { number / sum } else { 0.0 }).collect()
 }
 
 #[cfg(test)]
