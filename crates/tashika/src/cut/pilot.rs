@@ -1,8 +1,9 @@
 //! How visible clusters of lights are from parts of the image: what pilot segments, drawn for no estimate, tell.
 //!
 //! The image is divided into cells of [`CELL`] × [`CELL`] pixels, the lights into up to [`CLUSTERS`] nodes of the light tree. For every cell
-//! and cluster [`TRIALS`] segments are traced, from gather points of random pixels of the cell to random lights of the cluster. For a
-//! pixel, those of its own cell and of the eight about it count. From the root of the light tree down,
+//! and cluster [`TRIALS`] segments are traced, from gather points of random pixels of the cell to lights of the cluster. Which lights these are is drawn once
+//! an image: so they lie next to each other in memory, and all segments from a point are a fan whose neighbours have most of their way in
+//! common. For a pixel, trials of its own cell and of the eight about it count. From the root of the light tree down,
 //!
 //! ```text
 //! p_node = (s p_parent + Σ V) / (s + trials)          p above the root: ½
@@ -19,13 +20,14 @@
 use std::sync::OnceLock;
 
 use super::visibility::ByVisibility;
-use crate::accel::{SegmentBatch, Tracer};
+use crate::accel::{Apex, SegmentBatch, Tracer};
 use crate::bounds::LightShape;
 use crate::gather::{GatherPoint, View};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
 use crate::tree::{LightCluster, LightTree};
+use crate::vpl::{Vpl, VplKind};
 
 /// Side of a cell (pixels).
 const CELL: u32 = 16;
@@ -63,6 +65,8 @@ pub struct PilotVisibility {
     parents: Vec<u32>,
     /// Clusters that trials are for, each with its place.
     clusters: Vec<(u32, LightCluster)>,
+    /// Lights of the clusters, cluster by cluster: one for each point of a cell.
+    representatives: Vec<[Vpl; TRIALS as usize]>,
     /// By number of a cluster: the place of the smallest whose visibility is known and that holds it.
     place_of: Vec<u32>,
     /// Row by row.
@@ -131,7 +135,12 @@ impl PilotVisibility {
         }
         let [columns, rows] = pilot.view.size.map(|side| side.div_ceil(CELL));
         let cells = (0..columns as usize * rows as usize).map(|_| OnceLock::new()).collect();
-        Self { parents, clusters, place_of, cells, columns, rows, seed }
+        let mut stream = Stream::new(seed, Purpose::Guidance, 2);
+        let mut draw = |cluster| lights.light(lights.draw(cluster, stream.uniform_f64()));
+        let representatives =
+            clusters.iter().map(|(_, cluster)| [(); TRIALS as usize].map(|()| draw(cluster)));
+        let representatives = representatives.collect();
+        Self { parents, clusters, representatives, place_of, cells, columns, rows, seed }
     }
 
     /// The cell that a pixel lies in, as column and row.
@@ -187,33 +196,32 @@ impl PilotVisibility {
             points.extend(one_point(pilot, [x, y], key.wrapping_add(u64::from(trial))));
         }
         let mut batch = SegmentBatch::new(pilot.transport.glass());
-        let mut trials = Vec::with_capacity(self.clusters.len());
-        let mut drawn: Vec<u32> = Vec::new();
-        for (_, cluster) in &self.clusters {
-            drawn.clear();
-            drawn.extend(points.iter().map(|_| pilot.lights.draw(cluster, stream.uniform_f64())));
-            let before = batch.len();
-            let mut pairs = drawn.iter().zip(&points).peekable();
-            while let Some((&light, point)) = pairs.next() {
-                // Points with the same light, all of them where a cluster is one light, make a fan.
-                let mut fan: smallvec::SmallVec<[&GatherPoint; TRIALS as usize]> = smallvec::smallvec![point];
-                while let Some((_, point)) = pairs.next_if(|(next, _)| **next == light) {
-                    fan.push(point);
+        // Clusters of the segments, in the order of the batch.
+        let mut of_segments: Vec<u32> = Vec::new();
+        let mut targets = Vec::new();
+        for (trial, point) in points.iter().enumerate() {
+            let lights = (0..).zip(self.representatives.iter().map(|lights| &lights[trial]));
+            for (cluster, light) in lights.filter(|(_, light)| pilot.transport.is_facing(point, light)) {
+                if light.kind == VplKind::Directional {
+                    batch.push_fan(light.apex(), [point.position]);
+                    of_segments.push(cluster);
+                } else {
+                    targets.push((cluster, light.position));
                 }
-                let light = pilot.lights.light(light);
-                let facing = |p: &&GatherPoint| !pilot.transport.unoccluded(p, &light).is_black();
-                batch.push_fan(light.apex(), fan.into_iter().filter(facing).map(|p| p.position));
             }
-            trials.push((batch.len() - before) as u8);
+            of_segments.extend(targets.iter().map(|(cluster, _)| cluster));
+            batch.push_fan(Apex::Point(point.position), targets.drain(..).map(|(_, position)| position));
         }
         let mut visibility = Vec::new();
         pilot.tracer.visibility(&batch, &mut visibility);
-        let mut seen = visibility.iter();
-        let tally = |trials: u8| {
-            let visible: f32 = seen.by_ref().take(trials.into()).sum();
-            Tally { visible: (visible * PARTS).round() as u8, trials }
-        };
-        Cell { tallies: trials.into_iter().map(tally).collect(), segments: batch.len() as u64 }
+        let mut seen = vec![(0.0_f32, 0); self.clusters.len()];
+        for (cluster, v) in of_segments.into_iter().zip(visibility) {
+            let (visible, trials) = &mut seen[cluster as usize];
+            *visible += v;
+            *trials += 1;
+        }
+        let tally = |(visible, trials): (f32, u8)| Tally { visible: (visible * PARTS).round() as u8, trials };
+        Cell { tallies: seen.into_iter().map(tally).collect(), segments: batch.len() as u64 }
     }
 }
 

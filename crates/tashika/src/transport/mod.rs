@@ -98,6 +98,13 @@ impl Transport {
         }
     }
 
+    /// Whether a light is before both planes of a point and shines towards it: what is not contributes nothing.
+    pub fn is_facing(&self, point: &GatherPoint, light: &Vpl) -> bool {
+        let Link { towards_light, geometric, .. } = self.link(point.position, light);
+        let is_before = |normal: Vec3| normal.dot(towards_light) > 0.0;
+        geometric > 0.0 && is_before(point.geometric_normal) && is_before(point.frame.n)
+    }
+
     /// `w M G I`: the contribution if nothing is in between (W·m⁻²·sr⁻¹).
     pub fn unoccluded(&self, point: &GatherPoint, light: &Vpl) -> Rgb {
         let link = self.link(point.position, light);
