@@ -15,7 +15,8 @@ use tashika::cut::{ByUpper, Clusters, Listing, Refinement, RefinementMemory, gat
 use tashika::gather::{GatherPoint, PixelSum};
 use tashika::render::with_threads;
 use tashika::transport::Transport;
-use tashika::tree::GatherTree;
+use tashika::tree::{GatherTree, LightTree};
+use tashika::vpl::VplSet;
 use tashika_bench::measure::{Variant, in_turns};
 use tashika_bench::subject::{BenchArgs, Subject};
 
@@ -44,11 +45,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let args = Args::parse();
     let subject = Subject::new(&args.common.subject)?;
     println!("{}\n", subject.describe());
-    with_threads(1, || measure(&subject, args.common.rounds))?;
+    let (set, tree) = subject.set().ok_or("parts are those of a sum: --truth vpl")?;
+    with_threads(1, || measure(&subject, set, tree, args.common.rounds))?;
     Ok(())
 }
 
-fn measure(subject: &Subject, rounds: u32) {
+fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
     let view = subject.setting(&subject.tracer).view;
     let gather = || -> Vec<PixelSum> {
         subject.window().pixels().map(|(x, y)| view.pixel(&subject.tracer, [x, y])).collect()
@@ -57,10 +59,10 @@ fn measure(subject: &Subject, rounds: u32) {
     let pixels: Vec<Vec<GatherPoint>> =
         gather().into_iter().map(|pixel| pixel.points).filter(|points| !points.is_empty()).collect();
     let trees: Vec<GatherTree<UpperAnalytic>> = pixels.iter().map(|points| gather_tree(points)).collect();
-    let clamp_distance = subject.lights.provenance().clamp_distance;
+    let clamp_distance = set.provenance().clamp_distance;
     let transport = Transport::new(clamp_distance);
-    let clusters = |points| Clusters { lights: &subject.tree, points, clamp_distance };
-    let lights = subject.tree.lights();
+    let clusters = |points| Clusters { lights: tree, points, clamp_distance };
+    let lights = tree.lights();
     let listed = LISTED.min(lights.len());
     let refine = |listing: Option<Listing>| {
         let mut memory = RefinementMemory::default();

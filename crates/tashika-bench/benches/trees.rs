@@ -61,7 +61,8 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
 
     let tracer = Tracer::new(Arc::clone(&loaded));
     let size = tracer.size();
-    let options = VplOptions { count: args.common.subject.vpls, ..VplOptions::default() };
+    let count = args.common.subject.vpls.unwrap_or(VplOptions::default().count);
+    let options = VplOptions { count, ..VplOptions::default() };
     let (lights, tracing) = timed(|| VplSet::trace(&tracer, &options));
     let lights = lights?;
     let mut seconds = Vec::new();

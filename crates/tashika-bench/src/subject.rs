@@ -9,14 +9,15 @@ use clap::Args;
 use tashika::accel::Tracer;
 use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{ControlOptions, LitBy, Method, Setting};
+use tashika::integrator::{GuidedLights, Integrator, LightTransport, LitBy, Method, Setting, Truth};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::render::{RenderOptions, Rendered, TileShare, render};
+use tashika::request::{Integration, Request};
 use tashika::scene::{Camera, Scene, builtin};
 use tashika::tree::{LightTree, LightTreeBuilder};
-use tashika::vpl::{VplOptions, VplSet};
+use tashika::vpl::VplSet;
 
-/// What is rendered, as it is typed.
+/// What is rendered, as it is typed. What is not said is as the program has it.
 #[derive(Args, Clone, Debug)]
 pub struct SubjectArgs {
     /// Scene file; the built-in room if none is given
@@ -29,17 +30,20 @@ pub struct SubjectArgs {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub crop: Option<u32>,
     /// Gather points a pixel
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
-    pub points: u32,
+    #[arg(long)]
+    pub points: Option<u64>,
     /// VPLs
-    #[arg(long, default_value_t = 55_000)]
-    pub vpls: u64,
+    #[arg(long)]
+    pub vpls: Option<u64>,
     /// Method
     #[arg(long, default_value = "tashika")]
     pub method: Method,
+    /// What the error is the distance from: transport, clamped or vpl
+    #[arg(long, value_parser = truth)]
+    pub truth: Option<Truth>,
     /// Relative error
-    #[arg(long, default_value_t = 0.02)]
-    pub error: f64,
+    #[arg(long)]
+    pub error: Option<f64>,
 }
 
 /// What every benchmark takes.
@@ -56,6 +60,11 @@ pub struct BenchArgs {
     bench: bool,
 }
 
+fn truth(text: &str) -> Result<Truth, String> {
+    let named = Truth::ALL.into_iter().find(|truth| truth.to_string() == text);
+    named.ok_or_else(|| format!("expected {}", Truth::ALL.map(|truth| truth.to_string()).join(", ")))
+}
+
 fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides.filter(|sides| sides.iter().all(|&s| s > 0)).ok_or_else(|| "expected e.g. 256x256".to_owned())
@@ -66,11 +75,16 @@ pub struct Subject {
     args: SubjectArgs,
     /// Rays.
     pub tracer: Tracer,
-    /// VPLs.
-    pub lights: VplSet,
-    /// The tree over them.
-    pub tree: LightTree,
+    lit: Lit,
+    integration: Integration,
+    gather: GatherOptions,
     camera: Camera,
+}
+
+/// The lights of a subject.
+enum Lit {
+    Set(VplSet, LightTree),
+    Guided(GuidedLights),
 }
 
 /// Reads the scene that was typed.
@@ -89,16 +103,39 @@ impl Subject {
 
     /// Makes everything that a render with this tracer needs.
     pub fn of(tracer: Tracer, args: &SubjectArgs) -> Result<Self, Box<dyn Error>> {
-        let lights = VplSet::trace(&tracer, &VplOptions { count: args.vpls, ..VplOptions::default() })?;
-        let tree = LightTree::build(&lights, LightTreeBuilder::default());
+        let SubjectArgs { method, truth, error, vpls, points, .. } = *args;
+        let request =
+            Request { method: Some(method), truth, error, vpls, gather: points, ..Request::default() };
+        let resolved = request.resolve()?;
+        let (integration, gather) = (resolved.integration.sized(args.size), resolved.gather);
         let camera = tracer.scene().cameras()[0].clone();
-        Ok(Self { args: args.clone(), tracer, lights, tree, camera })
+        let view = View { camera: &camera, size: args.size, gather, seed: request.seed };
+        let lit = match &integration {
+            Integration::ManyLights { lights: Some(options), .. } => {
+                let set = VplSet::trace(&tracer, options)?;
+                let tree = LightTree::build(&set, LightTreeBuilder::default());
+                Lit::Set(set, tree)
+            }
+            Integration::Transport { lights: Some(options), truth, .. } => {
+                Lit::Guided(GuidedLights::trace(&tracer, options, *truth, &view)?)
+            }
+            _ => unreachable!("a method of lights that are not given traces them"),
+        };
+        Ok(Self { args: args.clone(), tracer, lit, integration, gather, camera })
     }
 
     /// What integrators need.
     pub fn setting<'a>(&'a self, tracer: &'a Tracer) -> Setting<'a> {
-        let gather = GatherOptions { points: self.args.points, ..GatherOptions::default() };
-        Setting { tracer, view: View { camera: &self.camera, size: self.args.size, gather, seed: 1 } }
+        let Self { camera, gather, .. } = self;
+        Setting { tracer, view: View { camera, size: self.args.size, gather: *gather, seed: 1 } }
+    }
+
+    /// The one set of VPLs and its tree, if the render is a sum over it.
+    pub fn set(&self) -> Option<(&VplSet, &LightTree)> {
+        match &self.lit {
+            Lit::Set(set, tree) => Some((set, tree)),
+            Lit::Guided(_) => None,
+        }
     }
 
     /// The part of the image that is rendered.
@@ -111,26 +148,51 @@ impl Subject {
 
     /// Renders, with this tracer or one that is heard.
     pub fn render(&self, tracer: &Tracer) -> Rendered {
-        let options = ControlOptions { error: self.args.error, ..ControlOptions::default() };
-        let lit = LitBy { set: &self.lights, tree: Some(&self.tree) };
-        let integrator = self.args.method.integrator(lit, &options);
+        match (&self.integration, &self.lit) {
+            (Integration::ManyLights { method, options, .. }, Lit::Set(set, tree)) => {
+                let lit = LitBy { set, tree: Some(tree) };
+                self.render_by(tracer, method.integrator(lit, options).as_ref())
+            }
+            (Integration::Transport { options, .. }, Lit::Guided(lights)) => {
+                self.render_by(tracer, &LightTransport::new(tracer, lights, options))
+            }
+            _ => unreachable!("lights are made for the integration"),
+        }
+    }
+
+    fn render_by(&self, tracer: &Tracer, integrator: &dyn Integrator) -> Rendered {
         let window = RenderOptions { window: self.window(), share: TileShare::default() };
         let never = AtomicBool::new(false);
-        render(&self.setting(tracer), integrator.as_ref(), &window, &|_| (), &never)
+        render(&self.setting(tracer), integrator, &window, &|_| (), &never)
             .expect("options are those of a render")
+    }
+
+    /// How many VPLs there are.
+    pub fn lights(&self) -> u64 {
+        match &self.lit {
+            Lit::Set(set, _) => set.len() as u64,
+            Lit::Guided(lights) => lights.count(),
+        }
     }
 
     /// One line about it.
     pub fn describe(&self) -> String {
-        let SubjectArgs { size: [width, height], points, error, .. } = &self.args;
+        let [width, height] = self.args.size;
         let window = self.window();
+        let about = match &self.integration {
+            Integration::ManyLights { method, options, .. } => format!("{method}, error {}", options.error),
+            Integration::Transport { truth, options, .. } => {
+                format!("{}, truth {truth}, error {}", self.args.method, options.error)
+            }
+            Integration::Path(_) => "path".to_owned(),
+        };
         format!(
-            "{}, {width}x{height} ({}x{} in the middle), {} VPLs, {points} gather points, {:?}, error {error}",
+            "{}, {width}x{height} ({}x{} in the middle), {} VPLs, {} gather points, {about}",
             self.tracer.scene().name(),
             window.width,
             window.height,
-            self.lights.len(),
-            self.args.method,
+            self.lights(),
+            self.gather.points,
         )
     }
 }
