@@ -1,5 +1,5 @@
 //! What boxes have to do with segments: one segment with the eight boxes of a node, a group of segments with them, and one box
-//! with eight segments.
+//! with sixteen segments.
 //!
 //! All three are made of the same roundings, which are monotone: a group enters every box that one of its segments would enter alone,
 //! and a segment that meets the box of a leaf meets those of all its ancestors.
@@ -7,7 +7,7 @@
 use super::bvh::Node;
 use super::triangle::Lines;
 use crate::math::gamma;
-use crate::math::simd::F32x8;
+use crate::math::simd::{F32x8, Vector};
 
 /// Factor on the far end of a slab: two bounds of three rounded operations each (Ize 2013), and the rounding of the direction.
 const SLAB_SLACK: f32 = 1.0 + 2.0 * gamma(5);
@@ -24,9 +24,9 @@ pub(super) fn reciprocal(d: f32) -> f32 {
     1.0 / if d.abs() < SMALLEST_DIRECTION { SMALLEST_DIRECTION.copysign(d) } else { d }
 }
 
-/// The same of eight.
+/// The same of several.
 #[inline(always)]
-pub(super) fn reciprocals<F: F32x8>(d: F) -> F {
+pub(super) fn reciprocals<F: Vector>(d: F) -> F {
     let smallest = F::splat(SMALLEST_DIRECTION);
     F::splat(1.0) / F::select(smallest.gt(d.abs()), smallest.flipped_by(d), d)
 }
@@ -147,9 +147,9 @@ impl<F: F32x8> Beam<F> {
     }
 }
 
-/// Which of eight segments meet one child's box below [`limit`], as a mask.
+/// Which segments meet one child's box below [`limit`], as a mask.
 #[inline(always)]
-pub(super) fn meet_child<F: F32x8>(
+pub(super) fn meet_child<F: Vector>(
     s: &Lines<F>,
     reciprocal: &[F; 3],
     limit: f32,

@@ -8,7 +8,7 @@ use super::packet::{self, FEW, LANES};
 use super::segments::{Apex, SegmentBatch};
 use super::single::{self, Segment, Waiting};
 use super::trees::Trees;
-use crate::math::simd::{F32x8, Level, Portable, on_level};
+use crate::math::simd::{Level, Vectors, Work};
 use crate::math::{Ray, Vec3};
 use crate::scene::Scene;
 
@@ -24,13 +24,7 @@ pub(super) fn visibility(
     batch: &SegmentBatch,
     visibility: &mut Vec<f32>,
 ) {
-    WAITING.with_borrow_mut(|waiting| {
-        on_level!(
-            level,
-            portable: trace::<Portable>(trees, scene, batch, waiting, visibility),
-            avx2: x86::visibility(trees, scene, batch, waiting, visibility)
-        );
-    });
+    WAITING.with_borrow_mut(|waiting| level.run(Visibility { trees, scene, batch, waiting, visibility }));
 }
 
 /// The same as plainly as can be: without vector instructions, and as if nothing had been asked before.
@@ -40,51 +34,54 @@ pub(super) fn plain_visibility(
     batch: &SegmentBatch,
     visibility: &mut Vec<f32>,
 ) {
-    trace::<Portable>(trees, scene, batch, &mut Waiting::new(None), visibility);
+    let waiting = &mut Waiting::new(None);
+    Level::PORTABLE.run(Visibility { trees, scene, batch, waiting, visibility });
 }
 
 /// The first surface along a ray.
 pub(super) fn closest_hit(level: Level, trees: &Trees, scene: &Scene, ray: &Ray, key: u64) -> Option<Hit> {
-    WAITING.with_borrow_mut(|waiting| {
-        on_level!(
-            level,
-            portable: single::closest_hit::<Portable>(trees, scene, ray, key, waiting),
-            avx2: x86::closest_hit(trees, scene, ray, key, waiting)
-        )
-    })
+    WAITING.with_borrow_mut(|waiting| level.run(ClosestHit { trees, scene, ray, key, waiting }))
 }
 
-#[cfg(target_arch = "x86_64")]
-mod x86 {
-    use super::*;
-    use crate::math::simd::{Avx2, for_avx2};
+struct Visibility<'a> {
+    trees: &'a Trees,
+    scene: &'a Scene,
+    batch: &'a SegmentBatch,
+    waiting: &'a mut Waiting,
+    visibility: &'a mut Vec<f32>,
+}
 
-    for_avx2! {
-        pub fn visibility(
-            trees: &Trees,
-            scene: &Scene,
-            batch: &SegmentBatch,
-            waiting: &mut Waiting,
-            visibility: &mut Vec<f32>,
-        ) {
-            trace::<Avx2>(trees, scene, batch, waiting, visibility);
-        }
+impl Work for Visibility<'_> {
+    type Output = ();
 
-        pub fn closest_hit(
-            trees: &Trees,
-            scene: &Scene,
-            ray: &Ray,
-            key: u64,
-            waiting: &mut Waiting,
-        ) -> Option<Hit> {
-            single::closest_hit::<Avx2>(trees, scene, ray, key, waiting)
-        }
+    #[inline(always)]
+    fn run<V: Vectors>(self) {
+        let Self { trees, scene, batch, waiting, visibility } = self;
+        trace::<V>(trees, scene, batch, waiting, visibility);
+    }
+}
+
+struct ClosestHit<'a> {
+    trees: &'a Trees,
+    scene: &'a Scene,
+    ray: &'a Ray,
+    key: u64,
+    waiting: &'a mut Waiting,
+}
+
+impl Work for ClosestHit<'_> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run<V: Vectors>(self) -> Option<Hit> {
+        let Self { trees, scene, ray, key, waiting } = self;
+        single::closest_hit::<V::Eight>(trees, scene, ray, key, waiting)
     }
 }
 
 /// Traces fans, in groups where they are large enough.
 #[inline(always)]
-fn trace<F: F32x8>(
+fn trace<V: Vectors>(
     trees: &Trees,
     scene: &Scene,
     batch: &SegmentBatch,
@@ -96,18 +93,18 @@ fn trace<F: F32x8>(
         match fan.apex {
             Apex::Point(apex) => {
                 let segment = |target: Vec3| Segment::between(apex, target);
-                trace_fan::<F, true>(trees, scene, batch, targets, segment, waiting, visibility);
+                trace_fan::<V, true>(trees, scene, batch, targets, segment, waiting, visibility);
             }
             Apex::Direction(direction) => {
                 let segment = |target: Vec3| Segment::towards(target, direction);
-                trace_fan::<F, false>(trees, scene, batch, targets, segment, waiting, visibility);
+                trace_fan::<V, false>(trees, scene, batch, targets, segment, waiting, visibility);
             }
         }
     }
 }
 
 #[inline(always)]
-fn trace_fan<F: F32x8, const BOUNDED: bool>(
+fn trace_fan<V: Vectors, const BOUNDED: bool>(
     trees: &Trees,
     scene: &Scene,
     batch: &SegmentBatch,
@@ -120,7 +117,7 @@ fn trace_fan<F: F32x8, const BOUNDED: bool>(
         if group.len() <= FEW as usize {
             for &target in group {
                 let s = segment(target);
-                visibility.push(single::visible::<F, BOUNDED>(trees, scene, batch.glass, &s, waiting));
+                visibility.push(single::visible::<V::Eight, BOUNDED>(trees, scene, batch.glass, &s, waiting));
             }
             continue;
         }
@@ -129,7 +126,7 @@ fn trace_fan<F: F32x8, const BOUNDED: bool>(
             *s = segment(target);
         }
         let segments = &segments[..group.len()];
-        let v = packet::visible::<F, BOUNDED>(trees, scene, batch.glass, segments, waiting);
+        let v = packet::visible::<V, BOUNDED>(trees, scene, batch.glass, segments, waiting);
         visibility.extend_from_slice(&v[..group.len()]);
     }
 }

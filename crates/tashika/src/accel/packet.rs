@@ -18,7 +18,7 @@ use super::single::{self, Place, Segment, Waiting};
 use super::trees::{Placed, Tree, Trees};
 use super::triangle::{Block, Lines, blocked};
 use crate::math::Real;
-use crate::math::simd::{F32x8, WIDTH, each, for_bits};
+use crate::math::simd::{F32x16, Vector, Vectors, WIDTH, each, for_bits};
 use crate::scene::Scene;
 
 /// Segments that travel together.
@@ -27,29 +27,41 @@ pub(super) const LANES: usize = 2 * WIDTH;
 /// Lanes up to which each walks on alone.
 pub(super) const FEW: u32 = 3;
 
-/// Eight segments as they are stored.
-#[derive(Clone, Copy)]
-#[repr(C, align(32))]
-struct Half {
-    origin: [[f32; WIDTH]; 3],
-    direction: [[f32; WIDTH]; 3],
-    reciprocal: [[f32; WIDTH]; 3],
-    target: [[f32; WIDTH]; 3],
-    point_error: [f32; WIDTH],
+/// Numbers of all lanes.
+type Lanes = [f32; LANES];
+
+/// Segments that walk together, in the space of one tree.
+#[repr(C, align(64))]
+pub(super) struct Packet {
+    origin: [Lanes; 3],
+    direction: [Lanes; 3],
+    reciprocal: [Lanes; 3],
+    target: [Lanes; 3],
+    point_error: Lanes,
 }
 
-impl Half {
-    const NONE: Self = Self {
-        origin: [[0.0; WIDTH]; 3],
-        direction: [[0.0; WIDTH]; 3],
-        reciprocal: [[0.0; WIDTH]; 3],
-        target: [[0.0; WIDTH]; 3],
-        point_error: [0.0; WIDTH],
-    };
+impl Packet {
+    /// Of at most [`LANES`] segments.
+    #[inline(always)]
+    fn new(segments: &[Segment]) -> Self {
+        let none = [[0.0; LANES]; 3];
+        let mut packet =
+            Self { origin: none, direction: none, reciprocal: none, target: none, point_error: none[0] };
+        for (lane, s) in segments.iter().enumerate() {
+            for axis in 0..3 {
+                packet.origin[axis][lane] = s.origin[axis];
+                packet.direction[axis][lane] = s.direction[axis];
+                packet.reciprocal[axis][lane] = reciprocal(s.direction[axis]);
+                packet.target[axis][lane] = s.target[axis];
+            }
+            packet.point_error[lane] = s.point_error;
+        }
+        packet
+    }
 
     /// The same in the space of an instance.
     #[inline(always)]
-    fn in_space_of<F: F32x8, const BOUNDED: bool>(&self, placed: &Placed) -> Self {
+    fn in_space_of<F: F32x16, const BOUNDED: bool>(&self, placed: &Placed) -> Self {
         let (origin, error) = placed.points(each!(|axis| F::load(&self.origin[axis])));
         let (target, direction, error) = if BOUNDED {
             let (target, other) = placed.points(each!(|axis| F::load(&self.target[axis])));
@@ -66,122 +78,60 @@ impl Half {
             point_error: error.array(),
         }
     }
-}
-
-/// Segments that walk together, in the space of one tree.
-pub(super) struct Packet {
-    halves: [Half; 2],
-}
-
-impl Packet {
-    /// Of at most [`LANES`] segments.
-    #[inline(always)]
-    fn new(segments: &[Segment]) -> Self {
-        let mut packet = Self { halves: [Half::NONE; 2] };
-        for (lane, s) in segments.iter().enumerate() {
-            let (half, at) = (&mut packet.halves[lane / WIDTH], lane % WIDTH);
-            for axis in 0..3 {
-                half.origin[axis][at] = s.origin[axis];
-                half.direction[axis][at] = s.direction[axis];
-                half.reciprocal[axis][at] = reciprocal(s.direction[axis]);
-                half.target[axis][at] = s.target[axis];
-            }
-            half.point_error[at] = s.point_error;
-        }
-        packet
-    }
-
-    /// The same in the space of an instance, as far as some lanes are concerned.
-    #[inline(always)]
-    fn in_space_of<F: F32x8, const BOUNDED: bool>(&self, placed: &Placed, lanes: u32) -> Self {
-        let mut local = Self { halves: [Half::NONE; 2] };
-        for half in 0..2 {
-            if lanes >> (half * WIDTH) & 0xff != 0 {
-                local.halves[half] = self.halves[half].in_space_of::<F, BOUNDED>(placed);
-            }
-        }
-        local
-    }
 
     /// One of the segments.
     #[inline(always)]
     fn segment(&self, lane: usize) -> Segment {
-        let (half, at) = (&self.halves[lane / WIDTH], lane % WIDTH);
-        let vector = |v: &[[f32; WIDTH]; 3]| Vec3::new(v[0][at], v[1][at], v[2][at]);
+        let vector = |v: &[Lanes; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
         Segment {
-            origin: vector(&half.origin),
-            direction: vector(&half.direction),
-            target: vector(&half.target),
-            point_error: half.point_error[at],
+            origin: vector(&self.origin),
+            direction: vector(&self.direction),
+            target: vector(&self.target),
+            point_error: self.point_error[lane],
         }
     }
 
     #[inline(always)]
-    fn lines<F: F32x8>(&self, half: usize) -> Lines<F> {
-        let half = &self.halves[half];
+    fn lines<F: F32x16>(&self) -> Lines<F> {
         Lines {
-            origin: each!(|axis| F::load(&half.origin[axis])),
-            direction: each!(|axis| F::load(&half.direction[axis])),
-            target: each!(|axis| F::load(&half.target[axis])),
-            point_error: F::load(&half.point_error),
+            origin: each!(|axis| F::load(&self.origin[axis])),
+            direction: each!(|axis| F::load(&self.direction[axis])),
+            target: each!(|axis| F::load(&self.target[axis])),
+            point_error: F::load(&self.point_error),
         }
     }
 
     /// The beam around some lanes; `None` if their directions differ in sign.
     #[inline(always)]
-    fn beam<F: F32x8>(&self, lanes: u32) -> Option<Beam<F>> {
-        let mut origins = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
-        let mut reciprocals = origins;
-        let mut error = 0.0f32;
-        for (half, own) in self.halves.iter().zip([lanes & 0xff, lanes >> WIDTH]) {
-            if own == 0 {
-                continue;
-            }
-            let own = F::mask(own);
-            for axis in 0..3 {
-                origins[axis] = widened::<F>(origins[axis], &half.origin[axis], own);
-                reciprocals[axis] = widened::<F>(reciprocals[axis], &half.reciprocal[axis], own);
-            }
-            error = widened::<F>([0.0, error], &half.point_error, own)[1];
-        }
-        Beam::new(origins, reciprocals, error)
+    fn beam<V: Vectors>(&self, lanes: u32) -> Option<Beam<V::Eight>> {
+        let own = V::Sixteen::mask(lanes);
+        let origins = each!(|axis| hull::<V::Sixteen>(&self.origin[axis], own));
+        let reciprocals = each!(|axis| hull::<V::Sixteen>(&self.reciprocal[axis], own));
+        Beam::new(origins, reciprocals, hull::<V::Sixteen>(&self.point_error, own)[1])
     }
 
     /// Which lanes meet the box of a child.
     #[inline(always)]
-    fn meets_child<F: F32x8>(&self, limit: f32, node: &Node, slot: usize, lanes: u32) -> u32 {
-        let mut met = 0;
-        for half in 0..2 {
-            if lanes >> (half * WIDTH) & 0xff != 0 {
-                let r = each!(|axis| F::load(&self.halves[half].reciprocal[axis]));
-                met |= meet_child(&self.lines::<F>(half), &r, limit, node, slot) << (half * WIDTH);
-            }
-        }
-        met & lanes
+    fn meets_child<F: F32x16>(&self, limit: f32, node: &Node, slot: usize, lanes: u32) -> u32 {
+        let r = each!(|axis| F::load(&self.reciprocal[axis]));
+        meet_child::<F>(&self.lines(), &r, limit, node, slot) & lanes
     }
 
     /// Which lanes a triangle blocks.
     #[inline(always)]
-    fn blocked<F: F32x8, const BOUNDED: bool>(&self, block: &Block, slot: usize, lanes: u32) -> u32 {
-        let v = block.corners_of::<F>(slot);
-        let mut hit = 0;
-        for half in 0..2 {
-            if lanes >> (half * WIDTH) & 0xff != 0 {
-                hit |= blocked::<F, BOUNDED>(&v, &self.lines(half)) << (half * WIDTH);
-            }
-        }
-        hit & lanes
+    fn blocked<F: F32x16, const BOUNDED: bool>(&self, block: &Block, slot: usize, lanes: u32) -> u32 {
+        blocked::<F, BOUNDED>(&block.corners_of(slot), &self.lines()) & lanes
     }
 }
 
-/// An interval, and those of eight numbers that are meant.
+/// The least and the largest of those that are meant.
 #[inline(always)]
-fn widened<F: F32x8>([least, largest]: [f32; 2], values: &[f32; WIDTH], own: F::Mask) -> [f32; 2] {
+fn hull<F: F32x16>(values: &Lanes, own: F::Mask) -> [f32; 2] {
     let values = F::load(values);
-    let low = F::select(own, values, F::splat(least)).array();
-    let high = F::select(own, values, F::splat(largest)).array();
-    let mut interval = [least, largest];
-    for i in 0..WIDTH {
+    let low = F::select(own, values, F::splat(f32::INFINITY)).array();
+    let high = F::select(own, values, F::splat(f32::NEG_INFINITY)).array();
+    let mut interval = [low[0], high[0]];
+    for i in 1..LANES {
         interval = [Real::min(interval[0], low[i]), Real::max(interval[1], high[i])];
     }
     interval
@@ -189,7 +139,7 @@ fn widened<F: F32x8>([least, largest]: [f32; 2], values: &[f32; WIDTH], own: F::
 
 /// The share of light that passes along each of at most [`LANES`] segments.
 #[inline(always)]
-pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
+pub(super) fn visible<V: Vectors, const BOUNDED: bool>(
     trees: &Trees,
     scene: &Scene,
     glass: Glass,
@@ -200,16 +150,16 @@ pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
     let place = Place { scene, glass, instance: None };
     let packet = Packet::new(segments);
     let all = ((1u64 << segments.len()) - 1) as u32;
-    let left = pass::<F, BOUNDED>(&trees.world, &packet, all, &mut visible, &place, waiting);
+    let left = pass::<V, BOUNDED>(&trees.world, &packet, all, &mut visible, &place, waiting);
     if left != 0 && !trees.placed.is_empty() {
-        pass_placed::<F, BOUNDED>(trees, &packet, left, &mut visible, &place, waiting);
+        pass_placed::<V, BOUNDED>(trees, &packet, left, &mut visible, &place, waiting);
     }
     visible
 }
 
 /// Multiplies what is visible by what passes the instances.
 #[inline(always)]
-fn pass_placed<F: F32x8, const BOUNDED: bool>(
+fn pass_placed<V: Vectors, const BOUNDED: bool>(
     trees: &Trees,
     packet: &Packet,
     mut active: u32,
@@ -217,11 +167,11 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
     place: &Place<'_>,
     waiting: &mut Waiting,
 ) {
-    let beam = if active.count_ones() > FEW { packet.beam::<F>(active) } else { None };
+    let beam = if active.count_ones() > FEW { packet.beam::<V>(active) } else { None };
     let Some(beam) = beam else {
         for_bits!(active, below LANES, |lane| {
             let s = &packet.segment(lane);
-            visible[lane] = single::pass_placed::<F, BOUNDED>(trees, 0, s, visible[lane], place, waiting);
+            visible[lane] = single::pass_placed::<V::Eight, BOUNDED>(trees, 0, s, visible[lane], place, waiting);
         });
         return;
     };
@@ -239,7 +189,7 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
             for_bits!(lanes, below LANES, |lane| {
                 let s = &packet.segment(lane);
                 visible[lane] =
-                    single::pass_placed::<F, BOUNDED>(trees, number, s, visible[lane], place, waiting);
+                    single::pass_placed::<V::Eight, BOUNDED>(trees, number, s, visible[lane], place, waiting);
                 if visible[lane] <= 0.0 {
                     active &= !(1 << lane);
                 }
@@ -249,7 +199,7 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
         let node = &trees.top.nodes[number as usize];
         let base = top;
         for_bits!(beam.meets_children(node, limit), below WIDTH, |slot| {
-            let lanes = packet.meets_child::<F>(limit, node, slot, lanes & active);
+            let lanes = packet.meets_child::<V::Sixteen>(limit, node, slot, lanes & active);
             if lanes == 0 {
                 continue;
             }
@@ -261,8 +211,8 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
             let p = &trees.placed[node.first[slot] as usize];
             let place = Place { instance: Some(p.instance), ..*place };
             let tree = &trees.shared[p.tree as usize];
-            let local = packet.in_space_of::<F, BOUNDED>(p, lanes);
-            let left = pass::<F, BOUNDED>(tree, &local, lanes, visible, &place, waiting);
+            let local = packet.in_space_of::<V::Sixteen, BOUNDED>(p);
+            let left = pass::<V, BOUNDED>(tree, &local, lanes, visible, &place, waiting);
             active &= left | !lanes;
         });
         waiting.packets_top[base..top].reverse();
@@ -271,7 +221,7 @@ fn pass_placed<F: F32x8, const BOUNDED: bool>(
 
 /// What passes the triangles below a node for a segment that walks on alone.
 #[inline(always)]
-fn pass_alone<F: F32x8, const BOUNDED: bool>(
+fn pass_alone<V: Vectors, const BOUNDED: bool>(
     tree: &Tree,
     root: u32,
     s: &Segment,
@@ -280,12 +230,12 @@ fn pass_alone<F: F32x8, const BOUNDED: bool>(
     waiting: &mut Waiting,
 ) -> f32 {
     let mut occluder = Leaf::default();
-    single::pass::<F, BOUNDED>(tree, root, s, visible, place, &mut waiting.below, &mut occluder)
+    single::pass::<V::Eight, BOUNDED>(tree, root, s, visible, place, &mut waiting.below, &mut occluder)
 }
 
 /// Multiplies what is visible by what passes the triangles of a tree; the lanes of which something is left.
 #[inline(always)]
-fn pass<F: F32x8, const BOUNDED: bool>(
+fn pass<V: Vectors, const BOUNDED: bool>(
     tree: &Tree,
     packet: &Packet,
     mut active: u32,
@@ -296,11 +246,11 @@ fn pass<F: F32x8, const BOUNDED: bool>(
     if tree.nodes.is_empty() {
         return active;
     }
-    let beam = if active.count_ones() > FEW { packet.beam::<F>(active) } else { None };
+    let beam = if active.count_ones() > FEW { packet.beam::<V>(active) } else { None };
     let Some(beam) = beam else {
         for_bits!(active, below LANES, |lane| {
             let s = &packet.segment(lane);
-            visible[lane] = pass_alone::<F, BOUNDED>(tree, 0, s, visible[lane], place, waiting);
+            visible[lane] = pass_alone::<V, BOUNDED>(tree, 0, s, visible[lane], place, waiting);
             if visible[lane] <= 0.0 {
                 active &= !(1 << lane);
             }
@@ -320,7 +270,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
         if lanes.count_ones() <= FEW {
             for_bits!(lanes, below LANES, |lane| {
                 let s = &packet.segment(lane);
-                visible[lane] = pass_alone::<F, BOUNDED>(tree, number, s, visible[lane], place, waiting);
+                visible[lane] = pass_alone::<V, BOUNDED>(tree, number, s, visible[lane], place, waiting);
                 if visible[lane] <= 0.0 {
                     active &= !(1 << lane);
                 }
@@ -331,7 +281,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
         let base = top;
         for_bits!(beam.meets_children(node, limit), below WIDTH, |slot| {
             // A wide beam meets what no lane does: near silhouettes the targets of a fan lie far apart.
-            let mut lanes = packet.meets_child::<F>(limit, node, slot, lanes & active);
+            let mut lanes = packet.meets_child::<V::Sixteen>(limit, node, slot, lanes & active);
             if lanes == 0 {
                 continue;
             }
@@ -345,7 +295,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
                 for_bits!(lanes, below LANES, |lane| {
                     let s = &packet.segment(lane);
                     visible[lane] =
-                        single::pass_block::<F, BOUNDED>(block, &s.lines(), s, visible[lane], place);
+                        single::pass_block::<V::Eight, BOUNDED>(block, &s.lines(), s, visible[lane], place);
                     if visible[lane] <= 0.0 {
                         active &= !(1 << lane);
                     }
@@ -353,7 +303,7 @@ fn pass<F: F32x8, const BOUNDED: bool>(
                 continue;
             }
             for triangle in 0..node.count[slot] as usize {
-                for_bits!(packet.blocked::<F, BOUNDED>(block, triangle, lanes), below LANES, |lane| {
+                for_bits!(packet.blocked::<V::Sixteen, BOUNDED>(block, triangle, lanes), below LANES, |lane| {
                     let s = &packet.segment(lane);
                     visible[lane] *= 1.0 - place.stopped(block, triangle, s.origin, s.direction);
                     if visible[lane] <= 0.0 {

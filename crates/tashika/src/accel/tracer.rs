@@ -61,7 +61,7 @@ impl Tracer {
     /// answers are the same to the bit.
     #[must_use]
     pub fn plain(&self) -> Self {
-        Self { level: Level::Portable, plain: true, ..self.clone() }
+        Self { level: Level::PORTABLE, plain: true, ..self.clone() }
     }
 
     /// The scene that is traced.

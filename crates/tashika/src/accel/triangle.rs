@@ -1,9 +1,9 @@
-//! The triangle test, written once: eight triangles against a segment, or a triangle against eight segments.
+//! The triangle test, written once: eight triangles against a segment, or a triangle against sixteen segments.
 
 use glam::Vec3;
 
 use crate::math::gamma;
-use crate::math::simd::{F32x8, WIDTH, each};
+use crate::math::simd::{F32x8, Vector, WIDTH, each};
 
 /// Bits of [`Triangle::flags`].
 pub(super) mod flag {
@@ -37,8 +37,8 @@ pub(super) struct Block {
     flags: [u32; WIDTH],
 }
 
-/// Eight numbers for each axis.
-pub(super) type Vec3x8<F> = [F; 3];
+/// Several numbers for each axis.
+pub(super) type Vectors3<F> = [F; 3];
 
 impl Block {
     /// Of at most [`WIDTH`] triangles.
@@ -69,13 +69,13 @@ impl Block {
 
     /// All of them.
     #[inline(always)]
-    pub fn corners<F: F32x8>(&self) -> [Vec3x8<F>; 3] {
+    pub fn corners<F: F32x8>(&self) -> [Vectors3<F>; 3] {
         each!(|corner| each!(|axis| F::load(&self.v[corner][axis])))
     }
 
-    /// Eight times the same.
+    /// As often the same as a vector has places.
     #[inline(always)]
-    pub fn corners_of<F: F32x8>(&self, slot: usize) -> [Vec3x8<F>; 3] {
+    pub fn corners_of<F: Vector>(&self, slot: usize) -> [Vectors3<F>; 3] {
         each!(|corner| each!(|axis| F::splat(self.v[corner][axis][slot])))
     }
 }
@@ -84,11 +84,11 @@ impl Block {
 #[derive(Clone, Copy)]
 pub(super) struct Lines<F> {
     /// Where they start (m).
-    pub origin: Vec3x8<F>,
+    pub origin: Vectors3<F>,
     /// From start to end, or the direction to infinity.
-    pub direction: Vec3x8<F>,
+    pub direction: Vectors3<F>,
     /// Where they end (m); not used of those that go to infinity.
-    pub target: Vec3x8<F>,
+    pub target: Vectors3<F>,
     /// Error of each component of the ends (m), from transforming them into this space.
     pub point_error: F,
 }
@@ -108,16 +108,16 @@ pub(super) struct Lines<F> {
 /// below are rounded up, which pays for the rounding of the bound itself.
 #[derive(Clone, Copy)]
 struct Planes<F> {
-    n: Vec3x8<F>,
+    n: Vectors3<F>,
     /// `M · 20 u`, to be multiplied by `‖v₀ − p‖₁`.
     per_length: F,
     /// `7 M`, to be multiplied by the error of the point.
     per_error: F,
 }
 
-impl<F: F32x8> Planes<F> {
+impl<F: Vector> Planes<F> {
     #[inline(always)]
-    fn new(v: &[Vec3x8<F>; 3]) -> Self {
+    fn new(v: &[Vectors3<F>; 3]) -> Self {
         let (e1, e2) = (sub(v[1], v[0]), sub(v[2], v[0]));
         let m = largest(e1) * largest(e2);
         Self { n: cross(e1, e2), per_length: m * F::splat(gamma(20)), per_error: m * F::splat(7.0) }
@@ -125,20 +125,20 @@ impl<F: F32x8> Planes<F> {
 
     /// `(v₀ − p) · n` from `a = v₀ − p`.
     #[inline(always)]
-    fn volume(&self, a: Vec3x8<F>) -> F {
+    fn volume(&self, a: Vectors3<F>) -> F {
         a[0] * self.n[0] + a[1] * self.n[1] + a[2] * self.n[2]
     }
 
     /// Bound of the error of [`Planes::volume`]; `point_error` is that of each component of `p` (m).
     #[inline(always)]
-    fn error(&self, a: Vec3x8<F>, point_error: F) -> F {
+    fn error(&self, a: Vectors3<F>, point_error: F) -> F {
         (a[0].abs() + a[1].abs() + a[2].abs()) * self.per_length + self.per_error * point_error
     }
 }
 
 /// Places whose segment is blocked, by the two rules of [`accel`](crate::accel).
 #[inline(always)]
-pub(super) fn blocked<F: F32x8, const BOUNDED: bool>(v: &[Vec3x8<F>; 3], s: &Lines<F>) -> u32 {
+pub(super) fn blocked<F: Vector, const BOUNDED: bool>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> u32 {
     let planes = Planes::new(v);
     let (a, b, c) = (sub(v[0], s.origin), sub(v[1], s.origin), sub(v[2], s.origin));
     let start = planes.volume(a);
@@ -159,7 +159,7 @@ pub(super) fn blocked<F: F32x8, const BOUNDED: bool>(v: &[Vec3x8<F>; 3], s: &Lin
 /// Places whose ray meets a triangle, and the parameters: the origin is certainly off the plane, the direction certainly towards it,
 /// and the line passes inside.
 #[inline(always)]
-pub(super) fn met<F: F32x8>(v: &[Vec3x8<F>; 3], s: &Lines<F>) -> (u32, F) {
+pub(super) fn met<F: Vector>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> (u32, F) {
     let planes = Planes::new(v);
     let (a, b, c) = (sub(v[0], s.origin), sub(v[1], s.origin), sub(v[2], s.origin));
     let start = planes.volume(a);
@@ -172,7 +172,7 @@ pub(super) fn met<F: F32x8>(v: &[Vec3x8<F>; 3], s: &Lines<F>) -> (u32, F) {
 
 /// Places where all three have the sign of `start`, or are zero.
 #[inline(always)]
-fn inside<F: F32x8>(edges: [F; 3], start: F) -> F::Mask {
+fn inside<F: Vector>(edges: [F; 3], start: F) -> F::Mask {
     // NaN is outside, as it must be: the smallest of three that hold one could be another.
     let [u, v, w] = each!(|edge| F::splat(0.0).le(edges[edge].flipped_by(start)));
     F::both(F::both(u, v), w)
@@ -180,7 +180,7 @@ fn inside<F: F32x8>(edges: [F; 3], start: F) -> F::Mask {
 
 /// The edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)`: barycentric weights of the three corners, up to a factor.
 #[inline(always)]
-fn edges<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>, c: Vec3x8<F>, d: Vec3x8<F>) -> [F; 3] {
+fn edges<F: Vector>(a: Vectors3<F>, b: Vectors3<F>, c: Vectors3<F>, d: Vectors3<F>) -> [F; 3] {
     [dot(cross(b, c), d), dot(cross(c, a), d), dot(cross(a, b), d)]
 }
 
@@ -197,22 +197,22 @@ pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 
 }
 
 #[inline(always)]
-fn largest<F: F32x8>(v: Vec3x8<F>) -> F {
+fn largest<F: Vector>(v: Vectors3<F>) -> F {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 
 /// `a × b`; swapping the arguments negates every bit of the result.
 #[inline(always)]
-fn cross<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>) -> Vec3x8<F> {
+fn cross<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> Vectors3<F> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[inline(always)]
-fn dot<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>) -> F {
+fn dot<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> F {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn sub<F: F32x8>(a: Vec3x8<F>, b: Vec3x8<F>) -> Vec3x8<F> {
+fn sub<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> Vectors3<F> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

@@ -1,4 +1,4 @@
-//! Many lights at one gather point: what each would contribute if nothing were in the way, eight at a time.
+//! Many lights at one gather point: what each would contribute if nothing were in the way, several at a time.
 //!
 //! The same arithmetic as [`Transport::unoccluded`], number by number, and the same bits; held to it by the tests below.
 
@@ -9,11 +9,11 @@ use glam::Vec3;
 use super::{SMALLEST_SQUARED_DISTANCE, Transport};
 use crate::color::LUMINANCE_WEIGHTS;
 use crate::gather::GatherPoint;
-use crate::math::simd::{F32x8, Level, Portable, WIDTH, each, on_level};
+use crate::math::simd::{Level, Vector, Vectors, Work, each};
 use crate::vpl::{LightColumns, VplKind};
 
-/// Positions, directions and intensities of eight lights.
-type Eight<F> = [[F; 3]; 3];
+/// Positions, directions and intensities of several lights.
+type Several<F> = [[F; 3]; 3];
 
 impl Transport {
     /// Appends the luminance of [`Transport::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by point, and for each all of these lights.
@@ -24,15 +24,11 @@ impl Transport {
         range: Range<usize>,
         luminances: &mut Vec<f32>,
     ) {
-        on_level!(
-            Level::best(),
-            portable: self.list_with::<Portable>(points, lights, range, luminances),
-            avx2: x86::list(self, points, lights, range, luminances)
-        );
+        Level::best().run(List { transport: self, points, lights, range, luminances });
     }
 
     #[inline(always)]
-    fn list_with<F: F32x8>(
+    fn list_with<F: Vector>(
         &self,
         points: &[GatherPoint],
         lights: &LightColumns,
@@ -52,28 +48,28 @@ impl Transport {
                     }
                 }
             } else if points.len() < run.len() {
-                // What is read once is the point, or else the eight lights: whichever is read by more.
+                // What is read once is the point, or else the lights: whichever is read by more.
                 for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
-                    let eights = row[begin..end].chunks_mut(WIDTH);
-                    for (values, first) in eights.zip(run.clone().step_by(WIDTH)) {
-                        store(self.luminances::<F>(point, kind, &eight_at(&columns, first)), values);
+                    let pieces = row[begin..end].chunks_mut(F::LANES);
+                    for (values, first) in pieces.zip(run.clone().step_by(F::LANES)) {
+                        self.luminances::<F>(point, kind, &lights_at(&columns, first)).store_to(values);
                     }
                 }
             } else {
-                for first in (begin..end).step_by(WIDTH) {
-                    let eight: Eight<F> = eight_at(&columns, range.start + first);
+                for first in (begin..end).step_by(F::LANES) {
+                    let several: Several<F> = lights_at(&columns, range.start + first);
                     for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
-                        let values = &mut row[first..end.min(first + WIDTH)];
-                        store(self.luminances(point, kind, &eight), values);
+                        let values = &mut row[first..end.min(first + F::LANES)];
+                        self.luminances(point, kind, &several).store_to(values);
                     }
                 }
             }
         }
     }
 
-    /// Of eight lights of one kind that is not the spot's.
+    /// Of several lights of one kind that is not the spot's.
     #[inline(always)]
-    fn luminances<F: F32x8>(&self, point: &GatherPoint, kind: VplKind, lights: &Eight<F>) -> F {
+    fn luminances<F: Vector>(&self, point: &GatherPoint, kind: VplKind, lights: &Several<F>) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let [position, direction, intensity] = lights;
         let (towards, geometric) = if let VplKind::Directional = kind {
@@ -111,45 +107,34 @@ impl Transport {
     }
 }
 
-/// The first of eight numbers, as many as there is room for.
-#[inline(always)]
-fn store<F: F32x8>(eight: F, values: &mut [f32]) {
-    let eight = eight.array();
-    match values.first_chunk_mut() {
-        Some(whole) => *whole = eight,
-        None => values.copy_from_slice(&eight[..values.len()]),
-    }
-}
-
 /// Scalar products with one vector.
 #[inline(always)]
-fn along<F: F32x8>(v: [F; 3], axis: Vec3) -> F {
+fn along<F: Vector>(v: [F; 3], axis: Vec3) -> F {
     v[0] * F::splat(axis.x) + v[1] * F::splat(axis.y) + v[2] * F::splat(axis.z)
 }
 
-/// Eight lights of the columns of positions, directions and intensities.
+/// Several lights of the columns of positions, directions and intensities.
 #[inline(always)]
-fn eight_at<F: F32x8>(columns: &[[&[f32]; 3]; 3], first: usize) -> Eight<F> {
-    each!(|vector| each!(|axis| {
-        F::load(columns[vector][axis][first..].first_chunk().expect("columns end with eight zeros"))
-    }))
+fn lights_at<F: Vector>(columns: &[[&[f32]; 3]; 3], first: usize) -> Several<F> {
+    each!(|vector| each!(|axis| F::load_from(&columns[vector][axis][first..])))
 }
 
-#[cfg(target_arch = "x86_64")]
-mod x86 {
-    use super::{GatherPoint, LightColumns, Range, Transport};
-    use crate::math::simd::{Avx2, for_avx2};
+/// [`Transport::list`] and what it is asked about.
+struct List<'a> {
+    transport: &'a Transport,
+    points: &'a [GatherPoint],
+    lights: &'a LightColumns,
+    range: Range<usize>,
+    luminances: &'a mut Vec<f32>,
+}
 
-    for_avx2! {
-        pub fn list(
-            transport: &Transport,
-            points: &[GatherPoint],
-            lights: &LightColumns,
-            range: Range<usize>,
-            luminances: &mut Vec<f32>,
-        ) {
-            transport.list_with::<Avx2>(points, lights, range, luminances);
-        }
+impl Work for List<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Vectors>(self) {
+        let Self { transport, points, lights, range, luminances } = self;
+        transport.list_with::<V::Widest>(points, lights, range, luminances);
     }
 }
 
@@ -246,11 +231,17 @@ mod tests {
                 .flat_map(|p| lights[range.clone()].iter().map(|l| transport.unoccluded(p, l).luminance()))
                 .collect();
             let lights = LightColumns::new(&lights);
-            let (mut best, mut portable) = (Vec::new(), Vec::new());
-            transport.list(&points, &lights, range.clone(), &mut best);
-            transport.list_with::<Portable>(&points, &lights, range, &mut portable);
-            assert_eq!(best, expected);
-            assert_eq!(portable, expected);
+            for level in Level::all() {
+                let mut luminances = Vec::new();
+                level.run(List {
+                    transport: &transport,
+                    points: &points,
+                    lights: &lights,
+                    range: range.clone(),
+                    luminances: &mut luminances,
+                });
+                assert_eq!(luminances, expected, "{level:?}");
+            }
             lit += expected.iter().filter(|v| **v > 0.0).count();
         }
         assert!(lit > 10_000, "{lit}");

@@ -1,9 +1,9 @@
 //! Many gather points against one light: which of them can receive anything from it.
 
 use glam::Vec3;
-use multiversion::multiversion;
 
 use crate::gather::GatherPoint;
+use crate::math::simd::{F32x16, Level, Vectors, Work, each, for_bits};
 use crate::vpl::{Vpl, VplKind};
 
 /// Points judged at once.
@@ -16,13 +16,13 @@ pub struct Receivers {
 }
 
 /// Three coordinates of each lane.
-type Vectors = [[f32; LANES]; 3];
+type Vectors3 = [[f32; LANES]; 3];
 
 #[derive(Clone, Copy, Debug)]
 struct Group {
-    position: Vectors,
-    geometric_normal: Vectors,
-    shading_normal: Vectors,
+    position: Vectors3,
+    geometric_normal: Vectors3,
+    shading_normal: Vectors3,
 }
 
 impl Receivers {
@@ -64,7 +64,7 @@ impl Receivers {
                 Source { position: light.position, at_infinity: 0.0, normal: Vec3::ZERO, oriented: false }
             }
         };
-        facing(&self.groups, from, out);
+        Level::best().run(Facing { groups: &self.groups, from, out });
     }
 }
 
@@ -80,36 +80,105 @@ struct Source {
     oriented: bool,
 }
 
-/// Component of `d` along the vector of one lane.
-#[inline(always)]
-fn along(n: &Vectors, lane: usize, d: [f32; 3]) -> f32 {
-    n[0][lane] * d[0] + n[1][lane] * d[1] + n[2][lane] * d[2]
+/// [`Receivers::facing`] and what it is asked about.
+struct Facing<'a> {
+    groups: &'a [Group],
+    from: Source,
+    out: &'a mut Vec<u32>,
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2", "x86_64+avx2", "x86_64+sse4.2"))]
-fn facing(groups: &[Group], from: Source, out: &mut Vec<u32>) {
-    let finite = 1.0 - from.at_infinity;
+impl Work for Facing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Vectors>(self) {
+        facing::<V::Sixteen>(self.groups, self.from, self.out);
+    }
+}
+
+#[inline(always)]
+fn facing<F: F32x16>(groups: &[Group], from: Source, out: &mut Vec<u32>) {
+    let (zero, finite) = (F::splat(0.0), F::splat(1.0 - from.at_infinity));
+    let (position, normal) = (from.position, from.normal);
     for (number, g) in groups.iter().enumerate() {
-        let mut mask = 0u32;
-        for i in 0..LANES {
-            let d = [
-                from.position.x - finite * g.position[0][i],
-                from.position.y - finite * g.position[1][i],
-                from.position.z - finite * g.position[2][i],
-            ];
-            let lit = from.normal.x * d[0] + from.normal.y * d[1] + from.normal.z * d[2];
-            let faces = (along(&g.geometric_normal, i, d) > 0.0)
-                & (along(&g.shading_normal, i, d) > 0.0)
-                & ((lit < 0.0) | !from.oriented);
-            // A selection of constants vectorises where a shift by the lane does not.
-            mask |= if faces { 1 << i } else { 0 };
+        let d = each!(|axis| F::splat(position[axis]) - finite * F::load(&g.position[axis]));
+        let along = |n: &Vectors3| F::load(&n[0]) * d[0] + F::load(&n[1]) * d[1] + F::load(&n[2]) * d[2];
+        let mut faces = F::both(along(&g.geometric_normal).gt(zero), along(&g.shading_normal).gt(zero));
+        if from.oriented {
+            let lit = F::splat(normal.x) * d[0] + F::splat(normal.y) * d[1] + F::splat(normal.z) * d[2];
+            faces = F::both(faces, zero.gt(lit));
         }
-        let first = number * LANES;
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            // Lanes beyond the last point have zero normals and never face anything.
-            out.push((first + lane) as u32);
+        // Lanes beyond the last point have zero normals and never face anything.
+        for_bits!(F::bits(faces), below LANES, |lane| {
+            out.push((number * LANES + lane) as u32);
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::{Bsdf, Lambert};
+    use crate::color::Rgb;
+    use crate::math::Frame;
+    use crate::rng::{Purpose, Stream};
+    use crate::warp;
+
+    fn point(s: &mut Stream) -> GatherPoint {
+        let frame = Frame::about(warp::sphere(s.uniform_2()).normalize());
+        GatherPoint {
+            position: Vec3::from(s.uniform_3()),
+            geometric_normal: (frame.n + 0.5 * warp::sphere(s.uniform_2())).normalize(),
+            frame,
+            wo: warp::cosine_hemisphere(s.uniform_2()),
+            bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.5) }),
+            weight: Rgb::WHITE,
         }
+    }
+
+    /// What faces a light is what three scalar products say, point by point, on every level.
+    #[test]
+    fn those_face_a_light_that_see_its_front() {
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        let mut found = 0;
+        for round in 0..2000 {
+            let points: Vec<GatherPoint> = (0..s.below(50)).map(|_| point(&mut s)).collect();
+            let (position, direction) = (Vec3::from(s.uniform_3()), warp::sphere(s.uniform_2()));
+            let at_infinity = round % 3 == 0;
+            let oriented = round % 3 == 1;
+            let from = Source {
+                position: if at_infinity { -direction } else { position },
+                at_infinity: if at_infinity { 1.0 } else { 0.0 },
+                normal: if oriented { direction } else { Vec3::ZERO },
+                oriented,
+            };
+            let towards = |p: &GatherPoint| if at_infinity { -direction } else { position - p.position };
+            // Where rounding decides, either answer is right.
+            let certain = |p: &GatherPoint| {
+                let cosines = [p.geometric_normal, p.frame.n, direction].map(|n| n.dot(towards(p)));
+                cosines.iter().all(|c| c.abs() > 1e-5)
+            };
+            let faces = |p: &GatherPoint| {
+                let d = towards(p);
+                let front = p.geometric_normal.dot(d) > 0.0 && p.frame.n.dot(d) > 0.0;
+                front && (!oriented || direction.dot(d) < 0.0)
+            };
+            let receivers = Receivers::new(&points);
+            let of = |level: Level| {
+                let mut out = Vec::new();
+                level.run(Facing { groups: &receivers.groups, from, out: &mut out });
+                out
+            };
+            let plain = of(Level::PORTABLE);
+            for (i, p) in points.iter().enumerate() {
+                assert!(plain.contains(&(i as u32)) == faces(p) || !certain(p), "point {i} of {round}");
+            }
+            assert!(plain.is_sorted() && plain.iter().all(|&i| (i as usize) < points.len()));
+            found += plain.len();
+            for level in Level::all() {
+                assert_eq!(of(level), plain, "{level:?}");
+            }
+        }
+        assert!(found > 5000, "{found}");
     }
 }

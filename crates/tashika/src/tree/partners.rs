@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::agglomerative::Cluster;
-use crate::math::simd::{F32x8, Level, Portable, WIDTH, each, on_level};
+use crate::math::simd::{F32x8, Level, Vectors, WIDTH, Work, each};
 
 /// Places to each side in which a cluster looks for a partner. Higher: better trees, longer builds, in proportion.
 pub(super) const WINDOW: usize = 11;
@@ -84,7 +84,7 @@ impl Columns {
 /// Eight numbers of a column.
 #[inline(always)]
 fn eight<F: F32x8>(column: &[f32], first: usize) -> F {
-    F::load(column[first..].first_chunk().expect("windows are inside the list"))
+    F::load_from(&column[first..])
 }
 
 /// The one of least cost; of equals, the one that differs in the lowest bit: two such always choose each other.
@@ -125,24 +125,25 @@ fn best_with(level: Level, clusters: &[Cluster], c2: f32) -> Vec<u32> {
     }
     best[inside.clone()].par_chunks_mut(GRAIN).enumerate().for_each(|(chunk, best)| {
         let first = inside.start + chunk * GRAIN;
-        on_level!(
-            level,
-            portable: columns.inside::<Portable>(first, c2, best),
-            avx2: x86::inside(&columns, first, c2, best)
-        );
+        level.run(Inside { columns: &columns, first, c2, best });
     });
     best
 }
 
-#[cfg(target_arch = "x86_64")]
-mod x86 {
-    use super::Columns;
-    use crate::math::simd::{Avx2, for_avx2};
+/// [`Columns::inside`] for a piece of the list.
+struct Inside<'a> {
+    columns: &'a Columns,
+    first: usize,
+    c2: f32,
+    best: &'a mut [u32],
+}
 
-    for_avx2! {
-        pub fn inside(columns: &Columns, first: usize, c2: f32, best: &mut [u32]) {
-            columns.inside::<Avx2>(first, c2, best);
-        }
+impl Work for Inside<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Vectors>(self) {
+        self.columns.inside::<V::Eight>(self.first, self.c2, self.best);
     }
 }
 
@@ -150,6 +151,7 @@ mod x86 {
 mod tests {
     use super::super::build::Item;
     use super::*;
+    use crate::math::simd::{Portable, Vector};
     use crate::rng::{Purpose, Stream};
     use crate::warp;
 
@@ -178,7 +180,7 @@ mod tests {
                     .collect();
                 let columns = Columns::new(&list);
                 for i in 0..n.saturating_sub(WIDTH) {
-                    let costs = columns.costs::<Portable>(i, i + 1, c2).array();
+                    let costs = columns.costs::<Portable<WIDTH>>(i, i + 1, c2).array();
                     for (j, cost) in (i + 1..).zip(costs) {
                         assert_eq!(cost, list[i].cost(&list[j], c2), "{i} with {j}");
                     }

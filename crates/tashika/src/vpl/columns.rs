@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::light::{Vpl, VplKind};
 use crate::color::{LUMINANCE_WEIGHTS, Rgb};
-use crate::math::simd::WIDTH;
+use crate::math::simd::MOST_LANES;
 use crate::scene::Falloff;
 
 /// Numbers that all lights have: position, direction, intensity.
@@ -15,7 +15,7 @@ const COLUMNS: usize = 9;
 /// Lights that stand kind by kind, each of their numbers in a column of its own: 36 bytes a light, and neighbours are read at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightColumns {
-    /// One column after the other, each with [`WIDTH`] zeros at its end.
+    /// One column after the other, each with [`MOST_LANES`] zeros at its end.
     numbers: Vec<f32>,
     len: usize,
     /// Where each kind ends, by [number](VplKind::number).
@@ -31,8 +31,8 @@ impl LightColumns {
     /// If they do not.
     pub fn new(lights: &[Vpl]) -> Self {
         assert!(lights.is_sorted_by_key(|light| light.kind.number()), "lights stand kind by kind");
-        let mut numbers = vec![0.0; COLUMNS * (lights.len() + WIDTH)];
-        let mut columns = numbers.chunks_exact_mut(lights.len() + WIDTH);
+        let mut numbers = vec![0.0; COLUMNS * (lights.len() + MOST_LANES)];
+        let mut columns = numbers.chunks_exact_mut(lights.len() + MOST_LANES);
         let vectors: [fn(&Vpl) -> [f32; 3]; 3] =
             [|l| l.position.to_array(), |l| l.direction.to_array(), |l| l.intensity.to_array()];
         for vector in vectors {
@@ -110,16 +110,16 @@ impl LightColumns {
         })
     }
 
-    /// The columns of the positions (0), directions (1) or intensities (2), with [`WIDTH`] zeros at their ends.
+    /// The columns of the positions (0), directions (1) or intensities (2), with [`MOST_LANES`] zeros at their ends.
     pub(crate) fn vector(&self, vector: usize) -> [&[f32]; 3] {
-        let length = self.len + WIDTH;
+        let length = self.len + MOST_LANES;
         let column = |axis: usize| &self.numbers[(3 * vector + axis) * length..][..length];
         [column(0), column(1), column(2)]
     }
 
     #[inline]
     fn numbers(&self, vector: usize, light: usize) -> [f32; 3] {
-        let length = self.len + WIDTH;
+        let length = self.len + MOST_LANES;
         let first = 3 * vector * length + light;
         [self.numbers[first], self.numbers[first + length], self.numbers[first + 2 * length]]
     }

@@ -76,7 +76,6 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("image", &["io"]),
     ("libm", &["math"]),
     ("minijinja", &["report"]),
-    ("multiversion", &["transport"]),
     ("obvhs", &["accel"]),
     ("plotters", &["report"]),
     ("png", &["report"]),
@@ -137,10 +136,10 @@ pub(super) const HASHED: &[(&str, &str)] = &[
 
 /// Files that may hold `unsafe` code, and why.
 pub(super) const UNSAFE: &[(&str, &str)] = &[
-    (
-        "crates/tashika/src/math/simd.rs",
-        "vector instructions, and the call of what is compiled for an instruction set",
-    ),
+    ("crates/tashika/src/math/simd/avx2.rs", "vector instructions"),
+    ("crates/tashika/src/math/simd/avx512.rs", "vector instructions"),
+    ("crates/tashika/src/math/simd/level.rs", "the call of what is compiled for an instruction set"),
+    ("crates/tashika/src/math/simd/neon.rs", "vector instructions"),
     ("crates/tashika-bench/src/embree.rs", "a C library, loaded at run time"),
 ];
 

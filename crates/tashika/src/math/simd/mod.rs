@@ -1,0 +1,75 @@
+//! One number or several at once, on several instruction sets.
+//!
+//! [`Real`] has the operations that formulas are written in, once for a single number and for vectors;
+//! [`Vector`] adds what vectors are made of. All are single IEEE operations, selections, or exact changes
+//! of bits, so that every implementation gives the same bits; none contracts a product and a sum.
+//! `portable` is the scalar twin of the others; `tests` holds them to it.
+//!
+//! Code for vectors is [`Work`], generic over [`Vectors`], and is run by a [`Level`], which only detection
+//! makes: see `level`.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod level;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+#[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), expect(dead_code))]
+mod pair;
+mod portable;
+mod real;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use level::{Level, Work};
+#[cfg(test)]
+pub(crate) use portable::Portable;
+pub use real::Real;
+pub(crate) use real::{F32x8, F32x16, Vector, Vectors};
+
+/// Boxes of a node, triangles of a leaf.
+pub(crate) const WIDTH: usize = 8;
+
+/// Most numbers of a vector.
+pub(crate) const MOST_LANES: usize = 16;
+
+/// Bytes that are fetched together.
+#[cfg(target_arch = "x86_64")]
+const CACHE_LINE: usize = 64;
+
+/// An array of an expression for 0, 1 and 2. Unlike a closure it is never a function of its own, which would not be compiled for
+/// the instruction set of its caller.
+macro_rules! each {
+    (|$axis:ident| $value:expr) => {
+        [
+            {
+                let $axis = 0;
+                $value
+            },
+            {
+                let $axis = 1;
+                $value
+            },
+            {
+                let $axis = 2;
+                $value
+            },
+        ]
+    };
+}
+pub(crate) use each;
+
+/// Runs a block for each bit that is set, from the lowest; `below` is a power of two that says how many bits there are. No closure, for
+/// the reason of [`each`].
+macro_rules! for_bits {
+    ($bits:expr, below $below:expr, |$bit:ident| $body:block) => {
+        let mut rest: u32 = $bits;
+        while rest != 0 {
+            let $bit = rest.trailing_zeros() as usize & ($below - 1);
+            rest &= rest - 1;
+            $body
+        }
+    };
+}
+pub(crate) use for_bits;
