@@ -77,7 +77,6 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("libm", &["math"]),
     ("minijinja", &["report"]),
     ("multiversion", &["transport"]),
-    ("obvhs", &["accel"]),
     ("plotters", &["report"]),
     ("png", &["report"]),
     ("rand_core", &["rng"]),
