@@ -2,7 +2,8 @@
 //!
 //!     cargo bench -p tashika-bench --bench trees -- --scene SCENE --vpls 1000000 --embree libembree4.so.4
 //!
-//! Elapsed times on all threads that are asked for, since what is built in parallel is waited for.
+//! Elapsed times on all threads that are asked for, since what is built in parallel is waited for; of the trees for rays also the processor
+//! time of all threads, which tells more on a busy machine.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -17,7 +18,7 @@ use tashika::render::with_threads;
 use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{VplOptions, VplSet};
 use tashika_bench::embree::{Build, Library4};
-use tashika_bench::measure::median;
+use tashika_bench::measure::{cpu_seconds_of_all, median};
 use tashika_bench::subject::{BenchArgs, scene};
 
 #[derive(Parser, Debug)]
@@ -44,19 +45,24 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
     println!("| reading | {loading:.2} |");
 
     let library = args.embree.as_deref().map(Library4::load).transpose()?;
-    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let (mut ours, mut theirs) = (Times::default(), Times::default());
     for _ in 0..args.common.rounds {
-        ours.push(timed(|| Tracer::new(Arc::clone(&loaded))).1);
+        ours.time(|| drop(Tracer::new(Arc::clone(&loaded))));
         if let Some(library) = &library {
             let build = Build { robust: false, threads: args.threads as u32 };
-            theirs.push(timed(|| library.build(&loaded, build)).1);
+            theirs.time(|| drop(library.build(&loaded, build)));
         }
     }
-    let tree = median(&mut ours);
-    println!("| tree for rays | {tree:.2} |");
+    let tree = ours.medians();
+    println!("| tree for rays | {:.3} |\n| its processor time | {:.3} |", tree[0], tree[1]);
     if library.is_some() {
-        let embree = median(&mut theirs);
-        println!("| Embree's, medium quality | {embree:.2} |\n| ours / Embree's | {:.2} |", tree / embree);
+        let embree = theirs.medians();
+        println!(
+            "| Embree's, medium quality | {:.3} |\n| its processor time | {:.3} |",
+            embree[0], embree[1]
+        );
+        let ratios = [tree[0] / embree[0], tree[1] / embree[1]];
+        println!("| ours / Embree's, processor time | {:.2}, {:.2} |", ratios[0], ratios[1]);
     }
 
     let tracer = Tracer::new(Arc::clone(&loaded));
@@ -81,6 +87,26 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
         size.bytes >> 20
     );
     Ok(())
+}
+
+/// Seconds of what is done several times.
+#[derive(Default)]
+struct Times {
+    elapsed: Vec<f64>,
+    processor: Vec<f64>,
+}
+
+impl Times {
+    fn time(&mut self, work: impl FnOnce()) {
+        let begun = cpu_seconds_of_all();
+        self.elapsed.push(timed(work).1);
+        self.processor.push(cpu_seconds_of_all() - begun);
+    }
+
+    /// Of the elapsed and of the processor time.
+    fn medians(&mut self) -> [f64; 2] {
+        [median(&mut self.elapsed), median(&mut self.processor)]
+    }
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {

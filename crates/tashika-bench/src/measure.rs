@@ -4,7 +4,16 @@ use rustix::time::{ClockId, clock_gettime};
 
 /// Seconds of processor time that this thread has taken. (Other libraries' threads may spin beside it.)
 pub fn cpu_seconds() -> f64 {
-    let t = clock_gettime(ClockId::ThreadCPUTime);
+    seconds(ClockId::ThreadCPUTime)
+}
+
+/// Seconds of processor time that all threads have taken.
+pub fn cpu_seconds_of_all() -> f64 {
+    seconds(ClockId::ProcessCPUTime)
+}
+
+fn seconds(clock: ClockId) -> f64 {
+    let t = clock_gettime(clock);
     t.tv_sec as f64 + t.tv_nsec as f64 * 1e-9
 }
 

@@ -29,8 +29,6 @@ pub enum Purpose {
     Modelling = 8,
     /// Whether a ray meets a surface that is partly transparent.
     Opacity = 9,
-    /// Telling equal boxes apart while a tree is built.
-    Build = 10,
     /// Terms drawn of the pairs of a cut.
     Cut = 11,
     /// What only guides where work goes.

@@ -1,21 +1,23 @@
-//! Trees of boxes, built by `obvhs` (PLOC with reinsertion) and collapsed to eight children a node: what their boxes have to do with
-//! a ray is decided for all eight at once.
+//! Trees of boxes with eight children a node: what their boxes have to do with a ray is decided for all eight at once.
+//!
+//! Built from the root, straight to eight children: of the parts of a node the largest is [split](super::split) in two until there are
+//! eight. Items are sorted in place; a leaf is a range of them. The tree is a function of the items and their order, not of threads.
 
-use obvhs::aabb::Aabb as BuilderAabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{Boundable, BvhBuildParams};
+use rayon::prelude::*;
 
+use super::split::{Bounds, Item, halve, split};
 use crate::math::Aabb;
 use crate::math::simd::WIDTH;
-use crate::rng::{self, Purpose};
 
-/// Below this depth items are split in halves: coincident boxes make the builder's tree as deep as there are boxes.
-const BUILDER_DEPTH: usize = 32;
+/// From this depth on items are split in halves: heuristics may split off one item after the other.
+const UNEVEN_DEPTH: usize = 32;
 
-/// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than `BUILDER_DEPTH` and one level a bit
+/// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than `UNEVEN_DEPTH` and one level a bit
 /// of the number of items, and each level leaves at most `WIDTH - 1` nodes behind.
-pub(super) const MAX_WAITING: usize = (BUILDER_DEPTH + 33) * (WIDTH - 1) + 1;
+pub(super) const MAX_WAITING: usize = (UNEVEN_DEPTH + 33) * (WIDTH - 1) + 1;
+
+/// Items of a node above which what is below its children is built in parallel.
+const PARALLEL: usize = 1 << 14;
 
 /// An inner node: the boxes of up to [`WIDTH`] children, component by component, and where these are.
 #[derive(Clone, Copy, Debug)]
@@ -62,215 +64,232 @@ impl Node {
 pub(super) struct Bvh {
     /// Nodes, the root first; empty if there are no items.
     pub nodes: Vec<Node>,
-}
-
-/// The items of each leaf, in the order in which a depth-first walk meets them.
-#[derive(Debug, Default)]
-pub(super) struct Leaves {
-    items: Vec<u32>,
-    ends: Vec<u32>,
-}
-
-impl Leaves {
-    fn push(&mut self, items: &[u32]) -> u32 {
-        self.items.extend_from_slice(items);
-        self.ends.push(self.items.len() as u32);
-        self.ends.len() as u32 - 1
-    }
-
-    /// Leaf by leaf.
-    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        let mut begin = 0;
-        self.ends.iter().map(move |&end| {
-            let items = &self.items[begin as usize..end as usize];
-            begin = end;
-            items
-        })
-    }
-}
-
-struct Item(BuilderAabb);
-
-impl Boundable for Item {
-    fn aabb(&self) -> BuilderAabb {
-        self.0
-    }
+    /// The first item of each leaf, in the order in which a depth-first walk meets them, and how many these are.
+    pub leaves: Vec<(u32, u32)>,
 }
 
 impl Bvh {
-    /// A tree over `boxes` with at most `most` items in a leaf, 1 to [`WIDTH`].
+    /// A tree over items with at most `most` of them in a leaf, 1 to [`WIDTH`]; sorts them so that each leaf is a range.
     ///
     /// Boxes are grown by 2⁻²² of the largest coordinate: a segment that touches a box's face is inside it,
     /// whatever rounding says.
-    pub fn build(boxes: &[Aabb], most: usize) -> (Self, Leaves) {
-        let items: Vec<Item> = (0u64..).zip(boxes).map(|(i, b)| Item(unequal(i, b))).collect();
-        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
-        let margin = 2.0 * f32::EPSILON * bounds.lo.abs().max(bounds.hi.abs()).max_element();
-        if boxes.len() <= most {
-            return Self::single_leaf(boxes.len() as u32, bounds, margin);
+    pub fn build(items: &mut [Item], most: usize) -> Self {
+        let bounds = Bounds::of(items);
+        let b = bounds.aabb();
+        let margin = 2.0 * f32::EPSILON * b.lo.abs().max(b.hi.abs()).max_element();
+        let mut bvh = Self::default();
+        if !items.is_empty() {
+            let all = Part { begin: 0, end: items.len(), bounds };
+            Growth { most, margin }.grow(items, 0, all, 1, &mut bvh);
         }
-        let mut params = BvhBuildParams::medium_build();
-        params.max_prims_per_leaf = most as u32;
-        let tree = build_bvh2(&items, params, &mut std::time::Duration::default());
-        let mut bvh = Self { nodes: Vec::with_capacity(tree.nodes.len() / 2) };
-        let mut leaves = Leaves::default();
-        let opening = Opening { tree: &tree, boxes, most };
-        if tree.nodes[0].is_leaf() {
-            return Self::single_leaf(boxes.len() as u32, bounds, margin);
-        }
-        // Depth first, children before siblings, so that a path lies together in memory.
-        let mut stack = vec![Pending { source: Source::Builder(0), parent: None, depth: 1 }];
-        while let Some(Pending { source, parent, depth }) = stack.pop() {
-            let number = bvh.nodes.len() as u32;
-            if let Some((parent, slot)) = parent {
-                bvh.nodes[parent as usize].first[slot] = number;
+        bvh.nodes.shrink_to_fit();
+        bvh.leaves.shrink_to_fit();
+        bvh
+    }
+
+    /// Takes over another tree, and says which node its root has become.
+    fn append(&mut self, other: Self) -> u32 {
+        let (nodes, leaves) = (self.nodes.len() as u32, self.leaves.len() as u32);
+        self.leaves.extend(other.leaves);
+        self.nodes.extend(other.nodes.into_iter().map(|mut node| {
+            for slot in 0..WIDTH {
+                node.first[slot] += if node.is_inner(slot) { nodes } else { leaves };
             }
-            let mut node = Node::EMPTY;
-            let mut inner = Vec::new();
-            for (slot, child) in opening.children(source, depth).into_iter().enumerate() {
-                node.set_box(slot, &opening.bounds(&child), margin);
-                match child {
-                    Source::Items(items) if items.len() <= most => {
-                        node.first[slot] = leaves.push(&items);
-                        node.count[slot] = items.len() as u8;
+            node
+        }));
+        nodes
+    }
+}
+
+/// Items of a node, which become a child of it.
+#[derive(Clone, Copy)]
+struct Part {
+    begin: usize,
+    end: usize,
+    bounds: Bounds,
+}
+
+/// What all nodes of a tree are made with.
+struct Growth {
+    most: usize,
+    margin: f32,
+}
+
+impl Growth {
+    /// Adds the node over all `items`, of which the first has number `first`, and what is below it.
+    fn grow(&self, items: &mut [Item], first: usize, all: Part, depth: usize, bvh: &mut Bvh) {
+        let mut parts = [all; WIDTH];
+        let parts = self.parts(items, all, depth, &mut parts);
+        let number = bvh.nodes.len();
+        let mut node = Node::EMPTY;
+        for (slot, part) in parts.iter().enumerate() {
+            node.set_box(slot, &part.bounds.aabb(), self.margin);
+            let count = part.end - part.begin;
+            if count <= self.most {
+                node.first[slot] = bvh.leaves.len() as u32;
+                node.count[slot] = count as u8;
+                bvh.leaves.push(((first + part.begin) as u32, count as u32));
+            } else {
+                node.inner |= 1 << slot;
+            }
+        }
+        bvh.nodes.push(node);
+        // Depth first, children before siblings, so that a path lies together in memory.
+        let inner = (0..parts.len()).filter(|&slot| node.is_inner(slot));
+        if items.len() <= PARALLEL {
+            for slot in inner {
+                let part = parts[slot];
+                bvh.nodes[number].first[slot] = bvh.nodes.len() as u32;
+                let below = &mut items[part.begin..part.end];
+                self.grow(below, first + part.begin, part, depth + 1, bvh);
+            }
+            return;
+        }
+        let mut pieces: Vec<(usize, Part, &mut [Item], Bvh)> = Vec::new();
+        let (mut rest, mut at) = (items, 0);
+        let mut in_order: Vec<usize> = inner.collect();
+        in_order.sort_by_key(|&slot| parts[slot].begin);
+        for slot in in_order {
+            let part = parts[slot];
+            let (_, behind) = std::mem::take(&mut rest).split_at_mut(part.begin - at);
+            let (piece, behind) = behind.split_at_mut(part.end - part.begin);
+            pieces.push((slot, part, piece, Bvh::default()));
+            (rest, at) = (behind, part.end);
+        }
+        pieces.par_iter_mut().with_max_len(1).for_each(|(_, part, piece, below)| {
+            self.grow(piece, first + part.begin, *part, depth + 1, below);
+        });
+        pieces.sort_by_key(|(slot, ..)| *slot);
+        for (slot, .., below) in pieces {
+            bvh.nodes[number].first[slot] = bvh.append(below);
+        }
+    }
+
+    /// The children of a node: the largest part is split until there are [`WIDTH`], and the larger come first, since they are the
+    /// likelier blockers.
+    fn parts<'a>(
+        &self,
+        items: &mut [Item],
+        all: Part,
+        depth: usize,
+        parts: &'a mut [Part; WIDTH],
+    ) -> &'a [Part] {
+        let mut areas = [0.0; WIDTH];
+        parts[0] = Part { begin: 0, end: items.len(), ..all };
+        areas[0] = all.bounds.half_area();
+        let mut count = 1;
+        while count < WIDTH {
+            let open = (0..count).filter(|&i| parts[i].end - parts[i].begin > self.most);
+            let Some(largest) = open.max_by(|&a, &b| areas[a].total_cmp(&areas[b])) else { break };
+            let Part { begin, end, .. } = parts[largest];
+            let range = &mut items[begin..end];
+            let (middle, [left, right]) = if depth > UNEVEN_DEPTH { halve(range) } else { split(range) };
+            parts[largest] = Part { begin, end: begin + middle, bounds: left };
+            parts[count] = Part { begin: begin + middle, end, bounds: right };
+            (areas[largest], areas[count]) = (left.half_area(), right.half_area());
+            count += 1;
+        }
+        let parts = &mut parts[..count];
+        parts.sort_by(|a, b| b.bounds.half_area().total_cmp(&a.bounds.half_area()));
+        parts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::rng::{Purpose, Stream};
+
+    fn items(boxes: &[Aabb]) -> Vec<Item> {
+        (0..).zip(boxes).map(|(i, b)| Item::new(b, [i, 0])).collect()
+    }
+
+    fn scattered(count: usize) -> Vec<Aabb> {
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        let mut scattered = || {
+            let at = Vec3::from(s.uniform_3()) * 9.0;
+            Aabb { lo: at, hi: at + 0.2 * Vec3::from(s.uniform_3()) }
+        };
+        (0..count).map(|_| scattered()).collect()
+    }
+
+    /// Holds a tree to what walks rely on; returns its depth.
+    fn check(boxes: &[Aabb], most: usize) -> usize {
+        let mut items = items(boxes);
+        let bvh = Bvh::build(&mut items, most);
+        let (mut seen, mut next_leaf, mut deepest) = (vec![false; boxes.len()], 0, 0);
+        let mut waiting = vec![(0, 1, Aabb { lo: Vec3::NEG_INFINITY, hi: Vec3::INFINITY })];
+        let mut nodes = 0;
+        while let Some((number, depth, around)) = waiting.pop() {
+            assert_eq!(number, nodes, "depth first");
+            (nodes, deepest) = (nodes + 1, deepest.max(depth));
+            let node = &bvh.nodes[number as usize];
+            let base = waiting.len();
+            for slot in 0..WIDTH {
+                let plane =
+                    |side: usize| Vec3::from_array([0, 1, 2].map(|axis| node.planes[side + axis][slot]));
+                let b = Aabb { lo: plane(0), hi: plane(3) };
+                assert!(b.is_empty() || b.union(around) == around, "children are inside");
+                if node.is_inner(slot) {
+                    waiting.push((node.first[slot], depth + 1, b));
+                } else if node.count[slot] > 0 {
+                    assert_eq!(node.first[slot], next_leaf, "leaves are in the order of the walk");
+                    let (first, count) = bvh.leaves[next_leaf as usize];
+                    assert!(count as usize <= most && count == u32::from(node.count[slot]));
+                    next_leaf += 1;
+                    for item in &items[first as usize..][..count as usize] {
+                        let [item, _] = item.numbers();
+                        assert!(!std::mem::replace(&mut seen[item as usize], true), "{item} twice");
+                        assert_eq!(b.union(boxes[item as usize]), b, "leaves hold their items");
                     }
-                    source => {
-                        node.inner |= 1 << slot;
-                        inner.push(Pending { source, parent: Some((number, slot)), depth: depth + 1 });
-                    }
+                } else {
+                    assert!(b.is_empty(), "what is absent is met by nothing");
                 }
             }
-            bvh.nodes.push(node);
-            stack.extend(inner.into_iter().rev());
+            waiting[base..].reverse();
         }
-        (bvh, leaves)
+        assert_eq!((nodes as usize, next_leaf as usize), (bvh.nodes.len(), bvh.leaves.len()));
+        assert!(seen.iter().all(|seen| *seen));
+        deepest
     }
 
-    /// A root whose first child holds everything.
-    fn single_leaf(items: u32, bounds: Aabb, margin: f32) -> (Self, Leaves) {
-        let (mut nodes, mut leaves) = (Vec::new(), Leaves::default());
-        if items > 0 {
-            let mut root = Node::EMPTY;
-            root.set_box(0, &bounds, margin);
-            root.first[0] = leaves.push(&(0..items).collect::<Vec<_>>());
-            root.count[0] = items as u8;
-            nodes.push(root);
-        }
-        (Self { nodes }, leaves)
-    }
-}
-
-/// How far a box is grown for the builder, as a share of its diagonal: at most this.
-const GROWTH: f32 = 1e-3;
-
-/// The box that the builder sees of item `i`: grown a little, each by another amount.
-///
-/// The builder joins boxes that are each other's nearest. Along a row of equal things at equal distances every box is as near to one
-/// side as to the other, and the builder would join one pair after the other, in quadratic time.
-fn unequal(i: u64, b: &Aabb) -> BuilderAabb {
-    let share = (rng::key(i, Purpose::Build, 0) >> 40) as f32 * (1.0 / (1 << 24) as f32);
-    let growth = GROWTH * share * b.diagonal();
-    BuilderAabb::new((b.lo - growth).into(), (b.hi + growth).into())
-}
-
-/// What becomes a child.
-enum Source {
-    /// An inner node of the builder's tree.
-    Builder(u32),
-    /// Items: a leaf if they are few, else to be split in halves.
-    Items(Vec<u32>),
-}
-
-struct Pending {
-    source: Source,
-    parent: Option<(u32, usize)>,
-    depth: usize,
-}
-
-/// What decides which parts of the builder's tree become the children of a node.
-struct Opening<'a> {
-    tree: &'a Bvh2,
-    boxes: &'a [Aabb],
-    /// Items of a leaf, at most.
-    most: usize,
-}
-
-impl Opening<'_> {
-    fn bounds(&self, source: &Source) -> Aabb {
-        match source {
-            Source::Builder(n) => {
-                let b = self.tree.nodes[*n as usize].aabb();
-                Aabb { lo: b.min.into(), hi: b.max.into() }
+    #[test]
+    fn trees_hold_every_item_once_and_inside_all_boxes_above() {
+        for count in [1, 2, 8, 9, 64, 65, 1000, 3 * PARALLEL] {
+            for most in [1, WIDTH] {
+                check(&scattered(count), most);
             }
-            Source::Items(items) => {
-                items.iter().fold(Aabb::EMPTY, |all, &i| all.union(self.boxes[i as usize]))
+        }
+        assert!(Bvh::build(&mut [], WIDTH).nodes.is_empty());
+    }
+
+    #[test]
+    fn no_tree_is_deeper_than_walks_have_room_for() {
+        let same = vec![Aabb { lo: Vec3::ZERO, hi: Vec3::ONE }; 5000];
+        // Each box is larger than all before together: the heuristic splits off one at a time.
+        let grown: Vec<Aabb> = (0..120)
+            .map(|k| 2.0_f32.powi(k - 60))
+            .map(|x| Aabb { lo: Vec3::splat(x), hi: Vec3::splat(1.5 * x) })
+            .collect();
+        for boxes in [same, grown] {
+            for most in [1, WIDTH] {
+                let depth = check(&boxes, most);
+                assert!(depth * (WIDTH - 1) < MAX_WAITING && depth < UNEVEN_DEPTH, "{depth}");
             }
         }
     }
 
-    fn is_leaf(&self, source: &Source) -> bool {
-        matches!(source, Source::Items(items) if items.len() <= self.most)
-    }
-
-    /// The two parts of what is not a leaf, each with half the area of its box.
-    fn parts(&self, source: Source, depth: usize) -> [(f32, Source); 2] {
-        let parts = match source {
-            Source::Items(items) => halves(items, self.boxes).map(Source::Items),
-            Source::Builder(n) => {
-                let first = self.tree.nodes[n as usize].first_index;
-                [first, first + 1].map(|c| {
-                    if self.tree.nodes[c as usize].is_leaf() || depth >= BUILDER_DEPTH {
-                        Source::Items(items_below(self.tree, c))
-                    } else {
-                        Source::Builder(c)
-                    }
-                })
-            }
+    #[test]
+    fn threads_do_not_change_the_tree() {
+        let boxes = scattered(5 * PARALLEL);
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut items = items(&boxes);
+            let bvh = pool.install(|| Bvh::build(&mut items, WIDTH));
+            let numbers: Vec<[u32; 2]> = items.iter().map(Item::numbers).collect();
+            (format!("{:?}", bvh), numbers)
         };
-        parts.map(|part| {
-            let e = self.bounds(&part).size();
-            (e.x * e.y + e.y * e.z + e.z * e.x, part)
-        })
+        assert!(with(1) == with(5));
     }
-
-    /// The children of a node: the largest part is opened until there are [`WIDTH`], and the larger come first, since they are the
-    /// likelier blockers.
-    fn children(&self, source: Source, depth: usize) -> Vec<Source> {
-        let mut children: Vec<(f32, Source)> = self.parts(source, depth).into();
-        while children.len() < WIDTH {
-            let open = (0..children.len()).filter(|&i| !self.is_leaf(&children[i].1));
-            let Some(largest) = open.max_by(|&a, &b| children[a].0.total_cmp(&children[b].0)) else { break };
-            let (_, source) = children.swap_remove(largest);
-            children.extend(self.parts(source, depth));
-        }
-        children.sort_by(|a, b| b.0.total_cmp(&a.0));
-        children.into_iter().map(|(_, s)| s).collect()
-    }
-}
-
-/// All items below a node of the builder's tree.
-fn items_below(tree: &Bvh2, node: u32) -> Vec<u32> {
-    let mut items = Vec::new();
-    let mut stack = vec![node];
-    while let Some(n) = stack.pop() {
-        let n = &tree.nodes[n as usize];
-        if n.is_leaf() {
-            let first = n.first_index as usize;
-            items.extend_from_slice(&tree.primitive_indices[first..first + n.prim_count as usize]);
-        } else {
-            stack.extend([n.first_index + 1, n.first_index]);
-        }
-    }
-    items
-}
-
-/// Items in two halves, along the axis in which their centres spread most.
-fn halves(mut items: Vec<u32>, boxes: &[Aabb]) -> [Vec<u32>; 2] {
-    let center = |i: &u32| boxes[*i as usize].center();
-    let size = Aabb::of_points(items.iter().map(center)).size();
-    let axis = size.max_position();
-    let middle = items.len() / 2;
-    items.select_nth_unstable_by(middle, |a, b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.cmp(b)));
-    let second = items.split_off(middle);
-    [items, second]
 }

@@ -42,6 +42,7 @@ mod occluders;
 mod packet;
 mod segments;
 mod single;
+mod split;
 mod tracer;
 mod trees;
 mod triangle;

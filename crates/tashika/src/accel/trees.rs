@@ -4,11 +4,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bvh::{Bvh, Node};
+use super::split::Item;
 use super::triangle::{Block, Triangle, flag};
 use crate::math::simd::WIDTH;
 use crate::math::simd::each;
 use crate::math::{Aabb, GAMMA_4, Real};
-use crate::scene::{Instance, InstanceId, Scene, has_normal};
+use crate::scene::{Instance, InstanceId, Mesh, Scene, has_normal};
 
 /// Everything that is walked through.
 #[derive(Debug)]
@@ -72,12 +73,17 @@ impl Placed {
 }
 
 impl Tree {
-    fn build(triangles: &[Triangle]) -> Self {
-        let boxes: Vec<Aabb> = triangles.par_iter().map(|t| Aabb::of_points(t.v)).collect();
-        let (bvh, leaves) = Bvh::build(&boxes, LEAF_TRIANGLES);
-        let block = |items: &[u32]| Block::new(items.iter().map(|&i| triangles[i as usize]));
-        let blocks = leaves.iter().map(block).collect();
-        Self { nodes: bvh.nodes, blocks, triangles: triangles.len() as u64 }
+    /// Over items that `triangle` knows by their numbers.
+    fn build(mut items: Vec<Item>, triangle: impl Fn([u32; 2]) -> Triangle + Sync) -> Self {
+        let Bvh { nodes, leaves } = Bvh::build(&mut items, LEAF_TRIANGLES);
+        // Without the boxes, which would be in memory together with the blocks.
+        let numbers: Vec<[u32; 2]> = items.par_iter().map(Item::numbers).collect();
+        drop(items);
+        let block = |&(first, count): &(u32, u32)| {
+            let numbers = &numbers[first as usize..][..count as usize];
+            Block::new(numbers.iter().map(|&numbers| triangle(numbers)))
+        };
+        Self { nodes, blocks: leaves.par_iter().map(block).collect(), triangles: numbers.len() as u64 }
     }
 
     /// How many triangles there are.
@@ -97,41 +103,56 @@ const LEAF_TRIANGLES: usize = WIDTH;
 impl Trees {
     /// Builds the trees, in parallel on the current thread pool; the result does not depend on it.
     pub fn new(scene: &Scene) -> Self {
-        let mut world = Vec::new();
+        let mut baked = Vec::new();
+        let mut baked_triangles = 0;
         let mut tree_of_mesh = vec![u32::MAX; scene.meshes().len()];
         let mut shared = Vec::new();
         let mut placed = Vec::new();
+        let flags: Vec<u32> = scene.instance_ids().map(|id| flags(scene, id)).collect();
         for (id, instance) in scene.instance_ids().zip(scene.instances()) {
-            let flags = flags(scene, id);
             let mesh = &scene.meshes()[instance.mesh.index()];
-            let count = mesh.triangles().len() as u32;
             if instance.is_baked() {
-                // Rounding far from the origin may flatten what was a triangle.
-                let corners = (0..count).map(|index| (index, scene.world_corners(id, index)));
-                let instance = id.index() as u32;
-                world.extend(corners.filter(|(_, v)| has_normal(v)).map(|(index, v)| Triangle {
-                    v,
-                    instance,
-                    index,
-                    flags,
-                }));
+                baked.push((baked_triangles, id));
+                baked_triangles += mesh.triangles().len();
                 continue;
             }
             let tree = &mut tree_of_mesh[instance.mesh.index()];
             if *tree == u32::MAX {
                 *tree = shared.len() as u32;
-                shared.push((mesh, flags));
+                shared.push((mesh, flags[id.index()]));
             }
             placed.push(Placed::new(id, instance, *tree));
         }
-        let build = |(mesh, flags): &(&crate::scene::Mesh, u32)| {
-            let count = mesh.triangles().len() as u32;
-            let corners = (0..count).map(|index| (index, mesh.corners(index)));
-            let of = |(index, v)| Triangle { v, instance: u32::MAX, index, flags: *flags };
-            Tree::build(&corners.map(of).collect::<Vec<_>>())
+        let world = || {
+            let item = |k: usize| {
+                let (first, id) = baked[baked.partition_point(|(first, _)| *first <= k) - 1];
+                let index = (k - first) as u32;
+                let v = scene.world_corners(id, index);
+                // Rounding far from the origin may flatten what was a triangle.
+                let b = if has_normal(&v) { Aabb::of_points(v) } else { Aabb::EMPTY };
+                Item::new(&b, [id.index() as u32, index])
+            };
+            let mut items: Vec<Item> = (0..baked_triangles).into_par_iter().map(item).collect();
+            items.retain(|item| !item.is_empty());
+            Tree::build(items, |[instance, index]| Triangle {
+                v: scene.world_corners(InstanceId(instance), index),
+                instance,
+                index,
+                flags: flags[instance as usize],
+            })
+        };
+        let build = |(mesh, flags): &(&Mesh, u32)| {
+            let item = |index| Item::new(&Aabb::of_points(mesh.corners(index)), [0, index]);
+            let items = (0..mesh.triangles().len() as u32).into_par_iter().map(item).collect();
+            Tree::build(items, |[instance, index]| Triangle {
+                v: mesh.corners(index),
+                instance,
+                index,
+                flags: *flags,
+            })
         };
         let ((world, shared), (top, placed)) = rayon::join(
-            || rayon::join(|| Tree::build(&world), || shared.par_iter().map(build).collect()),
+            || rayon::join(world, || shared.par_iter().map(build).collect()),
             || top(scene, &placed),
         );
         Self { world, shared, top, placed }
@@ -141,9 +162,12 @@ impl Trees {
 /// The tree over instances.
 fn top(scene: &Scene, placed: &[Placed]) -> (Bvh, Vec<Placed>) {
     let instance = |p: &Placed| &scene.instances()[p.instance as usize];
-    let boxes: Vec<Aabb> = placed.par_iter().map(|p| world_box(instance(p), scene)).collect();
-    let (bvh, leaves) = Bvh::build(&boxes, 1);
-    (bvh, leaves.iter().flatten().map(|&i| placed[i as usize]).collect())
+    let item = |(number, p): (usize, &Placed)| Item::new(&world_box(instance(p), scene), [number as u32; 2]);
+    let mut items: Vec<Item> = placed.par_iter().enumerate().map(item).collect();
+    let bvh = Bvh::build(&mut items, 1);
+    let sorted = bvh.leaves.iter().map(|&(first, _)| placed[items[first as usize].numbers()[0] as usize]);
+    let placed = sorted.collect();
+    (bvh, placed)
 }
 
 fn flags(scene: &Scene, id: InstanceId) -> u32 {

@@ -108,7 +108,7 @@ pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission
             let ids = [clusters[a as usize].id, clusters[b as usize].id];
             joined.push((ids, size(&joined, ids[0]) + size(&joined, ids[1])));
         }
-        clusters = join(&clusters, &pairs, next_id, emission.directed);
+        join(&mut clusters, &pairs, next_id, emission.directed);
     }
     flatten(items, spans, first, clusters[0].id, &joined);
 }
@@ -135,8 +135,8 @@ fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
     pairs
 }
 
-/// The list after the pairs are joined, each at the place of its first.
-fn join(clusters: &[Cluster], pairs: &[[u32; 2]], next_id: u32, directed: bool) -> Vec<Cluster> {
+/// Joins the pairs of a list, each at the place of its first.
+fn join(clusters: &mut Vec<Cluster>, pairs: &[[u32; 2]], next_id: u32, directed: bool) {
     let joined: Vec<Cluster> = pairs
         .par_iter()
         .enumerate()
@@ -144,16 +144,13 @@ fn join(clusters: &[Cluster], pairs: &[[u32; 2]], next_id: u32, directed: bool) 
         .collect();
     let mut gone = vec![false; clusters.len()];
     pairs.iter().for_each(|&[_, b]| gone[b as usize] = true);
-    let mut next = pairs.iter().zip(joined).peekable();
-    let mut list = Vec::with_capacity(clusters.len() - pairs.len());
-    for (i, cluster) in clusters.iter().enumerate() {
-        if let Some((_, joined)) = next.next_if(|(pair, _)| pair[0] as usize == i) {
-            list.push(joined);
-        } else if !gone[i] {
-            list.push(*cluster);
-        }
+    for (&[a, _], joined) in pairs.iter().zip(joined) {
+        clusters[a as usize] = joined;
     }
-    list
+    let mut gone = gone.into_iter();
+    clusters.retain(|_| !gone.next().expect("one for each cluster"));
+    // Memory of what is gone is needed by others.
+    clusters.shrink_to_fit();
 }
 
 /// Writes the tree down in depth-first order, and puts the items in the order of its leaves.

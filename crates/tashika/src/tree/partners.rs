@@ -2,6 +2,8 @@
 //!
 //! The arithmetic is that of [`Cluster::cost`], to the bit; held to it by the tests below.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::agglomerative::Cluster;
@@ -14,8 +16,10 @@ const VECTORS: usize = (2 * WINDOW + 2) / WIDTH;
 /// Clusters that are looked at as one piece of parallel work.
 const GRAIN: usize = 1024;
 
-/// Clusters, component by component.
+/// Clusters, component by component: a piece of the list.
 struct Columns {
+    /// Place of the first in the list.
+    begin: usize,
     lo: [Vec<f32>; 3],
     hi: [Vec<f32>; 3],
     axis: [Vec<f32>; 3],
@@ -26,11 +30,12 @@ struct Columns {
 }
 
 impl Columns {
-    fn new(clusters: &[Cluster]) -> Self {
-        let column = |f: &(dyn Fn(&Cluster) -> f32 + Sync)| clusters.par_iter().map(f).collect::<Vec<f32>>();
-        let columns =
-            |f: &(dyn Fn(&Cluster, usize) -> f32 + Sync)| [0, 1, 2].map(|axis| column(&|c| f(c, axis)));
+    fn new(list: &[Cluster], piece: Range<usize>) -> Self {
+        let clusters = &list[piece.clone()];
+        let column = |f: &dyn Fn(&Cluster) -> f32| clusters.iter().map(f).collect::<Vec<f32>>();
+        let columns = |f: &dyn Fn(&Cluster, usize) -> f32| [0, 1, 2].map(|axis| column(&|c| f(c, axis)));
         Self {
+            begin: piece.start,
             lo: columns(&|c, axis| c.lo[axis]),
             hi: columns(&|c, axis| c.hi[axis]),
             axis: columns(&|c, axis| c.cone.axis[axis]),
@@ -41,9 +46,10 @@ impl Columns {
         }
     }
 
-    /// Costs of joining `i` with the eight clusters from `first` on.
+    /// Costs of joining `i` with the eight clusters from `first` on; both are places in the list.
     #[inline(always)]
     fn costs<F: F32x8>(&self, i: usize, first: usize, c2: f32) -> F {
+        let (i, first) = (i - self.begin, first - self.begin);
         let (zero, one, half) = (F::splat(0.0), F::splat(1.0), F::splat(0.5));
         let size = each!(|axis| {
             let hi = F::splat(self.hi[axis][i]).max(eight(&self.hi[axis], first));
@@ -119,12 +125,12 @@ fn best_with(level: Level, clusters: &[Cluster], c2: f32) -> Vec<u32> {
         best.iter_mut().enumerate().for_each(|(i, best)| *best = scalar(i));
         return best;
     }
-    let columns = Columns::new(clusters);
     for i in (0..inside.start).chain(inside.end..n) {
         best[i] = scalar(i);
     }
     best[inside.clone()].par_chunks_mut(GRAIN).enumerate().for_each(|(chunk, best)| {
         let first = inside.start + chunk * GRAIN;
+        let columns = Columns::new(clusters, first - WINDOW..first + best.len() + WINDOW + 1);
         level.run(Inside { columns: &columns, first, c2, best });
     });
     best
@@ -178,7 +184,7 @@ mod tests {
                         cheapest(i, window.map(|j| (j, list[i].cost(&list[j], c2))))
                     })
                     .collect();
-                let columns = Columns::new(&list);
+                let columns = Columns::new(&list, 0..n);
                 for i in 0..n.saturating_sub(WIDTH) {
                     let costs = columns.costs::<Portable<WIDTH>>(i, i + 1, c2).array();
                     for (j, cost) in (i + 1..).zip(costs) {

@@ -332,7 +332,23 @@ fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
         };
         (kind, morton(unit.to_array()))
     };
-    lights.par_sort_by_key(code);
+    let mut places: Vec<_> = lights.par_iter().map(code).zip(0..lights.len() as u32).collect();
+    places.par_sort_unstable();
+    // In place: a second list of lights would be most of what is in memory by then.
+    let mut from: Vec<u32> = places.into_iter().map(|(_, from)| from).collect();
+    for first in 0..lights.len() {
+        let moved = lights[first];
+        let mut to = first;
+        loop {
+            let source = std::mem::replace(&mut from[to], to as u32) as usize;
+            if source == first {
+                lights[to] = moved;
+                break;
+            }
+            lights[to] = lights[source];
+            to = source;
+        }
+    }
 }
 
 /// 20 bits of each coordinate in `[0, 1]`, interleaved.

@@ -58,7 +58,9 @@ pub(super) fn trace_paths(
         })
         .collect();
     // In the order of the paths, whichever thread traced them.
-    chunks.into_iter().fold(Trail::default(), |mut all, t| {
+    let lights = chunks.iter().map(|t| t.lights.len()).sum();
+    let all = Trail { lights: Vec::with_capacity(lights), ..Trail::default() };
+    chunks.into_iter().fold(all, |mut all, t| {
         all.bent.extend(t.bent.iter().map(|number| number + all.lights.len() as u32));
         all.lights.extend(t.lights);
         all.counts.extend(t.counts);

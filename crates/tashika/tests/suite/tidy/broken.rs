@@ -56,7 +56,7 @@ fn broken_rules_are_seen() {
     assert_eq!(sibling("use super::{Path, Setting, path::g};"), 0);
 
     let names = |module, text| foreign(&snippet(module, text)).len();
-    assert_eq!(names("scene", "use obvhs::bvh2::Bvh2;"), 1);
+    assert_eq!(names("scene", "use exr::image::Image;"), 1);
     assert_eq!(names("integrator::exact", "use rayon::prelude::*;"), 1);
     assert_eq!(names("scene", "fn f() { std::fs::read(image) }"), 1);
     assert_eq!(names("film", "use std::{env, net::TcpStream};"), 2);

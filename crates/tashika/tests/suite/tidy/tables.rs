@@ -76,7 +76,6 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("image", &["io"]),
     ("libm", &["math"]),
     ("minijinja", &["report"]),
-    ("obvhs", &["accel"]),
     ("plotters", &["report"]),
     ("png", &["report"]),
     ("rand_core", &["rng"]),

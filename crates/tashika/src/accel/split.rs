@@ -1,0 +1,349 @@
+//! Ranges of boxes in two, where the surface area heuristic says: the expected work of a ray that meets the range is
+//!
+//! ```text
+//! (A_l n_l + A_r n_r) / A        A: areas of boxes   n: items
+//! ```
+//!
+//! Centres of boxes are counted in bins along each axis, and planes between bins are tried: Ingo Wald. "On fast Construction of SAH-based Bounding
+//! Volume Hierarchies." Symposium on Interactive Ray Tracing, 2007, doi:10.1109/RT.2007.4342588.
+//!
+//! # Guarantee
+//! The two sides are functions of the items: boxes and counts of bins do not depend on the order in which items are counted, hence not on threads,
+//! and the order of items after a split depends on that before alone. Held to this by the tests below and `accel::tests`.
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use crate::math::Aabb;
+
+/// Most bins of an axis.
+const BINS: usize = 16;
+/// Bins of an axis in ranges of few items.
+const FEW_BINS: usize = 8;
+/// Items from which [`BINS`] are worth their time.
+const MANY_ITEMS: usize = 128;
+/// Items that are counted as one piece of parallel work.
+const CHUNK: usize = 1 << 15;
+
+/// A box, and two numbers of what is in it, which stand where vectors have a fourth component.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Item {
+    /// Lower corner (m).
+    lo: Vec4,
+    /// Upper corner (m).
+    hi: Vec4,
+}
+
+/// The smallest normal number, as bits. Numbers are added to it: arithmetic on small integers, taken for what they are as floats, is
+/// many times as slow, whatever becomes of the result.
+const NORMAL: u32 = 0x0080_0000;
+
+impl Item {
+    /// With numbers below 2³⁰.
+    pub fn new(b: &Aabb, numbers: [u32; 2]) -> Self {
+        debug_assert!(numbers.iter().all(|number| *number < 1 << 30), "{numbers:?}");
+        let [lo, hi] = numbers.map(|number| f32::from_bits(number + NORMAL));
+        Self { lo: b.lo.extend(lo), hi: b.hi.extend(hi) }
+    }
+
+    /// The numbers that it was made with.
+    pub fn numbers(&self) -> [u32; 2] {
+        [self.lo.w, self.hi.w].map(|number| number.to_bits() - NORMAL)
+    }
+
+    /// Whether there is a box.
+    pub fn is_empty(&self) -> bool {
+        self.lo.x > self.hi.x
+    }
+
+    /// Twice the centre of the box.
+    #[inline(always)]
+    fn center(&self) -> Vec4 {
+        self.lo + self.hi
+    }
+}
+
+/// A box whose fourth numbers mean nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    lo: Vec4,
+    hi: Vec4,
+}
+
+impl Bounds {
+    const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+
+    /// Around all of some items.
+    pub fn of(items: &[Item]) -> Self {
+        gathered(items, |items| items.iter().fold(Self::EMPTY, |all, i| all.with(i.lo, i.hi)))
+    }
+
+    /// Around twice the centres of some items.
+    fn of_centers(items: &[Item]) -> Self {
+        gathered(items, |items| items.iter().fold(Self::EMPTY, |all, i| all.with(i.center(), i.center())))
+    }
+
+    #[inline(always)]
+    fn with(self, lo: Vec4, hi: Vec4) -> Self {
+        Self { lo: self.lo.min(lo), hi: self.hi.max(hi) }
+    }
+
+    #[inline(always)]
+    fn union(self, other: Self) -> Self {
+        self.with(other.lo, other.hi)
+    }
+
+    pub fn aabb(&self) -> Aabb {
+        Aabb { lo: self.lo.truncate(), hi: self.hi.truncate() }
+    }
+
+    /// Half the area of the box (m²); zero if it is empty.
+    #[inline(always)]
+    pub fn half_area(&self) -> f32 {
+        let e = (self.hi - self.lo).max(Vec4::ZERO);
+        e.x * (e.y + e.z) + e.y * e.z
+    }
+}
+
+/// The union over pieces, which are worked on in parallel if there are several.
+fn gathered(items: &[Item], of_piece: impl Fn(&[Item]) -> Bounds + Sync + Send) -> Bounds {
+    if items.len() <= CHUNK {
+        return of_piece(items);
+    }
+    items.par_chunks(CHUNK).map(of_piece).reduce(|| Bounds::EMPTY, Bounds::union)
+}
+
+/// Puts the items of the first side first, and says how many these are, at least one and not all; and the boxes of both sides.
+///
+/// There must be several items.
+pub(super) fn split(items: &mut [Item]) -> (usize, [Bounds; 2]) {
+    let bins = Bins::of(items);
+    let Some((plane, sides)) = bins.and_then(|bins| bins.best_plane()) else { return halve(items) };
+    let limit = plane.limit();
+    (partition(items, |item| plane.mapping.places(item).cmplt(limit).any()), sides)
+}
+
+/// Items in two halves, along the axis in which their centres spread most.
+pub(super) fn halve(items: &mut [Item]) -> (usize, [Bounds; 2]) {
+    let size = Bounds::of_centers(items).aabb().size();
+    let axis = size.max_position();
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| {
+        a.center()[axis].total_cmp(&b.center()[axis]).then(a.numbers().cmp(&b.numbers()))
+    });
+    let (first, second) = items.split_at(middle);
+    (middle, [Bounds::of(first), Bounds::of(second)])
+}
+
+/// From twice a centre to the numbers of its bins.
+#[derive(Clone, Copy)]
+struct Mapping {
+    origin: Vec4,
+    /// Bins per unit of length; zero along axes in which centres do not differ.
+    scale: Vec4,
+    /// How many bins there are.
+    bins: usize,
+}
+
+/// `1.5 · 2²³`: numbers of this size are integers, and their low bits are those of what was added.
+const TO_INTEGER: f32 = 12_582_912.0;
+
+impl Mapping {
+    /// Bins of the axes as integers above [`TO_INTEGER`].
+    #[inline(always)]
+    fn places(&self, item: &Item) -> Vec4 {
+        // Half a bin less and rounded to the nearest is rounded down.
+        ((item.center() - self.origin) * self.scale - Vec4::splat(0.5)) + Vec4::splat(TO_INTEGER)
+    }
+
+    #[inline(always)]
+    fn bins_of(&self, item: &Item) -> [usize; 3] {
+        let x = self.places(item);
+        [x.x, x.y, x.z].map(|x| x.to_bits() as usize & (BINS - 1))
+    }
+}
+
+/// Between the bins of an axis.
+struct Plane {
+    mapping: Mapping,
+    axis: usize,
+    /// First bin behind it.
+    bin: usize,
+}
+
+impl Plane {
+    /// What the [places](Mapping::places) of items on the first side are below of.
+    fn limit(&self) -> Vec4 {
+        let mut limit = [f32::NEG_INFINITY; 4];
+        limit[self.axis] = TO_INTEGER + self.bin as f32;
+        Vec4::from_array(limit)
+    }
+}
+
+/// What lies between planes of each axis.
+struct Bins {
+    mapping: Mapping,
+    bounds: [[Bounds; BINS]; 3],
+    counts: [[u32; BINS]; 3],
+}
+
+impl Bins {
+    /// None if all centres are at one place.
+    fn of(items: &[Item]) -> Option<Self> {
+        let centers = Bounds::of_centers(items);
+        let extent = centers.aabb().size();
+        let bins = if items.len() < MANY_ITEMS { FEW_BINS } else { BINS };
+        // A little less, so that the last centre is in the last bin.
+        let scale = Vec3::splat(bins as f32 * (1.0 - 1e-3)) / extent;
+        let scale = Vec3::select(scale.is_finite_mask(), scale, Vec3::ZERO);
+        if scale == Vec3::ZERO {
+            return None;
+        }
+        let mapping = Mapping { origin: centers.lo, scale: scale.extend(0.0), bins };
+        if items.len() <= CHUNK {
+            return Some(Self::counted(items, mapping));
+        }
+        let pieces = items.par_chunks(CHUNK).map(|piece| Box::new(Self::counted(piece, mapping)));
+        pieces.reduce_with(Self::united).map(|bins| *bins)
+    }
+
+    fn counted(items: &[Item], mapping: Mapping) -> Self {
+        let mut all = Self { mapping, bounds: [[Bounds::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
+        for item in items {
+            for (axis, bin) in mapping.bins_of(item).into_iter().enumerate() {
+                let bounds = &mut all.bounds[axis][bin];
+                *bounds = bounds.with(item.lo, item.hi);
+                all.counts[axis][bin] += 1;
+            }
+        }
+        all
+    }
+
+    fn united(mut a: Box<Self>, b: Box<Self>) -> Box<Self> {
+        for axis in 0..3 {
+            for bin in 0..BINS {
+                a.bounds[axis][bin] = a.bounds[axis][bin].union(b.bounds[axis][bin]);
+                a.counts[axis][bin] += b.counts[axis][bin];
+            }
+        }
+        a
+    }
+
+    /// The plane of least cost, and the boxes of its sides.
+    fn best_plane(&self) -> Option<(Plane, [Bounds; 2])> {
+        let cost = |bounds: &Bounds, count: u32| bounds.half_area() * count as f32;
+        let mut best = (f32::INFINITY, None);
+        for axis in 0..3 {
+            if self.mapping.scale[axis] == 0.0 {
+                continue;
+            }
+            let (bounds, counts) = (&self.bounds[axis], &self.counts[axis]);
+            let mut behind = [(Bounds::EMPTY, 0.0); BINS];
+            let (mut side, mut count) = (Bounds::EMPTY, 0);
+            for bin in (1..self.mapping.bins).rev() {
+                side = side.union(bounds[bin]);
+                count += counts[bin];
+                behind[bin] = (side, cost(&side, count));
+            }
+            let all = count + counts[0];
+            let (mut side, mut count) = (Bounds::EMPTY, 0);
+            for bin in 1..self.mapping.bins {
+                side = side.union(bounds[bin - 1]);
+                count += counts[bin - 1];
+                let sum = cost(&side, count) + behind[bin].1;
+                if sum < best.0 && 0 < count && count < all {
+                    let plane = Plane { mapping: self.mapping, axis, bin };
+                    best = (sum, Some((plane, [side, behind[bin].0])));
+                }
+            }
+        }
+        best.1
+    }
+}
+
+/// Puts the items first that are on the first side, and counts them; without branches, which would be mispredicted half the time.
+fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
+    let mut count = 0;
+    for i in 0..items.len() {
+        let first = is_first(&items[i]);
+        // Unless it goes to the first side, it changes places with another that does not.
+        items.swap(count, i);
+        count += usize::from(first);
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    /// Boxes at random, of which the sizes differ much; on a coarse grid if `coarse`.
+    fn items(count: u32, coarse: bool) -> Vec<Item> {
+        let mut s = Stream::new(u64::from(count), Purpose::Test, 0);
+        let mut item = |number: u32| {
+            let at = Vec3::from(s.uniform_3()) * 20.0 - 10.0;
+            let at = if coarse { at.round() } else { at };
+            let half = Vec3::from(s.uniform_3()) * s.uniform().powi(4);
+            Item::new(&Aabb { lo: at - half, hi: at + half }, [number, count - number])
+        };
+        (0..count).map(&mut item).collect()
+    }
+
+    fn numbers(items: &[Item]) -> Vec<[u32; 2]> {
+        let mut numbers: Vec<_> = items.iter().map(Item::numbers).collect();
+        numbers.sort_unstable();
+        numbers
+    }
+
+    #[test]
+    fn sides_hold_what_their_boxes_say_and_nothing_is_lost() {
+        for count in [2, 3, 9, 127, 128, 1000, 3 * CHUNK as u32] {
+            for coarse in [false, true] {
+                let mut items = items(count, coarse);
+                let before = numbers(&items);
+                for work in [split, halve] {
+                    let (middle, sides) = work(&mut items);
+                    assert!(0 < middle && middle < items.len(), "{middle} of {count}");
+                    assert_eq!(numbers(&items), before);
+                    let (first, second) = items.split_at(middle);
+                    for (side, bounds) in [first, second].into_iter().zip(sides) {
+                        assert_eq!(bounds.aabb(), Bounds::of(side).aabb(), "{count}, {coarse}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sides_do_not_depend_on_the_order_of_items() {
+        let mut one = items(3000, false);
+        let mut other: Vec<Item> = one.iter().rev().copied().collect();
+        let (middle, _) = split(&mut one);
+        assert_eq!(split(&mut other).0, middle);
+        assert_eq!(numbers(&one[..middle]), numbers(&other[..middle]));
+    }
+
+    /// Two heaps far apart are told apart, whichever the axis.
+    #[test]
+    fn the_plane_is_where_nothing_is() {
+        for axis in 0..3 {
+            let mut items = items(600, false);
+            for item in &mut items[..200] {
+                item.lo[axis] += 100.0;
+                item.hi[axis] += 100.0;
+            }
+            let (middle, [first, _]) = split(&mut items);
+            assert_eq!(middle, 400, "axis {axis}");
+            assert!(first.hi[axis] < 20.0);
+        }
+    }
+
+    #[test]
+    fn boxes_about_one_centre_are_halved() {
+        let mut items: Vec<Item> = (1..10)
+            .map(|k| Item::new(&Aabb { lo: Vec3::splat(-(k as f32)), hi: Vec3::splat(k as f32) }, [k, 0]))
+            .collect();
+        assert_eq!(split(&mut items).0, 4);
+    }
+}
