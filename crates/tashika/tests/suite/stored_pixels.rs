@@ -1,7 +1,8 @@
 //! Pixels of every method as they are stored in `stored_pixels.txt`: a changed value is a decision.
 //!
-//! The table has the shortest decimals that read back to the same bits, so that equal text is equal bits. It is one for debug and
-//! release builds, and for all instruction sets. Where values are meant to change, this writes it anew:
+//! The table has the shortest decimals that read back to the same bits, so that equal text is equal
+//! bits. It is one for debug and release builds, and for all instruction sets. Where values are
+//! meant to change, this writes it anew:
 //!
 //!     TASHIKA_UPDATE_GOLDEN=pixels cargo test --release -p tashika --test suite stored_pixels
 //!
@@ -38,8 +39,8 @@ struct Stored {
     options: ControlOptions,
 }
 
-/// The built-in room, whose surfaces are of several kinds, and a diffuse room where all channels are controlled and some pixels run
-/// out of pairs.
+/// The built-in room, whose surfaces are of several kinds, and a diffuse room where all channels
+/// are controlled and some pixels run out of pairs.
 fn stored() -> [Stored; 2] {
     let mut diffuse = diffuse_room();
     add_ceiling_lamp(&mut diffuse, 5.0);
