@@ -11,7 +11,7 @@ use std::hint::black_box;
 
 use clap::Parser;
 use tashika::bounds::UpperAnalytic;
-use tashika::cut::{ByUpper, Clusters, Listing, Refinement, RefinementMemory, gather_tree};
+use tashika::cut::{Clusters, Rank, Refinement, RefinementMemory, RefinementOptions, gather_tree};
 use tashika::gather::{GatherPoint, PixelSum};
 use tashika::render::with_threads;
 use tashika::transport::Transport;
@@ -59,17 +59,16 @@ fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
     let pixels: Vec<Vec<GatherPoint>> =
         gather().into_iter().map(|pixel| pixel.points).filter(|points| !points.is_empty()).collect();
     let trees: Vec<GatherTree<UpperAnalytic>> = pixels.iter().map(|points| gather_tree(points)).collect();
-    let clamp_distance = set.provenance().clamp_distance;
-    let transport = Transport::new(clamp_distance);
-    let clusters = |points| Clusters { lights: tree, points, clamp_distance };
+    let transport = Transport::new(set.provenance().clamp_distance);
+    let clusters = |points| Clusters { lights: tree, points, transport };
     let lights = tree.lights();
     let listed = LISTED.min(lights.len());
-    let refine = |listing: Option<Listing>| {
+    let refine = |tabulated: u64| {
         let mut memory = RefinementMemory::default();
         let mut splits = 0;
         for points in &trees {
-            let order = ByUpper { finest: 2 };
-            let refinement = Refinement::new(clusters(points), order, listing, &mut memory);
+            let options = RefinementOptions { rank: Rank::Upper, finest: 2, tabulated };
+            let refinement = Refinement::new(clusters(points), options, &mut memory);
             let Some(mut refinement) = refinement else { continue };
             splits += (0..SPLITS).map_while(|_| refinement.split_next()).count();
         }
@@ -77,7 +76,6 @@ fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
     };
     let per_pixel = |count: usize| count as f64 / pixels.len() as f64;
     let points: usize = pixels.iter().map(Vec::len).sum();
-    let listing = Listing { transport, most: 1024 };
     let parts = [
         Part {
             name: "whole pixels",
@@ -104,14 +102,14 @@ fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
         Part {
             name: "splits of pairs by their bounds",
             unit: "split",
-            per_pixel: per_pixel(refine(None)),
-            work: Box::new(|| _ = black_box(refine(None))),
+            per_pixel: per_pixel(refine(0)),
+            work: Box::new(|| _ = black_box(refine(0))),
         },
         Part {
-            name: "splits of pairs, small ones listed",
+            name: "splits of pairs, small ones tabulated",
             unit: "split",
-            per_pixel: per_pixel(refine(Some(listing))),
-            work: Box::new(|| _ = black_box(refine(Some(listing)))),
+            per_pixel: per_pixel(refine(1024)),
+            work: Box::new(|| _ = black_box(refine(1024))),
         },
         Part {
             name: "lists of terms",

@@ -1,16 +1,18 @@
-//! Pairs of a light cluster and a gather cluster: their bounds, and how they are split and drawn from.
+//! Pairs of a light cluster and a gather cluster: their bounds, and how they are split and drawn
+//! from.
 //!
 //! ```text
 //! R = I_C W_G M_ub G_ub          ≥ luminance of I_C W_G · M G V for every member (W·m⁻²·sr⁻¹)
 //! ```
 //!
-//! `I_C` is the sum of the luminances of the cluster's lights, `W_G` the sum of the largest channels of the weights of its points,
-//! `M_ub` bounds the largest channel of the material term. A member `(i, j)` drawn with probability `I_i / I_C · w_j / W_G`, divided by that
-//! probability, has a luminance of at most `R`, since visibility is at most 1.
+//! `I_C` is the sum of the luminances of the cluster's lights, `W_G` the sum of the largest
+//! channels of the weights of its points, `M_ub` bounds the largest channel of the material term. A
+//! member `(i, j)` drawn with probability `I_i / I_C · w_j / W_G`, divided by that probability, has
+//! a luminance of at most `R`, since visibility is at most 1.
 //!
 //! # Guarantee
-//! A pair keeps the smaller of its own `M_ub G_ub` and its parent's, so that `M_ub G_ub` never grows on the way down and every bound
-//! still holds. Tested by `cut::tests::bounds`.
+//! A pair keeps the smaller of its own `M_ub G_ub` and its parent's, so that `M_ub G_ub` never
+//! grows on the way down and every bound still holds. Tested by `cut::tests::bounds`.
 
 use std::ops::Range;
 
@@ -19,6 +21,7 @@ use crate::bounds::{Reflector, Towards, UpperMaterial, upper_geometric};
 use crate::gather::GatherPoint;
 use crate::math::Vec3;
 use crate::rng::Stream;
+use crate::transport::Transport;
 use crate::tree::{GatherTree, LightCluster, LightTree};
 
 /// Keeps pairs at the same place comparable without a clamp (m).
@@ -31,8 +34,8 @@ pub struct Clusters<'a, B> {
     pub lights: &'a LightTree,
     /// Clusters of gather points.
     pub points: &'a GatherTree<B>,
-    /// Distance below which the geometric term no longer grows (m); the one that terms are evaluated with.
-    pub clamp_distance: f32,
+    /// Evaluates terms.
+    pub transport: Transport,
 }
 
 impl<B> Clone for Clusters<'_, B> {
@@ -43,6 +46,14 @@ impl<B> Clone for Clusters<'_, B> {
 
 impl<B> Copy for Clusters<'_, B> {}
 
+/// `M_ub G_ub`: no `M G` of a pair's terms exceeds it (m⁻²·sr⁻¹; sr⁻¹ for directional lights).
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct KernelBound(pub f32);
+
+/// `R`: no drawn term of a pair has a higher luminance (W·m⁻²·sr⁻¹).
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct RadianceBound(pub f64);
+
 /// A light cluster and a gather cluster: the terms `Σ_{j∈G} Σ_{i∈C}`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
@@ -50,8 +61,8 @@ pub struct Pair {
     pub light: LightCluster,
     /// Node of the gather tree.
     pub points: u32,
-    /// Upper bound of `M G` over its terms (m⁻²·sr⁻¹; sr⁻¹ for directional lights).
-    pub upper: f32,
+    /// The smaller of its own bound and its parent's.
+    pub upper: KernelBound,
 }
 
 /// The tree over the gather points of a pixel, with bounds of their materials.
@@ -73,25 +84,25 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         Some(self.bounded(Pair {
             light: self.lights.root()?,
             points: self.points.root()?,
-            upper: f32::INFINITY,
+            upper: KernelBound(f32::INFINITY),
         }))
     }
 
-    /// The upper bound `R` of the luminance of a drawn term (W·m⁻²·sr⁻¹).
-    pub fn upper(&self, pair: &Pair) -> f64 {
-        if pair.upper <= 0.0 {
-            return 0.0;
-        }
-        self.weight(pair) * f64::from(pair.upper)
+    /// The bound `R` of the luminance of a drawn term.
+    pub fn upper(&self, pair: &Pair) -> RadianceBound {
+        RadianceBound(if pair.upper.0 > 0.0 { self.weight(pair) * f64::from(pair.upper.0) } else { 0.0 })
     }
 
-    /// About the root mean square of a drawn term over its bound, as far as distances make terms differ.
+    /// About the root mean square of a drawn term over its bound, as far as distances make terms
+    /// differ.
     ///
     /// ```text
-    /// √(mean G²) / G_ub = a/b        mean over lights that are spread evenly over a plane, from the nearest distance a of the pair to the farthest b
+    /// √(mean G²) / G_ub = a/b
     /// ```
     ///
-    /// since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of `b² − a²`; both are at least the clamp distance.
+    /// with the mean over lights that are spread evenly over a plane, from the nearest distance `a`
+    /// of the pair to the farthest `b`, since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of `b² −
+    /// a²`; both are at least the clamp distance.
     pub fn importance_of_bound(&self, pair: &Pair) -> f64 {
         let lights = self.lights.bounds(&pair.light);
         if lights.reaches_infinity() {
@@ -100,8 +111,9 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         let (lights, points) = (lights.aabb, &self.points.nodes()[pair.points as usize].aabb);
         let between = (lights.lo - points.hi).max(points.lo - lights.hi).max(Vec3::ZERO);
         let across = (lights.hi - points.lo).max(points.hi - lights.lo);
+        let clamp_distance = self.transport.clamp_distance();
         let [nearest, farthest] =
-            [between, across].map(|d| f64::from(d.length().max(self.clamp_distance)).max(LEAST_DISTANCE));
+            [between, across].map(|d| f64::from(d.length().max(clamp_distance)).max(LEAST_DISTANCE));
         nearest / farthest
     }
 
@@ -142,10 +154,15 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         Term { light, point: self.points.draw(pair.points, stream.uniform_f64()) }
     }
 
-    /// `I_C W_G`: one over a term's probability is this over the term's [own](Clusters::weight_of_term).
+    /// `I_C W_G`.
     pub fn weight(&self, pair: &Pair) -> f64 {
         let points = &self.points.nodes()[pair.points as usize];
         self.lights.luminance(&pair.light) * f64::from(points.weight)
+    }
+
+    /// One over the probability of [drawing](Clusters::draw) a term of a pair.
+    pub fn inverse_probability(&self, pair: &Pair, term: Term) -> f64 {
+        self.weight(pair) / self.weight_of_term(term)
     }
 
     /// `I_i w_j`.
@@ -155,7 +172,8 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         f64::from(intensity.luminance()) * f64::from(point.weight.max_channel())
     }
 
-    /// The two halves of a pair, which must not be single, with the bound of the whole: it is cut where the diagonal of the box is longer.
+    /// The two halves of a pair, which must not be single, with the bound of the whole: it is cut
+    /// where the diagonal of the box is longer.
     ///
     /// Light from infinity has no box; it is infinitely far apart, hence cut before the points.
     pub fn split(&self, pair: &Pair) -> [Pair; 2] {
@@ -177,13 +195,14 @@ impl<B: UpperMaterial> Clusters<'_, B> {
     pub fn bounded(&self, pair: Pair) -> Pair {
         let lights = self.lights.bounds(&pair.light);
         let towards = Towards::between(&lights, &self.points.nodes()[pair.points as usize].aabb);
-        let geometric = upper_geometric(&lights, &towards, self.clamp_distance);
-        // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a bound.
+        let geometric = upper_geometric(&lights, &towards, self.transport.clamp_distance());
+        // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a
+        // bound.
         let own = if geometric > 0.0 {
             (geometric * self.points.material(pair.points).upper_material(&towards)).next_up()
         } else {
             0.0
         };
-        Pair { upper: own.min(pair.upper), ..pair }
+        Pair { upper: KernelBound(own.min(pair.upper.0)), ..pair }
     }
 }

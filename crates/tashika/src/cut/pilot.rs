@@ -19,7 +19,7 @@
 
 use std::sync::OnceLock;
 
-use super::visibility::ByVisibility;
+use super::rank::VisibilityPrior;
 use crate::accel::{Apex, SegmentBatch, Tracer};
 use crate::bounds::LightShape;
 use crate::gather::{GatherPoint, View};
@@ -103,9 +103,9 @@ pub struct CellVisibility<'a> {
 }
 
 impl CellVisibility<'_> {
-    /// The order of refinement that it suggests.
-    pub fn order(&self) -> ByVisibility<'_> {
-        ByVisibility { place_of: self.place_of, visibility: &self.visibility }
+    /// What visibility is to be expected there.
+    pub fn prior(&self) -> VisibilityPrior<'_> {
+        VisibilityPrior::new(self.place_of, &self.visibility)
     }
 }
 

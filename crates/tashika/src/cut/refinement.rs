@@ -1,63 +1,31 @@
-//! The order in which a cut is refined: always the pair of the highest rank.
+//! All pairs of a pixel's cuts, and which of them is split next: always the one of the highest
+//! rank.
 //!
-//! Ranks are given by an [`Order`], which sees clusters and none of the samples that estimates are made of. The order of splits can
-//! therefore be planned ahead of any sample, and samples drawn in pairs of the cut are independent of which pairs these are.
+//! Splits can be planned ahead of any sample, since a [`Rank`] sees none.
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::clusters::{Clusters, Pair};
-use super::listed::{Listed, ListedTerms, Listing};
+use super::clusters::{Clusters, Pair, RadianceBound};
+use super::rank::Rank;
+use super::table::{TableEntry, TermTable};
 use crate::bounds::UpperMaterial;
 
-/// A pair that is to be ranked.
+/// Which pairs are split, and in which order.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidate<'a> {
-    /// The pair.
-    pub pair: &'a Pair,
-    /// `R`: no drawn term has a higher luminance (W·m⁻²·sr⁻¹). Above zero.
-    pub upper: f64,
-    /// About the root mean square of a drawn term over `R`, were all of them visible; not proven.
-    pub importance_of_bound: f64,
-    /// Whether its terms are [listed](super::ListedTerms), so that visibility alone makes them differ.
-    pub is_listed: bool,
-}
-
-/// Ranks pairs for refinement.
-///
-/// It is given no way to the samples of an estimate: that is what makes the partition independent of them.
-pub trait Order {
-    /// What is expected of a pair that can be split.
-    fn expect(&mut self, candidate: &Candidate<'_>) -> Expectation;
-
+pub struct RefinementOptions<'a> {
+    /// The pair of the highest rank is split first.
+    pub rank: Rank<'a>,
     /// Terms up to which a pair is not split any more, but evaluated as a whole. At least 1.
-    fn finest(&self) -> u64;
-}
-
-/// What an [`Order`] expects of a pair.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Expectation {
-    /// The higher, the earlier the pair is split; not negative.
-    pub rank: f64,
-    /// About the share of the pair that is visible, in `[0, 1]`; not proven.
-    pub importance_visibility: f64,
-}
-
-/// By upper bound `R`: the order of all published methods, and of certificates, which the largest bounds decide.
-#[derive(Clone, Copy, Debug)]
-pub struct ByUpper {
-    /// Terms up to which a pair is not split any more. At least 1, which is what published methods do.
     pub finest: u64,
+    /// Terms up to which a pair is tabulated; 0 if none is. Higher: fewer bounds and fewer
+    /// segments, but more terms to evaluate and to search.
+    pub tabulated: u64,
 }
 
-impl Order for ByUpper {
-    fn expect(&mut self, candidate: &Candidate<'_>) -> Expectation {
-        Expectation { rank: candidate.upper, importance_visibility: 1.0 }
-    }
-
-    fn finest(&self) -> u64 {
-        self.finest
-    }
+impl RefinementOptions<'static> {
+    /// As published methods do it: by bounds alone, down to single terms.
+    pub const PUBLISHED: Self = Self { rank: Rank::Upper, finest: 1, tabulated: 0 };
 }
 
 /// One refinement: pair `parent` gives way to pairs `children` and `children + 1`.
@@ -71,81 +39,61 @@ pub struct Split {
     pub rank: f64,
 }
 
-/// What is known of a pair before anything is drawn.
+/// What is known of a pair, none of it from samples.
 #[derive(Clone, Copy, Debug)]
-pub struct Known {
-    /// `R`, the luminance that no drawn term exceeds (W·m⁻²·sr⁻¹); zero if the pair contributes nothing.
-    pub upper: f64,
+pub struct PairInfo {
+    /// `R`; zero if the pair contributes nothing.
+    pub upper: RadianceBound,
     /// About the root mean square of a drawn term over `R`, were all of them visible; not proven.
     pub importance_of_bound: f64,
-    /// Its terms, if they are listed.
-    pub listed: Option<Listed>,
+    /// Where its terms are, if they are tabulated.
+    pub table: Option<TableEntry>,
     /// Whether it is evaluated as a whole.
     pub is_finest: bool,
-    /// What the order expects of it; nothing if it is not split.
-    pub expectation: Expectation,
+    /// Whether it gave way to its halves.
+    pub is_split: bool,
+}
+
+impl PairInfo {
+    /// About the root mean square of a drawn term, were all of them visible; not proven
+    /// (W·m⁻²·sr⁻¹).
+    pub fn importance_size(&self) -> f64 {
+        self.upper.0 * self.importance_of_bound
+    }
 }
 
 /// All pairs that have been made so far, and those that can be split next.
 #[derive(Debug)]
-pub struct Refinement<'a, B, O> {
+pub struct Refinement<'a, B> {
     clusters: Clusters<'a, B>,
-    order: O,
-    listing: Option<Listing>,
+    options: RefinementOptions<'a>,
     memory: &'a mut RefinementMemory,
 }
 
 /// Memory of a [`Refinement`], which the next one uses again.
 #[derive(Clone, Debug, Default)]
 pub struct RefinementMemory {
-    terms: ListedTerms,
+    table: TermTable,
     pairs: Vec<Pair>,
-    known: Vec<Known>,
-    waiting: BinaryHeap<Waiting>,
+    infos: Vec<PairInfo>,
+    /// Ranks, which are not negative, as bits, in the same order; and numbers: of equals, the older pair
+    /// is the greater.
+    waiting: BinaryHeap<(u64, Reverse<u32>)>,
 }
 
-/// A pair that can be split.
-#[derive(Clone, Copy, Debug)]
-struct Waiting {
-    rank: f64,
-    pair: u32,
-}
-
-impl Ord for Waiting {
-    /// By rank; of equals, the older pair is the greater.
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.rank.total_cmp(&other.rank).then(other.pair.cmp(&self.pair))
-    }
-}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Waiting {}
-
-impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
-    /// The cut of a single pair; `None` if the sum has no terms. Without `listing`, pairs are known by their bounds alone.
+impl<'a, B: UpperMaterial> Refinement<'a, B> {
+    /// The cut of a single pair; `None` if the sum has no terms.
     pub fn new(
         clusters: Clusters<'a, B>,
-        order: O,
-        listing: Option<Listing>,
+        options: RefinementOptions<'a>,
         memory: &'a mut RefinementMemory,
     ) -> Option<Self> {
         let root = clusters.root()?;
-        memory.terms.clear();
+        memory.table.clear();
         memory.pairs.clear();
-        memory.known.clear();
+        memory.infos.clear();
         memory.waiting.clear();
-        let mut refinement = Self { clusters, order, listing, memory };
+        let mut refinement = Self { clusters, options, memory };
         refinement.add_large(root);
         Some(refinement)
     }
@@ -161,68 +109,71 @@ impl<'a, B: UpperMaterial, O: Order> Refinement<'a, B, O> {
     }
 
     /// What is known of a pair, by number.
-    pub fn known(&self, pair: usize) -> &Known {
-        &self.memory.known[pair]
+    pub fn info(&self, pair: usize) -> &PairInfo {
+        &self.memory.infos[pair]
     }
 
-    /// The terms of listed pairs.
-    pub fn terms(&self) -> &ListedTerms {
-        &self.memory.terms
+    /// What makes the value of a drawn term of its ratio to what its probability is proportional
+    /// to: `I_C W_G`, or `U` if the pair is tabulated.
+    pub fn weight(&self, pair: usize) -> f64 {
+        let weight = || self.clusters.weight(&self.memory.pairs[pair]);
+        self.memory.infos[pair].table.map_or_else(weight, |entry| entry.total)
     }
 
-    /// Splits the pair of the highest rank; `None` if all that is left are pairs that are evaluated as a whole, or contribute nothing.
+    /// The terms of tabulated pairs.
+    pub fn table(&self) -> &TermTable {
+        &self.memory.table
+    }
+
+    /// Splits the pair of the highest rank; `None` if all that is left are pairs that are evaluated
+    /// as a whole, or contribute nothing.
     pub fn split_next(&mut self) -> Option<Split> {
-        let Waiting { rank, pair: parent } = self.memory.waiting.pop()?;
+        let (rank, Reverse(parent)) = self.memory.waiting.pop()?;
+        self.memory.infos[parent as usize].is_split = true;
         let children = self.memory.pairs.len() as u32;
         let halves = self.clusters.split(&self.memory.pairs[parent as usize]);
-        if let Some(whole) = self.memory.known[parent as usize].listed {
-            // What is listed needs no other bound.
-            let listed = self.memory.terms.halves(&self.clusters, &halves, &whole);
-            for (half, listed) in halves.into_iter().zip(listed) {
-                self.add(half, Some(listed));
+        if let Some(whole) = self.memory.infos[parent as usize].table {
+            // What is tabulated needs no other bound.
+            let entries = self.memory.table.halves(&self.clusters, &halves, &whole);
+            for (half, entry) in halves.into_iter().zip(entries) {
+                self.add(half, Some(entry));
             }
         } else {
             for half in halves {
                 self.add_large(self.clusters.bounded(half));
             }
         }
-        Some(Split { parent, children, rank })
+        Some(Split { parent, children, rank: f64::from_bits(rank) })
     }
 
     /// Rank of the pair that would be split next; `None` if there is none.
     pub fn highest_rank(&self) -> Option<f64> {
-        self.memory.waiting.peek().map(|w| w.rank)
+        self.memory.waiting.peek().map(|(rank, _)| f64::from_bits(*rank))
     }
 
-    /// Adds a pair that is not part of a listed one.
+    /// Adds a pair that is not part of a tabulated one.
     fn add_large(&mut self, pair: Pair) {
-        let listed = match &self.listing {
-            Some(listing) if pair.upper > 0.0 => self.memory.terms.list(listing, &self.clusters, &pair),
-            _ => None,
-        };
-        self.add(pair, listed);
+        let is_small = pair.upper.0 > 0.0 && self.clusters.terms(&pair) <= self.options.tabulated;
+        let entry = is_small.then(|| self.memory.table.add(&self.clusters, &pair));
+        self.add(pair, entry);
     }
 
-    fn add(&mut self, pair: Pair, listed: Option<Listed>) {
-        let (upper, terms) = match &listed {
-            Some(listed) => (listed.upper(), u64::from(listed.lit)),
+    fn add(&mut self, pair: Pair, table: Option<TableEntry>) {
+        let (upper, terms) = match &table {
+            Some(entry) => (entry.upper(), u64::from(entry.lit)),
             None => (self.clusters.upper(&pair), self.clusters.terms(&pair)),
         };
-        let is_finest = terms <= self.order.finest();
-        let mut known =
-            Known { upper, importance_of_bound: 1.0, listed, is_finest, expectation: Expectation::default() };
-        if upper > 0.0 && !is_finest {
-            if listed.is_none() {
-                known.importance_of_bound = self.clusters.importance_of_bound(&pair);
+        let is_finest = terms <= self.options.finest;
+        let mut info = PairInfo { upper, importance_of_bound: 1.0, table, is_finest, is_split: false };
+        if upper.0 > 0.0 && !is_finest {
+            if table.is_none() {
+                info.importance_of_bound = self.clusters.importance_of_bound(&pair);
             }
-            let importance_of_bound = known.importance_of_bound;
-            let candidate =
-                Candidate { pair: &pair, upper, importance_of_bound, is_listed: listed.is_some() };
-            known.expectation = self.order.expect(&candidate);
-            let waiting = Waiting { rank: known.expectation.rank, pair: self.memory.pairs.len() as u32 };
-            self.memory.waiting.push(waiting);
+            let rank = self.options.rank.of(&pair, &info);
+            debug_assert!(rank >= 0.0);
+            self.memory.waiting.push((rank.to_bits(), Reverse(self.memory.pairs.len() as u32)));
         }
-        self.memory.known.push(known);
+        self.memory.infos.push(info);
         self.memory.pairs.push(pair);
     }
 }

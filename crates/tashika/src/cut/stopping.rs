@@ -1,11 +1,29 @@
-//! When a cut is fine enough.
+//! When a cut is fine enough, as published methods see it: they look after every single split.
+//!
+//! ```text
+//! L̂ = Σ_k L̂_k          V̂ = Σ_k s_k²          k: pairs of the cut
+//! ```
+//!
+//! Since the order of splits does not depend on any sample, those of an epoch are planned and drawn
+//! ahead and their segments traced together; what lies beyond the split at which the rule is met is
+//! thrown away, and not counted.
 
+use super::engine::Cut;
+use super::strata::PairEstimates;
+use crate::bounds::UpperMaterial;
+use crate::color::RgbSum;
 use crate::stats::student_t_two_sided;
+
+/// Splits of an epoch: this share of the cut, and at least [`MIN_EPOCH`].
+const EPOCH_SHARE: f64 = 0.125;
+/// See [`EPOCH_SHARE`].
+const MIN_EPOCH: u64 = 31;
 
 /// The rules by which published methods end, a closed family.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StoppingRule {
-    /// No pair that can be split has an upper bound above `error` times the estimate (Walter 2005, section 3.3).
+    /// No pair that can be split has an upper bound above `error` times the estimate (Walter 2005,
+    /// section 3.3).
     LargestUpper {
         /// Relative error `ε`.
         error: f64,
@@ -27,40 +45,84 @@ pub enum StoppingRule {
     },
 }
 
-/// What rules look at.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
+/// How a cut ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CutEnd {
+    /// Its rule is met.
+    RuleMet,
+    /// Nothing can be split any more.
+    #[default]
+    Finest,
+    /// It has as many pairs as permitted.
+    Budget,
+}
+
+/// The estimate that a cut gives; by default that of a sum without terms.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CutEstimate {
+    /// Estimate (W·m⁻²·sr⁻¹).
+    pub radiance: RgbSum,
+    /// Estimated variance of its luminance.
+    pub variance: f64,
+    /// Half-width of the interval that the rule states for its luminance (W·m⁻²·sr⁻¹); 0 if it
+    /// states none.
+    pub half_width: f64,
+    /// How it ended.
+    pub end: CutEnd,
     /// Pairs of the cut.
     pub pairs: u64,
-    /// Luminance of the estimate (W·m⁻²·sr⁻¹).
-    pub luminance: f64,
-    /// Its estimated variance.
-    pub variance: f64,
-    /// Largest upper bound of a pair that can be split; `None` if no pair can be.
-    pub largest_upper: Option<f64>,
+    /// Segments traced for it.
+    pub segments: u64,
 }
 
 impl StoppingRule {
-    /// Whether the cut is fine enough.
-    pub fn is_met(&self, progress: &Progress) -> bool {
-        match *self {
-            Self::LargestUpper { error } => {
-                progress.largest_upper.is_none_or(|upper| upper <= error * progress.luminance)
+    /// Refines a cut until the rule is met, or it has `max_pairs` pairs.
+    pub fn refine<B: UpperMaterial, S: PairEstimates<B>>(
+        &self,
+        mut cut: Cut<'_, B, S>,
+        max_pairs: u64,
+    ) -> CutEstimate {
+        let mut now = CutEstimate::default();
+        now.add(&cut, 0);
+        loop {
+            let wanted = ((now.pairs as f64 * EPOCH_SHARE) as u64).max(MIN_EPOCH);
+            cut.grow((now.pairs + wanted).min(max_pairs));
+            for split in cut.splits() {
+                if self.ends(&mut now, Some(split.rank), max_pairs) {
+                    return now;
+                }
+                now.remove(&cut, split.parent);
+                now.add(&cut, split.children);
+                now.add(&cut, split.children + 1);
             }
-            Self::Interval { error, min_pairs, .. } => {
-                progress.pairs >= min_pairs && self.half_width(progress) <= error * progress.luminance
+            if self.ends(&mut now, cut.highest_rank(), max_pairs) {
+                return now;
             }
         }
     }
 
-    /// Half-width of the interval that the rule states (W·m⁻²·sr⁻¹); 0 if it states none.
-    pub fn half_width(&self, progress: &Progress) -> f64 {
-        match *self {
-            Self::LargestUpper { .. } => 0.0,
-            Self::Interval { confidence, .. } => {
-                student_t_two_sided(confidence, progress.pairs as f64) * progress.variance.max(0.0).sqrt()
+    /// Whether the cut ends here, and how; `largest_upper`: of a pair that can be split, none if no
+    /// pair can be.
+    fn ends(&self, now: &mut CutEstimate, largest_upper: Option<f64>, max_pairs: u64) -> bool {
+        let half_width = self.confidence().map_or(0.0, |confidence| {
+            student_t_two_sided(confidence, now.pairs as f64) * now.variance.max(0.0).sqrt()
+        });
+        let luminance = now.radiance.luminance();
+        let is_met = match *self {
+            Self::LargestUpper { error } => largest_upper.is_none_or(|upper| upper <= error * luminance),
+            Self::Interval { error, min_pairs, .. } => {
+                now.pairs >= min_pairs && half_width <= error * luminance
             }
-        }
+        };
+        now.end = match largest_upper {
+            None => CutEnd::Finest,
+            Some(_) if is_met => CutEnd::RuleMet,
+            Some(_) if now.pairs >= max_pairs => CutEnd::Budget,
+            Some(_) => return false,
+        };
+        now.half_width = half_width;
+        now.variance = now.variance.max(0.0);
+        true
     }
 
     /// Confidence of the interval that it states, if it states one.
@@ -69,5 +131,22 @@ impl StoppingRule {
             Self::LargestUpper { .. } => None,
             Self::Interval { confidence, .. } => Some(confidence),
         }
+    }
+}
+
+impl CutEstimate {
+    fn add<B: UpperMaterial, S: PairEstimates<B>>(&mut self, cut: &Cut<'_, B, S>, number: u32) {
+        let pair = cut.estimate_of(number);
+        self.radiance.add(pair.radiance);
+        self.variance += pair.variance;
+        self.segments += pair.segments;
+        self.pairs += 1;
+    }
+
+    fn remove<B: UpperMaterial, S: PairEstimates<B>>(&mut self, cut: &Cut<'_, B, S>, number: u32) {
+        let pair = cut.estimate_of(number);
+        self.radiance.remove(pair.radiance);
+        self.variance -= pair.variance;
+        self.pairs -= 1;
     }
 }

@@ -1,12 +1,9 @@
-//! Single terms of a pixel's sum, evaluated in batches: one batch of shadow segments for all of them.
+//! Single terms of a pixel's sum, evaluated in batches: one batch of shadow segments for all of
+//! them.
 
-use std::ops::Range;
-
-use crate::accel::SegmentBatch;
+use super::clusters::Clusters;
+use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::Rgb;
-use crate::gather::GatherPoint;
-use crate::transport::Transport;
-use crate::vpl::Vpl;
 
 /// One term: a light and a gather point, as places in the sorted orders of their trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,58 +23,45 @@ pub struct TermBatch {
     /// Which terms have a segment.
     traced: Vec<u32>,
     segments: SegmentBatch,
+    visibility: Vec<f32>,
 }
 
 impl TermBatch {
-    /// Forgets all terms but keeps the memory.
-    pub fn clear(&mut self) {
+    /// Forgets all terms but keeps the memory; `glass`: what it does to the segments that follow.
+    pub fn clear(&mut self, glass: Glass) {
         self.values.clear();
         self.traced.clear();
         self.segments.clear();
+        self.segments.glass = glass;
     }
 
     /// Adds a term times `factor` (one over its probability).
-    pub fn push(&mut self, transport: &Transport, point: &GatherPoint, light: &Vpl, factor: f64) {
-        let value = transport.unoccluded(point, light).map(|c| (f64::from(c) * factor) as f32);
+    pub fn push<B>(&mut self, clusters: &Clusters<'_, B>, term: Term, factor: f64) {
+        let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
+        let value = clusters.transport.unoccluded(point, &light).map(|c| (f64::from(c) * factor) as f32);
         if !value.is_black() {
-            self.segments.glass = transport.glass();
             self.traced.push(self.values.len() as u32);
             self.segments.push_fan(light.apex(), [point.position]);
         }
         self.values.push(value);
     }
 
-    /// How many terms there are.
-    pub fn len(&self) -> usize {
-        self.values.len()
+    /// How many segments there are.
+    pub fn segments(&self) -> u64 {
+        self.segments.len() as u64
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
-    }
-
-    /// What has to be traced.
-    pub fn segments(&self) -> &SegmentBatch {
-        &self.segments
-    }
-
-    /// Takes the visibility of each segment into account.
-    pub fn shadow(&mut self, visibility: &[f32]) {
-        debug_assert_eq!(visibility.len(), self.traced.len());
-        for (&term, &v) in self.traced.iter().zip(visibility) {
+    /// Takes visibility into account.
+    pub fn trace(&mut self, tracer: &Tracer) {
+        tracer.visibility(&self.segments, &mut self.visibility);
+        for (&term, &v) in self.traced.iter().zip(&self.visibility) {
             self.values[term as usize] *= v;
         }
     }
 
-    /// Values of all terms, in order (W·m⁻²·sr⁻¹): without visibility before [`TermBatch::shadow`], with it afterwards.
+    /// Values of all terms, in order (W·m⁻²·sr⁻¹): without visibility before [`TermBatch::trace`],
+    /// with it afterwards.
     pub fn values(&self) -> &[Rgb] {
         &self.values
-    }
-
-    /// How many of the terms in a range have a segment.
-    pub fn segments_of(&self, terms: Range<usize>) -> u64 {
-        let before = |end: usize| self.traced.partition_point(|&term| (term as usize) < end);
-        (before(terms.end) - before(terms.start)) as u64
     }
 }

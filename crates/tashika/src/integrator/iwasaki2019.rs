@@ -29,19 +29,18 @@
 
 use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, Scope, Setting};
 use crate::bounds::UpperCubeMap;
-use crate::cut::Strata;
+use crate::cut::FreshStrata;
 use crate::film::{Metadata, Window};
 
 /// Iwasaki 2019.
 #[derive(Clone, Copy, Debug)]
-pub struct Iwasaki2019<'a>(Published<'a, Strata>);
+pub struct Iwasaki2019<'a>(Published<'a>);
 
 impl<'a> Iwasaki2019<'a> {
     /// The method on these lights.
     pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
-            scheme: Strata,
             scope: Scope::Pixel,
             rule: options.interval(),
             max_pairs: options.max_pairs.unwrap_or(MANY_PAIRS),
@@ -60,6 +59,6 @@ impl Integrator for Iwasaki2019<'_> {
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
-        self.0.estimate::<UpperCubeMap>(setting, tile)
+        self.0.estimate::<UpperCubeMap, FreshStrata>(setting, tile)
     }
 }

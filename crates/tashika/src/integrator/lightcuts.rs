@@ -36,14 +36,13 @@ const MAX_CUT: u64 = 1000;
 
 /// Lightcuts (Walter 2005).
 #[derive(Clone, Copy, Debug)]
-pub struct Lightcuts<'a>(Published<'a, Representatives>);
+pub struct Lightcuts<'a>(Published<'a>);
 
 impl<'a> Lightcuts<'a> {
     /// The method on these lights.
     pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
-            scheme: Representatives,
             scope: Scope::Point,
             rule: options.largest_upper(),
             max_pairs: options.max_pairs.unwrap_or(MAX_CUT),
@@ -62,6 +61,6 @@ impl Integrator for Lightcuts<'_> {
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
-        self.0.estimate::<UpperAnalytic>(setting, tile)
+        self.0.estimate::<UpperAnalytic, Representatives>(setting, tile)
     }
 }

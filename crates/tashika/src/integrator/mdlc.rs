@@ -35,14 +35,13 @@ const MAX_CUT: u64 = 1000;
 
 /// Multidimensional Lightcuts (Walter 2006).
 #[derive(Clone, Copy, Debug)]
-pub struct Mdlc<'a>(Published<'a, Representatives>);
+pub struct Mdlc<'a>(Published<'a>);
 
 impl<'a> Mdlc<'a> {
     /// The method on these lights.
     pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
-            scheme: Representatives,
             scope: Scope::Pixel,
             rule: options.largest_upper(),
             max_pairs: options.max_pairs.unwrap_or(MAX_CUT),
@@ -61,6 +60,6 @@ impl Integrator for Mdlc<'_> {
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
-        self.0.estimate::<UpperAnalytic>(setting, tile)
+        self.0.estimate::<UpperAnalytic, Representatives>(setting, tile)
     }
 }

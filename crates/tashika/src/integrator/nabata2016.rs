@@ -27,19 +27,18 @@
 
 use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, Scope, Setting};
 use crate::bounds::UpperAnalytic;
-use crate::cut::Strata;
+use crate::cut::FreshStrata;
 use crate::film::{Metadata, Window};
 
 /// The error estimation framework of Nabata 2016.
 #[derive(Clone, Copy, Debug)]
-pub struct Nabata2016<'a>(Published<'a, Strata>);
+pub struct Nabata2016<'a>(Published<'a>);
 
 impl<'a> Nabata2016<'a> {
     /// The method on these lights.
     pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
-            scheme: Strata,
             scope: Scope::Point,
             rule: options.interval(),
             max_pairs: options.max_pairs.unwrap_or(MANY_PAIRS),
@@ -58,6 +57,6 @@ impl Integrator for Nabata2016<'_> {
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
-        self.0.estimate::<UpperAnalytic>(setting, tile)
+        self.0.estimate::<UpperAnalytic, FreshStrata>(setting, tile)
     }
 }

@@ -1,19 +1,20 @@
 //! What the published methods have in common: rules, and the way from a tile to cuts.
 //!
-//! All of them refine the pair with the largest upper bound, on the same trees, with the same transport and the same rays. They differ
-//! in what is clustered (lights, or pairs with gather points), how a pair is estimated, how the material is bounded, and when
-//! they stop.
+//! All of them refine the pair with the largest upper bound, on the same trees, with the same
+//! transport and the same rays. They differ in what is clustered (lights, or pairs with gather
+//! points), how a pair is estimated, how the material is bounded, and when they stop.
 
 use super::{ControlOptions, ErrorClaim, HalfWidths, Lights, PixelEstimate, Setting, StopReason};
 use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
-use crate::cut::{Clusters, CutEnd, CutEstimate, Refiner, Scheme, StoppingRule, gather_tree};
+use crate::cut::{Clusters, Cut, CutEnd, CutEstimate, CutMemory, PairEstimates, StoppingRule, gather_tree};
 use crate::film::{Metadata, Window};
 use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
 
-/// Pairs before the t-interval is looked at. Two terms that are both in shadow have no variance: a cut of a few pairs would end there.
+/// Pairs before the t-interval is looked at. Two terms that are both in shadow have no variance: a
+/// cut of a few pairs would end there.
 pub(super) const MIN_PAIRS: u64 = 32;
 
 impl ControlOptions {
@@ -38,18 +39,18 @@ pub(super) enum Scope {
     Point,
 }
 
-/// A published method: everything in which they differ, but for the bound of the material.
+/// A published method: everything in which they differ, but for the bound of the material and how
+/// pairs are estimated.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Published<'a, S> {
+pub(super) struct Published<'a> {
     pub lights: Lights<'a>,
-    pub scheme: S,
     pub scope: Scope,
     pub rule: StoppingRule,
     pub max_pairs: u64,
     pub seed: u64,
 }
 
-impl<S: Scheme + Copy> Published<'_, S> {
+impl Published<'_> {
     /// Writes down what the result depends on.
     pub(super) fn describe(&self, metadata: &mut Metadata) {
         super::describe_lights(self.lights.provenance, metadata);
@@ -65,20 +66,27 @@ impl<S: Scheme + Copy> Published<'_, S> {
         }
     }
 
-    /// Estimates of the tile's pixels, row by row, with materials bounded by `B`.
-    pub(super) fn estimate<B: UpperMaterial>(
+    /// Estimates of the tile's pixels, row by row, with materials bounded by `B` and pairs
+    /// estimated by `S`.
+    pub(super) fn estimate<B: UpperMaterial, S: PairEstimates<B> + Default>(
         &self,
         setting: &Setting<'_>,
         tile: &Window,
     ) -> Vec<PixelEstimate> {
-        tile.pixels().map(|(x, y)| self.pixel::<B>(setting, [x, y])).collect()
+        let mut memory = CutMemory::default();
+        tile.pixels().map(|(x, y)| self.pixel::<B, S>(setting, [x, y], &mut memory)).collect()
     }
 
-    fn pixel<B: UpperMaterial>(&self, setting: &Setting<'_>, [x, y]: [u32; 2]) -> PixelEstimate {
+    fn pixel<B: UpperMaterial, S: PairEstimates<B> + Default>(
+        &self,
+        setting: &Setting<'_>,
+        [x, y]: [u32; 2],
+        memory: &mut CutMemory,
+    ) -> PixelEstimate {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let key = rng::key(self.seed, Purpose::Cut, u64::from(y) << 32 | u64::from(x));
-        let cut = |points: &[GatherPoint], number: u64| {
-            self.cut::<B>(setting, points, &mut Stream::new(key, Purpose::Cut, number))
+        let mut cut = |points: &[GatherPoint], number: u64| {
+            self.cut::<B, S>(setting, points, Stream::new(key, Purpose::Cut, number), memory)
         };
         let cuts: Vec<CutEstimate> = match self.scope {
             Scope::Pixel => vec![cut(&pixel.points, 0)],
@@ -122,21 +130,17 @@ impl<S: Scheme + Copy> Published<'_, S> {
         }
     }
 
-    fn cut<B: UpperMaterial>(
+    fn cut<B: UpperMaterial, S: PairEstimates<B> + Default>(
         &self,
         setting: &Setting<'_>,
         points: &[GatherPoint],
-        stream: &mut Stream,
+        stream: Stream,
+        memory: &mut CutMemory,
     ) -> CutEstimate {
-        let clamp_distance = self.lights.provenance.clamp_distance;
-        let refiner = Refiner {
-            tracer: setting.tracer,
-            transport: Transport::new(clamp_distance),
-            scheme: self.scheme,
-            rule: self.rule,
-            max_pairs: self.max_pairs,
-        };
+        let transport = Transport::new(self.lights.provenance.clamp_distance);
         let points = gather_tree::<B>(points);
-        refiner.estimate(Clusters { lights: self.lights.tree, points: &points, clamp_distance }, stream)
+        let clusters = Clusters { lights: self.lights.tree, points: &points, transport };
+        let cut = Cut::published(clusters, S::default(), setting.tracer, stream, memory);
+        cut.map(|cut| self.rule.refine(cut, self.max_pairs)).unwrap_or_default()
     }
 }

@@ -22,19 +22,18 @@
 
 use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, Scope, Setting};
 use crate::bounds::UpperConstant;
-use crate::cut::Strata;
+use crate::cut::FreshStrata;
 use crate::film::{Metadata, Window};
 
 /// Sakai 2018.
 #[derive(Clone, Copy, Debug)]
-pub struct Sakai2018<'a>(Published<'a, Strata>);
+pub struct Sakai2018<'a>(Published<'a>);
 
 impl<'a> Sakai2018<'a> {
     /// The method on these lights.
     pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
-            scheme: Strata,
             scope: Scope::Pixel,
             rule: options.interval(),
             max_pairs: options.max_pairs.unwrap_or(MANY_PAIRS),
@@ -53,6 +52,6 @@ impl Integrator for Sakai2018<'_> {
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
-        self.0.estimate::<UpperConstant>(setting, tile)
+        self.0.estimate::<UpperConstant, FreshStrata>(setting, tile)
     }
 }

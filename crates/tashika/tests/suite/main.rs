@@ -25,4 +25,5 @@ mod obj;
 mod obj_features;
 mod pbrt;
 mod pbrt_appearance;
+mod stored_pixels;
 mod tidy;

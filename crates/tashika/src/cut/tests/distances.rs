@@ -1,6 +1,6 @@
 //! Lights all around points: what their distances do to the order of refinement.
 
-use super::super::{ByVisibility, Order};
+use super::super::{Rank, VisibilityPrior};
 use super::*;
 
 /// How much of each light is seen.
@@ -36,9 +36,10 @@ fn matt(position: Vec3) -> GatherPoint {
 #[test]
 fn the_mean_square_over_a_plane_is_told() {
     let (lights, clamp_distance) = (tree(on_floor(4000)), clamp_distance(4000));
+    let transport = Transport::new(clamp_distance);
     for height in [0.001, 0.3, 3.0] {
         let points = gather_tree::<UpperAnalytic>(&[matt(Vec3::new(0.0, 0.0, height))]);
-        let clusters = Clusters { lights: &lights, points: &points, clamp_distance };
+        let clusters = Clusters { lights: &lights, points: &points, transport };
         let pair = clusters.root().unwrap();
         let squared = |d: f32| d.max(clamp_distance * clamp_distance);
         let square_of = |light: usize| {
@@ -53,9 +54,9 @@ fn the_mean_square_over_a_plane_is_told() {
     }
 }
 
-/// Standard deviation of an estimate by strata of two samples, over the sum, after so many splits: of points amid a floor of lights, under a sky, where every other light is
-/// seen.
-fn error_after(splits: usize, lights: usize, order: impl Order) -> f64 {
+/// Standard deviation of an estimate by strata of two samples, over the sum, after so many splits:
+/// of points amid a floor of lights, under a sky, where every other light is seen.
+fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
     let mut s = Stream::new(6, Purpose::Test, 0);
     let in_sky = |s: &mut Stream| {
         let direction = -warp::sphere(s.uniform_2());
@@ -67,17 +68,17 @@ fn error_after(splits: usize, lights: usize, order: impl Order) -> f64 {
     let points: Vec<GatherPoint> =
         (0..32).map(|_| matt(Vec3::new(s.uniform() - 0.5, s.uniform() - 0.5, 0.02))).collect();
     let points = gather_tree::<UpperAnalytic>(&points);
-    let clamp_distance = clamp_distance(lights.lights().len());
-    let clusters = Clusters { lights: &lights, points: &points, clamp_distance };
+    let transport = Transport::new(clamp_distance(lights.lights().len()));
+    let clusters = Clusters { lights: &lights, points: &points, transport };
     let mut memory = RefinementMemory::default();
-    let mut refinement = Refinement::new(clusters, order, None, &mut memory).unwrap();
+    let options = RefinementOptions { rank, finest: 2, tabulated: 0 };
+    let mut refinement = Refinement::new(clusters, options, &mut memory).unwrap();
     let mut in_cut = vec![true];
     for _ in 0..splits {
         let split = refinement.split_next().unwrap();
         in_cut[split.parent as usize] = false;
         in_cut.extend([true, true]);
     }
-    let transport = Transport::new(clamp_distance);
     let (mut sum, mut variance) = (0.0, 0.0);
     for (pair, _) in refinement.pairs().iter().zip(in_cut).filter(|(_, inside)| *inside) {
         let (mut first, mut second) = (0.0, 0.0);
@@ -93,12 +94,13 @@ fn error_after(splits: usize, lights: usize, order: impl Order) -> f64 {
     variance.sqrt() / sum
 }
 
-/// Bounds have every light of a cluster about a point as near as the nearest: a cut that was refined for them would leave the sky as it is.
+/// Bounds have every light of a cluster about a point as near as the nearest: a cut that was
+/// refined for them would leave the sky as it is.
 #[test]
 fn pairs_are_not_spent_on_bounds_that_no_light_comes_up_to() {
     let place_of = vec![0; 2 * 65_000];
-    let by_size = ByVisibility { place_of: &place_of, visibility: &[SEEN as f32] };
-    let by_size = error_after(125, 64_000, by_size);
-    let by_bound = error_after(125, 64_000, ByUpper { finest: 2 });
+    let prior = VisibilityPrior::new(&place_of, &[SEEN as f32]);
+    let by_size = error_after(125, 64_000, Rank::Deviation(prior));
+    let by_bound = error_after(125, 64_000, Rank::Upper);
     assert!(1.4 * by_size < by_bound, "{by_size} and {by_bound}");
 }

@@ -1,11 +1,11 @@
 //! Pairs, their bounds and their order, on lights and points at random.
 
 mod distances;
-mod listed;
 mod pilot;
 mod population;
+mod table;
 
-use super::{ByUpper, Clusters, Pair, Refinement, RefinementMemory, gather_tree};
+use super::{Clusters, Pair, Refinement, RefinementMemory, RefinementOptions, gather_tree};
 use crate::bounds::tests::many;
 use crate::bounds::{UpperAnalytic, UpperConstant, UpperCubeMap, UpperMaterial};
 use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, Lambert, MetallicRoughness, Phong};
@@ -21,6 +21,7 @@ use crate::warp;
 
 /// Distance below which the geometric term of the tests no longer grows (m).
 const CLAMP: f32 = 0.05;
+const TRANSPORT: Transport = Transport::new(CLAMP);
 
 /// Lights of all kinds about a room of 4 m.
 fn lights(n: usize, s: &mut Stream) -> LightTree {
@@ -77,7 +78,7 @@ fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
 }
 
 /// The pairs of the cut after some splits.
-fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B, ByUpper>, splits: usize) -> Vec<Pair> {
+fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B>, splits: usize) -> Vec<Pair> {
     let mut in_cut = vec![true];
     for _ in 0..splits {
         let Some(split) = refinement.split_next() else { break };
@@ -89,13 +90,12 @@ fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B, ByUpper>, splits: us
 
 /// Every term of every pair on the way down, as it is drawn: never brighter than the pair's bound.
 fn terms_are_within_bounds<B: UpperMaterial>() {
-    let transport = Transport::new(CLAMP);
     for round in 0..many(4) {
         let mut s = Stream::new(round as u64, Purpose::Test, 7);
         let (lights, points) = (lights(200, &mut s), gather_tree::<B>(&points(12, &mut s)));
-        let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+        let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
         let mut memory = RefinementMemory::default();
-        let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }, None, &mut memory).unwrap();
+        let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
         cut(&mut refinement, 1500);
         let (mut checked, mut lit) = (0, 0);
         for pair in refinement.pairs() {
@@ -103,16 +103,16 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
             for i in c.first..c.first + c.count {
                 for j in g.first..g.first + g.count {
                     let (light, point) = (lights.light(i), points.point(j));
-                    let term = f64::from(transport.unoccluded(point, &light).luminance());
+                    let term = f64::from(TRANSPORT.unoccluded(point, &light).luminance());
                     let drawn_from = f64::from(light.intensity.luminance())
                         * f64::from(point.weight.max_channel())
                         / (lights.luminance(c) * f64::from(g.weight));
                     // Luminance and weights are rounded a few times outside of what is bounded.
                     assert!(
-                        term / drawn_from <= clusters.upper(pair) * (1.0 + 8.0 * f64::from(f32::EPSILON)),
+                        term / drawn_from <= clusters.upper(pair).0 * (1.0 + 8.0 * f64::from(f32::EPSILON)),
                         "{pair:?}: {} > {}: {light:?} {point:?}",
                         term / drawn_from,
-                        clusters.upper(pair)
+                        clusters.upper(pair).0
                     );
                     checked += 1;
                     lit += u32::from(term > 0.0);
@@ -146,7 +146,7 @@ fn points_of_hardly_any_weight_are_drawn() {
     points[0].weight = Rgb::WHITE;
     points[1].weight = Rgb::gray(1.0 / (1 << 25) as f32);
     let (lights, tree) = (lights(1, &mut s), gather_tree::<UpperConstant>(&points));
-    let clusters = Clusters { lights: &lights, points: &tree, clamp_distance: CLAMP };
+    let clusters = Clusters { lights: &lights, points: &tree, transport: TRANSPORT };
     let root = clusters.root().unwrap();
     // The probability that none of so many is the faint one is e⁻¹⁶, whichever end it is at.
     let is_faint = |point: u32| tree.source(point) == 1;
@@ -159,10 +159,10 @@ fn a_cut_holds_every_term_once() {
     let (lights, points) = (lights(60, &mut s), gather_tree::<UpperAnalytic>(&points(9, &mut s)));
     let mut memory = RefinementMemory::default();
     for splits in [1_000_000, 0, 1, 10, 100] {
-        let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+        let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
         let mut held = vec![0; 60 * 9];
         // Used again: what was there before does not count.
-        let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }, None, &mut memory).unwrap();
+        let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
         for pair in cut(&mut refinement, splits) {
             let (c, g) = (&pair.light, &points.nodes()[pair.points as usize]);
             for i in c.first..c.first + c.count {
@@ -179,9 +179,9 @@ fn a_cut_holds_every_term_once() {
 fn bounds_never_grow_on_the_way_down() {
     let mut s = Stream::new(6, Purpose::Test, 7);
     let (lights, points) = (lights(300, &mut s), gather_tree::<UpperAnalytic>(&points(16, &mut s)));
-    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
     let mut memory = RefinementMemory::default();
-    let mut refinement = Refinement::new(clusters, ByUpper { finest: 1 }, None, &mut memory).unwrap();
+    let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
     let mut last = f64::INFINITY;
     let mut splits = 0;
     while let Some(split) = refinement.split_next() {
@@ -201,7 +201,7 @@ fn nothing_times_anything_is_no_sum() {
     let mut s = Stream::new(6, Purpose::Test, 8);
     let (no_lights, no_points) = (lights(0, &mut s), gather_tree::<UpperAnalytic>(&[]));
     let (lights, points) = (lights(3, &mut s), gather_tree::<UpperAnalytic>(&points(3, &mut s)));
-    let root = |lights, points| Clusters { lights, points, clamp_distance: CLAMP }.root();
+    let root = |lights, points| Clusters { lights, points, transport: TRANSPORT }.root();
     assert!(root(&no_lights, &points).is_none() && root(&lights, &no_points).is_none());
     assert!(root(&lights, &points).is_some());
 }

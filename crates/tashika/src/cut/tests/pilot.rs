@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use crate::accel::Tracer;
-use crate::cut::{Candidate, Order, Pair, Pilot, PilotVisibility};
+use crate::cut::{Pilot, PilotVisibility};
 use crate::gather::{GatherOptions, View};
 use crate::math::Vec3;
 use crate::scene::builtin;
 use crate::transport::Transport;
-use crate::tree::{LightCluster, LightTree, LightTreeBuilder};
+use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
-/// The view of the built-in box, lit by its own VPLs and by as many outside of it, whom nothing in it can see.
+/// The view of the built-in box, lit by its own VPLs and by as many outside of it, whom nothing in
+/// it can see.
 fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let traced = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
@@ -31,14 +32,8 @@ fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
 /// Expected visibility of every cluster of lights, depth first.
 fn visibilities(pilot: &Pilot<'_>, visibility: &PilotVisibility, cell: [u32; 2]) -> Vec<f64> {
     let about = visibility.about(pilot, cell);
-    let mut order = about.order();
-    let expect = |light: LightCluster| {
-        let pair = Pair { light, points: 0, upper: 1.0 };
-        order
-            .expect(&Candidate { pair: &pair, upper: 1.0, importance_of_bound: 1.0, is_listed: true })
-            .importance_visibility
-    };
-    pilot.lights.depth_first().map(expect).collect()
+    let prior = about.prior();
+    pilot.lights.depth_first().map(|cluster| prior.importance_visibility(&cluster)).collect()
 }
 
 #[test]
@@ -75,7 +70,8 @@ fn a_cell_is_the_same_whoever_asks_first_and_another_with_another_seed() {
 #[test]
 fn what_it_costs_is_told() {
     with_pilot(|pilot| {
-        // 600 lights, each a cluster, and 8 points of a cell: those that face each other, over the 16 × 8 pixels of a cell below.
+        // 600 lights, each a cluster, and 8 points of a cell: those that face each other, over the
+        // 16 × 8 pixels of a cell below.
         let visibility = PilotVisibility::new(pilot, 1);
         let cost = visibility.about(pilot, [1, 1]).segments_per_pixel;
         assert!((5..=600 * 8 / 128 + 1).contains(&cost), "{cost}");

@@ -2,23 +2,23 @@
 
 use std::sync::Arc;
 
-use super::{CLAMP, lights, points};
+use super::{TRANSPORT, lights, points};
 use crate::accel::{SegmentBatch, Tracer};
 use crate::bounds::UpperAnalytic;
 use crate::bsdf::{Bsdf, Lambert};
 use crate::color::{Controlled, Rgb};
 use crate::cut::{
-    ByUpper, Clusters, CutMemory, InheritedCut, OfPoint, Population, StrataOptions, gather_tree,
+    Clusters, CutMemory, InheritedCut, OfPoint, Population, Rank, StrataOptions, VisibilityPrior, gather_tree,
 };
 use crate::gather::GatherPoint;
 use crate::math::{Frame, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::scene::builtin;
 use crate::stats::Moments;
-use crate::transport::Transport;
 use crate::vpl::{Vpl, VplKind};
 
-/// Estimates of many cuts of so many pairs, over as many points; and the truth: what each light, and each point, adds, with the points' shares.
+/// Estimates of many cuts of so many pairs, over as many points; and the truth: what each light,
+/// and each point, adds, with the points' shares.
 struct Known {
     populations: Vec<Population>,
     /// By light: whether it is given, and by point.
@@ -45,10 +45,9 @@ fn known(pairs: u64, runs: u64, worth: f64) -> Known {
         *point = GatherPoint { position: point.position, ..alike };
     }
     let points = gather_tree::<UpperAnalytic>(&points);
-    let transport = Transport::new(CLAMP);
     let part = Controlled::Luminance.parts()[0];
     let unoccluded = |light: &Vpl| {
-        let of_point = |point: &GatherPoint| part.of(transport.unoccluded(point, light));
+        let of_point = |point: &GatherPoint| part.of(TRANSPORT.unoccluded(point, light));
         points.points().iter().map(of_point).collect::<Vec<f64>>()
     };
     let terms = (0..400).map(|light| {
@@ -64,14 +63,14 @@ fn known(pairs: u64, runs: u64, worth: f64) -> Known {
     let unoccluded = (0..400).map(|light| unoccluded(&lights.light(light))).collect();
     let root = f64::from(points.nodes()[0].weight);
     let shares = (0..12).map(|point| f64::from(points.point(point).weight.max_channel()) / root).collect();
-    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
-    let options =
-        StrataOptions { inherits: true, lists: true, corrects: true, controlled: Controlled::Luminance };
+    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+    let (controlled, prior) = (Controlled::Luminance, VisibilityPrior::NONE);
+    let options = StrataOptions { inherits: true, tabulates: true, corrects: true, controlled, prior };
     let run = |number| {
         let mut memory = CutMemory::default();
-        let (order, stream) = (ByUpper { finest: 2 }, Stream::new(5, Purpose::Cut, number));
+        let stream = Stream::new(5, Purpose::Cut, number);
         let mut cut =
-            InheritedCut::new(clusters, order, options, &tracer, transport, stream, &mut memory).unwrap();
+            InheritedCut::new(clusters, Rank::Upper, options, &tracer, stream, &mut memory).unwrap();
         cut.grow(pairs);
         cut.population(0, is_given, worth)
     };
@@ -107,7 +106,8 @@ fn the_squares_of_what_lights_add_are_told_from_above() {
     }
 }
 
-/// With other points than those of the samples, as if lights that are seen from one were seen from all: nearer, and from above still.
+/// With other points than those of the samples, as if lights that are seen from one were seen from
+/// all: nearer, and from above still.
 #[test]
 fn what_lights_add_is_told_by_other_points() {
     for pairs in [60, 600] {

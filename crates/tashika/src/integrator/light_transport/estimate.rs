@@ -7,7 +7,7 @@ use crate::accel::Glass;
 use crate::bounds::UpperAnalytic;
 use crate::bsdf::{Bsdf, Lambert};
 use crate::color::{Controlled, Rgb, RgbSum};
-use crate::cut::{ByVisibility, Clusters, CutMemory, InheritedCut, StrataOptions, gather_tree};
+use crate::cut::{Clusters, CutMemory, InheritedCut, Rank, StrataOptions, VisibilityPrior, gather_tree};
 use crate::gather::{GatherPoint, PixelSum};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
@@ -180,7 +180,7 @@ pub(super) struct Estimate<'a> {
     key: u64,
     /// None where there are no VPLs.
     points: Option<&'a Points>,
-    cut: Option<InheritedCut<'a, UpperAnalytic, ByVisibility<'a>>>,
+    cut: Option<InheritedCut<'a, UpperAnalytic>>,
     uncarried: Uncarried<'a>,
     /// Sum of what paths found.
     of_paths: RgbSum,
@@ -220,7 +220,7 @@ impl<'a> Estimate<'a> {
     /// A sum over VPLs, with paths of what these do not carry; nothing is drawn yet but the first pair.
     pub(super) fn of_vpls(
         common: Common<'a>,
-        order: ByVisibility<'a>,
+        prior: VisibilityPrior<'a>,
         points: &'a Points,
         clamp_distance: f32,
         pixel: [u32; 2],
@@ -228,12 +228,12 @@ impl<'a> Estimate<'a> {
         memory: &'a mut CutMemory,
     ) -> Self {
         let lit = common.lit(Estimator::Vpls, clamp_distance);
-        let clusters = Clusters { lights: common.lights.tree(), points: &points.tree, clamp_distance };
+        let transport = lit.transport;
+        let clusters = Clusters { lights: common.lights.tree(), points: &points.tree, transport };
         let samples = Stream::new(key, Purpose::Cut, 0);
-        let options =
-            StrataOptions { inherits: true, lists: true, corrects: true, controlled: common.controlled };
-        let tracer = common.setting.tracer;
-        let cut = InheritedCut::new(clusters, order, options, tracer, lit.transport, samples, memory);
+        let (controlled, tracer) = (common.controlled, common.setting.tracer);
+        let options = StrataOptions { inherits: true, tabulates: true, corrects: true, controlled, prior };
+        let cut = InheritedCut::new(clusters, Rank::Deviation(prior), options, tracer, samples, memory);
         let camera_rays = points.pixel.samples.len() as u64;
         let mut rare_emission = points.is_emission_rare.then(RareEmission::default);
         if let Some(emission) = &mut rare_emission {
@@ -347,7 +347,7 @@ impl<'a> Estimate<'a> {
         let lights = self.common.lights;
         let k = lights.importance_correlation();
         let small = SMALL * tolerance;
-        let of_cut = |cut: &InheritedCut<'_, _, _>| {
+        let of_cut = |cut: &InheritedCut<'_, _>| {
             cut.population(part, |light| lights.is_given(light), small * small / k)
         };
         let population = self.cut.as_ref().map(of_cut);

@@ -139,8 +139,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
             }
             self.importance_not_found = bent + common.lamps_not_met(self.at, &points.pixel);
             let moments = nearby.map(|nearby| nearby.uncarried(points.are_narrow()));
-            let (order, clamp_distance) = (visibility.order(), method.clamp_distance(clamp));
-            let estimate = Estimate::of_vpls(common, order, &points, clamp_distance, self.at, key, memory);
+            let (prior, clamp_distance) = (visibility.prior(), method.clamp_distance(clamp));
+            let estimate = Estimate::of_vpls(common, prior, &points, clamp_distance, self.at, key, memory);
             let can_mend = [common.compensates && clamp + 1 < CLAMPS, samples < MOST_SAMPLES];
             match self.refine(estimate, moments.unwrap_or_default(), can_mend) {
                 Ended::Met | Ended::OutOfBudget => return true,

@@ -15,7 +15,7 @@
 //!
 //! # Assumptions of the certificate
 //! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of bounds and of draws that the estimate does not
-//! use (`cut::InheritedCut`: the order has no way to sampled values); random numbers are random. It speaks of the luminance of this
+//! use (`cut::Rank` has no way to sampled values); random numbers are random. It speaks of the luminance of this
 //! pixel's sum over the given VPLs and gather points, and what is seen directly, which is exact. Where all channels are
 //! controlled ([`Controlled`](crate::color::Controlled)), each has a third of `δ`, and as its bound that of luminance over its weight.
 //!
@@ -40,18 +40,15 @@ use super::{
     ControlOptions, ErrorClaim, HalfWidths, Integrator, Lights, MANY_PAIRS, PixelEstimate, Setting,
     StopReason,
 };
-use crate::bounds::{UpperAnalytic, UpperMaterial};
+use crate::bounds::UpperAnalytic;
 use crate::color::RgbSum;
 use crate::cut::{
-    ByUpper, CellVisibility, Clusters, CutMemory, InheritedCut, Order, Pilot, PilotVisibility, StrataOptions,
-    gather_tree,
+    CellVisibility, Clusters, CutMemory, InheritedCut, Pilot, PilotVisibility, Rank, StrataOptions,
+    VisibilityPrior, gather_tree,
 };
 use crate::film::{Metadata, Window};
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
-
-/// Terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
-const FINEST: u64 = 2;
 
 /// By which kind of argument an interval is stated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -114,12 +111,13 @@ impl<'a> Tashika<'a> {
         self.left_out != Some(ingredient)
     }
 
-    fn strata_options(&self) -> StrataOptions {
+    fn strata_options<'v>(&self, prior: VisibilityPrior<'v>) -> StrataOptions<'v> {
         StrataOptions {
             inherits: self.has(Ingredient::Inheritance),
-            lists: self.has(Ingredient::Listing),
+            tabulates: self.has(Ingredient::Listing),
             corrects: self.has(Ingredient::Correction),
             controlled: self.options.controlled,
+            prior,
         }
     }
 
@@ -141,24 +139,17 @@ impl<'a> Tashika<'a> {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let number = u64::from(y) << 32 | u64::from(x);
         let key = rng::key(self.options.seed, Purpose::Cut, number);
-        let clamp_distance = self.lights.provenance.clamp_distance;
-        let transport = Transport::new(clamp_distance);
+        let transport = Transport::new(self.lights.provenance.clamp_distance);
         let points = gather_tree::<UpperAnalytic>(&pixel.points);
-        let clusters = Clusters { lights: self.lights.tree, points: &points, clamp_distance };
+        let clusters = Clusters { lights: self.lights.tree, points: &points, transport };
         let samples = Stream::new(key, Purpose::Cut, 0);
         let mut background = RgbSum::default();
         background.add(pixel.background);
-        let options = self.strata_options();
-        let tracer = setting.tracer;
-        let (ended, pairs, segments) = if let Some(visibility) = visibility {
-            let order = visibility.order();
-            let cut = InheritedCut::new(clusters, order, options, tracer, transport, samples, memory);
-            self.control(cut, &background)
-        } else {
-            let order = ByUpper { finest: FINEST };
-            let cut = InheritedCut::new(clusters, order, options, tracer, transport, samples, memory);
-            self.control(cut, &background)
-        };
+        let prior = visibility.map(CellVisibility::prior);
+        let options = self.strata_options(prior.unwrap_or(VisibilityPrior::NONE));
+        let rank = prior.map_or(Rank::Upper, Rank::Deviation);
+        let cut = InheritedCut::new(clusters, rank, options, setting.tracer, samples, memory);
+        let (ended, pairs, segments) = self.control(cut, &background);
         let rays = segments + visibility.map_or(0, |v| v.segments_per_pixel);
         let (half_width, confidence) = (ended.interval.half_width as f32, self.options.confidence as f32);
         let claim = match (ended.stop, self.claim) {
@@ -180,9 +171,9 @@ impl<'a> Tashika<'a> {
     }
 
     /// Refines a cut until its interval is narrow enough; with the pairs and segments that it took.
-    fn control<B: UpperMaterial, O: Order>(
+    fn control(
         &self,
-        cut: Option<InheritedCut<'_, B, O>>,
+        cut: Option<InheritedCut<'_, UpperAnalytic>>,
         background: &RgbSum,
     ) -> (Ended, u64, u64) {
         let Some(mut cut) = cut else {
@@ -216,12 +207,7 @@ impl<'a> Tashika<'a> {
     }
 
     /// The interval at one of that many looks. All that is controlled shares the error evenly.
-    fn interval<B: UpperMaterial, O: Order>(
-        &self,
-        cut: &InheritedCut<'_, B, O>,
-        gathered: &RgbSum,
-        looks: u32,
-    ) -> Interval {
+    fn interval(&self, cut: &InheritedCut<'_, UpperAnalytic>, gathered: &RgbSum, looks: u32) -> Interval {
         let parts = self.options.controlled.parts().len();
         let delta = (1.0 - self.options.confidence) / parts as f64;
         let mut widest = Interval::default();

@@ -1,41 +1,36 @@
-//! Small pairs, term by term: what each would contribute if nothing were in the way.
+//! Tables of small pairs, term by term: what each would contribute if nothing were in the way.
 //!
 //! ```text
 //! u_ij = luminance of w_j M_ji G_ji I_i          U = Σ u_ij over the terms of the pair
 //! ```
 //!
-//! A term drawn with probability `u_ij / U` has, divided by that probability, the luminance `U V_ij`: within `[0, U]`, and of a variance
-//! that only visibility makes. `U` is the smallest bound that a pair can have without a ray; bounds of clusters are some times larger,
-//! and cost as much as a hundred terms.
+//! A term drawn with probability `u_ij / U` has, divided by that probability, the luminance `U
+//! V_ij`: within `[0, U]`, and of a variance that only visibility makes. `U` is the smallest bound
+//! that a pair can have without a ray; bounds of clusters are some times larger, and cost as much
+//! as a hundred terms.
 //!
-//! Terms are evaluated once, when a pair becomes small enough; what is split from it later takes its values from there.
+//! Terms are evaluated once, when a pair becomes small enough; what is split from it later takes
+//! its values from there.
 
 use smallvec::SmallVec;
 
-use super::clusters::{Clusters, Pair};
+use super::clusters::{Clusters, Pair, RadianceBound};
 use super::terms::Term;
 use crate::bounds::UpperMaterial;
-use crate::transport::Transport;
 
-/// Above the rounding of `f32` in products of a dozen factors: keeps `U` above what rounded terms come to.
+/// Above the rounding of `f32` in products of a dozen factors: keeps `U` above what rounded terms
+/// come to.
 const ROUNDING: f64 = 1.0 + 1.0 / 262_144.0;
 
-/// Share of a sum that was added up, below which what is left of it is added up, too, rather than got by taking parts away. Everything taken away and left has
-/// errors of rounding of the sum that was added up: a few 2⁻⁵³ for each level, of which a share of 2⁻¹⁶ makes far less than [`ROUNDING`] allows.
+/// Share of a sum that was added up, below which what is left of it is added up, too, rather than
+/// got by taking parts away. Everything taken away and left has errors of rounding of the sum that
+/// was added up: a few 2⁻⁵³ for each level, of which a share of 2⁻¹⁶ makes far less than
+/// [`ROUNDING`] allows.
 const LEAST_SHARE: f64 = 1.0 / 65_536.0;
 
-/// Which pairs are listed.
-#[derive(Clone, Copy, Debug)]
-pub struct Listing {
-    /// Evaluates terms.
-    pub transport: Transport,
-    /// Terms up to which a pair is listed.
-    pub most: u64,
-}
-
-/// What is known of a listed pair.
+/// Where the terms of a tabulated pair are, and what they come to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Listed {
+pub struct TableEntry {
     block: u32,
     /// Terms above zero.
     pub lit: u32,
@@ -45,14 +40,15 @@ pub struct Listed {
     added_up: f64,
 }
 
-impl Listed {
-    /// `U`, rounded up: no drawn term has a higher luminance (W·m⁻²·sr⁻¹).
-    pub fn upper(&self) -> f64 {
-        self.total * ROUNDING
+impl TableEntry {
+    /// `U`, rounded up.
+    pub fn upper(&self) -> RadianceBound {
+        RadianceBound(self.total * ROUNDING)
     }
 }
 
-/// Where the values of a pair are, of which others are parts: point by point, and for each all lights.
+/// Where the values of a pair are, of which others are parts: point by point, and for each all
+/// lights.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     values: u32,
@@ -61,55 +57,47 @@ struct Block {
     lights: u32,
 }
 
-/// The values of all pairs that have been listed.
+/// The values of all pairs that have been tabulated.
 #[derive(Clone, Debug, Default)]
-pub struct ListedTerms {
+pub struct TermTable {
     values: Vec<f32>,
     blocks: Vec<Block>,
 }
 
-impl ListedTerms {
+impl TermTable {
     /// Forgets all pairs but keeps the memory.
     pub fn clear(&mut self) {
         self.values.clear();
         self.blocks.clear();
     }
 
-    /// Lists a pair if it is small enough.
-    pub fn list<B: UpperMaterial>(
-        &mut self,
-        listing: &Listing,
-        clusters: &Clusters<'_, B>,
-        pair: &Pair,
-    ) -> Option<Listed> {
-        if clusters.terms(pair) > listing.most {
-            return None;
-        }
+    /// Evaluates all terms of a pair.
+    pub fn add<B: UpperMaterial>(&mut self, clusters: &Clusters<'_, B>, pair: &Pair) -> TableEntry {
         let (points, lights) = clusters.members(pair);
         let (block, values) = (self.blocks.len() as u32, self.values.len() as u32);
         let members = &clusters.points.points()[points.clone()];
-        listing.transport.list(members, clusters.lights.lights(), lights.clone(), &mut self.values);
+        clusters.transport.list(members, clusters.lights.lights(), lights.clone(), &mut self.values);
         self.blocks.push(Block {
             values,
             first_light: lights.start as u32,
             first_point: points.start as u32,
             lights: lights.len() as u32,
         });
-        Some(self.sum(clusters, pair, block))
+        self.sum(clusters, pair, block)
     }
 
-    /// What is known of the halves of a listed pair.
+    /// The entries of the halves of a tabulated pair.
     pub fn halves<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
         halves: &[Pair; 2],
-        whole: &Listed,
-    ) -> [Listed; 2] {
+        whole: &TableEntry,
+    ) -> [TableEntry; 2] {
         let smaller = usize::from(clusters.terms(&halves[1]) < clusters.terms(&halves[0]));
         let one = self.sum(clusters, &halves[smaller], whole.block);
         let lit = whole.lit - one.lit;
         let total = if lit > 0 { whole.total - one.total } else { 0.0 };
-        let mut other = Listed { block: whole.block, lit, total, added_up: whole.added_up };
+        let mut other = TableEntry { block: whole.block, lit, total, added_up: whole.added_up };
         // A small difference of large numbers would not be above what its terms come to.
         if lit > 0 && total < LEAST_SHARE * whole.added_up {
             other = self.sum(clusters, &halves[1 - smaller], whole.block);
@@ -117,34 +105,35 @@ impl ListedTerms {
         if smaller == 0 { [one, other] } else { [other, one] }
     }
 
-    fn sum<B: UpperMaterial>(&self, clusters: &Clusters<'_, B>, pair: &Pair, block: u32) -> Listed {
+    fn sum<B: UpperMaterial>(&self, clusters: &Clusters<'_, B>, pair: &Pair, block: u32) -> TableEntry {
         let (mut total, mut lit) = (0.0, 0);
         for (_, row) in self.rows(clusters, pair, block) {
             let (of_row, above) = sum_of(row);
             total += of_row;
             lit += above;
         }
-        Listed { block, lit, total, added_up: total }
+        TableEntry { block, lit, total, added_up: total }
     }
 
-    /// A bound of `u_ij / (I_i w_j)` of a listed pair, and to rounding the largest (m⁻²·sr⁻¹).
+    /// A bound of `u_ij / (I_i w_j)` of a tabulated pair, and to rounding the largest (m⁻²·sr⁻¹).
     pub fn largest_share<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
         pair: &Pair,
-        listed: &Listed,
+        entry: &TableEntry,
     ) -> f64 {
         let luminances = clusters.lights.lights().luminances(clusters.members(pair).1);
         let inverse: SmallVec<[f32; 64]> = luminances.map(|luminance| 1.0 / luminance).collect();
         let mut largest = 0.0_f64;
-        for (point, row) in self.rows(clusters, pair, listed.block) {
+        for (point, row) in self.rows(clusters, pair, entry.block) {
             let weight = f64::from(clusters.points.point(point).weight.max_channel());
             largest = largest.max(f64::from(largest_product(row, &inverse)) / weight);
         }
         largest * ROUNDING
     }
 
-    /// The values of a pair that is part of a block: for each point, its number and one value a light.
+    /// The values of a pair that is part of a block: for each point, its number and one value a
+    /// light.
     fn rows<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
@@ -160,26 +149,27 @@ impl ListedTerms {
         })
     }
 
-    /// `u` of a term of a listed pair (W·m⁻²·sr⁻¹).
-    pub fn unoccluded(&self, listed: &Listed, term: Term) -> f64 {
-        let block = &self.blocks[listed.block as usize];
+    /// `u` of a term of a tabulated pair (W·m⁻²·sr⁻¹).
+    pub fn unoccluded(&self, entry: &TableEntry, term: Term) -> f64 {
+        let block = &self.blocks[entry.block as usize];
         let row = block.values + (term.point - block.first_point) * block.lights;
         let place = row + term.light - block.first_light;
         f64::from(self.values[place as usize])
     }
 
-    /// A term of a pair with something above zero, for the uniform number `x` in `[0, 1)`; its probability is `u / Σ u`.
+    /// A term of a pair with something above zero, for the uniform number `x` in `[0, 1)`; its
+    /// probability is `u / Σ u`.
     pub fn draw<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
         pair: &Pair,
-        listed: &Listed,
+        entry: &TableEntry,
         x: f64,
     ) -> Term {
         let first_light = clusters.members(pair).1.start as u32;
-        let mut left = x * listed.total;
+        let mut left = x * entry.total;
         let mut last = None;
-        for (point, row) in self.rows(clusters, pair, listed.block) {
+        for (point, row) in self.rows(clusters, pair, entry.block) {
             for (some, first) in row.chunks(SKIPPED).zip((first_light..).step_by(SKIPPED)) {
                 let (sum, lit) = sum_of(some);
                 if lit == 0 {
@@ -231,7 +221,8 @@ fn sum_of(values: &[f32]) -> (f64, u32) {
     (((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7])), lit)
 }
 
-/// The term of one of `values`, of lights from `first` on, at which their running sum exceeds `left`, or else the last above zero.
+/// The term of one of `values`, of lights from `first` on, at which their running sum exceeds
+/// `left`, or else the last above zero.
 fn drawn_of(point: u32, first: u32, values: &[f32], mut left: f64) -> Term {
     let mut drawn = first;
     for (light, &value) in (first..).zip(values) {

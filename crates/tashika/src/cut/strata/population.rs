@@ -1,38 +1,45 @@
-//! What the samples of a cut say of the lights and points that it sums over, where these are themselves drawn from all that there could be.
+//! What the samples of a cut say of the lights and points that it sums over, where these are
+//! themselves drawn from all that there could be.
 //!
-//! A cut estimates `L = Σ_j Σ_i c_ij` over the points `j` and lights `i` that there are. Whose truth is the expectation over other lights and
-//! other points has to know how far `L` is from it.
+//! A cut estimates `L = Σ_j Σ_i c_ij` over the points `j` and lights `i` that there are. Whose
+//! truth is the expectation over other lights and other points has to know how far `L` is from it.
 //!
 //! # Lights
-//! Of lights that are drawn independently, the sum over all of them has a variance of at most `Σ_i c_i²`, with `c_i = Σ_j c_ij`. From the samples `s` of
-//! the strata, each drawn with probability `p_s`,
+//! Of lights that are drawn independently, the sum over all of them has a variance of at most `Σ_i
+//! c_i²`, with `c_i = Σ_j c_ij`. From the samples `s` of the strata, each drawn with probability
+//! `p_s`,
 //!
 //! ```text
 //! Σ_i c_i² = Σ_ij c_ij c_i = E Σ_k (1/n_k) Σ_s c_s ĉ_s / p_s          ĉ_s = c_s / ω_s     or     c_s Σ_j u_ij / u_s
 //! ```
 //!
-//! where `ĉ_s` is about what the light of the sample adds at all points. The first costs nothing, with the share `ω_j` that the point `j` has of the weights: equal where
-//! all points receive the same of a light, and else more (Cauchy's inequality). A light next to a few of many points adds far less than that. The second takes
-//! the light to be visible everywhere if it is at the point of the sample, and the unoccluded terms `u_ij` of a few other points, which stand for
-//! all: more than it is by what is in shadow. How uncertain the variance is itself, where few lights give most, follows from `Σ_i c_i⁴`, which is estimated
-//! in the same way. Lights that are not drawn, points and spots say, are left out. Where lights are not drawn each by itself it has to be multiplied by what they
-//! have in common ([`importance_correlation`](crate::guidance::importance_correlation)).
+//! where `ĉ_s` is about what the light of the sample adds at all points. The first costs nothing,
+//! with the share `ω_j` that the point `j` has of the weights: equal where all points receive the
+//! same of a light, and else more (Cauchy's inequality). A light next to a few of many points adds
+//! far less than that. The second takes the light to be visible everywhere if it is at the point of
+//! the sample, and the unoccluded terms `u_ij` of a few other points, which stand for all: more
+//! than it is by what is in shadow. How uncertain the variance is itself, where few lights give
+//! most, follows from `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not drawn,
+//! points and spots say, are left out. Where lights are not drawn each by itself it has to be
+//! multiplied by what they have in common
+//! ([`importance_correlation`](crate::guidance::importance_correlation)).
 //!
 //! # Points
-//! How much light point `j` adds, `c_j = Σ_i c_ij`, is known from what its strata have on average and how its own samples deviate from that:
+//! How much light point `j` adds, `c_j = Σ_i c_ij`, is known from what its strata have on average
+//! and how its own samples deviate from that:
 //!
 //! ```text
 //! c_j = b_j + r_j        b_j = Σ_{k ∋ j} ω_jk ȳ_k        r_j = Σ_k Σ_{s at j} (y_s − ȳ_k)/(n_k − 1)        d_j = Σ of the squares of these
 //! ```
 //!
-//! `r_j² − d_j` is without the noise of samples, since those of different strata are independent: so are squares of differences, less both `d`.
+//! `r_j² − d_j` is without the noise of samples, since those of different strata are independent:
+//! so are squares of differences, less both `d`.
 //!
 //! Tested by `cut::tests::population`.
 
 use super::inherited::InheritedCut;
-use super::refinement::Order;
-use super::terms::Term;
 use crate::bounds::UpperMaterial;
+use crate::cut::terms::Term;
 use crate::vpl::Vpl;
 
 /// What the samples of a cut say of the lights and points that it sums over.
@@ -40,7 +47,8 @@ use crate::vpl::Vpl;
 pub struct Population {
     /// About at most the variance of the sum by which lights were drawn.
     pub importance_by_lights: f64,
-    /// About at most the sum of the fourth powers of what each light adds: how few lights that variance comes from.
+    /// About at most the sum of the fourth powers of what each light adds: how few lights that
+    /// variance comes from.
     pub importance_fourth: f64,
     /// About the most that one light adds.
     pub importance_largest: f64,
@@ -83,14 +91,16 @@ impl Population {
     }
 }
 
-impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
-    /// What the samples say of a part that is controlled, by its number among [`Controlled::parts`](crate::color::Controlled::parts).
+impl<B: UpperMaterial> InheritedCut<'_, B> {
+    /// What the samples say of a part that is controlled, by its number among
+    /// [`Controlled::parts`](crate::color::Controlled::parts).
     ///
     /// * `is_given`: whether a light is always there, rather than one of those that could be.
-    /// * `worth`: a variance by lights beyond which it is told with other points than those of the samples.
+    /// * `worth`: a variance by lights beyond which it is told with other points than those of the
+    ///   samples.
     pub fn population(&self, part: usize, is_given: impl Fn(&Vpl) -> bool, worth: f64) -> Population {
-        let of = &self.options.controlled.parts()[part];
-        let clusters = self.refinement.clusters();
+        let of = &self.strata.options.controlled.parts()[part];
+        let (clusters, memory) = (self.refinement.clusters(), &*self.strata.memory);
         let nodes = clusters.points.nodes();
         let Some(root) = nodes.first() else { return Population::default() };
         let share = |point: u32| {
@@ -106,14 +116,14 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
         };
         // Means of strata by the node of their points, over its weight.
         let mut means = vec![0.0; nodes.len()];
-        for said in &self.memory.said {
-            let number = said.number as usize;
-            let (weight, n) = (self.weight(number), f64::from(said.samples));
-            let mean = of.of_sum(&said.mean);
+        for summary in &memory.summaries {
+            let number = summary.number as usize;
+            let (weight, n) = (self.refinement.weight(number), f64::from(summary.samples));
+            let mean = of.of_sum(&summary.mean);
             let node = self.refinement.pairs()[number].points as usize;
             means[node] += mean / f64::from(nodes[node].weight);
-            for &k in &self.memory.strata[number].samples {
-                let sample = &self.memory.samples[k as usize];
+            for &k in &memory.strata[number] {
+                let sample = &memory.samples[k as usize];
                 let (value, point) = (weight * of.of(sample.unit), sample.term.point);
                 let probability = sample.measure / weight;
                 draw(sample.term, value * probability, 1.0 / (probability * n));
@@ -123,7 +133,7 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
                 point.noise += residual * residual;
             }
         }
-        for (term, value) in &self.memory.whole_terms {
+        for (term, value) in &memory.whole_terms {
             let value = of.of(*value);
             population.points[term.point as usize].value += value;
             draw(*term, value, 1.0);
@@ -145,11 +155,11 @@ impl<B: UpperMaterial, O: Order> InheritedCut<'_, B, O> {
 
     /// About `Σ_j u_ij / u_s`. Which points stand for all goes round with the number of the sample.
     fn all_points(&self, part: usize, number: usize, term: Term) -> f64 {
-        let of = &self.options.controlled.parts()[part];
+        let of = &self.strata.options.controlled.parts()[part];
         let clusters = self.refinement.clusters();
         let light = clusters.lights.light(term.light);
         let points = clusters.points.points();
-        let unoccluded = |point: usize| of.of(self.transport.unoccluded(&points[point], &light));
+        let unoccluded = |point: usize| of.of(clusters.transport.unoccluded(&points[point], &light));
         let others = points.len() - 1;
         let beside = others.min(BESIDE);
         // Numbers of the others, from that of the sample on.

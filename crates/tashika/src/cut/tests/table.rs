@@ -1,27 +1,30 @@
-//! Listed pairs: their sums, what is drawn from them, and that parts take their values from the whole.
+//! Tabulated pairs: their sums, what is drawn from them, and that parts take their values from the
+//! whole.
 
-use super::{CLAMP, lights, points, tree};
+use super::{TRANSPORT, lights, points, tree};
 use crate::bounds::UpperAnalytic;
 use crate::color::Rgb;
-use crate::cut::{ByUpper, Clusters, ListedTerms, Listing, Pair, Refinement, RefinementMemory, gather_tree};
+use crate::cut::{
+    Clusters, KernelBound, Pair, Rank, Refinement, RefinementMemory, RefinementOptions, TermTable,
+    gather_tree,
+};
 use crate::math::Vec3;
 use crate::rng::{Purpose, Stream};
-use crate::transport::Transport;
 use crate::tree::{GatherTree, LightTree};
 use crate::vpl::{Vpl, VplKind};
 
-const LISTING: Listing = Listing { transport: Transport::new(CLAMP), most: 40 };
+const OPTIONS: RefinementOptions<'_> = RefinementOptions { rank: Rank::Upper, finest: 2, tabulated: 40 };
 
 fn world() -> (LightTree, GatherTree<UpperAnalytic>) {
     let mut s = Stream::new(9, Purpose::Test, 7);
     (lights(120, &mut s), gather_tree(&points(10, &mut s)))
 }
 
-/// What a listed pair comes to by itself.
+/// What the terms of a pair come to by itself.
 fn terms(clusters: &Clusters<'_, UpperAnalytic>, pair: &Pair) -> Vec<f64> {
     let value = |term: crate::cut::Term| {
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-        f64::from(LISTING.transport.unoccluded(point, &light).luminance())
+        f64::from(TRANSPORT.unoccluded(point, &light).luminance())
     };
     clusters.all_terms(pair).map(value).collect()
 }
@@ -29,42 +32,46 @@ fn terms(clusters: &Clusters<'_, UpperAnalytic>, pair: &Pair) -> Vec<f64> {
 #[test]
 fn small_pairs_are_known_by_their_terms_and_large_ones_by_bounds() {
     let (lights, points) = world();
-    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
     let mut memory = RefinementMemory::default();
-    let mut refinement =
-        Refinement::new(clusters, ByUpper { finest: 2 }, Some(LISTING), &mut memory).unwrap();
+    let mut refinement = Refinement::new(clusters, OPTIONS, &mut memory).unwrap();
     while refinement.split_next().is_some() {}
-    let (mut listed, mut dark, mut tighter) = (0, 0, 0);
+    let (mut tabulated, mut dark, mut tighter) = (0, 0, 0);
     for (number, pair) in refinement.pairs().iter().enumerate() {
-        let known = refinement.known(number);
-        let bound = clusters.upper(pair);
-        let Some(of) = &known.listed else {
-            assert!(clusters.terms(pair) > LISTING.most || bound == 0.0);
-            assert_eq!(known.upper, bound);
+        let known = refinement.info(number);
+        let bound = clusters.upper(pair).0;
+        let Some(of) = &known.table else {
+            assert!(clusters.terms(pair) > OPTIONS.tabulated || bound == 0.0);
+            assert_eq!(known.upper.0, bound);
             continue;
         };
         let values = terms(&clusters, pair);
         let sum: f64 = values.iter().sum();
-        assert!((known.upper >= sum) && known.upper <= sum * (1.0 + 1e-5), "{sum} {known:?}");
-        assert!(known.upper <= bound * (1.0 + 1e-5), "{bound} {known:?}");
+        assert!((known.upper.0 >= sum) && known.upper.0 <= sum * (1.0 + 1e-5), "{sum} {known:?}");
+        assert!(known.upper.0 <= bound * (1.0 + 1e-5), "{bound} {known:?}");
         assert_eq!(of.lit as usize, values.iter().filter(|v| **v > 0.0).count());
         for (term, value) in clusters.all_terms(pair).zip(values) {
-            assert_eq!(refinement.terms().unoccluded(of, term), value, "{pair:?} {term:?}");
+            assert_eq!(refinement.table().unoccluded(of, term), value, "{pair:?} {term:?}");
         }
-        listed += 1;
+        tabulated += 1;
         dark += u32::from(of.lit == 0);
-        tighter += u32::from(known.upper < 0.5 * bound);
+        tighter += u32::from(known.upper.0 < 0.5 * bound);
     }
-    assert!(listed > 300 && dark > 0 && tighter > 30, "{listed} listed, {dark} dark, {tighter} tighter");
+    assert!(
+        tabulated > 300 && dark > 0 && tighter > 30,
+        "{tabulated} tabulated, {dark} dark, {tighter} tighter"
+    );
 }
 
-/// Where one light is far brighter than all others together, what is left of a sum without it is as exact as any.
+/// Where one light is far brighter than all others together, what is left of a sum without it is as
+/// exact as any.
 #[test]
 fn halves_are_exact_beside_a_bright_one() {
     halves_are_exact(30, |number| [1.0, 1e15][usize::from(number == 11)]);
 }
 
-/// The same where each light is far brighter than all that are dimmer, so that what is left is left of what is left.
+/// The same where each light is far brighter than all that are dimmer, so that what is left is left
+/// of what is left.
 #[test]
 fn halves_are_exact_beside_ever_brighter_ones() {
     halves_are_exact(12, |number| crate::math::elementary::powf(10.0, number as f32 * 5.8 - 32.0));
@@ -81,16 +88,15 @@ fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
         kind: VplKind::Omni,
     };
     let lights = tree((0..count).map(light).collect());
-    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
     let mut memory = RefinementMemory::default();
-    let mut refinement =
-        Refinement::new(clusters, ByUpper { finest: 2 }, Some(LISTING), &mut memory).unwrap();
+    let mut refinement = Refinement::new(clusters, OPTIONS, &mut memory).unwrap();
     while refinement.split_next().is_some() {}
     let (mut largest, mut smallest) = (0.0, f64::INFINITY);
     for (number, pair) in refinement.pairs().iter().enumerate() {
-        let listed = refinement.known(number).listed.unwrap();
+        let entry = refinement.info(number).table.unwrap();
         let sum: f64 = terms(&clusters, pair).iter().sum();
-        assert!((listed.total - sum).abs() <= 1e-9 * sum, "{} of {sum}: {pair:?}", listed.total);
+        assert!((entry.total - sum).abs() <= 1e-9 * sum, "{} of {sum}: {pair:?}", entry.total);
         if sum > 0.0 {
             (largest, smallest) = (f64::max(largest, sum), f64::min(smallest, sum));
         }
@@ -98,19 +104,23 @@ fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
     assert!(largest > 1e14 * smallest, "{largest} {smallest}");
 }
 
-/// Frequencies of 20,000 draws against probabilities, by their χ²: with some 20 degrees of freedom it is above 60 once in 100,000.
+/// Frequencies of 20,000 draws against probabilities, by their χ²: with some 20 degrees of freedom
+/// it is above 60 once in 100,000.
 #[test]
 fn terms_are_drawn_in_proportion_to_their_values() {
     let (lights, points) = world();
-    let clusters = Clusters { lights: &lights, points: &points, clamp_distance: CLAMP };
+    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
     let mut s = Stream::new(3, Purpose::Test, 1);
     let mut tested = 0;
     let leaf_points = points.root().unwrap();
     for light in lights.depth_first() {
-        let pair = Pair { light, points: leaf_points, upper: 1.0 };
-        let mut list = ListedTerms::default();
-        let Some(listed) = list.list(&LISTING, &clusters, &pair) else { continue };
-        if listed.lit < 15 {
+        let pair = Pair { light, points: leaf_points, upper: KernelBound(1.0) };
+        if clusters.terms(&pair) > OPTIONS.tabulated {
+            continue;
+        }
+        let mut table = TermTable::default();
+        let entry = table.add(&clusters, &pair);
+        if entry.lit < 15 {
             continue;
         }
         let values = terms(&clusters, &pair);
@@ -118,7 +128,7 @@ fn terms_are_drawn_in_proportion_to_their_values() {
         let mut counts = vec![0; values.len()];
         let all: Vec<_> = clusters.all_terms(&pair).collect();
         for _ in 0..draws {
-            let drawn = list.draw(&clusters, &pair, &listed, s.uniform_f64());
+            let drawn = table.draw(&clusters, &pair, &entry, s.uniform_f64());
             counts[all.iter().position(|term| *term == drawn).unwrap()] += 1;
         }
         let mut chi = 0.0;
@@ -130,7 +140,7 @@ fn terms_are_drawn_in_proportion_to_their_values() {
                 chi += (f64::from(*count) - expected).powi(2) / expected;
             }
         }
-        assert!(chi < 3.0 * values.len() as f64 + 30.0, "{chi} of {} terms", listed.lit);
+        assert!(chi < 3.0 * values.len() as f64 + 30.0, "{chi} of {} terms", entry.lit);
         tested += 1;
     }
     assert!(tested > 5, "{tested}");

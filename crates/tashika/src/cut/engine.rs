@@ -1,0 +1,147 @@
+//! The engine of all cuts: splits are planned by rank, new pairs draw what they lack, and the
+//! segments of an epoch are traced together.
+//!
+//! ```text
+//! for each epoch:   split the pair of the highest rank, as often as wanted     Refinement, Rank
+//!                   draw the terms that new pairs lack                         Strata
+//!                   trace all of their segments at once                        Tracer
+//!                   hear their values                                          Strata
+//! ```
+//!
+//! Cuts differ in how their pairs are estimated ([`Strata`]), and in who looks at them when: the
+//! published methods after every single split ([`StoppingRule`](super::StoppingRule)), ours after
+//! an epoch.
+//!
+//! # Guarantee
+//! The partition is a function of ranks, which see clusters and no values: given the partition and
+//! how many terms are drawn of each pair, the terms are independent. *When* a rule ends a cut may
+//! depend on values; that is what an interval has to reckon with.
+
+use super::clusters::Clusters;
+use super::refinement::{Refinement, RefinementMemory, RefinementOptions, Split};
+use super::strata::{InheritedMemory, PairEstimate, PairEstimates, Strata};
+use super::terms::TermBatch;
+use crate::accel::Tracer;
+use crate::bounds::UpperMaterial;
+use crate::rng::Stream;
+
+/// A cut of a pixel's sum, which grows.
+pub struct Cut<'a, B, S> {
+    pub(super) refinement: Refinement<'a, B>,
+    pub(super) strata: S,
+    tracer: &'a Tracer,
+    stream: Stream,
+    pairs: u64,
+    segments: u64,
+    epoch: &'a mut Epoch,
+}
+
+/// Memory of a [`Cut`], which the next one uses again.
+#[derive(Debug, Default)]
+pub struct CutMemory {
+    pub(super) refinement: RefinementMemory,
+    pub(super) epoch: Epoch,
+    pub(super) inherited: InheritedMemory,
+}
+
+/// What was done since the cut was looked at last.
+#[derive(Debug, Default)]
+pub(super) struct Epoch {
+    splits: Vec<Split>,
+    batch: TermBatch,
+    /// Where in the batch the terms of each new pair end.
+    ends: Vec<u32>,
+}
+
+impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
+    /// The cut of a single pair, as published methods begin; `None` if the sum has no terms.
+    pub fn published(
+        clusters: Clusters<'a, B>,
+        strata: S,
+        tracer: &'a Tracer,
+        stream: Stream,
+        memory: &'a mut CutMemory,
+    ) -> Option<Self> {
+        let refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory.refinement)?;
+        Some(Self::begin(refinement, strata, tracer, stream, &mut memory.epoch))
+    }
+
+    /// The estimate of a pair.
+    pub(super) fn estimate_of(&self, number: u32) -> &PairEstimate {
+        self.strata.estimate(number as usize)
+    }
+}
+
+impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
+    /// * `stream`: where samples come from; nothing that ranks pairs may draw from it.
+    pub(super) fn begin(
+        refinement: Refinement<'a, B>,
+        strata: S,
+        tracer: &'a Tracer,
+        stream: Stream,
+        epoch: &'a mut Epoch,
+    ) -> Self {
+        epoch.splits.clear();
+        let mut cut = Self { refinement, strata, tracer, stream, pairs: 1, segments: 0, epoch };
+        cut.complete(0);
+        cut
+    }
+
+    /// Splits until there are `pairs` pairs or nothing can be split: one epoch.
+    pub fn grow(&mut self, pairs: u64) {
+        let first = self.refinement.pairs().len();
+        self.epoch.splits.clear();
+        while self.pairs < pairs {
+            let Some(split) = self.refinement.split_next() else { break };
+            self.strata.split(&self.refinement, &split, &mut self.stream);
+            self.epoch.splits.push(split);
+            self.pairs += 1;
+        }
+        self.complete(first);
+    }
+
+    /// Draws and traces what the pairs from `first` on lack, and tells them.
+    fn complete(&mut self, first: usize) {
+        let Self { refinement, strata, stream, epoch: Epoch { batch, ends, .. }, .. } = self;
+        batch.clear(refinement.clusters().transport.glass());
+        ends.clear();
+        for number in first..refinement.pairs().len() {
+            strata.draw(refinement, number, stream, batch);
+            ends.push(batch.values().len() as u32);
+        }
+        batch.trace(self.tracer);
+        self.segments += batch.segments();
+        let mut begin = 0;
+        let of_pair = |(number, &end): (usize, &u32)| {
+            let values = &batch.values()[begin..end as usize];
+            begin = end as usize;
+            (number, values)
+        };
+        strata.hear(refinement, (first..).zip(&*ends).map(of_pair));
+    }
+
+    /// Pairs of the cut.
+    pub fn pairs(&self) -> u64 {
+        self.pairs
+    }
+
+    /// Segments traced.
+    pub fn segments(&self) -> u64 {
+        self.segments
+    }
+
+    /// Terms of the whole sum.
+    pub fn terms(&self) -> u64 {
+        self.refinement.clusters().terms(&self.refinement.pairs()[0])
+    }
+
+    /// The splits of the last epoch, in order.
+    pub fn splits(&self) -> &[Split] {
+        &self.epoch.splits
+    }
+
+    /// Rank of the pair that would be split next; `None` if there is none.
+    pub fn highest_rank(&self) -> Option<f64> {
+        self.refinement.highest_rank()
+    }
+}
