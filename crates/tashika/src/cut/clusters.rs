@@ -168,8 +168,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
     /// `I_i w_j`.
     pub fn weight_of_term(&self, term: Term) -> f64 {
         let point = self.points.point(term.point);
-        let intensity = self.lights.lights().intensity(term.light as usize);
-        f64::from(intensity.luminance()) * f64::from(point.weight.max_channel())
+        self.lights.luminance_of(term.light) * f64::from(point.weight.max_channel())
     }
 
     /// The two halves of a pair, which must not be single, with the bound of the whole: it is cut

@@ -115,8 +115,13 @@ impl LightTree {
     pub fn luminance(&self, of: &LightCluster) -> f64 {
         match self.nodes.get(of.number()) {
             Some(node) => node.luminance,
-            None => f64::from(self.lights.intensity(of.first as usize).luminance()),
+            None => self.luminance_of(of.first),
         }
+    }
+
+    /// Luminance of the intensity of the light at a place in the sorted order; above zero.
+    pub fn luminance_of(&self, sorted: u32) -> f64 {
+        f64::from(self.sums.of_item(sorted))
     }
 
     /// How many clusters there are.

@@ -93,25 +93,34 @@ impl PrefixSums {
         self.item_at(tail.clone(), x).or_else(or_before).unwrap_or(first as usize) as u32
     }
 
+    /// Weight of one item.
+    pub(super) fn of_item(&self, item: u32) -> f32 {
+        self.weights[item as usize]
+    }
+
     /// The item in which the sum of the weights of some reaches `x`, or the last of them that has weight; none if none has.
     fn item_at(&self, items: Range<usize>, x: f64) -> Option<usize> {
+        let mut first = items.start;
         let mut sum = 0.0;
-        let mut last = None;
-        for item in items {
-            let weight = self.weights[item];
-            if weight > 0.0 {
-                last = Some(item);
-            }
-            sum += f64::from(weight);
-            if sum > x {
+        // By fours as far as the sum stays below.
+        for four in self.weights[items.clone()].chunks_exact(4) {
+            let next = sum + sum_of(four);
+            if next > x {
                 break;
             }
+            (first, sum) = (first + 4, next);
         }
-        last
+        for item in first..items.end {
+            sum += f64::from(self.weights[item]);
+            if sum > x && self.weights[item] > 0.0 {
+                return Some(item);
+            }
+        }
+        items.into_iter().rfind(|item| self.weights[*item] > 0.0)
     }
 
     fn of_items(&self, items: Range<usize>) -> f64 {
-        self.weights[items].iter().fold(0.0, |sum, weight| sum + f64::from(*weight))
+        self.weights[items].chunks(4).fold(0.0, |sum, four| sum + sum_of(four))
     }
 
     fn of_blocks(&self, blocks: &Range<usize>) -> f64 {
@@ -121,6 +130,14 @@ impl PrefixSums {
     /// Memory (bytes).
     pub(super) fn bytes(&self) -> usize {
         self.weights.capacity() * size_of::<f32>() + self.below.capacity() * size_of::<[f64; 2]>()
+    }
+}
+
+/// Sum of a few numbers, two of which are added at a time.
+fn sum_of(weights: &[f32]) -> f64 {
+    match *weights {
+        [a, b, c, d] => (f64::from(a) + f64::from(b)) + (f64::from(c) + f64::from(d)),
+        _ => weights.iter().fold(0.0, |sum, weight| sum + f64::from(*weight)),
     }
 }
 

@@ -77,8 +77,7 @@ impl Descent<'_> {
             return Some((cluster.first, probability));
         }
         let light = self.lights.draw(&cluster, u);
-        let luminance = f64::from(self.lights.lights().intensity(light as usize).luminance());
-        Some((light, probability * luminance / self.lights.luminance(&cluster)))
+        Some((light, probability * self.lights.luminance_of(light) / self.lights.luminance(&cluster)))
     }
 
     /// About what a cluster can give; zero only if it can give nothing.
