@@ -15,7 +15,7 @@
 //! What the source leaves open or does otherwise, and what is done here:
 //! * Representatives are drawn in proportion to intensity and weight, for each pixel anew; the source keeps 32 for each light node,
 //!   and one for each gather node. A child pair that holds its parent's takes it over.
-//! * Which of the two nodes is split: the one with the longer diagonal of its box, as the seed says (Iwasaki 2019); the source
+//! * Which of the two nodes is split: the one with the longer diagonal of its box, as in Iwasaki 2019; the source
 //!   chooses by a heuristic of its own.
 //! * Gather points are split in the middle of position and of normal or mirror direction; time and volumes do not exist here.
 //! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of directions. A bound is the smaller of a

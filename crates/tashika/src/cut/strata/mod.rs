@@ -29,10 +29,10 @@ use super::terms::TermBatch;
 use crate::color::Rgb;
 use crate::rng::Stream;
 
-/// A way to estimate pairs. It is told of all splits of an epoch, then asked to draw, then told the
+/// A way to estimate pairs: in each epoch it is given all splits, then asked to draw, then given the
 /// values.
 ///
-/// All begin with the root, which is not told but drawn like any other pair.
+/// The root comes of no split; it is drawn like any other pair.
 pub trait Strata<B> {
     /// A pair gave way to two: what they take over from it.
     fn split(&mut self, _: &Refinement<'_, B>, _: &Split, _: &mut Stream) {}
@@ -40,7 +40,7 @@ pub trait Strata<B> {
     /// Adds the terms that the new pair `k` lacks; called once for each, in this order.
     fn draw(&mut self, refinement: &Refinement<'_, B>, k: usize, stream: &mut Stream, to: &mut TermBatch);
 
-    /// Takes the values of these terms, with visibility, for all new pairs by k.
+    /// Takes the values of these terms, with visibility: for each new pair `k`, in order.
     fn hear<'v>(&mut self, refinement: &Refinement<'_, B>, values: impl Iterator<Item = (usize, &'v [Rgb])>);
 }
 
