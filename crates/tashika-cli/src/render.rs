@@ -51,7 +51,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         return vpl::tell(&plan.common, &set, seconds.vpls, Some(path));
     }
     let lit = Lit::new(plan, &stage, stored, meter, &mut seconds)?;
-    let integrator = integrator(&plan.integration.sized(stage.size), &lit, &stage.tracer)?;
+    let integration = lit.integration(&plan.integration.sized(stage.size), plan.gather.points);
+    let integrator = integrator(&integration, &lit, &stage.tracer)?;
 
     let window = stage.window;
     let setting = stage.setting(plan.gather, plan.seed);
@@ -108,7 +109,9 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     // After the image is safe: another set takes as much memory as the first.
     let other_set = if rendered.complete && plan.share.is_whole() {
         timed(&mut seconds.other_set, || {
-            interrupt::with_flag(|cancel| by_other_set(plan, &rendered.film, &setting, meter, cancel))
+            interrupt::with_flag(|cancel| {
+                by_other_set(plan, &integration, &rendered.film, &setting, meter, cancel)
+            })
         })?
     } else {
         None
@@ -226,6 +229,14 @@ impl Lit {
         })
     }
 
+    /// How pixels are computed with these lights.
+    fn integration(&self, asked: &Integration, points: u32) -> Integration {
+        match self {
+            Self::Set(set, _) => asked.over(set.len(), points),
+            Self::Emitters | Self::Guided(_) => asked.clone(),
+        }
+    }
+
     fn report(&self, plan: &RenderPlan) -> Option<LightsReport> {
         let of = match self {
             Self::Emitters => return None,
@@ -282,13 +293,14 @@ fn truth<'a>(plan: &RenderPlan, lit: &'a Lit, tracer: &'a Tracer) -> Result<Opti
 /// What another set of VPLs than the one that was traced would change; none if none was, or if interrupted.
 fn by_other_set(
     plan: &RenderPlan,
+    integration: &Integration,
     film: &Film,
     setting: &Setting<'_>,
     meter: &Meter,
     cancel: &AtomicBool,
 ) -> Result<Option<OtherSet>, Failure> {
     let (Integration::ManyLights { method, options, .. }, Some(Lights::Trace(lights))) =
-        (&plan.integration, &plan.lights)
+        (integration, &plan.lights)
     else {
         return Ok(None);
     };

@@ -107,7 +107,7 @@ fn parts_of_another_render_are_refused_by_name() {
 
 /// A render of some seconds, in tiles of which hundreds are finished in one.
 const LONG: &str =
-    "render builtin:tiny --size 160x90 --truth vpl --vpls 1k --gather 16 --error 2% --threads 2 --checkpoint";
+    "render builtin:tiny --size 160x90 --truth vpl --vpls 2k --gather 16 --error 2% --threads 2 --checkpoint";
 
 /// Begins a render, and ends it by force once its checkpoint has grown to that many bytes; false if it was too fast.
 fn killed(folder: &Path, bytes: u64) -> bool {

@@ -155,10 +155,14 @@ fn rendered(
         resume(&setting, integrator, part, begun, &told, watch.cancel())
     };
     match &integration.sized(view.size) {
-        Integration::ManyLights { method, lights, options } => {
+        asked @ Integration::ManyLights { lights, options, .. } => {
             let traced = || lights.clone().unwrap_or_default();
             let lights = given.map_or_else(|| Lights::Trace(traced()), Lights::Given);
             let lit = lights.lit(scene)?;
+            let chosen = asked.over(lit.set().set().len(), view.gather.points);
+            let Integration::ManyLights { method, .. } = &chosen else {
+                unreachable!("a sum remains a sum");
+            };
             let tree = method.needs_tree().then(|| lit.set().tree());
             let rendered = run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())?;
             if let (Lights::Trace(lights), true) = (&lights, rendered.complete && part.share.is_whole()) {

@@ -195,6 +195,8 @@ impl PilotVisibility {
             let y = within(row * CELL, ((row + 1) * CELL).min(height), &mut stream);
             points.extend(one_point(pilot, [x, y], key.wrapping_add(u64::from(trial))));
         }
+        // What reflects nothing needs no light.
+        points.retain(|point| !point.bsdf.albedo().is_black());
         let mut batch = SegmentBatch::new(pilot.transport.glass());
         // Clusters of the segments, in the order of the batch.
         let mut of_segments: Vec<u32> = Vec::new();

@@ -6,7 +6,7 @@
 //!
 //! | not said | is |
 //! |---|---|
-//! | method | ours, with calibrated claims |
+//! | method | ours, with calibrated claims; whatever it claims, sums of few terms are computed whole ([`Integration::over`]) |
 //! | truth | light transport; the sum over one set of VPLs for certified claims, and where these are given |
 //! | error | 5 % of light transport, 2 % of a sum |
 //! | confidence, control, absolute | those of [`ControlOptions`] |
@@ -42,6 +42,8 @@ const PICTURE_WORK: u64 = 50_000_000;
 const PIXEL_WORK: [u64; 2] = [128, 4096];
 /// Name among the metadata of a film, which is true where nobody asked for an error.
 const PICTURE: &str = "picture";
+/// Terms of a pixel up to which ours is the whole sum: that takes no longer than to know it to 2 %. Measured.
+const SHORT_SUM: u64 = 16_000;
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
@@ -351,6 +353,20 @@ impl Integration {
         if self.is_picture() {
             metadata.set(PICTURE, true);
         }
+    }
+
+    /// The same over so many VPLs at so many gather points a pixel: by our method, a sum of at most 16,000 terms is computed whole, unless it was
+    /// said how large its cuts may be.
+    #[must_use]
+    pub fn over(&self, lights: usize, points: u32) -> Self {
+        let mut chosen = self.clone();
+        if let Self::ManyLights { method: method @ Method::Tashika(_), options, .. } = &mut chosen
+            && options.max_pairs.is_none()
+            && lights as u64 * u64::from(points) <= SHORT_SUM
+        {
+            *method = Method::Exact;
+        }
+        chosen
     }
 
     /// The same for an image of that size (pixels). A picture for which nobody asked for an error has so much work in all that it takes

@@ -199,3 +199,30 @@ fn the_frame_is_what_was_said_or_the_camera_says() {
     );
     assert!(Framing { size: Some([100, 80]), crop: Some(window(90, 0, 11, 1)) }.check().is_err());
 }
+
+/// Our method computes short sums whole, whatever it claims; others are asked to be themselves, and long sums are estimated.
+#[test]
+fn short_sums_are_whole() {
+    let over = |request: Request, lights: usize, points: u32| match request
+        .resolve()
+        .unwrap()
+        .integration
+        .over(lights, points)
+    {
+        Integration::ManyLights { method, .. } => Some(method),
+        _ => None,
+    };
+    let sum = Request::of_a_sum;
+    let certified = Method::Tashika(Claim::Certified);
+    assert_eq!(over(sum(), 4_000, 4), Some(Method::Exact));
+    assert_eq!(over(sum(), 4_001, 4), Some(Method::Tashika(Claim::Calibrated)));
+    assert_eq!(over(sum(), 3_000_000_000, 2), Some(Method::Tashika(Claim::Calibrated)));
+    let of = |method| Request { method: Some(method), ..sum() };
+    assert_eq!(over(of(certified), 100, 4), Some(Method::Exact));
+    assert_eq!(over(of(Method::Lightcuts), 100, 4), Some(Method::Lightcuts));
+    assert_eq!(
+        over(Request { max_pairs: Some(99), ..sum() }, 100, 4),
+        Some(Method::Tashika(Claim::Calibrated))
+    );
+    assert_eq!(over(Request::default(), 100, 4), None);
+}
