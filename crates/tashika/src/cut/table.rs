@@ -122,8 +122,8 @@ impl TermTable {
         pair: &Pair,
         entry: &TableEntry,
     ) -> f64 {
-        let luminances = clusters.lights.lights().luminances(clusters.members(pair).1);
-        let inverse: SmallVec<[f32; 64]> = luminances.map(|luminance| 1.0 / luminance).collect();
+        let luminances = &clusters.lights.luminances()[clusters.members(pair).1];
+        let inverse: SmallVec<[f32; 64]> = luminances.iter().map(|luminance| 1.0 / luminance).collect();
         let mut largest = 0.0_f64;
         for (point, row) in self.rows(clusters, pair, entry.block) {
             let weight = f64::from(clusters.points.point(point).weight.max_channel());

@@ -10,7 +10,7 @@ use super::{SMALLEST_SQUARED_DISTANCE, Transport};
 use crate::color::LUMINANCE_WEIGHTS;
 use crate::gather::GatherPoint;
 use crate::math::simd::{Level, Vector, Vectors, Work, each};
-use crate::vpl::{LightColumns, VplKind};
+use crate::vpl::{LightRows, VplKind};
 
 /// Positions, directions and intensities of several lights.
 type Several<F> = [[F; 3]; 3];
@@ -20,7 +20,7 @@ impl Transport {
     pub fn list(
         &self,
         points: &[GatherPoint],
-        lights: &LightColumns,
+        lights: &LightRows,
         range: Range<usize>,
         luminances: &mut Vec<f32>,
     ) {
@@ -31,14 +31,13 @@ impl Transport {
     fn list_with<F: Vector>(
         &self,
         points: &[GatherPoint],
-        lights: &LightColumns,
+        lights: &LightRows,
         range: Range<usize>,
         luminances: &mut Vec<f32>,
     ) {
         let begin = luminances.len();
         luminances.resize(begin + points.len() * range.len(), 0.0);
         let rows = &mut luminances[begin..];
-        let columns = [lights.vector(0), lights.vector(1), lights.vector(2)];
         for (kind, run) in lights.runs(range.clone()) {
             let (begin, end) = (run.start - range.start, run.end - range.start);
             if let VplKind::Spot(_) = kind {
@@ -47,21 +46,15 @@ impl Transport {
                         *value = self.unoccluded(point, &lights.get(light)).luminance();
                     }
                 }
-            } else if points.len() < run.len() {
-                // What is read once is the point, or else the lights: whichever is read by more.
+                continue;
+            }
+            for first in (begin..end).step_by(F::LANES) {
+                let columns = lights.columns(range.start + first..run.end);
+                let several: Several<F> =
+                    each!(|vector| each!(|axis| F::load_from(&columns[3 * vector + axis])));
                 for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
-                    let pieces = row[begin..end].chunks_mut(F::LANES);
-                    for (values, first) in pieces.zip(run.clone().step_by(F::LANES)) {
-                        self.luminances::<F>(point, kind, &lights_at(&columns, first)).store_to(values);
-                    }
-                }
-            } else {
-                for first in (begin..end).step_by(F::LANES) {
-                    let several: Several<F> = lights_at(&columns, range.start + first);
-                    for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
-                        let values = &mut row[first..end.min(first + F::LANES)];
-                        self.luminances(point, kind, &several).store_to(values);
-                    }
+                    let values = &mut row[first..end.min(first + F::LANES)];
+                    self.luminances(point, kind, &several).store_to(values);
                 }
             }
         }
@@ -113,17 +106,11 @@ fn along<F: Vector>(v: [F; 3], axis: Vec3) -> F {
     v[0] * F::splat(axis.x) + v[1] * F::splat(axis.y) + v[2] * F::splat(axis.z)
 }
 
-/// Several lights of the columns of positions, directions and intensities.
-#[inline(always)]
-fn lights_at<F: Vector>(columns: &[[&[f32]; 3]; 3], first: usize) -> Several<F> {
-    each!(|vector| each!(|axis| F::load_from(&columns[vector][axis][first..])))
-}
-
 /// [`Transport::list`] and what it is asked about.
 struct List<'a> {
     transport: &'a Transport,
     points: &'a [GatherPoint],
-    lights: &'a LightColumns,
+    lights: &'a LightRows,
     range: Range<usize>,
     luminances: &'a mut Vec<f32>,
 }
@@ -230,7 +217,7 @@ mod tests {
                 .iter()
                 .flat_map(|p| lights[range.clone()].iter().map(|l| transport.unoccluded(p, l).luminance()))
                 .collect();
-            let lights = LightColumns::new(&lights);
+            let lights = LightRows::new(lights.into_iter());
             for level in Level::all() {
                 let mut luminances = Vec::new();
                 level.run(List {

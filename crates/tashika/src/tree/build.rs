@@ -13,7 +13,7 @@ use super::saoh::Emission;
 use super::{agglomerative, top_down};
 use crate::bounds::{LightBounds, LightShape};
 use crate::math::{Aabb, Cone, Vec3};
-use crate::vpl::{Vpl, VplKind};
+use crate::vpl::{LightRows, Vpl, VplKind};
 
 /// Lights below a node that is merged from its leaves as one piece of parallel work.
 const GRAIN: u32 = 1 << 12;
@@ -46,43 +46,43 @@ pub(super) struct Span {
     pub(super) count: u32,
 }
 
-/// Lights in sorted order, and the nodes of the tree over them in depth-first order.
+/// Numbers of lights in sorted order, and the nodes of the tree over them in depth-first order.
 pub(super) struct Sorted {
-    pub(super) lights: Vec<Vpl>,
+    pub(super) order: Vec<u32>,
     pub(super) spans: Vec<Span>,
 }
 
 /// Sorts the lights that have luminance into a tree.
 pub(super) fn sort(lights: &[Vpl], builder: LightTreeBuilder) -> Sorted {
     assert!(lights.len() < 1 << 31, "light trees have fewer than 2³¹ lights");
-    let mut groups: Vec<(Emission, Vec<Item>)> = (0..VplKind::COUNT)
+    let groups: Vec<(Emission, Vec<Item>)> = (0..VplKind::COUNT)
         .map(|kind| (Emission::of_kind(kind, lights), items_of_kind(kind, lights)))
         .filter(|(_, items)| !items.is_empty())
         .collect();
     let total: usize = groups.iter().map(|(_, items)| items.len()).sum();
     let mut spans = vec![Span::default(); (2 * total).saturating_sub(1)];
-    let mut sorted = Vec::with_capacity(total);
+    let mut order = Vec::with_capacity(total);
     let mut rest = spans.as_mut_slice();
     let last = groups.len().saturating_sub(1);
-    for (group, (emission, items)) in groups.iter_mut().enumerate() {
-        let first = sorted.len();
+    for (group, (emission, mut items)) in groups.into_iter().enumerate() {
+        let first = order.len();
         if group < last {
             rest[0] = Span { first: first as u32, count: (total - first) as u32 };
             rest = &mut rest[1..];
         }
         let (own, others) = rest.split_at_mut(2 * items.len() - 1);
         match builder {
-            LightTreeBuilder::TopDown => top_down::build(items, own, first as u32, emission),
-            LightTreeBuilder::Agglomerative => agglomerative::build(items, own, first as u32, emission),
+            LightTreeBuilder::TopDown => top_down::build(&mut items, own, first as u32, &emission),
+            LightTreeBuilder::Agglomerative => agglomerative::build(&mut items, own, first as u32, &emission),
         }
         rest = others;
-        sorted.par_extend(items.par_iter().map(|item| lights[item.light as usize]));
+        order.extend(items.into_iter().map(|item| item.light));
     }
-    Sorted { lights: sorted, spans }
+    Sorted { order, spans }
 }
 
 /// The inner nodes of the tree over sorted lights, in depth-first order.
-pub(super) fn nodes(lights: &[Vpl], spans: &[Span]) -> Vec<LightNode> {
+pub(super) fn nodes(lights: &LightRows, spans: &[Span]) -> Vec<LightNode> {
     let inner: Vec<Inner> = spans
         .par_iter()
         .enumerate()
@@ -127,7 +127,7 @@ fn bounds_of(light: &Vpl) -> LightBounds {
 }
 
 /// Gives inner nodes what their children sum up to: small subtrees in parallel, then the nodes above these.
-fn merge_up(lights: &[Vpl], inner: &[Inner], nodes: &mut [LightNode]) {
+fn merge_up(lights: &LightRows, inner: &[Inner], nodes: &mut [LightNode]) {
     let mut above = Vec::new();
     let mut subtrees = Vec::new();
     let mut rest = &mut *nodes;
@@ -155,11 +155,11 @@ fn merge_up(lights: &[Vpl], inner: &[Inner], nodes: &mut [LightNode]) {
 }
 
 /// Node `k` of some takes the sum of its children.
-fn merge(lights: &[Vpl], inner: &Inner, nodes: &mut [LightNode], k: usize) {
+fn merge(lights: &LightRows, inner: &Inner, nodes: &mut [LightNode], k: usize) {
     let (left, right) = (inner.left as usize, (inner.span.count - inner.left) as usize);
     let first = inner.span.first as usize;
     let of = |node: usize, first: usize, count: usize| match count {
-        1 => leaf(&lights[first]),
+        1 => leaf(&lights.get(first)),
         _ => (nodes[node].bounds, nodes[node].luminance),
     };
     // The first child's subtree has one inner node less than it has lights.

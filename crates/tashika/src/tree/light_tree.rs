@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::build;
 use super::prefix::PrefixSums;
 use crate::bounds::LightBounds;
-use crate::vpl::{LightColumns, Vpl, VplSet};
+use crate::vpl::{LightRows, Vpl, VplSet};
 
 /// How a light tree is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -65,7 +65,7 @@ pub(super) struct LightNode {
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightTree {
     pub(super) nodes: Vec<LightNode>,
-    pub(super) lights: LightColumns,
+    pub(super) lights: LightRows,
     pub(super) sums: PrefixSums,
     dropped: usize,
 }
@@ -75,10 +75,11 @@ impl LightTree {
     ///
     /// Runs on the current thread pool; the result does not depend on it. The set must have fewer than 2³¹ lights.
     pub fn build(set: &VplSet, builder: LightTreeBuilder) -> Self {
-        let build::Sorted { lights, spans } = build::sort(set.lights(), builder);
+        let build::Sorted { order, spans } = build::sort(set.lights(), builder);
+        let lights = LightRows::new(order.iter().map(|light| set.lights()[*light as usize]));
+        drop(order);
         let nodes = build::nodes(&lights, &spans);
         drop(spans);
-        let lights = LightColumns::new(&lights);
         let sums = PrefixSums::new(lights.luminances(0..lights.len()));
         Self { nodes, dropped: set.len() - lights.len(), lights, sums }
     }
@@ -121,7 +122,12 @@ impl LightTree {
 
     /// Luminance of the intensity of the light at a place in the sorted order; above zero.
     pub fn luminance_of(&self, sorted: u32) -> f64 {
-        f64::from(self.sums.of_item(sorted))
+        f64::from(self.sums.weights()[sorted as usize])
+    }
+
+    /// The same of all lights, in order.
+    pub fn luminances(&self) -> &[f32] {
+        self.sums.weights()
     }
 
     /// How many clusters there are.
@@ -163,7 +169,7 @@ impl LightTree {
     }
 
     /// All lights in sorted order.
-    pub fn lights(&self) -> &LightColumns {
+    pub fn lights(&self) -> &LightRows {
         &self.lights
     }
 

@@ -63,6 +63,11 @@ impl PrefixSums {
         self.weights.len()
     }
 
+    /// The weights.
+    pub(super) fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
     /// Weight of `count` items from `first`.
     pub(super) fn weight(&self, first: u32, count: u32) -> f64 {
         let Parts { head, blocks, tail } = Parts::of(first, count);
@@ -91,11 +96,6 @@ impl PrefixSums {
         // Rounding can have led beyond the last item that has weight.
         let or_before = || (first as usize..tail.start).rfind(|item| self.weights[*item] > 0.0);
         self.item_at(tail.clone(), x).or_else(or_before).unwrap_or(first as usize) as u32
-    }
-
-    /// Weight of one item.
-    pub(super) fn of_item(&self, item: u32) -> f32 {
-        self.weights[item as usize]
     }
 
     /// The item in which the sum of the weights of some reaches `x`, or the last of them that has weight; none if none has.

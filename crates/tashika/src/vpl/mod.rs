@@ -5,11 +5,11 @@
 
 mod carried;
 mod clamp;
-mod columns;
 mod emitter_clusters;
 mod emitters;
 mod guide;
 mod light;
+mod rows;
 mod trace;
 mod walk;
 
@@ -18,11 +18,11 @@ mod tests;
 
 pub use carried::carried_cos;
 pub use clamp::Clamp;
-pub use columns::LightColumns;
 pub use emitter_clusters::EmitterClusters;
 pub use emitters::{EmitterSampler, LightSample};
 pub use guide::LightGuide;
 pub use light::{Vpl, VplKind};
+pub use rows::LightRows;
 pub use trace::{Emission, LightTracer, VplOptions};
 
 use serde::{Deserialize, Serialize};

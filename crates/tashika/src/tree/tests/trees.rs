@@ -7,7 +7,7 @@ use crate::math::elementary::powf;
 use crate::math::{Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::tree::{LightCluster, LightTree, LightTreeBuilder};
-use crate::vpl::{LightColumns, Vpl, VplKind};
+use crate::vpl::{LightRows, Vpl, VplKind};
 use crate::warp;
 
 /// Levels below the root.
@@ -131,10 +131,10 @@ fn kinds_have_their_own_subtrees() {
 }
 
 /// The same lights but for one.
-fn with(lights: &LightColumns, which: usize, change: fn(&mut Vpl)) -> LightColumns {
+fn with(lights: &LightRows, which: usize, change: fn(&mut Vpl)) -> LightRows {
     let mut lights: Vec<Vpl> = lights.iter().collect();
     change(&mut lights[which]);
-    LightColumns::new(&lights)
+    LightRows::new(lights.into_iter())
 }
 
 /// Each way in which a tree can be wrong is found out.

@@ -1,103 +1,90 @@
-//! Lights component by component, as vectors read them.
+//! Lights as they are read: one where it was drawn, or several as vectors.
 
 use std::ops::Range;
 
 use glam::Vec3;
 
 use super::light::{Vpl, VplKind};
-use crate::color::{LUMINANCE_WEIGHTS, Rgb};
+use crate::color::Rgb;
 use crate::math::simd::MOST_LANES;
 use crate::scene::Falloff;
 
 /// Numbers that all lights have: position, direction, intensity.
-const COLUMNS: usize = 9;
+const NUMBERS: usize = 9;
 
-/// Lights that stand kind by kind, each of their numbers in a column of its own: 36 bytes a light, and neighbours are read at once.
+/// Several lights, number by number: positions, directions, intensities; zeros where there are fewer.
+pub(crate) type Columns = [[f32; MOST_LANES]; NUMBERS];
+
+/// Lights that stand kind by kind, each in a row of 36 bytes: one that is drawn among millions takes a line or two of a cache.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LightColumns {
-    /// One column after the other, each with [`MOST_LANES`] zeros at its end.
-    numbers: Vec<f32>,
-    len: usize,
+pub struct LightRows {
+    rows: Vec<[f32; NUMBERS]>,
     /// Where each kind ends, by [number](VplKind::number).
     ends: [usize; VplKind::COUNT],
     /// Of the spots.
     falloffs: Vec<Falloff>,
 }
 
-impl LightColumns {
+impl LightRows {
     /// Of lights that stand in the order of the [numbers](VplKind::number) of their kinds.
     ///
     /// # Panics
     /// If they do not.
-    pub fn new(lights: &[Vpl]) -> Self {
-        assert!(lights.is_sorted_by_key(|light| light.kind.number()), "lights stand kind by kind");
-        let mut numbers = vec![0.0; COLUMNS * (lights.len() + MOST_LANES)];
-        let mut columns = numbers.chunks_exact_mut(lights.len() + MOST_LANES);
-        let vectors: [fn(&Vpl) -> [f32; 3]; 3] =
-            [|l| l.position.to_array(), |l| l.direction.to_array(), |l| l.intensity.to_array()];
-        for vector in vectors {
-            for axis in 0..3 {
-                let column = columns.next().expect("three vectors of three numbers");
-                for (number, light) in column.iter_mut().zip(lights) {
-                    *number = vector(light)[axis];
-                }
+    pub fn new(lights: impl ExactSizeIterator<Item = Vpl>) -> Self {
+        let mut rows = Vec::with_capacity(lights.len());
+        let mut ends = [0; VplKind::COUNT];
+        let mut falloffs = Vec::new();
+        let mut last = 0;
+        for light in lights {
+            let kind = light.kind.number();
+            assert!(kind >= last, "lights stand kind by kind");
+            last = kind;
+            let [[px, py, pz], [dx, dy, dz]] = [light.position, light.direction].map(|v| v.to_array());
+            let [r, g, b] = light.intensity.to_array();
+            rows.push([px, py, pz, dx, dy, dz, r, g, b]);
+            ends[kind..].fill(rows.len());
+            if let VplKind::Spot(falloff) = light.kind {
+                falloffs.push(falloff);
             }
         }
-        let falloff = |light: &Vpl| match light.kind {
-            VplKind::Spot(falloff) => Some(falloff),
-            VplKind::Omni | VplKind::Oriented | VplKind::Directional => None,
-        };
-        Self {
-            numbers,
-            len: lights.len(),
-            ends: std::array::from_fn(|kind| lights.partition_point(|light| light.kind.number() <= kind)),
-            falloffs: lights.iter().filter_map(falloff).collect(),
-        }
+        Self { rows, ends, falloffs }
     }
 
     /// How many lights there are.
     pub fn len(&self) -> usize {
-        self.len
+        self.rows.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.rows.is_empty()
     }
 
     /// One light.
     #[inline]
     pub fn get(&self, light: usize) -> Vpl {
-        let vector = |v: usize| Vec3::from(self.numbers(v, light));
+        let [px, py, pz, dx, dy, dz, r, g, b] = self.rows[light];
         Vpl {
-            position: vector(0),
-            direction: vector(1),
-            intensity: self.intensity(light),
+            position: Vec3::new(px, py, pz),
+            direction: Vec3::new(dx, dy, dz),
+            intensity: Rgb::new(r, g, b),
             kind: self.kind(light),
         }
     }
 
-    /// Intensity of one light (W·sr⁻¹, or W·m⁻² from infinity).
-    #[inline]
-    pub fn intensity(&self, light: usize) -> Rgb {
-        Rgb::from(self.numbers(2, light))
-    }
-
     /// All lights, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Vpl> {
-        (0..self.len).map(|light| self.get(light))
+        (0..self.len()).map(|light| self.get(light))
     }
 
     /// Luminances of the intensities of some lights, in order.
     pub fn luminances(&self, lights: Range<usize>) -> impl ExactSizeIterator<Item = f32> {
-        let [r, g, b] = self.vector(2).map(|column| &column[lights.clone()]);
-        let [of_r, of_g, of_b] = LUMINANCE_WEIGHTS;
-        r.iter().zip(g).zip(b).map(move |((r, g), b)| of_r * r + of_g * g + of_b * b)
+        self.rows[lights].iter().map(|row| Rgb::new(row[6], row[7], row[8]).luminance())
     }
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        self.numbers.capacity() * size_of::<f32>() + self.falloffs.capacity() * size_of::<Falloff>()
+        self.rows.capacity() * size_of::<[f32; NUMBERS]>() + self.falloffs.capacity() * size_of::<Falloff>()
     }
 
     /// Parts of a range whose lights are of one kind, each with the kind of its first.
@@ -110,18 +97,16 @@ impl LightColumns {
         })
     }
 
-    /// The columns of the positions (0), directions (1) or intensities (2), with [`MOST_LANES`] zeros at their ends.
-    pub(crate) fn vector(&self, vector: usize) -> [&[f32]; 3] {
-        let length = self.len + MOST_LANES;
-        let column = |axis: usize| &self.numbers[(3 * vector + axis) * length..][..length];
-        [column(0), column(1), column(2)]
-    }
-
-    #[inline]
-    fn numbers(&self, vector: usize, light: usize) -> [f32; 3] {
-        let length = self.len + MOST_LANES;
-        let first = 3 * vector * length + light;
-        [self.numbers[first], self.numbers[first + length], self.numbers[first + 2 * length]]
+    /// Lights of a range, of which the first [`MOST_LANES`] are given.
+    #[inline(always)]
+    pub(crate) fn columns(&self, lights: Range<usize>) -> Columns {
+        let mut columns = [[0.0; MOST_LANES]; NUMBERS];
+        for (lane, row) in self.rows[lights].iter().take(MOST_LANES).enumerate() {
+            for (column, number) in columns.iter_mut().zip(row) {
+                column[lane] = *number;
+            }
+        }
+        columns
     }
 
     #[inline]
@@ -163,9 +148,9 @@ mod tests {
     fn lights_come_back_as_they_were() {
         for counts in [[3, 20, 5, 2], [0, 9, 0, 0], [0, 0, 4, 1], [2, 0, 0, 3], [0; 4]] {
             let lights = lights(counts);
-            let columns = LightColumns::new(&lights);
-            assert!(columns.iter().eq(lights.iter().copied()), "{counts:?}");
-            let luminances: Vec<f32> = columns.luminances(0..columns.len()).collect();
+            let rows = LightRows::new(lights.iter().copied());
+            assert!(rows.iter().eq(lights.iter().copied()), "{counts:?}");
+            let luminances: Vec<f32> = rows.luminances(0..rows.len()).collect();
             assert!(lights.iter().map(|l| l.intensity.luminance()).eq(luminances), "{counts:?}");
         }
     }
@@ -173,16 +158,16 @@ mod tests {
     #[test]
     fn runs_are_of_one_kind_and_leave_nothing_out() {
         let lights = lights([3, 6, 5, 2]);
-        let columns = LightColumns::new(&lights);
+        let rows = LightRows::new(lights.iter().copied());
         for range in [0..16, 0..3, 2..4, 5..15, 8..16, 14..16, 7..7] {
             let mut next = range.start;
-            for (kind, run) in columns.runs(range.clone()) {
+            for (kind, run) in rows.runs(range.clone()) {
                 assert_eq!(run.start, next);
                 assert!(lights[run.clone()].iter().all(|l| l.kind.number() == kind.number()), "{run:?}");
                 next = run.end;
             }
             assert_eq!(next, range.end);
-            assert!(columns.runs(range.clone()).count() <= VplKind::COUNT);
+            assert!(rows.runs(range.clone()).count() <= VplKind::COUNT);
         }
     }
 
@@ -191,6 +176,6 @@ mod tests {
     fn other_orders_are_refused() {
         let mut lights = lights([1, 1, 0, 0]);
         lights.reverse();
-        LightColumns::new(&lights);
+        LightRows::new(lights.into_iter());
     }
 }
