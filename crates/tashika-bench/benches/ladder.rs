@@ -119,10 +119,14 @@ fn subject(args: &SubjectArgs) -> Result<Subject> {
     Ok(Subject::new(args).map_err(|e| e.to_string())?)
 }
 
+/// Side of the square that sums are rendered in (pixels): some of them are long.
+const SIDE_OF_SUMS: u32 = 8;
+
 /// A sum over one set of so many VPLs, at so many gather points, by a method.
 fn sum(of: &SubjectArgs, method: Method, vpls: u64, points: u64) -> Result<Subject> {
     let [vpls, points] = [vpls, points].map(Some);
-    subject(&SubjectArgs { method, truth: Some(Truth::Vpl), vpls, points, ..of.clone() })
+    let crop = Some(of.crop.map_or(SIDE_OF_SUMS, |side| side.min(SIDE_OF_SUMS)));
+    subject(&SubjectArgs { method, truth: Some(Truth::Vpl), vpls, points, crop, ..of.clone() })
 }
 
 const OURS: Method = Method::Tashika(Claim::Calibrated);

@@ -35,6 +35,8 @@ const CELL: u32 = 16;
 const CLUSTERS: usize = 8192;
 /// Segments for each cell and cluster.
 const TRIALS: u32 = 8;
+/// Sets of lights that stand for the clusters: two by two cells have one each.
+const SETS: usize = 4;
 /// `s`: how many trials the visibility of the parent weighs as much as.
 const PARENT_WEIGHT: f32 = 2.0;
 /// Points of the image that say which clusters matter.
@@ -65,8 +67,8 @@ pub struct PilotVisibility {
     parents: Vec<u32>,
     /// Clusters that trials are for, each with its place.
     clusters: Vec<(u32, LightCluster)>,
-    /// Lights of the clusters, cluster by cluster: one for each point of a cell.
-    representatives: Vec<[Vpl; TRIALS as usize]>,
+    /// Lights of the clusters, of which cells next to each other have different ones: cluster by cluster one for each point of a cell.
+    representatives: [Vec<[Vpl; TRIALS as usize]>; SETS],
     /// By number of a cluster: the place of the smallest whose visibility is known and that holds it.
     place_of: Vec<u32>,
     /// Row by row.
@@ -137,9 +139,9 @@ impl PilotVisibility {
         let cells = (0..columns as usize * rows as usize).map(|_| OnceLock::new()).collect();
         let mut stream = Stream::new(seed, Purpose::Guidance, 2);
         let mut draw = |cluster| lights.light(lights.draw(cluster, stream.uniform_f64()));
-        let representatives =
-            clusters.iter().map(|(_, cluster)| [(); TRIALS as usize].map(|()| draw(cluster)));
-        let representatives = representatives.collect();
+        let representatives = [(); SETS].map(|()| {
+            clusters.iter().map(|(_, cluster)| [(); TRIALS as usize].map(|()| draw(cluster))).collect()
+        });
         Self { parents, clusters, representatives, place_of, cells, columns, rows, seed }
     }
 
@@ -201,8 +203,9 @@ impl PilotVisibility {
         // Clusters of the segments, in the order of the batch.
         let mut of_segments: Vec<u32> = Vec::new();
         let mut targets = Vec::new();
+        let representatives = &self.representatives[(column % 2 + 2 * (row % 2)) as usize];
         for (trial, point) in points.iter().enumerate() {
-            let lights = (0..).zip(self.representatives.iter().map(|lights| &lights[trial]));
+            let lights = (0..).zip(representatives.iter().map(|lights| &lights[trial]));
             for (cluster, light) in lights.filter(|(_, light)| pilot.transport.is_facing(point, light)) {
                 if light.kind == VplKind::Directional {
                     batch.push_fan(light.apex(), [point.position]);
