@@ -4,6 +4,8 @@
 //!
 //! The built-in room is always measured; `--scene` adds another. Rows that need Embree are left out where no library is named, and Mitsuba's
 //! row where no scene is ([`mitsuba_beside.py`](../mitsuba_beside.py) says which scenes it takes). Times are medians of ratios in the same round.
+//! In windows of less than a few cells of 16x16 pixels, what a pixel's neighbourhood costs is too large a part; whole sums of many terms take long in large ones: `--crop`
+//! and `--only` choose.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -119,14 +121,10 @@ fn subject(args: &SubjectArgs) -> Result<Subject> {
     Ok(Subject::new(args).map_err(|e| e.to_string())?)
 }
 
-/// Side of the square that sums are rendered in (pixels): some of them are long.
-const SIDE_OF_SUMS: u32 = 8;
-
 /// A sum over one set of so many VPLs, at so many gather points, by a method.
 fn sum(of: &SubjectArgs, method: Method, vpls: u64, points: u64) -> Result<Subject> {
     let [vpls, points] = [vpls, points].map(Some);
-    let crop = Some(of.crop.map_or(SIDE_OF_SUMS, |side| side.min(SIDE_OF_SUMS)));
-    subject(&SubjectArgs { method, truth: Some(Truth::Vpl), vpls, points, crop, ..of.clone() })
+    subject(&SubjectArgs { method, truth: Some(Truth::Vpl), vpls, points, ..of.clone() })
 }
 
 const OURS: Method = Method::Tashika(Claim::Calibrated);
