@@ -8,10 +8,8 @@ import pytest
 
 import tashika
 
-#: Few pixels and lights, so that a render takes a fraction of a second.
-SMALL = {"size": (16, 12), "vpls": 300}
-#: The sum over these lights.
-SUM = {**SMALL, "truth": "vpl"}
+#: Few pixels, so that a render takes a fraction of a second; lights that are too many for their sum to be computed whole.
+SUM = {"size": (16, 12), "vpls": 5000, "truth": "vpl"}
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tashika
-from conftest import SMALL, SUM
+from conftest import SUM
 
 
 def test_planes_have_the_shapes_and_types_that_are_documented(image: tashika.Image) -> None:
@@ -107,7 +107,7 @@ def test_names_of_scenes_are_no_markup(tiny: tashika.Scene) -> None:
 def test_comparisons_tell_errors_and_claims(
     tiny: tashika.Scene, image: tashika.Image, tmp_path: Path
 ) -> None:
-    exact = tashika.render(tiny, method="exact", **SMALL)
+    exact = tashika.render(tiny, method="exact", size=SUM["size"], vpls=SUM["vpls"])
     ours = tashika.compare(image, exact)
     assert ours.errors.shape == (12, 16) and ours.errors.dtype == np.float64
     assert ours.pixels == 192 and ours.error == 0.02 and ours.absolute == 0
@@ -136,7 +136,7 @@ def test_comparisons_tell_errors_and_claims(
 
 
 def test_comparisons_tell_disjoint_intervals(tiny: tashika.Scene, image: tashika.Image) -> None:
-    exact = tashika.render(tiny, method="exact", **SMALL)
+    exact = tashika.render(tiny, method="exact", size=SUM["size"], vpls=SUM["vpls"])
     found = tashika.compare(image, exact)
     assert found.claims is not None and found.intervals is not None
     assert list(found.intervals) == ["claimed_in_both", "disjoint", "share", "low", "high", "confidence"]
@@ -174,7 +174,7 @@ def test_shares_are_joined_one_after_the_other_in_any_order(tiny: tashika.Scene)
 
     other = tashika.render(tiny, tiles=(2, 3), seed=9, **options)
     with pytest.raises(
-        tashika.InputError, match=r"part 2 \(tashika\): .*seed = 9; .* in part 1 \(tashika\): .*seed = 1"
+        tashika.InputError, match=r"part 2 \(exact\): .*seed = 9; .* in part 1 \(exact\): .*seed = 1"
     ):
         tashika.merge([parts[0], other])
     with pytest.raises(tashika.OptionError, match="at least one image"):
