@@ -159,7 +159,7 @@ def dozen(x, y, width, height):
 
 def rendered_page(browser):
     crop = ",".join(map(str, CROP))
-    run(f"render builtin:tiny --truth vpl --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% -o tiny.exr --json tiny.json")
+    run(f"render builtin:tiny --truth vpl --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% --max-pairs 100k -o tiny.exr --json tiny.json")
     path = FOLDER / "tiny.html"
     opened = Opened(browser, path.as_uri())
     same_as_the_picture(opened, "tiny", "image")
@@ -261,7 +261,7 @@ def same_as_the_picture(opened, name, view):
 
 def large_page(browser):
     """Of more pixels than a page holds, those shown are pixels of the file."""
-    run("render builtin:tiny --truth vpl --vpls 30 --gather 1 --size 1000x600 --error 20% -o large.exr -q")
+    run("render builtin:tiny --truth vpl --vpls 30 --gather 1 --size 1000x600 --error 20% --max-pairs 100k -o large.exr -q")
     page = FOLDER / "large.html"
     assert page.stat().st_size < 8e6, f"a page of {page.stat().st_size} bytes"
     opened = Opened(browser, page.as_uri())
@@ -277,7 +277,7 @@ def large_page(browser):
 
 def compared_page(browser):
     run("render builtin:tiny --truth vpl --vpls 300 --gather 2 --size 64x36 --method exact -o exact.exr -q")
-    run("render builtin:tiny --truth vpl --vpls 300 --gather 2 --size 64x36 --error 5% -o ours.exr -q")
+    run("render builtin:tiny --truth vpl --vpls 300 --gather 2 --size 64x36 --error 5% --max-pairs 100k -o ours.exr -q")
     run("compare ours.exr exact.exr --error 2% --html compare.html -q --json compare.json")
     opened = Opened(browser, (FOLDER / "compare.html").as_uri())
     check_values(opened, FOLDER / "exact.exr", [(3, 5), (40, 20)], {"reference": ["R", "G", "B"]})
