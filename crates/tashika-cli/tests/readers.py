@@ -162,7 +162,7 @@ def main():
         for name, window in [("whole", (0, 0, *SIZE)), ("part", CROP)]:
             image, report = folder / f"{name}.exr", folder / f"{name}.json"
             options = ["--size", "x".join(map(str, SIZE)), "--truth", "vpl", "--vpls", "200", "--gather", "2"]
-            options += ["--error", "5%", "--confidence", "90%", "--seed", "7", "--quiet"]
+            options += ["--error", "5%", "--max-pairs", "100k", "--confidence", "90%", "--seed", "7", "--quiet"]
             options += ["--crop", ",".join(map(str, CROP))] if window == CROP else []
             command = [program, "render", "builtin:tiny", *options, "-o", image, "--json", report]
             subprocess.run(command, check=True, timeout=120)
