@@ -22,7 +22,7 @@ use tashika::accel::Tracer;
 use tashika::integrator::{Claim, Method, Truth};
 use tashika::render::with_threads;
 use tashika_bench::embree::{Build, Call, Library4, Segment, Traced};
-use tashika_bench::measure::{Timed, Variant, in_turns, median};
+use tashika_bench::measure::{Timed, Variant, cpu_seconds, in_turns, median};
 use tashika_bench::recording::{Recording, segments_of};
 use tashika_bench::subject::{BenchArgs, Subject, SubjectArgs, scene};
 
@@ -246,7 +246,7 @@ fn threads(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{speed:.2} ({:.2}-{:.2})", speeds[0], speeds[speeds.len() - 1])))
 }
 
-/// Ours is rendered by the benchmark and read by the script, which tells both times.
+/// Ours is rendered by the benchmark, which tells its processor time; the script reads it and tells Mitsuba's.
 fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let (Some(file), None) = (&args.mitsuba, &of.scene) else { return Ok(None) };
     let error = of.error.unwrap_or(0.02);
@@ -258,9 +258,11 @@ fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
         ..of.clone()
     };
     let of = subject(&of)?;
-    let begun = Instant::now();
-    let rendered = with_threads(1, || of.render(&of.tracer))?;
-    let seconds = begun.elapsed().as_secs_f64();
+    let (rendered, seconds) = with_threads(1, || {
+        let begun = cpu_seconds();
+        let rendered = of.render(&of.tracer);
+        (rendered, cpu_seconds() - begun)
+    })?;
     let folder = std::env::temp_dir().join(format!("tashika-ladder-{}", std::process::id()));
     fs::create_dir_all(&folder)?;
     let ours = folder.join("ours.exr");
@@ -317,8 +319,11 @@ fn peak(_: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     if let Some(crop) = of.crop {
         process.args(["--crop", &crop.to_string()]);
     }
-    let told = String::from_utf8(process.output()?.stdout)?;
-    Ok(Some(format!("{} MB", told.trim())))
+    let output = process.output()?;
+    if !output.status.success() {
+        return Err(String::from_utf8_lossy(&output.stderr).into());
+    }
+    Ok(Some(format!("{} MB", String::from_utf8(output.stdout)?.trim())))
 }
 
 /// MB, as Linux tells it.
