@@ -197,7 +197,7 @@ fn follow(tracer: &Tracer, mut ray: Ray, key: u64, choices: impl Fn(u32) -> [f32
         let outgoing = -ray.direction;
         end.background += weight * scene.emitted(&surface, outgoing);
         if bounce == 0 {
-            let (_, normal) = facing(&surface, outgoing);
+            let (_, normal) = surface.normals_seen_from(outgoing);
             end.first = Some(First { distance: hit.t, normal });
         }
         let [a, b, c, choice] = choices(bounce);
@@ -218,13 +218,6 @@ fn follow(tracer: &Tracer, mut ray: Ray, key: u64, choices: impl Fn(u32) -> [f32
         }
     }
     end
-}
-
-/// Geometric and shading normal on the side of `direction`; the geometric one for both where the shading normal turns away,
-/// as it does at the silhouettes of smooth-shaded meshes.
-pub fn facing(surface: &SurfacePoint, direction: Vec3) -> (Vec3, Vec3) {
-    let (ng, ns) = surface.normals_towards(direction);
-    (ng, if ns.dot(direction) > 0.0 { ns } else { ng })
 }
 
 /// What a path does at a surface: one of its [parts](crate::scene::Part).
@@ -252,7 +245,7 @@ impl Scatter {
         if bsdf.is_specular() {
             return Self::Specular(SpecularPoint { surface: *surface, outgoing, bsdf, weight });
         }
-        let (geometric_normal, shading_normal) = facing(surface, outgoing);
+        let (geometric_normal, shading_normal) = surface.normals_seen_from(outgoing);
         // Light that comes through gathers behind the surface; its part is Lambertian, whatever the viewer's direction.
         let side = if through { -1.0 } else { 1.0 };
         let frame = Frame::about(shading_normal * side);
@@ -271,7 +264,7 @@ impl SpecularPoint {
     /// The ray after the surface, and its weight; `None` where the path ends.
     pub fn step(&self, u: [f32; 3]) -> Option<(Ray, Rgb)> {
         // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own orientation.
-        let (ng, ns) = facing(&self.surface, self.outgoing);
+        let (ng, ns) = self.surface.normals_seen_from(self.outgoing);
         let outside = if ng.dot(self.surface.geometric_normal) > 0.0 { ns } else { -ns };
         let frame = Frame::about(outside);
         let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;

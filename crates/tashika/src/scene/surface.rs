@@ -42,6 +42,13 @@ impl SurfacePoint {
             (self.geometric_normal, self.shading_normal)
         }
     }
+
+    /// The same as whoever looks at the surface along `direction` sees them: where the shading normal turns away, as it
+    /// does at the silhouettes of smooth-shaded meshes, the geometric one stands in for it.
+    pub fn normals_seen_from(&self, direction: Vec3) -> (Vec3, Vec3) {
+        let (ng, ns) = self.normals_towards(direction);
+        (ng, if ns.dot(direction) > 0.0 { ns } else { ng })
+    }
 }
 
 impl Scene {

@@ -15,8 +15,8 @@ use crate::scene::SurfacePoint;
 /// * `bsdf`: the [part](crate::scene::Part) of the surface that reflects, or transmits, the light; `ρ` is its
 ///   [`vpl_reflectance`](Bsdf::vpl_reflectance).
 ///
-/// Black where the normals `n_s` and `n_g` disagree on the side that the light comes from: no light path goes on there. What a surface does beyond
-/// this, its gloss, is not in a set of VPLs.
+/// Black where the normals `n_s` and `n_g` disagree on the side that the light comes from. What a surface does beyond this, its
+/// gloss and what viewers see [past its shading normal](SurfacePoint::normals_seen_from), is not in a set of VPLs.
 ///
 /// Light tracing leaves VPLs by this function, so that whoever accounts for the rest can rely on it.
 pub fn carried_cos(surface: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3) -> Rgb {

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! (`n_s`, `n_g` shading and geometric normal, `ω` towards where the light came from: Veach 1997, section 5.3), and goes on by
-//! sampling the *whole* BSDF, with Russian roulette by the flux that is left. The expected sum over the VPLs, unclamped, is the
+//! sampling the *whole* BSDF, as a viewer in the direction that it takes would see it, with Russian roulette by the flux
+//! that is left. The expected sum over the VPLs, unclamped, is the
 //! light transported by all paths whose last surface before the receiver reflects diffusely. Surfaces whose diffuse part depends on the
 //! outgoing direction (coats) leave a VPL of the same flux with a plain cosine lobe.
 //!

@@ -3,6 +3,8 @@
 
 use std::f32::consts::PI;
 
+use glam::Vec3;
+
 use rayon::prelude::*;
 
 use super::{EmitterSampler, LightGuide, Vpl, VplKind, VplOptions, carried_cos};
@@ -11,7 +13,8 @@ use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
 use crate::math::{Frame, Ray};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::Part;
+use crate::scene::{Part, SurfacePoint};
+use crate::warp;
 
 /// Light paths traced as one piece of parallel work.
 const CHUNK: u64 = 1024;
@@ -92,23 +95,10 @@ fn walk(
         let incoming = -ray.direction;
         let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
         flux *= weight;
-        let (ng, ns) = (point.geometric_normal, point.shading_normal);
-        let (cos_ng, cos_ns) = (ng.dot(incoming), ns.dot(incoming));
-        // Light that arrives at the back of the shading normal is reflected by neither normal's rule.
-        if cos_ng * cos_ns <= 0.0 {
-            return;
-        }
-        let frame = Frame::about(ns);
-        let mut wo = frame.to_local(incoming);
-        if through {
-            // As if the light had come from the other side.
-            wo.z = -wo.z;
-        }
-        let adjoint = cos_ns / cos_ng;
         let carried = carried_cos(&point, &bsdf, incoming);
         if !carried.is_black() {
-            let normal = if (cos_ng > 0.0) != through { ng } else { -ng };
-            let intensity = flux * carried / cos_ng.abs();
+            let (normal, _) = point.normals_towards(if through { -incoming } else { incoming });
+            let intensity = flux * carried / normal.dot(incoming).abs();
             trail.diffuse += f64::from(intensity.luminance() * PI);
             if is_specular && is_bent {
                 trail.bent.push(trail.lights.len() as u32);
@@ -120,18 +110,18 @@ fn walk(
                 kind: VplKind::Oriented,
             });
         }
-        let Some(sample) = bsdf.sample(wo, s.uniform_3()) else { return };
-        let direction = frame.to_world(sample.wi).normalize();
-        let (out_ng, out_ns) = (ng.dot(direction), ns.dot(direction));
-        if out_ng * out_ns <= 0.0 {
-            return;
-        }
-        let next = flux * sample.weight * (adjoint * out_ng / out_ns);
-        if !sample.lobe.is_specular() {
+        let scattered = if bsdf.is_specular() {
+            reflected_or_bent(&point, &bsdf, incoming, s)
+        } else {
+            scattered(&point, &bsdf, through, incoming, s)
+        };
+        let Some(Scattered { direction, factor, specular }) = scattered else { return };
+        let next = flux * factor;
+        if specular.is_none() {
             trail.reflected += f64::from(next.luminance());
         }
-        is_specular &= sample.lobe.is_specular();
-        let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && sample.lobe == Lobe::SpecularTransmission;
+        is_specular &= specular.is_some();
+        let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && specular == Some(Lobe::SpecularTransmission);
         is_bent |= !is_pane;
         let survival = (next.max_channel() / flux.max_channel()).min(1.0);
         if s.uniform() >= survival {
@@ -139,5 +129,150 @@ fn walk(
         }
         flux = next / survival;
         ray = Ray::new(point.leave(direction), direction);
+    }
+}
+
+/// How a light path goes on.
+struct Scattered {
+    /// Unit vector.
+    direction: Vec3,
+    /// Of the flux.
+    factor: Rgb,
+    /// The single direction that it is, if it is one.
+    specular: Option<Lobe>,
+}
+
+/// At a mirror or glass.
+fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut Stream) -> Option<Scattered> {
+    let (ng, ns) = (point.geometric_normal, point.shading_normal);
+    // Light that arrives at the back of the shading normal is reflected by neither normal's rule.
+    let (cos_ng, cos_ns) = (ng.dot(incoming), ns.dot(incoming));
+    if cos_ng * cos_ns <= 0.0 {
+        return None;
+    }
+    let frame = Frame::about(ns);
+    let sample = bsdf.sample(frame.to_local(incoming), s.uniform_3())?;
+    let direction = frame.to_world(sample.wi).normalize();
+    let (out_ng, out_ns) = (ng.dot(direction), ns.dot(direction));
+    let adjoint = (cos_ns * out_ng) / (cos_ng * out_ns);
+    (out_ng * out_ns > 0.0).then(|| Scattered {
+        direction,
+        factor: sample.weight * adjoint,
+        specular: Some(sample.lobe),
+    })
+}
+
+/// Share of directions that are drawn by the cosine with the geometric normal where the shading normal differs.
+const BY_GEOMETRY: f32 = 0.5;
+
+/// At any other surface: by the kernel with which a viewer in the direction that the light takes sees it,
+///
+/// ```text
+/// Φ' = Φ f(ω', ω) |n_s·ω| |n_g·ω'| / (|n_g·ω| p(ω'))
+/// ```
+///
+/// (Veach 1997, section 5.3; `n_s` as [seen from](SurfacePoint::normals_seen_from) `ω'`). Directions are drawn about the
+/// shading normal *and* about the geometric one: those that only one of the two faces carry light as well.
+fn scattered(
+    point: &SurfacePoint,
+    bsdf: &Bsdf,
+    through: bool,
+    incoming: Vec3,
+    s: &mut Stream,
+) -> Option<Scattered> {
+    let (ng, ns) = point.normals_towards(incoming);
+    // A part that lets light through is Lambertian: no lobe of its own is to be drawn from.
+    let by_geometry = Frame::about(if through { -ng } else { ng });
+    let by_shading = Frame::about(ns);
+    let wo = by_shading.to_local(incoming);
+    let share = match (matches!(bsdf, Bsdf::Lambert(_)) || wo.z <= 0.0, ng == ns) {
+        (true, _) => 1.0,
+        (false, true) => 0.0,
+        (false, false) => BY_GEOMETRY,
+    };
+    let (choice, u) = (s.uniform(), s.uniform_3());
+    let direction = if choice < share {
+        by_geometry.to_world(warp::cosine_hemisphere([u[1], u[2]]))
+    } else {
+        by_shading.to_world(bsdf.sample(wo, u)?.wi)
+    };
+    let direction = direction.normalize();
+    let cos = by_geometry.n.dot(direction);
+    if cos <= 0.0 {
+        return None;
+    }
+    let mut density = share * warp::cosine_hemisphere_pdf(cos);
+    if share < 1.0 {
+        density += (1.0 - share) * bsdf.pdf(wo, by_shading.to_local(direction));
+    }
+    let (_, seen) = point.normals_seen_from(direction);
+    let frame = Frame::about(if through { -seen } else { seen });
+    let viewer = if through { Vec3::Z } else { frame.to_local(direction) };
+    let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming));
+    let factor = kernel * (cos / (ng.dot(incoming) * density));
+    factor.is_valid().then_some(Scattered { direction, factor, specular: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::{Lambert, Plastic};
+    use crate::scene::InstanceId;
+    use crate::stats::Moments;
+
+    /// What goes to a part of the directions is the kernel's integral over it, whatever directions are drawn from: also
+    /// behind the shading normal, from before it and from behind it, and through the surface.
+    #[test]
+    fn scattered_light_is_what_viewers_see() {
+        let ns = Vec3::new(0.8, 0.0, 0.6);
+        let point = SurfacePoint {
+            position: Vec3::ZERO,
+            error: Vec3::ZERO,
+            geometric_normal: Vec3::Z,
+            shading_normal: ns,
+            uv: glam::Vec2::ZERO,
+            instance: InstanceId(0),
+        };
+        let lambert = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
+        let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, alpha: 0.4 };
+        for (bsdf, through) in [(lambert, false), (lambert, true), (Bsdf::Plastic(plastic), false)] {
+            for incoming in [Vec3::new(0.48, 0.64, 0.6), Vec3::new(-0.96, 0.0, 0.28)] {
+                let side = if through { -1.0 } else { 1.0 };
+                let is_behind = |direction: Vec3| direction.dot(ns) * side < 0.0;
+                let (mut found, mut expected) = ([Moments::default(); 2], [Moments::default(); 2]);
+                let mut s = Stream::new(3, Purpose::Test, 0);
+                for _ in 0..200_000 {
+                    let to = |behind: bool, direction: Vec3, value: f32| {
+                        if is_behind(direction) == behind { f64::from(value) } else { 0.0 }
+                    };
+                    let drawn = scattered(&point, &bsdf, through, incoming, &mut s);
+                    let (direction, factor) =
+                        drawn.map_or((Vec3::Z, 0.0), |drawn| (drawn.direction, drawn.factor.r));
+                    let even = warp::sphere(s.uniform_2());
+                    let mut value = 0.0;
+                    if even.z * side > 0.0 {
+                        let seen = if is_behind(even) { Vec3::Z * side } else { ns * side };
+                        let frame = Frame::about(seen * side);
+                        let viewer = if through { Vec3::Z } else { frame.to_local(even) };
+                        let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming)).r;
+                        value = kernel * even.z.abs() / incoming.z * 4.0 * PI;
+                    }
+                    for behind in [0, 1] {
+                        found[behind].push(to(behind == 1, direction, factor));
+                        expected[behind].push(to(behind == 1, even, value));
+                    }
+                }
+                for (found, expected) in found.iter().zip(expected) {
+                    let error = found.standard_error().hypot(expected.standard_error());
+                    let difference = (found.mean() - expected.mean()).abs();
+                    assert!(
+                        difference <= 4.5 * error && error < 0.02,
+                        "{bsdf:?} {through} {incoming}: {} ± {error} for {}",
+                        found.mean(),
+                        expected.mean()
+                    );
+                }
+            }
+        }
     }
 }

@@ -13,8 +13,8 @@ use tashika::integrator::{
 use tashika::math::{Mat3, Vec3};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{
-    Alpha, AlphaMode, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, Pixels,
-    SceneBuilder, Surface,
+    Alpha, AlphaMode, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, MeshData,
+    Pixels, SceneBuilder, Surface,
 };
 use tashika::stats::Moments;
 use tashika::transport::Transport;
@@ -187,6 +187,27 @@ fn the_clamp_is_made_good() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     transport_agrees(b, 0.02, "diffuse room");
+}
+
+/// Walls whose shading normals lean by up to 65 degrees: light that is scattered to the back of these is on its way to
+/// other surfaces as it is to the camera, which sees the geometric normal there.
+#[test]
+fn leaning_shading_normals_lose_no_light() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let mut add = |corner: [f32; 3], u: Vec3, v: Vec3| {
+        let panel = parallelogram(corner.into(), u, v);
+        let normal = u.cross(v).normalize();
+        let lean = |[s, t]: [f32; 2]| (normal + 1.5 * (s * u.normalize() + t * v.normalize())).normalize();
+        let normals = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(lean).to_vec();
+        place(&mut b, MeshData { normals, ..panel }, Material::new("panel", lambert(0.9)));
+    };
+    let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| 1.98 * axis);
+    add([-0.99, 0.01, -0.99], z, x);
+    add([-0.99, 0.01, -0.99], y, z);
+    add([-0.99, 0.01, -0.99], x, y);
+    add([0.99, 0.01, -0.99], z, y);
+    transport_agrees(b, 0.02, "leaning normals");
 }
 
 /// Broad and narrow lobes, at gather points and on the way; coats, whose diffuse part is no plain cosine lobe.
