@@ -7,20 +7,15 @@
 //! The first term is reflection at the coat (GGX, Fresnel equations). The second is light that enters
 //! through the coat, is scattered by the base, and leaves, possibly after being thrown back by the
 //! coat's inside any number of times (Saunderson 1942, "Calculation of the color of pigmented plastics"):
-//! `T = 1 − F` of the smooth boundary on the way in and out, `F_int` its reflectance for diffuse light from
-//! inside, `1 / η²` the spreading of the radiance on leaving.
+//! `T` is what the rough boundary lets through on the way in and out ([`boundary`](super::boundary)), `F_int` its
+//! reflectance for diffuse light from inside, `1 / η²` the spreading of the radiance on leaving.
 //!
-//! With `1 − F_int = (1 − F_ext) / η²` the denominator is `η² (1 − ρ) + ρ (1 − F_ext)`, and the albedo of
-//! the second term `ρ T(c_o) (1 − F_ext) / (η² (1 − ρ) + ρ (1 − F_ext))`: exactly `T(c_o)` for a white
-//! base, so that a smooth white surface reflects everything.
-//!
-//! # Assumption
-//! The base is lit through the *smooth* boundary, whatever `α`. So the two terms of a white surface do not sum
-//! to 1 exactly: to at most 1.001 (near `α = 0.1`), and for rough coats to much less at grazing angles, where
-//! `T` vanishes although a rough boundary would let light in.
+//! Of a smooth coat, `1 − F_int = (1 − F_ext) / η²`: the albedo of the second term for a white base is exactly `T(c_o)`, so that
+//! a smooth white surface reflects everything. Rough ones lose what is scattered more than once among the facets.
 //!
 //! Tested by `bsdf::tests::energy` and by `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
 
+use super::boundary::Boundary;
 use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
@@ -48,8 +43,9 @@ impl Coated {
         let coat = facets
             * microfacet::visibility(wo.z, wi[2], self.alpha)
             * fresnel::dielectric(half.cos_incidence(), self.ior);
-        let passed = R::splat(self.transmittance(wo.z)) * self.transmittance(wi[2]);
-        sum_of_lobes(diffuse_brdf(self.base()), passed, self.specular, coat)
+        let boundary = self.boundary();
+        let passed = R::splat(boundary.transmittance(wo.z)) * boundary.transmittance(wi[2]);
+        sum_of_lobes(diffuse_brdf(self.base(&boundary)), passed, self.specular, coat)
     }
 
     #[inline]
@@ -68,30 +64,29 @@ impl Coated {
         })
     }
 
-    /// The reflectance of a base whose diffuse albedo is `ρ T(c_o)`: `ρ' = ρ η² / (e + ρ (η² − e))` with `e = 1 − F_ext`.
-    pub(crate) fn saturating(reflectance: Rgb, ior: f32) -> Rgb {
-        let eta2 = ior * ior;
-        let entering = 1.0 - fresnel::dielectric_average(ior);
-        reflectance.map(|r| r * eta2 / (entering + r * (eta2 - entering)))
+    /// The reflectance of a base that reflects `ρ/(1 − F_int)` in all where this one reflects `ρ'/(1 − ρ' F_int)`.
+    pub(crate) fn saturating(reflectance: Rgb, ior: f32, alpha: f32) -> Rgb {
+        let inside = Boundary::new(alpha, ior).inside();
+        reflectance.map(|r| r / (1.0 - inside + r * inside))
+    }
+
+    /// The boundary of the coat.
+    #[inline]
+    pub(crate) fn boundary(&self) -> Boundary {
+        Boundary::new(self.alpha, self.ior)
     }
 
     /// Albedo of the diffuse part for light at cosine `cos_o`.
     pub(crate) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
-        self.base() * (self.transmittance(cos_o) * (1.0 - fresnel::dielectric_average(self.ior)))
+        let boundary = self.boundary();
+        self.base(&boundary) * (boundary.transmittance(cos_o) * boundary.mean_transmittance())
     }
 
-    /// `ρ / (η² (1 − ρ F_int))`.
+    /// The diffuse part over `T(c_o) T(c_i)/π`: `ρ / (η² (1 − ρ F_int))`.
     #[inline]
-    fn base(&self) -> Rgb {
-        let eta2 = self.ior * self.ior;
-        let entering = 1.0 - fresnel::dielectric_average(self.ior);
-        self.reflectance.map(|r| r / (eta2 * (1.0 - r) + r * entering))
-    }
-
-    /// What the smooth boundary lets through at cosine `cos`.
-    #[inline(always)]
-    fn transmittance<R: Real>(&self, cos: R) -> R {
-        R::splat(1.0) - fresnel::dielectric(cos, self.ior)
+    pub(crate) fn base(&self, boundary: &Boundary) -> Rgb {
+        let (eta2, inside) = (self.ior * self.ior, boundary.inside());
+        self.reflectance.map(|r| r / (eta2 * (1.0 - r * inside)))
     }
 
     /// Probability of drawing from the coat's lobe; `None` if the surface is black.

@@ -37,6 +37,7 @@ use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 
+pub(crate) mod boundary;
 mod coated;
 mod conductor;
 pub mod fresnel;

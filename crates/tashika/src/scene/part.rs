@@ -132,21 +132,20 @@ impl<'a> Look<'a> {
             }
             Surface::Coated { reflectance, base, specular, ior, alpha } => {
                 let reflectance = self.color(reflectance);
-                let smooth = Coated {
-                    reflectance: match base {
-                        CoatBase::Saturating => reflectance,
-                        CoatBase::Proportional => unit(Coated::saturating(reflectance, *ior)),
-                    },
-                    specular: Rgb::BLACK,
-                    ior: *ior,
-                    alpha: MIN_ALPHA,
+                let alpha = self.alpha(alpha);
+                let width = alpha.unwrap_or(MIN_ALPHA);
+                let reflectance = match base {
+                    CoatBase::Saturating => reflectance,
+                    CoatBase::Proportional => unit(Coated::saturating(reflectance, *ior, width)),
                 };
                 let specular = self.color(specular);
-                match self.alpha(alpha) {
-                    Some(alpha) => whole(Bsdf::Coated(Coated { specular, alpha, ..smooth })),
+                let coated = Coated { reflectance, specular, ior: *ior, alpha: width };
+                match alpha {
+                    Some(_) => whole(Bsdf::Coated(coated)),
                     None => {
                         let mirror = specular * fresnel::dielectric(self.cos, *ior);
-                        mirror_or(mirror, Bsdf::Coated(smooth), smooth.diffuse_albedo(self.cos), u)
+                        let base = Coated { specular: Rgb::BLACK, ..coated };
+                        mirror_or(mirror, Bsdf::Coated(base), base.diffuse_albedo(self.cos), u)
                     }
                 }
             }
@@ -264,9 +263,9 @@ mod tests {
         let Bsdf::Mirror(mirror) = part(&[Material::new("m", plastic)], 0.7, 0.0).bsdf else { panic!() };
         let expected = Rgb::gray(0.2) * fresnel::dielectric(0.7, ior);
         assert!((mirror.reflectance.r / expected.r - 1.0).abs() < 1e-6);
-        // The base is what the rough coat shows where its lobe is not.
+        // The base is what a coat that is hardly rough shows where its lobe is not.
         let base = part(&[Material::new("m", coated_with(0.0))], 0.7, 0.99).bsdf;
-        let rough = part(&[Material::new("m", coated_with(0.01))], 0.7, 0.99).bsdf;
+        let rough = part(&[Material::new("m", coated_with(MIN_ALPHA))], 0.7, 0.99).bsdf;
         let (wo, wi) = (glam::Vec3::new(0.6, 0.0, 0.8), glam::Vec3::new(0.8, 0.0, 0.6));
         let (a, b) = (base.eval(wo, wi), rough.eval(wo, wi));
         assert!((a.g / b.g - 1.0).abs() < 1e-3 && a.g > 0.05, "{a:?} {b:?}");

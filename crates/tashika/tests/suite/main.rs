@@ -21,6 +21,7 @@ mod gltf_structure;
 mod hard_light;
 mod light_transport;
 mod mitsuba;
+mod mitsuba_materials;
 mod obj;
 mod obj_features;
 mod pbrt;

@@ -17,6 +17,7 @@
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`.
 
+use crate::bsdf::boundary::Boundary;
 use crate::bsdf::fresnel;
 use crate::color::Rgb;
 
@@ -94,6 +95,40 @@ pub(in crate::bounds) fn upper_transmittance(cos: f64, ior: f32) -> f64 {
     };
     // Twelve roundings of 1 in each of the two values of F.
     (1.0 - f64::from(reflected) + 4e-6).min(1.0)
+}
+
+/// Pieces of the cosines over which a rough boundary is bounded.
+const PIECES: u32 = 8;
+
+/// At least [`Boundary::transmittance`] at any cosine in `[0, cos]`: of each piece, that of the smooth boundary at the end that
+/// makes it large, and the largest Bernstein coefficient of the cubic, which no value of it exceeds.
+pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -> f64 {
+    let (share, cubic) = boundary.fit();
+    if cubic == [0.0; 4] {
+        return upper_transmittance(cos, ior);
+    }
+    let share = f64::from(share);
+    let [a, b, c, d] = cubic.map(f64::from);
+    let of_piece = |piece: u32| {
+        let [low, high] = [piece, piece + 1].map(|end| cos * f64::from(end) / f64::from(PIECES));
+        let width = high - low;
+        // About the lower end, in units of the width.
+        let slope = (b + low * (2.0 * c + 3.0 * d * low)) * width;
+        let bend = (c + 3.0 * d * low) * width * width;
+        let start = a + low * (b + low * (c + d * low));
+        let coefficients = [
+            start,
+            start + slope / 3.0,
+            start + (2.0 * slope + bend) / 3.0,
+            start + slope + bend + d * width * width * width,
+        ];
+        let smooth =
+            if share > 0.0 { upper_transmittance(high, ior) } else { 1.0 - upper_dielectric(low, ior) };
+        share * smooth + coefficients.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    };
+    let largest = (0..PIECES).map(of_piece).fold(0.0, f64::max);
+    // Ten roundings of the largest number that the fit adds up, which is below 8.
+    (largest + 5e-6).min(1.0)
 }
 
 /// At least a channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, with room for its roundings.

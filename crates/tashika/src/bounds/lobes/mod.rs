@@ -26,7 +26,7 @@ pub(super) mod phong;
 
 use std::f64::consts::FRAC_1_PI;
 
-use crate::bsdf::{Bsdf, ConductorFresnel, fresnel::dielectric_average};
+use crate::bsdf::{Bsdf, ConductorFresnel};
 use crate::color::Rgb;
 use fresnel::Facets;
 
@@ -82,9 +82,9 @@ impl Parts {
                 (Rgb::BLACK, facets(b.alpha, reflected))
             }
             Bsdf::Coated(b) => {
-                let passed = fresnel::upper_transmittance(max_cos_i, b.ior) as f32;
-                // The albedo holds the hemispherical transmittance from the inside, too; the BRDF does not.
-                let base = b.diffuse_albedo(cos_o) * (1.0 / (1.0 - dielectric_average(b.ior)));
+                let boundary = b.boundary();
+                let passed = fresnel::upper_passed(max_cos_i, b.ior, &boundary) as f32;
+                let base = b.base(&boundary) * boundary.transmittance(cos_o);
                 let coat = Facets::Dielectric { scale: b.specular.max_channel(), ior: b.ior };
                 (base * passed, facets(b.alpha, coat))
             }

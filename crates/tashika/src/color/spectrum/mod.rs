@@ -92,6 +92,15 @@ pub fn rgb_of_reflectance(samples: &[(f32, f32)]) -> Option<Rgb> {
     Some(Rgb::new(channel(0), channel(1), channel(2)))
 }
 
+/// The colour of light of equal energy that a surface reflects, without a white point: that of a constant of 1 is
+/// (1.205, 0.948, 0.909). So Mitsuba 3 makes numbers of the optical constants of its metals.
+pub fn rgb_under_equal_energy(samples: &[(f32, f32)]) -> Option<Rgb> {
+    let spectrum = Sampled::new(samples)?;
+    let [_, norm, _] = integrate(|_| 1.0, |r| r.xyz);
+    let [r, g, b] = integrate(|nm| spectrum.at(nm), |r| r.rgb).map(|c| (c / norm).max(0.0) as f32);
+    Some(Rgb::new(r, g, b))
+}
+
 /// The colour of light with this spectrum, in its unit.
 pub fn rgb_of_emission(samples: &[(f32, f32)]) -> Option<Rgb> {
     let spectrum = Sampled::new(samples)?;

@@ -62,7 +62,11 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     none("material", "polarizer", "invisible"),
     none("material", "retarder", "invisible"),
     none("material", "circular", "invisible"),
-    near("material", "distribution beckmann", "GGX of the same roughness"),
+    near(
+        "material",
+        "distribution beckmann",
+        "GGX of the same roughness, which reflects up to a third less where it is 0.5",
+    ),
     near("material", "distribution phong", "GGX of the same roughness"),
     near("material", "distribution as", "GGX of the same roughness"),
     near("material", "anisotropic roughness", "its geometric mean in all directions"),

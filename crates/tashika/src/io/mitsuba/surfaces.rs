@@ -1,14 +1,15 @@
 //! `<bsdf>`s that stand alone into surfaces.
 //!
 //! * `roughness α` is that of the microfacet distribution, here always GGX: Beckmann's, the default, has the same
-//!   meaning of `α` and shorter tails. Anisotropic: `√(αᵤ αᵥ)`.
+//!   meaning of `α` and shorter tails, and loses less light between facets. Anisotropic: `√(αᵤ αᵥ)`.
 //! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the internal reflectance.
 //! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012); otherwise that of `eta`.
 //! * `ward`: the Phong exponent `2/α² − 2` has the width of the lobe (Walter 2007, section 5.2).
 //!
-//! Names of dielectrics and metals are those of `dielectrics` and [`metals`](crate::color::metals).
+//! Names of dielectrics and metals are those of `dielectrics` and [`metals`](crate::color::metals), the constants of metals as Mitsuba 3
+//! makes three numbers of a spectrum.
 //!
-//! Held to this by `suite::mitsuba`.
+//! Held to this by `suite::mitsuba`, and by `suite::mitsuba_materials` against Mitsuba itself.
 
 use super::Translation;
 use super::inputs::{GREY, Quantity};
@@ -17,6 +18,7 @@ use super::values::shown;
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 use crate::color::metals::conductor_rgb;
+use crate::color::spectrum::rgb_under_equal_energy;
 use crate::error::{Error, Result};
 use crate::io::dielectrics::refractive_index;
 use crate::scene::{CoatBase, ColorInput, FloatInput, NoteKind, Surface};
@@ -223,7 +225,7 @@ impl Translation<'_> {
         if name.trim().eq_ignore_ascii_case("none") {
             return Ok(None);
         }
-        if let Some(constants) = conductor_rgb(name.trim()) {
+        if let Some(constants) = conductor_rgb(name.trim(), rgb_under_equal_energy) {
             return Ok(Some(constants));
         }
         let message = format!("metal {:?} is unknown: a perfect mirror", shown(name));

@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Writes the table of `tashika::bsdf::boundary`: how much light rough dielectric boundaries let through.
+
+    pip install numpy
+    python3 crates/tashika-bench/rough_boundary.py > crates/tashika/src/bsdf/boundary/table.rs
+
+Transmittance at a cosine is the mean, over the GGX normals that are seen from there, of what a facet lets through and of what
+of that is not masked (Walter et al. 2007, equations 21 and 34; visible normals by Dupuy and Benyoub 2023); reflectance from
+the inside likewise. Of each roughness and index, transmittance is fitted by `k T(c) + q0 + q1 c + q2 c^2 + q3 c^3`, `T` being
+that of the smooth boundary: least squares over 20 Chebyshev nodes of the cosine, relative to it.
+"""
+
+import numpy as np
+
+ALPHAS = [0.02, 0.04, 0.07, 0.11, 0.17, 0.25, 0.36, 0.5, 0.65, 0.82, 1.0]
+IORS = [1.02, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.75, 1.9, 2.1, 2.4, 2.7, 3.1, 3.6, 4.2, 5.0]
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(64)
+U, V = np.meshgrid(0.5 + 0.5 * NODES, 0.5 + 0.5 * NODES)
+WEIGHT = np.outer(WEIGHTS, WEIGHTS) / 4
+
+
+def fresnel(cos, eta):
+    """Reflectance of a facet, and the cosine behind it."""
+    squared = 1 - (1 - cos * cos) / eta**2
+    behind = np.sqrt(np.maximum(squared, 0))
+    across = (cos - eta * behind) / (cos + eta * behind)
+    along = (eta * cos - behind) / (eta * cos + behind)
+    return np.where(squared <= 0, 1, 0.5 * (across**2 + along**2)), behind
+
+
+def facets(cos, alpha):
+    """A direction and the normals that are seen from it."""
+    cos = max(cos, 1e-6)
+    direction = np.array([np.sqrt(1 - cos * cos), 0, cos])
+    stretched = direction * [alpha, 1, 1]
+    stretched /= np.linalg.norm(stretched)
+    z = (1 - U) * (1 + stretched[2]) - stretched[2]
+    sine, phi = np.sqrt(np.maximum(1 - z * z, 0)), 2 * np.pi * V
+    x, y = sine * np.cos(phi) + stretched[0], sine * np.sin(phi)
+    normals = np.stack([alpha * x, alpha * y, np.maximum(z + stretched[2], 0)])
+    return direction, normals / np.linalg.norm(normals, axis=0)
+
+
+def unmasked(direction, alpha):
+    across = alpha**2 * (direction[0] ** 2 + direction[1] ** 2) / np.maximum(direction[2] ** 2, 1e-30)
+    return 2 / (1 + np.sqrt(1 + across))
+
+
+def transmittance(cos, alpha, eta):
+    direction, normals = facets(cos, alpha)
+    incidence = np.tensordot(direction, normals, 1)
+    reflected, behind = fresnel(incidence, eta)
+    on = normals * (incidence / eta - behind) - direction[:, None, None] / eta
+    sees = (on[2] < 0) & ((on * normals).sum(0) < 0)
+    return float((unmasked(on, alpha) * (1 - reflected) * sees * WEIGHT).sum())
+
+
+def reflectance(cos, alpha, eta):
+    direction, normals = facets(cos, alpha)
+    incidence = np.tensordot(direction, normals, 1)
+    reflected, _ = fresnel(incidence, eta)
+    on = 2 * incidence * normals - direction[:, None, None]
+    sees = (on[2] > 0) & ((on * normals).sum(0) > 0)
+    return float((unmasked(on, alpha) * reflected * sees * WEIGHT).sum())
+
+
+def fitted(alpha, eta):
+    cosines = 0.5 - 0.5 * np.cos(np.pi * (np.arange(20) + 0.5) / 20)
+    wanted = np.array([transmittance(c, alpha, eta) for c in cosines])
+    smooth = 1 - fresnel(cosines, eta)[0]
+    importance = np.sqrt(np.minimum(1, cosines / 0.1)) / np.maximum(wanted, 0.2)
+    basis = np.stack([smooth, *(cosines**k for k in range(4))], 1) * importance[:, None]
+    # Next to no boundary the smooth one is a constant as well: the smallest change of it is taken.
+    damping = 1e-6 * np.eye(5)
+    bent = basis.T @ (wanted * importance) + damping @ [1, 0, 0, 0, 0]
+    # A mean over 64 cosines, ends and all, as Mitsuba takes it: 1 % below the integral.
+    inside = 2 * np.mean([c * reflectance(c, alpha, 1 / eta) for c in np.linspace(0, 1, 64)])
+    return [*np.linalg.solve(basis.T @ basis + damping, bent), inside]
+
+
+def main():
+    print("//! Written by `crates/tashika-bench/rough_boundary.py`.\n")
+    print("/// Roughness `α` of the rows; before them are smooth boundaries.")
+    print(f"pub(super) const ALPHAS: [f32; {len(ALPHAS)}] = {ALPHAS};\n")
+    print("/// Index of refraction `η` of the columns.")
+    print(f"pub(super) const IORS: [f32; {len(IORS)}] = {IORS};\n")
+    print("/// `k`, `q₀` to `q₃`, and the reflectance from the inside.")
+    print("#[rustfmt::skip]")
+    print(f"pub(super) const FITS: [[[f32; 6]; {len(IORS)}]; {len(ALPHAS)}] = [")
+    for alpha in ALPHAS:
+        rows = (", ".join(f"{value:.5f}" for value in fitted(alpha, eta)) for eta in IORS)
+        print("    [\n" + "".join(f"        [{row}],\n" for row in rows) + "    ],")
+    print("];")
+
+
+if __name__ == "__main__":
+    main()
