@@ -2,6 +2,7 @@
 //! wrote.
 
 use tashika::color::Rgb;
+use tashika::math::elementary::sin_cos;
 use tashika::math::{Frame, Vec3};
 use tashika::scene::Scene;
 
@@ -27,7 +28,7 @@ fn albedo(scene: &Scene, elevation: f32) -> [f64; 3] {
     const DRAWS: u32 = 1 << 16;
     // Parts of a mix are older than the mix.
     let material = scene.materials().last().unwrap();
-    let (sin, cos) = elevation.to_radians().sin_cos();
+    let (sin, cos) = sin_cos(elevation.to_radians());
     let outgoing = Vec3::new(cos, 0.0, sin);
     let frame = Frame::about(Vec3::Z);
     let mut sum = [0.0; 3];
