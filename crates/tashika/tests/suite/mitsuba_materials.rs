@@ -11,10 +11,10 @@ use crate::mitsuba::{load_in, xml};
 /// What is off by more than 1 %, by what a row holds, and at most how far; the first that fits counts.
 ///
 /// Rough plastic: masking is height-correlated here, not separable, which tells at grazing angles. Beckmann's distribution
-/// becomes GGX. Gold and copper are measured by others. The principled BSDF becomes that of glTF.
+/// becomes GGX, of half the roughness where it is a coat's. Gold and copper are measured by others. The principled BSDF becomes that of glTF.
 const OFF: [(&str, f64); 8] = [
     ("value=\"beckmann\"", 0.32),
-    ("roughplastic\"><float", 0.37),
+    ("roughplastic\"><float", 0.085),
     ("roughconductor", 0.13),
     ("name=\"alpha\" value=\"0.5\"", 0.065),
     ("roughplastic", 0.02),

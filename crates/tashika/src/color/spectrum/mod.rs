@@ -129,6 +129,15 @@ mod tests {
         a.zip(b.into(), |a, b| (a - b).abs()).max_channel() <= tolerance
     }
 
+    /// The matrix of IEC 61966-2-1 times (1, 1, 1), which sums of the tables meet to 1 %.
+    #[test]
+    fn equal_energy_is_warmer_than_the_white_point() {
+        let white = rgb_under_equal_energy(&[(400.0, 1.0), (700.0, 1.0)]).unwrap();
+        for (found, expected) in white.to_array().into_iter().zip([1.2048, 0.9483, 0.9087]) {
+            assert!((found / expected - 1.0).abs() < 0.01, "{white:?}");
+        }
+    }
+
     #[test]
     fn constant_reflectances_are_grey_and_constant_emissions_keep_their_luminance() {
         for v in [0.0, 0.25, 1.0, 3.0] {

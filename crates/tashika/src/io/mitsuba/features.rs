@@ -65,7 +65,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     near(
         "material",
         "distribution beckmann",
-        "GGX of the same roughness, which reflects up to a third less where it is 0.5",
+        "GGX of the same roughness, which on metals reflects up to a third less; of half of it on coats",
     ),
     near("material", "distribution phong", "GGX of the same roughness"),
     near("material", "distribution as", "GGX of the same roughness"),

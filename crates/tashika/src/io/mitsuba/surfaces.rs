@@ -1,7 +1,7 @@
 //! `<bsdf>`s that stand alone into surfaces.
 //!
 //! * `roughness α` is that of the microfacet distribution, here always GGX: Beckmann's, the default, has the same
-//!   meaning of `α` and shorter tails, and loses less light between facets. Anisotropic: `√(αᵤ αᵥ)`.
+//!   meaning of `α` and shorter tails, and loses less light between facets. Coats have half of it. Anisotropic: `√(αᵤ αᵥ)`.
 //! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the internal reflectance.
 //! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012); otherwise that of `eta`.
 //! * `ward`: the Phong exponent `2/α² − 2` has the width of the lobe (Walter 2007, section 5.2).
@@ -33,6 +33,15 @@ const MAX_EXPONENT: f64 = 1e6;
 const MOSTLY_TRANSMITTING: f32 = 0.5;
 
 const WHITE: Rgb = Rgb::WHITE;
+
+/// A coat of GGX facets lets as much light to its base as one of Beckmann's of twice the roughness: within 9 % of what Mitsuba 3
+/// reflects in all, where the same roughness is 38 % off. Highlights are narrower.
+const BASE_UNDER_BECKMANN: f32 = 0.5;
+
+/// Of microfacets, in lower case.
+fn distribution(object: &Object) -> String {
+    object.text("distribution").unwrap_or("beckmann").to_ascii_lowercase()
+}
 
 impl Translation<'_> {
     pub(super) fn surface(&mut self, object: &Object) -> Result<Surface> {
@@ -66,7 +75,7 @@ impl Translation<'_> {
             "plastic" => self.plastic(object, 0.0.into()),
             "pplastic" if object.float("alpha").is_none() => self.plastic(object, 0.0.into()),
             "roughplastic" | "pplastic" => {
-                let alpha = self.roughness(object)?;
+                let alpha = self.roughness_of_coat(object)?;
                 self.plastic(object, alpha)
             }
             "principled" | "principledthin" => self.principled(object),
@@ -150,7 +159,7 @@ impl Translation<'_> {
     pub(super) fn roughness(&mut self, object: &Object) -> Result<FloatInput> {
         object.accept(&["sample_visible"]);
         if object.plugin != "ward" {
-            let distribution = object.text("distribution").unwrap_or("beckmann").to_ascii_lowercase();
+            let distribution = distribution(object);
             if distribution != "ggx" {
                 let name = format!("distribution {distribution}");
                 if !self.feature("material", &name, &object.at)? {
@@ -173,6 +182,13 @@ impl Translation<'_> {
             alpha.factor = alpha.factor.clamp(0.0, 1.0);
         }
         Ok(alpha)
+    }
+
+    /// The same for a coat: of other distributions than GGX a share, by which as much light comes to the base.
+    pub(super) fn roughness_of_coat(&mut self, object: &Object) -> Result<FloatInput> {
+        let alpha = self.roughness(object)?;
+        let share = if distribution(object) == "ggx" { 1.0 } else { BASE_UNDER_BECKMANN };
+        Ok(FloatInput { factor: alpha.factor * share, ..alpha })
     }
 
     fn conductor(&mut self, object: &Object, alpha: FloatInput) -> Result<Surface> {
