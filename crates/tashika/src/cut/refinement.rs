@@ -18,8 +18,8 @@ pub struct RefinementOptions<'a> {
     pub rank: Rank<'a>,
     /// Terms up to which a pair is not split any more, but evaluated as a whole. At least 1.
     pub finest: u64,
-    /// Terms up to which a pair is tabulated; 0 if none is. Higher: fewer bounds and fewer
-    /// segments, but more terms to evaluate and to search.
+    /// Terms up to which a pair is tabulated when it is split, for its halves to be drawn from; 0 if
+    /// none is. Higher: fewer bounds and fewer segments, but more terms to evaluate and to search.
     pub tabulated: u64,
 }
 
@@ -94,7 +94,7 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         memory.infos.clear();
         memory.waiting.clear();
         let mut refinement = Self { clusters, options, memory };
-        refinement.add_large(root);
+        refinement.add(root, None);
         Some(refinement)
     }
 
@@ -131,8 +131,12 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         let (rank, Reverse(parent)) = self.memory.waiting.pop()?;
         self.memory.infos[parent as usize].is_split = true;
         let children = self.memory.pairs.len() as u32;
-        let halves = self.clusters.split(&self.memory.pairs[parent as usize]);
-        if let Some(whole) = self.memory.infos[parent as usize].table {
+        let pair = &self.memory.pairs[parent as usize];
+        let halves = self.clusters.split(pair);
+        let is_small = self.clusters.terms(pair) <= self.options.tabulated;
+        // Many small pairs are never split: a table of theirs would be for two terms.
+        let new_table = || is_small.then(|| self.memory.table.add(&self.clusters, pair));
+        if let Some(whole) = self.memory.infos[parent as usize].table.or_else(new_table) {
             // What is tabulated needs no other bound.
             let entries = self.memory.table.halves(&self.clusters, &halves, &whole);
             for (half, entry) in halves.into_iter().zip(entries) {
@@ -140,7 +144,7 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
             }
         } else {
             for half in halves {
-                self.add_large(self.clusters.bounded(half));
+                self.add(self.clusters.bounded(half), None);
             }
         }
         Some(Split { parent, children, rank: f64::from_bits(rank) })
@@ -149,13 +153,6 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
     /// Rank of the pair that would be split next; `None` if there is none.
     pub fn highest_rank(&self) -> Option<f64> {
         self.memory.waiting.peek().map(|(rank, _)| f64::from_bits(*rank))
-    }
-
-    /// Adds a pair that is not part of a tabulated one.
-    fn add_large(&mut self, pair: Pair) {
-        let is_small = pair.upper.0 > 0.0 && self.clusters.terms(&pair) <= self.options.tabulated;
-        let entry = is_small.then(|| self.memory.table.add(&self.clusters, &pair));
-        self.add(pair, entry);
     }
 
     fn add(&mut self, pair: Pair, table: Option<TableEntry>) {
