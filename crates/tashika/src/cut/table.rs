@@ -9,8 +9,8 @@
 //! that a pair can have without a ray; bounds of clusters are some times larger, and cost as much
 //! as a hundred terms.
 //!
-//! Terms are evaluated once, when a pair becomes small enough; what is split from it later takes
-//! its values from there.
+//! Terms are evaluated once, when a pair that is small enough is split; all that is split from it
+//! takes its values from there.
 
 use smallvec::SmallVec;
 

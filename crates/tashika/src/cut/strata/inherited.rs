@@ -9,15 +9,15 @@
 //!
 //! | pair | a term is drawn with probability | value `y` | `R` |
 //! |---|---|---|---|
-//! | large | `I_i / I_C · w_j / W_G` | term `· I_C W_G / (I_i w_j)` | upper bound |
+//! | not tabulated | `I_i / I_C · w_j / W_G` | term `· I_C W_G / (I_i w_j)` | upper bound |
 //! | [tabulated](crate::cut::TermTable) | `u_ij / U` | term `· U / u_ij` | `U` |
 //!
 //! # Why samples may be kept
 //! A term drawn from a pair has, given that it lies in a child, the child's own distribution of the
-//! same kind. Where a large pair has a tabulated child, a sample is kept with the probability
-//! `(u/(I w)) / max (u/(I w))`, the maximum over the terms of the child: what is kept has the
-//! distribution of the tabulated pair (rejection sampling). So the samples of a child are
-//! independent draws from it, given how many there are, *if neither the split nor the rejection
+//! same kind. Where a pair that is not tabulated has tabulated halves, a sample is kept with
+//! probability `(u/(I w)) / max (u/(I w))`, the maximum over the terms of the half: what is kept
+//! has the distribution of the half (rejection sampling). So the samples of a child are independent
+//! draws from it, given how many there are, *if neither the split nor the rejection
 //! looked at visibility*. A [`Rank`] cannot: it sees clusters alone. Rejection sees `u`. What a
 //! rank may look at besides (other pixels) comes from streams of its own.
 //!
@@ -44,7 +44,7 @@ use crate::rng::Stream;
 const SAMPLES: usize = 2;
 /// Terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
 const FINEST: u64 = 2;
-/// Terms up to which a pair is tabulated.
+/// Terms up to which a pair is tabulated when it is split.
 const TABULATED: u64 = 1024;
 
 /// A cut whose strata inherit samples.

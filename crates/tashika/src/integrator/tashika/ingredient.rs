@@ -5,7 +5,7 @@
 pub enum Ingredient {
     /// Samples are handed on where pairs are split; without it, fresh ones are drawn.
     Inheritance,
-    /// Small pairs are tabulated term by term; without it, all are known by bounds.
+    /// Small pairs are tabulated term by term when split; without it, all are known by bounds.
     Listing,
     /// Pairs are ranked by pilot visibility; without it, by bounds alone.
     Pilot,
