@@ -212,7 +212,7 @@ impl Material {
             Ok(Surface::Conductor {
                 fresnel: ConductorFresnel::Schlick { f0 },
                 specular: Rgb::WHITE.into(),
-                alpha: palette.number(&alpha)?,
+                facets: palette.number(&alpha)?.into(),
             })
         }))
     }
@@ -230,7 +230,7 @@ impl Material {
                 base: CoatBase::default(),
                 specular: Rgb::WHITE.into(),
                 ior,
-                alpha: palette.number(&alpha)?,
+                facets: palette.number(&alpha)?.into(),
             })
         }))
     }

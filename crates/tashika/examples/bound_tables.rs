@@ -35,12 +35,12 @@ fn materials() -> Vec<(String, Bsdf)> {
         list.push((format!("Phong, n = {exponent}"), Bsdf::Phong(Phong { diffuse, specular, exponent })));
     }
     for alpha in [0.3, 0.1, 0.03] {
-        let plastic = Plastic { diffuse, specular: Rgb::gray(0.7), ior: 1.5, alpha };
+        let plastic = Plastic { diffuse, specular: Rgb::gray(0.7), ior: 1.5, facets: alpha.into() };
         list.push((format!("Plastic, α = {alpha}"), Bsdf::Plastic(plastic)));
     }
     for alpha in [0.3, 0.1, 0.03] {
         let fresnel = ConductorFresnel::Exact { eta: Rgb::new(0.2, 0.9, 1.1), k: Rgb::new(3.9, 2.4, 2.2) };
-        let metal = Conductor { fresnel, specular: Rgb::WHITE, alpha };
+        let metal = Conductor { fresnel, specular: Rgb::WHITE, facets: alpha.into() };
         list.push((format!("Metal, α = {alpha}"), Bsdf::Conductor(metal)));
     }
     list

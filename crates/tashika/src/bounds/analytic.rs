@@ -22,12 +22,12 @@
 //! `bounds::tests::analytic`.
 
 use super::angle::{Angle, TURN};
-use super::lobes::fresnel::Facets;
-use super::lobes::ggx::{self, Ring};
+use super::lobes::facets::{self, Ring};
+use super::lobes::fresnel::Reflected;
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, LENGTHS, least_from_mirror};
 use super::{Reflector, Towards, UpperMaterial};
-use crate::bsdf::MIN_COSINE;
+use crate::bsdf::{FacetModel, MIN_COSINE, Microfacets};
 use crate::math::{Cone, Vec3};
 
 /// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to the ratio of neighbours, and nodes
@@ -62,14 +62,17 @@ struct PhongRange {
     exponents: [f32; 2],
 }
 
-/// GGX lobes.
+/// Lobes of facets.
 #[derive(Clone, Copy, Debug)]
 struct FacetRange {
     /// At least the largest channel of `F` for cosines of incidence from `k / KNOTS` on; zeros if there is no such lobe.
     reflected: [f32; KNOTS],
-    /// Smallest and largest roughness.
-    alphas: [f32; 2],
+    /// Smallest and largest roughness of each model, in the order of [`FacetModel::ALL`]; [`NONE`] if there is no such lobe.
+    alphas: [[f32; 2]; FacetModel::ALL.len()],
 }
+
+/// A range of nothing.
+const NONE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
 const EMPTY: UpperAnalytic = UpperAnalytic {
     normals: Cone::EMPTY,
@@ -77,9 +80,9 @@ const EMPTY: UpperAnalytic = UpperAnalytic {
     viewers: Cone::EMPTY,
     mirrors: Cone::EMPTY,
     peak: 0.0,
-    phong: PhongRange { scale: 0.0, exponents: [f32::INFINITY, f32::NEG_INFINITY] },
+    phong: PhongRange { scale: 0.0, exponents: NONE },
     min_cos_o: f32::INFINITY,
-    facets: FacetRange { reflected: [0.0; KNOTS], alphas: [f32::INFINITY, f32::NEG_INFINITY] },
+    facets: FacetRange { reflected: [0.0; KNOTS], alphas: [NONE; FacetModel::ALL.len()] },
 };
 
 impl UpperMaterial for UpperAnalytic {
@@ -105,9 +108,9 @@ impl UpperMaterial for UpperAnalytic {
                 let phong = PhongRange { scale: scale as f32, exponents: [exponent as f32; 2] };
                 Self { phong, ..glossy() }
             }
-            Lobe::Facets { alpha, facets } => {
-                let reflected = table(&facets);
-                let facets = FacetRange { reflected, alphas: [alpha as f32; 2] };
+            Lobe::Facets { facets: Microfacets { alpha, model }, reflected } => {
+                let alphas = FacetModel::ALL.map(|other| if other == model { [alpha; 2] } else { NONE });
+                let facets = FacetRange { reflected: table(&reflected), alphas };
                 Self { facets, ..glossy() }
             }
         }
@@ -128,7 +131,9 @@ impl UpperMaterial for UpperAnalytic {
         for (mine, others) in self.facets.reflected.iter_mut().zip(other.facets.reflected) {
             *mine = mine.max(others);
         }
-        self.facets.alphas = hull(self.facets.alphas, other.facets.alphas);
+        for (mine, others) in self.facets.alphas.iter_mut().zip(other.facets.alphas) {
+            *mine = hull(*mine, others);
+        }
     }
 
     fn upper_material(&self, towards: &Towards) -> f32 {
@@ -191,20 +196,25 @@ impl FacetRange {
             return 0.0;
         }
         let half = HalfVectors::new(points, lights, from_mirror);
-        let alphas = self.alphas.map(f64::from);
         let all = Ring { cos_incidence: half.cos_incidence, cos_light: 1.0 };
-        let reflected =
-            ggx::upper_reflection(alphas, half.least_from_normal, points.widest_viewer, all, |ring| {
-                let knot = (ring.cos_incidence * KNOTS as f64) as usize;
-                f64::from(self.reflected[knot.min(KNOTS - 1)])
-            });
-        reflected * ggx::upper_visibility_cos(alphas[0], min_cos_o, max_cos_i)
+        let reflected = |ring: Ring| {
+            let knot = (ring.cos_incidence * KNOTS as f64) as usize;
+            f64::from(self.reflected[knot.min(KNOTS - 1)])
+        };
+        let (least, viewer) = (half.least_from_normal, points.widest_viewer);
+        let models = FacetModel::ALL.into_iter().zip(self.alphas).filter(|(_, alphas)| *alphas != NONE);
+        let bounds = models.map(|(model, alphas)| {
+            let alphas = alphas.map(f64::from);
+            facets::upper_reflection(model, alphas, least, viewer, all, reflected)
+                * facets::upper_visibility_cos(model, alphas[0], min_cos_o, max_cos_i)
+        });
+        bounds.fold(0.0, f64::max)
     }
 }
 
-/// What `facets` reflect from each knot on, rounded up.
-fn table(facets: &Facets) -> [f32; KNOTS] {
-    std::array::from_fn(|k| round_up(facets.upper(k as f64 / KNOTS as f64)))
+/// What facets reflect from each knot on, rounded up.
+fn table(reflected: &Reflected) -> [f32; KNOTS] {
+    std::array::from_fn(|k| round_up(reflected.upper(k as f64 / KNOTS as f64)))
 }
 
 /// The range that holds both.

@@ -18,10 +18,10 @@
 use glam::DVec3;
 
 use super::angle::Angle;
-use super::lobes::ggx::{self, Ring};
+use super::lobes::facets::{self, Ring};
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, least_from_mirror};
-use crate::bsdf::{Bsdf, MIN_COSINE};
+use crate::bsdf::{Bsdf, MIN_COSINE, Microfacets};
 use crate::math::{Cone, Frame, Vec3};
 
 /// One gather point, as far as its material goes.
@@ -77,13 +77,14 @@ impl Reflector {
         let lobe_cos = match parts.lobe {
             Lobe::None => 0.0,
             Lobe::Phong { scale, exponent } => scale * phong::upper_peak(exponent, directions.least_mirror()),
-            Lobe::Facets { alpha, facets } => {
+            Lobe::Facets { facets: Microfacets { alpha, model }, reflected } => {
+                let alpha = f64::from(alpha);
                 let half = HalfVectors::new(&directions, &[Some(Bundle::of(&Cone::ALL))], Angle::ZERO);
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light: 1.0 };
                 let viewer = directions.widest_viewer;
-                let reflected = |ring: Ring| facets.upper(ring.cos_incidence);
-                ggx::upper_reflection([alpha; 2], Angle::ZERO, viewer, all, reflected)
-                    * ggx::upper_visibility_cos(alpha, f64::from(cos_o), 1.0)
+                let reflected = |ring: Ring| reflected.upper(ring.cos_incidence);
+                facets::upper_reflection(model, [alpha; 2], Angle::ZERO, viewer, all, reflected)
+                    * facets::upper_visibility_cos(model, alpha, f64::from(cos_o), 1.0)
             }
         };
         OverAll { diffuse: parts.diffuse, lobe_cos }
@@ -120,7 +121,8 @@ impl Reflector {
                 let least = least_from_mirror(&directions(), &lights);
                 scale * phong::upper_power([exponent; 2], least) * cosine(factor, max_cos_i)
             }
-            Lobe::Facets { alpha, facets } => {
+            Lobe::Facets { facets: Microfacets { alpha, model }, reflected } => {
+                let alpha = f64::from(alpha);
                 let directions = directions();
                 let least = least_from_mirror(&directions, &lights);
                 let half = HalfVectors::new(&directions, &lights, least);
@@ -131,12 +133,12 @@ impl Reflector {
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light };
                 let cos_o = f64::from(cos_o);
                 let viewer = directions.widest_viewer;
-                ggx::upper_reflection([alpha; 2], half.least_from_normal, viewer, all, |ring| {
+                facets::upper_reflection(model, [alpha; 2], half.least_from_normal, viewer, all, |ring| {
                     let visibility = match factor {
-                        Factor::One => ggx::upper_visibility(alpha, cos_o, ring.cos_light),
-                        Factor::Cosine => ggx::upper_visibility_cos(alpha, cos_o, max_cos_i),
+                        Factor::One => facets::upper_visibility(model, alpha, cos_o, ring.cos_light),
+                        Factor::Cosine => facets::upper_visibility_cos(model, alpha, cos_o, max_cos_i),
                     };
-                    facets.upper(ring.cos_incidence) * visibility
+                    reflected.upper(ring.cos_incidence) * visibility
                 })
             }
         };

@@ -20,7 +20,7 @@ use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
 use crate::warp;
-use microfacet::HalfVector;
+use microfacet::{HalfVector, Microfacets};
 
 /// A rough dielectric coat over a diffuse base.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,18 +31,16 @@ pub struct Coated {
     pub specular: Rgb,
     /// Index of refraction of the coat relative to the outside, from 1.0001 to 5.
     pub ior: f32,
-    /// Roughness `α` of the coat in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
-    pub alpha: f32,
+    /// The facets of the coat.
+    pub facets: Microfacets,
 }
 
 impl Coated {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let facets = microfacet::distribution(half, self.alpha);
-        let coat = facets
-            * microfacet::visibility(wo.z, wi[2], self.alpha)
-            * fresnel::dielectric(half.cos_incidence(), self.ior);
+        let coat =
+            self.facets.reflection(half, wo.z, wi[2]) * fresnel::dielectric(half.cos_incidence(), self.ior);
         let boundary = self.boundary();
         let passed = R::splat(boundary.transmittance(wo.z)) * boundary.transmittance(wi[2]);
         sum_of_lobes(diffuse_brdf(self.base(&boundary)), passed, self.specular, coat)
@@ -51,29 +49,29 @@ impl Coated {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.coat_probability(wo.z) else { return 0.0 };
-        let coat = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha);
+        let coat = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * coat
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
         let direction = [u[1], u[2]];
         Some(if u[0] < self.coat_probability(wo.z)? {
-            (microfacet::sample_reflection(wo, self.alpha, direction), Lobe::Glossy)
+            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
         } else {
             (warp::cosine_hemisphere(direction), Lobe::Diffuse)
         })
     }
 
     /// The reflectance of a base that reflects `ρ/(1 − F_int)` in all where this one reflects `ρ'/(1 − ρ' F_int)`.
-    pub(crate) fn saturating(reflectance: Rgb, ior: f32, alpha: f32) -> Rgb {
-        let inside = Boundary::new(alpha, ior).inside();
+    pub(crate) fn saturating(reflectance: Rgb, ior: f32, facets: Microfacets) -> Rgb {
+        let inside = Boundary::new(facets, ior).inside();
         reflectance.map(|r| r / (1.0 - inside + r * inside))
     }
 
     /// The boundary of the coat.
     #[inline]
     pub(crate) fn boundary(&self) -> Boundary {
-        Boundary::new(self.alpha, self.ior)
+        Boundary::new(self.facets, self.ior)
     }
 
     /// Albedo of the diffuse part for light at cosine `cos_o`.
@@ -99,6 +97,6 @@ impl Coated {
         validate::fraction("reflectance", self.reflectance)?;
         validate::fraction("specular", self.specular)?;
         validate::ior(self.ior)?;
-        validate::alpha(self.alpha)
+        validate::alpha(self.facets.alpha)
     }
 }

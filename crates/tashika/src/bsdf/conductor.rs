@@ -14,7 +14,7 @@ use super::{Lobe, fresnel, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
-use microfacet::HalfVector;
+use microfacet::{HalfVector, Microfacets};
 
 /// Largest component of a complex index of refraction; metals reach about 10 in visible light.
 const MAX_INDEX: f32 = 100.0;
@@ -29,8 +29,8 @@ pub struct Conductor {
     pub fresnel: ConductorFresnel,
     /// Factor `s` on it, each channel in `[0, 1]`; 1 is physical.
     pub specular: Rgb,
-    /// Roughness `α` in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
-    pub alpha: f32,
+    /// The facets.
+    pub facets: Microfacets,
 }
 
 /// What a smooth piece of metal reflects.
@@ -71,19 +71,18 @@ impl Conductor {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let facets = microfacet::distribution(half, self.alpha);
-        let facets = facets * microfacet::visibility(wo.z, wi[2], self.alpha);
+        let facets = self.facets.reflection(half, wo.z, wi[2]);
         let (f, specular) = (self.fresnel.of(half.cos_incidence()), self.specular.to_array());
         each!(|channel| f[channel] * R::splat(specular[channel]) * facets)
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha)
+        self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()))
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        (microfacet::sample_reflection(wo, self.alpha, [u[1], u[2]]), Lobe::Glossy)
+        (self.facets.sample_reflection(wo, [u[1], u[2]]), Lobe::Glossy)
     }
 
     pub(super) fn validate(&self) -> Result<(), String> {
@@ -95,6 +94,6 @@ impl Conductor {
             }
         }
         validate::fraction("specular", self.specular)?;
-        validate::alpha(self.alpha)
+        validate::alpha(self.facets.alpha)
     }
 }

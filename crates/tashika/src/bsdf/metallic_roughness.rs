@@ -25,7 +25,7 @@ use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 use crate::warp;
-use microfacet::HalfVector;
+use microfacet::{HalfVector, Microfacets};
 
 /// Diffuse and GGX reflection coupled by Schlick's `F`: the core material of glTF 2.0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,16 +36,15 @@ pub struct MetallicRoughness {
     pub f0: Rgb,
     /// Reflectance at normal incidence of what lies over the diffuse part; each channel in `[0, 1]`.
     pub dielectric_f0: Rgb,
-    /// Roughness `α = roughness²` in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
-    pub alpha: f32,
+    /// The facets; glTF's have `α = roughness²`.
+    pub facets: Microfacets,
 }
 
 impl MetallicRoughness {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let facets =
-            microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi[2], self.alpha);
+        let facets = self.facets.reflection(half, wo.z, wi[2]);
         let f = fresnel::schlick(self.f0, half.cos_incidence());
         let over_diffuse = fresnel::schlick(self.dielectric_f0, half.cos_incidence());
         let diffuse = diffuse_brdf(self.diffuse).to_array();
@@ -57,14 +56,14 @@ impl MetallicRoughness {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let p = self.facet_probability(wo.z);
-        let facets = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha);
+        let facets = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
         let direction = [u[1], u[2]];
         if u[0] < self.facet_probability(wo.z) {
-            (microfacet::sample_reflection(wo, self.alpha, direction), Lobe::Glossy)
+            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
         } else {
             (warp::cosine_hemisphere(direction), Lobe::Diffuse)
         }
@@ -85,6 +84,6 @@ impl MetallicRoughness {
         validate::fraction("diffuse", self.diffuse)?;
         validate::fraction("f0", self.f0)?;
         validate::fraction("dielectric f0", self.dielectric_f0)?;
-        validate::alpha(self.alpha)
+        validate::alpha(self.facets.alpha)
     }
 }

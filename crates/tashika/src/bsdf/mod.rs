@@ -55,7 +55,7 @@ pub use coated::Coated;
 pub use conductor::{Conductor, ConductorFresnel};
 pub use lambert::Lambert;
 pub use metallic_roughness::MetallicRoughness;
-pub use microfacet::MIN_ALPHA;
+pub use microfacet::{FacetModel, MIN_ALPHA, Microfacets};
 pub use phong::Phong;
 pub use plastic::Plastic;
 pub use specular::{Glass, Mirror, ThinGlass};
@@ -277,10 +277,10 @@ impl Bsdf {
     pub fn roughness(&self) -> Option<f32> {
         match self {
             Self::Phong(b) => (!b.specular.is_black()).then(|| (2.0 / (b.exponent + 2.0)).sqrt()),
-            Self::Plastic(b) => Some(b.alpha),
-            Self::Conductor(b) => Some(b.alpha),
-            Self::Coated(b) => (!b.specular.is_black()).then_some(b.alpha),
-            Self::MetallicRoughness(b) => Some(b.alpha),
+            Self::Plastic(b) => Some(b.facets.alpha),
+            Self::Conductor(b) => Some(b.facets.alpha),
+            Self::Coated(b) => (!b.specular.is_black()).then_some(b.facets.alpha),
+            Self::MetallicRoughness(b) => Some(b.facets.alpha),
             Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
         }
     }

@@ -13,7 +13,7 @@ use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
 use crate::warp;
-use microfacet::HalfVector;
+use microfacet::{HalfVector, Microfacets};
 
 /// Diffuse plus a GGX lobe with the Fresnel reflectance of a dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,16 +24,15 @@ pub struct Plastic {
     pub specular: Rgb,
     /// Index of refraction relative to the outside, from 1.0001 to 5.
     pub ior: f32,
-    /// Roughness `α` in [[`MIN_ALPHA`](super::MIN_ALPHA), 1]. Higher values make the lobe wider.
-    pub alpha: f32,
+    /// The facets of the lobe.
+    pub facets: Microfacets,
 }
 
 impl Plastic {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let facets =
-            microfacet::distribution(half, self.alpha) * microfacet::visibility(wo.z, wi[2], self.alpha);
+        let facets = self.facets.reflection(half, wo.z, wi[2]);
         let glossy = facets * fresnel::dielectric(half.cos_incidence(), self.ior);
         sum_of_lobes(diffuse_brdf(self.diffuse), R::splat(1.0), self.specular, glossy)
     }
@@ -41,14 +40,14 @@ impl Plastic {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.lobe_probability(wo.z) else { return 0.0 };
-        let lobe = microfacet::reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()), self.alpha);
+        let lobe = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * lobe
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
         let direction = [u[1], u[2]];
         Some(if u[0] < self.lobe_probability(wo.z)? {
-            (microfacet::sample_reflection(wo, self.alpha, direction), Lobe::Glossy)
+            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
         } else {
             (warp::cosine_hemisphere(direction), Lobe::Diffuse)
         })
@@ -65,6 +64,6 @@ impl Plastic {
         validate::fraction("specular", self.specular)?;
         validate::fraction_of_sum("diffuse + specular", self.diffuse + self.specular)?;
         validate::ior(self.ior)?;
-        validate::alpha(self.alpha)
+        validate::alpha(self.facets.alpha)
     }
 }

@@ -107,7 +107,7 @@ fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
             base: CoatBase::Saturating,
             specular,
             ior: 1.5,
-            alpha: 0.0.into(),
+            facets: 0.0.into(),
         };
         add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), coat, 0.0);
         b.set_environment(Environment::constant(Rgb::gray(1.0))).unwrap();

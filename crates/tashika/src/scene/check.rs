@@ -155,14 +155,14 @@ fn surface(surface: &Surface) -> Checked {
             color("diffuse", diffuse)?;
             color("specular", specular)
         }
-        Surface::Plastic { diffuse, specular, alpha, .. } => {
+        Surface::Plastic { diffuse, specular, facets, .. } => {
             color("diffuse", diffuse)?;
             color("specular", specular)?;
-            number("alpha", alpha)
+            number("alpha", &facets.alpha)
         }
-        Surface::Conductor { fresnel, specular, alpha } => {
+        Surface::Conductor { fresnel, specular, facets } => {
             color("specular", specular)?;
-            number("alpha", alpha)?;
+            number("alpha", &facets.alpha)?;
             match fresnel {
                 ConductorFresnel::Schlick { f0 } => color("f0", &(*f0).into()),
                 ConductorFresnel::Exact { eta, k } => {
@@ -171,10 +171,10 @@ fn surface(surface: &Surface) -> Checked {
                 }
             }
         }
-        Surface::Coated { reflectance, specular, alpha, .. } => {
+        Surface::Coated { reflectance, specular, facets, .. } => {
             color("reflectance", reflectance)?;
             color("specular", specular)?;
-            number("alpha", alpha)
+            number("alpha", &facets.alpha)
         }
         Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
             color("base colour", base_color)?;

@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 use super::{Channel, MaterialId, TextureId, Textures};
-use crate::bsdf::ConductorFresnel;
+use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 
 /// A colour, possibly textured: `factor · texture(uv)`.
@@ -50,6 +50,27 @@ impl From<f32> for FloatInput {
     }
 }
 
+/// The facets of a rough surface, their roughness possibly textured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FacetInput {
+    /// Roughness `α`; 0 is smooth.
+    pub alpha: FloatInput,
+    /// What they are distributed by.
+    pub model: FacetModel,
+}
+
+impl From<FloatInput> for FacetInput {
+    fn from(alpha: FloatInput) -> Self {
+        Self { alpha, model: FacetModel::default() }
+    }
+}
+
+impl From<f32> for FacetInput {
+    fn from(alpha: f32) -> Self {
+        FloatInput::from(alpha).into()
+    }
+}
+
 /// What the reflectance of a diffuse base under a coat says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CoatBase {
@@ -84,7 +105,7 @@ pub enum Surface {
         /// Transmittance, 0 to 1.
         transmittance: ColorInput,
     },
-    /// Diffuse plus a GGX lobe with the Fresnel reflectance of a dielectric, side by side.
+    /// Diffuse plus a lobe of facets with the Fresnel reflectance of a dielectric, side by side.
     Plastic {
         /// Diffuse reflectance, 0 to 1. Where the sum with the factor of the lobe exceeds 1, both are scaled.
         diffuse: ColorInput,
@@ -92,19 +113,19 @@ pub enum Surface {
         specular: ColorInput,
         /// Refractive index.
         ior: f32,
-        /// GGX roughness `α`; 0 is smooth.
-        alpha: FloatInput,
+        /// The facets.
+        facets: FacetInput,
     },
-    /// Metal (GGX).
+    /// Metal.
     Conductor {
         /// Fresnel reflectance.
         fresnel: ConductorFresnel,
         /// Factor on it, 0 to 1; 1 is physical.
         specular: ColorInput,
-        /// GGX roughness `α`; 0 is smooth.
-        alpha: FloatInput,
+        /// The facets.
+        facets: FacetInput,
     },
-    /// Dielectric coat (GGX) over a diffuse base.
+    /// Dielectric coat over a diffuse base.
     Coated {
         /// Reflectance of the base, 0 to 1.
         reflectance: ColorInput,
@@ -114,8 +135,8 @@ pub enum Surface {
         specular: ColorInput,
         /// Refractive index of the coat.
         ior: f32,
-        /// GGX roughness `α`; 0 is smooth.
-        alpha: FloatInput,
+        /// The facets.
+        facets: FacetInput,
     },
     /// glTF 2.0 metallic-roughness.
     MetallicRoughness {
@@ -281,12 +302,12 @@ impl Material {
                 vec![color(reflectance), color(transmittance)]
             }
             Surface::Phong { diffuse, specular, .. } => vec![color(diffuse), color(specular)],
-            Surface::Plastic { diffuse, specular, alpha, .. } => {
-                vec![color(diffuse), color(specular), number(alpha)]
+            Surface::Plastic { diffuse, specular, facets, .. } => {
+                vec![color(diffuse), color(specular), number(&facets.alpha)]
             }
-            Surface::Conductor { specular, alpha, .. } => vec![color(specular), number(alpha)],
-            Surface::Coated { reflectance, specular, alpha, .. } => {
-                vec![color(reflectance), color(specular), number(alpha)]
+            Surface::Conductor { specular, facets, .. } => vec![color(specular), number(&facets.alpha)],
+            Surface::Coated { reflectance, specular, facets, .. } => {
+                vec![color(reflectance), color(specular), number(&facets.alpha)]
             }
             Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
                 vec![color(base_color), number(metallic), number(roughness), color(specular_f0)]

@@ -31,7 +31,7 @@ pub use emitter::{Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;
 pub use material::{
-    Alpha, AlphaMode, CoatBase, ColorInput, Emission, FloatInput, Material, NormalInput, Surface,
+    Alpha, AlphaMode, CoatBase, ColorInput, Emission, FacetInput, FloatInput, Material, NormalInput, Surface,
 };
 pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};

@@ -27,10 +27,10 @@
 
 use glam::Vec2;
 
-use super::{CoatBase, ColorInput, FloatInput, Material, MaterialId, Surface, Textures};
+use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
-    Bsdf, Coated, Conductor, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong, Plastic, ThinGlass,
-    fresnel, glossy_probability,
+    Bsdf, Coated, Conductor, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong,
+    Plastic, ThinGlass, fresnel, glossy_probability,
 };
 use crate::color::Rgb;
 
@@ -75,10 +75,10 @@ impl<'a> Look<'a> {
         unit(input.at(self.textures, self.uv))
     }
 
-    /// A roughness; `None` where it is smooth.
-    fn alpha(&self, input: &FloatInput) -> Option<f32> {
-        let alpha = input.at(self.textures, self.uv);
-        (alpha > 0.0).then(|| alpha.clamp(MIN_ALPHA, 1.0))
+    /// The facets; `None` where it is smooth.
+    fn facets(&self, input: &FacetInput) -> Option<Microfacets> {
+        let alpha = input.alpha.at(self.textures, self.uv);
+        (alpha > 0.0).then(|| Microfacets { alpha: alpha.clamp(MIN_ALPHA, 1.0), model: input.model })
     }
 
     /// The part of `material` that the uniform number `u` in `[0, 1)` chooses.
@@ -112,10 +112,10 @@ impl<'a> Look<'a> {
                 let (diffuse, specular) = limited(self.color(diffuse), self.color(specular));
                 whole(Bsdf::Phong(Phong { diffuse, specular, exponent: *exponent }))
             }
-            Surface::Plastic { diffuse, specular, ior, alpha } => {
+            Surface::Plastic { diffuse, specular, ior, facets } => {
                 let (diffuse, specular) = limited(self.color(diffuse), self.color(specular));
-                match self.alpha(alpha) {
-                    Some(alpha) => whole(Bsdf::Plastic(Plastic { diffuse, specular, ior: *ior, alpha })),
+                match self.facets(facets) {
+                    Some(facets) => whole(Bsdf::Plastic(Plastic { diffuse, specular, ior: *ior, facets })),
                     None => {
                         let mirror = specular * fresnel::dielectric(self.cos, *ior);
                         let base = Bsdf::Lambert(Lambert { reflectance: diffuse });
@@ -123,24 +123,24 @@ impl<'a> Look<'a> {
                     }
                 }
             }
-            Surface::Conductor { fresnel, specular, alpha } => {
+            Surface::Conductor { fresnel, specular, facets } => {
                 let specular = self.color(specular);
-                whole(match self.alpha(alpha) {
-                    Some(alpha) => Bsdf::Conductor(Conductor { fresnel: *fresnel, specular, alpha }),
+                whole(match self.facets(facets) {
+                    Some(facets) => Bsdf::Conductor(Conductor { fresnel: *fresnel, specular, facets }),
                     None => Bsdf::Mirror(Mirror { reflectance: unit(fresnel.at(self.cos) * specular) }),
                 })
             }
-            Surface::Coated { reflectance, base, specular, ior, alpha } => {
+            Surface::Coated { reflectance, base, specular, ior, facets } => {
                 let reflectance = self.color(reflectance);
-                let alpha = self.alpha(alpha);
-                let width = alpha.unwrap_or(MIN_ALPHA);
+                let rough = self.facets(facets);
+                let facets = rough.unwrap_or(Microfacets::ggx(MIN_ALPHA));
                 let reflectance = match base {
                     CoatBase::Saturating => reflectance,
-                    CoatBase::Proportional => unit(Coated::saturating(reflectance, *ior, width)),
+                    CoatBase::Proportional => unit(Coated::saturating(reflectance, *ior, facets)),
                 };
                 let specular = self.color(specular);
-                let coated = Coated { reflectance, specular, ior: *ior, alpha: width };
-                match alpha {
+                let coated = Coated { reflectance, specular, ior: *ior, facets };
+                match rough {
                     Some(_) => whole(Bsdf::Coated(coated)),
                     None => {
                         let mirror = specular * fresnel::dielectric(self.cos, *ior);
@@ -154,11 +154,12 @@ impl<'a> Look<'a> {
                 let metallic = metallic.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let roughness = roughness.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let dielectric_f0 = self.color(specular_f0);
+                let alpha = (roughness * roughness).clamp(MIN_ALPHA, 1.0);
                 whole(Bsdf::MetallicRoughness(MetallicRoughness {
                     diffuse: base * (1.0 - metallic),
                     f0: dielectric_f0.lerp(base, metallic),
                     dielectric_f0,
-                    alpha: (roughness * roughness).clamp(MIN_ALPHA, 1.0),
+                    facets: Microfacets::ggx(alpha),
                 }))
             }
             Surface::Mirror { reflectance } => {
@@ -253,12 +254,12 @@ mod tests {
     #[test]
     fn smooth_coats_are_a_mirror_and_a_base() {
         let is_mirror = |p: &Part| usize::from(p.bsdf.is_specular());
-        let (ior, alpha, specular) = (1.5, 0.0.into(), Rgb::WHITE.into());
+        let (ior, facets, specular) = (1.5, 0.0.into(), Rgb::WHITE.into());
         let base = CoatBase::Saturating;
-        let coated = Surface::Coated { reflectance: ORANGE.into(), base, specular, ior, alpha };
+        let coated = Surface::Coated { reflectance: ORANGE.into(), base, specular, ior, facets };
         assert!(both_whole(weighted_shares(coated, is_mirror)));
         let plastic =
-            Surface::Plastic { diffuse: ORANGE.into(), specular: Rgb::gray(0.2).into(), ior, alpha };
+            Surface::Plastic { diffuse: ORANGE.into(), specular: Rgb::gray(0.2).into(), ior, facets };
         assert!(both_whole(weighted_shares(plastic, is_mirror)));
         let Bsdf::Mirror(mirror) = part(&[Material::new("m", plastic)], 0.7, 0.0).bsdf else { panic!() };
         let expected = Rgb::gray(0.2) * fresnel::dielectric(0.7, ior);
@@ -274,15 +275,15 @@ mod tests {
     fn coated_with(alpha: f32) -> Surface {
         let specular = Rgb::WHITE.into();
         let base = CoatBase::Saturating;
-        Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, alpha: alpha.into() }
+        Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, facets: alpha.into() }
     }
 
     /// With a proportional base the albedo below the coat is the reflectance times what the coat lets in; the other is darker.
     #[test]
     fn a_proportional_base_is_as_bright_as_its_reflectance_says() {
         let albedo = |base| {
-            let (specular, alpha) = (Rgb::BLACK.into(), 0.0.into());
-            let surface = Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, alpha };
+            let (specular, facets) = (Rgb::BLACK.into(), 0.0.into());
+            let surface = Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, facets };
             part(&[Material::new("m", surface)], 1.0, 0.5).bsdf.vpl_reflectance(glam::Vec3::Z)
         };
         let entering = 1.0 - fresnel::dielectric(1.0, 1.5);
@@ -350,7 +351,7 @@ mod tests {
     #[test]
     fn smooth_metal_is_a_coloured_mirror() {
         let fresnel = ConductorFresnel::Schlick { f0: ORANGE };
-        let surface = Surface::Conductor { fresnel, specular: Rgb::gray(0.5).into(), alpha: 0.0.into() };
+        let surface = Surface::Conductor { fresnel, specular: Rgb::gray(0.5).into(), facets: 0.0.into() };
         let materials = [Material::new("gold", surface)];
         let Bsdf::Mirror(at_normal) = part(&materials, 1.0, 0.3).bsdf else { panic!() };
         let Bsdf::Mirror(grazing) = part(&materials, 0.0, 0.3).bsdf else { panic!() };

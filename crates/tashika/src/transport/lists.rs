@@ -129,7 +129,8 @@ impl Work for List<'_> {
 mod tests {
     use super::*;
     use crate::bsdf::{
-        Bsdf, Coated, Conductor, ConductorFresnel, Lambert, MetallicRoughness, Phong, Plastic,
+        Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MetallicRoughness, Microfacets,
+        Phong, Plastic,
     };
     use crate::color::Rgb;
     use crate::math::Frame;
@@ -142,24 +143,25 @@ mod tests {
         let mut color = || Rgb::new(s.uniform(), s.uniform(), s.uniform()) * 0.5;
         let (a, b, c) = (color(), color(), color());
         let (alpha, ior) = (0.001 + 0.999 * s.uniform() * s.uniform(), 1.0 + s.uniform());
+        let facets = Microfacets { alpha, model: FacetModel::ALL[s.below(3) as usize] };
         match s.below(7) {
             0 => Bsdf::Lambert(Lambert { reflectance: a }),
             1 => {
                 let exponent = crate::math::elementary::powf(10.0, 6.0 * s.uniform());
                 Bsdf::Phong(Phong { diffuse: a, specular: b, exponent })
             }
-            2 => Bsdf::Plastic(Plastic { diffuse: a, specular: b, ior, alpha }),
+            2 => Bsdf::Plastic(Plastic { diffuse: a, specular: b, ior, facets }),
             3 => Bsdf::Conductor(Conductor {
                 fresnel: ConductorFresnel::Schlick { f0: a },
                 specular: b,
-                alpha,
+                facets,
             }),
             4 => {
                 let fresnel = ConductorFresnel::Exact { eta: a + Rgb::gray(0.1), k: b };
-                Bsdf::Conductor(Conductor { fresnel, specular: c, alpha })
+                Bsdf::Conductor(Conductor { fresnel, specular: c, facets })
             }
-            5 => Bsdf::Coated(Coated { reflectance: a, specular: b, ior, alpha }),
-            _ => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0: b, dielectric_f0: c, alpha }),
+            5 => Bsdf::Coated(Coated { reflectance: a, specular: b, ior, facets }),
+            _ => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0: b, dielectric_f0: c, facets }),
         }
     }
 

@@ -187,7 +187,7 @@ mod tests {
             diffuse: Rgb::gray(0.6),
             specular: Rgb::gray(0.4),
             ior: 1.5,
-            alpha: 0.1,
+            facets: 0.1.into(),
         });
         let normal = Vec3::Z;
         let point = GatherPoint {

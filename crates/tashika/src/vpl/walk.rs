@@ -234,7 +234,7 @@ mod tests {
             instance: InstanceId(0),
         };
         let lambert = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
-        let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, alpha: 0.4 };
+        let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, facets: 0.4.into() };
         for (bsdf, through) in [(lambert, false), (lambert, true), (Bsdf::Plastic(plastic), false)] {
             for incoming in [Vec3::new(0.48, 0.64, 0.6), Vec3::new(-0.96, 0.0, 0.28)] {
                 let side = if through { -1.0 } else { 1.0 };

@@ -178,7 +178,7 @@ fn plastic(alpha: f32) -> Surface {
         diffuse: Rgb::new(0.5, 0.4, 0.3).into(),
         specular: Rgb::WHITE.into(),
         ior: 1.5,
-        alpha: alpha.into(),
+        facets: alpha.into(),
     }
 }
 
@@ -220,7 +220,7 @@ fn gloss_is_put_back() {
     let metal = Surface::Conductor {
         fresnel: ConductorFresnel::Schlick { f0: Rgb::new(0.9, 0.7, 0.4) },
         specular: Rgb::WHITE.into(),
-        alpha: 0.4.into(),
+        facets: 0.4.into(),
     };
     let left = cuboid(Vec3::new(-0.8, 0.02, -0.2), Vec3::new(-0.4, 0.5, 0.3), false);
     place(&mut b, left, Material::new("metal", metal));
@@ -229,7 +229,7 @@ fn gloss_is_put_back() {
         base: CoatBase::Saturating,
         specular: Rgb::WHITE.into(),
         ior: 1.5,
-        alpha: 0.3.into(),
+        facets: 0.3.into(),
     };
     let right = cuboid(Vec3::new(0.5, 0.02, -0.1), Vec3::new(0.8, 0.8, 0.3), false);
     place(&mut b, right, Material::new("coated", coated));

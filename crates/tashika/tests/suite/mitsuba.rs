@@ -6,14 +6,15 @@
 use std::fs;
 use std::sync::OnceLock;
 
+use tashika::bsdf::FacetModel;
 use tashika::color::Rgb;
 use tashika::error::Result;
 use tashika::film::Window;
 use tashika::io::{LoadOptions, Support, features, load_scene};
 use tashika::math::{Vec2, Vec3};
 use tashika::scene::{
-    Alpha, Camera, CameraSample, Channel, CoatBase, ColorInput, Emitter, FloatInput, InstanceId, Material,
-    NormalInput, NoteKind, Scene, Surface, TextureId,
+    Alpha, Camera, CameraSample, Channel, CoatBase, ColorInput, Emitter, FacetInput, FloatInput, InstanceId,
+    Material, NormalInput, NoteKind, Scene, Surface, TextureId,
 };
 use tempfile::TempDir;
 
@@ -218,7 +219,7 @@ fn materials_become_surfaces_with_their_parameters() {
         base: CoatBase::Saturating,
         specular: color(Rgb::WHITE),
         ior: 1.5,
-        alpha: FloatInput::from(0.3),
+        facets: FacetInput { alpha: 0.3.into(), model: FacetModel::GgxIndependent },
     };
     assert_eq!(plastic.surface, expected);
     let phong = material("<bsdf type=\"phong\"><float name=\"exponent\" value=\"50\"/></bsdf>");
@@ -233,12 +234,12 @@ fn materials_become_surfaces_with_their_parameters() {
 
 #[test]
 fn linear_plastic_is_as_bright_as_mitsuba_makes_it() {
-    let Surface::Coated { reflectance, base, alpha, .. } = material("<bsdf type=\"plastic\"/>").surface
+    let Surface::Coated { reflectance, base, facets, .. } = material("<bsdf type=\"plastic\"/>").surface
     else {
         panic!("coated")
     };
     assert_eq!(
-        (reflectance.factor, base, alpha),
+        (reflectance.factor, base, facets.alpha),
         (Rgb::gray(0.5), CoatBase::Proportional, FloatInput::from(0.0))
     );
 }

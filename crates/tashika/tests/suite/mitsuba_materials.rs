@@ -10,18 +10,8 @@ use crate::mitsuba::{load_in, xml};
 
 /// What is off by more than 1 %, by what a row holds, and at most how far; the first that fits counts.
 ///
-/// Rough plastic: masking is height-correlated here, not separable, which tells at grazing angles. Beckmann's distribution
-/// becomes GGX, of half the roughness where it is a coat's. Gold and copper are measured by others. The principled BSDF becomes that of glTF.
-const OFF: [(&str, f64); 8] = [
-    ("value=\"beckmann\"", 0.32),
-    ("roughplastic\"><float", 0.085),
-    ("roughconductor", 0.13),
-    ("name=\"alpha\" value=\"0.5\"", 0.065),
-    ("roughplastic", 0.02),
-    ("\"Au\"", 0.08),
-    ("\"Cu\"", 0.035),
-    ("principled", 0.26),
-];
+/// At grazing angles the table of rough boundaries is off. The principled BSDF becomes that of glTF.
+const OFF: [(&str, f64); 2] = [("roughplastic", 0.012), ("principled", 0.26)];
 
 /// Directional albedo at an elevation, by draws of a sequence that fills the cube evenly.
 fn albedo(scene: &Scene, elevation: f32) -> [f64; 3] {

@@ -222,16 +222,16 @@ fn materials_of_pbrt_v3_become_surfaces() {
     let v3 = |text: &str| material(V3, &format!("Material {text}")).1;
     let Surface::Lambert { reflectance } = v3("\"matte\" \"rgb Kd\" [1 0.5 0]") else { panic!() };
     assert_eq!(color(reflectance), Rgb::new(1.0, 0.5, 0.0));
-    let Surface::Plastic { diffuse, specular, ior, alpha } = v3("\"plastic\" \"rgb Kd\" [0.1 0.2 0.3]")
+    let Surface::Plastic { diffuse, specular, ior, facets } = v3("\"plastic\" \"rgb Kd\" [0.1 0.2 0.3]")
     else {
         panic!()
     };
     assert_eq!((color(diffuse), color(specular), ior), (Rgb::new(0.1, 0.2, 0.3), Rgb::gray(0.25), 1.5));
-    assert!((value(alpha) - 0.4618).abs() < 1e-3, "roughness 0.1, remapped");
-    let Surface::Plastic { alpha, .. } = v3("\"plastic\" \"bool remaproughness\" \"false\"") else {
+    assert!((value(facets.alpha) - 0.4618).abs() < 1e-3, "roughness 0.1, remapped");
+    let Surface::Plastic { facets, .. } = v3("\"plastic\" \"bool remaproughness\" \"false\"") else {
         panic!()
     };
-    assert_eq!(value(alpha), 0.1);
+    assert_eq!(value(facets.alpha), 0.1);
     let Surface::Conductor { fresnel: ConductorFresnel::Exact { eta, k }, .. } =
         v3("\"metal\" \"rgb eta\" [1 2 3] \"rgb k\" [4 5 6]")
     else {
@@ -328,15 +328,15 @@ fn materials_made_of_parts_keep_their_sum() {
 #[test]
 fn materials_of_pbrt_v4_become_surfaces() {
     let v4 = |text: &str| material(V4, &format!("Material {text}")).1;
-    let Surface::Coated { reflectance, ior, alpha, .. } =
+    let Surface::Coated { reflectance, ior, facets, .. } =
         v4("\"coateddiffuse\" \"rgb reflectance\" [1 0.5 0] \"float eta\" 1.4 \"float roughness\" 0.25")
     else {
         panic!()
     };
-    assert_eq!((color(reflectance), ior, value(alpha)), (Rgb::new(1.0, 0.5, 0.0), 1.4, 0.5));
-    let Surface::Coated { alpha, .. } = v4("\"coateddiffuse\"") else { panic!() };
-    assert_eq!(value(alpha), 0.0, "smooth unless the file says otherwise");
-    let Surface::Conductor { fresnel, alpha, .. } = v4(
+    assert_eq!((color(reflectance), ior, value(facets.alpha)), (Rgb::new(1.0, 0.5, 0.0), 1.4, 0.5));
+    let Surface::Coated { facets, .. } = v4("\"coateddiffuse\"") else { panic!() };
+    assert_eq!(value(facets.alpha), 0.0, "smooth unless the file says otherwise");
+    let Surface::Conductor { fresnel, facets, .. } = v4(
         "\"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\" \"float uroughness\" 0.04 \
             \"float vroughness\" 0.01",
     ) else {
@@ -344,7 +344,7 @@ fn materials_of_pbrt_v4_become_surfaces() {
     };
     let gold = fresnel.at(1.0);
     assert!(gold.r > 0.9 && gold.b < 0.6, "{gold:?}");
-    assert!((value(alpha) - 0.02_f32.sqrt()).abs() < 1e-6, "the geometric mean of 0.2 and 0.1");
+    assert!((value(facets.alpha) - 0.02_f32.sqrt()).abs() < 1e-6, "the geometric mean of 0.2 and 0.1");
     let Surface::Conductor { fresnel, .. } = v4("\"conductor\" \"rgb reflectance\" [0.9 0.5 0.1]") else {
         panic!()
     };
@@ -487,8 +487,8 @@ fn materials_have_textured_roughness_bumps_and_normal_maps() {
     let alpha = |head: &str, text: &str| {
         let (scene, surface) =
             material(head, &format!("{board} Material {text} \"texture roughness\" \"r\""));
-        let (Surface::Coated { alpha, .. } | Surface::Plastic { alpha, .. }) = surface else { panic!() };
-        alpha.at(scene.textures(), Vec2::new(0.5, 0.5))
+        let (Surface::Coated { facets, .. } | Surface::Plastic { facets, .. }) = surface else { panic!() };
+        facets.alpha.at(scene.textures(), Vec2::new(0.5, 0.5))
     };
     assert!((alpha(V4, "\"coateddiffuse\"") - 0.5).abs() < 1e-6);
     assert_eq!(alpha(V4, "\"coateddiffuse\" \"bool remaproughness\" false"), 0.25);

@@ -23,7 +23,7 @@ use crate::color::Rgb;
 
 /// What a facet reflects, with a factor.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bounds) enum Facets {
+pub(in crate::bounds) enum Reflected {
     /// Schlick's approximation.
     Schlick {
         /// Factor, by channel.
@@ -49,7 +49,7 @@ pub(in crate::bounds) enum Facets {
     },
 }
 
-impl Facets {
+impl Reflected {
     /// Whether nothing is reflected at any angle.
     pub(in crate::bounds) fn is_black(&self) -> bool {
         match self {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     /// Goes from normal incidence outwards; returns the largest ratio of bound and largest reflectance so far.
-    fn check(facets: &Facets, reflected: impl Fn(f32) -> f32) -> f64 {
+    fn check(facets: &Reflected, reflected: impl Fn(f32) -> f32) -> f64 {
         let (mut largest, mut loosest) = (0.0_f64, 1.0_f64);
         for cos in cosines().rev() {
             largest = largest.max(f64::from(reflected(cos as f32)));
@@ -178,7 +178,7 @@ mod tests {
     fn dielectrics_hold_and_are_tight() {
         for step in 0..=200 {
             let ior = 1.0001 + 3.9999 * (step as f32 / 200.0).powi(3);
-            let facets = Facets::Dielectric { scale: 1.0, ior };
+            let facets = Reflected::Dielectric { scale: 1.0, ior };
             // A step of the cosine by one rounding, and 10⁻⁶ of an amplitude above 0.03.
             assert!(check(&facets, |cos| fresnel::dielectric(cos, ior)) < 1.001, "{ior}");
         }
@@ -191,7 +191,7 @@ mod tests {
             let low = [1e-3, 0.1, 0.9, 1.0][round % 4];
             let eta = low + 3.0 * s.uniform() * s.uniform() * s.uniform();
             let k = [0.0, 0.01, 1.0, 8.0][round / 4 % 4] * s.uniform();
-            let facets = Facets::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
+            let facets = Reflected::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
             let loosest = check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k))[0]);
             if eta > 1.1 || k > 0.1 {
                 // R_s ≤ 2 F, and the 2·10⁻³ of the cancelling root; twice that of an amplitude of 0.03.
@@ -200,12 +200,12 @@ mod tests {
         }
         // Where there is hardly a boundary, `f32` sees one at grazing angles.
         for (eta, k) in [(1.0, 0.0), (1.0, 1e-4), (1.0, 0.01), (0.9999, 0.0), (1.0001, 0.0), (1.001, 1e-3)] {
-            let facets = Facets::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
+            let facets = Reflected::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
             check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k))[0]);
         }
         // Silver, gold and aluminium at 550 nm.
         for (eta, k) in [(0.06, 3.6), (0.36, 2.77), (0.96, 6.7)] {
-            let facets = Facets::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
+            let facets = Reflected::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
             let loosest = check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k))[0]);
             assert!(loosest < 1.15, "{eta} + {k} i: {loosest}");
         }
@@ -215,7 +215,7 @@ mod tests {
     fn schlick_holds_and_is_tight() {
         for f0 in [Rgb::BLACK, Rgb::new(0.04, 0.5, 1.0), Rgb::gray(0.04)] {
             let scale = Rgb::new(1.0, 0.5, 0.25);
-            let facets = Facets::Schlick { scale, f0 };
+            let facets = Reflected::Schlick { scale, f0 };
             let loosest = check(&facets, |cos| (Rgb::from(fresnel::schlick(f0, cos)) * scale).max_channel());
             assert!(loosest < 1.0 + 1e-5, "{f0:?}: {loosest}");
         }

@@ -8,10 +8,10 @@
 //! |---|---|---|
 //! | Lambert | `ρ/π` | none |
 //! | Phong | `ρ_d/π` | [`phong`] |
-//! | Plastic | `ρ_d/π` | [`ggx`] |
-//! | Conductor | 0 | [`ggx`] |
-//! | Coated | `ρ/π · T(c_o) T_max / (η² (1 − ρ F_int))` | [`ggx`] |
-//! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`ggx`] |
+//! | Plastic | `ρ_d/π` | [`facets`] |
+//! | Conductor | 0 | [`facets`] |
+//! | Coated | `ρ/π · T(c_o) T_max / (η² (1 − ρ F_int))` | [`facets`] |
+//! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`facets`] |
 //!
 //! # Guarantee
 //! The sum of the two bounds is at least the value in the `f32` arithmetic of [`bsdf`](crate::bsdf), once it went through
@@ -20,15 +20,17 @@
 //! # Held to this by
 //! `bounds::tests::reflector`, `bounds::tests::analytic`.
 
+mod beckmann;
+pub(super) mod facets;
 pub(super) mod fresnel;
-pub(super) mod ggx;
+mod ggx;
 pub(super) mod phong;
 
 use std::f64::consts::FRAC_1_PI;
 
-use crate::bsdf::{Bsdf, ConductorFresnel};
+use crate::bsdf::{Bsdf, ConductorFresnel, Microfacets};
 use crate::color::Rgb;
-use fresnel::Facets;
+use fresnel::Reflected;
 
 /// The two parts of a BSDF seen from one direction.
 #[derive(Clone, Copy, Debug)]
@@ -53,10 +55,10 @@ pub(super) enum Lobe {
     },
     /// `F D G₂ / (4 c_o c_i)`.
     Facets {
-        /// Roughness `α`.
-        alpha: f64,
-        /// What a facet reflects.
-        facets: Facets,
+        /// The facets.
+        facets: Microfacets,
+        /// What a facet reflects, `F`.
+        reflected: Reflected,
     },
 }
 
@@ -70,27 +72,27 @@ impl Parts {
                 (b.diffuse, if scale > 0.0 { Lobe::Phong { scale, exponent } } else { Lobe::None })
             }
             Bsdf::Plastic(b) => {
-                let reflected = Facets::Dielectric { scale: b.specular.max_channel(), ior: b.ior };
-                (b.diffuse, facets(b.alpha, reflected))
+                let reflected = Reflected::Dielectric { scale: b.specular.max_channel(), ior: b.ior };
+                (b.diffuse, facets(b.facets, reflected))
             }
             Bsdf::Conductor(b) => {
                 let scale = b.specular;
                 let reflected = match b.fresnel {
-                    ConductorFresnel::Schlick { f0 } => Facets::Schlick { scale, f0 },
-                    ConductorFresnel::Exact { eta, k } => Facets::Conductor { scale, eta, k },
+                    ConductorFresnel::Schlick { f0 } => Reflected::Schlick { scale, f0 },
+                    ConductorFresnel::Exact { eta, k } => Reflected::Conductor { scale, eta, k },
                 };
-                (Rgb::BLACK, facets(b.alpha, reflected))
+                (Rgb::BLACK, facets(b.facets, reflected))
             }
             Bsdf::Coated(b) => {
                 let boundary = b.boundary();
                 let passed = fresnel::upper_passed(max_cos_i, b.ior, &boundary) as f32;
                 let base = b.base(&boundary) * boundary.transmittance(cos_o);
-                let coat = Facets::Dielectric { scale: b.specular.max_channel(), ior: b.ior };
-                (base * passed, facets(b.alpha, coat))
+                let coat = Reflected::Dielectric { scale: b.specular.max_channel(), ior: b.ior };
+                (base * passed, facets(b.facets, coat))
             }
             Bsdf::MetallicRoughness(b) => {
-                let reflected = Facets::Schlick { scale: Rgb::WHITE, f0: b.f0 };
-                (b.diffuse * (Rgb::WHITE - b.dielectric_f0), facets(b.alpha, reflected))
+                let reflected = Reflected::Schlick { scale: Rgb::WHITE, f0: b.f0 };
+                (b.diffuse * (Rgb::WHITE - b.dielectric_f0), facets(b.facets, reflected))
             }
             Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (Rgb::BLACK, Lobe::None),
         };
@@ -98,8 +100,8 @@ impl Parts {
     }
 }
 
-fn facets(alpha: f32, facets: Facets) -> Lobe {
-    if facets.is_black() { Lobe::None } else { Lobe::Facets { alpha: f64::from(alpha), facets } }
+fn facets(facets: Microfacets, reflected: Reflected) -> Lobe {
+    if reflected.is_black() { Lobe::None } else { Lobe::Facets { facets, reflected } }
 }
 
 /// `bound` as `f32`, with room for the rounding of the BSDFs; zero stays zero.

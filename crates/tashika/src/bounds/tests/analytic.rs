@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::cases::*;
 use super::many;
 use crate::bounds::{Reflector, Towards, UpperAnalytic, UpperConstant, UpperMaterial};
-use crate::bsdf::{Bsdf, MIN_COSINE};
+use crate::bsdf::{Bsdf, FacetModel, MIN_COSINE, Microfacets};
 use crate::math::{Aabb, Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 
@@ -220,12 +220,16 @@ fn near_equal_children_have_the_bound_of_one() {
     while compared < 3000 {
         let kind = one_of(&KINDS, &mut s);
         let first = random_point(kind, &mut s);
+        // `ln D` of Beckmann's facets changes by `2 tan θ_h / α²`, and is above −80.
+        let is_wide = |facets: Microfacets| {
+            facets.alpha > if facets.model == FacetModel::Beckmann { 0.3 } else { 0.05 }
+        };
         let rough = match first.bsdf {
             Bsdf::Phong(b) => b.exponent < 1e3,
-            Bsdf::Plastic(b) => b.alpha > 0.05,
-            Bsdf::Conductor(b) => b.alpha > 0.05,
-            Bsdf::Coated(b) => b.alpha > 0.05,
-            Bsdf::MetallicRoughness(b) => b.alpha > 0.05,
+            Bsdf::Plastic(b) => is_wide(b.facets),
+            Bsdf::Conductor(b) => is_wide(b.facets),
+            Bsdf::Coated(b) => is_wide(b.facets),
+            Bsdf::MetallicRoughness(b) => is_wide(b.facets),
             _ => true,
         };
         let normal = near(first.normal().as_dvec3(), 1e-7, &mut s).as_vec3().normalize();
@@ -238,7 +242,12 @@ fn near_equal_children_have_the_bound_of_one() {
         }
         compared += 1;
         let larger = bounds[0].max(bounds[1]);
-        assert!(bounds[2] <= 1.1 * larger, "{bounds:?} {first:?} {towards:?}");
+        let limit = match first.bsdf {
+            // Another of the knots at which `F` is kept.
+            Bsdf::Plastic(_) | Bsdf::Coated(_) => 1.5,
+            _ => 1.1,
+        };
+        assert!(bounds[2] <= limit * larger, "{bounds:?} {first:?} {towards:?}");
     }
 }
 

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use crate::bounds::Reflector;
 use crate::bsdf::{
-    Bsdf, Coated, Conductor, ConductorFresnel, Lambert, MIN_ALPHA, MetallicRoughness, Phong, Plastic,
+    Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MIN_ALPHA, MetallicRoughness,
+    Microfacets, Phong, Plastic,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -48,6 +49,7 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
         1 => 1.0,
         _ => log_uniform(s, MIN_ALPHA, 1.0),
     };
+    let facets = Microfacets { alpha, model: FacetModel::ALL[s.below(3) as usize] };
     let exponent = match pick {
         0 => 0.0,
         1 => 1e6,
@@ -63,21 +65,21 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
     match kind {
         Kind::Lambert => Bsdf::Lambert(Lambert { reflectance: a }),
         Kind::Phong => Bsdf::Phong(Phong { diffuse: a * (Rgb::WHITE - b), specular: b, exponent }),
-        Kind::Plastic => Bsdf::Plastic(Plastic { diffuse: a * (Rgb::WHITE - b), specular: b, ior, alpha }),
+        Kind::Plastic => Bsdf::Plastic(Plastic { diffuse: a * (Rgb::WHITE - b), specular: b, ior, facets }),
         Kind::Schlick => {
-            Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Schlick { f0: a }, specular: b, alpha })
+            Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Schlick { f0: a }, specular: b, facets })
         }
         Kind::Metal => {
             let low = [1e-3, 0.05, 0.9][s.below(3) as usize];
             let eta = Rgb::gray(low) + a * a * 4.0;
             let k = if s.below(4) == 0 { c * 0.01 } else { c * 8.0 };
             let specular = b.map(f32::sqrt);
-            Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Exact { eta, k }, specular, alpha })
+            Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Exact { eta, k }, specular, facets })
         }
-        Kind::Coated => Bsdf::Coated(Coated { reflectance: a, specular: b, ior, alpha }),
+        Kind::Coated => Bsdf::Coated(Coated { reflectance: a, specular: b, ior, facets }),
         Kind::MetallicRoughness => {
             let f0 = if s.below(2) == 0 { Rgb::gray(0.04) } else { b };
-            Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0, dielectric_f0: f0, alpha })
+            Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0, dielectric_f0: f0, facets })
         }
     }
 }

@@ -3,8 +3,8 @@
 use std::mem::discriminant;
 
 use super::super::{
-    Bsdf, Coated, Conductor, ConductorFresnel, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Mirror, Phong,
-    Plastic, ThinGlass,
+    Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Glass, Lambert, MIN_ALPHA, MetallicRoughness,
+    Microfacets, Mirror, Phong, Plastic, ThinGlass,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -34,16 +34,14 @@ pub fn all() -> Vec<Case> {
         add(format!("Phong white lobe, n = {exponent}"), phong(Rgb::BLACK, Rgb::WHITE, exponent));
     }
     add("Phong diffuse only".into(), phong(ORANGE, Rgb::BLACK, 50.0));
-    for alpha in [MIN_ALPHA, 0.05, 0.4, 1.0] {
+    let alphas = [MIN_ALPHA, 0.05, 0.4, 1.0];
+    for facets in FacetModel::ALL.iter().flat_map(|&model| alphas.map(|alpha| Microfacets { alpha, model })) {
         let white = ConductorFresnel::Schlick { f0: Rgb::WHITE };
-        add(format!("Conductor white, alpha = {alpha}"), conductor(white, alpha));
-        add(format!("Conductor gold, alpha = {alpha}"), conductor(gold(), alpha));
-        add(format!("Plastic, alpha = {alpha}"), plastic(ORANGE, Rgb::gray(0.2), 1.5, alpha));
-        add(format!("Coated, alpha = {alpha}"), coated(ORANGE, Rgb::WHITE, 1.5, alpha));
-        add(
-            format!("MetallicRoughness, alpha = {alpha}"),
-            metallic_roughness(ORANGE, Rgb::gray(0.04), alpha),
-        );
+        add(format!("Conductor white, {facets:?}"), conductor(white, facets));
+        add(format!("Conductor gold, {facets:?}"), conductor(gold(), facets));
+        add(format!("Plastic, {facets:?}"), plastic(ORANGE, Rgb::gray(0.2), 1.5, facets));
+        add(format!("Coated, {facets:?}"), coated(ORANGE, Rgb::WHITE, 1.5, facets));
+        add(format!("MetallicRoughness, {facets:?}"), metallic_roughness(ORANGE, Rgb::gray(0.04), facets));
     }
     let dark = ConductorFresnel::Schlick { f0: Rgb::BLACK };
     add("Conductor black but for grazing light".into(), conductor(dark, 0.2));
@@ -56,7 +54,7 @@ pub fn all() -> Vec<Case> {
         diffuse: ORANGE * 0.4,
         f0: Rgb::gray(0.04).lerp(ORANGE, 0.6),
         dielectric_f0: Rgb::gray(0.04),
-        alpha: 0.3,
+        facets: Microfacets::ggx(0.3),
     };
     add("MetallicRoughness, metallic = 0.6".into(), Bsdf::MetallicRoughness(half_metal));
     add("MetallicRoughness metal".into(), metallic_roughness(Rgb::BLACK, ORANGE, 0.3));
@@ -85,16 +83,17 @@ pub fn random(stream: &mut Stream) -> Bsdf {
     let mut colour = || Rgb::from(stream.uniform_3());
     let (a, b) = (colour(), colour());
     let alpha = powf(MIN_ALPHA, stream.uniform()).max(MIN_ALPHA);
+    let facets = Microfacets { alpha, model: FacetModel::ALL[stream.below(3) as usize] };
     let ior = 1.0001 + 3.9 * stream.uniform() * stream.uniform();
     match stream.below(10) {
         0 => lambert(a),
         1 => phong(a * (Rgb::WHITE - b), b, powf(1e6, stream.uniform())),
-        2 => conductor(ConductorFresnel::Schlick { f0: a }, alpha),
-        3 => conductor(ConductorFresnel::Exact { eta: a * 3.0 + Rgb::gray(0.05), k: b * 8.0 }, alpha),
-        4 => coated(a, b, ior, alpha),
-        5 => metallic_roughness(a, b, alpha),
+        2 => conductor(ConductorFresnel::Schlick { f0: a }, facets),
+        3 => conductor(ConductorFresnel::Exact { eta: a * 3.0 + Rgb::gray(0.05), k: b * 8.0 }, facets),
+        4 => coated(a, b, ior, facets),
+        5 => metallic_roughness(a, b, facets),
         6 => Bsdf::Mirror(Mirror { reflectance: a }),
-        7 => plastic(a * (Rgb::WHITE - b), b, ior, alpha),
+        7 => plastic(a * (Rgb::WHITE - b), b, ior, facets),
         8 => thin_glass(ior, a, b),
         _ => glass(ior, a, b),
     }
@@ -108,24 +107,24 @@ pub fn phong(diffuse: Rgb, specular: Rgb, exponent: f32) -> Bsdf {
     Bsdf::Phong(Phong { diffuse, specular, exponent })
 }
 
-pub fn conductor(fresnel: ConductorFresnel, alpha: f32) -> Bsdf {
-    Bsdf::Conductor(Conductor { fresnel, specular: Rgb::WHITE, alpha })
+pub fn conductor(fresnel: ConductorFresnel, facets: impl Into<Microfacets>) -> Bsdf {
+    Bsdf::Conductor(Conductor { fresnel, specular: Rgb::WHITE, facets: facets.into() })
 }
 
-pub fn plastic(diffuse: Rgb, specular: Rgb, ior: f32, alpha: f32) -> Bsdf {
-    Bsdf::Plastic(Plastic { diffuse, specular, ior, alpha })
+pub fn plastic(diffuse: Rgb, specular: Rgb, ior: f32, facets: impl Into<Microfacets>) -> Bsdf {
+    Bsdf::Plastic(Plastic { diffuse, specular, ior, facets: facets.into() })
 }
 
 pub fn thin_glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
     Bsdf::ThinGlass(ThinGlass { ior, reflectance, transmittance })
 }
 
-pub fn coated(reflectance: Rgb, specular: Rgb, ior: f32, alpha: f32) -> Bsdf {
-    Bsdf::Coated(Coated { reflectance, specular, ior, alpha })
+pub fn coated(reflectance: Rgb, specular: Rgb, ior: f32, facets: impl Into<Microfacets>) -> Bsdf {
+    Bsdf::Coated(Coated { reflectance, specular, ior, facets: facets.into() })
 }
 
-pub fn metallic_roughness(diffuse: Rgb, f0: Rgb, alpha: f32) -> Bsdf {
-    Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, dielectric_f0: f0, alpha })
+pub fn metallic_roughness(diffuse: Rgb, f0: Rgb, facets: impl Into<Microfacets>) -> Bsdf {
+    Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, dielectric_f0: f0, facets: facets.into() })
 }
 
 pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {

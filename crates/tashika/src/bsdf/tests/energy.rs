@@ -127,7 +127,7 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
     let without = match *bsdf {
         Bsdf::Lambert(_) => cases::lambert(Rgb::BLACK),
         Bsdf::Phong(b) => cases::phong(Rgb::BLACK, b.specular, b.exponent),
-        Bsdf::Plastic(b) => cases::plastic(Rgb::BLACK, b.specular, b.ior, b.alpha),
+        Bsdf::Plastic(b) => cases::plastic(Rgb::BLACK, b.specular, b.ior, b.facets),
         Bsdf::Coated(b) => Bsdf::Coated(Coated { reflectance: Rgb::BLACK, ..b }),
         Bsdf::MetallicRoughness(b) => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: Rgb::BLACK, ..b }),
         Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => *bsdf,
@@ -146,9 +146,9 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
     for Case { name, mut bsdf } in cases::all() {
         match &mut bsdf {
             Bsdf::Phong(b) => b.exponent = 1.0,
-            Bsdf::Plastic(b) => b.alpha = 1.0,
-            Bsdf::Coated(b) => b.alpha = 1.0,
-            Bsdf::MetallicRoughness(b) => b.alpha = 1.0,
+            Bsdf::Plastic(b) => b.facets.alpha = 1.0,
+            Bsdf::Coated(b) => b.facets.alpha = 1.0,
+            Bsdf::MetallicRoughness(b) => b.facets.alpha = 1.0,
             Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
             }
         }
@@ -172,10 +172,10 @@ fn the_rough_albedo_is_near_the_true_one() {
         let stated = bsdf.albedo();
         assert!(stated.is_valid() && stated.max_channel() <= 1.0, "{name}: {stated:?}");
         let wide = match bsdf {
-            Bsdf::Plastic(b) => b.alpha > 0.1,
-            Bsdf::Conductor(b) => b.alpha > 0.1,
-            Bsdf::Coated(b) => b.alpha > 0.1,
-            Bsdf::MetallicRoughness(b) => b.alpha > 0.1,
+            Bsdf::Plastic(b) => b.facets.alpha > 0.1,
+            Bsdf::Conductor(b) => b.facets.alpha > 0.1,
+            Bsdf::Coated(b) => b.facets.alpha > 0.1,
+            Bsdf::MetallicRoughness(b) => b.facets.alpha > 0.1,
             Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
                 false
             }

@@ -48,6 +48,7 @@ pub struct PolarGrid {
     width: f64,
     rings: usize,
     sectors: usize,
+    min_levels: u32,
 }
 
 impl PolarGrid {
@@ -55,7 +56,13 @@ impl PolarGrid {
     pub fn about(axis: Vec3, width: f64, rings: usize, sectors: usize) -> Self {
         let axis = axis.as_dvec3().normalize();
         let (t, b) = axis.any_orthonormal_pair();
-        Self { axes: [t, b, axis], width, rings, sectors }
+        Self { axes: [t, b, axis], width, rings, sectors, min_levels: 0 }
+    }
+
+    /// With cells that are refined so many times before they are taken as they are: a narrow lobe with nothing about it may be
+    /// between the first nodes.
+    pub fn refined(self, min_levels: u32) -> Self {
+        Self { min_levels, ..self }
     }
 
     /// Number of cells.
@@ -125,7 +132,7 @@ impl PolarGrid {
     ) -> f64 {
         let quarters = r.quarters().map(|quarter| (quarter, self.gauss(quarter, f)));
         let refined: f64 = quarters.iter().map(|(_, value)| value).sum();
-        if depth == MAX_LEVELS || (refined - estimate).abs() <= tolerance {
+        if depth == MAX_LEVELS || depth >= self.min_levels && (refined - estimate).abs() <= tolerance {
             return refined;
         }
         quarters.into_iter().map(|(q, value)| self.refine(q, value, tolerance, depth + 1, f)).sum()

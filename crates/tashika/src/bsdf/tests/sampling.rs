@@ -31,12 +31,16 @@ fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     let width = match bsdf {
         Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 1.0,
         Bsdf::Phong(b) => 1.0 / f64::from(b.exponent + 1.0),
-        Bsdf::Conductor(Conductor { alpha, .. })
-        | Bsdf::Plastic(Plastic { alpha, .. })
-        | Bsdf::Coated(Coated { alpha, .. })
-        | Bsdf::MetallicRoughness(MetallicRoughness { alpha, .. }) => f64::from(alpha * alpha),
+        Bsdf::Conductor(Conductor { facets, .. })
+        | Bsdf::Plastic(Plastic { facets, .. })
+        | Bsdf::Coated(Coated { facets, .. })
+        | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. }) => f64::from(facets.alpha * facets.alpha),
     };
-    let mut grids = vec![PolarGrid::about(Vec3::new(-wo.x, -wo.y, wo.z), width, 20, 16)];
+    // At grazing angles lobes are lines, and Beckmann's have no tails that lead to them.
+    let is_line = wo.z < 0.1 && bsdf.roughness().is_some_and(|alpha| alpha < 0.01);
+    let (sectors, levels) = if is_line { (256, 2) } else { (16, 0) };
+    let mirror = Vec3::new(-wo.x, -wo.y, wo.z);
+    let mut grids = vec![PolarGrid::about(mirror, width, 20, sectors).refined(levels)];
     if width > 0.1 {
         grids.push(PolarGrid::about(Vec3::Z, 1e9, 20, 16));
     }

@@ -105,13 +105,12 @@ fn transparent(squared_index: impl Fn(f64) -> f64) -> Constants {
 #[cfg(test)]
 mod tests {
     use crate::color::metals::conductor_rgb;
-    use crate::color::spectrum::rgb_of_reflectance;
 
     #[test]
     fn dispersion_formulas_give_known_indices() {
         // At the sodium line, 589.3 nm, which the green channel is near; dispersion is below 0.02 over it.
         for (name, index) in [("MgO", 1.736), ("d-C", 2.417), ("TiO2", 2.613)] {
-            let (eta, k) = conductor_rgb(name, rgb_of_reflectance).unwrap();
+            let (eta, k) = conductor_rgb(name).unwrap();
             assert!(k.is_black() && (eta.g - index).abs() < 0.06, "{name}: {eta:?}");
             assert!(eta.b > eta.g && eta.g > eta.r, "{name}: {eta:?}");
         }

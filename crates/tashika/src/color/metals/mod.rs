@@ -1,8 +1,7 @@
 //! Optical constants of metals by the names that scene formats give them.
 //!
 //! Output: refractive index `η` and extinction coefficient `k` of `η + i k`, each averaged over the spectrum as
-//! the channels of Rec. 709 see it, under D65 ([`rgb_of_reflectance`](super::spectrum::rgb_of_reflectance)) or as the
-//! renderer does whose file it is. At normal incidence a channel reflects
+//! the channels of Rec. 709 see it under D65 ([`rgb_of_reflectance`]). At normal incidence a channel reflects
 //!
 //! ```text
 //! R = ((η − 1)² + k²) / ((η + 1)² + k²)
@@ -24,6 +23,7 @@ mod lorentz_drude;
 mod measured;
 
 use super::Rgb;
+use super::spectrum::rgb_of_reflectance;
 
 /// Spectra of `η` and `k` over wavelengths in nm.
 struct Constants {
@@ -32,12 +32,10 @@ struct Constants {
 }
 
 /// `(η, k)` of a metal: `Au`, `Ni_palik`, `metal-Au-eta`, `metals/Au.k.spd`, in any case of letters.
-///
-/// * `seen`: what the channels make of a spectrum.
-pub fn conductor_rgb(name: &str, seen: fn(&[(f32, f32)]) -> Option<Rgb>) -> Option<(Rgb, Rgb)> {
+pub fn conductor_rgb(name: &str) -> Option<(Rgb, Rgb)> {
     let symbol = symbol(name);
     let Constants { eta, k } = measured::constants(&symbol).or_else(|| lorentz_drude::constants(&symbol))?;
-    Some((seen(&eta)?, seen(&k)?))
+    Some((rgb_of_reflectance(&eta)?, rgb_of_reflectance(&k)?))
 }
 
 /// The metal's own name in lower case: without folders, endings, and which of its constants is meant.
@@ -55,28 +53,27 @@ fn symbol(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::spectrum::rgb_of_reflectance;
 
     fn normal_reflectance(eta: f32, k: f32) -> f32 {
         ((eta - 1.0) * (eta - 1.0) + k * k) / ((eta + 1.0) * (eta + 1.0) + k * k)
     }
 
     fn color(name: &str) -> Rgb {
-        let (eta, k) = conductor_rgb(name, rgb_of_reflectance).unwrap();
+        let (eta, k) = conductor_rgb(name).unwrap();
         eta.zip(k, normal_reflectance)
     }
 
     #[test]
     fn every_spelling_of_a_name_is_the_same_metal() {
-        let gold = conductor_rgb("Au", rgb_of_reflectance).unwrap();
+        let gold = conductor_rgb("Au").unwrap();
         for name in
             ["metal-Au-eta", "metal-Au-k", "metals/Au.eta.spd", "spds\\metals\\Au.k.spd", "au", "Au_palik"]
         {
-            assert_eq!(conductor_rgb(name, rgb_of_reflectance), Some(gold), "{name}");
+            assert_eq!(conductor_rgb(name), Some(gold), "{name}");
         }
-        assert_ne!(conductor_rgb("Ag", rgb_of_reflectance), Some(gold));
+        assert_ne!(conductor_rgb("Ag"), Some(gold));
         for name in ["", "none", "metal-", ".spd", "Unobtainium", "K"] {
-            assert_eq!(conductor_rgb(name, rgb_of_reflectance), None, "{name}");
+            assert_eq!(conductor_rgb(name), None, "{name}");
         }
     }
 

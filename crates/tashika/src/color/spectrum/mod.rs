@@ -92,15 +92,6 @@ pub fn rgb_of_reflectance(samples: &[(f32, f32)]) -> Option<Rgb> {
     Some(Rgb::new(channel(0), channel(1), channel(2)))
 }
 
-/// The colour of light of equal energy that a surface reflects, without a white point: that of a constant of 1 is
-/// (1.205, 0.948, 0.909). So Mitsuba 3 makes numbers of the optical constants of its metals.
-pub fn rgb_under_equal_energy(samples: &[(f32, f32)]) -> Option<Rgb> {
-    let spectrum = Sampled::new(samples)?;
-    let [_, norm, _] = integrate(|_| 1.0, |r| r.xyz);
-    let [r, g, b] = integrate(|nm| spectrum.at(nm), |r| r.rgb).map(|c| (c / norm).max(0.0) as f32);
-    Some(Rgb::new(r, g, b))
-}
-
 /// The colour of light with this spectrum, in its unit.
 pub fn rgb_of_emission(samples: &[(f32, f32)]) -> Option<Rgb> {
     let spectrum = Sampled::new(samples)?;
@@ -127,15 +118,6 @@ mod tests {
 
     fn close(a: Rgb, b: [f32; 3], tolerance: f32) -> bool {
         a.zip(b.into(), |a, b| (a - b).abs()).max_channel() <= tolerance
-    }
-
-    /// The matrix of IEC 61966-2-1 times (1, 1, 1), which sums of the tables meet to 1 %.
-    #[test]
-    fn equal_energy_is_warmer_than_the_white_point() {
-        let white = rgb_under_equal_energy(&[(400.0, 1.0), (700.0, 1.0)]).unwrap();
-        for (found, expected) in white.to_array().into_iter().zip([1.2048, 0.9483, 0.9087]) {
-            assert!((found / expected - 1.0).abs() < 0.01, "{white:?}");
-        }
     }
 
     #[test]

@@ -56,13 +56,13 @@ fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
             2 => Bsdf::Conductor(Conductor {
                 fresnel: ConductorFresnel::Exact { eta: Rgb::gray(0.2), k: Rgb::gray(3.0) },
                 specular: Rgb::WHITE,
-                alpha: 0.05,
+                facets: 0.05.into(),
             }),
             _ => Bsdf::MetallicRoughness(MetallicRoughness {
                 diffuse: Rgb::gray(0.3),
                 f0: Rgb::gray(0.04),
                 dielectric_f0: Rgb::gray(0.04),
-                alpha: 0.2,
+                facets: 0.2.into(),
             }),
         };
         GatherPoint {

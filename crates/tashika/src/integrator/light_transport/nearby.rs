@@ -242,7 +242,7 @@ mod tests {
             diffuse: Rgb::gray(0.1).into(),
             specular: Rgb::WHITE.into(),
             ior: 1.5,
-            alpha: 0.05.into(),
+            facets: 0.05.into(),
         }
     }
 

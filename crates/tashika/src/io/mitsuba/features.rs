@@ -62,13 +62,8 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     none("material", "polarizer", "invisible"),
     none("material", "retarder", "invisible"),
     none("material", "circular", "invisible"),
-    near(
-        "material",
-        "distribution beckmann",
-        "GGX of the same roughness, which on metals reflects up to a third less; of half of it on coats",
-    ),
-    near("material", "distribution phong", "GGX of the same roughness"),
-    near("material", "distribution as", "GGX of the same roughness"),
+    near("material", "distribution phong", "Beckmann's of the same roughness"),
+    near("material", "distribution as", "Beckmann's of the same roughness"),
     near("material", "anisotropic roughness", "its geometric mean in all directions"),
     // Textures and spectra.
     full("texture", "bitmap", "image"),

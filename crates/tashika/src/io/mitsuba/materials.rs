@@ -263,12 +263,12 @@ impl Translation<'_> {
     fn coat(&mut self, object: &Object, inner: Material) -> Result<Material> {
         object.accept(&["thickness", "sigma_a", "sampling_weight", "specular_sampling_weight"]);
         let ior = self.ior(object)?;
-        let alpha = if object.plugin == "coating" { 0.0.into() } else { self.roughness_of_coat(object)? };
+        let facets = if object.plugin == "coating" { 0.0.into() } else { self.facets(object)? };
         let white = Rgb::WHITE;
         let specular = self.color(object, &["specular_reflectance"], Quantity::Reflectance, white)?;
         let surface = match inner.surface {
             Surface::Lambert { reflectance } => {
-                Surface::Coated { reflectance, base: CoatBase::Saturating, specular, ior, alpha }
+                Surface::Coated { reflectance, base: CoatBase::Saturating, specular, ior, facets }
             }
             other => other,
         };

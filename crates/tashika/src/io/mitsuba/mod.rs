@@ -31,6 +31,7 @@ mod features;
 mod inputs;
 mod lights;
 mod materials;
+mod metals;
 mod normals;
 mod object;
 mod paths;

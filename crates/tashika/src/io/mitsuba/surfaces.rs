@@ -1,27 +1,25 @@
 //! `<bsdf>`s that stand alone into surfaces.
 //!
-//! * `roughness α` is that of the microfacet distribution, here always GGX: Beckmann's, the default, has the same
-//!   meaning of `α` and shorter tails, and loses less light between facets. Coats have half of it. Anisotropic: `√(αᵤ αᵥ)`.
+//! * Facets are distributed by Beckmann, the default, or GGX, masked and shadowed independently. Anisotropic:
+//!   `√(αᵤ αᵥ)`.
 //! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the internal reflectance.
 //! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012); otherwise that of `eta`.
 //! * `ward`: the Phong exponent `2/α² − 2` has the width of the lobe (Walter 2007, section 5.2).
 //!
-//! Names of dielectrics and metals are those of `dielectrics` and [`metals`](crate::color::metals), the constants of metals as Mitsuba 3
-//! makes three numbers of a spectrum.
+//! Names of dielectrics are those of `dielectrics`, names and constants of metals those of Mitsuba (`metals`).
 //!
 //! Held to this by `suite::mitsuba`, and by `suite::mitsuba_materials` against Mitsuba itself.
 
 use super::Translation;
 use super::inputs::{GREY, Quantity};
+use super::metals::METALS;
 use super::object::{Object, Value};
 use super::values::shown;
-use crate::bsdf::ConductorFresnel;
+use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
-use crate::color::metals::conductor_rgb;
-use crate::color::spectrum::rgb_under_equal_energy;
 use crate::error::{Error, Result};
 use crate::io::dielectrics::refractive_index;
-use crate::scene::{CoatBase, ColorInput, FloatInput, NoteKind, Surface};
+use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, NoteKind, Surface};
 
 /// Ratios of refractive indices that surfaces take.
 const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
@@ -33,10 +31,6 @@ const MAX_EXPONENT: f64 = 1e6;
 const MOSTLY_TRANSMITTING: f32 = 0.5;
 
 const WHITE: Rgb = Rgb::WHITE;
-
-/// A coat of GGX facets lets as much light to its base as one of Beckmann's of twice the roughness: within 9 % of what Mitsuba 3
-/// reflects in all, where the same roughness is 38 % off. Highlights are narrower.
-const BASE_UNDER_BECKMANN: f32 = 0.5;
 
 /// Of microfacets, in lower case.
 fn distribution(object: &Object) -> String {
@@ -69,14 +63,14 @@ impl Translation<'_> {
             }
             "conductor" => self.conductor(object, 0.0.into()),
             "roughconductor" => {
-                let alpha = self.roughness(object)?;
-                self.conductor(object, alpha)
+                let facets = self.facets(object)?;
+                self.conductor(object, facets)
             }
             "plastic" => self.plastic(object, 0.0.into()),
             "pplastic" if object.float("alpha").is_none() => self.plastic(object, 0.0.into()),
             "roughplastic" | "pplastic" => {
-                let alpha = self.roughness_of_coat(object)?;
-                self.plastic(object, alpha)
+                let facets = self.facets(object)?;
+                self.plastic(object, facets)
             }
             "principled" | "principledthin" => self.principled(object),
             "phong" => {
@@ -155,18 +149,26 @@ impl Translation<'_> {
         Ok(refractive_index(missing).map_or(1.0, f64::from))
     }
 
-    /// `alpha`, or the mean of `alpha_u` and `alpha_v`; notes distributions other than GGX.
-    pub(super) fn roughness(&mut self, object: &Object) -> Result<FloatInput> {
-        object.accept(&["sample_visible"]);
-        if object.plugin != "ward" {
-            let distribution = distribution(object);
-            if distribution != "ggx" {
-                let name = format!("distribution {distribution}");
-                if !self.feature("material", &name, &object.at)? {
-                    self.feature("material", "distribution beckmann", &object.at)?;
+    /// The facets of a bsdf.
+    pub(super) fn facets(&mut self, object: &Object) -> Result<FacetInput> {
+        let alpha = self.roughness(object)?;
+        let distribution = distribution(object);
+        let model = match distribution.as_str() {
+            "beckmann" => FacetModel::Beckmann,
+            "ggx" => FacetModel::GgxIndependent,
+            other => {
+                if !self.feature("material", &format!("distribution {other}"), &object.at)? {
+                    self.feature("material", "distribution phong", &object.at)?;
                 }
+                FacetModel::Beckmann
             }
-        }
+        };
+        Ok(FacetInput { alpha, model })
+    }
+
+    /// `alpha`, or the mean of `alpha_u` and `alpha_v`.
+    fn roughness(&mut self, object: &Object) -> Result<FloatInput> {
+        object.accept(&["sample_visible"]);
         let (u, v) = (self.float(object, "alpha_u", 0.1)?, self.float(object, "alpha_v", 0.1)?);
         let isotropic = u == v;
         let mut alpha = if isotropic && u == 0.1.into() { self.float(object, "alpha", 0.1)? } else { u };
@@ -184,14 +186,7 @@ impl Translation<'_> {
         Ok(alpha)
     }
 
-    /// The same for a coat: of other distributions than GGX a share, by which as much light comes to the base.
-    pub(super) fn roughness_of_coat(&mut self, object: &Object) -> Result<FloatInput> {
-        let alpha = self.roughness(object)?;
-        let share = if distribution(object) == "ggx" { 1.0 } else { BASE_UNDER_BECKMANN };
-        Ok(FloatInput { factor: alpha.factor * share, ..alpha })
-    }
-
-    fn conductor(&mut self, object: &Object, alpha: FloatInput) -> Result<Surface> {
+    fn conductor(&mut self, object: &Object, facets: FacetInput) -> Result<Surface> {
         let specular = self.reflectance(object, "specular_reflectance", WHITE)?;
         let outside = match object.take("ext_eta", |v| {
             matches!(v, Value::Text(_) | Value::Float(_) | Value::Integer(_)).then_some(())
@@ -211,13 +206,13 @@ impl Translation<'_> {
             let name = object.text("material").unwrap_or(missing);
             match self.metal(object, name)? {
                 Some(constants) => constants,
-                None if alpha == 0.0.into() => return Ok(Surface::Mirror { reflectance: specular }),
+                None if facets.alpha == 0.0.into() => return Ok(Surface::Mirror { reflectance: specular }),
                 // A reflectance of one in every direction.
                 None => {
                     return Ok(Surface::Conductor {
                         fresnel: ConductorFresnel::Schlick { f0: WHITE },
                         specular,
-                        alpha,
+                        facets,
                     });
                 }
             }
@@ -225,14 +220,14 @@ impl Translation<'_> {
         let outside = outside as f32;
         if eta.is_black() && k == WHITE {
             let fresnel = ConductorFresnel::Schlick { f0: WHITE };
-            return Ok(Surface::Conductor { fresnel, specular, alpha });
+            return Ok(Surface::Conductor { fresnel, specular, facets });
         }
         // Where eta vanishes the reflectance is 1, as it nearly is here.
         let positive = |c: Rgb| c.map(|v| (v / outside).clamp(1e-3, 1e3));
         Ok(Surface::Conductor {
             fresnel: ConductorFresnel::Exact { eta: positive(eta), k: k / outside },
             specular,
-            alpha,
+            facets,
         })
     }
 
@@ -241,21 +236,22 @@ impl Translation<'_> {
         if name.trim().eq_ignore_ascii_case("none") {
             return Ok(None);
         }
-        if let Some(constants) = conductor_rgb(name.trim(), rgb_under_equal_energy) {
-            return Ok(Some(constants));
+        let known = METALS.iter().find(|(metal, ..)| metal.eq_ignore_ascii_case(name.trim()));
+        if let Some(&(_, eta, k)) = known {
+            return Ok(Some((eta.into(), k.into())));
         }
         let message = format!("metal {:?} is unknown: a perfect mirror", shown(name));
         self.notes.push(NoteKind::Repaired, message, object.place_of("material"));
         Ok(None)
     }
 
-    fn plastic(&mut self, object: &Object, alpha: FloatInput) -> Result<Surface> {
+    fn plastic(&mut self, object: &Object, facets: FacetInput) -> Result<Surface> {
         let ior = self.ior(object)?;
         let reflectance = self.reflectance(object, "diffuse_reflectance", GREY)?;
         let specular = self.reflectance(object, "specular_reflectance", WHITE)?;
         let nonlinear = object.boolean("nonlinear").unwrap_or(false);
         let base = if nonlinear { CoatBase::Saturating } else { CoatBase::Proportional };
-        Ok(Surface::Coated { reflectance, base, specular, ior, alpha })
+        Ok(Surface::Coated { reflectance, base, specular, ior, facets })
     }
 
     fn principled(&mut self, object: &Object) -> Result<Surface> {

@@ -3,7 +3,6 @@
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 use crate::color::metals::conductor_rgb;
-use crate::color::spectrum::rgb_of_reflectance;
 use crate::error::Result;
 use crate::io::dielectrics::refractive_index;
 use crate::io::images::Encoding;
@@ -137,8 +136,8 @@ impl Maker<'_, '_> {
                 .find(&[Kind::Float, Kind::Rgb, Kind::Xyz, Kind::Blackbody, Kind::Spectrum], &name);
             let metal = given.and_then(|p| p.strings().first()).map(|metal| metal_name(metal));
             let known = match (&given, metal) {
-                (None, _) => conductor_rgb("Cu", rgb_of_reflectance),
-                (_, Some(metal)) => conductor_rgb(metal, rgb_of_reflectance),
+                (None, _) => conductor_rgb("Cu"),
+                (_, Some(metal)) => conductor_rgb(metal),
                 _ => None,
             };
             *value = match (given, known) {

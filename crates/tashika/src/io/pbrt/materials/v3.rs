@@ -51,12 +51,12 @@ pub(super) fn surface(
             diffuse: m.color("Kd", 0.25)?,
             specular: m.color("Ks", 0.25)?,
             ior: 1.5,
-            alpha: m.alpha("", 0.1)?,
+            facets: m.alpha("", 0.1)?.into(),
         },
         "metal" => Surface::Conductor {
             fresnel: m.conductor("")?,
             specular: Rgb::WHITE.into(),
-            alpha: m.alpha("", 0.01)?,
+            facets: m.alpha("", 0.01)?.into(),
         },
         "mirror" => Surface::Mirror { reflectance: m.color("Kr", 0.9)? },
         "glass" => {
@@ -140,7 +140,7 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
     let (ior, alpha) = (m.ior(&["eta", "index"])?, m.alpha("", 0.1)?);
     let opacity = m.textures.color_or_float(m.loading, m.parameters, "opacity")?;
     let opacity = opacity.filter(|o| o.texture.is_some() || o.factor < 1.0);
-    let glossy = Surface::Plastic { diffuse, specular, ior, alpha };
+    let glossy = Surface::Plastic { diffuse, specular, ior, facets: alpha.into() };
     let weights = [diffuse.factor + specular.factor, mirror.factor + transmission].map(Rgb::luminance);
     if weights[1] <= 0.0 {
         return Ok((glossy, opacity));
@@ -152,7 +152,7 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
     };
     let clear = if transmission.is_black() {
         let specular = share(mirror, amount);
-        Surface::Plastic { diffuse: Rgb::BLACK.into(), specular, ior, alpha: 0.0.into() }
+        Surface::Plastic { diffuse: Rgb::BLACK.into(), specular, ior, facets: 0.0.into() }
     } else {
         let reflectance = share(mirror, amount).factor;
         Surface::Glass { ior, reflectance, transmittance: share(transmission.into(), amount).factor }
@@ -164,7 +164,7 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
         diffuse: share(diffuse, 1.0 - amount),
         specular: share(specular, 1.0 - amount),
         ior,
-        alpha,
+        facets: alpha.into(),
     };
     let first = materials.part(m.loading, "uber: glossy part", first)?;
     let second = materials.part(m.loading, "uber: clear part", clear)?;
@@ -193,7 +193,7 @@ pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Re
     };
     let alpha = m.alpha("", 0.0)?;
     m.parameters.accept_all();
-    Ok(Surface::Plastic { diffuse, specular: Rgb::WHITE.into(), ior, alpha })
+    Ok(Surface::Plastic { diffuse, specular: Rgb::WHITE.into(), ior, facets: alpha.into() })
 }
 
 /// Diffuse reflectance of a half-space with absorption `a`, scattering `s` and a boundary (Jensen 2001, section 2.3):

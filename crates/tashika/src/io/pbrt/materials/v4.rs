@@ -43,7 +43,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
                 base: CoatBase::Saturating,
                 specular: Rgb::WHITE.into(),
                 ior: m.ior(&["eta"])?,
-                alpha: m.alpha("", 0.0)?,
+                facets: m.alpha("", 0.0)?.into(),
             }
         }
         "conductor" => conductor(m, "", "")?,
@@ -90,7 +90,7 @@ fn conductor(m: &mut Maker<'_, '_>, prefix: &str, roughness: &str) -> Result<Sur
         Some(ColorInput { factor, texture: None }) => (of_reflectance(factor), Rgb::WHITE.into()),
         None => (m.conductor(prefix)?, Rgb::WHITE.into()),
     };
-    Ok(Surface::Conductor { fresnel, specular, alpha })
+    Ok(Surface::Conductor { fresnel, specular, facets: alpha.into() })
 }
 
 /// A metal of that reflectance at normal incidence.

@@ -81,7 +81,7 @@ pub fn coated(color: impl Into<ColorInput>, alpha: f32) -> Surface {
         base: CoatBase::Saturating,
         specular: Rgb::WHITE.into(),
         ior: COAT_IOR,
-        alpha: alpha.into(),
+        facets: alpha.into(),
     }
 }
 
@@ -92,7 +92,7 @@ pub fn varnished(color: Rgb, grain: TextureId, alpha: f32) -> Surface {
 
 /// Rough metal of GGX roughness `alpha`.
 pub fn metal(fresnel: ConductorFresnel, alpha: f32) -> Surface {
-    Surface::Conductor { fresnel, specular: Rgb::WHITE.into(), alpha: alpha.into() }
+    Surface::Conductor { fresnel, specular: Rgb::WHITE.into(), facets: alpha.into() }
 }
 
 /// A texture multiplied by a colour.

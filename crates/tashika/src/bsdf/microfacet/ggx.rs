@@ -1,0 +1,68 @@
+//! GGX facets.
+//!
+//! With `t = tan²θ_h` of the half vector, roughness `α` and `S(c) = √(α² + (1 − α²) c²)`:
+//!
+//! ```text
+//! D = [ (1 + t) α / (α² + t) ]² / π                                   (sr⁻¹)
+//! G₁ = 2c / (c + S(c))
+//! G₂ / (4 c_o c_i) = ½ / (c_o S(c_i) + c_i S(c_o))                    correlated by height
+//! G₁ G₁ / (4 c_o c_i) = 1 / ((c_o + S(c_o)) (c_i + S(c_i)))           independent
+//! ```
+//!
+//! `D` is the usual `α² / (π (cos²θ_h (α² − 1) + 1)²)` (Walter et al. 2007, equation 33), in a form
+//! without cancellation. The correlated `G₂` is equation 99 of Heitz 2014, "Understanding the
+//! masking-shadowing function in microfacet-based BRDFs". Visible normals are drawn as in Dupuy and
+//! Benyoub 2023, "Sampling visible GGX normals with spherical caps".
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use super::HalfVector;
+use crate::math::elementary::sin_cos;
+use crate::math::{Real, Vec3};
+
+/// The density `D` of normals at `half` (sr⁻¹, per area of the surface).
+#[inline(always)]
+pub(crate) fn distribution<R: Real>(half: HalfVector<R>, alpha: f32) -> R {
+    let HalfVector { tangential2, axial2 } = half;
+    let root = R::splat(alpha) * (tangential2 + axial2) / (R::splat(alpha * alpha) * axial2 + tangential2);
+    root * root * R::splat(FRAC_1_PI)
+}
+
+/// `G₂ / (4 c_o c_i)`, correlated by height: masking and shadowing with the Jacobian of the reflection.
+#[inline(always)]
+pub(crate) fn visibility<R: Real>(cos_o: f32, cos_i: R, alpha: f32) -> R {
+    let both = R::splat(cos_o) * stretch(cos_i, alpha) + cos_i * R::splat(stretch(cos_o, alpha));
+    R::splat(0.5) / both
+}
+
+/// The same of independent masking and shadowing.
+#[inline(always)]
+pub(crate) fn independent_visibility<R: Real>(cos_o: f32, cos_i: R, alpha: f32) -> R {
+    R::splat(1.0) / (R::splat(cos_o + stretch(cos_o, alpha)) * (cos_i + stretch(cos_i, alpha)))
+}
+
+/// `S(c)`: length of a direction of cosine `c` after stretching the surface to `α = 1`.
+#[inline(always)]
+fn stretch<R: Real>(cos: R, alpha: f32) -> R {
+    let alpha2 = alpha * alpha;
+    (R::splat(alpha2) + R::splat(1.0 - alpha2) * cos * cos).sqrt()
+}
+
+/// `∫ (ω·m)⁺ D dm = c / G₁`: projected area of the facets that face a direction of cosine `cos`.
+#[inline]
+pub(super) fn visible_area(cos: f32, alpha: f32) -> f32 {
+    0.5 * (cos + stretch(cos, alpha))
+}
+
+/// Draws a normal that the unit vector `w` (`z > 0`) sees on a surface of `α = 1`, not normalised.
+///
+/// The facets are a hemisphere; the mirror directions of those that `w` sees fill the spherical cap `z ≥ −w.z`
+/// uniformly, and the half vector leads back.
+pub(super) fn sample_visible_normal(w: Vec3, u: [f32; 2]) -> Vec3 {
+    // With k = (1 + w.z) u: z = 1 − k is the point on the cap, and nothing below cancels.
+    let height = 1.0 + w.z;
+    let k = height * u[0];
+    let sin = (k * (2.0 - k)).max(0.0).sqrt();
+    let (sin_phi, cos_phi) = sin_cos(2.0 * PI * u[1]);
+    Vec3::new(sin * cos_phi + w.x, sin * sin_phi + w.y, height * (1.0 - u[0]))
+}
