@@ -60,6 +60,15 @@ def materials():
             )
     for ior in (1.3, 1.5, 1.9):
         yield bsdf("thindielectric", number("int_ior", ior), number("ext_ior", 1.0))
+    for ior in (1.3, 1.5, 1.9):
+        # Channels tell what is reflected from what is refracted.
+        factors = ("specular_reflectance", "0.2 1.0 0.2"), ("specular_transmittance", "1.0 0.2 0.2")
+        factors = [f'<rgb name="{name}" value="{value}"/>' for name, value in factors]
+        inside = (number("int_ior", ior), number("ext_ior", 1.0), *factors)
+        yield bsdf("dielectric", *inside)
+        for distribution in ("ggx", "beckmann"):
+            for alpha in (0.05, 0.25, 0.5):
+                yield bsdf("roughdielectric", string("distribution", distribution), number("alpha", alpha), *inside)
     for metallic in (0.0, 0.3, 1.0):
         for roughness in (0.1, 0.3, 0.6, 1.0):
             yield bsdf(
@@ -82,7 +91,8 @@ def albedo(xml, elevation):
     found.t = 1.0
     found.n = mi.Normal3f(0, 0, 1)
     found.sh_frame = mi.Frame3f(mi.Vector3f(0, 0, 1))
-    _, weight = material.sample(mi.BSDFContext(), found, sampler.next_1d(), sampler.next_2d())
+    # Of flux: without the square of the index by which refraction changes radiance.
+    _, weight = material.sample(mi.BSDFContext(mi.TransportMode.Importance), found, sampler.next_1d(), sampler.next_2d())
     weight = dr.select(dr.isfinite(weight), weight, 0)
     return [numpy.array(weight[channel]).mean() for channel in range(3)]
 

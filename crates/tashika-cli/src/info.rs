@@ -121,7 +121,7 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
         format,
         meshes: scene.meshes().len(),
         instances: scene.instances().len(),
-        triangles: Triangles { stored: scene.stored_triangles(), instanced: scene.instanced_triangles() },
+        triangles: Triangles::of(scene),
         materials: materials(scene.materials()),
         images: Images {
             count: scene.images().len(),
@@ -192,8 +192,13 @@ fn emitters(scene: &Scene) -> Emitters {
 fn rows(report: &Report) -> Rows {
     let mut rows = Rows::default();
     rows.push("scene", format!("{} ({})", report.scene, report.format));
-    let Triangles { stored, instanced } = report.triangles;
-    rows.push("triangles", format!("{} stored, {} instanced", HumanCount(stored), HumanCount(instanced)));
+    let Triangles { stored, instanced, without_area } = report.triangles;
+    let flat = match without_area {
+        0 => String::new(),
+        count => format!(", {} without area left out", HumanCount(count)),
+    };
+    let counts = format!("{} stored, {} instanced{flat}", HumanCount(stored), HumanCount(instanced));
+    rows.push("triangles", counts);
     let meshes = counted(report.meshes as u64, "mesh", "meshes");
     rows.push("", format!("{meshes}, {}", counted(report.instances as u64, "instance", "instances")));
     let [low, high] = report.bounds;
@@ -241,6 +246,7 @@ fn rows(report: &Report) -> Rows {
     for note in &report.notes {
         let label = match note.kind {
             _ if last == Some(note.kind) => "",
+            NoteKind::Missing => "missing",
             NoteKind::Repaired => "repaired",
             NoteKind::Approximated => "approximated",
             NoteKind::Ignored => "ignored",

@@ -332,7 +332,7 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
     RenderReport {
         version: env!("CARGO_PKG_VERSION"),
         scene: scene.name().to_owned(),
-        triangles: Triangles { stored: scene.stored_triangles(), instanced: scene.instanced_triangles() },
+        triangles: Triangles::of(scene),
         notes: scene.notes().iter().count(),
         camera: camera.name.clone(),
         size: *size,

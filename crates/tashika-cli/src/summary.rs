@@ -116,6 +116,19 @@ pub struct Triangles {
     pub stored: u64,
     /// In the picture.
     pub instanced: u64,
+    /// Left out, as no picture shows them.
+    pub without_area: u64,
+}
+
+impl Triangles {
+    /// Those of a scene.
+    pub fn of(scene: &tashika::scene::Scene) -> Self {
+        Self {
+            stored: scene.stored_triangles(),
+            instanced: scene.instanced_triangles(),
+            without_area: scene.triangles_without_area(),
+        }
+    }
 }
 
 /// Seconds that each part took.
@@ -223,7 +236,7 @@ impl RenderReport {
     /// The same for people.
     pub fn rows(&self) -> Rows {
         let mut rows = Rows::default();
-        let Triangles { stored, instanced } = self.triangles;
+        let Triangles { stored, instanced, .. } = self.triangles;
         let stored =
             if stored == instanced { String::new() } else { format!(" ({} stored)", HumanCount(stored)) };
         rows.push(

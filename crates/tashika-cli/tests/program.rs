@@ -391,6 +391,52 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
+/// All that is missing in one message; with the option, notes.
+#[test]
+fn missing_files_are_all_told_and_refused_unless_allowed() {
+    let folder = Folder::new();
+    let shape = "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\">\
+        <string name=\"filename\" value=\"wood.png\"/></texture></bsdf></shape>";
+    let mesh = "<shape type=\"ply\"><string name=\"filename\" value=\"pot.ply\"/></shape>";
+    let scene = format!("<scene version=\"3.0.0\">\n{shape}\n{mesh}\n</scene>");
+    fs::write(folder.path("scene.xml"), scene).unwrap();
+    let small = "--size 2x2 --vpls 5";
+    let refused = folder.run(&format!("render scene.xml {small}"));
+    refused.fails(3, &["scene.xml:2", "wood.png", "scene.xml:3", "pot.ply", "--allow-missing"]);
+    folder.run("info scene.xml").fails(3, &["wood.png", "pot.ply"]);
+    let told = folder.run(&format!("render scene.xml {small} --allow-missing"));
+    assert!(told.succeeds().stderr.contains("pot.ply"), "{}", told.stderr);
+    let listed = folder.run("info scene.xml --allow-missing");
+    assert!(listed.succeeds().stdout.contains("missing"), "{}", listed.stdout);
+    folder.run(&format!("render scene.xml {small} --allow-missing --strict")).fails(3, &["--strict"]);
+}
+
+#[test]
+fn there_is_nothing_to_render_in_empty_files() {
+    let folder = Folder::new();
+    let only_mesh = "<scene version=\"3.0.0\"><shape type=\"ply\"><string name=\"filename\" value=\"pot.ply\"/></shape></scene>";
+    for (name, text) in [
+        ("empty.pbrt", ""),
+        ("empty.obj", ""),
+        ("empty.xml", "<scene version=\"3.0.0\"/>"),
+        ("mesh.xml", only_mesh),
+        ("points.obj", "v 0 0 0\nv 1 0 0\n"),
+        ("empty.gltf", "{\"asset\": {\"version\": \"2.0\"}}"),
+    ] {
+        fs::write(folder.path(name), text).unwrap();
+        folder.run(&format!("render {name} --allow-missing")).fails(3, &[name, "nothing to render"]);
+    }
+}
+
+#[test]
+fn triangles_without_area_are_counted_and_no_obstacle() {
+    let folder = Folder::new();
+    fs::write(folder.path("flat.obj"), format!("{OBJ}f 1 1 2\n")).unwrap();
+    let info = folder.run("info flat.obj");
+    assert!(info.succeeds().stdout.contains("1 without area left out"), "{}", info.stdout);
+    folder.run("render flat.obj --size 2x2 --vpls 5 --strict").succeeds();
+}
+
 #[test]
 fn what_departs_from_the_file_is_told_and_refused_when_strict() {
     let folder = Folder::new();

@@ -249,7 +249,7 @@ impl Material {
     #[pyo3(signature = (*, ior=1.5))]
     fn glass(ior: f32) -> Self {
         Self::of("glass", move |_| {
-            Ok(Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE })
+            Ok(Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets: 0.0.into() })
         })
     }
 

@@ -141,7 +141,13 @@ impl Scene {
         Ok(cameras)
     }
 
-    /// What was repaired, approximated, ignored or added, a line each.
+    /// How many triangles without area were left out: no picture shows them.
+    #[getter]
+    fn triangles_without_area(&self) -> u64 {
+        self.scene.triangles_without_area()
+    }
+
+    /// What was missing, repaired, approximated, ignored or added, a line each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         let line = |note: scene::Note| {
@@ -160,7 +166,7 @@ impl Scene {
 
 /// Reads a scene file: `.gltf`, `.glb`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes `"builtin:room"` or `"builtin:tiny"`.
 ///
-/// `allow_outside` lets it read files outside the folder of the scene; `strict` refuses a scene that cannot be rendered as its file says.
+/// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on without files that are not there; `strict` refuses a scene that cannot be rendered as its file says.
 /// Raises `FileError`, `InputError` or `UnsupportedError`.
 ///
 /// ```python
@@ -171,16 +177,27 @@ impl Scene {
 /// tashika.FileError: absent.glb: No such file or directory (os error 2)
 /// ```
 #[pyfunction]
-#[pyo3(signature = (path, *, allow_outside=false, strict=false))]
-pub fn load(py: Python<'_>, path: PathBuf, allow_outside: bool, strict: bool) -> PyResult<Scene> {
+#[pyo3(signature = (path, *, allow_outside=false, allow_missing=false, strict=false))]
+pub fn load(
+    py: Python<'_>,
+    path: PathBuf,
+    allow_outside: bool,
+    allow_missing: bool,
+    strict: bool,
+) -> PyResult<Scene> {
     if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(made::PREFIX)) {
         return builtin(name);
     }
-    let options = LoadOptions { allow_outside, ..LoadOptions::default() };
+    let options = LoadOptions { allow_outside, allow_missing, ..LoadOptions::default() };
     let scene = py.detach(|| load_scene(&path, &options)).map_err(raised)?;
     if let (true, Some(note)) = (strict, scene.notes().first_departure()) {
         let expected = "nothing that departs from the file, because of strict=True";
         return Err(raised(Error::invalid(note.first, note.message, expected)));
+    }
+    if scene.instances().is_empty() {
+        let at = Location::file(&path);
+        let found = "nothing to render: no surface that this program reads";
+        return Err(raised(Error::invalid(at, found, "a scene with a shape")));
     }
     Ok(Scene::new(scene))
 }

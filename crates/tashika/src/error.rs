@@ -93,6 +93,14 @@ pub enum Error {
         /// What the user can do.
         instead: String,
     },
+    /// The input names files that are not there.
+    #[error("{}: names what is not there; with the option --allow-missing:{}", scene.display(), in_lines(files))]
+    Missing {
+        /// The scene that names them.
+        scene: PathBuf,
+        /// Of each the place, the file, and what would be used instead.
+        files: Vec<String>,
+    },
     /// An option of the caller is out of range.
     #[error("{option} = {value}; expected {expected}")]
     Option {
@@ -103,6 +111,10 @@ pub enum Error {
         /// What would be accepted.
         expected: String,
     },
+}
+
+fn in_lines(all: &[String]) -> String {
+    all.iter().map(|one| format!("\n  {one}")).collect()
 }
 
 impl Error {

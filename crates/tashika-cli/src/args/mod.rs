@@ -124,6 +124,11 @@ pub struct SceneArgs {
     /// Let the scene read files outside its own folder
     #[arg(long, help_heading = "Scene")]
     pub allow_outside: bool,
+
+    /// Go on without meshes and images that the scene names and that are not there; `info` lists what takes
+    /// their place
+    #[arg(long, help_heading = "Scene")]
+    pub allow_missing: bool,
 }
 
 /// What is looked at, from where, how large.

@@ -112,7 +112,8 @@ fn path_text(path: &Path) -> Result<String, Failure> {
 }
 
 /// Options without a value.
-const FLAGS: [&str; 5] = ["--checkpoint", "--allow-outside", "--accept-budget", QUIET[0], QUIET[1]];
+const FLAGS: [&str; 6] =
+    ["--checkpoint", "--allow-outside", "--allow-missing", "--accept-budget", QUIET[0], QUIET[1]];
 /// The option not to tell anything.
 const QUIET: [&str; 2] = ["--quiet", "-q"];
 

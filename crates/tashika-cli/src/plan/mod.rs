@@ -57,7 +57,11 @@ impl SceneSource {
         };
         Ok(Self {
             kind,
-            options: LoadOptions { allow_outside: args.allow_outside, ..LoadOptions::default() },
+            options: LoadOptions {
+                allow_outside: args.allow_outside,
+                allow_missing: args.allow_missing,
+                ..LoadOptions::default()
+            },
         })
     }
 
@@ -65,7 +69,14 @@ impl SceneSource {
     pub fn load(&self) -> Result<Scene, Failure> {
         match &self.kind {
             SceneKind::Builtin(scene) => Ok(scene()),
-            SceneKind::File(path) => Ok(load_scene(path, &self.options)?),
+            SceneKind::File(path) => {
+                let scene = load_scene(path, &self.options)?;
+                if scene.instances().is_empty() {
+                    let what = "nothing to render: the file has no surface that this program reads";
+                    return Err(Failure::file(format!("{}: {what}", path.display())));
+                }
+                Ok(scene)
+            }
         }
     }
 

@@ -466,7 +466,12 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
         let v = [[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [9.0, 9.0, 0.0], [-9.0, 9.0, 0.0]].map(Vec3::from);
         MeshData { positions: v.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() }
     };
-    let solid = Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.9) };
+    let solid = Surface::Glass {
+        ior: 1.5,
+        reflectance: Rgb::WHITE,
+        transmittance: Rgb::gray(0.9),
+        facets: 0.0.into(),
+    };
     let pane =
         Surface::ThinGlass { ior: 1.5, reflectance: Rgb::WHITE.into(), transmittance: Rgb::gray(0.9).into() };
     let two_faces = |f: f32| (1.0 - f) / (1.0 + f);

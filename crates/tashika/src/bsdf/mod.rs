@@ -13,7 +13,7 @@
 //! | [`Coated`] | the same with a dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` | both lobes | Saunderson 1942 |
 //! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
 //! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
-//! | [`Glass`] | `F` on reflection, `1 − F` on refraction | `F` against `1 − F` | |
+//! | [`Glass`] | `F` on reflection, `1 − F` on refraction, at facets if it is rough | `F` against `1 − F` | Walter et al. 2007 |
 //! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through | the same | Stokes 1862 |
 //!
 //! # Conventions
@@ -87,7 +87,7 @@ pub enum Bsdf {
     MetallicRoughness(MetallicRoughness),
     /// Perfect mirror.
     Mirror(Mirror),
-    /// Smooth dielectric.
+    /// Smooth or rough dielectric.
     Glass(Glass),
     /// Pane of glass.
     ThinGlass(ThinGlass),
@@ -198,7 +198,7 @@ impl Bsdf {
             Self::Coated(b) => b.draw(up, u)?,
             Self::MetallicRoughness(b) => b.draw(up, u),
             Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
-            Self::Glass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
+            Self::Glass(b) => return b.sample(wo, u).filter(carries_light),
             Self::ThinGlass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
         };
         if wi.z <= MIN_COSINE {

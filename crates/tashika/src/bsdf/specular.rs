@@ -1,7 +1,12 @@
-//! Surfaces without roughness: a perfect mirror, glass, and a pane of glass.
+//! Surfaces that only sampling reaches: a perfect mirror, glass, and a pane of glass.
 //!
-//! Their BSDFs are Dirac distributions, so that [`Bsdf::eval`](super::Bsdf::eval) and
-//! [`Bsdf::pdf`](super::Bsdf::pdf) are zero and only sampling reaches them.
+//! But for rough glass their BSDFs are Dirac distributions. Rough glass is treated alike: paths go through it in one drawn direction, and
+//! nothing is gathered at it. So [`Bsdf::eval`](super::Bsdf::eval) and
+//! [`Bsdf::pdf`](super::Bsdf::pdf) of all of them are zero.
+//!
+//! Rough glass is that of Walter et al. 2007, with one scattering: a facet is drawn from those that are seen, light is reflected there or
+//! refracted by its Fresnel reflectance, with the weight `G₂ / G₁(o)` ([`microfacet`](super::microfacet)); what reaches the wrong side is
+//! lost.
 //!
 //! # What crosses a boundary
 //! Radiance in a medium of index `η` grows with `η²`, because refraction squeezes its solid angle; the
@@ -15,9 +20,9 @@
 //! # Held to this by
 //! The tests below.
 
-use super::{BsdfSample, Lobe, fresnel, mirror_direction, validate};
+use super::{BsdfSample, Lobe, MIN_COSINE, Microfacets, fresnel, mirror_direction, validate};
 use crate::color::Rgb;
-use crate::math::Vec3;
+use crate::math::{Frame, Vec3};
 
 /// Perfect mirror; both sides reflect.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,9 +46,10 @@ impl Mirror {
     }
 }
 
-/// Smooth boundary of a dielectric: the glass is at negative `z`.
+/// Boundary of a dielectric, smooth or rough: the glass is at negative `z`.
 ///
-/// Reflects with probability `F` and weight `reflectance`, else refracts with weight `transmittance`.
+/// Reflects with probability `F` and weight `reflectance`, else refracts with weight `transmittance`; at the facet that is met
+/// where it is rough.
 /// Refraction has no factor `η²` in either direction; the documentation of this file says why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass {
@@ -53,11 +59,36 @@ pub struct Glass {
     pub reflectance: Rgb,
     /// Factor on what is refracted, each channel in `[0, 1]`; 1 is clear glass.
     pub transmittance: Rgb,
+    /// The facets; none where it is smooth.
+    pub facets: Option<Microfacets>,
 }
 
 impl Glass {
-    /// Reflects if `u` in `[0, 1)` is below `F`, else refracts.
-    pub(super) fn sample(&self, wo: Vec3, u: f32) -> BsdfSample {
+    /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts, at a facet that the others draw. `None` where light reaches
+    /// the wrong side, which smooth glass never sends it to.
+    pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        let Some(facets) = self.facets else { return Some(self.sample_smooth(wo, u[0])) };
+        // Seen from the side of `wo`, as if it were above.
+        let side = 1.0_f32.copysign(wo.z);
+        let up = Vec3::new(wo.x, wo.y, wo.z * side);
+        let normal = facets.sample_visible_normal(up, [u[1], u[2]]);
+        let frame = Frame::about(Vec3::new(normal.x, normal.y, normal.z * side));
+        let at_facet = frame.to_local(wo);
+        if at_facet.z <= MIN_COSINE {
+            return None;
+        }
+        // The facet's frame is turned to `wo`; the glass is where it is of the surface.
+        let turned = Vec3::new(at_facet.x, at_facet.y, at_facet.z * side);
+        let BsdfSample { wi, weight, pdf, lobe } = self.sample_smooth(turned, u[0]);
+        let wi = frame.to_world(Vec3::new(wi.x, wi.y, wi.z * side)).normalize();
+        let stays = wi.z * side > MIN_COSINE;
+        let crosses = wi.z * side < -MIN_COSINE;
+        let arrives = if lobe == Lobe::SpecularReflection { stays } else { crosses };
+        let weight = weight * facets.unshadowed(up.z, wi.z.abs());
+        arrives.then_some(BsdfSample { wi, weight, pdf, lobe })
+    }
+
+    fn sample_smooth(&self, wo: Vec3, u: f32) -> BsdfSample {
         let eta = if wo.z > 0.0 { self.ior } else { self.ior.recip() };
         let reflected = fresnel::dielectric(wo.z.abs().min(1.0), eta);
         if u < reflected {
@@ -75,7 +106,8 @@ impl Glass {
     pub(super) fn validate(&self) -> Result<(), String> {
         validate::ior(self.ior)?;
         validate::fraction("reflectance", self.reflectance)?;
-        validate::fraction("transmittance", self.transmittance)
+        validate::fraction("transmittance", self.transmittance)?;
+        self.facets.map_or(Ok(()), |facets| validate::alpha(facets.alpha))
     }
 }
 
@@ -137,7 +169,7 @@ mod tests {
     use crate::math::elementary::{acos, sin_cos};
 
     fn glass() -> Glass {
-        Glass { ior: 1.5, reflectance: Rgb::gray(0.9), transmittance: Rgb::new(0.2, 0.4, 0.6) }
+        Glass { ior: 1.5, reflectance: Rgb::gray(0.9), transmittance: Rgb::new(0.2, 0.4, 0.6), facets: None }
     }
 
     fn direction(angle: f32, side: f32) -> Vec3 {
@@ -153,7 +185,8 @@ mod tests {
         for (side, steps) in [(1.0, 15), (-1.0, 7)] {
             for step in 0..steps {
                 let wo = direction(step as f32 * 0.1, side);
-                let (reflected, refracted) = (glass().sample(wo, 0.0), glass().sample(wo, LAST));
+                let (reflected, refracted) =
+                    (glass().sample_smooth(wo, 0.0), glass().sample_smooth(wo, LAST));
                 assert_eq!(reflected.lobe, Lobe::SpecularReflection);
                 assert_eq!(refracted.lobe, Lobe::SpecularTransmission);
                 assert!((reflected.pdf + refracted.pdf - 1.0).abs() < 1e-6);
@@ -171,7 +204,7 @@ mod tests {
         for (side, eta, steps) in [(1.0, 1.5, 15), (-1.0, 1.0 / 1.5, 7)] {
             for step in 1..steps {
                 let wo = direction(step as f32 * 0.1, side);
-                let wi = glass().sample(wo, LAST).wi;
+                let wi = glass().sample_smooth(wo, LAST).wi;
                 assert!(wi.z * wo.z < 0.0 && (wi.length() - 1.0).abs() < 1e-6);
                 let (sin_o, sin_i) = (wo.truncate().length(), wi.truncate().length());
                 assert!((sin_o - eta * sin_i).abs() < 1e-6, "{sin_o} against {eta} · {sin_i}");
@@ -185,8 +218,8 @@ mod tests {
     fn refraction_can_be_reversed() {
         for step in 0..15 {
             let wo = direction(step as f32 * 0.1, 1.0);
-            let inward = glass().sample(wo, LAST);
-            let outward = glass().sample(inward.wi, LAST);
+            let inward = glass().sample_smooth(wo, LAST);
+            let outward = glass().sample_smooth(inward.wi, LAST);
             assert!((outward.wi - wo).length() < 2e-6, "{} against {wo}", outward.wi);
             assert!((outward.pdf - inward.pdf).abs() < 1e-5);
         }
@@ -195,10 +228,10 @@ mod tests {
     #[test]
     fn inside_beyond_the_critical_angle_everything_is_reflected() {
         let critical = acos((1.0_f32 - 1.0 / 2.25).sqrt());
-        let beyond = glass().sample(direction(critical + 1e-3, -1.0), LAST);
+        let beyond = glass().sample_smooth(direction(critical + 1e-3, -1.0), LAST);
         assert_eq!((beyond.lobe, beyond.pdf), (Lobe::SpecularReflection, 1.0));
         assert!(beyond.wi.z < 0.0);
-        let within = glass().sample(direction(critical - 1e-3, -1.0), LAST);
+        let within = glass().sample_smooth(direction(critical - 1e-3, -1.0), LAST);
         assert_eq!(within.lobe, Lobe::SpecularTransmission);
     }
 

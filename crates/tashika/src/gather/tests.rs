@@ -72,7 +72,12 @@ fn a_mirror_shows_what_is_behind_the_camera() {
 #[test]
 fn glass_is_seen_through_and_no_light_is_made() {
     let t = tracer(|b| {
-        let glass = || Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.9) };
+        let glass = || Surface::Glass {
+            ior: 1.5,
+            reflectance: Rgb::WHITE,
+            transmittance: Rgb::gray(0.9),
+            facets: 0.0.into(),
+        };
         // A pane of two sides, normals outward.
         add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), glass(), 0.0);
         add(b, square(Vec3::NEG_Z * 2.1, Vec3::Y, Vec3::X), glass(), 0.0);

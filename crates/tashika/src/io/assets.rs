@@ -1,7 +1,7 @@
 //! Images that scene files refer to, each decoded once for each encoding.
 //!
-//! An image that is missing, or damaged, or of another format does not stop a scene: a note tells, and the caller
-//! puts something in its place.
+//! An image that is missing, or damaged, or of another format does not stop the reading of a scene: a note tells, and the
+//! caller puts something in its place. Whether notes of missing files stop it in the end is [`load_scene`](super::load_scene)'s.
 //!
 //! Held to this by the tests below.
 
@@ -18,7 +18,7 @@ use crate::scene::{Image, ImageId, NoteKind, SceneBuilder};
 #[derive(Debug, Default)]
 pub(super) struct ImageCache {
     /// By the reference as it is spelt; the message of its note, where that failed.
-    by_reference: BTreeMap<(String, Encoding), Result<ImageId, String>>,
+    by_reference: BTreeMap<(String, Encoding), Result<ImageId, Unreadable>>,
     /// By canonical path: one file may be spelt in several ways.
     by_path: BTreeMap<(PathBuf, Encoding), ImageId>,
     /// Images with texels that are not opaque.
@@ -97,18 +97,29 @@ fn decode(files: &SceneFiles, reference: &str, encoding: Encoding, at: &Location
     images::decode(&bytes, reference, encoding, files.options(), at)
 }
 
-fn unreadable(reference: &str, error: &Error) -> String {
-    format!("image {reference:?} could not be read ({}): left out", reason(error))
+/// What a note says of an image that could not be read.
+pub(super) type Unreadable = (NoteKind, String);
+
+fn unreadable(reference: &str, error: &Error) -> Unreadable {
+    (kind(error), format!("image {reference:?} could not be read ({}): left out", reason(error)))
 }
 
 /// What was loaded, or a note why nothing was.
-fn noted<T>(loaded: Result<T, String>, at: &Location, builder: &mut SceneBuilder) -> Option<T> {
-    loaded.map_err(|message| builder.note(NoteKind::Repaired, message, at.clone())).ok()
+fn noted<T>(loaded: Result<T, Unreadable>, at: &Location, builder: &mut SceneBuilder) -> Option<T> {
+    loaded.map_err(|(kind, message)| builder.note(kind, message, at.clone())).ok()
 }
 
 fn note_repairs(decoded: &Decoded, at: &Location, builder: &mut SceneBuilder) {
     if let Some(message) = decoded.repairs() {
         builder.note(NoteKind::Repaired, message, at.clone());
+    }
+}
+
+/// The kind of a note about a file that could not be read.
+pub(super) fn kind(error: &Error) -> NoteKind {
+    match error {
+        Error::Io { source, .. } if source.kind() == ErrorKind::NotFound => NoteKind::Missing,
+        _ => NoteKind::Repaired,
     }
 }
 
@@ -155,8 +166,8 @@ mod tests {
 
     fn notes(builder: SceneBuilder) -> Vec<(String, u64)> {
         let scene = builder.build().unwrap();
-        let repaired = scene.notes().iter().filter(|n| n.kind == NoteKind::Repaired);
-        repaired.map(|n| (n.message, n.count)).collect()
+        let unread = scene.notes().iter().filter(|n| n.kind <= NoteKind::Repaired);
+        unread.map(|n| (n.message, n.count)).collect()
     }
 
     #[test]

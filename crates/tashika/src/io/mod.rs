@@ -31,13 +31,15 @@ pub use output::{check_writable, write_file};
 pub use vpl_set::{load_vpls, save_vpls};
 
 use crate::error::{Error, Location, Result};
-use crate::scene::Scene;
+use crate::scene::{NoteKind, Scene};
 
 /// What a loader may do on the user's behalf.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
     /// Whether files outside the folder of the scene file may be read. Default: no.
     pub allow_outside: bool,
+    /// Whether a scene may name files that are not there: notes tell of them then. Default: no.
+    pub allow_missing: bool,
     /// Largest image that is decoded (texels). Default: 2²⁸.
     pub max_image_texels: u64,
     /// Largest file that is read (bytes). Default: 2³⁴.
@@ -46,7 +48,12 @@ pub struct LoadOptions {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { allow_outside: false, max_image_texels: 1 << 28, max_file_bytes: 1 << 34 }
+        Self {
+            allow_outside: false,
+            allow_missing: false,
+            max_image_texels: 1 << 28,
+            max_file_bytes: 1 << 34,
+        }
     }
 }
 
@@ -62,8 +69,9 @@ pub const SCENE_FORMATS: &[(&str, &str)] = &[
 /// Reads a scene; the format is chosen by the file's ending, in either case of letters.
 ///
 /// # Errors
-/// [`Error::Io`] if the file cannot be read, [`Error::Unsupported`] for other endings, and whatever
-/// the format's loader refuses.
+/// [`Error::Io`] if the file cannot be read, [`Error::Unsupported`] for other endings, [`Error::Missing`] with
+/// all files that it names and that are not there, unless [`LoadOptions::allow_missing`] is set, and
+/// whatever the format's loader refuses.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let files = SceneFiles::open(path, options)?;
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
@@ -81,5 +89,11 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
             ))
         }
     };
-    scene.map(|scene| scene.with_digest(files.digest()))
+    let scene = scene?;
+    let missing = scene.notes().iter().filter(|note| note.kind == NoteKind::Missing);
+    let missing: Vec<String> = missing.map(|note| format!("{}: {}", note.first, note.message)).collect();
+    if !missing.is_empty() && !options.allow_missing {
+        return Err(Error::Missing { scene: path.to_owned(), files: missing });
+    }
+    Ok(scene.with_digest(files.digest()))
 }

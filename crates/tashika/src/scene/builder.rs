@@ -4,12 +4,13 @@ use glam::{Affine3A, Vec3};
 
 use super::mesh::MeshRepairs;
 use super::{
-    Camera, Emitter, Environment, Image, ImageId, Instance, InstanceId, Lens, Material, MaterialId, Mesh,
-    MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface, Texture, TextureId, check,
+    Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId, Lens, Material,
+    MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface, Texture, TextureId, check,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::math::Aabb;
+use crate::math::elementary::powf;
 
 /// Collects the parts of a [`Scene`].
 ///
@@ -40,6 +41,7 @@ impl SceneBuilder {
             environment: None,
             cameras: Vec::new(),
             bounds: Aabb::EMPTY,
+            triangles_without_area: 0,
             notes: Notes::default(),
             digest: None,
         };
@@ -89,6 +91,15 @@ impl SceneBuilder {
         self.texture_costs.push(cost);
         self.scene.textures.push(texture);
         Ok(TextureId(self.scene.textures.len() as u32 - 1))
+    }
+
+    /// A number to the power `exponent`, a texture of it added where it is textured.
+    pub fn power(&mut self, input: FloatInput, exponent: f32) -> Result<FloatInput> {
+        let power = |(base, channel)| Ok((self.add_texture(Texture::Power { base, exponent })?, channel));
+        Ok(FloatInput {
+            factor: powf(input.factor, exponent),
+            texture: input.texture.map(power).transpose()?,
+        })
     }
 
     /// Adds a material; factors must be finite and not negative, indices of refraction above 1, and the materials of a mix must
@@ -156,7 +167,6 @@ impl SceneBuilder {
             at.clone(),
             not_finite,
         );
-        notes.push_many(repaired, "triangles without area: left out", at.clone(), degenerate);
         notes.push_many(
             repaired,
             "vertex normals without direction: the face's is used",
@@ -164,6 +174,7 @@ impl SceneBuilder {
             normals,
         );
         notes.push_many(repaired, "texture coordinates that are not finite: set to 0", at, uvs);
+        self.scene.triangles_without_area += degenerate;
         self.scene.meshes.push(mesh);
         Ok(MeshId(self.scene.meshes.len() as u32 - 1))
     }
@@ -406,7 +417,12 @@ mod tests {
             MeshData { positions: vec![Vec3::ZERO; 3], triangles: vec![[0, 1, 3]], ..MeshData::default() };
         let said = message(b.add_mesh(bad, MaterialId(0)).unwrap_err());
         assert!(said.contains("vertex index 3") && said.contains("below 3"), "{said}");
-        let glass = Surface::Glass { ior: 0.5, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE };
+        let glass = Surface::Glass {
+            ior: 0.5,
+            reflectance: Rgb::WHITE,
+            transmittance: Rgb::WHITE,
+            facets: 0.0.into(),
+        };
         let said = message(b.add_material(Material::new("g", glass)).unwrap_err());
         assert!(said.contains("material g: ior = 0.5; expected 1.0001 to 5"), "{said}");
         let said = message(

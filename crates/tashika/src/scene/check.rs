@@ -182,7 +182,8 @@ fn surface(surface: &Surface) -> Checked {
             number("roughness", roughness)?;
             color("specular f0", specular_f0)
         }
-        Surface::Glass { reflectance, transmittance, .. } => {
+        Surface::Glass { reflectance, transmittance, facets, .. } => {
+            number("alpha", &facets.alpha)?;
             color("reflectance", &(*reflectance).into())?;
             color("transmittance", &(*transmittance).into())
         }

@@ -154,7 +154,7 @@ pub enum Surface {
         /// Reflectance, 0 to 1.
         reflectance: ColorInput,
     },
-    /// Smooth glass.
+    /// Solid glass, smooth or rough.
     Glass {
         /// Refractive index, inside over outside.
         ior: f32,
@@ -162,6 +162,8 @@ pub enum Surface {
         reflectance: Rgb,
         /// Factor on the transmission.
         transmittance: Rgb,
+        /// The facets.
+        facets: FacetInput,
     },
     /// A pane of glass whose two faces are one surface; light goes through straight.
     ThinGlass {
@@ -312,7 +314,7 @@ impl Material {
             Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
                 vec![color(base_color), number(metallic), number(roughness), color(specular_f0)]
             }
-            Surface::Glass { .. } => Vec::new(),
+            Surface::Glass { facets, .. } => vec![number(&facets.alpha)],
             Surface::Mix { amount, .. } => vec![number(amount)],
         };
         all.push(self.emission.and_then(|e| e.radiance.texture));

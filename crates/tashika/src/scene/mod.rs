@@ -94,6 +94,8 @@ pub struct Scene {
     environment: Option<Environment>,
     cameras: Vec<Camera>,
     bounds: Aabb,
+    /// Left out of its meshes: they are in no picture.
+    triangles_without_area: u64,
     notes: Notes,
     digest: Option<u64>,
 }
@@ -107,6 +109,11 @@ impl Scene {
     /// A number of the files that it was made of, or of its contents; none of scenes that come with the program.
     pub fn digest(&self) -> Option<u64> {
         self.digest
+    }
+
+    /// How many triangles without area were left out: no picture shows them.
+    pub fn triangles_without_area(&self) -> u64 {
+        self.triangles_without_area
     }
 
     /// Name for reports, usually the file's.

@@ -8,6 +8,8 @@ use crate::error::Location;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NoteKind {
+    /// A file that the scene names is not there.
+    Missing,
     /// Damaged data was removed or replaced.
     Repaired,
     /// A feature was replaced by the nearest that exists here.

@@ -165,10 +165,11 @@ impl<'a> Look<'a> {
             Surface::Mirror { reflectance } => {
                 whole(Bsdf::Mirror(Mirror { reflectance: self.color(reflectance) }))
             }
-            Surface::Glass { ior, reflectance, transmittance } => whole(Bsdf::Glass(Glass {
+            Surface::Glass { ior, reflectance, transmittance, facets } => whole(Bsdf::Glass(Glass {
                 ior: *ior,
                 reflectance: unit(*reflectance),
                 transmittance: unit(*transmittance),
+                facets: self.facets(facets),
             })),
             Surface::ThinGlass { ior, reflectance, transmittance } => whole(Bsdf::ThinGlass(ThinGlass {
                 ior: *ior,
@@ -185,6 +186,8 @@ impl<'a> Look<'a> {
     pub fn straight_through(&self, material: &Material, solid: bool) -> f32 {
         match &material.surface {
             Surface::Glass { .. } if !solid => 0.0,
+            // Rough glass sends hardly any straight on.
+            Surface::Glass { facets, .. } if self.facets(facets).is_some() => 0.0,
             Surface::Glass { ior, transmittance, .. } => {
                 (1.0 - fresnel::dielectric(self.cos, *ior)) * unit(*transmittance).luminance()
             }
@@ -331,7 +334,12 @@ mod tests {
 
     #[test]
     fn a_mix_with_glass_lets_pass_its_share_of_what_the_glass_does() {
-        let glass = Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.5) };
+        let glass = Surface::Glass {
+            ior: 1.5,
+            reflectance: Rgb::WHITE,
+            transmittance: Rgb::gray(0.5),
+            facets: 0.0.into(),
+        };
         let wall = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
         let (first, second) = (MaterialId(0), MaterialId(1));
         let mix = Surface::Mix { first, second, amount: 0.25.into() };

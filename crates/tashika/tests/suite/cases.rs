@@ -9,9 +9,15 @@ use tashika::error::Location;
 use tashika::film::{Film, Window};
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{Integrator, Setting};
+use tashika::io::LoadOptions;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render};
 use tashika::scene::{Camera, Emission, Material, MeshData, Scene, SceneBuilder, Surface};
+
+/// Reads scenes that name files that are not there.
+pub fn lenient() -> LoadOptions {
+    LoadOptions { allow_missing: true, ..LoadOptions::default() }
+}
 
 pub fn builder() -> SceneBuilder {
     SceneBuilder::new("test", Location::default())

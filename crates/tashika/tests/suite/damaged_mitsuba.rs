@@ -9,6 +9,8 @@ use tashika::scene::{NoteKind, Scene};
 
 use super::mitsuba::{Files, four_colours, load_in, serialized, xml};
 
+use crate::cases::lenient;
+
 /// A scene that uses a bit of everything that is read.
 const RICH: &str = r##"<default name="spp" value="4"/><default name="kind" value="path"/>
 <integrator type="$kind"><integer name="max_depth" value="8"/></integrator>
@@ -78,7 +80,7 @@ impl Folder {
         let path = self.0.path().join("scene.xml");
         let _ = std::fs::remove_file(&path);
         std::fs::write(&path, bytes).unwrap();
-        tashika::io::load_scene(&path, &tashika::io::LoadOptions::default())
+        tashika::io::load_scene(&path, &lenient())
     }
 }
 

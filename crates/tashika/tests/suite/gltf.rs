@@ -13,6 +13,8 @@ use tashika::scene::{
     AlphaMode, Channel, Emitter, NoteKind, Pixels, Projection, Scene, Surface, Texture, TextureId, Wrap,
 };
 
+use crate::cases::lenient;
+
 /// The corners of the triangle of [`Document::triangle`].
 pub const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
@@ -142,7 +144,7 @@ pub fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
 /// Loads a file of these bytes.
 pub fn load(bytes: &[u8]) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();
-    load_in(folder.path(), "scene.glb", bytes, &LoadOptions::default())
+    load_in(folder.path(), "scene.glb", bytes, &lenient())
 }
 
 /// Writes a file into a folder and loads it.

@@ -174,7 +174,10 @@ fn transmission_with_thickness_is_solid_glass_that_absorbs() {
         ))
     };
     let (clear, said) = with(json!({ "thicknessFactor": 2, "attenuationColor": [0.5, 0.5, 0.5] }));
-    assert_eq!(clear, Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: BASE });
+    assert_eq!(
+        clear,
+        Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: BASE, facets: 0.0.into() }
+    );
     assert!(said.is_empty(), "an infinite distance absorbs nothing: {said:?}");
     let (tinted, _) =
         with(json!({ "thicknessFactor": 4, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0] }));

@@ -195,7 +195,12 @@ fn all_lights_behind_glass() {
     let scene = || {
         let mut b = diffuse_room();
         add_ceiling_lamp(&mut b, 5.0);
-        let glass = Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.95) };
+        let glass = Surface::Glass {
+            ior: 1.5,
+            reflectance: Rgb::WHITE,
+            transmittance: Rgb::gray(0.95),
+            facets: 0.0.into(),
+        };
         let slab = cuboid(Vec3::new(-1.1, 1.7, -1.1), Vec3::new(1.1, 1.8, 1.1), false);
         place(&mut b, slab, Material::new("glass", glass));
         b
@@ -245,7 +250,12 @@ fn a_lamp_of_millimetres_above_water() {
     let scene = || {
         let mut b = builder();
         place(&mut b, cuboid(Vec3::splat(-1.0), Vec3::ONE, true), Material::new("room", lambert(0.5)));
-        let water = Surface::Glass { ior: 1.33, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE };
+        let water = Surface::Glass {
+            ior: 1.33,
+            reflectance: Rgb::WHITE,
+            transmittance: Rgb::WHITE,
+            facets: 0.0.into(),
+        };
         let volume = cuboid(Vec3::new(-1.1, -1.1, -1.1), Vec3::new(1.1, -0.5, 1.1), false);
         place(&mut b, volume, Material::new("water", water));
         add_lamp_at(&mut b, [0.1, 0.9, 0.0], 0.005, 20_000.0);

@@ -247,7 +247,12 @@ fn mirrors_panes_and_glass_are_put_back() {
     place(&mut b, side, Material::new("mirror", mirror));
     let coat = cuboid(Vec3::new(0.5, 0.01, -0.2), Vec3::new(0.9, 0.5, 0.3), false);
     place(&mut b, coat, Material::new("smooth coat", plastic(0.0)));
-    let glass = Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::gray(0.95) };
+    let glass = Surface::Glass {
+        ior: 1.5,
+        reflectance: Rgb::WHITE,
+        transmittance: Rgb::gray(0.95),
+        facets: 0.0.into(),
+    };
     let block = cuboid(Vec3::new(-0.7, 0.01, 0.0), Vec3::new(-0.4, 0.6, 0.3), false);
     place(&mut b, block, Material::new("glass", glass));
     let pane =

@@ -10,13 +10,15 @@ use tashika::bsdf::FacetModel;
 use tashika::color::Rgb;
 use tashika::error::Result;
 use tashika::film::Window;
-use tashika::io::{LoadOptions, Support, features, load_scene};
+use tashika::io::{Support, features, load_scene};
 use tashika::math::{Vec2, Vec3};
 use tashika::scene::{
     Alpha, Camera, CameraSample, Channel, CoatBase, ColorInput, Emitter, FacetInput, FloatInput, InstanceId,
     Material, NormalInput, NoteKind, Scene, Surface, TextureId,
 };
 use tempfile::TempDir;
+
+use crate::cases::lenient;
 
 pub type Files<'a> = &'a [(&'a str, &'a [u8])];
 
@@ -28,7 +30,7 @@ pub fn load_in(files: Files<'_>) -> (TempDir, Result<Scene>) {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, bytes).unwrap();
     }
-    let scene = load_scene(&folder.path().join("scene.xml"), &LoadOptions::default());
+    let scene = load_scene(&folder.path().join("scene.xml"), &lenient());
     (folder, scene)
 }
 
@@ -207,7 +209,7 @@ fn materials_become_surfaces_with_their_parameters() {
     );
     assert_eq!(
         glass.surface,
-        Surface::Glass { ior: 2.419, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE }
+        Surface::Glass { ior: 2.419, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets: 0.0.into() }
     );
     let plastic = material(
         "<bsdf type=\"roughplastic\"><float name=\"alpha\" value=\"0.3\"/><string name=\"distribution\" value=\"ggx\"/>\
@@ -653,7 +655,7 @@ fn files_are_found_beside_the_scene_and_in_paths() {
     );
     assert_eq!(none.meshes().len(), 1);
     assert!(
-        matches!(notes(&none).as_slice(), [(NoteKind::Repaired, m)] if m.contains("none.obj") && m.contains("left out"))
+        matches!(notes(&none).as_slice(), [(NoteKind::Missing, m)] if m.contains("none.obj") && m.contains("left out"))
     );
 }
 

@@ -4,12 +4,14 @@ use std::fs;
 
 use tashika::color::Rgb;
 use tashika::error::{Error, Result};
-use tashika::io::{LoadOptions, load_scene};
+use tashika::io::load_scene;
 use tashika::math::{Vec2, Vec3};
 use tashika::scene::{
     AlphaMode, Channel, ColorInput, FloatInput, Material, Mesh, Note, NoteKind, Scene, Surface, Texture, Wrap,
 };
 use tempfile::TempDir;
+
+use crate::cases::lenient;
 
 /// A folder with `files`, of which `scene.obj` is loaded.
 fn load_in(files: &[(&str, &[u8])]) -> (TempDir, Result<Scene>) {
@@ -19,7 +21,7 @@ fn load_in(files: &[(&str, &[u8])]) -> (TempDir, Result<Scene>) {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, bytes).unwrap();
     }
-    let scene = load_scene(&folder.path().join("scene.obj"), &LoadOptions::default());
+    let scene = load_scene(&folder.path().join("scene.obj"), &lenient());
     (folder, scene)
 }
 
@@ -382,7 +384,8 @@ fn materials_become_the_nearest_surface() {
     let lambert = |c: Rgb| Surface::Lambert { reflectance: c.into() };
     let phong = |d: Rgb, s: Rgb, exponent| Surface::Phong { diffuse: d.into(), specular: s.into(), exponent };
     let mirror = |c: Rgb| Surface::Mirror { reflectance: c.into() };
-    let glass = |ior, t: Rgb| Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: t };
+    let glass =
+        |ior, t: Rgb| Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: t, facets: 0.0.into() };
     let (a, b) = (rgb(0.1, 0.2, 0.3), rgb(0.4, 0.5, 0.6));
     for (mtl, expected) in [
         ("Kd .1 .2 .3 # comment", lambert(a)),

@@ -9,9 +9,11 @@ use glam::{Vec2, Vec3};
 use tashika::color::Rgb;
 use tashika::error::{Error, Result};
 use tashika::film::Window;
-use tashika::io::{LoadOptions, load_scene};
+use tashika::io::load_scene;
 use tashika::scene::{AlphaMode, CameraSample, Material, NoteKind, Projection, Scene, Surface};
 use tempfile::TempDir;
+
+use crate::cases::lenient;
 
 /// What begins a scene of either format.
 pub const V3: &str = "Film \"image\" Camera \"perspective\" WorldBegin\n";
@@ -39,7 +41,7 @@ impl Folder {
 
     pub fn load(&self, text: &str) -> Result<Scene> {
         self.write("scene.pbrt", text);
-        load_scene(&self.0.path().join("scene.pbrt"), &LoadOptions::default())
+        load_scene(&self.0.path().join("scene.pbrt"), &lenient())
     }
 }
 
@@ -390,7 +392,7 @@ fn shapes_with_the_same_parameters_share_a_mesh() {
     let missing =
         folder.load(&format!("{V4} Shape \"plymesh\" \"string filename\" \"m/b.ply\" {TRIANGLE}")).unwrap();
     assert_eq!(missing.instances().len(), 1);
-    assert!(noted(&missing, NoteKind::Repaired, "mesh file \"m/b.ply\" is not there: left out"));
+    assert!(noted(&missing, NoteKind::Missing, "mesh file \"m/b.ply\" is not there: left out"));
 }
 
 #[test]

@@ -29,9 +29,10 @@ pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
         return 0.0;
     }
     let tan = least.sin / least.cos;
-    let alpha2 = tan.clamp(alphas[0], alphas[1]).powi(2);
+    let alpha = tan.clamp(alphas[0], alphas[1]);
+    let alpha2 = alpha * alpha;
     let t = (tan * tan).max(2.0 * alpha2 - 1.0);
-    exp_f64(-ROUNDED * t / alpha2) * (1.0 + t).powi(2) * FRAC_1_PI / alpha2
+    exp_f64(-ROUNDED * t / alpha2) * (1.0 + t) * (1.0 + t) * FRAC_1_PI / alpha2
 }
 
 /// At least `v` for all cosines and roughnesses from the given ones on.

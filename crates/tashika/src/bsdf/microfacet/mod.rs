@@ -93,6 +93,19 @@ impl Microfacets {
         }
     }
 
+    /// `G₂ / G₁(o)`: how much of what facets seen from one side send to the other is not in shadow, of the cosines of both
+    /// with the normal, without sign.
+    pub(super) fn unshadowed(&self, cos_o: f32, cos_i: f32) -> f32 {
+        let alpha = self.alpha;
+        match self.model {
+            FacetModel::Ggx => {
+                4.0 * cos_i * ggx::visible_area(cos_o, alpha) * ggx::visibility(cos_o, cos_i, alpha)
+            }
+            FacetModel::GgxIndependent => cos_i / ggx::visible_area(cos_i, alpha),
+            FacetModel::Beckmann => cos_i / beckmann::visible_area(cos_i, alpha),
+        }
+    }
+
     /// Reflects `wo` (`z > 0`) at a facet drawn from those that it sees.
     ///
     /// The result may lie below the horizon; such paths end in the single-scattering model.

@@ -128,7 +128,7 @@ pub fn metallic_roughness(diffuse: Rgb, f0: Rgb, facets: impl Into<Microfacets>)
 }
 
 pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
-    Bsdf::Glass(Glass { ior, reflectance, transmittance })
+    Bsdf::Glass(Glass { ior, reflectance, transmittance, facets: None })
 }
 
 /// Gold at about 630, 530 and 460 nm (Johnson and Christy 1972, rounded).

@@ -8,6 +8,7 @@ mod cases;
 mod energy;
 mod limits;
 mod quadrature;
+mod rough_glass;
 mod sampling;
 mod textbook;
 

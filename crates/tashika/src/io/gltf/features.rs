@@ -101,13 +101,13 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
         "KHR_materials_transmission",
         "roughnessFactor",
         Approximated,
-        "light passes straight, as through smooth glass",
+        "through glass without thickness light passes straight, as if it were smooth",
     ),
     row(
         "extension",
         "KHR_materials_volume",
         Full,
-        "where it has thickness, transmission is that of solid smooth glass",
+        "where it has thickness, transmission is that of solid glass, smooth or rough",
     ),
     row(
         "KHR_materials_volume",

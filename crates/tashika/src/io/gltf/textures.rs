@@ -27,6 +27,7 @@ use gltf::json::validation::Checked;
 use super::source::Source;
 use super::{shown, uri};
 use crate::error::{Error, Result};
+use crate::io::assets::kind;
 use crate::io::images::{self, Encoding};
 use crate::math::elementary::sin_cos;
 use crate::scene::{
@@ -159,11 +160,11 @@ fn note_unreadable(source: &Source<'_>, builder: &mut SceneBuilder, index: usize
         Error::Io { source, .. } => source.to_string(),
         Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
         Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
-        Error::Option { .. } => error.to_string(),
+        other => other.to_string(),
     };
     let name = shown(&image_name(source, index));
     let message = format!("image {name} could not be read ({why}): its colour factor is used alone");
-    builder.note(NoteKind::Repaired, message, source.at(format!("images[{index}]")));
+    builder.note(kind(error), message, source.at(format!("images[{index}]")));
 }
 
 fn wrap(mode: Checked<WrappingMode>) -> Wrap {

@@ -25,7 +25,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     near("material", "roughdiffuse", "Lambertian of the same reflectance"),
     full("material", "dielectric", "smooth glass"),
     full("material", "thindielectric", "a pane of glass without refraction"),
-    near("material", "roughdielectric", "smooth glass"),
+    full("material", "roughdielectric", "rough glass"),
     full("material", "conductor", "mirror with the Fresnel reflectance of the metal"),
     full("material", "roughconductor", "GGX with the Fresnel reflectance of the metal"),
     full("material", "plastic", "smooth dielectric coat over a Lambertian base"),

@@ -18,6 +18,7 @@ use super::object::{Class, Object};
 use super::values::shown;
 use super::{Progress, Translation, materials, normals, paths, serialized, transforms};
 use crate::error::{Error, Location, Result};
+use crate::io::assets::{kind, reason};
 use crate::io::{obj, ply, shapes};
 use crate::scene::{Emission, MaterialId, MeshData, MeshId, NoteKind};
 
@@ -236,10 +237,10 @@ impl<'a> Translation<'a> {
         let at = object.place();
         let bytes = match self.mesh_bytes(&reference, &at) {
             Ok(bytes) => bytes,
-            Err(Error::Io { source, .. }) => {
-                let message =
-                    format!("mesh {:?} could not be read ({}): left out", shown(&reference), source.kind());
-                self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            Err(error @ Error::Io { .. }) => {
+                let why = reason(&error);
+                let message = format!("mesh {:?} could not be read ({why}): left out", shown(&reference));
+                self.notes.push(kind(&error), message, object.at.clone());
                 return Ok(None);
             }
             Err(other) => return Err(other),

@@ -47,13 +47,12 @@ impl Translation<'_> {
                 self.lambert(object)
             }
             "dielectric" | "roughdielectric" => {
-                if object.plugin == "roughdielectric" {
-                    object.accept(&["alpha", "alpha_u", "alpha_v", "distribution", "sample_visible"]);
-                }
+                let is_rough = object.plugin == "roughdielectric";
+                let facets = if is_rough { self.facets(object)? } else { 0.0.into() };
                 let ior = self.ior(object)?;
                 let reflectance = self.constant_reflectance(object, "specular_reflectance")?;
                 let transmittance = self.constant_reflectance(object, "specular_transmittance")?;
-                Ok(Surface::Glass { ior, reflectance, transmittance })
+                Ok(Surface::Glass { ior, reflectance, transmittance, facets })
             }
             "thindielectric" => {
                 let ior = self.ior(object)?;
@@ -286,7 +285,9 @@ impl Translation<'_> {
             let white = ColorInput::from(WHITE);
             // Light crosses two interfaces of a solid, each with the square root of the colour.
             let interface = base_color.factor.map(f32::sqrt);
-            let glass = Surface::Glass { ior, reflectance: WHITE, transmittance: interface };
+            let alpha = self.builder.power(roughness, 2.0)?;
+            let facets = FacetInput { alpha, model: FacetModel::GgxIndependent };
+            let glass = Surface::Glass { ior, reflectance: WHITE, transmittance: interface, facets };
             let thin = Surface::ThinGlass { ior, reflectance: white, transmittance: base_color };
             return Ok(if is_thin { thin } else { glass });
         }

@@ -148,6 +148,7 @@ impl Converter<'_, '_> {
             ior: self.number("Ni", d.ni, DEFAULT_IOR, 1.0_f32.next_up()..=MAX_IOR),
             reflectance: Rgb::WHITE,
             transmittance: self.reflectance("Tf", d.tf.unwrap_or(Rgb::WHITE), false),
+            facets: 0.0.into(),
         })
     }
 

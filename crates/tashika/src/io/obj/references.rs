@@ -17,7 +17,7 @@ use super::tally::Named;
 use super::text::decode;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
-use crate::io::assets::reason;
+use crate::io::assets::{Unreadable, kind, reason};
 use crate::io::images::{self, Encoding};
 use crate::scene::{ImageId, ImageTexture, NoteKind, Notes, SceneBuilder, Texture, TextureId};
 
@@ -131,7 +131,7 @@ pub(super) fn read_libraries(
                 }
                 Err(error) => {
                     let message = format!("material library {name:?} could not be read ({})", reason(&error));
-                    unreadable.add(message, at.clone(), notes);
+                    unreadable.add_as(kind(&error), message, at.clone(), notes);
                 }
             }
         }
@@ -187,7 +187,7 @@ pub(super) enum Content {
 pub(super) struct Textures<'a> {
     files: &'a SceneFiles,
     /// By folder and name as written.
-    by_name: BTreeMap<(String, String, Content), Result<Loaded, String>>,
+    by_name: BTreeMap<(String, String, Content), Result<Loaded, Unreadable>>,
     by_path: BTreeMap<(PathBuf, Encoding), Loaded>,
     /// How many different names led to nothing.
     failures: usize,
@@ -225,9 +225,12 @@ impl<'a> Textures<'a> {
         let key = (definition.folder.clone(), map.name.clone(), content);
         let loaded = match self.by_name.get(&key) {
             Some(known) => known.clone(),
-            None if self.failures >= MAX_FAILURES => Err("a thousand others could not be read".to_owned()),
+            None if self.failures >= MAX_FAILURES => {
+                Err((NoteKind::Repaired, "a thousand others could not be read".to_owned()))
+            }
             None => {
-                let loaded = self.read(map, definition, content, builder, notes).map_err(|e| reason(&e));
+                let loaded =
+                    self.read(map, definition, content, builder, notes).map_err(|e| (kind(&e), reason(&e)));
                 self.failures += usize::from(loaded.is_err());
                 self.by_name.insert(key, loaded.clone());
                 loaded
@@ -240,12 +243,12 @@ impl<'a> Textures<'a> {
                 // Fails for transforms that are not finite, which maps do not have.
                 Some((builder.add_texture(Texture::Image(lookup)).ok()?, has_alpha))
             }
-            Err(reason) => {
+            Err((kind, reason)) => {
                 let message = format!(
                     "image {:?} could not be read ({reason}): its colour factor is used alone",
                     map.name
                 );
-                self.unreadable.add(message, definition.at.clone(), notes);
+                self.unreadable.add_as(kind, message, definition.at.clone(), notes);
                 None
             }
         }

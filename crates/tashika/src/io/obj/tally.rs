@@ -47,13 +47,18 @@ impl Named {
 
     /// One more occurrence of `message`.
     pub(super) fn add(&mut self, message: String, at: Location, notes: &mut Notes) {
+        self.add_as(self.kind, message, at, notes);
+    }
+
+    /// The same as a note of another kind.
+    pub(super) fn add_as(&mut self, kind: NoteKind, message: String, at: Location, notes: &mut Notes) {
         if self.messages.contains(&message) {
-            notes.push(self.kind, message, at);
+            notes.push(kind, message, at);
         } else if self.messages.len() < self.limit {
             self.messages.insert(message.clone());
-            notes.push(self.kind, message, at);
+            notes.push(kind, message, at);
         } else {
-            notes.push(self.kind, self.rest, at);
+            notes.push(kind, self.rest, at);
         }
     }
 }

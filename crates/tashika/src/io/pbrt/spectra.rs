@@ -25,6 +25,7 @@ use crate::color::spectrum::{
     blackbody_rgb, blackbody_rgb_of_unit_peak, illuminant_rgb, rgb_of_emission, rgb_of_reflectance,
 };
 use crate::error::{Error, Location, Result};
+use crate::io::assets::kind;
 use crate::scene::NoteKind;
 
 /// All types by which a colour can be given.
@@ -123,10 +124,12 @@ fn named(loading: &mut Loading<'_>, name: &str, quantity: Quantity, at: &Locatio
     let is_file = name.contains(['.', '/', '\\']);
     match loading.files.read(name, at) {
         Ok(bytes) => sampled_file(&bytes, name, quantity, loading.version, at).map(Some),
-        Err(_) => {
-            let what = if is_file { "file of a spectrum" } else { "spectrum" };
+        Err(error) => {
+            // What has no ending is the name of a spectrum that pbrt brings along.
+            let (what, kind) =
+                if is_file { ("file of a spectrum", kind(&error)) } else { ("spectrum", NoteKind::Repaired) };
             let message = format!("{what} {:?} is not there: a grey of 0.5 is used", excerpt(name, 60));
-            loading.note_named(NoteKind::Repaired, message, "spectra are not there", at.clone());
+            loading.note_named(kind, message, "spectra are not there", at.clone());
             Ok(Some(Rgb::gray(0.5)))
         }
     }

@@ -9,7 +9,7 @@
 //! | diffuse transmission | `diffuseTransmissionFactor · (1 − m)` | a surface that only lets light through, diffusely |
 //! | transmission | `transmissionFactor · (1 − m)` | glass: without thickness, or solid where `KHR_materials_volume` gives it one |
 //!
-//! Glass is smooth; without thickness its tint is the base colour. Solid glass has at each crossing the factor
+//! Glass without thickness is smooth, and its tint is the base colour. Solid glass has at each crossing the factor
 //!
 //! ```text
 //! baseColorFactor · attenuationColor^(thicknessFactor / (2 · attenuationDistance))
@@ -35,7 +35,7 @@ use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
 /// Reflectance of a clear coat at normal incidence: an index of 1.5, which the extension fixes.
 const COAT_F0: f32 = 0.04;
 
-/// Roughness up to which glass counts as smooth: less than the eye makes out through a window. Chosen.
+/// Roughness up to which a pane counts as smooth: less than the eye makes out through a window. Chosen.
 const SMOOTH_ROUGHNESS: f32 = 0.1;
 
 /// Indices of refraction that glass may have; 1 would be no surface at all.
@@ -114,9 +114,6 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     if factor == 0.0 || opaque.ior == 0.0 {
         return Ok(below);
     }
-    if opaque.roughness.factor > SMOOTH_ROUGHNESS {
-        reader.met_field(GLASS, "roughnessFactor")?;
-    }
     let info = glass.transmission_texture.as_ref();
     let amount = share(reader, opaque, factor, &field("transmissionTexture"), info, Channel::R)?;
     let ior = opaque.ior.clamp(GLASS_IOR.0, GLASS_IOR.1);
@@ -126,9 +123,16 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
             if opaque.base_color.texture.is_some() {
                 reader.met_field(VOLUME, "baseColorTexture")?;
             }
-            Surface::Glass { ior, reflectance, transmittance: opaque.base_color.factor * absorption }
+            let transmittance = opaque.base_color.factor * absorption;
+            let facets = reader.builder.power(opaque.roughness, 2.0)?.into();
+            Surface::Glass { ior, reflectance, transmittance, facets }
         }
-        None => Surface::ThinGlass { ior, reflectance: reflectance.into(), transmittance: opaque.base_color },
+        None => {
+            if opaque.roughness.factor > SMOOTH_ROUGHNESS {
+                reader.met_field(GLASS, "roughnessFactor")?;
+            }
+            Surface::ThinGlass { ior, reflectance: reflectance.into(), transmittance: opaque.base_color }
+        }
     };
     reader.mix(below, surface, amount, "glass")
 }

@@ -6,7 +6,7 @@
 //! | `plastic` | `Plastic`, index 1.5 |
 //! | `metal` | conductor of `eta`, `k` |
 //! | `mirror` | mirror of `Kr` |
-//! | `glass` | smooth glass of `Kr`, `Kt`; roughness is left out, noted |
+//! | `glass` | glass of `Kr`, `Kt` |
 //! | `uber` | `Plastic`; with `Kr` or `Kt` a mix with a smooth coat or glass, each part divided by its share so that the sum is the material's; `opacity` is alpha |
 //! | `substrate` | metallic-roughness with `Kd` under a reflectance of `Ks` at normal incidence, instead of Ashikhmin and Shirley's formula |
 //! | `translucent` | Lambert on both sides, `reflect · Kd` and `transmit · Kd`; `Ks` is left out |
@@ -24,7 +24,7 @@ use crate::error::Result;
 use crate::io::pbrt::spectra::{self, Quantity};
 use crate::io::pbrt::textures::product;
 use crate::math::elementary::exp;
-use crate::scene::{ColorInput, FloatInput, NoteKind, Surface, Texture};
+use crate::scene::{ColorInput, FloatInput, NoteKind, Surface};
 
 /// Reflectance of hair without colour: brown.
 const HAIR: Rgb = Rgb::new(0.12, 0.07, 0.04);
@@ -61,14 +61,13 @@ pub(super) fn surface(
         "mirror" => Surface::Mirror { reflectance: m.color("Kr", 0.9)? },
         "glass" => {
             let (reflectance, transmittance) = (m.plain_color("Kr", 1.0)?, m.plain_color("Kt", 1.0)?);
-            let smooth = m.alpha("", 0.0)?;
+            let alpha = m.alpha("", 0.0)?;
+            // Smooth unless the file gives a roughness, though that of none would be mapped to one.
             let is_rough = ["uroughness", "vroughness", "roughness"]
                 .iter()
                 .any(|name| m.float(name).is_some_and(|r| r.factor > 0.0 || r.texture.is_some()));
-            if is_rough && (smooth.factor > 0.0 || smooth.texture.is_some()) {
-                m.note(NoteKind::Approximated, "rough glass: smooth");
-            }
-            Surface::Glass { ior: m.ior(&["eta", "index"])?, reflectance, transmittance }
+            let facets = if is_rough { alpha.into() } else { 0.0.into() };
+            Surface::Glass { ior: m.ior(&["eta", "index"])?, reflectance, transmittance, facets }
         }
         "uber" => return uber(m, materials).map(|(surface, opacity)| (Some(surface), opacity)),
         "substrate" => {
@@ -78,7 +77,7 @@ pub(super) fn surface(
             Surface::MetallicRoughness {
                 base_color,
                 metallic: 0.0.into(),
-                roughness: square_root(m, alpha)?,
+                roughness: m.loading.builder.power(alpha, 0.5)?,
                 specular_f0,
             }
         }
@@ -99,7 +98,11 @@ pub(super) fn surface(
             let roughness = m.float("roughness").unwrap_or(0.5.into());
             m.parameters.accept_all();
             if transparent {
-                Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: base_color.factor }
+                {
+                    let (reflectance, transmittance) = (Rgb::WHITE, base_color.factor);
+                    let facets = m.loading.builder.power(roughness, 2.0)?.into();
+                    Surface::Glass { ior, reflectance, transmittance, facets }
+                }
             } else {
                 let specular_f0 = Rgb::gray(at_normal(ior)).into();
                 Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 }
@@ -123,17 +126,6 @@ fn at_normal(ior: f32) -> f32 {
     ratio * ratio
 }
 
-/// Perceptual roughness of an `α`.
-fn square_root(m: &mut Maker<'_, '_>, alpha: FloatInput) -> Result<FloatInput> {
-    let texture = match alpha.texture {
-        Some((base, channel)) => {
-            Some((m.loading.builder.add_texture(Texture::Power { base, exponent: 0.5 })?, channel))
-        }
-        None => None,
-    };
-    Ok(FloatInput { factor: alpha.factor.sqrt(), texture })
-}
-
 fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Option<FloatInput>)> {
     let (diffuse, specular) = (m.color("Kd", 0.25)?, m.color("Ks", 0.25)?);
     let (mirror, transmission) = (m.color("Kr", 0.0)?, m.plain_color("Kt", 0.0)?);
@@ -155,7 +147,8 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
         Surface::Plastic { diffuse: Rgb::BLACK.into(), specular, ior, facets: 0.0.into() }
     } else {
         let reflectance = share(mirror, amount).factor;
-        Surface::Glass { ior, reflectance, transmittance: share(transmission.into(), amount).factor }
+        let transmittance = share(transmission.into(), amount).factor;
+        Surface::Glass { ior, reflectance, transmittance, facets: 0.0.into() }
     };
     if amount >= 1.0 {
         return Ok((clear, opacity));

@@ -6,7 +6,7 @@
 //! | `coateddiffuse` | `Coated`; thickness, absorption and scattering in the coat are left out |
 //! | `conductor` | conductor of `eta`, `k`, or of `reflectance` as `η = 1`, `k = 2√r / √(1−r)` |
 //! | `coatedconductor` | its conductor; the coat is left out |
-//! | `dielectric` | smooth glass; roughness is left out, noted |
+//! | `dielectric` | glass |
 //! | `thindielectric` | a pane |
 //! | `diffusetransmission` | Lambert on both sides |
 //! | `subsurface` | `Plastic` with the diffuse reflectance of a half-space |
@@ -53,11 +53,9 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
             surface
         }
         "dielectric" => {
-            let alpha = m.alpha("", 0.0)?;
-            if alpha.factor > 0.0 || alpha.texture.is_some() {
-                m.note(NoteKind::Approximated, "rough dielectrics: smooth");
-            }
-            Surface::Glass { ior: m.ior(&["eta"])?, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE }
+            let facets = m.alpha("", 0.0)?.into();
+            let (ior, white) = (m.ior(&["eta"])?, Rgb::WHITE);
+            Surface::Glass { ior, reflectance: white, transmittance: white, facets }
         }
         "thindielectric" => Surface::ThinGlass {
             ior: m.ior(&["eta"])?,

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::error::{Error, Location, Result};
+use crate::io::assets::kind;
 use crate::io::pbrt::lexer::excerpt;
 use crate::io::pbrt::loading::Loading;
 use crate::io::pbrt::parameters::{Kind, Parameters};
@@ -122,12 +123,13 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
         Ok(bytes) => bytes,
         Err(error) => {
             let shown = excerpt(name, 60);
+            let kind = kind(&error);
             let why = match error {
                 Error::Io { .. } => "is not there",
                 _ => "is outside the folder of the scene file or too large",
             };
             let message = format!("mesh file {shown:?} {why}: left out");
-            loading.note_named(NoteKind::Repaired, message, "mesh files could not be read", at);
+            loading.note_named(kind, message, "mesh files could not be read", at);
             return Ok(None);
         }
     };

@@ -181,8 +181,12 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     };
     stage.put("table books", cloth, book(0.0, Vec2::new(0.11, 0.08), 0.25))?;
     stage.put("upper book", palette.paper, book(0.0285, Vec2::new(0.095, 0.07), -0.1))?;
-    let glass =
-        Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::new(0.94, 0.97, 0.96) };
+    let glass = Surface::Glass {
+        ior: 1.5,
+        reflectance: Rgb::WHITE,
+        transmittance: Rgb::new(0.94, 0.97, 0.96),
+        facets: 0.0.into(),
+    };
     let glass = stage.material("glass", glass)?;
     stage.put("glass ball", glass, sphere(0.055, 56, 28).at(books + Vec3::Y * (0.057 + 0.0555)))
 }
