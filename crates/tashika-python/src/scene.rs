@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
-use tashika::error::{Error, Result};
+use tashika::error::{Error, Location, Result};
 use tashika::gather::{Filter, View};
 use tashika::integrator::{GuidedLights, Truth};
 use tashika::io::{LoadOptions, load_scene};
