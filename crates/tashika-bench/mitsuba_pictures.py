@@ -28,6 +28,8 @@ def adapted(text, size):
     for name, value in zip(("width", "height"), size):
         text = re.sub(rf'(<integer name="{name}" value=")[^"]*"', rf'\g<1>{value}"', text)
     text = re.sub(r"<rfilter\b[^>]*?(/>|>.*?</rfilter>)", '<rfilter type="box"/>', text, flags=re.S)
+    # Of scenes of older versions, which Mitsuba 3 no longer reads; it is 1.
+    text = re.sub(r'<float name="ext(_e|E)ta" value="1(\.0*)?"\s*/>', "", text)
     path = '<integrator type="path"><integer name="max_depth" value="-1"/></integrator>'
     if 'version="0.' in text or 'version="1.' in text:
         path = path.replace("max_depth", "maxDepth")

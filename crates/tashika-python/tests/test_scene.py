@@ -255,7 +255,7 @@ def test_arrays_that_cannot_be_are_refused() -> None:
         tashika.Scene.build([], lights=[tashika.Light.point((0, float("nan"), 0), 1)])
     # What no picture shows is left out and counted.
     scene = tashika.Scene.build([tashika.Mesh(FLOOR, [[0, 1, 2], [0, 1, 1]], material=white, name="odd")])
-    assert scene.triangles_without_area == 1 and not scene.notes
+    assert scene.triangles_without_area == 1 and not any("area" in note for note in scene.notes)
 
 
 def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
@@ -269,6 +269,14 @@ def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
     assert len(tashika.load(tmp_path / "a.obj").notes) >= 1
     with pytest.raises(tashika.InputError, match="because of strict=True"):
         tashika.load(tmp_path / "a.obj", strict=True)
+    (tmp_path / "a.mtl").write_text("newmtl one\nmap_Kd gone.png\n")
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl one\nf 1 2 3\n")
+    with pytest.raises(tashika.FileError, match="gone.png"):
+        tashika.load(tmp_path / "a.obj")
+    assert any("gone.png" in note for note in tashika.load(tmp_path / "a.obj", allow_missing=True).notes)
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    with pytest.raises(tashika.InputError, match="nothing to render"):
+        tashika.load(tmp_path / "a.obj")
     (tmp_path / "a.exr").write_text("no image")
     with pytest.raises(tashika.InputError, match="an OpenEXR image"):
         tashika.read(tmp_path / "a.exr")
