@@ -797,3 +797,14 @@ fn names_and_places_of_one_long_line_are_read_in_time() {
     let first = scene.notes().iter().find(|n| n.message.contains("velvet")).unwrap().first;
     assert_eq!((first.line, first.column), (Some(2), Some(line.len() as u32 + 20)));
 }
+
+/// Mitsuba 3 and 0.6 alike; the picture of a simple room is 1 % brighter if lamps are grey.
+#[test]
+fn shapes_without_a_bsdf_are_grey_and_lamps_black() {
+    let lamp = "<emitter type=\"area\"><rgb name=\"radiance\" value=\"1\"/></emitter>";
+    for (inside, reflectance) in [("", 0.5), (lamp, 0.0)] {
+        let scene = load(&format!("<shape type=\"rectangle\">{inside}</shape>"));
+        let material = &scene.materials()[scene.meshes()[0].material.index()];
+        assert_eq!(material.surface, Surface::Lambert { reflectance: color(Rgb::gray(reflectance)) });
+    }
+}

@@ -32,7 +32,7 @@ const MAX_PARTS: usize = 64;
 const WEIGHT_TOLERANCE: f64 = 1e-3;
 
 impl Translation<'_> {
-    /// The material of a shape: its bsdf, or grey, with the emission of its area light.
+    /// The material of a shape: its bsdf, with the emission of its area light; without a bsdf grey, or black if it emits.
     pub(super) fn shape_material(
         &mut self,
         bsdf: Option<&Object>,
@@ -44,7 +44,10 @@ impl Translation<'_> {
         }
         let mut material = match bsdf {
             Some(bsdf) => self.material(bsdf)?,
-            None => Material::new("without material", Surface::Lambert { reflectance: GREY.into() }),
+            None => {
+                let reflectance = if light.is_some() { Rgb::BLACK } else { GREY };
+                Material::new("without material", Surface::Lambert { reflectance: reflectance.into() })
+            }
         };
         if let Some((_, emission)) = light {
             // What is invisible and emits is seen, as it is in Mitsuba: black.
