@@ -6,7 +6,7 @@
 //! ```
 //!
 //! (Cook and Torrance 1982; Walter et al. 2007, equation 20; Heitz 2014, equation 2.) `D` and what
-//! one direction sees are those of [`ggx`] or [`beckmann`]; `G₂` is by [`FacetModel`], since formats
+//! one direction sees are those of `ggx` or `beckmann`; `G₂` is by [`FacetModel`], since formats
 //! mean different things by the same roughness.
 //!
 //! # Precision
