@@ -29,9 +29,13 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     full("material", "conductor", "mirror with the Fresnel reflectance of the metal"),
     full("material", "roughconductor", "GGX with the Fresnel reflectance of the metal"),
     full("material", "plastic", "smooth dielectric coat over a Lambertian base"),
-    full("material", "roughplastic", "GGX dielectric coat over a Lambertian base"),
+    full("material", "roughplastic", "rough dielectric coat over a Lambertian base"),
     near("material", "pplastic", "smooth or rough plastic, not polarized"),
-    near("material", "principled", "metallic-roughness model; glass from a transmission of 0.5"),
+    near(
+        "material",
+        "principled",
+        "metallic-roughness model, up to 10 % off in what it reflects, 25 % where it is rough and grazing; glass from a transmission of 0.5",
+    ),
     near(
         "material",
         "principledthin",
