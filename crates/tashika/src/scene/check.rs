@@ -176,7 +176,7 @@ fn surface(surface: &Surface) -> Checked {
             color("specular", specular)?;
             number("alpha", &facets.alpha)
         }
-        Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
+        Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } => {
             color("base colour", base_color)?;
             number("metallic", metallic)?;
             number("roughness", roughness)?;

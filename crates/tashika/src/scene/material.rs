@@ -148,6 +148,8 @@ pub enum Surface {
         roughness: FloatInput,
         /// Reflectance at normal incidence of the dielectric part.
         specular_f0: ColorInput,
+        /// What the facets are distributed by.
+        model: FacetModel,
     },
     /// Perfect mirror.
     Mirror {
@@ -311,7 +313,7 @@ impl Material {
             Surface::Coated { reflectance, specular, facets, .. } => {
                 vec![color(reflectance), color(specular), number(&facets.alpha)]
             }
-            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
+            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } => {
                 vec![color(base_color), number(metallic), number(roughness), color(specular_f0)]
             }
             Surface::Glass { facets, .. } => vec![number(&facets.alpha)],

@@ -149,7 +149,7 @@ impl<'a> Look<'a> {
                     }
                 }
             }
-            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } => {
+            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, model } => {
                 let base = self.color(base_color);
                 let metallic = metallic.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let roughness = roughness.at(self.textures, self.uv).clamp(0.0, 1.0);
@@ -159,7 +159,7 @@ impl<'a> Look<'a> {
                     diffuse: base * (1.0 - metallic),
                     f0: dielectric_f0.lerp(base, metallic),
                     dielectric_f0,
-                    facets: Microfacets::ggx(alpha),
+                    facets: Microfacets { alpha, model: *model },
                 }))
             }
             Surface::Mirror { reflectance } => {

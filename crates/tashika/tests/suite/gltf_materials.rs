@@ -217,7 +217,8 @@ fn clear_coats_replace_the_highlight_of_a_dielectric_and_mirror_over_metal() {
         "clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.5, "clearcoatRoughnessTexture": { "index": 0 },
     } });
     let scene = textured(dielectric(0.9, coat.clone()));
-    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } = used(&scene).surface
+    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } =
+        used(&scene).surface
     else {
         panic!()
     };
@@ -249,7 +250,7 @@ fn specular_glossiness_is_a_diffuse_part_and_a_reflectance() {
     let (surface, _) = surface_of(json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": {
         "diffuseFactor": [0.8, 0.4, 0.2, 1], "specularFactor": [0.5, 0.25, 0], "glossinessFactor": 0.75,
     } } }));
-    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } = surface else {
+    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } = surface else {
         panic!()
     };
     assert_eq!((base_color.factor, metallic.factor), (Rgb::new(0.4, 0.2, 0.1), 0.0));

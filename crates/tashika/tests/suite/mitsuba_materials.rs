@@ -10,8 +10,10 @@ use crate::mitsuba::{load_in, xml};
 
 /// What is off by more than 1 %, by what a row holds, and at most how far; the first that fits counts.
 ///
-/// At grazing angles the table of rough boundaries is off. The principled BSDF becomes that of glTF.
-const OFF: [(&str, f64); 2] = [("roughplastic", 0.012), ("principled", 0.26)];
+/// At grazing angles the table of rough boundaries is off. The principled BSDF becomes that of glTF, which is the same
+/// where it is metal.
+const OFF: [(&str, f64); 3] =
+    [("roughplastic", 0.012), ("name=\"metallic\" value=\"1.0\"", 0.01), ("principled", 0.24)];
 
 /// Directional albedo at an elevation, by draws of a sequence that fills the cube evenly.
 fn albedo(scene: &Scene, elevation: f32) -> [f64; 3] {

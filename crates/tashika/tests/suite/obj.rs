@@ -411,7 +411,7 @@ fn materials_become_the_nearest_surface() {
     ] {
         assert_eq!(material(mtl).surface, expected, "{mtl}");
     }
-    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 } =
+    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } =
         material("Kd .1 .2 .3\nKs 1 1 1\nPr 0.2\nPm 0.3\nNi 2").surface
     else {
         panic!("physically based")

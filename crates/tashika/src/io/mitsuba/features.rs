@@ -34,7 +34,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     near(
         "material",
         "principled",
-        "metallic-roughness model, up to 10 % off in what it reflects, 25 % where it is rough and grazing; glass from a transmission of 0.5",
+        "metallic-roughness model: metals are the same, others up to 11 % off in what they reflect, 23 % where they are rough and seen at grazing angles; glass from a transmission of 0.5",
     ),
     near(
         "material",

@@ -302,7 +302,8 @@ impl Translation<'_> {
         }
         let metallic = self.float(object, "metallic", 0.0)?;
         let metallic = FloatInput { factor: metallic.factor.clamp(0.0, 1.0), ..metallic };
-        Ok(Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0: Rgb::gray(f0).into() })
+        let (specular_f0, model) = (Rgb::gray(f0).into(), FacetModel::GgxIndependent);
+        Ok(Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, model })
     }
 
     /// Reflectance at normal incidence and index of refraction of the dielectric part.

@@ -35,6 +35,7 @@ use super::features::meaning;
 use super::map::Map;
 use super::mtl::Definition;
 use super::references::{Content, Textures};
+use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::scene::{
@@ -164,6 +165,7 @@ impl Converter<'_, '_> {
             metallic: self.mapped_number(metallic, d.map_pm.as_ref()),
             roughness: self.mapped_number(roughness, d.map_pr.as_ref()),
             specular_f0: Rgb::gray(f0 * f0).into(),
+            model: FacetModel::Ggx,
         }
     }
 

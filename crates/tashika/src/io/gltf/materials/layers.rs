@@ -26,6 +26,7 @@
 use super::fields::{Clearcoat, DiffuseTransmission, Volume};
 use super::opaque::Opaque;
 use super::reader::Reader;
+use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::gltf::textures::Content;
@@ -82,6 +83,7 @@ fn coat(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
         metallic: if is_dielectric { 0.0.into() } else { 1.0.into() },
         roughness,
         specular_f0: Rgb::gray(COAT_F0).into(),
+        model: FacetModel::Ggx,
     };
     reader.mix(opaque.surface, coated, amount, "coat")
 }

@@ -26,6 +26,7 @@
 
 use super::fields::{Anisotropy, SpecularGlossiness, Strength};
 use super::reader::Reader;
+use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::gltf::textures::{Content, UsedTexture};
@@ -100,7 +101,13 @@ impl Opaque {
         let (f0, strength) = opaque.f0(reader)?;
         if strength > 0.0 || metallic > 0.0 {
             let (base_color, metallic, roughness) = (opaque.base_color, opaque.metallic, opaque.roughness);
-            opaque.surface = Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0: f0 };
+            opaque.surface = Surface::MetallicRoughness {
+                base_color,
+                metallic,
+                roughness,
+                specular_f0: f0,
+                model: FacetModel::Ggx,
+            };
         }
         for name in ["KHR_materials_sheen", "KHR_materials_iridescence", "KHR_materials_dispersion"] {
             if reader.extension::<Strength>(name)?.is_some_and(|s| s.is_there()) {
@@ -163,7 +170,13 @@ impl Opaque {
         };
         let (metallic, specular_f0) = (0.0.into(), ColorInput { factor: f0, texture: f0_texture });
         Ok(Self {
-            surface: Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 },
+            surface: Surface::MetallicRoughness {
+                base_color,
+                metallic,
+                roughness,
+                specular_f0,
+                model: FacetModel::Ggx,
+            },
             takes_layers: false,
             base_color,
             metallic,

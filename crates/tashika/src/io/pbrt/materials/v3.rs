@@ -19,6 +19,7 @@
 
 use super::maker::Maker;
 use super::{GREY, Materials};
+use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::pbrt::spectra::{self, Quantity};
@@ -79,6 +80,7 @@ pub(super) fn surface(
                 metallic: 0.0.into(),
                 roughness: m.loading.builder.power(alpha, 0.5)?,
                 specular_f0,
+                model: FacetModel::Ggx,
             }
         }
         "translucent" => {
@@ -105,7 +107,13 @@ pub(super) fn surface(
                 }
             } else {
                 let specular_f0 = Rgb::gray(at_normal(ior)).into();
-                Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0 }
+                Surface::MetallicRoughness {
+                    base_color,
+                    metallic,
+                    roughness,
+                    specular_f0,
+                    model: FacetModel::Ggx,
+                }
             }
         }
         "subsurface" | "kdsubsurface" => {
