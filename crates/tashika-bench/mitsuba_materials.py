@@ -4,8 +4,9 @@
     pip install mitsuba numpy
     python3 crates/tashika-bench/mitsuba_materials.py > crates/tashika/tests/suite/mitsuba_materials.txt
 
-A row is a BSDF in Mitsuba's XML and nine numbers: the directional albedo (red, green, blue) where
-the surface is seen 75, 40 and 12 degrees above it, a mean over 2^20 samples of `BSDF.sample`. Where LLVM is not found, name
+A row is a BSDF in Mitsuba's XML and 18 numbers, each three a colour: the directional albedo where the
+surface is seen 75, 40 and 12 degrees above it, a mean over 2^20 samples of `BSDF.sample`; then the BSDF times the cosine
+(1/sr) for each pair of directions in `PAIRS`. Where LLVM is not found, name
 its library in `DRJIT_LIBLLVM_PATH` (19 works, 14 does not).
 """
 
@@ -18,6 +19,8 @@ import numpy
 mi.set_variant("llvm_ad_rgb")
 SAMPLES = 1 << 20
 ELEVATIONS = (75, 40, 12)
+# Elevation of the one, elevation of the other, azimuth between them (degrees).
+PAIRS = ((75, 50, 150), (40, 30, 100), (12, 25, 170))
 COLOR = '<rgb name="{}" value="0.7 0.4 0.1"/>'
 
 
@@ -69,28 +72,45 @@ def materials():
         for distribution in ("ggx", "beckmann"):
             for alpha in (0.05, 0.25, 0.5):
                 yield bsdf("roughdielectric", string("distribution", distribution), number("alpha", alpha), *inside)
+    color = COLOR.format("base_color")
     for metallic in (0.0, 0.3, 1.0):
         for roughness in (0.1, 0.3, 0.6, 1.0):
-            yield bsdf(
-                "principled",
-                COLOR.format("base_color"),
-                number("metallic", metallic),
-                number("roughness", roughness),
-            )
+            yield bsdf("principled", color, number("metallic", metallic), number("roughness", roughness))
+    for tint in (0.5, 1.0):
+        yield bsdf("principled", color, number("spec_tint", tint), number("metallic", 0.3), number("eta", 1.8))
+        yield bsdf("principled", color, number("sheen", 0.8), number("sheen_tint", tint), number("roughness", 0.8))
+    yield bsdf("principled", color, number("specular", 0.001), number("roughness", 0.55))
+    yield bsdf("principled", color, number("clearcoat", 1.0), number("clearcoat_gloss", 0.2))
+    yield bsdf("principled", color, number("flatness", 1.0))
+    yield bsdf("principled", color, number("anisotropic", 0.9))
+    yield bsdf("principled", color, number("spec_trans", 1.0), number("eta", 1.5))
     plain = bsdf("diffuse", COLOR.format("reflectance"))
     yield bsdf("twosided", plain)
+    yield bsdf("mask", number("opacity", 0.3), plain)
+    rough = bsdf("roughconductor", string("material", "Au"), number("alpha", 0.4))
+    yield bsdf("blendbsdf", number("weight", 0.25), plain, rough)
 
 
-def albedo(xml, elevation):
-    material = mi.load_string(xml.replace("<bsdf", '<bsdf version="3.0.0"', 1))
-    sampler = mi.load_dict({"type": "independent"})
-    sampler.seed(elevation, SAMPLES)
-    angle = math.radians(elevation)
+def surface(angle):
     found = dr.zeros(mi.SurfaceInteraction3f, SAMPLES)
     found.wi = mi.Vector3f(math.cos(angle), 0, math.sin(angle))
     found.t = 1.0
     found.n = mi.Normal3f(0, 0, 1)
     found.sh_frame = mi.Frame3f(mi.Vector3f(0, 0, 1))
+    return found
+
+
+def value(material, pair):
+    elevation, other, azimuth = (math.radians(angle) for angle in pair)
+    direction = (math.cos(other) * math.cos(azimuth), math.cos(other) * math.sin(azimuth), math.sin(other))
+    found = material.eval(mi.BSDFContext(), surface(elevation), mi.Vector3f(*direction))
+    return [numpy.array(found[channel])[0] for channel in range(3)]
+
+
+def albedo(material, elevation):
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(elevation, SAMPLES)
+    found = surface(math.radians(elevation))
     # Of flux: without the square of the index by which refraction changes radiance.
     _, weight = material.sample(mi.BSDFContext(mi.TransportMode.Importance), found, sampler.next_1d(), sampler.next_2d())
     weight = dr.select(dr.isfinite(weight), weight, 0)
@@ -100,8 +120,10 @@ def albedo(xml, elevation):
 def main():
     print(f"# Written by crates/tashika-bench/mitsuba_materials.py with Mitsuba {mi.__version__}.")
     for xml in materials():
-        numbers = (value for elevation in ELEVATIONS for value in albedo(xml, elevation))
-        print(xml, *(f"{value:.4f}" for value in numbers))
+        material = mi.load_string(xml.replace("<bsdf", '<bsdf version="3.0.0"', 1))
+        colors = [albedo(material, elevation) for elevation in ELEVATIONS]
+        print(xml, *(f"{number:.4f}" for color in colors for number in color), end=" ")
+        print(*(f"{number:.4g}" for pair in PAIRS for number in value(material, pair)))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@
 //! | [`Conductor`] | `k_s F(ω_i·h) D G₂ / 4 c_i c_o` | visible normals | Walter et al. 2007; Heitz 2014 |
 //! | [`Coated`] | the same with a dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` | both lobes | Saunderson 1942 |
 //! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
+//! | [`Principled`] | `ρ_d/π · b + s (1 − ω_i·h)⁵ + F D G₂ / 4 c_i c_o` | both lobes | Burley 2012 |
 //! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
 //! | [`Glass`] | `F` on reflection, `1 − F` on refraction, at facets if it is rough | `F` against `1 − F` | Walter et al. 2007 |
 //! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through | the same | Stokes 1862 |
@@ -26,12 +27,11 @@
 //! # Guarantee
 //! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and not
 //! negative. [`Bsdf::sample`] draws exactly from [`Bsdf::pdf`]. No surface reflects more than it
-//! receives, but for a thousandth in [`Coated`] and for [`MetallicRoughness`] at grazing angles.
+//! receives, but for a thousandth in [`Coated`], for [`MetallicRoughness`] at grazing angles, and for
+//! [`Principled`].
 //!
 //! # Held to this by
 //! `bsdf::tests`: every case of a closed list and of a random sweep, times every property.
-
-use std::f32::consts::FRAC_1_PI;
 
 use crate::color::Rgb;
 use crate::math::simd::each;
@@ -42,10 +42,12 @@ mod coated;
 mod conductor;
 pub mod fresnel;
 mod lambert;
+mod lobes;
 mod metallic_roughness;
 pub mod microfacet;
 mod phong;
 mod plastic;
+mod principled;
 mod specular;
 #[cfg(test)]
 mod tests;
@@ -54,10 +56,13 @@ mod validate;
 pub use coated::Coated;
 pub use conductor::{Conductor, ConductorFresnel};
 pub use lambert::Lambert;
+pub(crate) use lobes::glossy_probability;
+use lobes::{diffuse_brdf, sum_of_lobes};
 pub use metallic_roughness::MetallicRoughness;
 pub use microfacet::{FacetModel, MIN_ALPHA, Microfacets};
 pub use phong::Phong;
 pub use plastic::Plastic;
+pub use principled::{MAX_SHEEN, Principled, TintedFresnel};
 pub use specular::{Glass, Mirror, ThinGlass};
 
 /// Directions whose cosine with the normal is not above this count as lying in the surface.
@@ -65,10 +70,6 @@ pub use specular::{Glass, Mirror, ThinGlass};
 /// Components of a unit vector in `f32` are rounded at `6·10⁻⁸`, so that a smaller cosine says nothing
 /// about the side on which the direction lies.
 pub const MIN_COSINE: f32 = 1e-7;
-
-/// Of two lobes that both reflect, each is drawn at least this often, so that a poor estimate of their
-/// shares costs a factor of at most ten in the weights. Chosen.
-const MIN_LOBE_PROBABILITY: f32 = 0.1;
 
 /// How a surface scatters light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +86,8 @@ pub enum Bsdf {
     Coated(Coated),
     /// The core material of glTF 2.0.
     MetallicRoughness(MetallicRoughness),
+    /// The principled material of Disney.
+    Principled(Principled),
     /// Perfect mirror.
     Mirror(Mirror),
     /// Smooth or rough dielectric.
@@ -197,6 +200,7 @@ impl Bsdf {
             Self::Conductor(b) => b.draw(up, u),
             Self::Coated(b) => b.draw(up, u)?,
             Self::MetallicRoughness(b) => b.draw(up, u),
+            Self::Principled(b) => b.draw(up, u),
             Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
             Self::Glass(b) => return b.sample(wo, u).filter(carries_light),
             Self::ThinGlass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
@@ -221,7 +225,8 @@ impl Bsdf {
             | Self::Plastic(_)
             | Self::Conductor(_)
             | Self::Coated(_)
-            | Self::MetallicRoughness(_) => false,
+            | Self::MetallicRoughness(_)
+            | Self::Principled(_) => false,
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => true,
         }
     }
@@ -237,6 +242,7 @@ impl Bsdf {
             Self::Plastic(b) => b.diffuse,
             Self::Coated(b) => b.diffuse_albedo(wo.z.abs()),
             Self::MetallicRoughness(b) => b.diffuse_albedo(wo.z.abs()),
+            Self::Principled(b) => b.diffuse_albedo(wo.z.abs()),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
         }
     }
@@ -251,6 +257,7 @@ impl Bsdf {
             Self::Plastic(b) => b.diffuse *= LEFT,
             Self::Coated(b) => b.reflectance *= LEFT,
             Self::MetallicRoughness(b) => b.diffuse *= LEFT,
+            Self::Principled(b) => b.diffuse *= LEFT,
             Self::Lambert(_) | Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
             }
         }
@@ -266,6 +273,7 @@ impl Bsdf {
             Self::Plastic(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
             Self::Coated(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
             Self::MetallicRoughness(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
+            Self::Principled(b) => b.importance_gloss(cos),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
                 self.albedo().max_channel()
             }
@@ -281,6 +289,7 @@ impl Bsdf {
             Self::Conductor(b) => Some(b.facets.alpha),
             Self::Coated(b) => (!b.specular.is_black()).then_some(b.facets.alpha),
             Self::MetallicRoughness(b) => Some(b.facets.alpha),
+            Self::Principled(b) => Some(b.facets.alpha),
             Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
         }
     }
@@ -297,6 +306,7 @@ impl Bsdf {
             Self::Conductor(b) => b.fresnel.at(1.0) * b.specular,
             Self::Coated(b) => b.diffuse_albedo(1.0) + b.specular * fresnel::dielectric(1.0, b.ior),
             Self::MetallicRoughness(b) => b.diffuse_albedo(1.0) + b.f0,
+            Self::Principled(b) => b.diffuse_albedo(1.0) + b.fresnel.at(1.0).into(),
             Self::Mirror(b) => b.reflectance,
             Self::Glass(b) => b.transmittance.lerp(b.reflectance, fresnel::dielectric(1.0, b.ior)),
             Self::ThinGlass(b) => {
@@ -316,6 +326,7 @@ impl Bsdf {
             Self::Conductor(b) => b.validate(),
             Self::Coated(b) => b.validate(),
             Self::MetallicRoughness(b) => b.validate(),
+            Self::Principled(b) => b.validate(),
             Self::Mirror(b) => b.validate(),
             Self::Glass(b) => b.validate(),
             Self::ThinGlass(b) => b.validate(),
@@ -332,6 +343,7 @@ impl Bsdf {
             Self::Conductor(b) => b.eval(wo, wi),
             Self::Coated(b) => b.eval(wo, wi),
             Self::MetallicRoughness(b) => b.eval(wo, wi),
+            Self::Principled(b) => b.eval(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => [R::splat(0.0); 3],
         }
     }
@@ -346,6 +358,7 @@ impl Bsdf {
             Self::Conductor(b) => b.pdf(wo, wi),
             Self::Coated(b) => b.pdf(wo, wi),
             Self::MetallicRoughness(b) => b.pdf(wo, wi),
+            Self::Principled(b) => b.pdf(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => 0.0,
         }
     }
@@ -360,20 +373,6 @@ fn above_horizon(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
         .then(|| (Vec3::new(wo.x, wo.y, cos_o), Vec3::new(wi.x, wi.y, cos_i)))
 }
 
-/// Probability of drawing from the glossy of two lobes, given estimates of what each reflects.
-///
-/// `None` if neither reflects anything.
-pub(crate) fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
-    match (glossy > 0.0, diffuse > 0.0) {
-        (true, true) => {
-            Some((glossy / (glossy + diffuse)).clamp(MIN_LOBE_PROBABILITY, 1.0 - MIN_LOBE_PROBABILITY))
-        }
-        (true, false) => Some(1.0),
-        (false, true) => Some(0.0),
-        (false, false) => None,
-    }
-}
-
 /// The mirror direction of `w` about the normal.
 #[inline]
 fn mirror_direction(w: Vec3) -> Vec3 {
@@ -383,17 +382,4 @@ fn mirror_direction(w: Vec3) -> Vec3 {
 /// Whether anything goes along the direction drawn.
 fn carries_light(sample: &BsdfSample) -> bool {
     !sample.weight.is_black()
-}
-
-/// `a x + b y`, channel by channel.
-#[inline(always)]
-fn sum_of_lobes<R: Real>(a: Rgb, x: R, b: Rgb, y: R) -> [R; 3] {
-    let (a, b) = (a.to_array(), b.to_array());
-    each!(|channel| R::splat(a[channel]) * x + R::splat(b[channel]) * y)
-}
-
-/// `f_r` of an ideal diffuse surface (sr⁻¹).
-#[inline]
-fn diffuse_brdf(reflectance: Rgb) -> Rgb {
-    reflectance * FRAC_1_PI
 }

@@ -182,6 +182,14 @@ fn surface(surface: &Surface) -> Checked {
             number("roughness", roughness)?;
             color("specular f0", specular_f0)
         }
+        Surface::Principled { base_color, metallic, roughness, specular_tint, sheen, sheen_tint, ior: _ } => {
+            color("base colour", base_color)?;
+            number("metallic", metallic)?;
+            number("roughness", roughness)?;
+            number("specular tint", specular_tint)?;
+            number("sheen", sheen)?;
+            number("sheen tint", sheen_tint)
+        }
         Surface::Glass { reflectance, transmittance, facets, .. } => {
             number("alpha", &facets.alpha)?;
             color("reflectance", &(*reflectance).into())?;

@@ -151,6 +151,23 @@ pub enum Surface {
         /// What the facets are distributed by.
         model: FacetModel,
     },
+    /// Disney's principled material, opaque: Burley's diffuse part, sheen, and facets.
+    Principled {
+        /// Base colour.
+        base_color: ColorInput,
+        /// 0 dielectric to 1 metal.
+        metallic: FloatInput,
+        /// Perceptual roughness; `α` is its square.
+        roughness: FloatInput,
+        /// Refractive index of the dielectric part.
+        ior: f32,
+        /// Share of the dielectric part's reflection that has the hue of the base colour, 0 to 1.
+        specular_tint: FloatInput,
+        /// Light that cloth returns at grazing angles, 0 to 1.
+        sheen: FloatInput,
+        /// Share of it that has the hue of the base colour, 0 to 1.
+        sheen_tint: FloatInput,
+    },
     /// Perfect mirror.
     Mirror {
         /// Reflectance, 0 to 1.
@@ -198,6 +215,7 @@ impl Surface {
             Self::Conductor { .. } => "conductor",
             Self::Coated { .. } => "coated",
             Self::MetallicRoughness { .. } => "metallic-roughness",
+            Self::Principled { .. } => "principled",
             Self::Mirror { .. } => "mirror",
             Self::Glass { .. } => "glass",
             Self::ThinGlass { .. } => "thin glass",
@@ -315,6 +333,18 @@ impl Material {
             }
             Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } => {
                 vec![color(base_color), number(metallic), number(roughness), color(specular_f0)]
+            }
+            Surface::Principled {
+                base_color,
+                metallic,
+                roughness,
+                specular_tint,
+                sheen,
+                sheen_tint,
+                ior: _,
+            } => {
+                let numbers = [metallic, roughness, specular_tint, sheen, sheen_tint];
+                numbers.map(number).into_iter().chain([color(base_color)]).collect()
             }
             Surface::Glass { facets, .. } => vec![number(&facets.alpha)],
             Surface::Mix { amount, .. } => vec![number(amount)],

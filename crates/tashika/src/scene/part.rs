@@ -29,8 +29,8 @@ use glam::Vec2;
 
 use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
-    Bsdf, Coated, Conductor, Glass, Lambert, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong,
-    Plastic, ThinGlass, fresnel, glossy_probability,
+    Bsdf, Coated, Conductor, FacetModel, Glass, Lambert, MAX_SHEEN, MIN_ALPHA, MetallicRoughness,
+    Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel, fresnel, glossy_probability,
 };
 use crate::color::Rgb;
 
@@ -68,6 +68,12 @@ fn limited(a: Rgb, b: Rgb) -> (Rgb, Rgb) {
     // The next number below keeps rounded sums from exceeding one.
     let scale = if sum > 1.0 { (1.0 / sum).next_down() } else { 1.0 };
     (a * scale, b * scale)
+}
+
+/// The colour, scaled to a luminance of 1; white of black.
+fn hue(color: Rgb) -> Rgb {
+    let luminance = color.luminance();
+    if luminance > 0.0 { color / luminance } else { Rgb::WHITE }
 }
 
 impl<'a> Look<'a> {
@@ -162,6 +168,38 @@ impl<'a> Look<'a> {
                     facets: Microfacets { alpha, model: *model },
                 }))
             }
+            Surface::Principled {
+                base_color,
+                metallic,
+                roughness,
+                ior,
+                specular_tint,
+                sheen,
+                sheen_tint,
+            } => {
+                let base = self.color(base_color);
+                let inputs = [metallic, roughness, specular_tint, sheen, sheen_tint];
+                let inputs = inputs.map(|input| input.at(self.textures, self.uv).clamp(0.0, 1.0));
+                let [metallic, roughness, specular_tint, sheen, sheen_tint] = inputs;
+                let hue = hue(base);
+                let opaque = 1.0 - metallic;
+                // What is Schlick's: of the metal, and of the tinted part of the rest.
+                let tinted = opaque * specular_tint;
+                let schlick = metallic + tinted;
+                let f0 = base * metallic + hue * (fresnel::dielectric(1.0, *ior) * tinted);
+                let alpha = (roughness * roughness).clamp(MIN_ALPHA, 1.0);
+                whole(Bsdf::Principled(Principled {
+                    diffuse: base * opaque,
+                    roughness,
+                    sheen: (Rgb::WHITE.lerp(hue, sheen_tint) * (opaque * sheen)).map(|s| s.min(MAX_SHEEN)),
+                    fresnel: TintedFresnel {
+                        schlick,
+                        f0: if schlick > 0.0 { unit(f0 / schlick) } else { Rgb::BLACK },
+                        ior: *ior,
+                    },
+                    facets: Microfacets { alpha, model: FacetModel::GgxIndependent },
+                }))
+            }
             Surface::Mirror { reflectance } => {
                 whole(Bsdf::Mirror(Mirror { reflectance: self.color(reflectance) }))
             }
@@ -201,6 +239,7 @@ impl<'a> Look<'a> {
             | Surface::Conductor { .. }
             | Surface::Coated { .. }
             | Surface::MetallicRoughness { .. }
+            | Surface::Principled { .. }
             | Surface::Mirror { .. } => 0.0,
             Surface::Mix { first, second, amount } => {
                 let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);

@@ -236,6 +236,27 @@ fn gloss_is_put_back() {
     transport_agrees(b, 0.02, "gloss");
 }
 
+/// A diffuse part that is far from a cosine lobe, and sheen, of which VPLs carry a mean and nothing.
+#[test]
+fn cloth_and_retro_reflection_are_put_back() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let principled = |roughness: f32, metallic: f32| Surface::Principled {
+        base_color: Rgb::new(0.6, 0.5, 0.2).into(),
+        metallic: metallic.into(),
+        roughness: roughness.into(),
+        ior: 1.5,
+        specular_tint: 0.5.into(),
+        sheen: 1.0.into(),
+        sheen_tint: 0.5.into(),
+    };
+    let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
+    place(&mut b, floor, Material::new("floor", principled(1.0, 0.0)));
+    let left = cuboid(Vec3::new(-0.8, 0.02, -0.2), Vec3::new(-0.4, 0.5, 0.3), false);
+    place(&mut b, left, Material::new("half metal", principled(0.5, 0.4)));
+    transport_agrees(b, 0.02, "cloth");
+}
+
 /// A mirror that lights what VPLs cannot, a smooth coat, a pane and a block of solid glass in front of an open side with a sky.
 #[test]
 fn mirrors_panes_and_glass_are_put_back() {

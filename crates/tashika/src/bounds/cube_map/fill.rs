@@ -221,6 +221,7 @@ fn without_diffuse(mut bsdf: Bsdf) -> Bsdf {
         Bsdf::Plastic(b) => b.diffuse = Rgb::BLACK,
         Bsdf::Coated(b) => b.reflectance = Rgb::BLACK,
         Bsdf::MetallicRoughness(b) => b.diffuse = Rgb::BLACK,
+        Bsdf::Principled(b) => (b.diffuse, b.sheen) = (Rgb::BLACK, Rgb::BLACK),
         Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {}
     }
     bsdf

@@ -18,7 +18,7 @@
 //! The tests below, `bounds::tests::reflector`.
 
 use crate::bsdf::boundary::Boundary;
-use crate::bsdf::fresnel;
+use crate::bsdf::{TintedFresnel, fresnel};
 use crate::color::Rgb;
 
 /// What a facet reflects, with a factor.
@@ -47,6 +47,8 @@ pub(in crate::bounds) enum Reflected {
         /// Imaginary part.
         k: Rgb,
     },
+    /// A mean of Schlick's approximation and of a dielectric.
+    Tinted(TintedFresnel),
 }
 
 impl Reflected {
@@ -55,6 +57,8 @@ impl Reflected {
         match self {
             Self::Schlick { scale, .. } | Self::Conductor { scale, .. } => scale.max_channel() <= 0.0,
             Self::Dielectric { scale, .. } => *scale <= 0.0,
+            // All of it at grazing angles.
+            Self::Tinted(_) => false,
         }
     }
 
@@ -70,6 +74,11 @@ impl Reflected {
             Self::Conductor { scale, eta, k } => {
                 let channels = eta.zip(k, |eta, k| upper_conductor(cos, f64::from(eta), f64::from(k)) as f32);
                 f64::from((channels * scale).max_channel())
+            }
+            Self::Tinted(TintedFresnel { schlick, f0, ior }) => {
+                let (schlick, scale) = (f64::from(schlick), Rgb::WHITE);
+                schlick * Self::Schlick { scale, f0 }.upper(cos)
+                    + (1.0 - schlick) * upper_dielectric(cos, ior)
             }
         }
     }

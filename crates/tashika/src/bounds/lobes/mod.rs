@@ -12,6 +12,7 @@
 //! | Conductor | 0 | [`facets`] |
 //! | Coated | `ρ/π · T(c_o) T_max / (η² (1 − ρ F_int))` | [`facets`] |
 //! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`facets`] |
+//! | Principled | `ρ_d/π · b` and the sheen, by [`burley`] | [`facets`] |
 //!
 //! # Guarantee
 //! The sum of the two bounds is at least the value in the `f32` arithmetic of [`bsdf`](crate::bsdf), once it went through
@@ -21,12 +22,13 @@
 //! `bounds::tests::reflector`, `bounds::tests::analytic`.
 
 mod beckmann;
+mod burley;
 pub(super) mod facets;
 pub(super) mod fresnel;
 mod ggx;
 pub(super) mod phong;
 
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 
 use crate::bsdf::{Bsdf, ConductorFresnel, Microfacets};
 use crate::color::Rgb;
@@ -93,6 +95,11 @@ impl Parts {
             Bsdf::MetallicRoughness(b) => {
                 let reflected = Reflected::Schlick { scale: Rgb::WHITE, f0: b.f0 };
                 (b.diffuse * (Rgb::WHITE - b.dielectric_f0), facets(b.facets, reflected))
+            }
+            Bsdf::Principled(b) => {
+                let shape = burley::upper_shape(b.roughness, f64::from(cos_o), max_cos_i) as f32;
+                let sheen = (burley::upper_sheen(f64::from(cos_o)) * PI) as f32;
+                (b.diffuse * shape + b.sheen * sheen, facets(b.facets, Reflected::Tinted(b.fresnel)))
             }
             Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (Rgb::BLACK, Lobe::None),
         };

@@ -160,7 +160,8 @@ fn check(
 
 /// Sets of points that have anything from nothing to everything in common; lights anywhere.
 ///
-/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more.
+/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more; of the principled
+/// material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10.
 #[test]
 fn bounds_of_sets_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -171,7 +172,12 @@ fn bounds_of_sets_hold_and_are_tight() {
                 let towards = lights(&points[0], s);
                 (points, towards)
             });
-            let (median, limit) = (median(&mut analytic), if mixed { 1.85 } else { 1.6 });
+            let limit = match (kind, mixed) {
+                (Kind::Principled, _) => 2.3,
+                (_, true) => 1.85,
+                (_, false) => 1.6,
+            };
+            let median = median(&mut analytic);
             assert!(analytic.len() > 1000 && median < limit, "{kind:?}, mixed: {mixed}: {median}");
         }
     }
@@ -179,7 +185,8 @@ fn bounds_of_sets_hold_and_are_tight() {
 
 /// One point: what is lost to boxes, tables and separate factors alone.
 ///
-/// Limits of median and ninth decile: measured, up to 1.10 and 1.99, and a tenth more.
+/// Limits of median and ninth decile: measured, up to 1.10 and 1.99, of the principled material 1.33 and 3.88, and
+/// a tenth more.
 #[test]
 fn bounds_of_points_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -189,7 +196,9 @@ fn bounds_of_points_hold_and_are_tight() {
             (vec![point], lights(&point, s))
         });
         let (median, decile) = (quantile(&mut analytic, 0.5), quantile(&mut analytic, 0.9));
-        assert!(analytic.len() > 1500 && median < 1.22 && decile < 2.2, "{kind:?}: {median} {decile}");
+        let limits = if kind == Kind::Principled { [1.47, 4.3] } else { [1.22, 2.2] };
+        let is_tight = median < limits[0] && decile < limits[1];
+        assert!(analytic.len() > 1500 && is_tight, "{kind:?}: {median} {decile}");
     }
 }
 
@@ -230,6 +239,7 @@ fn near_equal_children_have_the_bound_of_one() {
             Bsdf::Conductor(b) => is_wide(b.facets),
             Bsdf::Coated(b) => is_wide(b.facets),
             Bsdf::MetallicRoughness(b) => is_wide(b.facets),
+            Bsdf::Principled(b) => is_wide(b.facets),
             _ => true,
         };
         let normal = near(first.normal().as_dvec3(), 1e-7, &mut s).as_vec3().normalize();
@@ -244,7 +254,7 @@ fn near_equal_children_have_the_bound_of_one() {
         let larger = bounds[0].max(bounds[1]);
         let limit = match first.bsdf {
             // Another of the knots at which `F` is kept.
-            Bsdf::Plastic(_) | Bsdf::Coated(_) => 1.5,
+            Bsdf::Plastic(_) | Bsdf::Coated(_) | Bsdf::Conductor(_) | Bsdf::Principled(_) => 1.5,
             _ => 1.1,
         };
         assert!(bounds[2] <= limit * larger, "{bounds:?} {first:?} {towards:?}");

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::bounds::Reflector;
 use crate::bsdf::{
     Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MIN_ALPHA, MetallicRoughness,
-    Microfacets, Phong, Plastic,
+    Microfacets, Phong, Plastic, Principled, TintedFresnel,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -23,10 +23,11 @@ pub enum Kind {
     Metal,
     Coated,
     MetallicRoughness,
+    Principled,
 }
 
 /// All kinds.
-pub const KINDS: [Kind; 7] = [
+pub const KINDS: [Kind; 8] = [
     Kind::Lambert,
     Kind::Phong,
     Kind::Plastic,
@@ -34,6 +35,7 @@ pub const KINDS: [Kind; 7] = [
     Kind::Metal,
     Kind::Coated,
     Kind::MetallicRoughness,
+    Kind::Principled,
 ];
 
 /// Uniform in the logarithm from `low` to `high`.
@@ -80,6 +82,12 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
         Kind::MetallicRoughness => {
             let f0 = if s.below(2) == 0 { Rgb::gray(0.04) } else { b };
             Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0, dielectric_f0: f0, facets })
+        }
+        Kind::Principled => {
+            let [roughness, schlick, cloth] = s.uniform_3();
+            let sheen = if cloth < 0.5 { c } else { Rgb::BLACK };
+            let fresnel = TintedFresnel { schlick, f0: b, ior };
+            Bsdf::Principled(Principled { diffuse: a, roughness, sheen, fresnel, facets })
         }
     }
 }

@@ -4,7 +4,7 @@ use std::mem::discriminant;
 
 use super::super::{
     Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Glass, Lambert, MIN_ALPHA, MetallicRoughness,
-    Microfacets, Mirror, Phong, Plastic, ThinGlass,
+    Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -42,6 +42,10 @@ pub fn all() -> Vec<Case> {
         add(format!("Plastic, {facets:?}"), plastic(ORANGE, Rgb::gray(0.2), 1.5, facets));
         add(format!("Coated, {facets:?}"), coated(ORANGE, Rgb::WHITE, 1.5, facets));
         add(format!("MetallicRoughness, {facets:?}"), metallic_roughness(ORANGE, Rgb::gray(0.04), facets));
+        add(
+            format!("Principled, {facets:?}"),
+            principled(ORANGE, Rgb::BLACK, 0.5, (0.0, Rgb::BLACK, 1.5), facets),
+        );
     }
     let dark = ConductorFresnel::Schlick { f0: Rgb::BLACK };
     add("Conductor black but for grazing light".into(), conductor(dark, 0.2));
@@ -60,6 +64,11 @@ pub fn all() -> Vec<Case> {
     add("MetallicRoughness metal".into(), metallic_roughness(Rgb::BLACK, ORANGE, 0.3));
     add("MetallicRoughness white".into(), metallic_roughness(Rgb::WHITE, Rgb::gray(0.04), 0.1));
     add("MetallicRoughness, f0 = 0".into(), metallic_roughness(BLUE, Rgb::BLACK, 0.7));
+    let tinted = (0.6, BLUE, 1.2);
+    add("Principled smooth".into(), principled(Rgb::WHITE, BLUE * 0.3, 0.0, tinted, 0.1));
+    add("Principled rough".into(), principled(ORANGE, Rgb::BLACK, 1.0, tinted, 0.5));
+    add("Principled cloth".into(), principled(ORANGE, Rgb::WHITE, 1.0, (0.0, BLUE, 1.0001), 1.0));
+    add("Principled sheen alone".into(), principled(Rgb::BLACK, BLUE, 1.0, (1.0, Rgb::BLACK, 1.5), 1.0));
     add("Mirror".into(), Bsdf::Mirror(Mirror { reflectance: ORANGE }));
     add("Plastic black, ior = 5".into(), plastic(Rgb::BLACK, Rgb::WHITE, 5.0, 0.2));
     add("Plastic without lobe".into(), plastic(ORANGE, Rgb::BLACK, 1.5, 0.2));
@@ -85,7 +94,7 @@ pub fn random(stream: &mut Stream) -> Bsdf {
     let alpha = powf(MIN_ALPHA, stream.uniform()).max(MIN_ALPHA);
     let facets = Microfacets { alpha, model: FacetModel::ALL[stream.below(3) as usize] };
     let ior = 1.0001 + 3.9 * stream.uniform() * stream.uniform();
-    match stream.below(10) {
+    match stream.below(11) {
         0 => lambert(a),
         1 => phong(a * (Rgb::WHITE - b), b, powf(1e6, stream.uniform())),
         2 => conductor(ConductorFresnel::Schlick { f0: a }, facets),
@@ -95,6 +104,7 @@ pub fn random(stream: &mut Stream) -> Bsdf {
         6 => Bsdf::Mirror(Mirror { reflectance: a }),
         7 => plastic(a * (Rgb::WHITE - b), b, ior, facets),
         8 => thin_glass(ior, a, b),
+        9 => principled(a, b, stream.uniform(), (stream.uniform(), b, ior), facets),
         _ => glass(ior, a, b),
     }
 }
@@ -127,6 +137,17 @@ pub fn metallic_roughness(diffuse: Rgb, f0: Rgb, facets: impl Into<Microfacets>)
     Bsdf::MetallicRoughness(MetallicRoughness { diffuse, f0, dielectric_f0: f0, facets: facets.into() })
 }
 
+pub fn principled(
+    diffuse: Rgb,
+    sheen: Rgb,
+    roughness: f32,
+    (schlick, f0, ior): (f32, Rgb, f32),
+    facets: impl Into<Microfacets>,
+) -> Bsdf {
+    let fresnel = TintedFresnel { schlick, f0, ior };
+    Bsdf::Principled(Principled { diffuse, roughness, sheen, fresnel, facets: facets.into() })
+}
+
 pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
     Bsdf::Glass(Glass { ior, reflectance, transmittance, facets: None })
 }
@@ -148,5 +169,5 @@ fn the_list_has_every_variant_and_only_valid_parameters() {
             kinds.push(discriminant(&case.bsdf));
         }
     }
-    assert_eq!(kinds.len(), 9, "a variant of `Bsdf` has no case, or this count is old");
+    assert_eq!(kinds.len(), 10, "a variant of `Bsdf` has no case, or this count is old");
 }

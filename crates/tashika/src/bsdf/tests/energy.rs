@@ -2,7 +2,7 @@
 
 use std::f64::consts::LN_2;
 
-use super::super::{Bsdf, Coated, ConductorFresnel, MIN_ALPHA, MetallicRoughness};
+use super::super::{Bsdf, Coated, ConductorFresnel, MIN_ALPHA, MetallicRoughness, Principled};
 use super::cases::{self, Case};
 use super::quadrature::{PolarGrid, hemisphere};
 use super::{OUTGOING, outgoing, stream};
@@ -40,6 +40,7 @@ fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
         Bsdf::MetallicRoughness(_) if cos >= 0.7 => 1.003,
         Bsdf::MetallicRoughness(_) if cos >= 0.5 => 1.03,
         Bsdf::MetallicRoughness(_) => 2.0,
+        Bsdf::Principled(b) => 2.6 + 0.1 * f64::from(b.sheen.max_channel()),
     }
 }
 
@@ -130,6 +131,7 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
         Bsdf::Plastic(b) => cases::plastic(Rgb::BLACK, b.specular, b.ior, b.facets),
         Bsdf::Coated(b) => Bsdf::Coated(Coated { reflectance: Rgb::BLACK, ..b }),
         Bsdf::MetallicRoughness(b) => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: Rgb::BLACK, ..b }),
+        Bsdf::Principled(b) => Bsdf::Principled(Principled { diffuse: Rgb::BLACK, ..b }),
         Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => *bsdf,
     };
     let bsdf = *bsdf;
@@ -149,6 +151,7 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
             Bsdf::Plastic(b) => b.facets.alpha = 1.0,
             Bsdf::Coated(b) => b.facets.alpha = 1.0,
             Bsdf::MetallicRoughness(b) => b.facets.alpha = 1.0,
+            Bsdf::Principled(b) => b.facets.alpha = 1.0,
             Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
             }
         }
@@ -176,6 +179,8 @@ fn the_rough_albedo_is_near_the_true_one() {
             Bsdf::Conductor(b) => b.facets.alpha > 0.1,
             Bsdf::Coated(b) => b.facets.alpha > 0.1,
             Bsdf::MetallicRoughness(b) => b.facets.alpha > 0.1,
+            // What exceeds 1 is cut.
+            Bsdf::Principled(b) => b.facets.alpha > 0.1 || stated.max_channel() == 1.0,
             Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
                 false
             }

@@ -4,6 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::super::{
     Bsdf, BsdfSample, Coated, Conductor, ConductorFresnel, FacetModel, Lobe, MetallicRoughness, Plastic,
+    Principled,
 };
 use super::cases::{self, Case};
 use super::quadrature::PolarGrid;
@@ -37,7 +38,8 @@ fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
         Bsdf::Conductor(Conductor { facets, .. })
         | Bsdf::Plastic(Plastic { facets, .. })
         | Bsdf::Coated(Coated { facets, .. })
-        | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. }) => {
+        | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. })
+        | Bsdf::Principled(Principled { facets, .. }) => {
             // At grazing angles lobes are lines, and Beckmann's have no tails that lead to them.
             is_line = facets.model == FacetModel::Beckmann && facets.alpha < 0.3 && wo.z < 0.1;
             f64::from(if is_line { facets.alpha * wo.z } else { facets.alpha }).powi(2)

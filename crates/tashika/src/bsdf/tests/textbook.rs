@@ -119,6 +119,17 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let f = schlick(f0.g, pair.cos_d);
             (1.0 - schlick(dielectric_f0.g, pair.cos_d)) * f64::from(diffuse.g) / PI + f * pair.facets(facets)
         }
+        Bsdf::Principled(b) => {
+            let (cos_d, grazing) = (pair.cos_d, |cos: f64| (1.0 - cos).powi(5));
+            let (o, i) = (grazing(pair.cos_o), grazing(pair.cos_i));
+            let back = 2.0 * f64::from(b.roughness) * cos_d * cos_d;
+            let shape = (1.0 - 0.5 * o) * (1.0 - 0.5 * i) + back * (o + i + o * i * (back - 1.0));
+            let t = f64::from(b.fresnel.schlick);
+            let f =
+                t * schlick(b.fresnel.f0.g, cos_d) + (1.0 - t) * dielectric(cos_d, f64::from(b.fresnel.ior));
+            let sheen = f64::from(b.sheen.g) * grazing(cos_d);
+            f64::from(b.diffuse.g) / PI * shape + sheen + f * pair.facets(b.facets)
+        }
         Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 0.0,
     }
 }
@@ -135,6 +146,7 @@ fn values_are_those_of_the_sources() {
             Bsdf::Conductor(b) => (b.facets.alpha < 0.05, 0.0),
             Bsdf::Coated(b) => (b.facets.alpha < 0.05, f64::from(Boundary::new(b.facets, b.ior).inside())),
             Bsdf::MetallicRoughness(b) => (b.facets.alpha < 0.05, 0.0),
+            Bsdf::Principled(b) => (b.facets.alpha < 0.05, 0.0),
             Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (false, 0.0),
         };
         if sharp {

@@ -35,6 +35,7 @@ mod metals;
 mod normals;
 mod object;
 mod paths;
+mod principled;
 mod reader;
 mod sensors;
 mod serialized;

@@ -17,18 +17,15 @@ use super::object::{Object, Value};
 use super::values::shown;
 use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::io::dielectrics::refractive_index;
 use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, NoteKind, Surface};
 
 /// Ratios of refractive indices that surfaces take.
-const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
+pub(super) const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
 
 /// Largest Phong exponent.
 const MAX_EXPONENT: f64 = 1e6;
-
-/// Transmission from which a principled material is glass.
-const MOSTLY_TRANSMITTING: f32 = 0.5;
 
 const WHITE: Rgb = Rgb::WHITE;
 
@@ -113,7 +110,7 @@ impl Translation<'_> {
         Ok(Surface::Lambert { reflectance: self.color(object, &names, Quantity::Reflectance, GREY)? })
     }
 
-    fn reflectance(&mut self, object: &Object, name: &str, missing: Rgb) -> Result<ColorInput> {
+    pub(super) fn reflectance(&mut self, object: &Object, name: &str, missing: Rgb) -> Result<ColorInput> {
         self.color(object, &[name], Quantity::Reflectance, missing)
     }
 
@@ -251,80 +248,5 @@ impl Translation<'_> {
         let nonlinear = object.boolean("nonlinear").unwrap_or(false);
         let base = if nonlinear { CoatBase::Saturating } else { CoatBase::Proportional };
         Ok(Surface::Coated { reflectance, base, specular, ior, facets })
-    }
-
-    fn principled(&mut self, object: &Object) -> Result<Surface> {
-        let is_thin = object.plugin == "principledthin";
-        object.accept(&[
-            "diffuse_reflectance_sampling_rate",
-            "main_specular_sampling_rate",
-            "clearcoat_sampling_rate",
-        ]);
-        // Lobes of weight 0 are not there.
-        for lobe in ["sheen", "clearcoat", "anisotropic", "spec_tint", "flatness"] {
-            let absent =
-                object.take(lobe, |v| matches!(v, Value::Float(0.0) | Value::Integer(0)).then_some(()));
-            match (lobe, absent) {
-                ("sheen", Some(())) => object.accept(&["sheen_tint"]),
-                ("clearcoat", Some(())) => object.accept(&["clearcoat_gloss"]),
-                _ => {}
-            }
-        }
-        for (tint, lobe) in [("sheen_tint", "sheen"), ("clearcoat_gloss", "clearcoat")] {
-            if !object.parameters.iter().any(|p| p.name == lobe) {
-                object.accept(&[tint]);
-            }
-        }
-        let base_color = self.reflectance(object, "base_color", GREY)?;
-        let roughness = self.float(object, "roughness", 0.5)?;
-        let roughness = FloatInput { factor: roughness.factor.clamp(0.0, 1.0), ..roughness };
-        let (f0, ior) = self.principled_f0(object)?;
-        let transmission = self.float(object, "spec_trans", 0.0)?.factor;
-        if transmission >= MOSTLY_TRANSMITTING {
-            object.accept(&["metallic", "diff_trans"]);
-            let white = ColorInput::from(WHITE);
-            // Light crosses two interfaces of a solid, each with the square root of the colour.
-            let interface = base_color.factor.map(f32::sqrt);
-            let alpha = self.builder.power(roughness, 2.0)?;
-            let facets = FacetInput { alpha, model: FacetModel::GgxIndependent };
-            let glass = Surface::Glass { ior, reflectance: WHITE, transmittance: interface, facets };
-            let thin = Surface::ThinGlass { ior, reflectance: white, transmittance: base_color };
-            return Ok(if is_thin { thin } else { glass });
-        }
-        let through =
-            if is_thin { self.float(object, "diff_trans", 0.0)?.factor.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
-        if through > 0.0 {
-            let share = |part: f32| ColorInput { factor: base_color.factor * part, ..base_color };
-            return Ok(Surface::Translucent {
-                reflectance: share(1.0 - through),
-                transmittance: share(through),
-            });
-        }
-        let metallic = self.float(object, "metallic", 0.0)?;
-        let metallic = FloatInput { factor: metallic.factor.clamp(0.0, 1.0), ..metallic };
-        let (specular_f0, model) = (Rgb::gray(f0).into(), FacetModel::GgxIndependent);
-        Ok(Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, model })
-    }
-
-    /// Reflectance at normal incidence and index of refraction of the dielectric part.
-    fn principled_f0(&mut self, object: &Object) -> Result<(f32, f32)> {
-        let eta = match object.float_in("eta", 0.1..=10.0)? {
-            Some(eta) => eta,
-            None => {
-                let specular = object.float_in("specular", 0.0..=1.0)?.unwrap_or(0.5);
-                let amplitude = (0.08 * specular).sqrt();
-                (1.0 + amplitude) / (1.0 - amplitude)
-            }
-        };
-        if !eta.is_finite() {
-            return Err(Error::invalid(
-                object.place(),
-                "a refractive index that is infinite",
-                "a finite one",
-            ));
-        }
-        let amplitude = (eta - 1.0) / (eta + 1.0);
-        let ior = eta.max(1.0 / eta).clamp(IOR_RANGE[0], IOR_RANGE[1]);
-        Ok(((amplitude * amplitude) as f32, ior as f32))
     }
 }

@@ -55,7 +55,12 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("material", "uber", Full, "diffuse with a GGX lobe, mixed with a mirror or glass; opacity is alpha"),
     row("material", "substrate", Approximated, "diffuse under a GGX coat of reflectance Ks"),
     row("material", "translucent", Approximated, "Lambert on both sides, without Ks"),
-    row("material", "disney", Approximated, "metallic-roughness of color, metallic and roughness"),
+    row(
+        "material",
+        "disney",
+        Approximated,
+        "principled without clearcoat, anisotropy and scattering below the surface; glass from spectrans 0.5",
+    ),
     row("material", "hair", Approximated, "Lambert of the hair's colour"),
     row("material", "subsurface", Approximated, "diffuse with a dielectric's reflection"),
     row("material", "kdsubsurface", Approximated, "diffuse with a dielectric's reflection"),

@@ -10,7 +10,7 @@
 //! | `uber` | `Plastic`; with `Kr` or `Kt` a mix with a smooth coat or glass, each part divided by its share so that the sum is the material's; `opacity` is alpha |
 //! | `substrate` | metallic-roughness with `Kd` under a reflectance of `Ks` at normal incidence, instead of Ashikhmin and Shirley's formula |
 //! | `translucent` | Lambert on both sides, `reflect · Kd` and `transmit · Kd`; `Ks` is left out |
-//! | `disney` | metallic-roughness of `color`, `metallic`, `roughness`, `eta`; `spectrans` above 0.5: glass |
+//! | `disney` | principled; `spectrans` above 0.5: glass; without clearcoat, scattering below the surface, thin sheets and anisotropy |
 //! | `subsurface`, `kdsubsurface` | `Plastic` with the diffuse reflectance of a half-space (Jensen 2001), or `Kd` |
 //! | `hair`, `fourier` | Lambert of the hair's colour; grey |
 //! | `none`, an empty name | invisible |
@@ -98,22 +98,16 @@ pub(super) fn surface(
             let transparent = m.float("spectrans").is_some_and(|s| s.factor > 0.5);
             let metallic = m.float("metallic").unwrap_or(0.0.into());
             let roughness = m.float("roughness").unwrap_or(0.5.into());
+            let specular_tint = m.float("speculartint").unwrap_or(0.0.into());
+            let sheen = m.float("sheen").unwrap_or(0.0.into());
+            let sheen_tint = m.float("sheentint").unwrap_or(0.5.into());
             m.parameters.accept_all();
             if transparent {
-                {
-                    let (reflectance, transmittance) = (Rgb::WHITE, base_color.factor);
-                    let facets = m.loading.builder.power(roughness, 2.0)?.into();
-                    Surface::Glass { ior, reflectance, transmittance, facets }
-                }
+                let (reflectance, transmittance) = (Rgb::WHITE, base_color.factor);
+                let facets = m.loading.builder.power(roughness, 2.0)?.into();
+                Surface::Glass { ior, reflectance, transmittance, facets }
             } else {
-                let specular_f0 = Rgb::gray(at_normal(ior)).into();
-                Surface::MetallicRoughness {
-                    base_color,
-                    metallic,
-                    roughness,
-                    specular_f0,
-                    model: FacetModel::Ggx,
-                }
+                Surface::Principled { base_color, metallic, roughness, ior, specular_tint, sheen, sheen_tint }
             }
         }
         "subsurface" | "kdsubsurface" => {
@@ -126,12 +120,6 @@ pub(super) fn surface(
         }
     };
     Ok((Some(surface), None))
-}
-
-/// Reflectance of a dielectric at normal incidence.
-fn at_normal(ior: f32) -> f32 {
-    let ratio = (ior - 1.0) / (ior + 1.0);
-    ratio * ratio
 }
 
 fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Option<FloatInput>)> {

@@ -1,0 +1,38 @@
+//! What BSDFs of several lobes share.
+
+use std::f32::consts::FRAC_1_PI;
+
+use crate::color::Rgb;
+use crate::math::Real;
+use crate::math::simd::each;
+
+/// Of two lobes that both reflect, each is drawn at least this often, so that a poor estimate of their
+/// shares costs a factor of at most ten in the weights. Chosen.
+const MIN_LOBE_PROBABILITY: f32 = 0.1;
+
+/// Probability of drawing from the glossy of two lobes, given estimates of what each reflects.
+///
+/// `None` if neither reflects anything.
+pub(crate) fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
+    match (glossy > 0.0, diffuse > 0.0) {
+        (true, true) => {
+            Some((glossy / (glossy + diffuse)).clamp(MIN_LOBE_PROBABILITY, 1.0 - MIN_LOBE_PROBABILITY))
+        }
+        (true, false) => Some(1.0),
+        (false, true) => Some(0.0),
+        (false, false) => None,
+    }
+}
+
+/// `a x + b y`, channel by channel.
+#[inline(always)]
+pub(super) fn sum_of_lobes<R: Real>(a: Rgb, x: R, b: Rgb, y: R) -> [R; 3] {
+    let (a, b) = (a.to_array(), b.to_array());
+    each!(|channel| R::splat(a[channel]) * x + R::splat(b[channel]) * y)
+}
+
+/// `f_r` of an ideal diffuse surface (sr⁻¹).
+#[inline]
+pub(super) fn diffuse_brdf(reflectance: Rgb) -> Rgb {
+    reflectance * FRAC_1_PI
+}

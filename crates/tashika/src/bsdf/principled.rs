@@ -1,0 +1,155 @@
+//! The principled material of Disney, as Mitsuba 3 and version 3 of pbrt have it.
+//!
+//! ```text
+//! f_r = ρ_d/π · b(c_o, c_i, c_d)  +  s w_d  +  F(c_d) D G₂ / (4 c_o c_i)          (sr⁻¹)
+//!
+//! b = (1 − w_o/2)(1 − w_i/2) + R (w_o + w_i + w_o w_i (R − 1)),    R = 2 r c_d²
+//! F = t (F₀ + (1 − F₀) w_d) + (1 − t) F_dielectric(c_d, η)
+//! ```
+//!
+//! with `w = (1 − c)⁵` of a cosine, `c_d = ω_i·h`, the roughness `r` and `α = r²`: a diffuse part that is darker at grazing
+//! angles if it is smooth and brighter if it is rough, the sheen `s` of cloth, and facets (Burley 2012, section 5.3; 2015,
+//! equation 4). A loader sets `ρ_d = base · (1 − metallic)`, and the share `t` of Schlick's `F` to that of metal and of tinted
+//! gloss.
+//!
+//! # Limits
+//! The parts do not know of each other, and at grazing angles each returns all light and more: the diffuse one of a white, rough
+//! surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09.
+//!
+//! # Held to this by
+//! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
+
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use crate::color::Rgb;
+use crate::math::simd::each;
+use crate::math::{Real, Vec3};
+use crate::warp;
+use fresnel::schlick_weight;
+use microfacet::{HalfVector, Microfacets};
+
+/// `∫ w c dω / π`, and the same of `w c` and `w c²` in place of `w`, over the hemisphere.
+const MOMENTS: [f32; 3] = [1.0 / 21.0, 1.0 / 84.0, 1.0 / 252.0];
+
+/// Largest sheen: of a pure blue of luminance 1.
+pub const MAX_SHEEN: f32 = 14.0;
+
+/// About the albedo of a sheen of 1.
+const IMPORTANCE_SHEEN: f32 = 0.1;
+
+/// A rough diffuse surface with sheen, under facets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Principled {
+    /// Reflectance `ρ_d` of the diffuse part, but for `b`; each channel in `[0, 1]`.
+    pub diffuse: Rgb,
+    /// Roughness `r` of the diffuse part, in `[0, 1]`.
+    pub roughness: f32,
+    /// Sheen `s` (sr⁻¹); each channel from 0 to [`MAX_SHEEN`].
+    pub sheen: Rgb,
+    /// What a facet reflects.
+    pub fresnel: TintedFresnel,
+    /// The facets.
+    pub facets: Microfacets,
+}
+
+/// A mean of Schlick's approximation and of the Fresnel equations of a dielectric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TintedFresnel {
+    /// Share `t` of the former, in `[0, 1]`.
+    pub schlick: f32,
+    /// Its reflectance `F₀` at normal incidence; each channel in `[0, 1]`.
+    pub f0: Rgb,
+    /// Index of refraction `η` of the latter relative to the outside, from 1.0001 to 5.
+    pub ior: f32,
+}
+
+impl TintedFresnel {
+    /// The reflectance at an angle of incidence of cosine `cos`, by channel.
+    #[inline(always)]
+    pub(crate) fn at<R: Real>(&self, cos: R) -> [R; 3] {
+        let tinted = fresnel::schlick(self.f0, cos);
+        let plain = R::splat(1.0 - self.schlick) * fresnel::dielectric(cos, self.ior);
+        each!(|channel| R::splat(self.schlick) * tinted[channel] + plain)
+    }
+}
+
+impl Principled {
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        let half = HalfVector::between(wo, wi);
+        let cos_d = half.cos_incidence();
+        let facets = self.facets.reflection(half, wo.z, wi[2]);
+        let reflected = self.fresnel.at(cos_d);
+        let shape = self.shape(wo.z, wi[2], cos_d);
+        let grazing = schlick_weight(cos_d);
+        let (diffuse, sheen) = (diffuse_brdf(self.diffuse).to_array(), self.sheen.to_array());
+        each!(|channel| {
+            R::splat(diffuse[channel]) * shape
+                + R::splat(sheen[channel]) * grazing
+                + reflected[channel] * facets
+        })
+    }
+
+    /// `b`.
+    #[inline(always)]
+    fn shape<R: Real>(&self, cos_o: f32, cos_i: R, cos_d: R) -> R {
+        let (one, o, i) = (R::splat(1.0), R::splat(schlick_weight(cos_o)), schlick_weight(cos_i));
+        let half = R::splat(0.5);
+        let r = R::splat(2.0 * self.roughness) * cos_d * cos_d;
+        (one - half * o) * (one - half * i) + r * (o + i - o * i + o * i * r)
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let p = self.facet_probability(wo.z);
+        let facets = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
+        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
+    }
+
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+        let direction = [u[1], u[2]];
+        if u[0] < self.facet_probability(wo.z) {
+            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
+        } else {
+            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
+        }
+    }
+
+    /// `ρ_d ∫ b c_i dω_i / π` for light at cosine `cos_o`, `c`.
+    ///
+    /// `2 c_d² = 1 + ω_o·ω_i`, so that `b` is a polynomial in `w_i` and the components of `ω_i`: with `M` the
+    /// moments of `w`, and `s` the sine,
+    ///
+    /// ```text
+    /// (1 − w_o/2)(1 − M₀/2) + r w_o (1 + 2c/3) + r (1 − w_o)(M₀ + c M₁) + r² w_o (M₀ + 2c M₁ + c² M₂ + s² (M₀ − M₂)/2)
+    /// ```
+    pub(super) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
+        let ([m0, m1, m2], c, r) = (MOMENTS, cos_o, self.roughness);
+        let w = schlick_weight(c);
+        let across = 0.5 * (1.0 - c) * (1.0 + c) * (m0 - m2);
+        let once = w * (1.0 + 2.0 / 3.0 * c) + (1.0 - w) * (m0 + c * m1);
+        let twice = w * (m0 + c * (2.0 * m1 + c * m2) + across);
+        self.diffuse * ((1.0 - 0.5 * w) * (1.0 - 0.5 * m0) + r * (once + r * twice))
+    }
+
+    /// About what is not in [`Principled::diffuse_albedo`]: the sheen and the facets.
+    pub(super) fn importance_gloss(&self, cos_o: f32) -> f32 {
+        (Rgb::from(self.fresnel.at(cos_o)) + self.sheen * IMPORTANCE_SHEEN).max_channel()
+    }
+
+    /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles.
+    fn facet_probability(&self, cos_o: f32) -> f32 {
+        let facets = Rgb::from(self.fresnel.at(cos_o)).max_channel().max(f32::MIN_POSITIVE);
+        let spread = self.diffuse_albedo(cos_o) + self.sheen * IMPORTANCE_SHEEN;
+        glossy_probability(facets, spread.max_channel()).unwrap_or(1.0)
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        validate::fraction("diffuse", self.diffuse)?;
+        validate::in_range("roughness", self.roughness, 0.0, 1.0)?;
+        validate::channels_in_range("sheen", self.sheen, 0.0, MAX_SHEEN)?;
+        validate::in_range("share of Schlick's", self.fresnel.schlick, 0.0, 1.0)?;
+        validate::fraction("f0", self.fresnel.f0)?;
+        validate::ior(self.fresnel.ior)?;
+        validate::alpha(self.facets.alpha)
+    }
+}
