@@ -16,11 +16,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy
 
+from material_table import ELEVATIONS, PAIRS, numbers
+
 mi.set_variant("llvm_ad_rgb")
 SAMPLES = 1 << 20
-ELEVATIONS = (75, 40, 12)
-# Elevation of the one, elevation of the other, azimuth between them (degrees).
-PAIRS = ((75, 50, 150), (40, 30, 100), (12, 25, 170))
 COLOR = '<rgb name="{}" value="0.7 0.4 0.1"/>'
 
 
@@ -121,9 +120,8 @@ def main():
     print(f"# Written by crates/tashika-bench/mitsuba_materials.py with Mitsuba {mi.__version__}.")
     for xml in materials():
         material = mi.load_string(xml.replace("<bsdf", '<bsdf version="3.0.0"', 1))
-        colors = [albedo(material, elevation) for elevation in ELEVATIONS]
-        print(xml, *(f"{number:.4f}" for color in colors for number in color), end=" ")
-        print(*(f"{number:.4g}" for pair in PAIRS for number in value(material, pair)))
+        albedos = [albedo(material, elevation) for elevation in ELEVATIONS]
+        print(xml, numbers(albedos, [value(material, pair) for pair in PAIRS]))
 
 
 if __name__ == "__main__":

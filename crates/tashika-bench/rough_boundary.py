@@ -60,32 +60,43 @@ def ggx_unmasked(across):
     return 2 / (1 + np.sqrt(1 + across**2))
 
 
+def independent(unmasked):
+    """Of what one side sees, how much the other sees, if that has nothing to do with it."""
+    return lambda _, across: unmasked(across)
+
+
+def correlated(seen, across):
+    """The same of GGX facets whose heights are the same for both sides (Heitz 2014, equation 99)."""
+    one, other = (1 / ggx_unmasked(slope) for slope in (seen, across))
+    return one / (one + other - 1)
+
+
 def beckmann_unmasked(across):
     a = 1 / np.maximum(across, 1e-15)
     a = np.minimum(a, 1.6)
     return np.minimum((3.535 * a + 2.181 * a * a) / (1 + 2.276 * a + 2.577 * a * a), 1)
 
 
-def unmasked(direction, alpha, by_slope):
-    return by_slope(alpha * np.sqrt((direction[0] ** 2 + direction[1] ** 2) / np.maximum(direction[2] ** 2, 1e-30)))
+def slope(direction, alpha):
+    return alpha * np.sqrt((direction[0] ** 2 + direction[1] ** 2) / np.maximum(direction[2] ** 2, 1e-30))
 
 
-def transmittance(cos, alpha, eta, normals_of, by_slope):
+def transmittance(cos, alpha, eta, normals_of, unshadowed):
     direction, normals = facets(cos, alpha, normals_of)
     incidence = np.tensordot(direction, normals, 1)
     reflected, behind = fresnel(incidence, eta)
     on = normals * (incidence / eta - behind) - direction[:, None, None] / eta
     sees = (on[2] < 0) & ((on * normals).sum(0) < 0)
-    return float((unmasked(on, alpha, by_slope) * (1 - reflected) * sees * WEIGHT).sum())
+    return float((unshadowed(slope(direction, alpha), slope(on, alpha)) * (1 - reflected) * sees * WEIGHT).sum())
 
 
-def reflectance(cos, alpha, eta, normals_of, by_slope):
+def reflectance(cos, alpha, eta, normals_of, unshadowed):
     direction, normals = facets(cos, alpha, normals_of)
     incidence = np.tensordot(direction, normals, 1)
     reflected, _ = fresnel(incidence, eta)
     on = 2 * incidence * normals - direction[:, None, None]
     sees = (on[2] > 0) & ((on * normals).sum(0) > 0)
-    return float((unmasked(on, alpha, by_slope) * reflected * sees * WEIGHT).sum())
+    return float((unshadowed(slope(direction, alpha), slope(on, alpha)) * reflected * sees * WEIGHT).sum())
 
 
 def fitted(alpha, eta, *model):
@@ -97,8 +108,9 @@ def fitted(alpha, eta, *model):
     # Next to no boundary the smooth one is a constant as well: the smallest change of it is taken.
     damping = 1e-6 * np.eye(5)
     bent = basis.T @ (wanted * importance) + damping @ [1, 0, 0, 0, 0]
-    # A mean over 64 cosines, ends and all, as Mitsuba takes it: 1 % below the integral.
-    inside = 2 * np.mean([c * reflectance(c, alpha, 1 / eta, *model) for c in np.linspace(0, 1, 64)])
+    # Mitsuba's models by a mean over 64 cosines, ends and all, as it takes it: 1 % below the integral.
+    mean = (np.arange(200) + 0.5) / 200 if model[1] is correlated else np.linspace(0, 1, 64)
+    inside = 2 * np.mean([c * reflectance(c, alpha, 1 / eta, *model) for c in mean])
     return [*np.linalg.solve(basis.T @ basis + damping, bent), inside]
 
 
@@ -110,8 +122,9 @@ def main():
     print(f"pub(super) const IORS: [f32; {len(IORS)}] = {IORS};\n")
     print("/// `k`, `q₀` to `q₃`, and the reflectance from the inside.")
     print(f"pub(super) type Fits = [[[f32; 6]; {len(IORS)}]; {len(ALPHAS)}];")
-    write("GGX", "Of GGX facets.", ggx_normals, ggx_unmasked)
-    write("BECKMANN", "Of Beckmann's facets.", beckmann_normals, beckmann_unmasked)
+    write("GGX", "Of GGX facets, correlated by height.", ggx_normals, correlated)
+    write("GGX_INDEPENDENT", "Of GGX facets.", ggx_normals, independent(ggx_unmasked))
+    write("BECKMANN", "Of Beckmann's facets.", beckmann_normals, independent(beckmann_unmasked))
 
 
 def write(name, words, *model):

@@ -13,6 +13,7 @@ mod determinism;
 mod features;
 mod filters;
 mod formats;
+mod formula_materials;
 mod furnace;
 mod gltf;
 mod gltf_features;

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! with the transmittance `T₀ = 1 − F` of the smooth boundary and numbers from tables over roughness and index. It is what
-//! single scattering at facets lets through (Walter et al. 2007), GGX or Beckmann's, as the `roughplastic` of Mitsuba 3 has it. Smooth
-//! boundaries are exact; of rough ones the table is off by at most 2 % at cosines above 0.1 and by at most 8 % below, `F_int`
-//! by at most 0.02, of which 0.01 is how Mitsuba adds it up.
+//! single scattering at facets of each [`FacetModel`] lets through (Walter et al. 2007). Smooth boundaries are exact; of rough
+//! ones the table is off by at most 2 % at cosines above 0.1 and by at most 8 % below, `F_int` by at most 0.02: of the models
+//! that are Mitsuba's, 0.01 is how it adds that up.
 //!
 //! # Held to this by
 //! The tests below, by facets that are drawn, and `bounds::lobes::fresnel`, which knows the form.
@@ -16,7 +16,7 @@ mod table;
 
 use super::{FacetModel, MIN_ALPHA, Microfacets, fresnel};
 use crate::math::Real;
-use table::{ALPHAS, BECKMANN, Fits, GGX, IORS};
+use table::{ALPHAS, BECKMANN, Fits, GGX, GGX_INDEPENDENT, IORS};
 
 /// A rough or smooth boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,8 @@ impl Boundary {
 /// The numbers of the table about a roughness and an index.
 fn fitted(Microfacets { alpha, model }: Microfacets, ior: f32, smooth: [f32; 6]) -> [f32; 6] {
     let fits: &Fits = match model {
-        FacetModel::Ggx | FacetModel::GgxIndependent => &GGX,
+        FacetModel::Ggx => &GGX,
+        FacetModel::GgxIndependent => &GGX_INDEPENDENT,
         FacetModel::Beckmann => &BECKMANN,
     };
     let (column, across) = between(&IORS, ior);
@@ -101,11 +102,15 @@ mod tests {
     use crate::math::elementary::{erfc, exp_f64};
     use crate::rng::{Purpose, Stream};
 
-    /// `G₁` of a direction at cosine `cos`.
-    fn unmasked(cos: f32, Microfacets { alpha, model }: Microfacets) -> f32 {
-        let slope = alpha * (1.0 - cos * cos).max(0.0).sqrt() / cos;
-        if model != FacetModel::Beckmann {
-            return 2.0 / (1.0 + (1.0 + slope * slope).sqrt());
+    /// `G₂ / G₁(o)` of directions at these cosines.
+    fn unshadowed(seen: f32, cos: f32, Microfacets { alpha, model }: Microfacets) -> f32 {
+        let slope = |cos: f32| alpha * (1.0 - cos * cos).max(0.0).sqrt() / cos;
+        let inverse = |cos: f32| 0.5 * (1.0 + (1.0 + slope(cos) * slope(cos)).sqrt());
+        let slope = slope(cos);
+        match model {
+            FacetModel::Ggx => return inverse(seen) / (inverse(seen) + inverse(cos) - 1.0),
+            FacetModel::GgxIndependent => return 1.0 / inverse(cos),
+            FacetModel::Beckmann => {}
         }
         let a = f64::from(1.0 / slope.max(1e-6));
         let (gauss, root_pi) = (exp_f64(-a * a), std::f64::consts::PI.sqrt());
@@ -127,7 +132,7 @@ mod tests {
                 (h * (2.0 * incidence) - wo, reflected)
             };
             if (on.z < 0.0) == through && passed > 0.0 {
-                sum += f64::from(unmasked(on.z.abs(), facets) * passed);
+                sum += f64::from(unshadowed(cos, on.z.abs(), facets) * passed);
             }
         }
         sum / f64::from(draws)
@@ -137,8 +142,9 @@ mod tests {
     fn the_table_is_what_facets_let_through() {
         let mut s = Stream::new(11, Purpose::Test, 0);
         let alphas = [0.01, 0.03, 0.1, 0.2, 0.42, 0.75, 1.0];
-        let all = [FacetModel::Ggx, FacetModel::Beckmann];
-        for facets in all.iter().flat_map(|&model| alphas.map(|alpha| Microfacets { alpha, model })) {
+        for facets in
+            FacetModel::ALL.iter().flat_map(|&model| alphas.map(|alpha| Microfacets { alpha, model }))
+        {
             for ior in [1.2, 1.5, 1.62, 2.4, 4.0] {
                 let boundary = Boundary::new(facets, ior);
                 for cos in [0.03, 0.12, 0.3, 0.6, 1.0] {
