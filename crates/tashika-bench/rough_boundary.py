@@ -116,6 +116,7 @@ def fitted(alpha, eta, *model):
 
 def main():
     print("//! Written by `crates/tashika-bench/rough_boundary.py`.\n")
+    print("// Numbers of a fit may look like a constant.\n#![allow(clippy::approx_constant)]\n")
     print("/// Roughness `α` of the rows; before them are smooth boundaries.")
     print(f"pub(super) const ALPHAS: [f32; {len(ALPHAS)}] = {ALPHAS};\n")
     print("/// Index of refraction `η` of the columns.")

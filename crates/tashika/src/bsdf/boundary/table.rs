@@ -1,5 +1,8 @@
 //! Written by `crates/tashika-bench/rough_boundary.py`.
 
+// Numbers of a fit may look like a constant.
+#![allow(clippy::approx_constant)]
+
 /// Roughness `α` of the rows; before them are smooth boundaries.
 pub(super) const ALPHAS: [f32; 11] = [0.02, 0.04, 0.07, 0.11, 0.17, 0.25, 0.36, 0.5, 0.65, 0.82, 1.0];
 
