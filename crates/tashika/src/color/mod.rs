@@ -2,9 +2,11 @@
 
 mod controlled;
 pub mod metals;
+mod primaries;
 pub mod spectrum;
 
 pub use controlled::{Controlled, Part};
+pub use primaries::{Primaries, White, transformed};
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Sub};

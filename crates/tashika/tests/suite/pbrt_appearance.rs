@@ -123,6 +123,24 @@ fn spectra_become_the_colours_that_pixels_show() {
     assert!((flat.luminance() - 5.0).abs() < 0.02, "{flat:?}");
     // White of Rec. 709 is D65: X Y Z = 0.9505 1 1.089.
     assert!(close(light(V3, "\"xyz I\" [0.9505 1 1.089]"), [1.0; 3], 1e-3));
+    // A reflectance of 1 is white in every space; light of ACES has the warmer white of ACES.
+    let reflectance = |space: &str, rgb: &str| {
+        let text = format!(
+            "ColorSpace \"{space}\" Material \"diffuse\" \"rgb reflectance\" {rgb} ColorSpace \"srgb\""
+        );
+        let Surface::Lambert { reflectance } = material(V4, &text).1 else { panic!() };
+        color(reflectance).to_array()
+    };
+    for space in ["srgb", "rec2020", "dci-p3", "aces2065-1"] {
+        assert!(close(Rgb::from(reflectance(space, "[0.5 0.5 0.5]")), [0.5; 3], 1e-5), "{space}");
+    }
+    // By the matrix of ITU-R BT.2087-0, inverse.
+    let green = Rgb::from(reflectance("rec2020", "[0.3 0.4 0.3]"));
+    assert!(close(green, [0.2412, 0.4133, 0.2899], 2e-4), "{green:?}");
+    let warm = light(V4, "\"rgb I\" [1 1 1]");
+    assert_eq!(warm, Rgb::WHITE);
+    let warm = light(&format!("{V4} ColorSpace \"aces2065-1\""), "\"rgb I\" [1 1 1]");
+    assert!(warm.r > 1.02 && warm.b < 0.98 && (warm.luminance() - 1.0).abs() < 1e-3, "{warm:?}");
     let negative = scene(&format!("{V4} LightSource \"point\" \"rgb I\" [1 -2 3]"));
     assert!(noted(&negative, NoteKind::Repaired, "colours with negative channels"));
 

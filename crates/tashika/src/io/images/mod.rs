@@ -304,6 +304,35 @@ mod tests {
     }
 
     #[test]
+    fn openexr_of_other_primaries_becomes_rec_709() {
+        use ::exr::meta::attribute::Chromaticities;
+        let written = |chromaticities| {
+            let constant = |value: f32| FlatSamples::F32(vec![value; 6]);
+            let channels = [("R", 0.3), ("G", 0.4), ("B", 0.3)].map(|(n, v)| AnyChannel::new(n, constant(v)));
+            let channels = AnyChannels::sort(channels.into_iter().collect());
+            let encoding = exr::image::Encoding::UNCOMPRESSED;
+            let layer = Layer::new((3, 2), LayerAttributes::default(), encoding, channels);
+            let mut image = exr::image::Image::from_layer(layer);
+            image.attributes.chromaticities = Some(chromaticities);
+            let mut bytes = Cursor::new(Vec::new());
+            image.write().to_buffered(&mut bytes).unwrap();
+            bytes.into_inner()
+        };
+        let at = |x, y| exr::math::Vec2(x, y);
+        let white = at(0.3127, 0.329);
+        let rec2020 =
+            Chromaticities { red: at(0.708, 0.292), green: at(0.17, 0.797), blue: at(0.131, 0.046), white };
+        let rec709 = Chromaticities { red: at(0.64, 0.33), green: at(0.3, 0.6), blue: at(0.15, 0.06), white };
+        assert_eq!(floats(&written(rec709)).1[0], [0.3, 0.4, 0.3], "the same bits");
+        let found = floats(&written(rec2020)).1[5];
+        let difference = found.iter().zip([0.2412, 0.4133, 0.2899]).map(|(a, b): (&f32, f32)| (a - b).abs());
+        assert!(difference.fold(0.0, f32::max) < 2e-4, "{found:?}");
+        let nothing = Chromaticities { red: white, green: white, blue: white, white };
+        let error = decoded(&written(nothing), "a.exr").unwrap_err().to_string();
+        assert!(error.contains("chromaticities"), "{error}");
+    }
+
+    #[test]
     fn damaged_and_other_openexr_files_are_refused() {
         let bytes = exr(vec![("Z", FlatSamples::F32(vec![1.0; 6]))], exr::image::Encoding::UNCOMPRESSED);
         let error = decoded(&bytes, "a.exr").unwrap_err().to_string();

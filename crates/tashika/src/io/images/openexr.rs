@@ -1,7 +1,8 @@
 //! OpenEXR images as textures and environments: the first flat part, by scan lines or tiles, of any sample type.
 //!
 //! Colour is in the channels `R G B`, or in those of the first layer that has some (`layer.R`); else `Y` is grey. The
-//! image is the data window; opacities and further channels are left out. Tested in [`super`].
+//! image is the data window; opacities and further channels are left out. Colours of other `chromaticities` than Rec. 709's become
+//! Rec. 709's, white becoming white. Tested in [`super`].
 
 use std::io::Cursor;
 use std::path::Path;
@@ -10,9 +11,11 @@ use ::exr::image::FlatSamples;
 use ::exr::image::read::image::ReadLayers;
 use ::exr::image::read::layers::ReadChannels;
 use ::exr::meta::MetaData;
+use ::exr::meta::attribute::Chromaticities;
 use ::exr::prelude::{Vec2, read};
 
 use super::Floats;
+use crate::color::{Primaries, White, transformed};
 use crate::io::exr::check_claims;
 
 /// First bytes of such a file.
@@ -60,12 +63,32 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Floats
         let names: Vec<&str> = channels.iter().take(8).map(|(name, _)| name.as_str()).collect();
         return Err(format!("channels {} without R, G, B or Y", names.join(", ")));
     };
+    let rows = of_chromaticities(image.attributes.chromaticities)?;
     let Vec2(width, height) = layer.size;
     let rgb = rgb.map(|samples| (0..width * height).map(move |i| value(samples, i)));
     let [r, g, b] = rgb;
-    let texels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
+    let texels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]);
+    let texels = match rows {
+        Some(rows) => texels.map(|c| transformed(&rows, c.into()).map(|v| v.max(0.0)).to_array()).collect(),
+        None => texels.collect(),
+    };
     // Not above `u32::MAX`: checked with the header.
     Ok(Floats { width: width as u32, height: height as u32, texels })
+}
+
+/// The matrix, by rows, to Rec. 709; none where nothing changes.
+fn of_chromaticities(given: Option<Chromaticities>) -> Result<Option<[[f32; 3]; 3]>, String> {
+    let Some(given) = given else { return Ok(None) };
+    let [red, green, blue, white] =
+        [given.red, given.green, given.blue, given.white].map(|Vec2(x, y)| [f64::from(x), f64::from(y)]);
+    let primaries = Primaries { rgb: [red, green, blue], white };
+    let rows = primaries.to_rec709(White::Adapted);
+    let rows = rows.ok_or_else(|| format!("chromaticities {given:?} that span no colours"))?;
+    // Written with four digits, Rec. 709's are not told from others.
+    let is_identity = |(i, row): (usize, &[f32; 3])| {
+        row.iter().enumerate().all(|(j, v)| (v - f32::from(u8::from(i == j))).abs() < 1e-3)
+    };
+    Ok((!rows.iter().enumerate().all(is_identity)).then_some(rows))
 }
 
 fn value(samples: &FlatSamples, i: usize) -> f32 {

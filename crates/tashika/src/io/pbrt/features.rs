@@ -96,9 +96,9 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("mapping", "spherical", Approximated, "the shape's own texture coordinates"),
     row("mapping", "cylindrical", Approximated, "the shape's own texture coordinates"),
     row("color space", "srgb", Full, "linear Rec. 709"),
-    row("color space", "rec2020", Approximated, "taken as sRGB"),
-    row("color space", "dci-p3", Approximated, "taken as sRGB"),
-    row("color space", "aces2065-1", Approximated, "taken as sRGB"),
+    row("color space", "rec2020", Full, "its primaries"),
+    row("color space", "dci-p3", Full, "its primaries, with the white D65"),
+    row("color space", "aces2065-1", Full, "its primaries and its white"),
     row("directive", "MakeNamedMedium", Ignored, "media are left out"),
     row("directive", "MediumInterface", Ignored, "media are left out"),
 ];

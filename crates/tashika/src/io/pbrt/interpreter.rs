@@ -18,6 +18,7 @@ use super::materials::Materials;
 use super::parameters::Parameters;
 use super::place::Place;
 use super::shapes::{Part, Request, Shapes};
+use super::spectra;
 use super::state::{MAX_SAVED, SavedBy, States};
 use super::text::{Text, Texts};
 use super::textures::Textures;
@@ -228,10 +229,11 @@ impl<'f> Interpreter<'f> {
             b"ColorSpace" => {
                 let name = string(lexer, "the name of a colour space")?;
                 self.loading.met("color space", &name, "srgb", &at())?;
+                self.states.current.primaries = spectra::primaries(&name);
             }
             b"Option" => {
                 // One parameter, which changes how pbrt runs, not what it shows.
-                Parameters::read(lexer, place)?;
+                self.own_parameters(lexer, place)?;
             }
             b"Texture" => {
                 let name = string(lexer, "the name of a texture")?;
@@ -242,7 +244,7 @@ impl<'f> Interpreter<'f> {
             }
             b"Attribute" => {
                 let target = string(lexer, "shape, light, material, medium or texture")?;
-                let parameters = Parameters::read(lexer, place)?;
+                let parameters = self.own_parameters(lexer, place)?;
                 self.states.current.defaults.entry(target).or_default().extend(parameters.into_list());
             }
             _ => return self.directive_of_type(word, lexer, place),
@@ -298,9 +300,14 @@ impl<'f> Interpreter<'f> {
         Ok(())
     }
 
+    /// Parameters, without the defaults of `Attribute`.
+    fn own_parameters(&self, lexer: &mut Lexer<'_>, place: Place) -> Result<Parameters> {
+        Parameters::read(lexer, self.states.current.primaries, place)
+    }
+
     /// Parameters, with the defaults of `Attribute` for that target.
     fn parameters(&self, lexer: &mut Lexer<'_>, place: Place, target: &str) -> Result<Parameters> {
-        let mut parameters = Parameters::read(lexer, place)?;
+        let mut parameters = self.own_parameters(lexer, place)?;
         if let Some(defaults) = self.states.current.defaults.get(target) {
             parameters.extend_defaults(defaults);
         }

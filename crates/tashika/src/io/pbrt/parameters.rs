@@ -15,6 +15,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::lexer::{Lexer, Token, excerpt, integer, number, text, unescape};
 use super::place::Place;
+use crate::color::Primaries;
 use crate::error::{Error, Location, Result};
 
 /// The declared type of a parameter.
@@ -105,6 +106,8 @@ pub(super) struct Parameter {
     pub(super) values: Values,
     /// The declaration, as it is spelt.
     pub(super) declaration: String,
+    /// Of its `rgb` values.
+    pub(super) primaries: Primaries,
     place: Place,
     used: Cell<bool>,
 }
@@ -142,13 +145,16 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    /// Reads parameters up to the next directive; `place` is that of the directive they belong to.
-    pub(super) fn read(lexer: &mut Lexer<'_>, place: Place) -> Result<Self> {
+    /// Reads parameters up to the next directive.
+    ///
+    /// * `primaries`: of `rgb` values.
+    /// * `place`: of the directive they belong to.
+    pub(super) fn read(lexer: &mut Lexer<'_>, primaries: Primaries, place: Place) -> Result<Self> {
         let mut list = Vec::new();
         while lexer.peek() == Some(b'"') {
             let Some(Token::Quoted(declaration)) = lexer.next()? else { break };
             let place = lexer.place();
-            list.push(parameter(lexer, &text(declaration), place)?);
+            list.push(parameter(lexer, &text(declaration), primaries, place)?);
         }
         Ok(Self { list, defaults: Vec::new(), place })
     }
@@ -266,7 +272,12 @@ impl Parameters {
     }
 }
 
-fn parameter(lexer: &mut Lexer<'_>, declaration: &str, place: Place) -> Result<Parameter> {
+fn parameter(
+    lexer: &mut Lexer<'_>,
+    declaration: &str,
+    primaries: Primaries,
+    place: Place,
+) -> Result<Parameter> {
     const LONGEST: usize = 60;
     let shown = excerpt(declaration, LONGEST);
     let mut words = declaration.split_ascii_whitespace();
@@ -285,7 +296,8 @@ fn parameter(lexer: &mut Lexer<'_>, declaration: &str, place: Place) -> Result<P
         let expected = format!("{} for each value", kind.width());
         return Err(Error::invalid(place.location(), found, expected));
     }
-    Ok(Parameter { kind, name: name.to_owned(), values, declaration: shown, place, used: Cell::new(false) })
+    let (name, used) = (name.to_owned(), Cell::new(false));
+    Ok(Parameter { kind, name, values, declaration: shown, primaries, place, used })
 }
 
 /// The values after a declaration: one, or a list in brackets.
@@ -362,7 +374,7 @@ mod tests {
     fn read(text: &str) -> Result<Parameters> {
         let mut lexer = Lexer::new(text.as_bytes(), Source::new("a.pbrt".as_ref()));
         let place = lexer.place();
-        Parameters::read(&mut lexer, place)
+        Parameters::read(&mut lexer, Primaries::REC709, place)
     }
 
     #[test]

@@ -10,6 +10,8 @@
 //! | `blackbody` | Planck's law, largest value 1, times the scale if there is one | Planck's law, luminance 1 |
 //! | `spectrum` | as it is | luminance 1: pbrt-v4 divides lights by the luminance of their spectrum |
 //!
+//! `rgb` values are in the primaries of the `ColorSpace` of the place where they stand.
+//!
 //! A `spectrum` is a list of wavelength (nm) and value in turn, the name of a file with such a list, or a name that
 //! [`illuminant_rgb`] knows. Negative channels of colours outside the gamut are set to 0.
 //!
@@ -20,10 +22,10 @@ use super::lexer::{excerpt, number};
 use super::loading::Loading;
 use super::parameters::{Kind, Parameter, Parameters};
 use super::version::Version;
-use crate::color::Rgb;
 use crate::color::spectrum::{
     blackbody_rgb, blackbody_rgb_of_unit_peak, illuminant_rgb, rgb_of_emission, rgb_of_reflectance,
 };
+use crate::color::{Primaries, Rgb, White, transformed};
 use crate::error::{Error, Location, Result};
 use crate::io::assets::kind;
 use crate::scene::NoteKind;
@@ -65,7 +67,7 @@ pub(super) fn convert(loading: &mut Loading<'_>, parameter: &Parameter, quantity
     let numbers = parameter.numbers();
     let at = parameter.at();
     let found = match (parameter.kind, numbers) {
-        (Kind::Rgb, [r, g, b, ..]) => Some(Rgb::new(*r, *g, *b)),
+        (Kind::Rgb, [r, g, b, ..]) => in_rec709(Rgb::new(*r, *g, *b), &parameter.primaries, quantity),
         (Kind::Xyz, [x, y, z, ..]) => {
             let row = |r: [f32; 3]| r[0] * x + r[1] * y + r[2] * z;
             Some(Rgb::new(row(RGB_OF_XYZ[0]), row(RGB_OF_XYZ[1]), row(RGB_OF_XYZ[2])))
@@ -96,6 +98,28 @@ pub(super) fn convert(loading: &mut Loading<'_>, parameter: &Parameter, quantity
         loading.note(NoteKind::Repaired, message, at);
     }
     Ok(found.map(|v| v.max(0.0)))
+}
+
+/// The primaries of a `ColorSpace`; those of sRGB for names that are unknown.
+pub(super) fn primaries(color_space: &str) -> Primaries {
+    match color_space {
+        "rec2020" => Primaries::REC2020,
+        "dci-p3" => Primaries::P3,
+        "aces2065-1" => Primaries::ACES2065_1,
+        _ => Primaries::REC709,
+    }
+}
+
+/// Of a space whose white is not that of Rec. 709, a reflectance of 1 is white, and light of 1 has the space's white.
+fn in_rec709(color: Rgb, primaries: &Primaries, quantity: Quantity) -> Option<Rgb> {
+    if *primaries == Primaries::REC709 {
+        return Some(color);
+    }
+    let white = match quantity {
+        Quantity::Factor => White::Adapted,
+        Quantity::Light => White::Kept,
+    };
+    primaries.to_rec709(white).map(|rows| transformed(&rows, color))
 }
 
 fn sampled(pairs: &[[f32; 2]], quantity: Quantity, version: Version) -> Option<Rgb> {

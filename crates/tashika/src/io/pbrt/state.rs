@@ -17,6 +17,7 @@ use super::lights::AreaLight;
 use super::materials::DefinitionId;
 use super::parameters::Parameter;
 use super::transform;
+use crate::color::Primaries;
 
 /// Deepest nesting of saved states.
 pub(super) const MAX_SAVED: usize = 10_000;
@@ -36,6 +37,8 @@ pub(super) struct State {
     pub(super) material: DefinitionId,
     /// Current light of shapes.
     pub(super) area_light: Option<AreaLight>,
+    /// `ColorSpace`: of `rgb` parameters.
+    pub(super) primaries: Primaries,
     /// Defaults by `Attribute`, for shapes, lights, materials and textures.
     pub(super) defaults: BTreeMap<String, Vec<Parameter>>,
 }
@@ -70,6 +73,7 @@ impl States {
             reverse: false,
             material,
             area_light: None,
+            primaries: Primaries::REC709,
             defaults: BTreeMap::new(),
         };
         Self { current, saved: Vec::new(), coordinate_systems: BTreeMap::new() }
