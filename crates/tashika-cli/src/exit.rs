@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use tashika::error::Error;
 
-/// Everything was written; says whether the promise was kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Everything was written; says whether the promise was kept. Of several images the last of these counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// Done (0).
     Done,

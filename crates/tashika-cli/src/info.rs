@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use indicatif::{HumanBytes, HumanCount};
 use serde::Serialize;
-use tashika::scene::{Emitter, Material, NoteKind, Projection, Scene};
+use tashika::scene::{Emitter, Material, NoteKind, Projection, Scene, SphereMap};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::InfoPlan;
@@ -80,8 +80,9 @@ struct CameraReport {
     name: String,
     resolution: Option<[u32; 2]>,
     projection: &'static str,
-    /// Degrees for perspective cameras, metres for orthographic ones.
-    height: f32,
+    /// Degrees of the field of view of perspectives and fisheyes, metres of the film of orthographic cameras; none
+    /// where all directions are seen.
+    height: Option<f32>,
 }
 
 #[derive(Debug, Serialize)]
@@ -142,8 +143,13 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
             .iter()
             .map(|c| {
                 let (projection, height) = match c.projection {
-                    Projection::Perspective { vertical_fov } => ("perspective", vertical_fov.to_degrees()),
-                    Projection::Orthographic { height } => ("orthographic", height),
+                    Projection::Perspective { vertical_fov } => {
+                        ("perspective", Some(vertical_fov.to_degrees()))
+                    }
+                    Projection::Orthographic { height } => ("orthographic", Some(height)),
+                    Projection::Fisheye { angle } => ("fisheye", Some(angle.to_degrees())),
+                    Projection::Spherical { map: SphereMap::LatLong } => ("spherical", None),
+                    Projection::Spherical { map: SphereMap::EqualArea } => ("equal-area", None),
                 };
                 CameraReport { name: c.name.clone(), resolution: c.resolution, projection, height }
             })
@@ -236,8 +242,13 @@ fn rows(report: &Report) -> Rows {
     for (i, camera) in report.cameras.iter().enumerate() {
         let size = camera.resolution.map_or("no size given".to_owned(), |[w, h]| format!("{w}x{h}"));
         let label = if i == 0 { "cameras" } else { "" };
-        let unit = if camera.projection == "perspective" { "degrees" } else { "metres" };
-        rows.push(label, format!("{}: {size}, {:.1} {unit} high", camera.name, camera.height));
+        let sees = match (camera.projection, camera.height) {
+            ("orthographic", Some(height)) => format!("{height:.1} metres high"),
+            ("perspective", Some(degrees)) => format!("{degrees:.1} degrees high"),
+            (projection, Some(degrees)) => format!("{projection}, {degrees:.1} degrees"),
+            (projection, None) => format!("{projection}, all around"),
+        };
+        rows.push(label, format!("{}: {size}, {sees}", camera.name));
     }
     if report.notes.is_empty() {
         rows.push("notes", "none: the scene is rendered as its file says");

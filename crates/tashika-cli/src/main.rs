@@ -18,6 +18,7 @@ mod farm;
 mod info;
 mod interrupt;
 mod kept;
+mod lit;
 mod measure;
 mod merge;
 mod plan;

@@ -14,18 +14,18 @@ use tashika::reconstruction::RECONSTRUCTION;
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
 use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
 use tashika::request::Integration;
-use tashika::tree::LightTree;
 use tashika::vpl::{VplOptions, VplSet};
 
 use crate::audit::{Audit, MOST_PATHS, Subject, audit};
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::kept::Kept;
-use crate::plan::{Lights, RenderPlan};
+use crate::lit::Lit;
+use crate::plan::{Lights, Outputs, RenderPlan};
 use crate::progress::{Meter, metered};
 use crate::serve::LivePage;
-use crate::stage::{Stage, light_tree, stored_lights, timed};
-use crate::summary::{LightsReport, RenderReport, Seconds, Triangles, counted, typed_command, write_json};
+use crate::stage::{Stage, stored_lights, timed};
+use crate::summary::{self, RenderReport, Seconds, Triangles, counted, typed_command, write_json};
 use crate::tev::Viewer;
 use crate::vpl;
 
@@ -39,18 +39,55 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     for option in &plan.unused {
         meter.note(&format!("{option} means nothing to this method and is not used"));
     }
-    let page = plan.serve.as_ref().map(|serving| LivePage::open(plan, serving, meter)).transpose()?;
-    let viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, &plan.exr)).transpose()?;
+    let mut page = plan.serve.as_ref().map(|serving| LivePage::open(plan, serving, meter)).transpose()?;
+    let exr = &plan.outputs.exr;
+    let mut viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, exr)).transpose()?;
     let mut seconds = Seconds::default();
-    let stored = stored_lights(plan.lights.as_ref(), meter, &mut seconds)?;
-    let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
-    if let Some(path) = &plan.write_vpls {
-        let set = traced_set(plan, &stage, meter, &mut seconds)?;
+    let mut stored = stored_lights(plan.lights.as_ref(), meter, &mut seconds)?;
+    let stages = Stage::load_all(&plan.stage, meter, &mut seconds)?;
+    if let (Some(path), [stage]) = (&plan.write_vpls, stages.as_slice()) {
+        let set = traced_set(plan, stage, meter, &mut seconds)?;
         meter.finish();
         save_vpls(path, &set)?;
         return vpl::tell(&plan.common, &set, seconds.vpls, Some(path));
     }
-    let lit = Lit::new(plan, &stage, stored, meter, &mut seconds)?;
+    let outputs = if plan.stage.cameras.several() {
+        let names: Vec<&str> = stages.iter().map(|stage| stage.camera.name.as_str()).collect();
+        plan.outputs.of_cameras(&names)?
+    } else {
+        vec![plan.outputs.clone()]
+    };
+    let mut worst = Outcome::Done;
+    for (k, (stage, outputs)) in stages.iter().zip(&outputs).enumerate() {
+        let mut seconds = seconds.clone();
+        // Read again rather than kept beside the trees over it.
+        let stored = match stored.take() {
+            None => stored_lights(plan.lights.as_ref(), meter, &mut seconds)?,
+            read => read,
+        };
+        if k > 0 && !plan.common.quiet {
+            summary::print("\n")?;
+        }
+        let (page, viewer) = (page.take(), viewer.take());
+        worst = worst.max(image(plan, stage, outputs, stored, (page, viewer), seconds, meter)?);
+        if worst == Outcome::Interrupted {
+            break;
+        }
+    }
+    Ok(worst)
+}
+
+/// Renders the image of one camera and writes its files.
+fn image(
+    plan: &RenderPlan,
+    stage: &Stage,
+    outputs: &Outputs,
+    stored: Option<VplSet>,
+    (page, viewer): (Option<LivePage>, Option<Viewer>),
+    mut seconds: Seconds,
+    meter: &Meter,
+) -> Result<Outcome, Failure> {
+    let lit = Lit::new(plan, stage, stored, meter, &mut seconds)?;
     let integration = lit.integration(&plan.integration.sized(stage.size), plan.gather.points);
     let integrator = integrator(&integration, &lit, &stage.tracer)?;
 
@@ -59,6 +96,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let options = RenderOptions { window, share: plan.share.clone() };
     let mut film = blank(&setting, integrator.as_ref(), &options)?;
     plan.integration.describe(film.metadata_mut());
+    plan.stage.change.describe(film.metadata_mut());
     let (kept, begun) = Kept::open(plan.checkpoint.as_deref(), film, meter)?;
     let mut rendered = timed(&mut seconds.render, || {
         interrupt::with_flag(|cancel| {
@@ -103,8 +141,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     }
     let contradicted = audit.as_ref().is_some_and(|audit| audit.contradicts);
     let exposure_stops = timed(&mut seconds.write, || -> Result<f32, Failure> {
-        write_exr(&plan.exr, &rendered.film)?;
-        Ok(write_png(&plan.png, &rendered.film, &plan.tone_map)?)
+        write_exr(&outputs.exr, &rendered.film)?;
+        Ok(write_png(&outputs.png, &rendered.film, &plan.tone_map)?)
     })?;
     // After the image is safe: another set takes as much memory as the first.
     let other_set = if rendered.complete && plan.share.is_whole() {
@@ -124,7 +162,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     }
 
     let done = Done {
-        stage: &stage,
+        stage,
+        outputs,
         lit: &lit,
         method: integrator.name(),
         totals: rendered.totals,
@@ -146,13 +185,13 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let (complete, fallen_short) = (done.complete, done.totals.budget_hit + done.totals.not_found);
     let report = report(plan, done, seconds);
     let facts = RenderFacts {
-        name: plan.exr.display().to_string(),
+        name: outputs.exr.display().to_string(),
         rows: report.rows().for_page(),
         command: Some(typed_command()),
     };
-    write_file(&plan.html, render_page(&rendered.film, &facts).as_bytes())?;
+    write_file(&outputs.html, render_page(&rendered.film, &facts).as_bytes())?;
     kept.end(rendered.complete, meter)?;
-    if let Some(path) = &plan.common.json {
+    if let Some(path) = &outputs.json {
         write_json(path, &report)?;
     }
     if !plan.common.quiet {
@@ -186,71 +225,6 @@ fn traced_set(
         }
         (_, Some(Lights::Trace(options))) => stage.trace(options, meter, seconds),
         _ => unreachable!("the plan refuses what has no lights to trace"),
-    }
-}
-
-/// The lights of a render.
-enum Lit {
-    /// None: paths find them.
-    Emitters,
-    /// One set, in a tree if the method needs one.
-    Set(VplSet, Option<LightTree>),
-    /// One set, guided to the view.
-    Guided(GuidedLights),
-}
-
-impl Lit {
-    fn new(
-        plan: &RenderPlan,
-        stage: &Stage,
-        stored: Option<VplSet>,
-        meter: &Meter,
-        seconds: &mut Seconds,
-    ) -> Result<Self, Failure> {
-        Ok(match (&plan.integration, &plan.lights) {
-            (Integration::Transport { lights: Some(lights), truth, .. }, _) => {
-                meter.phase(&format!("tracing about {}", counted(lights.count, "VPL", "VPLs")));
-                let view = stage.setting(plan.gather, plan.seed).view;
-                let trace = || GuidedLights::trace(&stage.tracer, lights, *truth, &view);
-                Self::Guided(timed(&mut seconds.vpls, trace)?)
-            }
-            (Integration::Transport { lights: None, truth, .. }, Some(lights)) => {
-                let set = stage.lights(lights, stored, meter, seconds)?;
-                let view = stage.setting(plan.gather, plan.seed).view;
-                let given = || GuidedLights::given(&stage.tracer, &set, *truth, &view);
-                Self::Guided(timed(&mut seconds.trees, given)?)
-            }
-            (Integration::ManyLights { method, .. }, Some(lights)) => {
-                let set = stage.lights(lights, stored, meter, seconds)?;
-                let tree = method.needs_tree().then(|| light_tree(&set, meter, seconds));
-                Self::Set(set, tree)
-            }
-            _ => Self::Emitters,
-        })
-    }
-
-    /// How pixels are computed with these lights.
-    fn integration(&self, asked: &Integration, points: u32) -> Integration {
-        match self {
-            Self::Set(set, _) => asked.over(set.len(), points),
-            Self::Emitters | Self::Guided(_) => asked.clone(),
-        }
-    }
-
-    fn report(&self, plan: &RenderPlan) -> Option<LightsReport> {
-        let of = match self {
-            Self::Emitters => return None,
-            Self::Set(set, _) => set.provenance(),
-            Self::Guided(lights) => lights.provenance(),
-        };
-        Some(LightsReport {
-            count: of.direct + of.indirect,
-            direct: of.direct,
-            indirect: of.indirect,
-            clamp_m: of.clamp_distance,
-            seed: of.seed,
-            file: plan.lights.as_ref().and_then(Lights::file).map(ToOwned::to_owned),
-        })
     }
 }
 
@@ -311,6 +285,7 @@ fn by_other_set(
 /// A finished render.
 struct Done<'a> {
     stage: &'a Stage,
+    outputs: &'a Outputs,
     lit: &'a Lit,
     method: &'static str,
     totals: Totals,
@@ -325,7 +300,8 @@ struct Done<'a> {
 }
 
 fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
-    let Done { stage, totals, .. } = &done;
+    let Done { stage, outputs, .. } = done;
+    let totals = &done.totals;
     let Stage { scene, camera, size, window, .. } = stage;
     let lights = done.lit.report(plan);
     let mean = |sum: u64| if totals.pixels > 0 { sum as f64 / totals.pixels as f64 } else { 0.0 };
@@ -369,6 +345,6 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         other_set: done.other_set,
         audit: done.audit,
         exposure_stops: done.exposure_stops,
-        files: vec![plan.exr.clone(), plan.png.clone(), plan.html.clone()],
+        files: vec![outputs.exr.clone(), outputs.png.clone(), outputs.html.clone()],
     }
 }

@@ -61,7 +61,7 @@ impl LivePage {
     /// Serves the page of a render that has not begun, and tells where.
     pub fn open(plan: &RenderPlan, serving: &Serving, meter: &Meter) -> Result<Self, Failure> {
         let film = Arc::new(LiveFilm::new());
-        let name = plan.exr.display().to_string();
+        let name = plan.outputs.exr.display().to_string();
         let mut page = Page::new(&name, format!("{name}: {}", plan.stage.scene.label()));
         page.lines = vec!["Closing this page does not stop the render.".to_owned()];
         page.command = Some(typed_command());

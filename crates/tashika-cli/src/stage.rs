@@ -8,6 +8,7 @@ use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::Setting;
 use tashika::io::load_vpls;
+use tashika::request::Framed;
 use tashika::scene::{Camera, Scene};
 use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{VplOptions, VplSet};
@@ -28,20 +29,35 @@ pub struct Stage {
     /// The part that the user or the camera asks for.
     pub window: Window,
     /// Rays.
-    pub tracer: Tracer,
+    pub tracer: Arc<Tracer>,
 }
 
 impl Stage {
-    /// Reads the scene and builds the tree for rays.
+    /// Reads the scene and builds the tree for rays, for the one camera that was chosen.
     pub fn load(plan: &StagePlan, meter: &Meter, seconds: &mut Seconds) -> Result<Self, Failure> {
+        let mut stages = Self::load_all(plan, meter, seconds)?;
+        match (stages.pop(), stages.is_empty()) {
+            (Some(stage), true) => Ok(stage),
+            _ => Err(Failure::option("camera", plan.cameras.typed(), "one camera with this command")),
+        }
+    }
+
+    /// Reads the scene and builds the tree for rays, once for all the cameras that were chosen; at least one.
+    pub fn load_all(plan: &StagePlan, meter: &Meter, seconds: &mut Seconds) -> Result<Vec<Self>, Failure> {
         meter.phase(&format!("reading {}", plan.scene.label()));
         let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
         tell_notes(plan, &scene, meter)?;
-        let camera = choose_camera(plan, &scene)?.clone();
-        let (size, window) = plan.framing.of(&camera)?;
+        let mut framed = Vec::new();
+        for camera in plan.cameras.of(&scene)? {
+            framed.push(plan.framing.of(&plan.change.of(camera)?)?);
+        }
         meter.phase("building the tree for rays");
-        let tracer = timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene)));
-        Ok(Self { scene, camera, size, window, tracer })
+        let tracer = Arc::new(timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene))));
+        let stage = |Framed { camera, size, window }| {
+            let (scene, tracer) = (Arc::clone(&scene), Arc::clone(&tracer));
+            Self { scene, camera, size, window, tracer }
+        };
+        Ok(framed.into_iter().map(stage).collect())
     }
 
     /// What integrators need.
@@ -120,16 +136,6 @@ fn tell_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Fail
         meter.note(&format!("{notes}; `tashika info {}` lists all", plan.scene.label()));
     }
     Ok(())
-}
-
-fn choose_camera<'s>(plan: &StagePlan, scene: &'s Scene) -> Result<&'s Camera, Failure> {
-    match &plan.camera {
-        None => Ok(&scene.cameras()[0]),
-        Some(name) => scene.camera(name).ok_or_else(|| {
-            let names: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
-            Failure::option("camera", name, format!("one of the scene's: {}", names.join(", ")))
-        }),
-    }
 }
 
 /// Runs `work` and adds the seconds it took.

@@ -132,7 +132,7 @@ impl Triangles {
 }
 
 /// Seconds that each part took.
-#[derive(Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Seconds {
     /// Reading the scene.
     pub load: f64,

@@ -6,6 +6,7 @@ use tashika::film::Window;
 use tashika::gather::Filter;
 use tashika::integrator::{Method, Truth};
 use tashika::io::Exposure;
+use tashika::request::ProjectionName;
 use tashika::vpl::Clamp;
 
 /// A count: `10000`, `55_000`, `10k`, `1.5M`.
@@ -96,6 +97,11 @@ pub fn truth(typed: &str) -> Result<Truth, String> {
 /// A pixel filter.
 pub fn filter(typed: &str) -> Result<Filter, String> {
     named(&Filter::ALL, typed)
+}
+
+/// A projection.
+pub fn projection(typed: &str) -> Result<ProjectionName, String> {
+    named(&ProjectionName::ALL, typed)
 }
 
 /// What pixels are grouped by.

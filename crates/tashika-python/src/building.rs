@@ -11,7 +11,8 @@ use tashika::color::Rgb;
 use tashika::error::{Error, Location};
 use tashika::math::elementary;
 use tashika::scene::{
-    self, Emitter, Environment, Falloff, FalloffShape, Lens, MeshData, Pixels, Projection, SceneBuilder,
+    self, Blades, Emitter, Environment, Falloff, FalloffShape, Lens, MeshData, Pixels, Projection,
+    SceneBuilder, SphereMap,
 };
 
 use crate::arrays::{Array, Content, float_rows, index_rows};
@@ -147,7 +148,8 @@ impl Light {
 }
 
 /// A camera at `eye` that looks at `target`: a pinhole, or a thin lens of `lens_radius` (m) that is sharp at `focus_distance` (m; that of
-/// the target if not said). `vertical_fov` is in degrees, `size` the (width, height) in pixels of its images unless a render says another.
+/// the target if not said). The lens is round, or a polygon of `blades` (3 to 100) with corners on the circle of the radius, turned by
+/// `blade_rotation` (degrees, counter-clockwise as the camera sees it; at 0 a corner is up). `vertical_fov` is in degrees, `size` the (width, height) in pixels of its images unless a render says another.
 #[pyclass(frozen, module = "tashika")]
 pub struct Camera(scene::Camera);
 
@@ -155,7 +157,8 @@ pub struct Camera(scene::Camera);
 impl Camera {
     #[new]
     #[pyo3(signature = (
-        eye, target, *, up=[0.0, 1.0, 0.0], vertical_fov=40.0, size=None, name="camera", lens_radius=0.0, focus_distance=None
+        eye, target, *, up=[0.0, 1.0, 0.0], vertical_fov=40.0, size=None, name="camera", lens_radius=0.0, focus_distance=None,
+        blades=None, blade_rotation=0.0
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
@@ -167,6 +170,8 @@ impl Camera {
         name: &str,
         lens_radius: f32,
         focus_distance: Option<f32>,
+        blades: Option<u32>,
+        blade_rotation: f32,
     ) -> PyResult<Self> {
         let (eye, target) = (Vec3::from(eye), Vec3::from(target));
         // Also refuses what is not a number.
@@ -174,8 +179,9 @@ impl Camera {
             return Err(option("target", target, "a point other than the eye"));
         }
         let camera = scene::Camera::look_at(name, eye, target, up.into(), vertical_fov.to_radians());
+        let blades = blades.map(|count| Blades { count, rotation: blade_rotation.to_radians() });
         let lens =
-            Lens { radius: lens_radius, focus_distance: focus_distance.unwrap_or(eye.distance(target)) };
+            Lens { blades, ..Lens::round(lens_radius, focus_distance.unwrap_or(eye.distance(target))) };
         Ok(Self(scene::Camera { lens, resolution: size, ..camera }))
     }
 
@@ -190,12 +196,57 @@ impl Camera {
         size: Option<[u32; 2]>,
         name: &str,
     ) -> PyResult<Self> {
-        let Self(camera) = Self::new(eye, target, up, 40.0, size, name, 0.0, None)?;
-        Ok(Self(scene::Camera { projection: Projection::Orthographic { height }, ..camera }))
+        Self::with_projection(eye, target, up, size, name, Projection::Orthographic { height })
+    }
+
+    /// An equidistant fisheye: a circle that touches the longer sides of the image, `fov` degrees across (at most 360), black outside.
+    #[staticmethod]
+    #[pyo3(signature = (eye, target, *, fov=180.0, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
+    fn fisheye(
+        eye: [f32; 3],
+        target: [f32; 3],
+        fov: f32,
+        up: [f32; 3],
+        size: Option<[u32; 2]>,
+        name: &str,
+    ) -> PyResult<Self> {
+        // 360° in radians may round to more than 2π.
+        let angle = fov.to_radians().min(if fov <= 360.0 { std::f32::consts::TAU } else { f32::INFINITY });
+        Self::with_projection(eye, target, up, size, name, Projection::Fisheye { angle })
+    }
+
+    /// A camera that sees all directions: by latitude and longitude, with `target` in the middle of the image, or of `equal_area` in a
+    /// square whose middle is up and whose lower edge's middle is `target`.
+    #[staticmethod]
+    #[pyo3(signature = (eye, target, *, equal_area=false, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
+    fn spherical(
+        eye: [f32; 3],
+        target: [f32; 3],
+        equal_area: bool,
+        up: [f32; 3],
+        size: Option<[u32; 2]>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let map = if equal_area { SphereMap::EqualArea } else { SphereMap::LatLong };
+        Self::with_projection(eye, target, up, size, name, Projection::Spherical { map })
     }
 
     fn __repr__(&self) -> String {
         format!("<tashika.Camera {:?} at {}>", self.0.name, self.0.position())
+    }
+}
+
+impl Camera {
+    fn with_projection(
+        eye: [f32; 3],
+        target: [f32; 3],
+        up: [f32; 3],
+        size: Option<[u32; 2]>,
+        name: &str,
+        projection: Projection,
+    ) -> PyResult<Self> {
+        let Self(camera) = Self::new(eye, target, up, 40.0, size, name, 0.0, None, None, 0.0)?;
+        Ok(Self(scene::Camera { projection, ..camera }))
     }
 }
 

@@ -8,7 +8,7 @@ use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{ControlOptions, Exact, LitBy, Method, Setting};
 use tashika::render::render_pixels;
-use tashika::request::{Framing, Request};
+use tashika::request::{Framed, Framing, Request};
 
 use crate::arrays::vectors;
 use crate::attended::{Watch, attended};
@@ -48,8 +48,8 @@ pub fn exact<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.get();
     let camera = scene.camera(camera)?;
-    let (size, _) = Framing { size, crop: None }.of(camera).map_err(raised)?;
-    let view = View { camera, size, gather: points(gather, filter)?, seed };
+    let Framed { camera, size, .. } = Framing { size, crop: None }.of(camera).map_err(raised)?;
+    let view = View { camera: &camera, size, gather: points(gather, filter)?, seed };
     let lights = Lights::of(vpls, clamp, seed)?;
     let rendered = attended(py, threads, progress, |watch| {
         let lit = lights.lit(scene)?;
@@ -110,8 +110,8 @@ pub fn coverage<'py>(
     let by: Vec<Grouping> =
         by.iter().map(|name| words::named("by", name, &Grouping::ALL)).collect::<PyResult<_>>()?;
     let camera = scene.camera(camera)?;
-    let (size, _) = Framing { size, crop: None }.of(camera).map_err(raised)?;
-    let view = View { camera, size, gather: points(gather, filter)?, seed };
+    let Framed { camera, size, .. } = Framing { size, crop: None }.of(camera).map_err(raised)?;
+    let view = View { camera: &camera, size, gather: points(gather, filter)?, seed };
     let chosen = Pixels::of(Window::full(size), pixels, seed).map_err(raised)?;
     let lights = Lights::of(vpls, clamp, seed)?;
     let measured =

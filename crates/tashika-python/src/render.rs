@@ -13,7 +13,7 @@ use tashika::film::Window;
 use tashika::gather::View;
 use tashika::integrator::{GuidedLights, Integrator, LightTransport, LitBy, Path, Setting, Truth};
 use tashika::render::{Finished, RenderOptions, Rendered, TileShare, blank, resume};
-use tashika::request::{Framing, Integration, Request, Resolved};
+use tashika::request::{CameraChange, Framed, Framing, Integration, ProjectionName, Request, Resolved};
 use tashika::vpl::VplOptions;
 
 use crate::attended::{Watch, attended};
@@ -31,6 +31,9 @@ use crate::words;
 /// - `camera`: name, the first if not said; `size`: (width, height) in pixels, the camera's or (640, 360); `crop`: (x, y, width, height)
 ///   in pixels from the top left; `tiles`: "K/N" or (K, N), the K-th of N shares of the image, of more than 16
 ///   as an image of the part that has it (`window`).
+/// - `projection`: another than the camera's: "perspective", "fisheye", "spherical" or "equal-area"; `fov` in degrees, of a perspective
+///   (vertical) or a fisheye (across its circle); `lens_radius` and `focus_distance` in metres, `blades` and `blade_rotation` (degrees) of
+///   a perspective's lens, as `Camera` has them.
 /// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or "path".
 /// - `error`: relative error that a pixel may have; not said, a picture is made that takes minutes, and pixels that are not within 0.05 by then say so (0.02 with `truth` "vpl"; with "path": none, 64 `paths` a pixel); `absolute`: error that is enough where
 ///   it is dark (W/m²/sr), 0; `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or
@@ -58,7 +61,8 @@ use crate::words;
 #[pyo3(signature = (
     scene, *, camera=None, size=None, crop=None, method="tashika", error=None, confidence=None, claim=None, truth=None,
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
-    paths=None, filter=None, checkpoint=None, progress=None
+    paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
+    focus_distance=None, blades=None, blade_rotation=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -85,6 +89,12 @@ pub fn render(
     filter: Option<&str>,
     checkpoint: Option<PathBuf>,
     progress: Option<&Bound<'_, PyAny>>,
+    projection: Option<&str>,
+    fov: Option<f32>,
+    lens_radius: Option<f32>,
+    focus_distance: Option<f32>,
+    blades: Option<u32>,
+    blade_rotation: Option<f32>,
 ) -> PyResult<Image> {
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp)?;
@@ -104,19 +114,23 @@ pub fn render(
         ..of_lights
     };
     let Resolved { integration, gather, unused } = request.resolve().map_err(raised)?;
-    let camera = scene.camera(camera)?;
+    let projection =
+        projection.map(|name| words::named("projection", name, &ProjectionName::ALL)).transpose()?;
+    let change = CameraChange { projection, fov, lens_radius, focus_distance, blades, blade_rotation };
+    let camera = change.of(scene.camera(camera)?).map_err(raised)?;
     let crop = crop.map(|[x, y, width, height]| Window { x, y, width, height });
-    let (size, window) = Framing { size, crop }.of(camera).map_err(raised)?;
+    let Framed { camera, size, window } = Framing { size, crop }.of(&camera).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
     for name in unused {
         let name = if name == "lights" { "vpls" } else { name };
         warn(py, &format!("{name} means nothing to the method {method} and is not used"))?;
     }
-    let view = View { camera, size, gather, seed };
+    let view = View { camera: &camera, size, gather, seed };
     let options = RenderOptions { window, share };
     let kept = Kept::new(checkpoint);
     let (rendered, other_set) = attended(py, threads, progress, |watch| {
-        let (mut rendered, other_set) = rendered(scene, &integration, given, view, &options, &kept, watch)?;
+        let (mut rendered, other_set) =
+            rendered(scene, &integration, given, (view, &change), &options, &kept, watch)?;
         if rendered.complete && options.share.is_whole() {
             Integration::finish(&mut rendered.film);
         }
@@ -137,7 +151,7 @@ fn rendered(
     scene: &Scene,
     integration: &Integration,
     given: Option<Py<VplSet>>,
-    view: View<'_>,
+    (view, change): (View<'_>, &CameraChange),
     part: &RenderOptions,
     kept: &Kept,
     watch: &Watch,
@@ -147,6 +161,7 @@ fn rendered(
         let setting = Setting { tracer, view };
         let mut film = blank(&setting, integrator, part)?;
         integration.describe(film.metadata_mut());
+        change.describe(film.metadata_mut());
         let begun = kept.begin(film)?;
         let told = |done: &Finished<'_>| {
             kept.add(done);

@@ -36,7 +36,7 @@ pub struct Scene {
 
 /// Lights guided to a view, and what they were traced by.
 struct Traced {
-    by: (VplOptions, Truth, String, [u32; 2], Filter),
+    by: (VplOptions, Truth, scene::Camera, [u32; 2], Filter),
     lights: Arc<GuidedLights>,
 }
 
@@ -57,7 +57,7 @@ impl Scene {
         truth: Truth,
         view: &View<'_>,
     ) -> Result<Arc<GuidedLights>> {
-        let by = (lights.clone(), truth, view.camera.name.clone(), view.size, view.gather.filter);
+        let by = (lights.clone(), truth, view.camera.clone(), view.size, view.gather.filter);
         let known = || self.guided.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(traced) = known().as_ref().filter(|traced| traced.by == by) {
             return Ok(Arc::clone(&traced.lights));

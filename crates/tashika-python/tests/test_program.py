@@ -37,6 +37,12 @@ def assert_same(ours: tashika.Image, theirs: tashika.Image) -> None:
             "truth": "vpl", "control": "channels", "absolute": 0.01, "gather": 2, "seed": 7, "clamp": 0.1, "tiles": (2, 3),
         }),
         ("--method exact --filter blackman-harris", {"method": "exact", "filter": "blackman-harris"}),
+        ("--method path --paths 2 --projection fisheye --fov 200", {
+            "method": "path", "paths": 2, "projection": "fisheye", "fov": 200,
+        }),
+        ("--method path --paths 2 --lens-radius 0.1 --focus-distance 1.5 --blades 5 --blade-rotation 20", {
+            "method": "path", "paths": 2, "lens_radius": 0.1, "focus_distance": 1.5, "blades": 5, "blade_rotation": 20,
+        }),
         ("--method mdlc --max-pairs 50", {"method": "mdlc", "max_pairs": 50}),
         ("--method iwasaki2019 --clamp off", {"method": "iwasaki2019", "clamp": "off"}),
     ],

@@ -20,6 +20,22 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
     }
 }
 
+/// Regular polygon of `corners` (at least 3) on the unit circle, uniform by area. Turned by
+/// `rotation` (radians) counter-clockwise from where a corner is at `+y`.
+/// Density `1 / (n/2 · sin(2π/n))`.
+pub fn polygon(u: [f32; 2], corners: u32, rotation: f32) -> Vec2 {
+    let n = corners as f32;
+    // One of the triangles between the centre and a side, and what is left of the number.
+    let scaled = u[0] * n;
+    let side = scaled.floor().min(n - 1.0);
+    let [_, to_first, to_second] = triangle([scaled - side, u[1]]);
+    let corner = |k: f32| {
+        let (sin, cos) = sin_cos(rotation + 2.0 * PI * k / n);
+        Vec2::new(-sin, cos)
+    };
+    corner(side) * to_first + corner(side + 1.0) * to_second
+}
+
 /// The numbers that [`disk`] takes to a point of the unit disk.
 pub fn disk_inverse(p: Vec2) -> [f32; 2] {
     let r = p.length();
@@ -100,6 +116,39 @@ mod tests {
     fn mean(n: u32, mut f: impl FnMut([f32; 2]) -> f32) -> f64 {
         let mut s = Stream::new(11, Purpose::Test, 0);
         (0..n).map(|_| f64::from(f(s.uniform_2()))).sum::<f64>() / f64::from(n)
+    }
+
+    /// Pearson's statistic of counts in equal areas: sides by rings by sectors of a side.
+    #[test]
+    fn polygons_are_filled_evenly() {
+        const CELLS: usize = 8;
+        for corners in [3u32, 5, 6, 9] {
+            let rotation = 0.3;
+            let (n, k) = (100_000, corners as usize);
+            let mut counts = vec![0.0f64; k * CELLS * CELLS];
+            let mut s = Stream::new(4, Purpose::Test, u64::from(corners));
+            for _ in 0..n {
+                let p = polygon(s.uniform_2(), corners, rotation);
+                // Found without the map: the angle tells the side, the distance along its normal the ring.
+                let angle = 2.0 * PI / corners as f32;
+                let from_corner = (atan2(-p.x, p.y) - rotation).rem_euclid(2.0 * PI);
+                let side = ((from_corner / angle) as usize).min(k - 1);
+                let (sin, cos) = sin_cos(rotation + angle * (side as f32 + 0.5));
+                let (along, across) = (p.dot(Vec2::new(-sin, cos)), p.dot(Vec2::new(cos, sin)));
+                let (half_sin, half_cos) = sin_cos(0.5 * angle);
+                let ring = (along / half_cos) * (along / half_cos);
+                let sector = 0.5 + 0.5 * across / along * half_cos / half_sin;
+                assert!(ring <= 1.0 + 1e-5 && (-1e-3..=1.001).contains(&sector), "{corners}: {p} is outside");
+                let cell = |x: f32| ((x * CELLS as f32) as usize).min(CELLS - 1);
+                counts[(side * CELLS + cell(ring)) * CELLS + cell(sector)] += 1.0;
+            }
+            let expected = f64::from(n) / counts.len() as f64;
+            let chi_squared: f64 = counts.iter().map(|c| (c - expected) * (c - expected) / expected).sum();
+            // Of so many degrees of freedom: mean k, standard deviation √2k.
+            let freedom = counts.len() as f64 - 1.0;
+            let deviations = (chi_squared - freedom) / (2.0 * freedom).sqrt();
+            assert!(deviations.abs() < 4.5, "{corners} corners: {deviations} standard deviations");
+        }
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! What was typed. The doc comments are the texts of `--help`.
 
+mod camera;
 mod measure;
 
+pub use camera::CameraArgs;
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
     TransportArgs, TransportMethod,
@@ -67,6 +69,8 @@ Examples:
   tashika render                                   the built-in room: render.exr, .png, .html
   tashika render kitchen.glb -o kitchen.exr        a picture of which each pixel says what it is worth
   tashika render kitchen.glb --size 320x180 --crop 100,50,64,64 --camera top
+  tashika render kitchen.glb --camera all -o view.exr    view-top.exr, view-side.exr, ...
+  tashika render kitchen.glb --projection spherical --size 1024x512
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
   tashika render kitchen.glb --claim certified --error 5%
@@ -137,9 +141,8 @@ pub struct StageArgs {
     /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny [default: builtin:room]
     pub scene: Option<String>,
 
-    /// Camera, by name [default: the scene's first]
-    #[arg(long, value_name = "NAME", help_heading = "Scene")]
-    pub camera: Option<String>,
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     /// Refuse a scene that cannot be rendered as its file says: what `info` lists as repaired,
     /// approximated or ignored becomes an error

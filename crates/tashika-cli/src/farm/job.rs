@@ -28,7 +28,7 @@ impl Job {
     /// The steps of what was typed.
     pub fn new(plan: &FarmPlan) -> Result<Self, Failure> {
         let folder = absolute(&plan.folder)?;
-        let image = absolute(&plan.render.exr)?;
+        let image = absolute(&plan.render.outputs.exr)?;
         let program = plan.program.clone();
         let scene = match plan.scene.as_deref() {
             Some(scene) if !scene.starts_with(builtin::PREFIX) => {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use tashika::render::TileShare;
 
-use super::{Common, RenderPlan};
+use super::{Cameras, Common, RenderPlan};
 use crate::args::{Args, Command, FarmArgs};
 use crate::exit::Failure;
 
@@ -60,6 +60,14 @@ impl FarmPlan {
         if render.tiles.is_some() || render.serve || render.tev.is_some() || render.audit.is_some() {
             let message = "--tiles, --serve, --tev and --audit are of one machine; leave them out of the job";
             return Err(Failure::usage(message));
+        }
+        let cameras = Cameras::new(&render.stage.camera.cameras);
+        if cameras.several() {
+            return Err(Failure::option(
+                "camera",
+                cameras.typed(),
+                "one camera of a job; write a job for each",
+            ));
         }
         let inputs: Vec<&Path> = render.stage.scene.as_deref().map(Path::new).into_iter().collect();
         Ok(Self {

@@ -1,14 +1,18 @@
 //! What is to be done: every value checked, before any work.
 
+mod camera;
 mod farm;
 mod measure;
+mod outputs;
 mod render;
 mod transport;
 
+pub use camera::Cameras;
 pub use farm::{Farm, FarmPlan};
 pub use measure::{
     AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
+pub use outputs::Outputs;
 pub use render::RenderPlan;
 pub use transport::TransportPlan;
 
@@ -20,13 +24,13 @@ use tashika::film::Window;
 use tashika::gather::GatherOptions;
 use tashika::io::{LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
 use tashika::report::Tolerance;
-use tashika::request::{Framing, Request};
+use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{Scene, builtin};
 use tashika::vpl::VplOptions;
 
 use crate::args::{
-    ClampArgs, CommonArgs, CompareArgs, FilterArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs, ServeArgs,
-    SourceArgs, StageArgs, ViewArgs, VplArgs,
+    CameraArgs, ClampArgs, CommonArgs, CompareArgs, FilterArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs,
+    ServeArgs, SourceArgs, StageArgs, ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
 
@@ -152,8 +156,10 @@ pub struct StagePlan {
     pub scene: SceneSource,
     /// Whether notes that depart from the file are errors.
     pub strict: bool,
-    /// Name of the camera, if not the first.
-    pub camera: Option<String>,
+    /// Which cameras.
+    pub cameras: Cameras,
+    /// What of them is another than the scene says.
+    pub change: CameraChange,
     /// How large, and which part.
     pub framing: Framing,
 }
@@ -163,7 +169,11 @@ impl StagePlan {
         let scene = SceneSource::new(args.scene.as_deref(), &args.scene_args)?;
         let framing = Framing { size: args.size, crop };
         framing.check()?;
-        Ok(Self { scene, strict: args.strict, camera: args.camera.clone(), framing })
+        let CameraArgs { projection, fov, lens_radius, focus_distance, blades, blade_rotation, .. } =
+            args.camera;
+        let change = CameraChange { projection, fov, lens_radius, focus_distance, blades, blade_rotation };
+        let cameras = Cameras::new(&args.camera.cameras);
+        Ok(Self { scene, strict: args.strict, cameras, change, framing })
     }
 
     /// The files that it reads, with that of the lights.

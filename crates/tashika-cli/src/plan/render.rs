@@ -8,7 +8,7 @@ use tashika::io::ToneMap;
 use tashika::render::TileShare;
 use tashika::request::{Integration, Request, Resolved};
 
-use super::{Common, Lights, Serving, StagePlan, with_ending};
+use super::{Common, Lights, Outputs, Serving, StagePlan};
 use crate::args::{Claim, Method, RenderArgs};
 use crate::exit::Failure;
 
@@ -29,12 +29,8 @@ pub struct RenderPlan {
     pub write_vpls: Option<PathBuf>,
     /// Seed of the camera samples.
     pub seed: u64,
-    /// Image to write.
-    pub exr: PathBuf,
-    /// Picture to write.
-    pub png: PathBuf,
-    /// Page to write.
-    pub html: PathBuf,
+    /// Files to write; of several cameras, what theirs are named after.
+    pub outputs: Outputs,
     /// How the picture is made.
     pub tone_map: ToneMap,
     /// Where the viewer listens that is to show it meanwhile.
@@ -75,8 +71,13 @@ impl RenderPlan {
         if audit.is_none() && args.audit.is_some() {
             unused.push("--audit".to_owned());
         }
-        let exr = with_ending(&args.output, "exr")?;
-        let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
+        let outputs = Outputs::new(&args.output, args.common.json.clone())?;
+        let Outputs { exr, png, html, .. } = &outputs;
+        let several = stage.cameras.several();
+        if let (true, Some(option)) = (several, of_one_image(args)) {
+            let cameras = stage.cameras.typed();
+            return Err(Failure::option("camera", cameras, format!("one camera with {option}")));
+        }
         let inputs = stage.inputs(args.source.vpl_file.as_deref());
         if !args.serve && (args.serving.port != 0 || args.serving.no_browser) {
             return Err(Failure::usage("--port and --no-browser go with --serve"));
@@ -88,11 +89,13 @@ impl RenderPlan {
             path.push(".checkpoint");
             PathBuf::from(path)
         });
-        let outputs: Vec<&Path> = match &args.write_vpls {
+        let written: Vec<&Path> = match &args.write_vpls {
             Some(path) => vec![path],
-            None => [&exr, &png, &html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect(),
+            // The names are known when the scene is.
+            None if several => Vec::new(),
+            None => [exr, png, html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect(),
         };
-        let common = Common::new(&args.common, &outputs, &inputs)?;
+        let common = Common::new(&args.common, &written, &inputs)?;
         Ok(Self {
             stage,
             share: args.tiles.clone().unwrap_or_default(),
@@ -100,9 +103,7 @@ impl RenderPlan {
             lights,
             write_vpls: args.write_vpls.clone(),
             seed: args.seed,
-            exr,
-            png,
-            html,
+            outputs,
             tone_map,
             tev: args.tev.clone(),
             checkpoint,
@@ -114,6 +115,18 @@ impl RenderPlan {
             unused,
         })
     }
+}
+
+/// An option that goes with one image only.
+fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
+    [
+        (args.write_vpls.is_some(), "--write-vpls"),
+        (args.checkpoint, "--checkpoint"),
+        (args.serve, "--serve"),
+        (args.tev.is_some(), "--tev"),
+    ]
+    .into_iter()
+    .find_map(|(typed, option)| typed.then_some(option))
 }
 
 /// Whether something was promised that is not computed anyway.

@@ -104,7 +104,7 @@ class Light:
 
 @final
 class Camera:
-    """A camera: perspective, or orthographic."""
+    """A camera: perspective, orthographic, a fisheye, or one that sees all around."""
 
     def __new__(
         cls,
@@ -117,6 +117,8 @@ class Camera:
         name: str = "camera",
         lens_radius: float = 0.0,
         focus_distance: float | None = None,
+        blades: int | None = None,
+        blade_rotation: float = 0.0,
     ) -> Camera: ...
     @staticmethod
     def orthographic(
@@ -124,6 +126,26 @@ class Camera:
         target: _Vector,
         height: float,
         *,
+        up: _Vector = ...,
+        size: tuple[int, int] | None = None,
+        name: str = "camera",
+    ) -> Camera: ...
+    @staticmethod
+    def fisheye(
+        eye: _Vector,
+        target: _Vector,
+        *,
+        fov: float = 180.0,
+        up: _Vector = ...,
+        size: tuple[int, int] | None = None,
+        name: str = "camera",
+    ) -> Camera: ...
+    @staticmethod
+    def spherical(
+        eye: _Vector,
+        target: _Vector,
+        *,
+        equal_area: bool = False,
         up: _Vector = ...,
         size: tuple[int, int] | None = None,
         name: str = "camera",
@@ -260,6 +282,12 @@ def render(
     filter: _Filter | None = None,
     checkpoint: _Path | None = None,
     progress: _Progress | None = None,
+    projection: Literal["perspective", "fisheye", "spherical", "equal-area"] | None = None,
+    fov: float | None = None,
+    lens_radius: float | None = None,
+    focus_distance: float | None = None,
+    blades: int | None = None,
+    blade_rotation: float | None = None,
 ) -> Image: ...
 def exact(
     scene: Scene,

@@ -103,15 +103,17 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
-    /// The camera ray of sample `index` of pixel `(x, y)`, and the key of the sample's random decisions.
-    pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Ray, u64) {
+    /// The camera ray of sample `index` of pixel `(x, y)`, if the film shows anything there, and the key of the
+    /// sample's random decisions.
+    pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Option<Ray>, u64) {
         let key = self.pixel_key(pixel);
         let u = sobol_burley::sample_4d(index, 0, key as u32);
         (self.ray_through(pixel, u), rng::key(key, Purpose::Gather, u64::from(index)))
     }
 
-    /// The camera ray of pixel `(x, y)` for four uniform numbers: two for the filter, two for the lens.
-    pub fn ray_through(&self, pixel: [u32; 2], u: [f32; 4]) -> Ray {
+    /// The camera ray of pixel `(x, y)` for four uniform numbers: two for the filter, two for the lens. `None` where
+    /// the film shows nothing: there it is black.
+    pub fn ray_through(&self, pixel: [u32; 2], u: [f32; 4]) -> Option<Ray> {
         let offset = Vec2::new(self.gather.filter.warp(u[0]), self.gather.filter.warp(u[1]));
         let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
         self.camera.ray(&CameraSample { film, lens: [u[2], u[3]] }, self.size)
@@ -143,7 +145,7 @@ impl View<'_> {
                     rng::key(self.pixel_key(pixel), Purpose::Gather, u64::MAX - u64::from(bounce));
                 sobol_burley::sample_4d(index, 0, of_surface as u32)
             };
-            let end = follow(tracer, ray, key, choices);
+            let end = ray.map_or(End::NOTHING, |ray| follow(tracer, ray, key, choices));
             sum.background += end.background * weight;
             sum.samples.push(SeenSample {
                 place: [x, y],
@@ -181,11 +183,16 @@ struct End {
     first: Option<First>,
 }
 
+impl End {
+    /// Of a sample that sees nothing.
+    const NOTHING: Self = Self { point: None, background: Rgb::BLACK, first: None };
+}
+
 /// Follows a camera ray through specular surfaces to one that is not.
 fn follow(tracer: &Tracer, mut ray: Ray, key: u64, choices: impl Fn(u32) -> [f32; 4]) -> End {
     let scene = tracer.scene();
     let mut weight = Rgb::WHITE;
-    let mut end = End { point: None, background: Rgb::BLACK, first: None };
+    let mut end = End::NOTHING;
     for bounce in 0..MAX_CHAIN {
         let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(u64::from(bounce))) else {
             if let Some(e) = scene.environment() {

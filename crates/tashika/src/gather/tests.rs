@@ -9,7 +9,9 @@ use super::{Filter, GatherOptions, GatherPoint, View};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
-use crate::scene::{Camera, CoatBase, Emission, Environment, Material, MeshData, SceneBuilder, Surface};
+use crate::scene::{
+    Camera, CoatBase, Emission, Environment, Material, MeshData, Projection, SceneBuilder, Surface,
+};
 
 /// A square of half-width 5 m about `center`, its normal along `a × b`.
 fn square(center: Vec3, a: Vec3, b: Vec3) -> MeshData {
@@ -98,7 +100,7 @@ fn glass_is_seen_through_and_no_light_is_made() {
     let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
     assert!((weight.r / share as f32 - 0.81).abs() < 0.02, "two passages of 0.9: {}", weight.r);
     // The way straight through a pane of parallel sides keeps its direction.
-    let (ray, _) = view(&t, n).camera_ray([8, 8], 0);
+    let ray = view(&t, n).camera_ray([8, 8], 0).0.unwrap();
     assert!(sum.points.iter().any(|p| (p.position.x - ray.at(4.0).x).abs() < 0.1));
 }
 
@@ -187,4 +189,27 @@ fn a_pixel_that_sees_nothing_is_the_background() {
     let sum = view(&t, 4).pixel(&t, [1, 1]);
     assert!(sum.points.is_empty() && sum.features.coverage == 0.0 && sum.features.depth == 0.0);
     assert!((sum.background - Rgb::new(0.1, 0.2, 0.3)).max_channel().abs() < 1e-6);
+}
+
+/// Outside the circle of a fisheye there is neither a point nor the sky; a pixel across its edge has its share of both.
+#[test]
+fn a_film_is_black_where_it_shows_nothing() {
+    let t = tracer(|b| {
+        add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), lambert(), 0.0);
+        b.set_environment(Environment::constant(Rgb::WHITE)).unwrap();
+    });
+    let angle = std::f32::consts::PI;
+    let camera = Camera { projection: Projection::Fisheye { angle }, ..t.scene().cameras()[0].clone() };
+    let view = View { camera: &camera, ..view(&t, 1024) };
+    let outside = view.pixel(&t, [0, 0]);
+    assert!(outside.points.is_empty() && outside.background.is_black() && outside.samples.len() == 1024);
+    assert_eq!(view.pixel(&t, [8, 8]).points.len(), 1024);
+    // The circle of radius 8 about (8, 8), where it crosses the diagonal; there the wall has ended.
+    let inside = (0..10_000).filter(|k| {
+        let (x, y) = (2.0 + ((k % 100) as f32 + 0.5) / 100.0, 2.0 + ((k / 100) as f32 + 0.5) / 100.0);
+        (x - 8.0) * (x - 8.0) + (y - 8.0) * (y - 8.0) < 64.0
+    });
+    let share = inside.count() as f32 / 1e4;
+    let seen = view.pixel(&t, [2, 2]).background.r;
+    assert!(share > 0.2 && share < 0.8 && (seen - share).abs() < 0.02, "{seen} for {share}");
 }

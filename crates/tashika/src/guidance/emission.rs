@@ -115,7 +115,10 @@ impl Walk<'_> {
         let part = [0, 1].map(|axis| pixel[axis] * PARTS / view.size[axis].max(1));
         let part = part[1].min(PARTS - 1) * PARTS + part[0].min(PARTS - 1);
         let ([a, b], [c, d]) = (s.uniform_2(), s.uniform_2());
-        let mut ray = view.ray_through(pixel, [a, b, c, d]);
+        let Some(mut ray) = view.ray_through(pixel, [a, b, c, d]) else {
+            learned.paths.push((part, 0.0));
+            return;
+        };
         let mut weight = Rgb::WHITE;
         let mut radiance = 0.0;
         for depth in 0..MOST_SURFACES {

@@ -64,7 +64,7 @@ fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
         return None;
     }
     let (film, area) = view.camera.project(light.position, view.size)?;
-    let ray = view.camera.ray(&CameraSample { film, lens: [0.5; 2] }, view.size);
+    let ray = view.camera.ray(&CameraSample { film, lens: [0.5; 2] }, view.size)?;
     let cos = -light.direction.dot(ray.direction);
     let pixel = film.floor().as_ivec2();
     let [width, height] = view.size.map(|side| side as i32);

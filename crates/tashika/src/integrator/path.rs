@@ -111,7 +111,7 @@ impl<'s> Path<'s> {
                 let [s, t] = stream.uniform_2();
                 let ray = setting.view.ray_through(pixel, [u, v, s, t]);
                 let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
-                let radiance = tracing.radiance(ray, key, &mut stream);
+                let radiance = ray.map_or(Rgb::BLACK, |ray| tracing.radiance(ray, key, &mut stream));
                 sum.add(radiance);
                 parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
             }

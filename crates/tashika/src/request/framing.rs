@@ -1,11 +1,11 @@
-//! Size of an image and the part of it that is rendered.
+//! Size of an image, the part of it that is rendered, and the camera as it stands for that size.
 
 use crate::error::Result;
 use crate::film::{Film, Window};
 use crate::scene::Camera;
 
 /// Image size where neither the caller nor the camera says.
-const SIZE: [u32; 2] = [640, 360];
+pub(super) const SIZE: [u32; 2] = [640, 360];
 
 /// What was said of the image; nothing stands for what the camera says.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,17 +16,29 @@ pub struct Framing {
     pub crop: Option<Window>,
 }
 
+/// An image that can be rendered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Framed {
+    /// The camera, where it stands for this size: see [`Camera::of_size`].
+    pub camera: Camera,
+    /// Size of the full image (pixels).
+    pub size: [u32; 2],
+    /// The part of it that is rendered.
+    pub window: Window,
+}
+
 impl Framing {
-    /// Size of the image and the part of it that is rendered. The camera's own crop counts only with its own size, whose pixels it is in.
+    /// Size of the image, the part of it that is rendered, and the camera for it. The camera's own crop counts only
+    /// with its own size, whose pixels it is in.
     ///
     /// # Errors
     /// As [`Film::check`].
-    pub fn of(&self, camera: &Camera) -> Result<([u32; 2], Window)> {
+    pub fn of(&self, camera: &Camera) -> Result<Framed> {
         let size = self.size.or(camera.resolution).unwrap_or(SIZE);
         let own = camera.crop.filter(|_| self.size.is_none());
         let window = self.crop.or(own).unwrap_or(Window::full(size));
         Film::check(size, window)?;
-        Ok((size, window))
+        Ok(Framed { camera: camera.of_size(size), size, window })
     }
 
     /// Checks what can be checked without a camera.

@@ -20,11 +20,13 @@
 //! # Held to this by
 //! `request::tests`; the equality of planes from the program and from Python by the tests of the package.
 
+mod camera_change;
 mod framing;
 #[cfg(test)]
 mod tests;
 
-pub use framing::Framing;
+pub use camera_change::{CameraChange, ProjectionName};
+pub use framing::{Framed, Framing};
 
 use crate::color::Controlled;
 use crate::error::{Error, Result};

@@ -176,11 +176,25 @@ fn what_does_not_go_together_is_refused() {
 }
 
 #[test]
+fn a_camera_that_shows_a_box_stands_where_the_size_asks() {
+    let bounds = builtin::tiny().bounds();
+    let overview = Camera::overview(bounds);
+    let at = |size: [u32; 2]| Framing { size: Some(size), crop: None }.of(&overview).unwrap().camera;
+    assert_eq!(at([100, 300]), overview.of_size([100, 300]));
+    assert_ne!(at([100, 300]).position(), at([300, 100]).position());
+    let unsaid = Framing::default().of(&overview).unwrap();
+    assert_eq!((unsaid.size, unsaid.camera), ([640, 360], overview.of_size([640, 360])));
+}
+
+#[test]
 fn the_frame_is_what_was_said_or_the_camera_says() {
     let mut camera = builtin::tiny().cameras()[0].clone();
     camera.resolution = None;
     camera.crop = None;
-    let of = |size, crop, camera: &Camera| Framing { size, crop }.of(camera).unwrap();
+    let of = |size, crop, camera: &Camera| {
+        let framed = Framing { size, crop }.of(camera).unwrap();
+        (framed.size, framed.window)
+    };
     let window = |x, y, width, height| Window { x, y, width, height };
     assert_eq!(of(None, None, &camera), ([640, 360], Window::full([640, 360])));
     camera.resolution = Some([100, 80]);

@@ -7,8 +7,7 @@ use glam::Vec2;
 
 use super::part::Look;
 use super::{
-    AlphaMode, ColorInput, FloatInput, Image, Material, NormalInput, Pixels, Projection, Scene, Surface,
-    Texture,
+    AlphaMode, ColorInput, FloatInput, Image, Material, NormalInput, Pixels, Scene, Surface, Texture,
 };
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
@@ -112,14 +111,6 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
         })?;
     }
     Ok(())
-}
-
-/// A field of view between 0 and π, or a height above 0.
-pub(super) fn projection(projection: Projection) -> bool {
-    match projection {
-        Projection::Perspective { vertical_fov } => vertical_fov > 0.0 && vertical_fov < std::f32::consts::PI,
-        Projection::Orthographic { height } => height > 0.0 && height.is_finite(),
-    }
 }
 
 fn color(name: &str, c: Rgb) -> Checked {

@@ -15,21 +15,26 @@ mod digest;
 mod emitter;
 mod environment;
 mod environment_blocks;
+mod lens;
 mod material;
 mod mesh;
 mod normal_map;
 mod note;
+mod overview;
 mod part;
+mod projection;
 pub mod sky;
+mod sphere_map;
 mod surface;
 mod texels;
 mod texture;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
-pub use camera::{Camera, CameraSample, Lens, Projection};
+pub use camera::{Camera, CameraSample};
 pub use emitter::{Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;
+pub use lens::{Blades, Lens};
 pub use material::{
     Alpha, AlphaMode, CoatBase, ColorInput, Emission, FacetInput, FloatInput, Material, NormalInput, Surface,
 };
@@ -37,6 +42,8 @@ pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};
 pub use note::{Note, NoteKind, Notes};
 pub use part::Part;
+pub use projection::Projection;
+pub use sphere_map::SphereMap;
 pub use surface::SurfacePoint;
 pub use texels::{Image, Pixels, Sampling, Wrap};
 pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};

@@ -42,7 +42,7 @@ fn pixels(tracer: &Tracer, lights: Vec<Vpl>, clamp_distance: f32) -> Vec<(Vec3, 
     let estimates = Exact::new(&set).estimate(&setting, &Window::full([8, 8]));
     let places = (0..64).map(|i| {
         // The camera ray met with the plane by hand, rather than by the tracer.
-        let (ray, _) = view.camera_ray([i % 8, i / 8], 0);
+        let ray = view.camera_ray([i % 8, i / 8], 0).0.unwrap();
         ray.at(-ray.origin.y / ray.direction.y)
     });
     places.zip(estimates).collect()

@@ -27,5 +27,6 @@ mod obj;
 mod obj_features;
 mod pbrt;
 mod pbrt_appearance;
+mod pbrt_cameras;
 mod stored_pixels;
 mod tidy;

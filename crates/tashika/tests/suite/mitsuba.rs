@@ -11,6 +11,7 @@ use tashika::color::Rgb;
 use tashika::error::Result;
 use tashika::film::Window;
 use tashika::io::{Support, features, load_scene};
+use tashika::math::elementary::sin_cos;
 use tashika::math::{Vec2, Vec3};
 use tashika::scene::{
     Alpha, Camera, CameraSample, Channel, CoatBase, ColorInput, Emitter, FacetInput, FloatInput, InstanceId,
@@ -552,7 +553,7 @@ fn camera(body: &str) -> Camera {
 fn looks(camera: &Camera, x: f32, y: f32) -> [f32; 3] {
     let size = camera.resolution.unwrap();
     let film = Vec2::new(x * size[0] as f32, y * size[1] as f32);
-    let d = camera.ray(&CameraSample { film, lens: [0.5; 2] }, size).direction;
+    let d = camera.ray(&CameraSample { film, lens: [0.5; 2] }, size).unwrap().direction;
     (d / d.z.abs()).to_array()
 }
 
@@ -612,12 +613,30 @@ fn lenses_and_parallel_cameras_are_read() {
     let parallel = camera(
         "<sensor type=\"orthographic\" id=\"plan\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/><integer name=\"height\" value=\"100\"/></film></sensor>",
     );
-    let ray = parallel.ray(&CameraSample { film: Vec2::ZERO, lens: [0.5; 2] }, [200, 100]);
+    let ray = parallel.ray(&CameraSample { film: Vec2::ZERO, lens: [0.5; 2] }, [200, 100]).unwrap();
     // Mitsuba 3.9: the film is two units wide, its left at +x.
     assert!(
         (ray.origin - Vec3::new(1.0, 0.5, 0.0)).length() < 1e-5 && (ray.direction - Vec3::Z).length() < 1e-6
     );
     assert_eq!(parallel.name, "plan");
+}
+
+/// The directions of Mitsuba 0.6's own formula, with a turned camera.
+#[test]
+fn spherical_cameras_look_where_mitsuba_looks() {
+    let c = camera(
+        "<sensor type=\"spherical\"><transform name=\"toWorld\"><lookat origin=\"1 2 3\" target=\"1 2 4\" up=\"0 1 0\"/></transform>\
+         <film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/><integer name=\"height\" value=\"100\"/></film></sensor>",
+    );
+    assert_eq!(c.position(), Vec3::new(1.0, 2.0, 3.0));
+    for (u, v) in [(0.5f32, 0.5f32), (0.25, 0.5), (0.1, 0.2), (0.8, 0.9), (0.6, 0.35)] {
+        let (phi, theta) = (2.0 * std::f32::consts::PI * u, std::f32::consts::PI * v);
+        let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (sin_cos(phi), sin_cos(theta));
+        let expected = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
+        let film = Vec2::new(200.0 * u, 100.0 * v);
+        let found = c.ray(&CameraSample { film, lens: [0.5; 2] }, [200, 100]).unwrap().direction;
+        assert!((found - expected).length() < 1e-5, "{u}, {v}: {found} for {expected}");
+    }
 }
 
 #[test]

@@ -215,7 +215,7 @@ fn ray(scene: &Scene, x: f32, y: f32) -> (Vec3, Vec3) {
     let camera = &scene.cameras()[0];
     let size = camera.resolution.unwrap();
     let film = Vec2::new(x * size[0] as f32, y * size[1] as f32);
-    let ray = camera.ray(&CameraSample { film, lens: [0.5; 2] }, size);
+    let ray = camera.ray(&CameraSample { film, lens: [0.5; 2] }, size).unwrap();
     (ray.origin, ray.direction)
 }
 
@@ -257,6 +257,7 @@ fn cameras_and_films_follow_their_parameters() {
     let fov = |c: &tashika::scene::Camera| match c.projection {
         Projection::Perspective { vertical_fov } => vertical_fov.to_degrees(),
         Projection::Orthographic { height } => -height,
+        other => panic!("{other:?}"),
     };
     let c = camera("\"perspective\" \"float fov\" 60 \"float lensradius\" 0.1 \"float focaldistance\" 7");
     assert!((fov(&c) - 60.0).abs() < 1e-3);

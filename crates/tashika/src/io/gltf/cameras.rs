@@ -72,8 +72,9 @@ pub(super) fn add(
         projection,
         shift: Vec2::ZERO,
         crop: None,
-        lens: Lens { radius: 0.0, focus_distance: 1.0 },
+        lens: Lens::PINHOLE,
         resolution: None,
+        shows: None,
     })
 }
 

@@ -131,7 +131,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     full("camera", "orthographic", "orthographic"),
     near("camera", "perspective_rdist", "pinhole without distortion"),
     near("camera", "telecentric", "orthographic"),
-    none("camera", "spherical", "left out"),
+    full("camera", "spherical", "all directions, by latitude and longitude"),
     none("camera", "irradiancemeter", "left out"),
     none("camera", "radiancemeter", "left out"),
     none("camera", "fluencemeter", "left out"),

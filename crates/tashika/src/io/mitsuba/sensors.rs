@@ -10,6 +10,9 @@
 //! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Crops of the film (`crop_*`) are those of
 //! [`Window`]; the field of view is that of the whole film. An orthographic film is two units wide before `to_world`.
 //!
+//! `spherical` (0.6) looks along `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π u`, `θ = π v`, `v` from the top. Half
+//! a turn about `y` takes that to the latitudes and longitudes of [`Projection::Spherical`] as they are.
+//!
 //! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with Mitsuba 3.9's own.
 
 use std::f64::consts::PI;
@@ -23,7 +26,7 @@ use super::values::{number, shown};
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::math::elementary::{atan2, tan};
-use crate::scene::{Camera, Lens, NoteKind, Projection};
+use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
 
 /// Diagonal of a film of 36 mm × 24 mm (mm).
 const FULL_FRAME_DIAGONAL: f64 = 43.266_615_305_567_87;
@@ -84,6 +87,8 @@ impl<'a> Translation<'a> {
         let projection = if is_orthographic {
             object.accept(&["fov", "fov_axis", "focus_distance", "aperture_radius"]);
             Projection::Orthographic { height: (2.0 * height_f / width_f) as f32 }
+        } else if object.plugin == "spherical" {
+            Projection::Spherical { map: SphereMap::LatLong }
         } else {
             Projection::Perspective { vertical_fov: self.vertical_fov(object, width_f, height_f)? }
         };
@@ -93,11 +98,12 @@ impl<'a> Translation<'a> {
         let lens = self.lens(object)?;
         let name = self.camera_name(object);
         let resolution = Some([width, height]);
-        self.builder.add_camera(Camera { name, to_world, projection, shift, lens, resolution, crop })
+        let shows = None;
+        self.builder.add_camera(Camera { name, to_world, projection, shift, lens, resolution, crop, shows })
     }
 
     fn lens(&mut self, object: &Object) -> Result<Lens> {
-        let pinhole = Lens { radius: 0.0, focus_distance: 1.0 };
+        let pinhole = Lens::PINHOLE;
         let focus_distance = object.float_in("focus_distance", 1e-30..=1e30)?;
         if object.plugin != "thinlens" {
             object.accept(&["aperture_radius"]);
@@ -105,7 +111,7 @@ impl<'a> Translation<'a> {
         }
         let radius = object.float_in("aperture_radius", 0.0..=1e30)?.unwrap_or(0.0) as f32;
         match focus_distance {
-            Some(distance) => Ok(Lens { radius, focus_distance: distance as f32 }),
+            Some(distance) => Ok(Lens::round(radius, distance as f32)),
             None if radius == 0.0 => Ok(pinhole),
             None => {
                 let message = "thin lens without focus_distance: a pinhole";

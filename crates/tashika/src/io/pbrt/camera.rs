@@ -14,11 +14,24 @@
 //! vertical_fov = 2 atan(t (y₁ − y₀)/2),   shift = ((x₀ + x₁)/2 / (x₁ − x₀), (y₀ + y₁)/2 / (y₁ − y₀))
 //! ```
 //!
+//! `environment` of pbrt-v3 and `spherical` of pbrt-v4 look, at a fraction `u` from the left and `v` from the top, along
+//!
+//! ```text
+//! (sin θ cos φ, cos θ, sin θ sin φ)   θ = π v, φ = 2π u        mapping "equirectangular", and v3
+//! (x, z, y)                           (x, y, z) the octahedral  mapping "equalarea", v4's own
+//!                                     direction of (u, v)       choice
+//! ```
+//!
+//! in that frame. The first begins at `+x`, looks ahead at `u = 1/4` and to the left at `u = 1/2`: beside a perspective
+//! view it is mirrored. So it becomes [`Projection::Spherical`] in axes of its own, `(−z, y, x)` of those of a
+//! perspective camera; the second is that of equal areas as it stands. Both take the whole film, whatever `fov` and
+//! `screenwindow` say, as pbrt does.
+//!
 //! What a film does with the light (sensor, ISO, exposure) is left to the picture's own exposure.
 //!
 //! Source: Pharr et al. 2023, sections 5.2 and 5.4. Tested by `suite::pbrt::cameras_*`.
 
-use glam::{Affine3A, DAffine3, DMat3, Vec2};
+use glam::{Affine3A, DAffine3, DMat3, Mat3, Vec2, Vec3};
 
 use super::loading::Loading;
 use super::parameters::Parameters;
@@ -26,13 +39,13 @@ use super::version::Version;
 use crate::error::Result;
 use crate::film::Window;
 use crate::math::elementary::{atan2, tan};
-use crate::scene::{Camera, Lens, NoteKind, Projection};
+use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
 
 /// Fields of view are kept in this range (degrees).
 const FOV: (f32, f32) = (0.01, 179.0);
 
-/// Field of view of cameras that see all around; chosen.
-const WIDE_FOV: f32 = 100.0;
+/// Field of view of lens systems; chosen.
+const REALISTIC_FOV: f32 = 45.0;
 
 /// Largest image side that a file may ask for (pixels).
 const MAX_SIDE: i32 = 1 << 16;
@@ -131,6 +144,9 @@ pub(super) fn add(
     film: &Film,
 ) -> Result<()> {
     loading.met("camera", class, "perspective", &p.at())?;
+    if matches!(class, "environment" | "spherical") {
+        return add_spherical(loading, class, p, pose, film);
+    }
     let [width, height] = film.resolution.map(|side| side as f32);
     let aspect = p.float("frameaspectratio").filter(|a| *a > 0.0).unwrap_or(width / height);
     let mut screen =
@@ -154,10 +170,10 @@ pub(super) fn add(
     };
     let (projection, lens) = match class {
         "orthographic" => (Projection::Orthographic { height: size.y }, lens(p)),
-        "environment" | "spherical" | "realistic" => {
+        "realistic" => {
             p.accept_all();
-            let fov = if class == "realistic" { 45.0 } else { WIDE_FOV };
-            (perspective(loading, p, fov, size.y / size.x.min(size.y) * 2.0), pinhole())
+            let height = size.y / size.x.min(size.y) * 2.0;
+            (perspective(loading, p, REALISTIC_FOV, height), Lens::PINHOLE)
         }
         _ => (perspective(loading, p, given, size.y), lens(p)),
     };
@@ -172,6 +188,45 @@ pub(super) fn add(
         lens,
         resolution: Some(film.resolution),
         crop: film.crop,
+        shows: None,
+    })
+}
+
+/// Adds a camera that sees all around.
+fn add_spherical(
+    loading: &mut Loading<'_>,
+    class: &str,
+    p: &Parameters,
+    pose: Affine3A,
+    film: &Film,
+) -> Result<()> {
+    // pbrt takes them and does nothing with them.
+    p.accept(&["shutteropen", "shutterclose", "hither", "yon"]);
+    p.accept(&["lensradius", "focaldistance", "frameaspectratio", "screenwindow", "fov", "halffov"]);
+    let map = match (class, p.string("mapping")) {
+        ("environment", _) | (_, Some("equirectangular" | "equirect")) => SphereMap::LatLong,
+        (_, None | Some("equalarea" | "equiarea")) => SphereMap::EqualArea,
+        (_, Some(other)) => {
+            let message =
+                format!("mapping {other:?} is unknown, there are equalarea and equirectangular: equalarea");
+            loading.note(NoteKind::Repaired, message, p.at());
+            SphereMap::EqualArea
+        }
+    };
+    let to_world = match map {
+        SphereMap::LatLong => pose * Affine3A::from_mat3(Mat3::from_cols(Vec3::Z, Vec3::Y, Vec3::X)),
+        SphereMap::EqualArea => pose,
+    };
+    loading.note_unused(&format!("camera {class:?}"), p);
+    loading.builder.add_camera(Camera {
+        name: "camera".to_owned(),
+        to_world,
+        projection: Projection::Spherical { map },
+        shift: Vec2::ZERO,
+        lens: Lens::PINHOLE,
+        resolution: Some(film.resolution),
+        crop: film.crop,
+        shows: None,
     })
 }
 
@@ -185,12 +240,8 @@ fn perspective(loading: &mut Loading<'_>, p: &Parameters, fov: f32, height: f32)
     Projection::Perspective { vertical_fov: vertical_fov.clamp(FOV.0.to_radians(), FOV.1.to_radians()) }
 }
 
-fn pinhole() -> Lens {
-    Lens { radius: 0.0, focus_distance: 1.0 }
-}
-
 fn lens(p: &Parameters) -> Lens {
     let radius = p.float("lensradius").unwrap_or(0.0).max(0.0);
     let focus_distance = p.float("focaldistance").filter(|d| *d > 0.0).unwrap_or(1e6);
-    if radius > 0.0 { Lens { radius, focus_distance } } else { pinhole() }
+    if radius > 0.0 { Lens::round(radius, focus_distance) } else { Lens::PINHOLE }
 }

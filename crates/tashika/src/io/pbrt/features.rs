@@ -15,8 +15,8 @@ const fn row(kind: &'static str, name: &'static str, support: Support, how: &'st
 pub(in crate::io) const FEATURES: &[Feature] = &[
     row("camera", "perspective", Full, "perspective camera with thin lens"),
     row("camera", "orthographic", Full, "orthographic camera"),
-    row("camera", "environment", Approximated, "a perspective view of 100° ahead"),
-    row("camera", "spherical", Approximated, "a perspective view of 100° ahead"),
+    row("camera", "environment", Full, "all directions, by latitude and longitude"),
+    row("camera", "spherical", Full, "all directions, of equal areas or by latitude and longitude"),
     row("camera", "realistic", Approximated, "a pinhole with a field of view of 45°"),
     row("film", "image", Full, "size and crop of the picture"),
     row("film", "rgb", Full, "size and crop of the picture"),

@@ -89,7 +89,7 @@ fn cameras(stage: &mut Stage) -> Result<()> {
 
     let (eye, target) = (TABLE + Vec3::new(0.75, 0.38, 1.0), TABLE + Vec3::new(0.12, 0.05, 0.0));
     let mut close = Camera::look_at("close", eye, target, Vec3::Y, 32.0 * degrees);
-    close.lens = Lens { radius: 0.008, focus_distance: eye.distance(target) };
+    close.lens = Lens::round(0.008, eye.distance(target));
     close.resolution = RESOLUTION;
     stage.camera(close)
 }

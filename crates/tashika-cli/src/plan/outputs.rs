@@ -1,0 +1,93 @@
+//! The files that a render writes.
+
+use std::path::{Path, PathBuf};
+
+use tashika::io::check_writable;
+
+use super::with_ending;
+use crate::exit::Failure;
+
+/// The files of one image.
+#[derive(Clone, Debug)]
+pub struct Outputs {
+    /// Image.
+    pub exr: PathBuf,
+    /// Picture.
+    pub png: PathBuf,
+    /// Page.
+    pub html: PathBuf,
+    /// What the summary says, for scripts.
+    pub json: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// The image of that name, picture and page beside it.
+    pub fn new(exr: &Path, json: Option<PathBuf>) -> Result<Self, Failure> {
+        let exr = with_ending(exr, "exr")?;
+        let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
+        Ok(Self { exr, png, html, json })
+    }
+
+    /// The files of each of several cameras, named after them, all of which can be written.
+    pub fn of_cameras(&self, names: &[&str]) -> Result<Vec<Self>, Failure> {
+        let mut all: Vec<Self> = Vec::new();
+        for name in names {
+            let outputs = self.of_camera(name);
+            if all.iter().any(|known| known.exr == outputs.exr) {
+                let file = outputs.exr.display();
+                let message = format!("{file} would be written twice: name one of the cameras {name} alone");
+                return Err(Failure::usage(message));
+            }
+            for path in [&outputs.exr, &outputs.png, &outputs.html].into_iter().chain(&outputs.json) {
+                check_writable(path).map_err(|e| Failure::file(format!("cannot write {e}")))?;
+            }
+            all.push(outputs);
+        }
+        Ok(all)
+    }
+
+    fn of_camera(&self, camera: &str) -> Self {
+        let named = |path: &PathBuf| {
+            let mut name = path.file_stem().unwrap_or_default().to_owned();
+            name.push("-");
+            name.push(in_file_name(camera));
+            if let Some(ending) = path.extension() {
+                name.push(".");
+                name.push(ending);
+            }
+            path.with_file_name(name)
+        };
+        Self {
+            exr: named(&self.exr),
+            png: named(&self.png),
+            html: named(&self.html),
+            json: self.json.as_ref().map(named),
+        }
+    }
+}
+
+/// A name as a part of a file's: what file systems and shells may take for something else becomes a hyphen.
+fn in_file_name(name: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    name.chars().map(plain).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_named_after_cameras() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let outputs = Outputs::new(&path("view.v2.exr"), Some(path("numbers"))).unwrap();
+        let all = outputs.of_cameras(&["top", "../side door"]).unwrap();
+        assert_eq!(all[0].exr, path("view.v2-top.exr"));
+        assert_eq!(all[1].png, path("view.v2-..-side-door.png"));
+        assert_eq!(all[1].html, path("view.v2-..-side-door.html"));
+        assert_eq!(all[0].json, Some(path("numbers-top")));
+        let said = outputs.of_cameras(&["a b", "a/b"]).unwrap_err().to_string();
+        assert!(said.contains("view.v2-a-b.exr would be written twice"), "{said}");
+        assert!(Outputs::new(&path("view.png"), None).is_err());
+    }
+}

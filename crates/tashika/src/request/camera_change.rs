@@ -1,0 +1,341 @@
+//! What was said of the camera: another projection, another lens, than the scene's camera has.
+//!
+//! | not said | is |
+//! |---|---|
+//! | projection | the camera's |
+//! | field of view | the camera's; of another projection than its own 40° (perspective) or 180° (fisheye) |
+//! | lens radius, focus distance, blades | the camera's |
+//! | rotation of the blades | that of the camera's blades, or none |
+//!
+//! A projection that is not the camera's has a film of its own: centred, whole, and where the camera says an image size
+//! and the caller none, as high as that, with the width that is true to shape (twice the height for `spherical`, the
+//! same for `equal-area`).
+//!
+//! # Held to this by
+//! `tests`.
+
+use std::f32::consts::PI;
+use std::fmt;
+
+use super::framing::SIZE;
+use crate::error::{Error, Result};
+use crate::film::Metadata;
+use crate::scene::{Blades, Camera, Lens, Projection, SphereMap};
+
+/// Vertical field of view where nobody says (radians): 40°.
+const PERSPECTIVE_FOV: f32 = 40.0 * PI / 180.0;
+
+/// Angle across a fisheye where nobody says (radians).
+const FISHEYE_ANGLE: f32 = PI;
+
+/// A projection by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProjectionName {
+    /// Through a point onto a plane.
+    Perspective,
+    /// Equidistant, in a circle.
+    Fisheye,
+    /// All around, by latitude and longitude.
+    Spherical,
+    /// All around, in a square of equal areas.
+    EqualArea,
+}
+
+impl ProjectionName {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Perspective, Self::Fisheye, Self::Spherical, Self::EqualArea];
+}
+
+impl fmt::Display for ProjectionName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Perspective => "perspective",
+            Self::Fisheye => "fisheye",
+            Self::Spherical => "spherical",
+            Self::EqualArea => "equal-area",
+        })
+    }
+}
+
+/// What was said; nothing stands for what the camera has.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CameraChange {
+    /// The projection.
+    pub projection: Option<ProjectionName>,
+    /// Field of view (degrees): vertical, of perspective, between 0 and 180; across the circle, of a
+    /// fisheye, above 0 and at most 360.
+    pub fov: Option<f32>,
+    /// Radius of the lens (m); 0 is a pinhole.
+    pub lens_radius: Option<f32>,
+    /// Distance at which the image is sharp (m).
+    pub focus_distance: Option<f32>,
+    /// Blades of the lens.
+    pub blades: Option<u32>,
+    /// Rotation of the blades (degrees), as [`Blades::rotation`].
+    pub blade_rotation: Option<f32>,
+}
+
+impl CameraChange {
+    /// The camera with what was said.
+    ///
+    /// # Errors
+    /// Numbers out of range, and what the projection or the lens has no use for, by the option's name.
+    pub fn of(&self, camera: &Camera) -> Result<Camera> {
+        let mut camera = camera.clone();
+        self.project(&mut camera)?;
+        self.put_lens(&mut camera)?;
+        Ok(camera)
+    }
+
+    /// Names what was said among the metadata of a film, so that parts of other views are not joined with it.
+    pub fn describe(&self, metadata: &mut Metadata) {
+        if let Some(projection) = self.projection {
+            metadata.set("camera.projection", projection.to_string());
+        }
+        for (name, number) in [
+            ("camera.fov", self.fov),
+            ("camera.lens_radius", self.lens_radius),
+            ("camera.focus_distance", self.focus_distance),
+            ("camera.blade_rotation", self.blade_rotation),
+        ] {
+            if let Some(number) = number {
+                metadata.set(name, f64::from(number));
+            }
+        }
+        if let Some(blades) = self.blades {
+            metadata.set("camera.blades", blades);
+        }
+    }
+
+    fn project(&self, camera: &mut Camera) -> Result<()> {
+        if let Some(name) = self.projection {
+            let other = match (name, camera.projection) {
+                (ProjectionName::Perspective, Projection::Perspective { .. })
+                | (ProjectionName::Fisheye, Projection::Fisheye { .. })
+                | (ProjectionName::Spherical, Projection::Spherical { map: SphereMap::LatLong })
+                | (ProjectionName::EqualArea, Projection::Spherical { map: SphereMap::EqualArea }) => None,
+                (ProjectionName::Perspective, _) => {
+                    Some(Projection::Perspective { vertical_fov: PERSPECTIVE_FOV })
+                }
+                (ProjectionName::Fisheye, _) => Some(Projection::Fisheye { angle: FISHEYE_ANGLE }),
+                (ProjectionName::Spherical, _) => Some(Projection::Spherical { map: SphereMap::LatLong }),
+                (ProjectionName::EqualArea, _) => Some(Projection::Spherical { map: SphereMap::EqualArea }),
+            };
+            if let Some(projection) = other {
+                let height = camera.resolution.unwrap_or(SIZE)[1];
+                camera.projection = projection;
+                camera.shift = glam::Vec2::ZERO;
+                camera.crop = None;
+                camera.lens = Lens::PINHOLE;
+                match name {
+                    ProjectionName::Spherical => camera.resolution = Some([height.saturating_mul(2), height]),
+                    ProjectionName::EqualArea => camera.resolution = Some([height; 2]),
+                    ProjectionName::Perspective | ProjectionName::Fisheye => {}
+                }
+            }
+        }
+        let Some(degrees) = self.fov else { return Ok(()) };
+        let angle = degrees * (PI / 180.0);
+        match &mut camera.projection {
+            Projection::Perspective { vertical_fov } if degrees > 0.0 && degrees < 180.0 => {
+                *vertical_fov = angle;
+            }
+            Projection::Perspective { .. } => {
+                return Err(Error::option("fov", degrees, "degrees above 0 and below 180 for a perspective"));
+            }
+            Projection::Fisheye { angle: across } if degrees > 0.0 && degrees <= 360.0 => {
+                *across = angle.min(2.0 * PI);
+            }
+            Projection::Fisheye { .. } => {
+                return Err(Error::option("fov", degrees, "degrees above 0 and at most 360 for a fisheye"));
+            }
+            Projection::Orthographic { .. } | Projection::Spherical { .. } => {
+                let expected =
+                    "nothing with this camera: only a perspective and a fisheye have a field of view";
+                return Err(Error::option("fov", degrees, expected));
+            }
+        }
+        Ok(())
+    }
+
+    fn put_lens(&self, camera: &mut Camera) -> Result<()> {
+        let said = [
+            ("lens-radius", self.lens_radius),
+            ("focus-distance", self.focus_distance),
+            ("blades", self.blades.map(|blades| blades as f32)),
+            ("blade-rotation", self.blade_rotation),
+        ];
+        let Some((name, value)) = said.into_iter().find_map(|(name, v)| v.map(|v| (name, v))) else {
+            return Ok(());
+        };
+        if !matches!(camera.projection, Projection::Perspective { .. }) {
+            return Err(Error::option(
+                name,
+                value,
+                "nothing with this camera: only a perspective has a lens",
+            ));
+        }
+        let lens = &mut camera.lens;
+        let had_none = lens.radius == 0.0;
+        if let Some(radius) = self.lens_radius {
+            if !(radius >= 0.0 && radius.is_finite()) {
+                return Err(Error::option("lens-radius", radius, "a length of at least 0 (m)"));
+            }
+            lens.radius = radius;
+        }
+        if let Some(distance) = self.focus_distance {
+            if !(distance > 0.0 && distance.is_finite()) {
+                return Err(Error::option("focus-distance", distance, "a distance above 0 (m)"));
+            }
+            lens.focus_distance = distance;
+        } else if had_none && lens.radius > 0.0 {
+            let expected = "it with a focus distance: this camera has no lens that says where it is sharp";
+            return Err(Error::option("lens-radius", lens.radius, expected));
+        }
+        if let Some(count) = self.blades {
+            if !(Blades::FEWEST..=Blades::MOST).contains(&count) {
+                let expected = format!("{} to {}", Blades::FEWEST, Blades::MOST);
+                return Err(Error::option("blades", count, expected));
+            }
+            let rotation = lens.blades.map_or(0.0, |blades| blades.rotation);
+            lens.blades = Some(Blades { count, rotation });
+        }
+        if let Some(degrees) = self.blade_rotation {
+            let Some(blades) = lens.blades.as_mut().filter(|_| degrees.is_finite()) else {
+                let expected = "a finite number of degrees, with blades";
+                return Err(Error::option("blade-rotation", degrees, expected));
+            };
+            blades.rotation = degrees * (PI / 180.0);
+        }
+        let shapes = self.blades.is_some() || self.blade_rotation.is_some() || self.focus_distance.is_some();
+        if shapes && lens.radius == 0.0 && self.lens_radius.is_none() {
+            let expected = "it with a lens radius: this camera is a pinhole";
+            return Err(Error::option(name, value, expected));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec2, Vec3};
+
+    use super::*;
+    use crate::film::Window;
+
+    fn camera() -> Camera {
+        let camera = Camera::look_at("c", Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 1.0);
+        let crop = Some(Window { x: 1, y: 2, width: 3, height: 4 });
+        Camera { shift: Vec2::new(0.1, 0.2), resolution: Some([300, 100]), crop, ..camera }
+    }
+
+    fn with(lens: Lens) -> Camera {
+        Camera { lens, ..camera() }
+    }
+
+    const NOTHING: CameraChange = CameraChange {
+        projection: None,
+        fov: None,
+        lens_radius: None,
+        focus_distance: None,
+        blades: None,
+        blade_rotation: None,
+    };
+
+    #[test]
+    fn nothing_said_changes_nothing() {
+        let lens = Lens { blades: Some(Blades { count: 5, rotation: 1.0 }), ..Lens::round(0.1, 3.0) };
+        assert_eq!(NOTHING.of(&with(lens)).unwrap(), with(lens));
+        let own = CameraChange { projection: Some(ProjectionName::Perspective), ..NOTHING };
+        assert_eq!(own.of(&with(lens)).unwrap(), with(lens), "its own projection");
+        let mut metadata = Metadata::default();
+        NOTHING.describe(&mut metadata);
+        assert_eq!(metadata, Metadata::default());
+    }
+
+    #[test]
+    fn another_projection_has_a_film_of_its_own() {
+        let change = |name| CameraChange { projection: Some(name), ..NOTHING };
+        let of = |name| change(name).of(&with(Lens::round(0.1, 3.0))).unwrap();
+        let sphere = of(ProjectionName::Spherical);
+        assert_eq!(sphere.projection, Projection::Spherical { map: SphereMap::LatLong });
+        assert_eq!((sphere.resolution, sphere.crop, sphere.shift), (Some([200, 100]), None, Vec2::ZERO));
+        assert_eq!(sphere.lens, Lens::PINHOLE);
+        assert_eq!(of(ProjectionName::EqualArea).resolution, Some([100, 100]));
+        let unsaid = Camera { resolution: None, ..camera() };
+        let sphere = change(ProjectionName::Spherical).of(&unsaid).unwrap();
+        assert_eq!(sphere.resolution, Some([720, 360]));
+        let fisheye = of(ProjectionName::Fisheye);
+        assert_eq!(
+            (fisheye.projection, fisheye.resolution),
+            (Projection::Fisheye { angle: PI }, Some([300, 100]))
+        );
+        let back = change(ProjectionName::Perspective).of(&fisheye).unwrap();
+        assert_eq!(back.projection, Projection::Perspective { vertical_fov: PERSPECTIVE_FOV });
+    }
+
+    #[test]
+    fn fields_of_view_are_of_perspectives_and_fisheyes() {
+        let fov = |projection, fov| CameraChange { projection, fov: Some(fov), ..NOTHING }.of(&camera());
+        let vertical = |degrees| match fov(None, degrees).unwrap().projection {
+            Projection::Perspective { vertical_fov } => vertical_fov,
+            other => panic!("{other:?}"),
+        };
+        assert!((vertical(90.0) - 0.5 * PI).abs() < 1e-6);
+        let fisheye = Some(ProjectionName::Fisheye);
+        assert_eq!(fov(fisheye, 360.0).unwrap().projection, Projection::Fisheye { angle: 2.0 * PI });
+        for (projection, degrees) in [(None, 180.0), (None, 0.0), (None, f32::NAN), (fisheye, 361.0)] {
+            let said = fov(projection, degrees).unwrap_err().to_string();
+            assert!(said.contains("fov") && said.contains("degrees above 0"), "{said}");
+        }
+        let said = fov(Some(ProjectionName::Spherical), 90.0).unwrap_err().to_string();
+        assert!(said.contains("only a perspective and a fisheye"), "{said}");
+    }
+
+    #[test]
+    fn lenses_are_of_perspectives_and_say_where_they_are_sharp() {
+        let lens = |change: CameraChange, before: Lens| change.of(&with(before)).map(|c| c.lens);
+        let all = CameraChange {
+            lens_radius: Some(0.2),
+            focus_distance: Some(3.0),
+            blades: Some(6),
+            blade_rotation: Some(90.0),
+            ..NOTHING
+        };
+        let found = lens(all, Lens::PINHOLE).unwrap();
+        assert_eq!((found.radius, found.focus_distance), (0.2, 3.0));
+        let blades = found.blades.unwrap();
+        assert!(blades.count == 6 && (blades.rotation - 0.5 * PI).abs() < 1e-6);
+        let wider = CameraChange { lens_radius: Some(0.4), ..NOTHING };
+        assert_eq!(lens(wider, Lens::round(0.1, 7.0)).unwrap(), Lens::round(0.4, 7.0), "as sharp as before");
+        for (change, before, expected) in [
+            (wider, Lens::PINHOLE, "with a focus distance"),
+            (CameraChange { lens_radius: Some(-1.0), ..NOTHING }, Lens::PINHOLE, "at least 0"),
+            (CameraChange { focus_distance: Some(0.0), ..all }, Lens::PINHOLE, "above 0"),
+            (CameraChange { blades: Some(2), ..all }, Lens::PINHOLE, "3 to 100"),
+            (CameraChange { blades: Some(6), ..NOTHING }, Lens::PINHOLE, "with a lens radius"),
+            (CameraChange { blade_rotation: Some(1.0), ..NOTHING }, Lens::round(0.1, 1.0), "with blades"),
+            (CameraChange { blade_rotation: Some(f32::NAN), ..all }, Lens::PINHOLE, "finite"),
+            (
+                CameraChange { projection: Some(ProjectionName::Fisheye), ..all },
+                Lens::PINHOLE,
+                "only a perspective",
+            ),
+        ] {
+            let said = lens(change, before).unwrap_err().to_string();
+            assert!(said.contains(expected), "{said}");
+        }
+    }
+
+    #[test]
+    fn films_name_what_was_said() {
+        let change = CameraChange { projection: Some(ProjectionName::Fisheye), fov: Some(200.0), ..NOTHING };
+        let mut metadata = Metadata::default();
+        change.describe(&mut metadata);
+        assert_eq!(metadata.text("camera.projection"), Some("fisheye"));
+        assert_ne!(metadata, Metadata::default());
+        let mut other = Metadata::default();
+        CameraChange { fov: Some(190.0), ..change }.describe(&mut other);
+        assert_ne!(metadata, other, "another view is not the same film");
+    }
+}

@@ -1,0 +1,140 @@
+//! The camera of a scene that has none: it shows the whole box of the scene, whatever the image's proportions.
+//!
+//! It looks from the front, the right and above. With the box's corners `(x, y, z)` about the box's centre in the
+//! camera's axes, `z` towards it, and the slopes `s` of the film's sides, less the margin, all corners are inside if
+//!
+//! ```text
+//! |x − a| ≤ s_x (d − z),   |y − b| ≤ s_y (d − z)
+//! ```
+//!
+//! for the camera at `(a, b, d)`. Along x these are `P ≤ s d + a` and `N ≤ s d − a` with `P = max(x + s z)` and
+//! `N = max(−x + s z)`; hence the nearest place has
+//!
+//! ```text
+//! d = max of (P + N) / 2s over both axes,   a = (P − N) / 2
+//! ```
+//!
+//! and the axis that decides is touched on both sides. Along the other one the same holds of a smaller slope, found by
+//! bisection, since `(P + N) / 2s` falls with `s`: so the box is in the middle both ways.
+//!
+//! # Held to this by
+//! `tests`; `request::framing` sees to it that the program and the package ask.
+
+use glam::{Mat3, Vec2, Vec3};
+
+use super::{Camera, Projection};
+use crate::math::Aabb;
+use crate::math::elementary::tan;
+
+/// Direction from the scene to the camera, before normalisation: from the front, the right and above.
+const FROM: Vec3 = Vec3::new(0.45, 0.35, 1.0);
+
+/// Vertical field of view (radians).
+const FOV: f32 = 0.7;
+
+/// Share of the film that is left free at each side.
+const MARGIN: f32 = 0.025;
+
+/// Smallest distance from the centre (m), for boxes without extent.
+const NEAREST: f32 = 1e-6;
+
+impl Camera {
+    /// A camera that shows all of `bounds`, in an image of any size once [`Camera::of_size`] was
+    /// asked; before that in one that is square.
+    pub fn overview(bounds: Aabb) -> Self {
+        let center = bounds.center();
+        let camera = Self::look_at("overview", center + FROM.normalize(), center, Vec3::Y, FOV);
+        Self { shows: Some(bounds), ..camera }.of_size([1, 1])
+    }
+
+    /// The camera for an image of so many pixels: one that is to show a box stands where it sees
+    /// all of it, the others where they are. Only perspective cameras move.
+    pub fn of_size(&self, size: [u32; 2]) -> Self {
+        let (Some(bounds), Projection::Perspective { vertical_fov }) = (self.shows, self.projection) else {
+            return self.clone();
+        };
+        let free = (1.0 - 2.0 * MARGIN) * tan(0.5 * vertical_fov);
+        let slopes = Vec2::new(free * size[0] as f32 / size[1] as f32, free);
+        let axes = Mat3::from(self.to_world.matrix3);
+        let half = 0.5 * bounds.size();
+        // P and N of an axis: a box is its own mirror image, so that the largest is a sum.
+        let reach = |axis: Vec3, slope: f32| half.dot((axis + slope * axes.z_axis).abs());
+        let nearest = |axis: Vec3, slope: f32| 0.5 * (reach(axis, slope) + reach(-axis, slope)) / slope;
+        let both = [(axes.x_axis, slopes.x), (axes.y_axis, slopes.y)];
+        let distance = both.iter().fold(NEAREST, |d, (axis, slope)| d.max(nearest(*axis, *slope)));
+        let aside = both.map(|(axis, slope)| {
+            // The smallest slope that the distance is enough for: 2⁻²⁴ of the largest is none.
+            let (mut low, mut high) = (0.0, slope);
+            for _ in 0..24 {
+                let middle = 0.5 * (low + high);
+                if nearest(axis, middle) > distance { low = middle } else { high = middle }
+            }
+            0.5 * (reach(axis, high) - reach(-axis, high))
+        });
+        let aside = Vec2::from(aside);
+        let eye = bounds.center() + axes * aside.extend(distance);
+        let mut camera = self.clone();
+        camera.to_world.translation = eye.into();
+        if camera.lens.radius == 0.0 {
+            camera.lens.focus_distance = distance;
+        }
+        camera
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners(b: Aabb) -> impl Iterator<Item = Vec3> {
+        (0..8).map(move |k| {
+            let pick = |bit: i32, axis: usize| if k & bit == 0 { b.lo[axis] } else { b.hi[axis] };
+            Vec3::new(pick(1, 0), pick(2, 1), pick(4, 2))
+        })
+    }
+
+    /// Each corner is on the film and none nearer to its edge than the margin, which the longer way across touches on both sides.
+    #[test]
+    fn the_box_fills_the_film_up_to_the_margin_in_any_proportions() {
+        let boxes = [[3.0, 0.2, 0.1], [0.1, 90.0, 2.0], [1e-3, 1e-3, 5e-3], [2.0, 2.0, 2.0], [0.0, 4.0, 0.0]];
+        for extent in boxes {
+            let extent = Vec3::from(extent);
+            let lo = Vec3::new(2.0, -1.0, 0.5) * extent.max_element();
+            let bounds = Aabb { lo, hi: lo + extent };
+            for size in [[640, 360], [100, 100], [300, 900], [2000, 100], [40, 1000]] {
+                let camera = Camera::overview(bounds).of_size(size);
+                let side = Vec2::new(size[0] as f32, size[1] as f32);
+                let on_film = corners(bounds).map(|c| camera.project(c, size).expect("in front").0 / side);
+                let seen: Vec<Vec2> = on_film.collect();
+                let lo = seen.iter().copied().fold(Vec2::INFINITY, Vec2::min);
+                let hi = seen.iter().copied().fold(Vec2::NEG_INFINITY, Vec2::max);
+                let free = lo.min(1.0 - hi);
+                assert!(free.min_element() > MARGIN - 1e-3, "{extent:?} in {size:?}: {lo} to {hi}");
+                let aside = (lo - (1.0 - hi)).abs().max_element();
+                assert!(aside < 2e-3, "{extent:?} in {size:?}: {lo} to {hi} is not in the middle");
+                let both = lo.max(1.0 - hi).min_element();
+                assert!(
+                    both < MARGIN + 2e-3,
+                    "{extent:?} in {size:?}: {lo} to {hi} leaves more than the margin"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn it_looks_from_the_front_the_right_and_above() {
+        let bounds = Aabb { lo: Vec3::splat(-1.0), hi: Vec3::ONE };
+        for size in [[640, 360], [300, 900]] {
+            let camera = Camera::overview(bounds).of_size(size);
+            let towards = -camera.to_world.transform_vector3(Vec3::NEG_Z);
+            assert!(towards.x > 0.3 && towards.y > 0.2 && towards.z > 0.8, "{towards}");
+            assert!(camera.to_world.transform_vector3(Vec3::Y).y > 0.9, "up is up");
+        }
+    }
+
+    #[test]
+    fn cameras_that_were_placed_stay() {
+        let placed = Camera::look_at("c", Vec3::ONE, Vec3::ZERO, Vec3::Y, 0.5);
+        assert_eq!(placed.of_size([10, 300]), placed);
+    }
+}
