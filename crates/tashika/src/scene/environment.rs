@@ -4,17 +4,16 @@ use std::f32::consts::PI;
 
 use glam::{Mat3, Vec3};
 
-use super::{Image, Pixels, Wrap};
+use super::sphere_map::Mapping;
+use super::texels::means_of_bilinear;
+use super::{Image, Pixels};
 use crate::color::Rgb;
-use crate::math::elementary::{atan2, sin_cos};
 use crate::stats::Piecewise2d;
 
 /// Radiance by direction: a constant, or an image.
 ///
-/// | image | frame | texel `(u, v)`, `v` from the top row |
-/// |---|---|---|
-/// | latitude-longitude | pole `+y` | polar angle `θ = π v`, azimuth `2π u`; `u = 0.5` looks along `−z`, `u = 0.75` along `+x` |
-/// | octahedral | pole `+z` | equal areas (Clarberg 2008): the centre is `+z`, the corners `−z`, `+x` at `u = 1`, `+y` at `v = 1` |
+/// Latitude-longitude images have their pole at `+y`, `−z` at `u = 0.5` and `+x` at `u = 0.75`; octahedral ones have their pole at
+/// `+z` (the table is in `scene::sphere_map`).
 #[derive(Clone, Debug)]
 pub struct Environment {
     radiance: Radiance,
@@ -28,80 +27,6 @@ pub struct Environment {
 enum Radiance {
     Constant(Rgb),
     Map { image: Image, mapping: Mapping, scale: Rgb, density: Box<Piecewise2d> },
-}
-
-/// The solid angle of a texel at the poles does not quite vanish.
-const SMALLEST_SINE: f32 = 1e-5;
-
-/// How the sphere is laid out in an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mapping {
-    LatLong,
-    Octahedral,
-}
-
-impl Mapping {
-    /// How the image goes on beyond its sides and beyond its top and bottom.
-    fn wrap(self) -> [Wrap; 2] {
-        match self {
-            Self::LatLong => [Wrap::Repeat, Wrap::Clamp],
-            Self::Octahedral => [Wrap::Clamp; 2],
-        }
-    }
-
-    /// The place of a unit direction, in the frame of the image.
-    fn place(self, d: Vec3) -> [f32; 2] {
-        match self {
-            Self::LatLong => {
-                let u = atan2(d.x, -d.z) / (2.0 * PI) + 0.5;
-                // Near the poles the arc cosine of a rounded cosine would be noise.
-                [u.rem_euclid(1.0), atan2(horizontal(d), d.y) / PI]
-            }
-            Self::Octahedral => {
-                let (x, y) = (d.x.abs(), d.y.abs());
-                // √(1 − |z|) without its cancellation.
-                let r = ((x * x + y * y) / (1.0 + d.z.abs())).sqrt();
-                let along = atan2(y, x) * (2.0 / PI);
-                let (mut u, mut v) = (r * (1.0 - along), r * along);
-                if d.z < 0.0 {
-                    (u, v) = (1.0 - v, 1.0 - u);
-                }
-                [0.5 + 0.5 * u.copysign(d.x), 0.5 + 0.5 * v.copysign(d.y)].map(|c| c.clamp(0.0, 1.0))
-            }
-        }
-    }
-
-    /// The unit direction of a place.
-    fn direction(self, [u, v]: [f32; 2]) -> Vec3 {
-        match self {
-            Self::LatLong => {
-                let (sin_theta, cos_theta) = sin_cos(PI * v);
-                let sin_theta = sin_theta.max(SMALLEST_SINE);
-                let (sin_phi, cos_phi) = sin_cos(2.0 * PI * (u - 0.5));
-                Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
-            }
-            Self::Octahedral => {
-                let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-                let inside = 1.0 - (x.abs() + y.abs());
-                let r = 1.0 - inside.abs();
-                // Within the square's half of this octant, or folded over its diagonal.
-                let (a, b) = if inside >= 0.0 { (x.abs(), y.abs()) } else { (1.0 - y.abs(), 1.0 - x.abs()) };
-                let along = if r > 0.0 { b / (a + b) } else { 0.0 };
-                let (sin, cos) = sin_cos(0.5 * PI * along);
-                let ring = r * (2.0 - r * r).max(0.0).sqrt();
-                let z = (1.0 - r * r).copysign(inside);
-                Vec3::new((ring * cos).copysign(x), (ring * sin).copysign(y), z)
-            }
-        }
-    }
-
-    /// Solid angle of the sphere over the area of the image, at a direction (sr).
-    fn solid_angle(self, d: Vec3) -> f32 {
-        match self {
-            Self::LatLong => 2.0 * PI * PI * horizontal(d).max(SMALLEST_SINE),
-            Self::Octahedral => 4.0 * PI,
-        }
-    }
 }
 
 impl Environment {
@@ -126,10 +51,7 @@ impl Environment {
         let mut mean = [0.0f64; 3];
         let mut solid_angle = 0.0;
         let mut sound = true;
-        let size_of_row = |y: usize| match mapping {
-            Mapping::LatLong => f64::from(sin_cos(PI * (y as f32 + 0.5) / h as f32).0),
-            Mapping::Octahedral => 1.0,
-        };
+        let size_of_row = |y: usize| mapping.size_of_row(y, h);
         for y in 0..h {
             let size = size_of_row(y);
             for x in 0..w {
@@ -145,23 +67,8 @@ impl Environment {
             }
         }
         let mean = Rgb::from(mean.map(|m| (m / solid_angle) as f32));
-        // The mean of the bilinear interpolation over a texel, which is what a lookup in it returns on average, mixes in an
-        // eighth of each neighbour.
-        let at = |x: usize, y: usize| luminance[y * w + x];
-        let sides = |x: usize| match mapping.wrap()[0] {
-            Wrap::Repeat => ((x + w - 1) % w, (x + 1) % w),
-            _ => (x.saturating_sub(1), (x + 1).min(w - 1)),
-        };
-        let across = |x: usize, y: usize| (at(sides(x).0, y) + 6.0 * at(x, y) + at(sides(x).1, y)) / 8.0;
-        let mut weights = Vec::with_capacity(w * h);
-        for y in 0..h {
-            let (above, below) = (y.saturating_sub(1), (y + 1).min(h - 1));
-            weights.extend(
-                (0..w).map(|x| {
-                    (across(x, above) + 6.0 * across(x, y) + across(x, below)) / 8.0 * size_of_row(y)
-                }),
-            );
-        }
+        let mut weights = means_of_bilinear(&luminance, w, mapping.wrap());
+        weights.iter_mut().enumerate().for_each(|(i, weight)| *weight *= size_of_row(i / w));
         match Piecewise2d::new(&weights, w) {
             None => Self::constant(if sound { Rgb::BLACK } else { Rgb::gray(f32::NAN) }),
             Some(density) => {
@@ -265,11 +172,6 @@ impl Environment {
     }
 }
 
-/// Distance from the polar axis.
-fn horizontal(d: Vec3) -> f32 {
-    (d.x * d.x + d.z * d.z).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -296,34 +198,6 @@ mod tests {
         let (width, height) = (side as u32, side as u32);
         let image = Image { name: "sky".into(), width, height, pixels: Pixels::Float(pixels) };
         Environment::octahedral(image, Rgb::gray(2.0), Mat3::from_rotation_x(0.7))
-    }
-
-    #[test]
-    fn places_and_directions_are_each_others_inverse() {
-        let mut s = Stream::new(7, Purpose::Test, 0);
-        for mapping in [Mapping::LatLong, Mapping::Octahedral] {
-            for _ in 0..10_000 {
-                let d = crate::warp::sphere(s.uniform_2());
-                let back = mapping.direction(mapping.place(d));
-                assert!((back - d).length() < 2e-6, "{mapping:?}: {d} {back}");
-            }
-            for d in [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z] {
-                let back = mapping.direction(mapping.place(d));
-                assert!((back - d).length() < 2e-5, "{mapping:?}: {d} {back}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_octahedral_square_has_its_axes_where_the_convention_says() {
-        let place = |d| Mapping::Octahedral.place(d);
-        let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
-        assert!(near(place(Vec3::Z), [0.5, 0.5]) && near(place(Vec3::X), [1.0, 0.5]));
-        assert!(near(place(Vec3::Y), [0.5, 1.0]) && near(place(-Vec3::X), [0.0, 0.5]));
-        // Equal areas: the upper hemisphere is the inner diamond, and 60° about the pole a half of it.
-        let diagonal = Vec3::new(0.5f32.sqrt() * 0.75f32.sqrt(), 0.5f32.sqrt() * 0.75f32.sqrt(), 0.5);
-        let [u, v] = place(diagonal);
-        assert!(((2.0 * u - 1.0 + 2.0 * v - 1.0) - 0.5f32.sqrt()).abs() < 1e-6);
     }
 
     #[test]
