@@ -64,6 +64,8 @@ struct Emitters {
     area_triangles: u64,
     point: u64,
     spot: u64,
+    /// By an image.
+    image: u64,
     directional: u64,
 }
 
@@ -189,6 +191,7 @@ fn emitters(scene: &Scene) -> Emitters {
         *match emitter {
             Emitter::Point { .. } => &mut report.point,
             Emitter::Spot { .. } => &mut report.spot,
+            Emitter::Image { .. } => &mut report.image,
             Emitter::Directional { .. } => &mut report.directional,
         } += 1;
     }
@@ -231,7 +234,8 @@ fn rows(report: &Report) -> Rows {
     );
     let e = &report.emitters;
     let triangles = counted(e.area_triangles, "triangle", "triangles");
-    let others = format!("{} point, {} spot, {} directional", e.point, e.spot, e.directional);
+    let others =
+        format!("{} point, {} spot, {} image, {} directional", e.point, e.spot, e.image, e.directional);
     rows.push("emitters", format!("{} area ({triangles}), {others}", HumanCount(e.area)));
     let environment = report.environment.as_ref().map_or("none".to_owned(), |e| {
         let [r, g, b] = e.mean_radiance;

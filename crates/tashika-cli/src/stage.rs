@@ -78,6 +78,7 @@ impl Stage {
             (None, Lights::Trace(options)) => self.trace(options, meter, seconds)?,
             (None, Lights::File(path)) => timed(&mut seconds.vpls, || load_vpls(path))?,
         };
+        set.validate_for(&self.scene)?;
         if set.is_empty() {
             meter.note("nothing in the scene sends out light; only what is seen directly will show");
         }

@@ -31,6 +31,8 @@ struct Kinds {
     omni: u64,
     oriented: u64,
     spot: u64,
+    /// By an image.
+    image: u64,
     directional: u64,
 }
 
@@ -87,6 +89,7 @@ fn kinds(set: &VplSet) -> Kinds {
             VplKind::Omni => &mut kinds.omni,
             VplKind::Oriented => &mut kinds.oriented,
             VplKind::Spot(_) => &mut kinds.spot,
+            VplKind::Image(_) => &mut kinds.image,
             VplKind::Directional => &mut kinds.directional,
         } += 1;
     }
@@ -103,8 +106,13 @@ fn rows(report: &Report<'_>) -> Rows {
     );
     rows.push("", format!("{} direct, {} indirect", HumanCount(p.direct), HumanCount(p.indirect)));
     let k = &report.kinds;
-    let kinds =
-        [("oriented", k.oriented), ("omni", k.omni), ("spot", k.spot), ("directional", k.directional)];
+    let kinds = [
+        ("oriented", k.oriented),
+        ("omni", k.omni),
+        ("spot", k.spot),
+        ("image", k.image),
+        ("directional", k.directional),
+    ];
     let present = kinds.iter().filter(|(_, n)| *n > 0);
     let present: Vec<String> = present.map(|(kind, n)| format!("{} {kind}", HumanCount(*n))).collect();
     if !present.is_empty() {

@@ -55,7 +55,8 @@ impl VplSet {
 
     /// A set of lights given by arrays of `n` rows: positions (m), unit normals, intensities (W/sr). `kinds` are numbers of `KINDS`, all
     /// "oriented" if not given: intensity times the cosine to the normal. Omni lights have the normal zero; the normal of directional
-    /// ones is where their light goes, and their intensity an irradiance (W/m²). Spots cannot be given. `scene` names the scene that the
+    /// ones is where their light goes, and their intensity an irradiance (W/m²). Spots, among which
+    /// are lights that shine by an image, cannot be given. `scene` names the scene that the
     /// set belongs to, `clamp` is the distance (m) below which a light grows no brighter, 0 for none.
     ///
     /// ```python
@@ -235,7 +236,10 @@ impl Lights {
     /// The set, traced if it has to be; for the pool of the work.
     pub fn lit(&self, scene: &Scene) -> tashika::error::Result<Lit<'_>> {
         Ok(match self {
-            Self::Given(set) => Lit::Given(set.get()),
+            Self::Given(set) => {
+                set.get().set.validate_for(scene.tracer().scene())?;
+                Lit::Given(set.get())
+            }
             Self::Trace(options) => {
                 Lit::Traced(Box::new(VplSet::new(vpl::VplSet::trace(scene.tracer(), options)?)))
             }

@@ -35,7 +35,7 @@ pub struct Clusters<'a, B> {
     /// Clusters of gather points.
     pub points: &'a GatherTree<B>,
     /// Evaluates terms.
-    pub transport: Transport,
+    pub transport: Transport<'a>,
 }
 
 impl<B> Clone for Clusters<'_, B> {

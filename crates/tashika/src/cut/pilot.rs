@@ -56,7 +56,7 @@ pub struct Pilot<'a> {
     /// Lights.
     pub lights: &'a LightTree,
     /// Which lights can light a point at all.
-    pub transport: Transport,
+    pub transport: Transport<'a>,
 }
 
 /// Pilot visibility of an image.

@@ -36,7 +36,9 @@ pub fn importance_correlation(
     let groups = tracing.drawn_together(VPLS, seed);
     let lights = groups.iter().map(Vec::len).sum::<usize>().max(1);
     let farther = ((set.direct + set.indirect) as f64 / lights as f64).sqrt() as f32;
-    let transport = Transport::new(farther * set.clamp_distance).with_glass(Glass::SolidStops);
+    let transport = Transport::new(farther * set.clamp_distance)
+        .with_glass(Glass::SolidStops)
+        .within(tracing.tracer().scene());
     let of_point = |number: u64| {
         let key = rng::key(seed, Purpose::Guidance, number);
         let mut stream = Stream::new(key, Purpose::Guidance, 0);
@@ -52,7 +54,7 @@ pub fn importance_correlation(
 /// `K` of a point; none if it gets no light.
 fn correlation_at(
     tracing: &LightTracer<'_>,
-    transport: &Transport,
+    transport: &Transport<'_>,
     point: &GatherPoint,
     groups: &[Vec<Vpl>],
 ) -> Option<f64> {

@@ -141,7 +141,7 @@ impl Walk<'_> {
                 radiance += given;
                 if depth > 0 {
                     let (center, radius) = self.emitters.sphere();
-                    let [c, d] = light.emission_through(point.position, center, radius);
+                    let [c, d] = light.emission_through(point.position, center, radius, self.emitters.maps());
                     learned.emission.push(Record {
                         numbers: [u as f32, v[0], v[1], c, d],
                         part,
@@ -188,7 +188,8 @@ impl Walk<'_> {
     /// What a drawn light gives to a path that came to a point (luminance), and the light; none if nothing.
     fn given(&mut self, point: &GatherPoint, weight: Rgb, sample: &LightSample) -> Option<(Vpl, f32)> {
         let light = sample.light;
-        let given = (weight * Transport::default().unoccluded(point, &light)).luminance();
+        let given =
+            (weight * Transport::default().within(self.tracer.scene()).unoccluded(point, &light)).luminance();
         if given <= 0.0 {
             return None;
         }

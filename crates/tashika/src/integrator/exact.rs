@@ -19,7 +19,6 @@ use crate::vpl::VplSet;
 #[derive(Clone, Copy, Debug)]
 pub struct Exact<'a> {
     lights: &'a VplSet,
-    transport: Transport,
 }
 
 /// Segments that are traced together. More need more memory, fewer cost calls.
@@ -28,7 +27,7 @@ const BATCH: usize = 8192;
 impl<'a> Exact<'a> {
     /// The exact sum over `lights`, clamped as these say.
     pub fn new(lights: &'a VplSet) -> Self {
-        Self { lights, transport: Transport::new(lights.provenance().clamp_distance) }
+        Self { lights }
     }
 }
 
@@ -44,6 +43,8 @@ impl Integrator for Exact<'_> {
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
         let pixels: Vec<PixelSum> =
             tile.pixels().map(|(x, y)| setting.view.pixel(setting.tracer, [x, y])).collect();
+        let transport =
+            Transport::new(self.lights.provenance().clamp_distance).within(setting.tracer.scene());
         let mut sums = Sums::new(&pixels, tile.width as usize);
         let mut batch = SegmentBatch::default();
         // For each segment its gather point, and for each fan its light and its number of segments.
@@ -69,7 +70,7 @@ impl Integrator for Exact<'_> {
                     for (&j, &v) in segments.by_ref().take(count as usize) {
                         sums.rays[sums.pixel_of[j as usize] as usize] += 1;
                         if v > 0.0 {
-                            let term = self.transport.unoccluded(&sums.points[j as usize], light) * v;
+                            let term = transport.unoccluded(&sums.points[j as usize], light) * v;
                             sums.totals[sums.pixel_of[j as usize] as usize].add(term);
                         }
                     }

@@ -200,7 +200,7 @@ fn balance(this: f32, other: f32) -> f32 {
 impl Tracing<'_> {
     fn radiance(&mut self, mut ray: Ray, key: u64, stream: &mut Stream) -> Rgb {
         let scene = self.tracer.scene();
-        let transport = Transport::default();
+        let transport = Transport::default().within(scene);
         let mut radiance = Rgb::BLACK;
         let mut weight = Rgb::WHITE;
         // Density of the last direction, if drawing from the emitters could have found it too.

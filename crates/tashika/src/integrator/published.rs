@@ -137,7 +137,7 @@ impl Published<'_> {
         stream: Stream,
         memory: &mut CutMemory,
     ) -> CutEstimate {
-        let transport = Transport::new(self.lights.provenance.clamp_distance);
+        let transport = Transport::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
         let points = gather_tree::<B>(points);
         let clusters = Clusters { lights: self.lights.tree, points: &points, transport };
         let cut = Cut::published(clusters, S::default(), setting.tracer, stream, memory);

@@ -2,7 +2,8 @@
 //!
 //! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the provenance as JSON, number of VPLs
 //! (u64), then 48 bytes each: position, direction, intensity (3 × f32), kind (u32: 0 omni, 1 oriented, 2 spot,
-//! 3 directional), cosines of the inner and outer cone (f32, zero unless spot). The length must be exactly that.
+//! 3 directional, 4 and 5 spots with other fall-offs, 6 image), cosines of the inner and outer cone (f32, zero unless spot; of an image
+//! the number of its map as u32, and the cosine). The maps are the scene's: a set is for the scene that it was traced in. The length must be exactly that.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -13,7 +14,7 @@ use glam::Vec3;
 use super::output::write_file;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::scene::{Falloff, FalloffShape};
+use crate::scene::{Beam, Falloff, FalloffShape};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
 const MAGIC: &[u8; 8] = b"TASHIKAV";
@@ -108,7 +109,7 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
             Error::invalid(
                 at().item(format!("VPL {i}")),
                 "a position, direction, intensity or kind that no VPL has",
-                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 5",
+                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 6",
             )
         })?);
     }
@@ -132,6 +133,8 @@ fn record(l: &Vpl) -> [u8; RECORD] {
         VplKind::Omni => (0u32, 0.0, 0.0),
         VplKind::Oriented => (1, 0.0, 0.0),
         VplKind::Spot(f) => (spot_code(f.shape), f.cos_inner, f.cos_outer),
+        // The bits of the number, as they are.
+        VplKind::Image(beam) => (6, f32::from_bits(beam.map), beam.cos_outer),
         VplKind::Directional => (3, 0.0f32, 0.0f32),
     };
     let mut bytes = [0; RECORD];
@@ -157,6 +160,7 @@ fn light(bytes: &[u8; RECORD]) -> Option<Vpl> {
         0 => VplKind::Omni,
         1 => VplKind::Oriented,
         3 => VplKind::Directional,
+        6 => VplKind::Image(Beam { map: u32::from_le_bytes(word(10)), cos_outer: number(11) }),
         code => {
             let shape = SPOT_SHAPES.into_iter().find(|&shape| spot_code(shape) == code)?;
             VplKind::Spot(Falloff { cos_inner: number(10), cos_outer: number(11), shape })

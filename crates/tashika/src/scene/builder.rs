@@ -1,11 +1,14 @@
 //! Putting a scene together, with every check that lets the rest of the program trust it.
 
-use glam::{Affine3A, Vec3};
+use std::sync::Arc;
+
+use glam::{Affine3A, Mat3, Vec3};
 
 use super::mesh::MeshRepairs;
 use super::{
-    Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId, Material, MaterialId,
-    Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface, Texture, TextureId, check,
+    AimedMap, Beam, Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId,
+    IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface,
+    Texture, TextureId, check,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -38,6 +41,7 @@ impl SceneBuilder {
             images: Vec::new(),
             textures: Vec::new(),
             emitters: Vec::new(),
+            intensity_maps: Vec::new(),
             environment: None,
             cameras: Vec::new(),
             bounds: Aabb::EMPTY,
@@ -206,6 +210,12 @@ impl SceneBuilder {
                     && (-1.0..falloff.cos_inner).contains(&falloff.cos_outer)
                     && falloff.cos_inner <= 1.0
             }
+            Emitter::Image { position, axis, beam, .. } => {
+                position.is_finite()
+                    && axis.is_normalized()
+                    && (beam.map as usize) < self.scene.intensity_maps.len()
+                    && beam.cos_outer <= self.scene.intensity_maps[beam.map as usize].map().cos_outer()
+            }
             Emitter::Directional { direction, .. } => direction.is_normalized(),
         };
         if !color.is_valid() || !geometry {
@@ -219,6 +229,28 @@ impl SceneBuilder {
             self.scene.emitters.push(emitter);
         }
         Ok(())
+    }
+
+    /// Adds an emitter that shines by a map, turned by the rotation (or reflection) `to_world`: where the map has 1, its intensity is
+    /// `intensity` (W·sr⁻¹).
+    ///
+    /// # Errors
+    /// Texels, colours or positions that are negative or not finite.
+    pub fn add_image_light(
+        &mut self,
+        map: &Arc<IntensityMap>,
+        position: Vec3,
+        intensity: Rgb,
+        to_world: Mat3,
+    ) -> Result<()> {
+        check::image(map.image()).map_err(|wrong| {
+            wrong.error(self.origin.clone().item(format!("emitter {}", self.scene.emitters.len())))
+        })?;
+        let aimed = AimedMap::new(Arc::clone(map), to_world);
+        let beam = Beam { map: self.scene.intensity_maps.len() as u32, cos_outer: map.cos_outer() };
+        let axis = aimed.axis();
+        self.scene.intensity_maps.push(aimed);
+        self.add_emitter(Emitter::Image { position, axis, intensity: intensity * map.brightest(), beam })
     }
 
     /// Sets what is seen where no surface is; radiances must be finite and not negative.

@@ -1,4 +1,4 @@
-//! Emitters without a surface: point, spot, directional.
+//! Emitters without a surface: point, spot, directional, image.
 
 use glam::Vec3;
 
@@ -71,6 +71,15 @@ fn angle(cos: f32) -> f32 {
     acos(cos.clamp(-1.0, 1.0))
 }
 
+/// The map by which a light shines.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Beam {
+    /// Number of the map in the scene's list ([`Scene::intensity_maps`](super::Scene::intensity_maps)).
+    pub map: u32,
+    /// Cosine of the angle from the axis beyond which it does not shine; −1 for all directions.
+    pub cos_outer: f32,
+}
+
 /// An emitter that no ray can hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Emitter {
@@ -92,6 +101,17 @@ pub enum Emitter {
         /// How it fades.
         falloff: Falloff,
     },
+    /// Intensity by direction, of a map of the scene: [`SceneBuilder::add_image_light`](super::SceneBuilder::add_image_light) makes it.
+    Image {
+        /// Position (m).
+        position: Vec3,
+        /// Unit axis, from the light: `+z` of the map's frame.
+        axis: Vec3,
+        /// The largest intensity of each channel, whatever its direction (W·sr⁻¹).
+        intensity: Rgb,
+        /// Which map, and where it shines.
+        beam: Beam,
+    },
     /// Parallel light from infinitely far away.
     Directional {
         /// Unit direction in which the light travels.
@@ -105,7 +125,9 @@ impl Emitter {
     /// Unscaled colour of the emitter, whatever its unit.
     pub(super) fn color(&self) -> Rgb {
         match *self {
-            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } | Self::Image { intensity, .. } => {
+                intensity
+            }
             Self::Directional { irradiance, .. } => irradiance,
         }
     }

@@ -4,9 +4,9 @@ use std::f32::consts::PI;
 
 use glam::{Mat3, Vec3};
 
-use super::{Image, Pixels, SphereMap, Wrap};
+use super::texels::means_of_bilinear;
+use super::{Image, Pixels, SphereMap};
 use crate::color::Rgb;
-use crate::math::elementary::sin_cos;
 use crate::stats::Piecewise2d;
 
 /// Radiance by direction: a constant, or an image of one of the layouts of [`SphereMap`].
@@ -23,14 +23,6 @@ pub struct Environment {
 enum Radiance {
     Constant(Rgb),
     Map { image: Image, mapping: SphereMap, scale: Rgb, density: Box<Piecewise2d> },
-}
-
-/// How an image of this layout goes on beyond its sides and beyond its top and bottom.
-fn wrap(map: SphereMap) -> [Wrap; 2] {
-    match map {
-        SphereMap::LatLong => [Wrap::Repeat, Wrap::Clamp],
-        SphereMap::EqualArea => [Wrap::Clamp; 2],
-    }
 }
 
 impl Environment {
@@ -55,10 +47,7 @@ impl Environment {
         let mut mean = [0.0f64; 3];
         let mut solid_angle = 0.0;
         let mut sound = true;
-        let size_of_row = |y: usize| match mapping {
-            SphereMap::LatLong => f64::from(sin_cos(PI * (y as f32 + 0.5) / h as f32).0),
-            SphereMap::EqualArea => 1.0,
-        };
+        let size_of_row = |y: usize| mapping.size_of_row(y, h);
         for y in 0..h {
             let size = size_of_row(y);
             for x in 0..w {
@@ -74,23 +63,8 @@ impl Environment {
             }
         }
         let mean = Rgb::from(mean.map(|m| (m / solid_angle) as f32));
-        // The mean of the bilinear interpolation over a texel, which is what a lookup in it returns on average, mixes in an
-        // eighth of each neighbour.
-        let at = |x: usize, y: usize| luminance[y * w + x];
-        let sides = |x: usize| match wrap(mapping)[0] {
-            Wrap::Repeat => ((x + w - 1) % w, (x + 1) % w),
-            _ => (x.saturating_sub(1), (x + 1).min(w - 1)),
-        };
-        let across = |x: usize, y: usize| (at(sides(x).0, y) + 6.0 * at(x, y) + at(sides(x).1, y)) / 8.0;
-        let mut weights = Vec::with_capacity(w * h);
-        for y in 0..h {
-            let (above, below) = (y.saturating_sub(1), (y + 1).min(h - 1));
-            weights.extend(
-                (0..w).map(|x| {
-                    (across(x, above) + 6.0 * across(x, y) + across(x, below)) / 8.0 * size_of_row(y)
-                }),
-            );
-        }
+        let mut weights = means_of_bilinear(&luminance, w, mapping.wrap());
+        weights.iter_mut().enumerate().for_each(|(i, weight)| *weight *= size_of_row(i / w));
         match Piecewise2d::new(&weights, w) {
             None => Self::constant(if sound { Rgb::BLACK } else { Rgb::gray(f32::NAN) }),
             Some(density) => {
@@ -124,7 +98,7 @@ impl Environment {
             Radiance::Constant(c) => *c,
             Radiance::Map { image, mapping, scale, .. } => {
                 let [u, v] = mapping.place(self.to_local * direction);
-                image.bilinear(glam::Vec2::new(u, v), wrap(*mapping)).0 * *scale
+                image.bilinear(glam::Vec2::new(u, v), mapping.wrap()).0 * *scale
             }
         }
     }

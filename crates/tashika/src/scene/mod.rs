@@ -15,6 +15,7 @@ mod digest;
 mod emitter;
 mod environment;
 mod environment_blocks;
+mod intensity_map;
 mod lens;
 mod material;
 mod mesh;
@@ -31,9 +32,10 @@ mod texture;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
 pub use camera::{Camera, CameraSample};
-pub use emitter::{Emitter, Falloff, FalloffShape};
+pub use emitter::{Beam, Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;
+pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
 pub use material::{
     Alpha, AlphaMode, CoatBase, ColorInput, Emission, FacetInput, FloatInput, Material, NormalInput, Surface,
@@ -98,6 +100,7 @@ pub struct Scene {
     images: Vec<Image>,
     textures: Vec<Texture>,
     emitters: Vec<Emitter>,
+    intensity_maps: Vec<AimedMap>,
     environment: Option<Environment>,
     cameras: Vec<Camera>,
     bounds: Aabb,
@@ -158,7 +161,12 @@ impl Scene {
         Textures { images: &self.images, nodes: &self.textures }
     }
 
-    /// Point, spot and directional emitters. Emissive meshes are instances whose material emits.
+    /// The maps by which emitters of images shine.
+    pub fn intensity_maps(&self) -> &[AimedMap] {
+        &self.intensity_maps
+    }
+
+    /// Point, spot, image and directional emitters. Emissive meshes are instances whose material emits.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }

@@ -18,6 +18,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::Wrap;
 use crate::math::elementary::{atan2, sin_cos};
 
 /// A layout of the directions.
@@ -34,6 +35,22 @@ pub enum SphereMap {
 const SMALLEST_SINE: f32 = 1e-5;
 
 impl SphereMap {
+    /// How an image goes on beyond its sides and beyond its top and bottom.
+    pub(super) fn wrap(self) -> [Wrap; 2] {
+        match self {
+            Self::LatLong => [Wrap::Repeat, Wrap::Clamp],
+            Self::EqualArea => [Wrap::Clamp; 2],
+        }
+    }
+
+    /// Solid angle of the texels of a row of `rows`, up to a factor.
+    pub(super) fn size_of_row(self, row: usize, rows: usize) -> f64 {
+        match self {
+            Self::LatLong => f64::from(sin_cos(PI * (row as f32 + 0.5) / rows as f32).0),
+            Self::EqualArea => 1.0,
+        }
+    }
+
     /// The place of a unit direction, in the frame of the layout.
     pub(super) fn place(self, d: Vec3) -> [f32; 2] {
         match self {

@@ -112,6 +112,36 @@ impl Image {
     }
 }
 
+/// Means of the bilinear interpolation over each texel, row by row: a texel mixes in an eighth of each neighbour.
+///
+/// They are above zero wherever the interpolation is, so that a density in proportion to them leaves nothing out.
+pub(super) fn means_of_bilinear(texels: &[f64], width: usize, wrap: [Wrap; 2]) -> Vec<f64> {
+    let height = texels.len() / width;
+    // The texels before and after; none where the image has ended.
+    let beside = |i: usize, n: usize, wrap: Wrap| {
+        let (before, after) = (i.checked_sub(1), (i + 1 < n).then_some(i + 1));
+        match wrap {
+            Wrap::Repeat => (before.or(Some(n - 1)), after.or(Some(0))),
+            Wrap::Clamp | Wrap::Mirror => (before.or(Some(i)), after.or(Some(i))),
+            Wrap::Black => (before, after),
+        }
+    };
+    let across = |x: usize, y: Option<usize>| {
+        let Some(y) = y else { return 0.0 };
+        let at = |x: Option<usize>| x.map_or(0.0, |x| texels[y * width + x]);
+        let (left, right) = beside(x, width, wrap[0]);
+        (at(left) + 6.0 * at(Some(x)) + at(right)) / 8.0
+    };
+    let mut means = Vec::with_capacity(texels.len());
+    for y in 0..height {
+        let (above, below) = beside(y, height, wrap[1]);
+        means.extend(
+            (0..width).map(|x| (across(x, above) + 6.0 * across(x, Some(y)) + across(x, below)) / 8.0),
+        );
+    }
+    means
+}
+
 /// The two texels about coordinate `u` of a row of `n`, and the weight of the second; none where the image has ended.
 fn neighbours(u: f32, n: u32, wrap: Wrap) -> (Option<u32>, Option<u32>, f32) {
     let size = n as f32;
@@ -175,6 +205,31 @@ mod tests {
         let image = ramp();
         let at = |u| (image.nearest(Vec2::new(u, 0.5), [Wrap::Repeat; 2]).0.r * 255.0).round();
         assert_eq!([at(0.01), at(0.24), at(0.26), at(0.99), at(1.26)], [0.0, 0.0, 50.0, 150.0, 50.0]);
+    }
+
+    /// Against a fine sum over each texel, for every way to go on beyond the sides.
+    #[test]
+    fn means_of_texels_are_those_of_the_interpolation() {
+        let (w, h) = (3, 2);
+        let values = [0.1f32, 0.9, 0.3, 0.7, 0.0, 0.5];
+        let pixels = Pixels::Float(values.iter().map(|v| [*v; 3]).collect());
+        let image = Image { name: "i".into(), width: w as u32, height: h as u32, pixels };
+        for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror, Wrap::Black] {
+            let means = means_of_bilinear(&values.map(f64::from), w, [wrap; 2]);
+            for (i, mean) in means.into_iter().enumerate() {
+                let n = 64;
+                let sum: f64 = (0..n * n)
+                    .map(|k| {
+                        let within = |k: usize| (k as f32 + 0.5) / n as f32;
+                        let u = ((i % w) as f32 + within(k % n)) / w as f32;
+                        let v = ((i / w) as f32 + within(k / n)) / h as f32;
+                        f64::from(image.bilinear(Vec2::new(u, v), [wrap; 2]).0.r)
+                    })
+                    .sum();
+                let found = sum / (n * n) as f64;
+                assert!((found - mean).abs() < 1e-4, "{wrap:?}, texel {i}: {mean}, should be {found}");
+            }
+        }
     }
 
     #[test]

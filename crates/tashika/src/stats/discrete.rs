@@ -175,6 +175,18 @@ impl Piecewise2d {
         (point, self.rows.probability(y) * probability * width * height)
     }
 
+    /// The numbers that [`Piecewise2d::sample`] takes to a point of `[0, 1)²`; any where the density is zero.
+    pub fn inverse(&self, point: [f64; 2]) -> [f64; 2] {
+        let [width, height] = self.size().map(|side| side as f64);
+        let within = |d: &Discrete, at: f64| {
+            let i = (at as usize).min(d.len() - 1);
+            let part = (at - i as f64).clamp(0.0, 1.0) * (d.cumulative[i + 1] - d.cumulative[i]);
+            ((d.cumulative[i] + part) / d.total()).min(1.0f64.next_down())
+        };
+        let row = &self.columns[((point[1] * height) as usize).min(self.columns.len() - 1)];
+        [row.as_ref().map_or(0.0, |row| within(row, point[0] * width)), within(&self.rows, point[1] * height)]
+    }
+
     /// Density at a point of `[0, 1)²`.
     pub fn pdf(&self, point: [f64; 2]) -> f64 {
         let height = self.columns.len();
@@ -262,5 +274,10 @@ mod tests {
             }
         }
         assert!((mass - 1.0).abs() < 1e-9, "the density integrates to one");
+        for u in [[0.1, 0.7], [0.5, 0.1], [0.99, 0.99]] {
+            let back = t.inverse(t.sample(u).0);
+            assert!((0..2).all(|k| (back[k] - u[k]).abs() < 1e-12), "{u:?} {back:?}");
+        }
+        assert!(t.inverse([0.5, 0.5]).iter().all(|u| (0.0..1.0).contains(u)), "nothing is drawn there");
     }
 }

@@ -15,7 +15,7 @@ use crate::vpl::{LightRows, VplKind};
 /// Positions, directions and intensities of several lights.
 type Several<F> = [[F; 3]; 3];
 
-impl Transport {
+impl Transport<'_> {
     /// Appends the luminance of [`Transport::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by point, and for each all of these lights.
     pub fn list(
         &self,
@@ -40,7 +40,7 @@ impl Transport {
         let rows = &mut luminances[begin..];
         for (kind, run) in lights.runs(range.clone()) {
             let (begin, end) = (run.start - range.start, run.end - range.start);
-            if let VplKind::Spot(_) = kind {
+            if let VplKind::Spot(_) | VplKind::Image(_) = kind {
                 for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
                     for (value, light) in row[begin..end].iter_mut().zip(run.clone()) {
                         *value = self.unoccluded(point, &lights.get(light)).luminance();
@@ -108,7 +108,7 @@ fn along<F: Vector>(v: [F; 3], axis: Vec3) -> F {
 
 /// [`Transport::list`] and what it is asked about.
 struct List<'a> {
-    transport: &'a Transport,
+    transport: &'a Transport<'a>,
     points: &'a [GatherPoint],
     lights: &'a LightRows,
     range: Range<usize>,

@@ -9,9 +9,11 @@
 //! | omni | `1 / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //! | oriented | `cos⁺ φ / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //! | spot | `falloff(cos φ) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
+//! | image | `t(ω) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //! | directional | `1` | 1 | W·m⁻² |
 //!
-//! `d_c` is the clamp distance; zero is none. Visibility `V` comes from [`accel`](crate::accel). Nothing is reflected by the
+//! `t ≤ 1` is what a map of the scene has in the direction to the point, by channel: `G` has its largest channel, the tint the others
+//! over that. `d_c` is the clamp distance; zero is none. Visibility `V` comes from [`accel`](crate::accel). Nothing is reflected by the
 //! back of either normal: M is zero unless the light is above both the geometric and the shading plane.
 
 mod lists;
@@ -24,13 +26,16 @@ use glam::Vec3;
 use crate::accel::Glass;
 use crate::color::Rgb;
 use crate::gather::GatherPoint;
+use crate::scene::{AimedMap, Scene};
 use crate::vpl::{Vpl, VplKind};
 
 /// How contributions are evaluated.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Transport {
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Transport<'s> {
     clamp_squared: f32,
     glass: Glass,
+    /// By which lights of images shine.
+    maps: &'s [AimedMap],
 }
 
 /// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the geometric term, and its products with
@@ -44,14 +49,29 @@ pub struct Link {
     pub towards_light: Vec3,
     /// `G`, clamped (m⁻² or 1).
     pub geometric: f32,
+    /// Colour that the light has in this direction beyond its intensity's, at most 1 in each channel; white but for images.
+    pub tint: Rgb,
     /// Squared distance (m²); infinite for directional lights.
     pub squared_distance: f32,
 }
 
-impl Transport {
-    /// With the geometric term held below `clamp_distance` (m); zero for no clamp.
+impl<'s> Transport<'s> {
+    /// With the geometric term held below `clamp_distance` (m); zero for no clamp. Without a [scene](Self::within) for lights that are not
+    /// images.
     pub const fn new(clamp_distance: f32) -> Self {
-        Self { clamp_squared: clamp_distance * clamp_distance, glass: Glass::Passes }
+        Self { clamp_squared: clamp_distance * clamp_distance, glass: Glass::Passes, maps: &[] }
+    }
+
+    /// The same for lights of this scene, some of which may shine by its maps.
+    #[must_use]
+    pub fn within(self, scene: &'s Scene) -> Self {
+        Self { maps: scene.intensity_maps(), ..self }
+    }
+
+    /// The same with another clamp distance (m).
+    #[must_use]
+    pub fn clamped(self, clamp_distance: f32) -> Self {
+        Self { clamp_squared: clamp_distance * clamp_distance, ..self }
     }
 
     /// The same where solid glass does this to segments.
@@ -76,24 +96,42 @@ impl Transport {
     }
 
     /// The geometry between a point and a light.
+    ///
+    /// # Panics
+    /// If the light shines by a map, and the transport is not [within](Self::within) the scene that has it.
     pub fn link(&self, position: Vec3, light: &Vpl) -> Link {
         if light.kind == VplKind::Directional {
-            return Link { towards_light: -light.direction, geometric: 1.0, squared_distance: f32::INFINITY };
+            return Link {
+                towards_light: -light.direction,
+                geometric: 1.0,
+                tint: Rgb::WHITE,
+                squared_distance: f32::INFINITY,
+            };
         }
         let d = light.position - position;
         let squared = d.length_squared();
         // Squares of shorter vectors lose digits to underflow: they have no direction.
         let towards_light = if squared > SMALLEST_SQUARED_DISTANCE { d / squared.sqrt() } else { Vec3::ZERO };
         let cos = -light.direction.dot(towards_light);
+        let mut tint = Rgb::WHITE;
         let shape = match light.kind {
             VplKind::Omni => 1.0,
             VplKind::Oriented => cos.max(0.0),
             VplKind::Spot(falloff) => falloff.at(cos),
+            VplKind::Image(beam) => {
+                let relative = self.maps[beam.map as usize].relative(-towards_light);
+                let largest = relative.max_channel();
+                if largest > 0.0 {
+                    tint = relative / largest;
+                }
+                largest
+            }
             VplKind::Directional => unreachable!("handled above"),
         };
         Link {
             towards_light,
             geometric: shape / squared.max(self.clamp_squared).max(SMALLEST_SQUARED_DISTANCE),
+            tint,
             squared_distance: squared,
         }
     }
@@ -112,6 +150,6 @@ impl Transport {
             return Rgb::BLACK;
         }
         let wi = point.frame.to_local(link.towards_light);
-        point.weight * point.bsdf.eval_cos(point.wo, wi) * light.intensity * link.geometric
+        point.weight * point.bsdf.eval_cos(point.wo, wi) * (light.intensity * link.tint) * link.geometric
     }
 }

@@ -60,7 +60,7 @@ impl Receivers {
             VplKind::Oriented => {
                 Source { position: light.position, at_infinity: 0.0, normal: light.direction, oriented: true }
             }
-            VplKind::Omni | VplKind::Spot(_) => {
+            VplKind::Omni | VplKind::Spot(_) | VplKind::Image(_) => {
                 Source { position: light.position, at_infinity: 0.0, normal: Vec3::ZERO, oriented: false }
             }
         };

@@ -122,6 +122,9 @@ fn bounds_of(light: &Vpl) -> LightBounds {
         VplKind::Spot(falloff) => {
             LightBounds { aabb: at, shape: LightShape::Spot { axes: cone, cos_outer: falloff.cos_outer } }
         }
+        VplKind::Image(beam) => {
+            LightBounds { aabb: at, shape: LightShape::Spot { axes: cone, cos_outer: beam.cos_outer } }
+        }
         VplKind::Directional => LightBounds { aabb: Aabb::EMPTY, shape: LightShape::Directional(cone) },
     }
 }
@@ -178,7 +181,7 @@ fn items_of_kind(kind: usize, lights: &[Vpl]) -> Vec<Item> {
             }
             let (p, d) = match light.kind {
                 VplKind::Omni => (light.position, Vec3::ZERO),
-                VplKind::Oriented | VplKind::Spot(_) => (light.position, light.direction),
+                VplKind::Oriented | VplKind::Spot(_) | VplKind::Image(_) => (light.position, light.direction),
                 VplKind::Directional => (light.direction, Vec3::ZERO),
             };
             Some(Item { key: [p.x, p.y, p.z, d.x, d.y, d.z], luminance, light: i as u32 })

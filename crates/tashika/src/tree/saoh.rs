@@ -41,6 +41,7 @@ impl Emission {
             .filter(|light| light.kind.number() == kind)
             .filter_map(|light| match light.kind {
                 VplKind::Spot(falloff) => Some(falloff.cos_outer),
+                VplKind::Image(beam) => Some(beam.cos_outer),
                 VplKind::Oriented => Some(0.0),
                 VplKind::Omni | VplKind::Directional => None,
             })

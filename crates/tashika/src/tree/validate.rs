@@ -151,6 +151,9 @@ fn holds(bounds: &LightBounds, light: &Vpl) -> bool {
         (LightShape::Spot { axes, cos_outer }, VplKind::Spot(falloff)) => {
             axes.contains(direction) && cos_outer <= falloff.cos_outer
         }
+        (LightShape::Spot { axes, cos_outer }, VplKind::Image(beam)) => {
+            axes.contains(direction) && cos_outer <= beam.cos_outer
+        }
         _ => false,
     };
     in_shape && (light.kind == VplKind::Directional || bounds.aabb.contains(light.position))

@@ -86,7 +86,7 @@ pub struct Lit<'a> {
     /// What was learned about which emitters and which VPLs to draw: of these `emitters` and `lights`, drawn with the same probabilities.
     pub choices: Option<&'a Choices>,
     /// How they are clamped.
-    pub transport: Transport,
+    pub transport: Transport<'a>,
     /// Most surfaces of a path.
     pub max_depth: u32,
     /// What there is of light that paths may not find.
@@ -98,7 +98,7 @@ pub struct Lit<'a> {
 pub struct Uncarried<'a> {
     lit: Lit<'a>,
     /// How VPLs are clamped beyond the gather point.
-    beyond: Transport,
+    beyond: Transport<'a>,
     batch: SegmentBatch,
     visibility: Vec<f32>,
     rays: u64,
@@ -145,8 +145,7 @@ impl<'a> Uncarried<'a> {
     /// Paths in this light.
     pub fn new(lit: Lit<'a>) -> Self {
         let transport = lit.transport;
-        let beyond =
-            Transport::new(CLAMPED_BEYOND * transport.clamp_distance()).with_glass(transport.glass());
+        let beyond = transport.clamped(CLAMPED_BEYOND * transport.clamp_distance());
         Self {
             lit,
             beyond,
@@ -316,7 +315,7 @@ impl<'a> Uncarried<'a> {
     }
 
     /// How the VPLs that light a vertex are clamped.
-    fn transport(&self, is_first: bool) -> Transport {
+    fn transport(&self, is_first: bool) -> Transport<'a> {
         if is_first { self.lit.transport } else { self.beyond }
     }
 
@@ -330,7 +329,7 @@ impl<'a> Uncarried<'a> {
         let Some((light, probability)) = drawn else { return Rgb::BLACK };
         let light = lights.light(light);
         let link = self.beyond.link(vertex.position(), &light);
-        let value = vertex.carried_cos(link.towards_light) * light.intensity * link.geometric;
+        let value = vertex.carried_cos(link.towards_light) * (light.intensity * link.tint) * link.geometric;
         if value.is_black() {
             return Rgb::BLACK;
         }
@@ -349,8 +348,8 @@ impl<'a> Uncarried<'a> {
         let Some(sample) = emitters.sample(u, v) else { return Rgb::BLACK };
         let light = &sample.light;
         // Unclamped.
-        let Link { towards_light, geometric, squared_distance } =
-            Transport::default().link(vertex.position(), light);
+        let Link { towards_light, geometric, tint, squared_distance } =
+            self.lit.transport.clamped(0.0).link(vertex.position(), light);
         let carried = match kernel {
             Kernel::Carried => self.transport(vertex.is_first()).share(squared_distance),
             Kernel::Rest => 0.0,
@@ -358,7 +357,8 @@ impl<'a> Uncarried<'a> {
         if carried >= 1.0 {
             return Rgb::BLACK;
         }
-        let value = vertex.value(kernel, towards_light) * light.intensity * (geometric * (1.0 - carried));
+        let intensity = light.intensity * tint;
+        let value = vertex.value(kernel, towards_light) * intensity * (geometric * (1.0 - carried));
         if value.is_black() {
             return Rgb::BLACK;
         }

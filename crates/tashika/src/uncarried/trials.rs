@@ -29,7 +29,7 @@ pub(super) struct Drawn {
 /// Trials of clusters at places.
 pub(super) struct Trials<'a> {
     pub tracer: &'a Tracer,
-    pub transport: Transport,
+    pub transport: Transport<'a>,
     /// How many clusters.
     pub clusters: usize,
     /// Lights tried for each place and cluster.

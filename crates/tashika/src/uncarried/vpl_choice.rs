@@ -51,7 +51,7 @@ impl VplChoice {
     pub(super) fn learn(
         lights: &LightTree,
         tracer: &Tracer,
-        transport: Transport,
+        transport: Transport<'_>,
         receivers: Vec<Receiver>,
         seed: u64,
     ) -> Option<Self> {

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::{Vpl, VplKind};
 use crate::color::Rgb;
-use crate::scene::{Emitter, Environment, InstanceId, Scene};
+use crate::scene::{AimedMap, Emitter, Environment, InstanceId, Scene};
 use crate::stats::Discrete;
 use crate::warp;
 
@@ -41,7 +41,7 @@ enum Source {
 
 /// Draws lights from all emitters of a scene, in proportion to their power unless it is said otherwise.
 ///
-/// Power (W, luminance): `π A L` a side for triangles, `4π I` for points, `I ∫ falloff` for spots, `π R² E` for
+/// Power (W, luminance): `π A L` a side for triangles, `4π I` for points, `I ∫ falloff` for spots, `∫ I dω` for images, `π R² E` for
 /// directional light and `4π · π R² L̄` for the environment, `R` being the radius of the scene's sphere.
 #[derive(Debug)]
 pub struct EmitterSampler<'s> {
@@ -118,6 +118,11 @@ impl<'s> EmitterSampler<'s> {
             weights.push(f64::from(match e {
                 Emitter::Point { intensity, .. } => 4.0 * PI * intensity.luminance(),
                 Emitter::Spot { intensity, falloff, .. } => falloff.solid_angle() * intensity.luminance(),
+                Emitter::Image { intensity, beam, .. } => {
+                    let map = scene.intensity_maps()[beam.map as usize].map();
+                    let full = intensity.zip(map.brightest(), |i, b| if b > 0.0 { i / b } else { 0.0 });
+                    (full * map.integral()).luminance()
+                }
                 Emitter::Directional { irradiance, .. } => PI * radius * radius * irradiance.luminance(),
             }));
             sources.push(Source::Punctual(*e));
@@ -223,7 +228,12 @@ impl<'s> EmitterSampler<'s> {
         self.extended.as_ref().map(|d| self.draw(d, u, v).1)
     }
 
-    /// The points, spots and directional lights: each is one VPL, exactly.
+    /// The maps by which emitters of images shine.
+    pub fn maps(&self) -> &[AimedMap] {
+        self.scene.intensity_maps()
+    }
+
+    /// The points, spots, images and directional lights: each is one VPL, exactly.
     pub fn punctual(&self) -> impl Iterator<Item = Vpl> + '_ {
         self.scene.emitters().iter().map(punctual)
     }
@@ -262,7 +272,9 @@ impl<'s> EmitterSampler<'s> {
                 About::Near((a + b + c) / 3.0, (b - a).cross(c - a).normalize_or_zero())
             }
             Source::Punctual(Emitter::Point { position, .. }) => About::Near(position, Vec3::ZERO),
-            Source::Punctual(Emitter::Spot { position, axis, .. }) => About::Near(position, axis),
+            Source::Punctual(
+                Emitter::Spot { position, axis, .. } | Emitter::Image { position, axis, .. },
+            ) => About::Near(position, axis),
             Source::Punctual(Emitter::Directional { direction, .. }) => About::Far(direction),
             Source::Environment => About::Everywhere,
         }
@@ -330,6 +342,9 @@ fn punctual(e: &Emitter) -> Vpl {
         }
         Emitter::Spot { position, axis, intensity, falloff } => {
             Vpl { position, direction: axis, intensity, kind: VplKind::Spot(falloff) }
+        }
+        Emitter::Image { position, axis, intensity, beam } => {
+            Vpl { position, direction: axis, intensity, kind: VplKind::Image(beam) }
         }
         Emitter::Directional { direction, irradiance } => {
             Vpl { position: Vec3::ZERO, direction, intensity: irradiance, kind: VplKind::Directional }

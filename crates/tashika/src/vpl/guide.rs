@@ -70,7 +70,7 @@ impl LightGuide {
         let [a, b, c, d] = rest.map(|x| x as f32);
         let LightSample { light, .. } = emitters.sample(u, [a, b])?;
         let (center, radius) = emitters.sphere();
-        let (ray, flux) = light.emit([c, d], center, radius);
+        let (ray, flux) = light.emit([c, d], center, radius, emitters.maps());
         Some((ray, flux / density as f32))
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::color::Rgb;
 use crate::math::{Frame, Ray};
-use crate::scene::Falloff;
+use crate::scene::{AimedMap, Beam, Falloff};
 use crate::warp;
 
 /// How a light shines.
@@ -19,6 +19,8 @@ pub enum VplKind {
     Oriented,
     /// With a cone about its axis: intensity `I · falloff(cos φ)`.
     Spot(Falloff),
+    /// By a map of the scene about its axis: intensity `I · t(ω)`, with `t` at most 1.
+    Image(Beam),
     /// From infinity: irradiance `I` on a surface that faces it.
     Directional,
 }
@@ -27,12 +29,13 @@ impl VplKind {
     /// How many kinds there are.
     pub const COUNT: usize = 4;
 
-    /// The number of the kind, from zero: the order in which trees keep lights apart.
+    /// The number of the kind, from zero: the order in which trees keep lights apart. Spots and images are of one kind: all shine in
+    /// cones, at most as brightly as their intensity says.
     pub fn number(&self) -> usize {
         match self {
             Self::Omni => 0,
             Self::Oriented => 1,
-            Self::Spot(_) => 2,
+            Self::Spot(_) | Self::Image(_) => 2,
             Self::Directional => 3,
         }
     }
@@ -64,6 +67,7 @@ impl Vpl {
                     && f.cos_outer < f.cos_inner
                     && f.cos_inner <= 1.0
             }
+            VplKind::Image(beam) => self.direction.is_normalized() && (-1.0..=1.0).contains(&beam.cos_outer),
         };
         self.position.is_finite() && self.intensity.is_valid() && directed
     }
@@ -72,14 +76,14 @@ impl Vpl {
     pub fn apex(&self) -> crate::accel::Apex {
         match self.kind {
             VplKind::Directional => crate::accel::Apex::Direction(-self.direction),
-            VplKind::Omni | VplKind::Oriented | VplKind::Spot(_) => crate::accel::Apex::Point(self.position),
+            _ => crate::accel::Apex::Point(self.position),
         }
     }
 
     /// A ray of the light and the flux it carries (W): intensity over the density of the direction.
     ///
-    /// Directional light enters through a disk that covers the sphere about the scene (`center`, `radius`, m).
-    pub fn emit(&self, u: [f32; 2], center: Vec3, radius: f32) -> (Ray, Rgb) {
+    /// Directional light enters through a disk that covers the sphere about the scene (`center`, `radius`, m); `maps` are the scene's.
+    pub fn emit(&self, u: [f32; 2], center: Vec3, radius: f32, maps: &[AimedMap]) -> (Ray, Rgb) {
         let from_frame = |local: Vec3| Frame::about(self.direction).to_world(local);
         match self.kind {
             VplKind::Omni => (Ray::new(self.position, warp::sphere(u)), self.intensity * (4.0 * PI)),
@@ -91,6 +95,11 @@ impl Vpl {
                 let flux = self.intensity * (falloff.at(local.z) * 2.0 * PI * (1.0 - falloff.cos_outer));
                 (Ray::new(self.position, from_frame(local)), flux)
             }
+            VplKind::Image(beam) => {
+                let map = &maps[beam.map as usize];
+                let (direction, density) = map.sample(u);
+                (Ray::new(self.position, direction), self.intensity * map.relative(direction) / density)
+            }
             VplKind::Directional => {
                 let d = warp::disk(u);
                 let origin = center + from_frame(Vec3::new(d.x, d.y, -1.0)) * radius;
@@ -100,13 +109,14 @@ impl Vpl {
     }
 
     /// The numbers that [`Vpl::emit`] takes to the ray of this light that goes through a point.
-    pub fn emission_through(&self, point: Vec3, center: Vec3, radius: f32) -> [f32; 2] {
+    pub fn emission_through(&self, point: Vec3, center: Vec3, radius: f32, maps: &[AimedMap]) -> [f32; 2] {
         let local = |v: Vec3| Frame::about(self.direction).to_local(v);
         let towards = (point - self.position).normalize_or_zero();
         match self.kind {
             VplKind::Omni => warp::sphere_inverse(towards),
             VplKind::Oriented => warp::disk_inverse(local(towards).truncate()),
             VplKind::Spot(falloff) => warp::cone_inverse(local(towards), falloff.cos_outer),
+            VplKind::Image(beam) => maps[beam.map as usize].inverse(towards),
             VplKind::Directional => warp::disk_inverse(local((point - center) / radius).truncate()),
         }
     }

@@ -25,6 +25,8 @@ pub use light::{Vpl, VplKind};
 pub use rows::LightRows;
 pub use trace::{Emission, LightTracer, VplOptions};
 
+use crate::error::{Error, Result};
+use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Where a set of VPLs came from, and what belongs to it.
@@ -79,6 +81,28 @@ impl VplSet {
     pub fn clamped(mut self, times_as_far: f32) -> Self {
         self.provenance.clamp_distance *= times_as_far;
         self
+    }
+
+    /// Whether a scene has the maps that these lights shine by: sets from files may be of another.
+    ///
+    /// # Errors
+    /// Names the light that is not of this scene.
+    pub fn validate_for(&self, scene: &Scene) -> Result<()> {
+        let maps = scene.intensity_maps();
+        let is_of_another = |light: &Vpl| match light.kind {
+            VplKind::Image(beam) => {
+                maps.get(beam.map as usize).is_none_or(|m| beam.cos_outer > m.map().cos_outer())
+            }
+            _ => false,
+        };
+        match self.lights.iter().position(is_of_another) {
+            Some(number) => Err(Error::option(
+                "lights",
+                format!("VPL {number} by an image that this scene does not have"),
+                "a set that was traced in this scene",
+            )),
+            None => Ok(()),
+        }
     }
 
     /// How many lights there are.

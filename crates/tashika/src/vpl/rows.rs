@@ -7,7 +7,6 @@ use glam::Vec3;
 use super::light::{Vpl, VplKind};
 use crate::color::Rgb;
 use crate::math::simd::MOST_LANES;
-use crate::scene::Falloff;
 
 /// Numbers that all lights have: position, direction, intensity.
 const NUMBERS: usize = 9;
@@ -21,8 +20,8 @@ pub struct LightRows {
     rows: Vec<[f32; NUMBERS]>,
     /// Where each kind ends, by [number](VplKind::number).
     ends: [usize; VplKind::COUNT],
-    /// Of the spots.
-    falloffs: Vec<Falloff>,
+    /// Of the spots and images.
+    cones: Vec<VplKind>,
 }
 
 impl LightRows {
@@ -33,7 +32,7 @@ impl LightRows {
     pub fn new(lights: impl ExactSizeIterator<Item = Vpl>) -> Self {
         let mut rows = Vec::with_capacity(lights.len());
         let mut ends = [0; VplKind::COUNT];
-        let mut falloffs = Vec::new();
+        let mut cones = Vec::new();
         let mut last = 0;
         for light in lights {
             let kind = light.kind.number();
@@ -43,11 +42,11 @@ impl LightRows {
             let [r, g, b] = light.intensity.to_array();
             rows.push([px, py, pz, dx, dy, dz, r, g, b]);
             ends[kind..].fill(rows.len());
-            if let VplKind::Spot(falloff) = light.kind {
-                falloffs.push(falloff);
+            if let VplKind::Spot(_) | VplKind::Image(_) = light.kind {
+                cones.push(light.kind);
             }
         }
-        Self { rows, ends, falloffs }
+        Self { rows, ends, cones }
     }
 
     /// How many lights there are.
@@ -84,7 +83,7 @@ impl LightRows {
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        self.rows.capacity() * size_of::<[f32; NUMBERS]>() + self.falloffs.capacity() * size_of::<Falloff>()
+        self.rows.capacity() * size_of::<[f32; NUMBERS]>() + self.cones.capacity() * size_of::<VplKind>()
     }
 
     /// Parts of a range whose lights are of one kind, each with the kind of its first.
@@ -115,7 +114,7 @@ impl LightRows {
         match light {
             _ if light < omni => VplKind::Omni,
             _ if light < oriented => VplKind::Oriented,
-            _ if light < spots => VplKind::Spot(self.falloffs[light - oriented]),
+            _ if light < spots => self.cones[light - oriented],
             _ => VplKind::Directional,
         }
     }
@@ -125,7 +124,7 @@ impl LightRows {
 mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
-    use crate::scene::FalloffShape;
+    use crate::scene::{Beam, Falloff, FalloffShape};
 
     /// `counts` lights of each kind.
     fn lights(counts: [usize; VplKind::COUNT]) -> Vec<Vpl> {
@@ -139,7 +138,11 @@ mod tests {
         let mut all = Vec::new();
         all.extend((0..counts[0]).map(|_| light(VplKind::Omni)));
         all.extend((0..counts[1]).map(|_| light(VplKind::Oriented)));
-        all.extend((0..counts[2]).map(|k| light(VplKind::Spot(spot(k)))));
+        let image = |k: usize| Beam { map: k as u32, cos_outer: 0.01 * k as f32 };
+        all.extend(
+            (0..counts[2])
+                .map(|k| light(if k % 2 == 0 { VplKind::Spot(spot(k)) } else { VplKind::Image(image(k)) })),
+        );
         all.extend((0..counts[3]).map(|_| light(VplKind::Directional)));
         all
     }

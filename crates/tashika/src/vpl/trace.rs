@@ -327,7 +327,7 @@ fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     let code = |l: &Vpl| {
         let (kind, unit) = match l.kind {
             VplKind::Omni => (0, (l.position - bounds.lo) / size),
-            VplKind::Spot(_) => (1, (l.position - bounds.lo) / size),
+            VplKind::Spot(_) | VplKind::Image(_) => (1, (l.position - bounds.lo) / size),
             VplKind::Directional => (2, l.direction * 0.5 + 0.5),
             VplKind::Oriented => (3, (l.position - bounds.lo) / size),
         };

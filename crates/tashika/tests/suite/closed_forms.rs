@@ -84,6 +84,7 @@ fn one_light_over_a_plane_follows_the_inverse_square_and_cosine_laws() {
                         s * s * cos_floor / squared
                     }
                     VplKind::Directional => -l.direction.y,
+                    VplKind::Image(_) => unreachable!("in light_images"),
                 };
                 let expected = l.intensity * (REFLECTANCE / PI * received);
                 if expected.max_channel() < 1e-3 {

@@ -39,7 +39,7 @@ fn sky() -> Environment {
 }
 
 /// Each pixel of both estimates within their common error, and the whole image more sharply.
-fn agree(b: SceneBuilder, what: &str) {
+pub fn agree(b: SceneBuilder, what: &str) {
     let tracer = tracer(b);
     let sets = 80;
     let mut many = vec![Moments::default(); 36];
@@ -135,7 +135,7 @@ fn light_through_leaves_panes_and_holes() {
 
 /// Our estimate of light transport and the path tracer's, each pixel within their common error; and the whole image more sharply, of which
 /// what VPLs do not carry is at least the share `left_out`.
-fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
+pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
     // Far enough for what it cuts off to matter.
     let lights = VplOptions { count: 300_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };

@@ -567,6 +567,9 @@ fn scene_with(feature: &Feature) -> String {
             "Shape \"hyperboloid\" \"point3 p1\" [1 0 0] \"point3 p2\" [1 0 1]".to_owned()
         }
         ("shape", _) => format!("Shape \"{name}\""),
+        ("light", "goniometric" | "projection") => {
+            format!("LightSource \"{name}\" \"string filename\" \"a.png\"")
+        }
         ("light", _) => format!("LightSource \"{name}\""),
         ("area light", _) => format!("AreaLightSource \"{name}\""),
         ("material", "mix") => "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \

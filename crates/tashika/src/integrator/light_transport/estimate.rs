@@ -54,7 +54,9 @@ impl<'a> Common<'a> {
             emitters: self.emitters,
             lights: (estimator == Estimator::Vpls).then(|| self.lights.tree()),
             choices: self.lights.choices(),
-            transport: Transport::new(clamp_distance).with_glass(Glass::SolidStops),
+            transport: Transport::new(clamp_distance)
+                .with_glass(Glass::SolidStops)
+                .within(self.setting.tracer.scene()),
             max_depth: self.lights.provenance().max_depth,
             bent: None,
         }

@@ -89,8 +89,9 @@ impl GuidedLights {
     /// [`trace_set`](Self::trace_set) do.
     ///
     /// # Errors
-    /// A set without direct VPLs, though the scene has emitters; the truth of a single set.
+    /// A set without direct VPLs, though the scene has emitters; one of another scene's images; the truth of a single set.
     pub fn given(tracer: &Tracer, set: &VplSet, truth: Truth, view: &View<'_>) -> Result<Self> {
+        set.validate_for(tracer.scene())?;
         let provenance = set.provenance();
         if provenance.direct == 0 && !EmitterSampler::new(tracer.scene()).is_empty() {
             let expected = format!("a set with direct VPLs where the truth is {truth}");
@@ -126,7 +127,9 @@ impl GuidedLights {
             emitters: &EmitterSampler::by_use(tracer, &options),
             lights: Some(&tree),
             choices: None,
-            transport: Transport::new(provenance.clamp_distance).with_glass(Glass::SolidStops),
+            transport: Transport::new(provenance.clamp_distance)
+                .with_glass(Glass::SolidStops)
+                .within(tracer.scene()),
             max_depth: provenance.max_depth,
             bent: None,
         };
@@ -204,7 +207,7 @@ impl GuidedLights {
     /// Whether a light is in every set: an emitter that is a point or a single direction.
     pub(super) fn is_given(&self, light: &Vpl) -> bool {
         match light.kind {
-            VplKind::Omni | VplKind::Spot(_) => true,
+            VplKind::Omni | VplKind::Spot(_) | VplKind::Image(_) => true,
             VplKind::Oriented => false,
             VplKind::Directional => self.given_directions.contains(&light.direction),
         }

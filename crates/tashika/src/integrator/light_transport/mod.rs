@@ -135,8 +135,9 @@ impl Integrator for LightTransport<'_> {
     }
 
     fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
-        let transport = Transport::new(self.clamp_distance(0)).with_glass(Glass::SolidStops);
         let (tracer, view) = (setting.tracer, setting.view);
+        let transport =
+            Transport::new(self.clamp_distance(0)).with_glass(Glass::SolidStops).within(tracer.scene());
         let pilot = Pilot { tracer, view, lights: self.lights.tree(), transport };
         let common = Common {
             setting,

@@ -139,7 +139,7 @@ impl<'a> Tashika<'a> {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let number = u64::from(y) << 32 | u64::from(x);
         let key = rng::key(self.options.seed, Purpose::Cut, number);
-        let transport = Transport::new(self.lights.provenance.clamp_distance);
+        let transport = Transport::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
         let points = gather_tree::<UpperAnalytic>(&pixel.points);
         let clusters = Clusters { lights: self.lights.tree, points: &points, transport };
         let samples = Stream::new(key, Purpose::Cut, 0);
@@ -232,7 +232,7 @@ impl<'a> Tashika<'a> {
 
     /// What the neighbourhood of a cell sees of the lights.
     fn about(&self, setting: &Setting<'_>, cell: [u32; 2]) -> CellVisibility<'_> {
-        let transport = Transport::new(self.lights.provenance.clamp_distance);
+        let transport = Transport::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
         let pilot = Pilot { tracer: setting.tracer, view: setting.view, lights: self.lights.tree, transport };
         let visibility = self.pilot.get_or_init(|| PilotVisibility::new(&pilot, self.options.seed));
         visibility.about(&pilot, cell)

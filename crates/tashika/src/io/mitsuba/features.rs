@@ -114,7 +114,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     full("light", "area", "emitting surface, on the side of its normals"),
     full("light", "point", "point"),
     full("light", "spot", "spot"),
-    none("light", "spot texture", "equal intensity about the axis"),
+    full("light", "spot texture", "the image as a slide"),
     full("light", "directional", "parallel light"),
     near("light", "directionalarea", "emitting surface with a cosine lobe"),
     full("light", "constant", "constant environment"),
@@ -123,7 +123,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     near("light", "sun", "parallel light behind the atmosphere of Preetham, Shirley and Smits 1999"),
     near("light", "sunsky", "sun and clear sky of Preetham, Shirley and Smits 1999"),
     none("light", "collimated", "left out"),
-    none("light", "projector", "left out"),
+    full("light", "projector", "the image as a slide"),
     none("light", "second environment", "left out: the first one is seen"),
     // Cameras and films.
     full("camera", "perspective", "pinhole"),

@@ -22,7 +22,8 @@ use crate::color::spectrum::{blackbody, rgb_of_emission, rgb_of_reflectance};
 use crate::error::{Error, Location, Result};
 use crate::io::images::Encoding;
 use crate::scene::{
-    Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Sampling, Texture, TextureId, UvTransform, Wrap,
+    Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, TextureId,
+    UvTransform, Wrap,
 };
 
 /// Reflectance of what cannot be read.
@@ -226,17 +227,7 @@ impl Translation<'_> {
         };
         let encoding = encoding(object);
         let transform = uv_transform(object);
-        let sampling = match object.text("filter_type").map(str::to_ascii_lowercase).as_deref() {
-            Some("nearest") => Sampling::Nearest,
-            Some("ewa") => {
-                self.feature("texture", "filter ewa", &object.at)?;
-                Sampling::Bilinear
-            }
-            _ => Sampling::Bilinear,
-        };
-        let both = object.text("wrap_mode");
-        let (u, v) = (object.text("wrap_mode_u").or(both), object.text("wrap_mode_v").or(both));
-        let wrap = [self.wrap(u, object)?, self.wrap(v, object)?];
+        let Lookup { sampling, wrap } = self.lookup(object)?;
         let channel = match object.text("channel") {
             Some("r") => Channel::R,
             Some("g") => Channel::G,
@@ -252,6 +243,21 @@ impl Translation<'_> {
         };
         let node = Texture::Image(ImageTexture { image, wrap, transform, sampling });
         Ok(Textured { channel, ..self.whole(node)? })
+    }
+
+    /// How a bitmap is looked up.
+    pub(super) fn lookup(&mut self, object: &Object) -> Result<Lookup> {
+        let sampling = match object.text("filter_type").map(str::to_ascii_lowercase).as_deref() {
+            Some("nearest") => Sampling::Nearest,
+            Some("ewa") => {
+                self.feature("texture", "filter ewa", &object.at)?;
+                Sampling::Bilinear
+            }
+            _ => Sampling::Bilinear,
+        };
+        let both = object.text("wrap_mode");
+        let (u, v) = (object.text("wrap_mode_u").or(both), object.text("wrap_mode_v").or(both));
+        Ok(Lookup { sampling, wrap: [self.wrap(u, object)?, self.wrap(v, object)?] })
     }
 
     /// Whether a texture is an image that is not opaque everywhere, of which no channel is chosen.
@@ -299,7 +305,7 @@ impl Translation<'_> {
 }
 
 /// What the eight-bit values of an image stand for.
-fn encoding(object: &Object) -> Encoding {
+pub(super) fn encoding(object: &Object) -> Encoding {
     let raw = object.boolean("raw").unwrap_or(false) | (object.float("gamma") == Some(1.0));
     if raw { Encoding::Linear } else { Encoding::Srgb }
 }

@@ -59,6 +59,7 @@ impl<'a> Translation<'a> {
                 self.builder.add_emitter(Emitter::Point { position, intensity })
             }
             "spot" => self.spot(object),
+            "projector" => self.projector(object),
             "directional" => {
                 let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
                 let own = object.vector("direction");
@@ -107,13 +108,13 @@ impl<'a> Translation<'a> {
         let intensity = self.radiance(object, "intensity", Rgb::WHITE)?;
         let cutoff = object.float_in("cutoff_angle", 0.0..=180.0)?.unwrap_or(20.0);
         let beam = object.float_in("beam_width", 0.0..=360.0)?.unwrap_or(cutoff * 0.75).min(cutoff);
-        if self.document.texture(object, "texture").or(self.document.any_texture(object)).is_some() {
-            self.feature("light", "spot texture", &object.at)?;
-        }
         let cos = |degrees: f64| sin_cos(degrees.to_radians() as f32).1;
         let cos_outer = cos(cutoff).clamp(-1.0, 1.0 - MIN_FADING);
         let cos_inner = cos(beam).clamp(cos_outer + MIN_FADING, 1.0);
         let falloff = Falloff { cos_inner, cos_outer, shape: FalloffShape::LinearInAngle };
+        if self.document.texture(object, "texture").is_some() {
+            return self.spot_through(object, "texture", (intensity, falloff), cutoff);
+        }
         let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
         let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
         self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff })
@@ -227,13 +228,13 @@ fn place_and_time(object: &Object) -> Result<PlaceAndTime> {
     })
 }
 
-fn unit(v: DVec3, object: &Object) -> Result<Vec3> {
+pub(super) fn unit(v: DVec3, object: &Object) -> Result<Vec3> {
     let unit = v.try_normalize().map(|v| v.as_vec3().normalize());
     unit.ok_or_else(|| Error::invalid(object.place(), format!("the direction {v}"), "one that is not zero"))
 }
 
 /// The rotation (or reflection) of a transform, without its scale.
-fn rigid(m: &DMat4, object: &Object) -> Result<Mat3> {
+pub(super) fn rigid(m: &DMat4, object: &Object) -> Result<Mat3> {
     let axes = transforms::orthonormal(m);
     axes.ok_or_else(|| {
         Error::invalid(object.place(), "a transform that flattens space", "one that can be inverted")

@@ -40,6 +40,7 @@ mod reader;
 mod sensors;
 mod serialized;
 mod shapes;
+mod slides;
 mod steps;
 mod sun;
 mod surfaces;
@@ -89,6 +90,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         placed: 0,
         triangles: 0,
         environments: Environments::default(),
+        slides_left: files.options().max_file_bytes,
         camera_names: BTreeSet::new(),
         depth: 0,
     };
@@ -127,6 +129,8 @@ struct Translation<'a> {
     placed: usize,
     triangles: usize,
     environments: Environments,
+    /// Bytes that images of lights may still hold.
+    slides_left: u64,
     camera_names: BTreeSet<String>,
     depth: usize,
 }

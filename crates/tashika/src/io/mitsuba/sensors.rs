@@ -121,7 +121,8 @@ impl<'a> Translation<'a> {
         }
     }
 
-    fn vertical_fov(&mut self, object: &Object, width: f64, height: f64) -> Result<f32> {
+    /// The vertical field of view (radians) of a camera or projector with an image of this size.
+    pub(super) fn vertical_fov(&mut self, object: &Object, width: f64, height: f64) -> Result<f32> {
         let diagonal = (width * width + height * height).sqrt();
         let (half, extent) = match (object.float_in("fov", 1e-3..=179.999)?, object.text("focal_length")) {
             (Some(degrees), _) => {

@@ -17,6 +17,7 @@
 
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 
+use super::image_lights;
 use super::loading::Loading;
 use super::parameters::{Kind, Parameters};
 use super::spectra::{self, Quantity};
@@ -26,18 +27,18 @@ use crate::error::Result;
 use crate::io::images::Encoding;
 use crate::math::elementary::sin_cos;
 use crate::scene::{
-    ColorInput, Emitter, Environment, Falloff, FalloffShape, Image, ImageTexture, NoteKind, Texture,
+    ColorInput, Emitter, Environment, Falloff, FalloffShape, ImageTexture, NoteKind, Texture,
 };
 
 /// Area per steradian of a sphere of radius 1.
-const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
+pub(super) const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
 
 /// Half-angles of spots are kept in this range (degrees), and apart by the least difference.
 const CONE: (f32, f32) = (0.1, 179.0);
 const LEAST_FADE: f32 = 0.05;
 
 /// Frame of the scene's latitude-longitude images to pbrt-v3's: `+y ↦ +z`, `+z ↦ +x`, `+x ↦ −y`.
-const LAT_LONG_OF_PBRT: Mat3 = Mat3::from_cols(Vec3::NEG_Y, Vec3::Z, Vec3::X);
+pub(super) const LAT_LONG_OF_PBRT: Mat3 = Mat3::from_cols(Vec3::NEG_Y, Vec3::Z, Vec3::X);
 
 /// What is seen where no surface is, from all `infinite` lights.
 #[derive(Debug, Default)]
@@ -130,23 +131,8 @@ pub(super) fn light(
             add(loading, p, Emitter::Directional { direction, irradiance })?;
         }
         "infinite" | "exinfinite" => infinite(loading, p, to_world, sky)?,
-        "goniometric" => {
-            let mean = mean_of_map(loading, p)?;
-            let intensity = intensity(loading, p, FOUR_PI)? * mean;
-            let position = point(to_world, DVec3::ZERO);
-            add(loading, p, Emitter::Point { position, intensity })?;
-        }
-        "projection" => {
-            let mean = mean_of_map(loading, p)?;
-            let half = (0.5
-                * p.float("fov").unwrap_or(if loading.version == Version::V3 { 45.0 } else { 90.0 }))
-            .clamp(CONE.0 + LEAST_FADE, CONE.1);
-            let falloff = falloff(half, half - LEAST_FADE, FalloffShape::Smoothstep);
-            let intensity = intensity(loading, p, falloff.solid_angle())? * mean;
-            let position = point(to_world, DVec3::ZERO);
-            let axis = direction(loading, p, to_world, DVec3::Z);
-            add(loading, p, Emitter::Spot { position, axis, intensity, falloff })?;
-        }
+        "goniometric" => image_lights::goniometric(loading, p, to_world)?,
+        "projection" => image_lights::projection(loading, p, to_world)?,
         _ => return Ok(()),
     }
     loading.note_unused(&format!("light {class:?}"), p);
@@ -154,11 +140,12 @@ pub(super) fn light(
 }
 
 /// Adds an emitter whose place is finite.
-fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter) -> Result<()> {
+pub(super) fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter) -> Result<()> {
     let (position, color) = match emitter {
         Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
             (position, intensity)
         }
+        Emitter::Image { position, intensity, .. } => (position, intensity),
         Emitter::Directional { irradiance, .. } => (Vec3::ZERO, irradiance),
     };
     if !position.is_finite() || !color.is_finite() {
@@ -243,7 +230,7 @@ fn infinite(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3, sky:
 }
 
 /// The rotation or reflection of a transform, without its scale.
-fn orthonormal(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Mat3 {
+pub(super) fn orthonormal(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Mat3 {
     let m = to_world.matrix3;
     let frame = m.x_axis.try_normalize().and_then(|x| {
         let y = (m.y_axis - x * x.dot(m.y_axis)).try_normalize()?;
@@ -261,12 +248,12 @@ fn orthonormal(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -
 }
 
 /// The colour of a light, 1 without.
-fn colored(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<Rgb> {
+pub(super) fn colored(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<Rgb> {
     Ok(spectra::color(loading, p, name, Quantity::Light)?.unwrap_or(Rgb::WHITE))
 }
 
 /// `scale`: a number, or in pbrt-v3 a colour.
-fn scale(loading: &mut Loading<'_>, p: &Parameters) -> Result<Rgb> {
+pub(super) fn scale(loading: &mut Loading<'_>, p: &Parameters) -> Result<Rgb> {
     if let Some(scale) = p.float("scale") {
         if scale < 0.0 {
             loading.note(NoteKind::Repaired, "negative scales of lights: 0", p.at());
@@ -277,18 +264,18 @@ fn scale(loading: &mut Loading<'_>, p: &Parameters) -> Result<Rgb> {
 }
 
 /// `I · scale`, and `power` over the solid angle that it fills.
-fn intensity(loading: &mut Loading<'_>, p: &Parameters, solid_angle: f32) -> Result<Rgb> {
+pub(super) fn intensity(loading: &mut Loading<'_>, p: &Parameters, solid_angle: f32) -> Result<Rgb> {
     let intensity = colored(loading, p, "I")? * scale(loading, p)?;
     let power = positive(p, "power", loading.version);
     Ok(intensity * power.map_or(1.0, |power| power / solid_angle))
 }
 
 /// A parameter that pbrt-v4 knows, if it is above 0.
-fn positive(p: &Parameters, name: &str, version: Version) -> Option<f32> {
+pub(super) fn positive(p: &Parameters, name: &str, version: Version) -> Option<f32> {
     if version == Version::V4 { p.float(name).filter(|&value| value > 0.0) } else { None }
 }
 
-fn point(to_world: &DAffine3, p: DVec3) -> Vec3 {
+pub(super) fn point(to_world: &DAffine3, p: DVec3) -> Vec3 {
     to_world.transform_point3(p).as_vec3()
 }
 
@@ -303,30 +290,4 @@ fn direction(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3, loc
         loading.note(NoteKind::Repaired, "lights without direction: along +z", p.at());
         Vec3::Z
     })
-}
-
-/// Mean of a goniometric or projected image, 1 without.
-fn mean_of_map(loading: &mut Loading<'_>, p: &Parameters) -> Result<Rgb> {
-    let Some(name) = p.string(if loading.version == Version::V3 { "mapname" } else { "filename" }) else {
-        return Ok(Rgb::WHITE);
-    };
-    if let Some(&known) = loading.means.get(name) {
-        return Ok(known);
-    }
-    let (files, at) = (loading.files, p.at());
-    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
-    let mean = image.map_or(Rgb::WHITE, |image| mean(&image));
-    loading.means.insert(name.to_owned(), mean);
-    Ok(mean)
-}
-
-fn mean(image: &Image) -> Rgb {
-    let mut sum = crate::color::RgbSum::default();
-    for y in 0..image.height {
-        for x in 0..image.width {
-            sum.add(image.texel(x, y).0);
-        }
-    }
-    let texels = f64::from(image.width) * f64::from(image.height);
-    Rgb::from(sum.channels().map(|c| (c / texels) as f32))
 }

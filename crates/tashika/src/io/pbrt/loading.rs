@@ -1,12 +1,12 @@
 //! What every part of the loader needs: the files, the scene so far, what is to be told.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::features::FEATURES;
+use super::image_lights::Maps;
 use super::lexer::excerpt;
 use super::parameters::Parameters;
 use super::version::Version;
-use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::assets::ImageCache;
 use crate::io::{Feature, SceneFiles};
@@ -28,8 +28,8 @@ pub(super) struct Loading<'f> {
     pub(super) version: Version,
     /// Images by reference.
     pub(super) images: ImageCache,
-    /// Mean colours of the images of lights, by name.
-    pub(super) means: BTreeMap<String, Rgb>,
+    /// The maps of lights.
+    pub(super) maps: Maps,
     /// What is to be told.
     pub(super) notes: Notes,
     named: BTreeSet<String>,
@@ -45,7 +45,7 @@ impl<'f> Loading<'f> {
             builder: SceneBuilder::new(files.name(), Location::file(files.path())),
             version,
             images: ImageCache::new(),
-            means: BTreeMap::new(),
+            maps: Maps::new(),
             notes: Notes::default(),
             named: BTreeSet::new(),
             geometry_left: files.options().max_file_bytes,

@@ -10,7 +10,7 @@
 //! | [`text`], [`version`] | included files; which of the two formats it is |
 //! | [`interpreter`], [`state`], [`transform`] | directives in order, saved states, matrices |
 //! | [`camera`] | camera and film |
-//! | [`lights`] | lights and environments |
+//! | [`lights`], [`image_lights`] | lights and environments; those that shine by an image |
 //! | [`spectra`], [`roughness`] | colours and roughness |
 //! | [`textures`], [`materials`], [`shapes`] | what surfaces are |
 //! | [`features`] | what is understood and how far |
@@ -32,6 +32,7 @@
 
 mod camera;
 mod features;
+mod image_lights;
 mod interpreter;
 mod lexer;
 mod lights;

@@ -1,0 +1,135 @@
+//! Lights that shine through an image: `projector`, and `spot` with a texture.
+//!
+//! ```text
+//! projector   I(ω) = π · scale · irradiance(u, v) / cos³ θ       tan at the rim by fov, fov_axis, focal_length
+//! spot        I(ω) = intensity · texture(u, v) · falloff(θ)      tan at the rim: that of cutoff_angle
+//! ```
+//!
+//! Both look along their own `+z`. Columns of a projector's image run from `+x` to `−x` and rows from `+y` to `−y`, as a camera there would
+//! see them; those of a spot's run from `−x` to `+x` and from `−y` to `+y`.
+//!
+//! Images are `bitmap`s with their filter and wrapping; other textures are approximated by a constant, with a note. All slides together hold no
+//! more than one file may ([`LoadOptions::max_file_bytes`](crate::io::LoadOptions)).
+//!
+//! Held to this by `suite::light_images`, with intensities that Mitsuba 3.9 gives.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3, Mat3, Vec3};
+
+use super::Translation;
+use super::inputs::{GREY, Quantity, encoding};
+use super::lights::{rigid, unit};
+use super::object::Object;
+use crate::color::Rgb;
+use crate::error::{Error, Result};
+use crate::math::elementary::tan;
+use crate::scene::{
+    Emitter, Falloff, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, Spread, Wrap,
+};
+
+/// Bytes that a map holds for each texel: colours, and their density with its guide.
+const BYTES_OF_TEXEL: u64 = 12 + 8 + 2;
+
+/// Widest cutoff of a spot through which an image can shine (degrees).
+const WIDEST: f64 = 89.0;
+
+impl Translation<'_> {
+    /// A projector.
+    pub(super) fn projector(&mut self, object: &Object) -> Result<()> {
+        let scale = object.float_in("scale", 0.0..=1e30)?.unwrap_or(1.0) as f32;
+        let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+        let (image, lookup) = self.slide(object, "irradiance")?;
+        let (width, height) = (f64::from(image.width), f64::from(image.height));
+        let half = tan(0.5 * self.vertical_fov(object, width, height)?);
+        let tan = [half * (width / height) as f32, half];
+        let intensity = Rgb::gray(std::f32::consts::PI * scale);
+        let turned = Mat3::from_diagonal(Vec3::new(-1.0, -1.0, 1.0));
+        let frame = rigid(&to_world, object)? * turned;
+        let spread = Spread::Slide { tan, weight: SlideWeight::Screen };
+        let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
+        self.add_slide(object, IntensityMap::new(image, spread, lookup), position, intensity, frame)
+    }
+
+    /// A spot whose image is the texture of that name.
+    pub(super) fn spot_through(
+        &mut self,
+        object: &Object,
+        texture: &str,
+        (intensity, falloff): (Rgb, Falloff),
+        cutoff: f64,
+    ) -> Result<()> {
+        let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
+        let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
+        if cutoff > WIDEST {
+            let message = "textures of spots with a cutoff beyond 89°: left out";
+            self.notes.push(NoteKind::Approximated, message, object.place_of("cutoff_angle"));
+            let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
+            return self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff });
+        }
+        let (image, lookup) = self.slide(object, texture)?;
+        let half = tan(cutoff.to_radians() as f32);
+        let spread = Spread::Slide { tan: [half; 2], weight: SlideWeight::Spot(falloff) };
+        let frame = rigid(&to_world, object)?;
+        self.add_slide(object, IntensityMap::new(image, spread, lookup), position, intensity, frame)
+    }
+
+    fn add_slide(
+        &mut self,
+        object: &Object,
+        map: Option<IntensityMap>,
+        position: Vec3,
+        intensity: Rgb,
+        to_world: Mat3,
+    ) -> Result<()> {
+        // A black image.
+        let Some(map) = map.map(Arc::new) else { return Ok(()) };
+        if !position.is_finite() || !(intensity * map.brightest()).is_finite() {
+            self.notes.push(NoteKind::Repaired, "lights that are not finite: left out", object.at.clone());
+            return Ok(());
+        }
+        self.builder.add_image_light(&map, position, intensity, to_world)
+    }
+
+    /// The image of a parameter, and how it is looked up; one texel of a constant.
+    fn slide(&mut self, object: &Object, name: &str) -> Result<(Image, Lookup)> {
+        let document = self.document;
+        let Some(texture) = document.texture(object, name).filter(|texture| texture.plugin == "bitmap")
+        else {
+            let color = self.constant_color(object, &[name], Quantity::Radiance, GREY)?;
+            return Ok(constant(color));
+        };
+        self.meet("texture", texture, "grey of 0.5")?;
+        let texture_lookup = self.lookup(texture)?;
+        if texture.transform("to_uv").is_some() {
+            let message = "to_uv of the images of lights: left out";
+            self.notes.push(NoteKind::Approximated, message, texture.place_of("to_uv"));
+        }
+        texture.accept(&["accel", "format", "max_anisotropy", "cache", "filter", "channel", "gamma", "raw"]);
+        let Some(reference) = texture.text("filename") else {
+            let message = "bitmap without a file: grey of 0.5";
+            self.notes.push(NoteKind::Repaired, message, texture.at.clone());
+            return Ok(constant(GREY));
+        };
+        let reference = self.find(reference, texture);
+        let encoding = encoding(texture);
+        let image = self.images.read(self.files, &reference, encoding, &texture.at, &mut self.builder)?;
+        let Some(image) = image else { return Ok(constant(GREY)) };
+        let bytes = u64::from(image.width) * u64::from(image.height) * BYTES_OF_TEXEL;
+        self.slides_left = self.slides_left.checked_sub(bytes).ok_or_else(|| {
+            let limit = self.files.options().max_file_bytes;
+            Error::invalid(
+                object.place(),
+                "images of lights beyond the limit",
+                format!("at most {limit} bytes"),
+            )
+        })?;
+        Ok((image, texture_lookup))
+    }
+}
+
+fn constant(color: Rgb) -> (Image, Lookup) {
+    let pixels = Pixels::Float(vec![color.to_array()]);
+    let image = Image { name: "constant".into(), width: 1, height: 1, pixels };
+    (image, Lookup { sampling: Sampling::Nearest, wrap: [Wrap::Clamp; 2] })
+}

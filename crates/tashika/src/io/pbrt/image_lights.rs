@@ -1,0 +1,185 @@
+//! Lights that shine by an image: `goniometric` and `projection`.
+//!
+//! With `I`, `scale` and `power` as the file gives them:
+//!
+//! ```text
+//! goniometric   intensity   I · scale · map(ω)             · power / ∫ map dω     of pbrt-v4: the mean of the map's channels
+//! projection    intensity   scale · map(u, v)              · power / ∫ map dω     of pbrt-v3: times I
+//! ```
+//!
+//! where the last factor is there if the parameter is, in pbrt-v4, whose power is a luminance. Maps of pbrt-v4 are looked up by the nearest
+//! texel, those of pbrt-v3 bilinearly and repeated beyond their sides.
+//!
+//! * A goniometric map of pbrt-v3 is latitude-longitude, that of pbrt-v4 octahedral; the pole of both is the light's `+y`, `u = 0` of the
+//!   first its `+x`, from where it turns towards `+z`. Both formats swap `y` and `z` of a direction first, which is a reflection.
+//! * A slide shines along `+z`; `fov` spans its shorter side. Its top row is at the light's `−y` in pbrt-v3, at `+y` in pbrt-v4.
+//!
+//! A map that several lights share is kept once. Source: Pharr et al. 2023, chapter 12; the format descriptions. Held to this by
+//! `suite::light_images`.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Mat3, Vec3};
+
+use super::lights::{FOUR_PI, LAT_LONG_OF_PBRT, colored, intensity, orthonormal, point, positive, scale};
+use super::loading::Loading;
+use super::parameters::Parameters;
+use super::version::Version;
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::io::images::Encoding;
+use crate::math::elementary::tan;
+use crate::scene::{
+    Emitter, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, Spread, Wrap,
+};
+
+/// Maps of lights so far, by file and spread; none where the image could not be read or is black.
+pub(super) type Maps = std::collections::BTreeMap<(String, MapKind), Option<Arc<IntensityMap>>>;
+
+/// What one image may be the map of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum MapKind {
+    /// All directions.
+    Goniometric,
+    /// A slide with the bits of its field of view.
+    Slide(u32),
+}
+
+/// Bytes that a map holds for each texel: colours, and their density with its guide.
+const BYTES_OF_TEXEL: usize = 12 + 8 + 2;
+
+/// Fields of view are kept in this range (degrees).
+const FIELD_OF_VIEW: (f32, f32) = (0.1, 179.0);
+
+/// Turned so that `y` and `z` are swapped.
+const SWAPPED: Mat3 = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
+
+/// Upside down.
+const FLIPPED: Mat3 = Mat3::from_cols(Vec3::X, Vec3::NEG_Y, Vec3::Z);
+
+/// `LightSource "goniometric"`.
+pub(super) fn goniometric(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Result<()> {
+    let own = (colored(loading, p, "I")? * scale(loading, p)?, positive(p, "power", loading.version));
+    let position = point(to_world, DVec3::ZERO);
+    let Some(name) = name_of_map(loading, p) else {
+        let intensity = intensity(loading, p, FOUR_PI)?;
+        return super::lights::add(loading, p, Emitter::Point { position, intensity });
+    };
+    let v4 = loading.version == Version::V4;
+    let map = map(loading, p, &name, MapKind::Goniometric, |image| {
+        let spread = if v4 { Spread::Octahedral } else { Spread::LatLong };
+        let image = if v4 { grey(&image) } else { image };
+        IntensityMap::new(image, spread, lookup(v4))
+    })?;
+    let frame = if v4 { SWAPPED } else { SWAPPED * LAT_LONG_OF_PBRT };
+    let turn = orthonormal(loading, p, to_world);
+    add(loading, p, map, own, position, turn * frame)
+}
+
+/// `LightSource "projection"`.
+pub(super) fn projection(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Result<()> {
+    let v4 = loading.version == Version::V4;
+    let factor = if v4 { Rgb::WHITE } else { colored(loading, p, "I")? };
+    let own = (factor * scale(loading, p)?, positive(p, "power", loading.version));
+    let said = p.float("fov").unwrap_or(if v4 { 90.0 } else { 45.0 });
+    let fov = said.clamp(FIELD_OF_VIEW.0, FIELD_OF_VIEW.1);
+    if fov != said {
+        loading.note(NoteKind::Repaired, "fields of view of projections: moved to 0.1° to 179°", p.at());
+    }
+    let position = point(to_world, DVec3::ZERO);
+    let spread = |image: &Image| {
+        let half = tan(0.5 * fov.to_radians());
+        let aspect = image.width as f32 / image.height as f32;
+        let tan = if aspect > 1.0 { [half * aspect, half] } else { [half, half / aspect] };
+        Spread::Slide { tan, weight: SlideWeight::Even }
+    };
+    let slide = |image: Image| {
+        let spread = spread(&image);
+        IntensityMap::new(image, spread, lookup(v4))
+    };
+    let map = match name_of_map(loading, p) {
+        Some(name) => map(loading, p, &name, MapKind::Slide(fov.to_bits()), slide)?,
+        None => {
+            if v4 {
+                let message = "projections without an image: a white square";
+                loading.note(NoteKind::Repaired, message, p.at());
+            }
+            slide(white()).map(Arc::new)
+        }
+    };
+    let frame = if v4 { FLIPPED } else { Mat3::IDENTITY };
+    let turn = orthonormal(loading, p, to_world);
+    add(loading, p, map, own, position, turn * frame)
+}
+
+/// How the formats look a map up.
+fn lookup(v4: bool) -> Lookup {
+    let sampling = if v4 { Sampling::Nearest } else { Sampling::Bilinear };
+    Lookup { sampling, wrap: [if v4 { Wrap::Clamp } else { Wrap::Repeat }; 2] }
+}
+
+/// The name of an image, if there is one.
+fn name_of_map(loading: &Loading<'_>, p: &Parameters) -> Option<String> {
+    let name = p.string(if loading.version == Version::V3 { "mapname" } else { "filename" });
+    name.filter(|name| !name.is_empty()).map(str::to_owned)
+}
+
+/// The map of a name, made once.
+fn map(
+    loading: &mut Loading<'_>,
+    p: &Parameters,
+    name: &str,
+    kind: MapKind,
+    make: impl FnOnce(Image) -> Option<IntensityMap>,
+) -> Result<Option<Arc<IntensityMap>>> {
+    let key = (name.to_owned(), kind);
+    if let Some(known) = loading.maps.get(&key) {
+        return Ok(known.clone());
+    }
+    let (files, at) = (loading.files, p.at());
+    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let mut found = None;
+    if let Some(image) = image {
+        loading.hold(image.width as usize * image.height as usize * BYTES_OF_TEXEL, &at)?;
+        found = make(image).map(Arc::new);
+    }
+    loading.maps.insert(key, found.clone());
+    Ok(found)
+}
+
+/// Adds a light of a map: the intensity where the map has 1, and the power, if that is said.
+fn add(
+    loading: &mut Loading<'_>,
+    p: &Parameters,
+    map: Option<Arc<IntensityMap>>,
+    (mut intensity, power): (Rgb, Option<f32>),
+    position: Vec3,
+    to_world: Mat3,
+) -> Result<()> {
+    // The image was black, or a note has told that it could not be read.
+    let Some(map) = map else { return Ok(()) };
+    if let Some(power) = power {
+        intensity *= power / map.integral().luminance().max(f32::MIN_POSITIVE);
+    }
+    if !position.is_finite() || !(intensity * map.brightest()).is_finite() {
+        loading.note(NoteKind::Repaired, "lights that are not finite: left out", p.at());
+        return Ok(());
+    }
+    loading.builder.add_image_light(&map, position, intensity, to_world)
+}
+
+/// What pbrt-v3 projects without an image.
+fn white() -> Image {
+    Image { name: "white".into(), width: 1, height: 1, pixels: Pixels::Float(vec![[1.0; 3]]) }
+}
+
+/// The mean of the channels.
+fn grey(image: &Image) -> Image {
+    let texels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    let mean = |(x, y)| {
+        let Rgb { r, g, b } = image.texel(x, y).0;
+        // Divided first: the sum may be more than there is.
+        [r / 3.0 + g / 3.0 + b / 3.0; 3]
+    };
+    Image { pixels: Pixels::Float(texels.map(mean).collect()), name: image.name.clone(), ..*image }
+}

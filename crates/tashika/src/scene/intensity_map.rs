@@ -1,0 +1,344 @@
+//! Intensity by direction, from an image: photometric data of lamps, slides of projectors.
+//!
+//! ```text
+//! I(ω) = I₀ · t(ω)         t(ω) = image(u, v) · w(ω) / b      ≤ 1 in each channel
+//! ```
+//!
+//! with the brightest intensity `I₀` (W·sr⁻¹), the layout that takes a direction to `(u, v)`, its weight `w` and the largest `b` that
+//! `image · w` can be. Directions are drawn by a density that is constant over each texel of the image, in proportion to its mean
+//! luminance, weight and solid angle; it is above zero wherever `t` is.
+//!
+//! # Guarantee
+//! No channel of `t` exceeds 1, also as `f32` has it: a light of intensity `I₀` in all directions bounds it. Light that is drawn and
+//! divided by its density is unbiased whatever the image. Held to this by the tests below and by `suite::light_images`.
+
+use std::sync::Arc;
+
+use glam::{Mat3, Vec2, Vec3};
+
+use super::SphereMap;
+use super::texels::means_of_bilinear;
+use super::{Falloff, Image, Sampling, Wrap};
+use crate::color::Rgb;
+use crate::stats::Piecewise2d;
+
+/// Where the light of an image goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// All directions, latitude-longitude: pole `+y`, `−z` at `u = 0.5`, `+x` at `u = 0.75`.
+    LatLong,
+    /// All directions, octahedral with equal areas: pole `+z`, `+x` at `u = 1`, `+y` at `v = 1`.
+    Octahedral,
+    /// Through a pinhole along `+z`: `x/z = (2u − 1) · tan₀`, `y/z = (2v − 1) · tan₁`, `v` from the top row.
+    Slide {
+        /// Half the size of the image at distance 1; above 0, finite.
+        tan: [f32; 2],
+        /// What the image is multiplied with.
+        weight: SlideWeight,
+    },
+}
+
+/// What the image of a slide is multiplied with, at the angle `θ` from the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlideWeight {
+    /// 1: texels are intensities.
+    Even,
+    /// `1/cos³ θ`: a screen across the axis is lit as the image says.
+    Screen,
+    /// That of a spot.
+    Spot(Falloff),
+}
+
+/// How values between texels are made, and what is beyond the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lookup {
+    /// Between texels.
+    pub sampling: Sampling,
+    /// Beyond the sides, and beyond top and bottom: what bilinear lookups at the edge mix in. Slides only; spheres close.
+    pub wrap: [Wrap; 2],
+}
+
+/// An intensity by direction, in a frame of its own.
+#[derive(Debug)]
+pub struct IntensityMap {
+    image: Image,
+    spread: Spread,
+    lookup: Lookup,
+    /// The largest values of image and weight (`b`), by channel.
+    brightest: Rgb,
+    /// `∫ image · w dω` (sr).
+    integral: Rgb,
+    density: Piecewise2d,
+}
+
+/// What rounding may add to a weight.
+const ROUNDED: f32 = 1.0 + 1e-5;
+
+impl IntensityMap {
+    /// The map of an image whose texels are finite and not negative; none if it is black.
+    pub fn new(image: Image, spread: Spread, lookup: Lookup) -> Option<Self> {
+        let wrap = match spread {
+            Spread::LatLong => SphereMap::LatLong.wrap(),
+            Spread::Octahedral => SphereMap::EqualArea.wrap(),
+            Spread::Slide { .. } => lookup.wrap,
+        };
+        let lookup = Lookup { wrap, ..lookup };
+        let (w, h) = (image.width as usize, image.height as usize);
+        let texels: Vec<Rgb> = (0..w * h)
+            .map(|i| image.texel((i % w) as u32, (i / w) as u32).0)
+            // What is no radiance is refused by the builder; it must not break the tables.
+            .map(|c| if c.is_valid() { c } else { Rgb::BLACK })
+            .collect();
+        let luminance: Vec<f64> = texels.iter().map(|c| f64::from(c.luminance())).collect();
+        let mut weights = match lookup.sampling {
+            Sampling::Bilinear => means_of_bilinear(&luminance, w, wrap),
+            Sampling::Nearest => luminance,
+        };
+        let mut integral = [0.0f64; 3];
+        let mut brightest = Rgb::BLACK;
+        for (i, (texel, weight)) in texels.iter().zip(&mut weights).enumerate() {
+            let [x, y] = [i % w, i / w];
+            let place = [(x as f32 + 0.5) / w as f32, (y as f32 + 0.5) / h as f32];
+            let d = spread.direction(place);
+            let solid_angle = spread.solid_angle(d) / (w * h) as f32;
+            let here = spread.weight(d) * solid_angle;
+            for (sum, c) in integral.iter_mut().zip(texel.to_array()) {
+                *sum += f64::from(c * here);
+            }
+            // A texel at the rim of a spot may be lit in a part of it only.
+            let nearest = |k: usize, n: usize| 0.5f32.clamp(k as f32 / n as f32, (k + 1) as f32 / n as f32);
+            let lit = match spread {
+                Spread::Slide { weight: SlideWeight::Spot(_), .. } => {
+                    spread.weight(spread.direction([nearest(x, w), nearest(y, h)])) * solid_angle
+                }
+                _ => here,
+            };
+            *weight *= f64::from(lit);
+            brightest = brightest.zip(*texel, f32::max);
+        }
+        let density = Piecewise2d::new(&weights, w)?;
+        let brightest = brightest * spread.largest_weight();
+        let integral = Rgb::from(integral.map(|sum| sum as f32));
+        Some(Self { image, spread, lookup, brightest, integral, density })
+    }
+
+    pub(super) fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// The largest values of image and weight, by channel: what the brightest intensity is to be multiplied with.
+    pub fn brightest(&self) -> Rgb {
+        self.brightest
+    }
+
+    /// Image and weight over all directions, `∫ image · w dω`, by the midpoints of the texels (sr).
+    pub fn integral(&self) -> Rgb {
+        self.integral
+    }
+
+    /// The cosine of the widest angle from `+z` under which it shines, −1 for all directions.
+    pub fn cos_outer(&self) -> f32 {
+        match self.spread {
+            Spread::LatLong | Spread::Octahedral => -1.0,
+            Spread::Slide { tan: [x, y], weight } => {
+                let corner = 1.0 / (1.0 + x * x + y * y).sqrt() / ROUNDED;
+                match weight {
+                    SlideWeight::Spot(falloff) => corner.max(falloff.cos_outer),
+                    SlideWeight::Even | SlideWeight::Screen => corner,
+                }
+            }
+        }
+    }
+
+    /// `t` in a unit direction: at most 1 in each channel.
+    fn relative(&self, d: Vec3) -> Rgb {
+        let Some([u, v]) = self.spread.place(d) else { return Rgb::BLACK };
+        let uv = Vec2::new(u, v);
+        let texel = match self.lookup.sampling {
+            Sampling::Bilinear => self.image.bilinear(uv, self.lookup.wrap),
+            Sampling::Nearest => self.image.nearest(uv, [Wrap::Clamp; 2]),
+        };
+        let value = (texel.0 * self.spread.weight(d)).to_array();
+        let brightest = self.brightest.to_array();
+        let share = |k: usize| if brightest[k] > 0.0 { (value[k] / brightest[k]).min(1.0) } else { 0.0 };
+        Rgb::new(share(0), share(1), share(2))
+    }
+
+    /// A unit direction, and its density (sr⁻¹).
+    fn sample(&self, u: [f32; 2]) -> (Vec3, f32) {
+        let (place, density) = self.density.sample(u.map(f64::from));
+        let d = self.spread.direction(place.map(|v| v as f32));
+        (d, (density / f64::from(self.spread.solid_angle(d))) as f32)
+    }
+}
+
+impl Spread {
+    /// Where in the image a unit direction is, if it is there.
+    fn place(self, d: Vec3) -> Option<[f32; 2]> {
+        match self {
+            Self::LatLong => Some(SphereMap::LatLong.place(d)),
+            Self::Octahedral => Some(SphereMap::EqualArea.place(d)),
+            Self::Slide { tan, .. } => {
+                let at = [d.x, d.y].map(|v| v / d.z);
+                let place = [0, 1].map(|k| 0.5 + 0.5 * (at[k] / tan[k]));
+                let is_inside = d.z > 0.0 && place.iter().all(|v| (0.0..=1.0).contains(v));
+                is_inside.then_some(place)
+            }
+        }
+    }
+
+    fn direction(self, [u, v]: [f32; 2]) -> Vec3 {
+        match self {
+            Self::LatLong => SphereMap::LatLong.direction([u, v]),
+            Self::Octahedral => SphereMap::EqualArea.direction([u, v]),
+            Self::Slide { tan: [x, y], .. } => {
+                Vec3::new((2.0 * u - 1.0) * x, (2.0 * v - 1.0) * y, 1.0).normalize()
+            }
+        }
+    }
+
+    /// Solid angle over the area of the image, at a unit direction (sr).
+    fn solid_angle(self, d: Vec3) -> f32 {
+        match self {
+            Self::LatLong => SphereMap::LatLong.solid_angle(d),
+            Self::Octahedral => SphereMap::EqualArea.solid_angle(d),
+            Self::Slide { tan: [x, y], .. } => 4.0 * x * y * (d.z * d.z * d.z),
+        }
+    }
+
+    fn weight(self, d: Vec3) -> f32 {
+        match self {
+            Self::LatLong | Self::Octahedral | Self::Slide { weight: SlideWeight::Even, .. } => 1.0,
+            Self::Slide { weight: SlideWeight::Screen, .. } => 1.0 / (d.z * d.z * d.z),
+            Self::Slide { weight: SlideWeight::Spot(falloff), .. } => falloff.at(d.z),
+        }
+    }
+
+    fn largest_weight(self) -> f32 {
+        match self {
+            Self::Slide { tan: [x, y], weight: SlideWeight::Screen } => {
+                let squared = 1.0 + x * x + y * y;
+                squared * squared.sqrt() * ROUNDED
+            }
+            _ => 1.0,
+        }
+    }
+}
+
+/// A map in the scene, turned to where its light shines.
+#[derive(Clone, Debug)]
+pub struct AimedMap {
+    map: Arc<IntensityMap>,
+    to_local: Mat3,
+}
+
+impl AimedMap {
+    /// A map that is turned by the rotation (or reflection) `to_world`.
+    pub(super) fn new(map: Arc<IntensityMap>, to_world: Mat3) -> Self {
+        Self { map, to_local: to_world.transpose() }
+    }
+
+    /// The map.
+    pub fn map(&self) -> &IntensityMap {
+        &self.map
+    }
+
+    /// The unit axis: `+z` of the map's frame.
+    pub(super) fn axis(&self) -> Vec3 {
+        (self.to_local.transpose() * Vec3::Z).normalize()
+    }
+
+    /// Which share of the brightest intensity goes into a unit direction: at most 1 in each channel.
+    pub fn relative(&self, direction: Vec3) -> Rgb {
+        self.map.relative(self.to_local * direction)
+    }
+
+    /// A unit direction, and its density (sr⁻¹).
+    pub fn sample(&self, u: [f32; 2]) -> (Vec3, f32) {
+        let (local, density) = self.map.sample(u);
+        ((self.to_local.transpose() * local).normalize(), density)
+    }
+
+    /// The numbers that [`AimedMap::sample`] takes to a unit direction; any where it does not shine.
+    pub fn inverse(&self, direction: Vec3) -> [f32; 2] {
+        let place = self.map.spread.place(self.to_local * direction).unwrap_or_default();
+        self.map.density.inverse(place.map(f64::from)).map(|u| (u as f32).min(1.0f32.next_down()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+    use crate::scene::{FalloffShape, Pixels};
+    use crate::stats::Moments;
+    use crate::warp;
+
+    /// Maps of every spread, weight and lookup, turned.
+    fn maps() -> Vec<AimedMap> {
+        let pixels: Vec<[f32; 3]> = (0..42)
+            .map(|i| if i % 5 < 2 { [0.0; 3] } else { [0.1 * i as f32, 3.0, f32::from(i % 7 == 0)] })
+            .collect();
+        let image = || Image { name: "i".into(), width: 7, height: 6, pixels: Pixels::Float(pixels.clone()) };
+        let falloff = Falloff { cos_inner: 0.95, cos_outer: 0.85, shape: FalloffShape::LinearInAngle };
+        let slide = |weight| Spread::Slide { tan: [0.9, 0.5], weight };
+        let spreads = [
+            Spread::LatLong,
+            Spread::Octahedral,
+            slide(SlideWeight::Even),
+            slide(SlideWeight::Screen),
+            slide(SlideWeight::Spot(falloff)),
+        ];
+        let turn = Mat3::from_rotation_x(0.4) * Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+        let mut maps = Vec::new();
+        for spread in spreads {
+            for sampling in [Sampling::Bilinear, Sampling::Nearest] {
+                for wrap in [Wrap::Repeat, Wrap::Black] {
+                    let map = IntensityMap::new(image(), spread, Lookup { sampling, wrap: [wrap; 2] });
+                    maps.push(AimedMap::new(Arc::new(map.unwrap()), turn));
+                }
+            }
+        }
+        maps
+    }
+
+    /// Light that is drawn is all that there is: its mean is that over uniform directions; and where there is light, there is density.
+    #[test]
+    fn drawn_directions_carry_the_whole_light() {
+        for map in maps() {
+            let mut s = Stream::new(1, Purpose::Test, 0);
+            let (mut drawn, mut uniform) = (Moments::default(), Moments::default());
+            let mut integral = Moments::default();
+            for _ in 0..200_000 {
+                let (direction, density) = map.sample(s.uniform_2());
+                let t = map.relative(direction);
+                assert!(t.max_channel() <= 1.0 && density > 0.0);
+                drawn.push(f64::from(t.luminance() / density));
+                integral.push(f64::from(((t * map.map().brightest()) / density).luminance()));
+                let u = warp::sphere(s.uniform_2());
+                let t = map.relative(u);
+                uniform.push(f64::from(t.luminance()) * 4.0 * std::f64::consts::PI);
+                assert!(t.is_black() || map.axis().dot(u) > map.map().cos_outer() - 1e-6);
+            }
+            let error = drawn.standard_error().hypot(uniform.standard_error());
+            let found = (drawn.mean(), uniform.mean());
+            assert!((found.0 - found.1).abs() < 5.0 * error && error < 0.02 * found.1, "{found:?} ± {error}");
+            // By midpoints of texels a third of the image wide, at most.
+            let by_midpoints = f64::from(map.map().integral().luminance());
+            assert!((integral.mean() / by_midpoints - 1.0).abs() < 0.3, "{} {by_midpoints}", integral.mean());
+        }
+    }
+
+    #[test]
+    fn numbers_lead_to_directions_and_back() {
+        let mut s = Stream::new(2, Purpose::Test, 0);
+        for map in maps() {
+            for _ in 0..2000 {
+                let u = s.uniform_2();
+                let (direction, _) = map.sample(u);
+                let again = map.sample(map.inverse(direction)).0;
+                assert!((again - direction).length() < 1e-3, "{u:?}: {direction} {again}");
+            }
+        }
+    }
+}
