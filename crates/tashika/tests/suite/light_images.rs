@@ -109,7 +109,7 @@ fn a_slide_on_a_plane_follows_its_formula() {
     let estimates = Exact::new(&set).estimate(&setting, &Window::full([24, 24]));
     let (mut lit, mut dark) = (0, 0);
     for (i, e) in (0..).zip(estimates) {
-        let (ray, _) = view.camera_ray([i % 24, i / 24], 0);
+        let ray = view.camera_ray([i % 24, i / 24], 0).0.unwrap();
         let x = ray.at(-ray.origin.y / ray.direction.y);
         // On a screen across the axis, at a distance of 2, the irradiance is I₀ texel / 4, whatever the angle.
         let place = [(x.x - at.x) / 2.0 / 0.45, (x.z - at.z) / 2.0 / 0.3];
