@@ -2,7 +2,7 @@
 //!
 //! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the provenance as JSON, number of VPLs
 //! (u64), then 48 bytes each: position, direction, intensity (3 × f32), kind (u32: 0 omni, 1 oriented, 2 spot,
-//! 3 directional, 4 and 5 spots with other fall-offs, 6 image), cosines of the inner and outer cone (f32, zero unless spot; of an image
+//! 3 directional, 4, 5 and 7 spots with other fall-offs, 6 image), cosines of the inner and outer cone (f32, zero unless spot; of an image
 //! the number of its map as u32, and the cosine). The maps are the scene's: a set is for the scene that it was traced in. The length must be exactly that.
 
 use std::fs::File;
@@ -109,15 +109,15 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
             Error::invalid(
                 at().item(format!("VPL {i}")),
                 "a position, direction, intensity or kind that no VPL has",
-                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 6",
+                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 7",
             )
         })?);
     }
     Ok(VplSet::new(lights, provenance))
 }
 
-const SPOT_SHAPES: [FalloffShape; 3] =
-    [FalloffShape::Squared, FalloffShape::Smoothstep, FalloffShape::LinearInAngle];
+const SPOT_SHAPES: [FalloffShape; 4] =
+    [FalloffShape::Squared, FalloffShape::Smoothstep, FalloffShape::LinearInAngle, FalloffShape::Fourth];
 
 /// The kind of a record of a spot light.
 fn spot_code(shape: FalloffShape) -> u32 {
@@ -125,6 +125,7 @@ fn spot_code(shape: FalloffShape) -> u32 {
         FalloffShape::Squared => 2,
         FalloffShape::Smoothstep => 4,
         FalloffShape::LinearInAngle => 5,
+        FalloffShape::Fourth => 7,
     }
 }
 

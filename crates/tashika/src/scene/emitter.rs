@@ -10,8 +10,10 @@ use crate::math::elementary::acos;
 pub enum FalloffShape {
     /// `s²` of the cosine's share `s` (glTF, `KHR_lights_punctual`).
     Squared,
-    /// `s² (3 − 2s)` of the cosine's share (pbrt).
+    /// `s² (3 − 2s)` of the cosine's share (pbrt-v4).
     Smoothstep,
+    /// `s⁴` of the cosine's share (pbrt-v3).
+    Fourth,
     /// The angle's share (Mitsuba).
     LinearInAngle,
 }
@@ -44,6 +46,10 @@ impl Falloff {
                 let s = share(cos, self.cos_inner, self.cos_outer);
                 s * s * (3.0 - 2.0 * s)
             }
+            FalloffShape::Fourth => {
+                let s = share(cos, self.cos_inner, self.cos_outer);
+                (s * s) * (s * s)
+            }
             FalloffShape::LinearInAngle => share(angle(cos), angle(self.cos_inner), angle(self.cos_outer)),
         }
     }
@@ -51,13 +57,14 @@ impl Falloff {
     /// Solid angle weighted by the factor, `∫ at(cos θ) dω` (sr).
     ///
     /// ```text
-    /// 2π (1 − c_i + w)      w = (c_i − c_o)/3, (c_i − c_o)/2, c_i − (sin θ_o − sin θ_i)/(θ_o − θ_i)   by shape
+    /// 2π (1 − c_i + w)      w = (c_i − c_o)/3, (c_i − c_o)/2, (c_i − c_o)/5, c_i − (sin θ_o − sin θ_i)/(θ_o − θ_i)   by shape
     /// ```
     pub fn solid_angle(&self) -> f32 {
         let (inner, outer) = (self.cos_inner, self.cos_outer);
         let fading = match self.shape {
             FalloffShape::Squared => (inner - outer) / 3.0,
             FalloffShape::Smoothstep => (inner - outer) / 2.0,
+            FalloffShape::Fourth => (inner - outer) / 5.0,
             FalloffShape::LinearInAngle => {
                 let sin = |cos: f32| (1.0 - cos * cos).max(0.0).sqrt();
                 inner - (sin(outer) - sin(inner)) / (angle(outer) - angle(inner))
@@ -139,7 +146,8 @@ mod tests {
 
     #[test]
     fn solid_angle_is_the_integral_of_the_falloff() {
-        for shape in [FalloffShape::Squared, FalloffShape::Smoothstep, FalloffShape::LinearInAngle] {
+        let shapes = [FalloffShape::Squared, FalloffShape::Smoothstep, FalloffShape::Fourth];
+        for shape in shapes.into_iter().chain([FalloffShape::LinearInAngle]) {
             let f = Falloff { cos_inner: 0.9, cos_outer: 0.5, shape };
             let n = 100_000;
             let sum: f64 = (0..n).map(|i| f64::from(f.at(-1.0 + 2.0 * (i as f32 + 0.5) / n as f32))).sum();

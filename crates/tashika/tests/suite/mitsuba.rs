@@ -526,6 +526,31 @@ fn environment_maps_have_mitsubas_axes() {
     }
 }
 
+/// The texel of row 2 and column 5 of 16×8, turned: directions in which Mitsuba 3.9.1 sees the middle of its light, whose rows reach from pole to pole,
+/// half a row nearer to them than here.
+#[test]
+fn environment_maps_are_turned_as_mitsuba_turns_them() {
+    let mut bytes = b"PF\n16 8\n-1.0\n".to_vec();
+    for i in 0..16 * 8 {
+        let texel = if i == 5 * 16 + 5 { [100.0f32, 50.0, 25.0] } else { [0.0; 3] };
+        bytes.extend(texel.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    for (transform, direction) in [
+        ("", [0.6607, 0.6071, 0.4415]),
+        ("<rotate x=\"1\" angle=\"90\"/>", [0.6607, -0.4415, 0.6071]),
+        ("<rotate y=\"1\" angle=\"40\"/>", [0.79, 0.6071, -0.0858]),
+        ("<scale x=\"-1\"/><rotate z=\"1\" angle=\"30\"/>", [-0.8757, 0.1955, 0.4415]),
+    ] {
+        let body = format!(
+            "<emitter type=\"envmap\"><string name=\"filename\" value=\"e.pfm\"/><float name=\"scale\" value=\"2\"/>\
+             <transform name=\"to_world\">{transform}</transform></emitter>"
+        );
+        let scene = load_version("3.0.0", &body, &[("e.pfm", &bytes)]);
+        let seen = scene.environment().unwrap().radiance(Vec3::from(direction).normalize());
+        assert!(seen.r > 160.0 && (seen.g / seen.r - 0.5).abs() < 1e-4, "{transform:?}: {seen:?}");
+    }
+}
+
 #[test]
 fn skies_have_their_up_where_the_version_has_it() {
     for (version, up, side) in [("3.0.0", Vec3::Z, Vec3::X), ("0.6.0", Vec3::Y, Vec3::X)] {

@@ -56,8 +56,10 @@ fn lights_without_extent_follow_their_parameters() {
     let Emitter::Spot { intensity, .. } = only(V4, &format!("{spot} \"float power\" 10")) else { panic!() };
     // 2π ((1 − cos 30°) + (cos 30° − cos 60°) / 2)
     assert!(close(intensity, [10.0 / 1.991_787; 3], 1e-4), "{intensity:?}");
-    let old = scene(&format!("{V3} {spot} WorldEnd"));
-    assert!(noted(&old, NoteKind::Approximated, "spots of pbrt-v3"));
+    let Emitter::Spot { falloff: old, .. } = only(V3, &format!("{spot} WorldEnd")) else { panic!() };
+    assert_eq!(old.shape, FalloffShape::Fourth);
+    // Half of the way between the cosines.
+    assert!((old.at(0.683_012_7) - 0.0625).abs() < 1e-5, "{}", old.at(0.683_012_7));
 
     let distant = "Rotate 90 0 0 1 LightSource \"distant\" \"point3 from\" [1 0 0] \"point3 to\" [0 0 0] \"rgb L\" [3 2 1]";
     let Emitter::Directional { direction, irradiance } = only(V4, distant) else { panic!() };

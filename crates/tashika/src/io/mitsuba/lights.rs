@@ -4,6 +4,8 @@
 //!   if absent) to `cutoff_angle`, both measured from the axis.
 //! * An environment map has its pole at `+y`, with `−z` at `u = 0` and `+x` at `u = 0.25`: half a turn from the frame of
 //!   [`Environment::lat_long`].
+//!   Mitsuba's rows reach from pole to pole (`θ = π y / (h − 1)`), those here are centred in their `1/h` of the way: up to half a row
+//!   differs.
 //! * `sky`, `sun`, `sunsky` are [`Sky`]. Before Mitsuba 3 up is `+y`, east `+x`, south `+z`; since then up is `+z`, south
 //!   `+x`, west `+y`. Place and time give the sun's direction by [`sun`](super::sun), in the frame of the light.
 //!

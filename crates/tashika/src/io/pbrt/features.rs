@@ -36,12 +36,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("shape", "curve", Ignored, "left out"),
     row("shape", "nurbs", Ignored, "left out"),
     row("light", "point", Full, "point light"),
-    row(
-        "light",
-        "spot",
-        Full,
-        "spot light; pbrt-v3's falls off with the square instead of the fourth power, noted",
-    ),
+    row("light", "spot", Full, "spot light with the fall-off of the version"),
     row("light", "distant", Full, "directional light"),
     row("light", "infinite", Full, "environment: constant, latitude-longitude (v3) or octahedral (v4) map"),
     row(

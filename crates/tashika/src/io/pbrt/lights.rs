@@ -160,11 +160,7 @@ fn spot(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Resul
     let fade = p.float("conedeltaangle").unwrap_or(5.0).max(LEAST_FADE);
     let shape = match loading.version {
         Version::V4 => FalloffShape::Smoothstep,
-        Version::V3 => {
-            let message = "spots of pbrt-v3, whose intensity falls with the fourth power: with the square";
-            loading.note(NoteKind::Approximated, message, p.at());
-            FalloffShape::Squared
-        }
+        Version::V3 => FalloffShape::Fourth,
     };
     let falloff = falloff(outer, (outer - fade).max(0.0), shape);
     let from = p.vector("from").unwrap_or(DVec3::ZERO);
