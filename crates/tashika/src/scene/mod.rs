@@ -21,6 +21,7 @@ mod mesh;
 mod normal_map;
 mod note;
 mod part;
+mod relight;
 pub mod sky;
 mod sphere_map;
 mod surface;
@@ -40,6 +41,7 @@ pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};
 pub use note::{Note, NoteKind, Notes};
 pub use part::Part;
+pub use relight::Lamp;
 pub use surface::SurfacePoint;
 pub use texels::{Image, Pixels, Sampling, Wrap};
 pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};
@@ -102,6 +104,9 @@ pub struct Scene {
     triangles_without_area: u64,
     notes: Notes,
     digest: Option<u64>,
+    /// What its user asked for in place of what the file says.
+    changes: Vec<String>,
+    has_default_light: bool,
 }
 
 impl Scene {
