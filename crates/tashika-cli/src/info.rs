@@ -27,6 +27,10 @@ struct Report {
     load_seconds: f64,
     emitters: Emitters,
     environment: Option<EnvironmentReport>,
+    /// Whether emitters and environment are those that a scene without light gets.
+    default_light: bool,
+    /// What was asked for in place of the file's light.
+    changes: Vec<String>,
     cameras: Vec<CameraReport>,
     /// Corners of the box around everything (m).
     bounds: [[f32; 3]; 2],
@@ -140,6 +144,8 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
         environment: scene
             .environment()
             .map(|e| EnvironmentReport { mean_radiance: e.mean().to_array(), resolution: e.resolution() }),
+        default_light: scene.has_default_light(),
+        changes: scene.changes().to_vec(),
         cameras: scene
             .cameras()
             .iter()
@@ -243,6 +249,12 @@ fn rows(report: &Report) -> Rows {
         format!("{map}, mean radiance {r:.4} {g:.4} {b:.4} W/m2/sr")
     });
     rows.push("environment", environment);
+    if report.default_light {
+        rows.push("", "the program's own, with its sun: the scene has no light");
+    }
+    for (i, change) in report.changes.iter().enumerate() {
+        rows.push(if i == 0 { "asked for" } else { "" }, change);
+    }
     for (i, camera) in report.cameras.iter().enumerate() {
         let size = camera.resolution.map_or("no size given".to_owned(), |[w, h]| format!("{w}x{h}"));
         let label = if i == 0 { "cameras" } else { "" };

@@ -310,6 +310,8 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         scene: scene.name().to_owned(),
         triangles: Triangles::of(scene),
         notes: scene.notes().iter().count(),
+        default_light: scene.has_default_light(),
+        light_changes: scene.changes().to_vec(),
         camera: camera.name.clone(),
         size: *size,
         window: [window.x, window.y, window.width, window.height],

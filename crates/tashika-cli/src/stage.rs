@@ -131,6 +131,10 @@ fn tell_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Fail
     for note in scene.notes().iter().take(NOTES_TOLD) {
         meter.note(&format!("{}: {}", note.first, note.message));
     }
+    // Whoever did not ask for light is told of it, whatever else there is.
+    if scene.has_default_light() && scene.notes().iter().count() > NOTES_TOLD {
+        meter.note("no light in the scene: the program's own sky and sun are used; --environment and --light give others");
+    }
     let more = scene.notes().iter().count().saturating_sub(NOTES_TOLD) as u64;
     if more > 0 {
         let notes = counted(more, "more note", "more notes");

@@ -169,6 +169,10 @@ pub struct RenderReport {
     pub triangles: Triangles,
     /// Notes on what was repaired, approximated, ignored or defaulted.
     pub notes: usize,
+    /// Whether the scene has no light and is lit by the program's own sky and sun.
+    pub default_light: bool,
+    /// Lights that were asked for in place of what the file says.
+    pub light_changes: Vec<String>,
     /// Name of the camera.
     pub camera: String,
     /// Size of the full image (pixels).
@@ -243,6 +247,12 @@ impl RenderReport {
             "scene",
             format!("{}: {}{stored}", self.scene, counted(instanced, "triangle", "triangles")),
         );
+        if self.default_light {
+            rows.push("", "without light: the program's own sky and sun");
+        }
+        if !self.light_changes.is_empty() {
+            rows.push("", format!("with {}", self.light_changes.join("; ")));
+        }
         let [width, height] = self.size;
         let [x, y, w, h] = self.window;
         let part = if [w, h] == self.size { String::new() } else { format!(", part {x},{y},{w},{h}") };

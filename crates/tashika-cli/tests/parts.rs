@@ -304,6 +304,18 @@ fn a_job_for_render_farms_is_the_lights_the_shares_and_the_merge() {
     let template = fs::read_to_string(folder.join("own/template.json")).unwrap();
     let own = folder.join("own.vpl");
     assert!(template.contains(own.to_str().unwrap()), "a job runs in a folder of its own: {template}");
+    // Files of lights are named as other machines find them.
+    let lights = "--environment sky.hdr,scale=2 --light=ies:a.ies@1,2,3 --light point:1,2,3,4";
+    succeeds(folder, &format!("farm openjd --out lit -- render builtin:tiny {lights} --size 20x10 -o b.exr"));
+    let template = fs::read_to_string(folder.join("lit/template.json")).unwrap();
+    let here = std::path::absolute(folder).unwrap();
+    for named in [
+        format!("{}/sky.hdr,scale=2", here.display()),
+        format!("ies:{}/a.ies@1,2,3", here.display()),
+        "point:1,2,3,4".to_owned(),
+    ] {
+        assert!(template.contains(&named), "{named} is not in {template}");
+    }
     refused("farm openjd --out x -- info", "a job is a render");
     refused("farm openjd --out x -- render --size 4by4", "4by4");
     refused("farm slurm --out x --shares 0 -- render", "shares = 0");

@@ -391,6 +391,50 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
+/// A scene without light says whose light it has, whatever else there is to say; light that is asked for takes its place, is told, and parts of
+/// pictures in different light do not go together.
+#[test]
+fn light_that_is_asked_for_is_told_and_not_mixed() {
+    let folder = Folder::new();
+    fs::write(folder.path("dark.obj"), "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n").unwrap();
+    let odd = format!(
+        "curv 0 1 1\nmaplib a\np 1\nl 1 2\nlod 1\ncall a\n{}",
+        "v -1 0 -1\nv -1 0 1\nv 1 0 1\nf 1 2 3\n"
+    );
+    fs::write(folder.path("odd.obj"), odd).unwrap();
+    let small = "--size 32x2 --method path --paths 4";
+    for scene in ["dark.obj", "odd.obj"] {
+        let run = folder.run(&format!("render {scene} {small} --json r.json"));
+        assert!(run.succeeds().stderr.contains("no light"), "{scene}: {}", run.stderr);
+        assert!(run.stdout.contains("the program's own sky and sun"), "{}", run.stdout);
+        assert_eq!(folder.json("r.json")["default_light"], true);
+        assert!(folder.run(&format!("info {scene}")).succeeds().stdout.contains("the program's own"));
+    }
+    let sun = "--light sun:elevation=40,azimuth=120";
+    let asked = folder.run(&format!("render dark.obj {small} {sun} --tiles 1/2 -o a.exr --json r.json"));
+    assert!(!asked.succeeds().stderr.contains("no light"), "{}", asked.stderr);
+    assert!(asked.stdout.contains("with light sun:elevation=40"), "{}", asked.stdout);
+    let json = folder.json("r.json");
+    assert_eq!(json["default_light"], false);
+    assert_eq!(json["light_changes"][0], "light sun:elevation=40,azimuth=120,turbidity=3");
+    let info = folder.run(&format!("info dark.obj {sun}"));
+    assert!(
+        info.succeeds().stdout.contains("asked for") && info.stdout.contains("1 directional"),
+        "{}",
+        info.stdout
+    );
+    let other = sun.replace("40", "41");
+    for light in [other.as_str(), ""] {
+        folder.run(&format!("render dark.obj {small} {light} --tiles 2/2 -o b.exr")).succeeds();
+        folder.run("merge a.exr b.exr -o c.exr").fails(3, &["scene."]);
+    }
+    folder.run(&format!("render dark.obj {small} {sun} --tiles 2/2 -o b.exr")).succeeds();
+    folder.run("merge a.exr b.exr -o c.exr").succeeds();
+    folder.run("render dark.obj --light moon").fails(2, &["sun:elevation=DEG"]);
+    folder.run("render dark.obj --environment absent.hdr").fails(3, &["absent.hdr"]);
+    folder.run("render dark.obj --environment scene.mtl").fails(3, &["scene.mtl", "HDR"]);
+}
+
 /// All that is missing in one message; with the option, notes.
 #[test]
 fn missing_files_are_all_told_and_refused_unless_allowed() {

@@ -10,7 +10,7 @@ use tashika::accel::Tracer;
 use tashika::error::{Error, Location, Result};
 use tashika::gather::{Filter, View};
 use tashika::integrator::{GuidedLights, Truth};
-use tashika::io::{LoadOptions, load_scene};
+use tashika::io::{AskedEnvironment, AskedLight, LightChanges, LoadOptions, load_scene};
 use tashika::scene::{self, builtin as made};
 use tashika::vpl::VplOptions;
 
@@ -147,6 +147,12 @@ impl Scene {
         self.scene.triangles_without_area()
     }
 
+    /// The lights that `load` was asked for in place of what the file says.
+    #[getter]
+    fn light_changes(&self) -> Vec<String> {
+        self.scene.changes().to_vec()
+    }
+
     /// What was missing, repaired, approximated, ignored or added, a line each.
     #[getter]
     fn notes(&self) -> Vec<String> {
@@ -166,27 +172,42 @@ impl Scene {
 
 /// Reads a scene file: `.gltf`, `.glb`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes `"builtin:room"` or `"builtin:tiny"`.
 ///
+/// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
 /// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on without files that are not there; `strict` refuses a scene that cannot be rendered as its file says.
 /// Raises `FileError`, `InputError` or `UnsupportedError`.
 ///
 /// ```python
 /// >>> tashika.load("builtin:tiny")
 /// <tashika.Scene "tiny": 36 triangles, 1 camera>
+/// >>> tashika.load("builtin:tiny", lights=["sun:elevation=40,azimuth=120"]).light_changes
+/// ['light sun:elevation=40,azimuth=120,turbidity=3']
 /// >>> tashika.load("absent.glb")
 /// Traceback (most recent call last):
 /// tashika.FileError: absent.glb: No such file or directory (os error 2)
 /// ```
 #[pyfunction]
-#[pyo3(signature = (path, *, allow_outside=false, allow_missing=false, strict=false))]
+#[pyo3(signature = (path, *, environment=None, lights=Vec::new(), allow_outside=false, allow_missing=false, strict=false))]
 pub fn load(
     py: Python<'_>,
     path: PathBuf,
+    environment: Option<&str>,
+    lights: Vec<String>,
     allow_outside: bool,
     allow_missing: bool,
     strict: bool,
 ) -> PyResult<Scene> {
+    let parse = |text: &str| text.parse::<AskedEnvironment>();
+    let changes = LightChanges {
+        environment: environment.map(parse).transpose().map_err(raised)?,
+        lights: lights
+            .iter()
+            .map(|text| text.parse::<AskedLight>())
+            .collect::<Result<_>>()
+            .map_err(raised)?,
+    };
     if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(made::PREFIX)) {
-        return builtin(name);
+        let scene = made::by_name(name).map_err(raised)?();
+        return changes.apply(scene, &LoadOptions::default()).map(Scene::new).map_err(raised);
     }
     let options = LoadOptions { allow_outside, allow_missing, ..LoadOptions::default() };
     let scene = py.detach(|| load_scene(&path, &options)).map_err(raised)?;
@@ -199,7 +220,7 @@ pub fn load(
         let found = "nothing to render: no surface that this program reads";
         return Err(raised(Error::invalid(at, found, "a scene with a shape")));
     }
-    Ok(Scene::new(scene))
+    py.detach(|| changes.apply(scene, &options)).map(Scene::new).map_err(raised)
 }
 
 /// A scene that needs no file: `"room"`, furnished and glossy, or `"tiny"`, a box with two blocks and one light.

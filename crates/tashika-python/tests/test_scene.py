@@ -319,3 +319,16 @@ def test_arguments_that_cannot_be_are_refused(
 def test_arguments_that_mean_nothing_are_warned_of(tiny: tashika.Scene) -> None:
     with pytest.warns(UserWarning, match="paths means nothing to the method tashika and is not used"):
         tashika.render(tiny, size=(2, 2), vpls=10, paths=7)
+
+
+def test_lights_that_are_asked_for_are_beside_the_scenes_or_instead(tmp_path: Path) -> None:
+    lamp = "point:0,1,0,50"
+    lit = tashika.load("builtin:tiny", environment="sky:elevation=40,azimuth=120", lights=[lamp])
+    assert lit.light_changes == ["environment sky:elevation=40,azimuth=120,turbidity=3", f"light {lamp}"]
+    plain = tashika.load("builtin:tiny")
+    pictures = [tashika.render(s, size=(8, 8), method="path", paths=4) for s in (lit, plain)]
+    assert pictures[0].rgb.mean() > pictures[1].rgb.mean()
+    with pytest.raises(tashika.InputError, match="moon"):
+        tashika.load("builtin:tiny", lights=["moon"])
+    with pytest.raises(tashika.FileError, match=r"absent\.hdr"):
+        tashika.load("builtin:tiny", environment=str(tmp_path / "absent.hdr"))

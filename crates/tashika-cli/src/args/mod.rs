@@ -16,7 +16,7 @@ use tashika::color::Controlled;
 use tashika::film::Window;
 use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
-use tashika::io::Exposure;
+use tashika::io::{AskedEnvironment, AskedLight, Exposure};
 use tashika::render::TileShare;
 use tashika::vpl::{Clamp, VplOptions};
 
@@ -133,6 +133,16 @@ pub struct SceneArgs {
     /// their place
     #[arg(long, help_heading = "Scene")]
     pub allow_missing: bool,
+
+    /// Light from infinity instead of the scene's: an image by latitude and longitude, FILE[,scale=S][,rotate=DEG][,up=z],
+    /// or a clear sky, sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
+    #[arg(long, value_name = "FILE|sky:...", help_heading = "Scene")]
+    pub environment: Option<AskedEnvironment>,
+
+    /// A light beside the scene's: sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z],
+    /// point:X,Y,Z,WATTS, or ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]; may be said several times
+    #[arg(long, value_name = "sun:...|point:...|ies:...", help_heading = "Scene")]
+    pub light: Vec<AskedLight>,
 }
 
 /// What is looked at, from where, how large.

@@ -49,6 +49,14 @@ impl Job {
             })
             .collect();
         let mut words = without(&typed, &["-o", "--output", "--json", "--checkpoint", "--accept-budget"]);
+        let asked = plan.render.stage.scene.lights();
+        words = without(&words, &["--environment", "--light"]);
+        if let Some(environment) = &asked.environment {
+            words.extend(["--environment".to_owned(), environment.with_absolute_path()?.to_string()]);
+        }
+        for light in &asked.lights {
+            words.extend(["--light".to_owned(), light.with_absolute_path()?.to_string()]);
+        }
         let lights_file = path_text(&folder.join("lights.vpl"))?;
         if let Some(file) = plan.render.lights.as_ref().and_then(Lights::file) {
             words = without(&words, &["--vpl-file"]);

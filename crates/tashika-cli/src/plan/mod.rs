@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 use tashika::film::Window;
 use tashika::gather::GatherOptions;
-use tashika::io::{LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
+use tashika::io::{LightChanges, LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
 use tashika::report::Tolerance;
 use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{Scene, builtin};
@@ -38,6 +38,7 @@ use crate::exit::Failure;
 #[derive(Debug)]
 pub struct SceneSource {
     kind: SceneKind,
+    lights: LightChanges,
     options: LoadOptions,
 }
 
@@ -59,8 +60,10 @@ impl SceneSource {
                 None => SceneKind::File(PathBuf::from(name)),
             },
         };
+        let lights = LightChanges { environment: args.environment.clone(), lights: args.light.clone() };
         Ok(Self {
             kind,
+            lights,
             options: LoadOptions {
                 allow_outside: args.allow_outside,
                 allow_missing: args.allow_missing,
@@ -71,17 +74,18 @@ impl SceneSource {
 
     /// Reads or makes the scene.
     pub fn load(&self) -> Result<Scene, Failure> {
-        match &self.kind {
-            SceneKind::Builtin(scene) => Ok(scene()),
+        let scene = match &self.kind {
+            SceneKind::Builtin(scene) => scene(),
             SceneKind::File(path) => {
                 let scene = load_scene(path, &self.options)?;
                 if scene.instances().is_empty() {
                     let what = "nothing to render: the file has no surface that this program reads";
                     return Err(Failure::file(format!("{}: {what}", path.display())));
                 }
-                Ok(scene)
+                scene
             }
-        }
+        };
+        Ok(self.lights.apply(scene, &self.options)?)
     }
 
     /// What to call the scene while it is being read.
@@ -99,11 +103,18 @@ impl SceneSource {
         SCENE_FORMATS.iter().find(|(e, _)| *e == ending).map_or("unknown", |(_, name)| name)
     }
 
-    fn file(&self) -> Option<&Path> {
-        match &self.kind {
+    /// What is asked for of its lights.
+    pub fn lights(&self) -> &LightChanges {
+        &self.lights
+    }
+
+    /// The files that it is made of, as far as they are named by the user.
+    fn files(&self) -> impl Iterator<Item = &Path> {
+        let file = match &self.kind {
             SceneKind::Builtin(_) => None,
-            SceneKind::File(path) => Some(path),
-        }
+            SceneKind::File(path) => Some(path.as_path()),
+        };
+        file.into_iter().chain(self.lights.files())
     }
 }
 
@@ -178,7 +189,7 @@ impl StagePlan {
 
     /// The files that it reads, with that of the lights.
     fn inputs<'a>(&'a self, lights: Option<&'a Path>) -> Vec<&'a Path> {
-        self.scene.file().into_iter().chain(lights).collect()
+        self.scene.files().chain(lights).collect()
     }
 }
 
@@ -195,7 +206,7 @@ impl InfoPlan {
     /// Checks what was typed, and that the outputs can be written.
     pub fn new(args: &InfoArgs) -> Result<Self, Failure> {
         let scene = SceneSource::new(args.scene.as_deref(), &args.scene_args)?;
-        let inputs: Vec<&Path> = scene.file().into_iter().collect();
+        let inputs: Vec<&Path> = scene.files().collect();
         let common = Common::new(&args.common, &[], &inputs)?;
         Ok(Self { scene, common })
     }
@@ -236,6 +247,8 @@ impl VplPlan {
                 ("--vpls", args.lights.vpls.is_some()),
                 ("--clamp", args.lights.clamp.clamp.is_some()),
                 ("--seed", args.seed.is_some()),
+                ("--environment", args.scene_args.environment.is_some()),
+                ("--light", !args.scene_args.light.is_empty()),
             ];
             if let Some((option, _)) = typed.into_iter().find(|(_, typed)| *typed) {
                 let message =
@@ -250,7 +263,7 @@ impl VplPlan {
         let options = vpl_options(args.lights.vpls, &args.lights.clamp, seed)?;
         let output = args.output.as_deref().map(|path| with_ending(path, "vpl")).transpose()?;
         let outputs: Vec<&Path> = output.as_deref().into_iter().collect();
-        let inputs: Vec<&Path> = scene.file().into_iter().collect();
+        let inputs: Vec<&Path> = scene.files().collect();
         let common = Common::new(&args.common, &outputs, &inputs)?;
         Ok(Self { task: VplTask::Trace { scene, options, output }, common })
     }

@@ -168,7 +168,7 @@ impl SceneFiles {
 }
 
 /// CRC-32 and length of a file, mixed so that sums over files differ where their parts do (the finalizer of SplitMix64).
-fn digest(bytes: &[u8]) -> u64 {
+pub(super) fn digest(bytes: &[u8]) -> u64 {
     let mut crc = flate2::Crc::new();
     crc.update(bytes);
     let mut z = (bytes.len() as u64) << 32 ^ u64::from(crc.sum());

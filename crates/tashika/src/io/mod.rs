@@ -10,7 +10,9 @@ mod exr;
 mod features;
 mod files;
 mod gltf;
+mod ies;
 mod images;
+mod light_changes;
 mod mitsuba;
 mod obj;
 mod output;
@@ -27,6 +29,7 @@ pub use checkpoint::{Checkpoint, Resumed};
 pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
 pub use features::{Feature, FormatFeatures, Support, features};
 pub use files::SceneFiles;
+pub use light_changes::{AskedEnvironment, AskedLight, LightChanges};
 pub use output::{check_writable, write_file};
 pub use vpl_set::{load_vpls, save_vpls};
 

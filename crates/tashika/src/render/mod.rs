@@ -374,6 +374,13 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film)
     if let Some(digest) = setting.tracer.scene().digest() {
         m.set("scene.digest", format!("{digest:016x}"));
     }
+    let scene = setting.tracer.scene();
+    if !scene.changes().is_empty() {
+        m.set("scene.changes", scene.changes().join("; "));
+    }
+    if scene.has_default_light() {
+        m.set("scene.light", "default");
+    }
     m.set("camera", setting.view.camera.name.as_str());
     m.set("method", integrator.name());
     m.set("seed", setting.view.seed);

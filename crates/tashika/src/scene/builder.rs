@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Vec3};
 
 use super::mesh::MeshRepairs;
+use super::relight::DEFAULT_LIGHT;
 use super::{
     AimedMap, Beam, Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId,
     IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface,
@@ -48,8 +49,20 @@ impl SceneBuilder {
             triangles_without_area: 0,
             notes: Notes::default(),
             digest: None,
+            changes: Vec::new(),
+            has_default_light: false,
         };
         Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
+    }
+
+    /// A scene that is there, to which lights are to be added.
+    pub(super) fn of(scene: Scene, origin: Location) -> Self {
+        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
+    }
+
+    /// It, as it is.
+    pub(super) fn into_scene(self) -> Scene {
+        self.scene
     }
 
     /// Tells the user what was done with the input.
@@ -322,8 +335,8 @@ impl SceneBuilder {
         }
         if !self.has_light() {
             let at = self.origin.clone();
-            let message = "no light: a white sky of radiance 0.5 and a sun of irradiance 3 are used";
-            self.note(NoteKind::Defaulted, message, at);
+            self.note(NoteKind::Defaulted, DEFAULT_LIGHT, at);
+            self.scene.has_default_light = true;
             self.scene.environment = Some(Environment::constant(Rgb::gray(0.5)));
             let direction = Vec3::new(0.5, -1.0, -0.7).normalize();
             self.scene.emitters.push(Emitter::Directional { direction, irradiance: Rgb::gray(3.0) });

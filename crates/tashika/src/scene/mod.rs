@@ -24,6 +24,7 @@ mod note;
 mod overview;
 mod part;
 mod projection;
+mod relight;
 pub mod sky;
 mod sphere_map;
 mod surface;
@@ -45,6 +46,7 @@ pub use mesh::{Instance, Mesh, MeshData};
 pub use note::{Note, NoteKind, Notes};
 pub use part::Part;
 pub use projection::Projection;
+pub use relight::Lamp;
 pub use sphere_map::SphereMap;
 pub use surface::SurfacePoint;
 pub use texels::{Image, Pixels, Sampling, Wrap};
@@ -108,6 +110,9 @@ pub struct Scene {
     triangles_without_area: u64,
     notes: Notes,
     digest: Option<u64>,
+    /// What its user asked for in place of what the file says.
+    changes: Vec<String>,
+    has_default_light: bool,
 }
 
 impl Scene {

@@ -20,6 +20,7 @@ mod gltf_features;
 mod gltf_materials;
 mod gltf_structure;
 mod hard_light;
+mod light_changes;
 mod light_images;
 mod light_transport;
 mod mitsuba;

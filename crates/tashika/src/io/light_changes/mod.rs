@@ -1,0 +1,337 @@
+//! Lights that a user asks for beside, or instead of, those of a scene file: `--environment` and `--light`.
+//!
+//! ```text
+//! environment   FILE[,scale=S][,rotate=DEG][,up=z]          a latitude-longitude image, instead of the scene's environment
+//!               sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
+//! light         sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
+//!               point:X,Y,Z,WATTS
+//!               ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]
+//! ```
+//!
+//! Up is `+y`, or `+z` where that is said; north is `−z`, or `+y`; east is `+x`. The azimuth of the sun is from north over east. The middle of an
+//! image is north, its right half east; `rotate` turns it, or a lamp, counterclockwise as seen from above. Sun and sky are those of
+//! [`scene::sky`](crate::scene::sky), of turbidity 3 unless another is said; a lamp is that of [`ies`](super::ies), `C = 0°` to the east.
+//!
+//! Held to this by the tests below and by `suite::light_changes`.
+
+mod options;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use glam::{Mat3, Vec3};
+
+use self::options::{Options, number};
+use super::files::digest;
+use super::images::{Encoding, decode};
+use super::{LoadOptions, SceneFiles, ies};
+use crate::color::Rgb;
+use crate::error::{Error, Location, Result};
+use crate::math::elementary::sin_cos;
+use crate::scene::sky::Sky;
+use crate::scene::{Emitter, Environment, Lamp, Scene};
+
+/// Size of the image of a sky (texels).
+const SKY_RESOLUTION: [u32; 2] = [512, 256];
+
+/// Lights that a user asks for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightChanges {
+    /// Instead of the scene's environment.
+    pub environment: Option<AskedEnvironment>,
+    /// Beside the scene's lights.
+    pub lights: Vec<AskedLight>,
+}
+
+/// An environment that a user asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskedEnvironment {
+    source: Source,
+    turned: Turned,
+}
+
+/// A light that a user asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskedLight(LightKind);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Source {
+    File(PathBuf),
+    Sky(Sun),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum LightKind {
+    Sun(Sun, Turned),
+    Point { position: [f32; 3], power: f32 },
+    Ies { file: PathBuf, position: [f32; 3], turned: Turned },
+}
+
+/// Where the sun is (degrees), through which air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sun {
+    elevation: f32,
+    azimuth: f32,
+    turbidity: f32,
+}
+
+/// How bright, how turned (degrees), which axis is up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turned {
+    scale: f32,
+    rotate: f32,
+    z_is_up: bool,
+}
+
+impl Turned {
+    /// From a frame with `+y` up to the world.
+    fn to_world(self) -> Mat3 {
+        let (sin, cos) = sin_cos(self.rotate.to_radians());
+        let about_up = Mat3::from_cols(Vec3::new(cos, 0.0, -sin), Vec3::Y, Vec3::new(sin, 0.0, cos));
+        let upright = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y);
+        if self.z_is_up { upright * about_up } else { about_up }
+    }
+}
+
+impl Sun {
+    fn sky(self) -> Sky {
+        let (sin_up, cos_up) = sin_cos(self.elevation.to_radians());
+        let (sin, cos) = sin_cos(self.azimuth.to_radians());
+        Sky::new(self.turbidity, Vec3::new(sin * cos_up, sin_up, -cos * cos_up))
+    }
+}
+
+impl LightChanges {
+    /// Whether nothing is asked for.
+    pub fn is_empty(&self) -> bool {
+        self.environment.is_none() && self.lights.is_empty()
+    }
+
+    /// The files that are named.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let of_environment = self.environment.iter().filter_map(AskedEnvironment::file);
+        of_environment.chain(self.lights.iter().filter_map(AskedLight::file))
+    }
+
+    /// The scene in this light.
+    ///
+    /// # Errors
+    /// Files that cannot be read or are no images or lamps; light that is not finite.
+    pub fn apply(&self, scene: Scene, options: &LoadOptions) -> Result<Scene> {
+        let mut sum = 0u64;
+        let mut words = Vec::new();
+        let mut read = |file: &Path| -> Result<Vec<u8>> {
+            let bytes = SceneFiles::open(file, options)?.read_scene()?;
+            sum = sum.rotate_left(1).wrapping_add(digest(&bytes));
+            Ok(bytes)
+        };
+        let mut environment = None;
+        if let Some(asked) = &self.environment {
+            words.push(format!("environment {}", asked.named_by_file()));
+            let scale = Rgb::gray(asked.turned.scale);
+            let image = match &asked.source {
+                Source::File(file) => {
+                    let at = Location::file(file);
+                    decode(&read(file)?, &file_name(file), Encoding::Srgb, options, &at)?.image
+                }
+                Source::Sky(sun) => sun.sky().image(SKY_RESOLUTION[0], SKY_RESOLUTION[1]),
+            };
+            environment = Some(Environment::lat_long(image, scale, asked.turned.to_world()));
+        }
+        let mut lamps = Vec::new();
+        for light in &self.lights {
+            words.push(format!("light {}", light.named_by_file()));
+            match &light.0 {
+                LightKind::Sun(sun, turned) => {
+                    let sky = sun.sky();
+                    let direction = -(turned.to_world() * sky.to_sun()).normalize();
+                    let irradiance = sky.sun_irradiance() * turned.scale;
+                    lamps.push(Lamp::Emitter(Emitter::Directional { direction, irradiance }));
+                }
+                LightKind::Point { position, power } => {
+                    let intensity = Rgb::gray(power / (4.0 * std::f32::consts::PI));
+                    lamps.push(Lamp::Emitter(Emitter::Point { position: (*position).into(), intensity }));
+                }
+                LightKind::Ies { file, position, turned } => {
+                    let map = ies::decode(&read(file)?, &file_name(file), &Location::file(file))?;
+                    lamps.extend(map.map(|map| Lamp::Image {
+                        map: Arc::new(map),
+                        position: (*position).into(),
+                        intensity: Rgb::gray(turned.scale),
+                        to_world: turned.to_world(),
+                    }));
+                }
+            }
+        }
+        let sum = sum.rotate_left(1).wrapping_add(digest(words.join("\n").as_bytes()));
+        scene.relit(environment, lamps, words, sum)
+    }
+}
+
+impl AskedEnvironment {
+    fn file(&self) -> Option<&Path> {
+        match &self.source {
+            Source::File(file) => Some(file),
+            Source::Sky(_) => None,
+        }
+    }
+
+    /// The same, its file as others name it who are elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if there is no current folder.
+    pub fn with_absolute_path(&self) -> Result<Self> {
+        let source = match &self.source {
+            Source::File(file) => Source::File(absolute(file)?),
+            sky @ Source::Sky(_) => sky.clone(),
+        };
+        Ok(Self { source, ..*self })
+    }
+
+    /// In words, without the folder of its file, which is another on every machine.
+    fn named_by_file(&self) -> String {
+        let file = self.file().map(|file| Source::File(file_name(file).into()));
+        Self { source: file.unwrap_or_else(|| self.source.clone()), ..*self }.to_string()
+    }
+}
+
+impl AskedLight {
+    fn file(&self) -> Option<&Path> {
+        match &self.0 {
+            LightKind::Ies { file, .. } => Some(file),
+            LightKind::Sun(..) | LightKind::Point { .. } => None,
+        }
+    }
+
+    fn with_file(&self, of: impl FnOnce(&Path) -> Result<PathBuf>) -> Result<Self> {
+        let mut light = self.clone();
+        if let LightKind::Ies { file, .. } = &mut light.0 {
+            *file = of(file)?;
+        }
+        Ok(light)
+    }
+
+    /// As [`AskedEnvironment::with_absolute_path`].
+    ///
+    /// # Errors
+    /// [`Error::Io`] if there is no current folder.
+    pub fn with_absolute_path(&self) -> Result<Self> {
+        self.with_file(absolute)
+    }
+
+    fn named_by_file(&self) -> String {
+        let named = self.with_file(|file| Ok(file_name(file).into()));
+        named.as_ref().unwrap_or(self).to_string()
+    }
+}
+
+fn absolute(file: &Path) -> Result<PathBuf> {
+    std::path::absolute(file).map_err(|e| Error::io(file, e))
+}
+
+fn file_name(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// What an environment may be.
+const ENVIRONMENTS: &str =
+    "FILE[,scale=S][,rotate=DEG][,up=z] or sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]";
+
+/// What a light may be.
+const LIGHTS: &str = "sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z], point:X,Y,Z,WATTS or \
+    ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]";
+
+impl FromStr for AskedEnvironment {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = |why: String| Error::option("environment", text, format!("{ENVIRONMENTS} ({why})"));
+        let (source, turned) = if let Some(rest) = text.strip_prefix("sky:") {
+            let mut options = Options::of(rest.split(',')).map_err(wrong)?;
+            let sun = options.sun().map_err(wrong)?;
+            (Source::Sky(sun), options.turned(false).map_err(wrong)?)
+        } else {
+            let (file, options) = Options::behind(text);
+            if file.is_empty() {
+                return Err(wrong("no file".to_owned()));
+            }
+            (Source::File(file.into()), Options::of(options).and_then(|mut o| o.turned(true)).map_err(wrong)?)
+        };
+        Ok(Self { source, turned })
+    }
+}
+
+impl FromStr for AskedLight {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = |why: String| Error::option("light", text, format!("{LIGHTS} ({why})"));
+        let numbers = |text: &str| text.split(',').map(number).collect::<Result<Vec<f32>, String>>();
+        Ok(Self(match text.split_once(':') {
+            Some(("sun", rest)) => {
+                let mut options = Options::of(rest.split(',')).map_err(wrong)?;
+                let sun = options.sun().map_err(wrong)?;
+                LightKind::Sun(sun, options.turned(false).map_err(wrong)?)
+            }
+            Some(("point", rest)) => match numbers(rest).map_err(wrong)?[..] {
+                [x, y, z, power] if power >= 0.0 => LightKind::Point { position: [x, y, z], power },
+                _ => return Err(wrong("three coordinates in metres, and watts of at least 0".to_owned())),
+            },
+            Some(("ies", rest)) => {
+                let Some((file, place)) = rest.rsplit_once('@').filter(|(file, _)| !file.is_empty()) else {
+                    return Err(wrong("a file and its place, after @".to_owned()));
+                };
+                let (place, options) = Options::behind(place);
+                let [x, y, z] = numbers(place).map_err(wrong)?[..] else {
+                    return Err(wrong("three coordinates in metres".to_owned()));
+                };
+                let turned = Options::of(options).and_then(|mut o| o.turned(true)).map_err(wrong)?;
+                LightKind::Ies { file: file.into(), position: [x, y, z], turned }
+            }
+            _ => return Err(wrong("it begins with sun:, point: or ies:".to_owned())),
+        }))
+    }
+}
+
+impl fmt::Display for Sun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { elevation, azimuth, turbidity } = self;
+        write!(f, "elevation={elevation},azimuth={azimuth},turbidity={turbidity}")
+    }
+}
+
+impl fmt::Display for Turned {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { scale, rotate, z_is_up } = *self;
+        if scale != 1.0 {
+            write!(f, ",scale={scale}")?;
+        }
+        if rotate != 0.0 {
+            write!(f, ",rotate={rotate}")?;
+        }
+        if z_is_up { f.write_str(",up=z") } else { Ok(()) }
+    }
+}
+
+impl fmt::Display for AskedEnvironment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.source {
+            Source::File(file) => write!(f, "{}{}", file.display(), self.turned),
+            Source::Sky(sun) => write!(f, "sky:{sun}{}", self.turned),
+        }
+    }
+}
+
+impl fmt::Display for AskedLight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            LightKind::Sun(sun, turned) => write!(f, "sun:{sun}{turned}"),
+            LightKind::Point { position: [x, y, z], power } => write!(f, "point:{x},{y},{z},{power}"),
+            LightKind::Ies { file, position: [x, y, z], turned } => {
+                write!(f, "ies:{}@{x},{y},{z}{turned}", file.display())
+            }
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! `name=value`, as lights have them when they are typed.
+
+use super::{Sun, Turned};
+use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY};
+
+/// Largest factor on a light.
+const MAX_SCALE: f32 = 1e30;
+
+/// A finite number.
+pub(super) fn number(text: &str) -> Result<f32, String> {
+    let number = text.trim().parse::<f32>().ok().filter(|v| v.is_finite());
+    number.ok_or_else(|| format!("{text:?} is no number"))
+}
+
+/// Options of the form `name=value`.
+pub(super) struct Options<'t>(Vec<(&'t str, &'t str)>);
+
+impl<'t> Options<'t> {
+    /// The names that there are.
+    const NAMES: [&'static str; 6] = ["elevation", "azimuth", "turbidity", "scale", "rotate", "up"];
+
+    /// What stands before the options at the end of a text, and these: file names may have commas.
+    pub(super) fn behind(text: &'t str) -> (&'t str, Vec<&'t str>) {
+        let (mut before, mut options) = (text, Vec::new());
+        while let Some((rest, last)) = before.rsplit_once(',') {
+            if !last.split_once('=').is_some_and(|(name, _)| Self::NAMES.contains(&name)) {
+                break;
+            }
+            options.push(last);
+            before = rest;
+        }
+        (before, options)
+    }
+
+    /// Options, each at most once.
+    pub(super) fn of(words: impl IntoIterator<Item = &'t str>) -> Result<Self, String> {
+        let mut options: Vec<(&str, &str)> = Vec::new();
+        for word in words {
+            let option = word.split_once('=').ok_or_else(|| format!("{word:?} is no NAME=VALUE"))?;
+            if options.iter().any(|(name, _)| *name == option.0) {
+                return Err(format!("{} twice", option.0));
+            }
+            options.push(option);
+        }
+        Ok(Self(options))
+    }
+
+    fn take(&mut self, name: &str) -> Option<&'t str> {
+        let at = self.0.iter().position(|(n, _)| *n == name)?;
+        Some(self.0.swap_remove(at).1)
+    }
+
+    fn number(&mut self, name: &str, range: [f32; 2], missing: Option<f32>) -> Result<f32, String> {
+        let Some(text) = self.take(name) else { return missing.ok_or_else(|| format!("no {name}")) };
+        let value = number(text)?;
+        let [lo, hi] = range;
+        if (lo..=hi).contains(&value) { Ok(value) } else { Err(format!("{name} from {lo} to {hi}")) }
+    }
+
+    /// Where the sun is.
+    pub(super) fn sun(&mut self) -> Result<Sun, String> {
+        Ok(Sun {
+            elevation: self.number("elevation", [0.0, 90.0], None)?,
+            azimuth: self.number("azimuth", [-360.0, 360.0], None)?,
+            turbidity: self.number("turbidity", [MIN_TURBIDITY, MAX_TURBIDITY], Some(3.0))?,
+        })
+    }
+
+    /// The last ones; nothing may be left.
+    pub(super) fn turned(&mut self, rotates: bool) -> Result<Turned, String> {
+        let turned = Turned {
+            scale: self.number("scale", [0.0, MAX_SCALE], Some(1.0))?,
+            rotate: if rotates { self.number("rotate", [-360.0, 360.0], Some(0.0))? } else { 0.0 },
+            z_is_up: match self.take("up") {
+                None | Some("y") => false,
+                Some("z") => true,
+                Some(_) => return Err("up is y or z".to_owned()),
+            },
+        };
+        match self.0.first() {
+            Some((name, _)) => Err(format!("{name} is no option here")),
+            None => Ok(turned),
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Other light in a scene that is there: what its user asks for beside, or instead of, what its file says.
+
+use std::sync::Arc;
+
+use glam::{Mat3, Vec3};
+
+use super::{Emitter, Environment, IntensityMap, NoteKind, Scene, SceneBuilder};
+use crate::color::Rgb;
+use crate::error::{Location, Result};
+
+/// A light that is added.
+#[derive(Clone, Debug)]
+pub enum Lamp {
+    /// One that needs nothing beside.
+    Emitter(Emitter),
+    /// One that shines by a map: [`SceneBuilder::add_image_light`].
+    Image {
+        /// The map.
+        map: Arc<IntensityMap>,
+        /// Position (m).
+        position: Vec3,
+        /// Intensity where the map has 1 (W·sr⁻¹).
+        intensity: Rgb,
+        /// How it is turned.
+        to_world: Mat3,
+    },
+}
+
+/// What a scene without light gets is told so.
+pub(super) const DEFAULT_LIGHT: &str =
+    "no light: a white sky of radiance 0.5 and a sun of irradiance 3 are used";
+
+impl Scene {
+    /// The same scene with these lights beside its own, and with this environment instead of its own, if there is one. The sky and the sun that a
+    /// scene without light gets give way to either.
+    ///
+    /// * `words`: what was asked for, for [`Self::changes`]; `digest`: a number of it, that goes into [`Self::digest`].
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::add_emitter`], [`SceneBuilder::add_image_light`] and [`SceneBuilder::set_environment`].
+    pub fn relit(
+        mut self,
+        environment: Option<Environment>,
+        lamps: Vec<Lamp>,
+        words: Vec<String>,
+        digest: u64,
+    ) -> Result<Self> {
+        if environment.is_none() && lamps.is_empty() {
+            return Ok(self);
+        }
+        if self.has_default_light {
+            self.emitters.clear();
+            self.environment = None;
+            self.notes.remove(NoteKind::Defaulted, DEFAULT_LIGHT);
+            self.has_default_light = false;
+        }
+        self.digest = Some(self.digest.unwrap_or(0).rotate_left(1).wrapping_add(digest));
+        self.changes.extend(words);
+        let mut builder = SceneBuilder::of(self, Location::file("light that was asked for"));
+        if let Some(environment) = environment {
+            builder.set_environment(environment)?;
+        }
+        for lamp in lamps {
+            match lamp {
+                Lamp::Emitter(emitter) => builder.add_emitter(emitter)?,
+                Lamp::Image { map, position, intensity, to_world } => {
+                    builder.add_image_light(&map, position, intensity, to_world)?;
+                }
+            }
+        }
+        Ok(builder.into_scene())
+    }
+
+    /// The lights that its user asked for in place of what the file says, in the words that were used.
+    pub fn changes(&self) -> &[String] {
+        &self.changes
+    }
+
+    /// Whether its light is that which a scene without light gets.
+    pub fn has_default_light(&self) -> bool {
+        self.has_default_light
+    }
+}
