@@ -15,7 +15,7 @@
 //! Any bytes give a map or an error; memory is in proportion to the bytes that are there. Held to this by the tests below.
 
 use crate::error::{Error, Location, Result};
-use crate::scene::{Image, IntensityMap, Lookup, Pixels, Sampling, Spread, Wrap};
+use crate::scene::{Image, IntensityMap, Lookup, Pixels, Sampling, SphereMap, Spread, Wrap};
 
 /// Columns and rows of the map.
 pub const SIZE: [u32; 2] = [360, 360];
@@ -45,7 +45,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<I
     let pixels = Pixels::Float((0..width * height).map(texel).collect());
     let image = Image { name: name.to_owned(), width, height, pixels };
     let lookup = Lookup { sampling: Sampling::Bilinear, wrap: [Wrap::Repeat, Wrap::Clamp] };
-    Ok(IntensityMap::new(image, Spread::LatLong, lookup))
+    Ok(IntensityMap::new(image, Spread::Sphere(SphereMap::LatLong), lookup))
 }
 
 impl Photometry {

@@ -25,10 +25,8 @@ use crate::stats::Piecewise2d;
 /// Where the light of an image goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spread {
-    /// All directions, latitude-longitude: pole `+y`, `−z` at `u = 0.5`, `+x` at `u = 0.75`.
-    LatLong,
-    /// All directions, octahedral with equal areas: pole `+z`, `+x` at `u = 1`, `+y` at `v = 1`.
-    Octahedral,
+    /// All directions.
+    Sphere(SphereMap),
     /// Through a pinhole along `+z`: `x/z = (2u − 1) · tan₀`, `y/z = (2v − 1) · tan₁`, `v` from the top row.
     Slide {
         /// Half the size of the image at distance 1; above 0, finite.
@@ -78,8 +76,7 @@ impl IntensityMap {
     /// The map of an image whose texels are finite and not negative; none if it is black.
     pub fn new(image: Image, spread: Spread, lookup: Lookup) -> Option<Self> {
         let wrap = match spread {
-            Spread::LatLong => SphereMap::LatLong.wrap(),
-            Spread::Octahedral => SphereMap::EqualArea.wrap(),
+            Spread::Sphere(map) => map.wrap(),
             Spread::Slide { .. } => lookup.wrap,
         };
         let lookup = Lookup { wrap, ..lookup };
@@ -139,7 +136,7 @@ impl IntensityMap {
     /// The cosine of the widest angle from `+z` under which it shines, −1 for all directions.
     pub fn cos_outer(&self) -> f32 {
         match self.spread {
-            Spread::LatLong | Spread::Octahedral => -1.0,
+            Spread::Sphere(_) => -1.0,
             Spread::Slide { tan: [x, y], weight } => {
                 let corner = 1.0 / (1.0 + x * x + y * y).sqrt() / ROUNDED;
                 match weight {
@@ -176,8 +173,7 @@ impl Spread {
     /// Where in the image a unit direction is, if it is there.
     fn place(self, d: Vec3) -> Option<[f32; 2]> {
         match self {
-            Self::LatLong => Some(SphereMap::LatLong.place(d)),
-            Self::Octahedral => Some(SphereMap::EqualArea.place(d)),
+            Self::Sphere(map) => Some(map.place(d)),
             Self::Slide { tan, .. } => {
                 let at = [d.x, d.y].map(|v| v / d.z);
                 let place = [0, 1].map(|k| 0.5 + 0.5 * (at[k] / tan[k]));
@@ -189,8 +185,7 @@ impl Spread {
 
     fn direction(self, [u, v]: [f32; 2]) -> Vec3 {
         match self {
-            Self::LatLong => SphereMap::LatLong.direction([u, v]),
-            Self::Octahedral => SphereMap::EqualArea.direction([u, v]),
+            Self::Sphere(map) => map.direction([u, v]),
             Self::Slide { tan: [x, y], .. } => {
                 Vec3::new((2.0 * u - 1.0) * x, (2.0 * v - 1.0) * y, 1.0).normalize()
             }
@@ -200,15 +195,14 @@ impl Spread {
     /// Solid angle over the area of the image, at a unit direction (sr).
     fn solid_angle(self, d: Vec3) -> f32 {
         match self {
-            Self::LatLong => SphereMap::LatLong.solid_angle(d),
-            Self::Octahedral => SphereMap::EqualArea.solid_angle(d),
+            Self::Sphere(map) => map.solid_angle(d),
             Self::Slide { tan: [x, y], .. } => 4.0 * x * y * (d.z * d.z * d.z),
         }
     }
 
     fn weight(self, d: Vec3) -> f32 {
         match self {
-            Self::LatLong | Self::Octahedral | Self::Slide { weight: SlideWeight::Even, .. } => 1.0,
+            Self::Sphere(_) | Self::Slide { weight: SlideWeight::Even, .. } => 1.0,
             Self::Slide { weight: SlideWeight::Screen, .. } => 1.0 / (d.z * d.z * d.z),
             Self::Slide { weight: SlideWeight::Spot(falloff), .. } => falloff.at(d.z),
         }
@@ -283,8 +277,8 @@ mod tests {
         let falloff = Falloff { cos_inner: 0.95, cos_outer: 0.85, shape: FalloffShape::LinearInAngle };
         let slide = |weight| Spread::Slide { tan: [0.9, 0.5], weight };
         let spreads = [
-            Spread::LatLong,
-            Spread::Octahedral,
+            Spread::Sphere(SphereMap::LatLong),
+            Spread::Sphere(SphereMap::EqualArea),
             slide(SlideWeight::Even),
             slide(SlideWeight::Screen),
             slide(SlideWeight::Spot(falloff)),

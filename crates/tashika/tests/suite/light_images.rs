@@ -13,7 +13,7 @@ use tashika::math::{Aabb, Mat3, Vec3};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{
     Camera, Emitter, Image, IntensityMap, Lookup, Material, Pixels, Sampling, Scene, SceneBuilder,
-    SlideWeight, Spread, Surface, Wrap,
+    SlideWeight, SphereMap, Spread, Surface, Wrap,
 };
 use tashika::transport::Transport;
 use tashika::tree::{LightTree, LightTreeBuilder};
@@ -61,9 +61,9 @@ fn lit_room() -> SceneBuilder {
     b.add_image_light(&slide(Sampling::Bilinear, screen), at, Rgb::new(1.0, 0.8, 1.2), back).unwrap();
     b.add_image_light(&slide(Sampling::Nearest, even), at, Rgb::gray(0.5), turned()).unwrap();
     let under_the_ceiling = Vec3::new(-0.5, 1.6, 0.5);
-    let octahedral = lamp(Spread::Octahedral, Sampling::Nearest);
+    let octahedral = lamp(Spread::Sphere(SphereMap::EqualArea), Sampling::Nearest);
     b.add_image_light(&octahedral, under_the_ceiling, Rgb::gray(0.08), turned()).unwrap();
-    let lat_long = lamp(Spread::LatLong, Sampling::Bilinear);
+    let lat_long = lamp(Spread::Sphere(SphereMap::LatLong), Sampling::Bilinear);
     b.add_image_light(&lat_long, Vec3::new(0.6, 1.5, 0.2), Rgb::gray(0.06), turned()).unwrap();
     b
 }
@@ -137,8 +137,8 @@ fn bounds_hold_for_lights_of_images() {
     let maps = [
         slide(Sampling::Bilinear, SlideWeight::Screen),
         slide(Sampling::Nearest, SlideWeight::Even),
-        lamp(Spread::Octahedral, Sampling::Nearest),
-        lamp(Spread::LatLong, Sampling::Bilinear),
+        lamp(Spread::Sphere(SphereMap::EqualArea), Sampling::Nearest),
+        lamp(Spread::Sphere(SphereMap::LatLong), Sampling::Bilinear),
     ];
     for k in 0..48 {
         // Clusters of slides alone know that they shine in a cone.

@@ -30,7 +30,7 @@ use crate::error::Result;
 use crate::io::images::Encoding;
 use crate::math::elementary::tan;
 use crate::scene::{
-    Emitter, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, Spread, Wrap,
+    Emitter, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, SphereMap, Spread, Wrap,
 };
 
 /// Maps of lights so far, by file and spread; none where the image could not be read or is black.
@@ -67,7 +67,7 @@ pub(super) fn goniometric(loading: &mut Loading<'_>, p: &Parameters, to_world: &
     };
     let v4 = loading.version == Version::V4;
     let map = map(loading, p, &name, MapKind::Goniometric, |image| {
-        let spread = if v4 { Spread::Octahedral } else { Spread::LatLong };
+        let spread = Spread::Sphere(if v4 { SphereMap::EqualArea } else { SphereMap::LatLong });
         let image = if v4 { grey(&image) } else { image };
         IntensityMap::new(image, spread, lookup(v4))
     })?;
