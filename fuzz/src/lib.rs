@@ -1,7 +1,9 @@
-//! What all fuzz targets do with their bytes: write them into a folder, read them, and use what comes out.
+//! What all fuzz targets do with their bytes: write them into a folder, read them, and use what
+//! comes out.
 //!
-//! A finding is a panic, a hang, memory beyond the fuzzer's limit, a scene that breaks what a [`Scene`] promises, an image that is not the same by
-//! both ways to read it, or a tile of a checkpoint that nobody wrote.
+//! A finding is a panic, a hang, memory beyond the fuzzer's limit, a scene that breaks what a
+//! [`Scene`] promises, an image that is not the same by both ways to read it, or a tile of a
+//! checkpoint that nobody wrote.
 
 use std::fs;
 use std::sync::Arc;
@@ -9,13 +11,18 @@ use std::sync::Arc;
 use tashika::accel::Tracer;
 use tashika::film::{Film, PlaneSpec, SampleKind, Window};
 use tashika::gather::{GatherOptions, View};
-use tashika::io::{Checkpoint, ExrFile, LoadOptions, load_scene, read_exr};
-use tashika::scene::Scene;
+use tashika::io::{Checkpoint, ExrFile, LightChanges, LoadOptions, load_scene, read_exr};
+use tashika::scene::{Scene, builtin};
 use tashika::vpl::{VplOptions, VplSet};
 
 /// Limits that a fuzzer's machine can bear.
 fn options() -> LoadOptions {
-    LoadOptions { allow_outside: false, max_image_texels: 1 << 20, max_file_bytes: 1 << 24 }
+    LoadOptions {
+        allow_missing: true,
+        max_image_texels: 1 << 20,
+        max_file_bytes: 1 << 24,
+        ..LoadOptions::default()
+    }
 }
 
 /// Loads the first of `files`, which lie in one folder, and renders a pixel of it.
@@ -25,6 +32,23 @@ pub fn load(files: &[(&str, &[u8])]) {
         fs::write(folder.path().join(name), bytes).expect("a file");
     }
     match load_scene(&folder.path().join(files[0].0), &options()) {
+        Ok(scene) => look(scene),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// Adds the lamp of an IES file with these bytes to a room, and a light and an environment of these
+/// words.
+pub fn light(bytes: &[u8]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("lamp.ies");
+    fs::write(&path, bytes).expect("a file");
+    let words = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]);
+    let mut lights = vec![format!("ies:{}@0,1,0", path.display()).parse().expect("a light")];
+    lights.extend(words.parse());
+    let changes =
+        LightChanges { environment: words.parse().ok().filter(|_| words.starts_with("sky:")), lights };
+    match changes.apply(builtin::tiny(), &options()) {
         Ok(scene) => look(scene),
         Err(error) => assert!(!error.to_string().is_empty()),
     }
@@ -87,7 +111,8 @@ pub fn resume(bytes: &[u8]) {
     ];
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.checkpoint");
-    let film = Film::new([40, 30], Window { x: 3, y: 2, width: 20, height: 12 }, SPECS).expect("a sound window");
+    let film =
+        Film::new([40, 30], Window { x: 3, y: 2, width: 20, height: 12 }, SPECS).expect("a sound window");
     drop(Checkpoint::open(&path, &film).expect("a new file"));
     let mut records = fs::read(&path).expect("what was written");
     records.extend(bytes);
