@@ -1,11 +1,14 @@
-//! What a pixel costs beside what it might: one row for each goal of speed and memory, all measured in one run.
+//! What a pixel costs beside what it might: one row for each goal of speed and memory, all measured
+//! in one run.
 //!
 //!     cargo bench -p tashika-bench --bench ladder -- --scene SCENE --embree libembree4.so.4
 //!
-//! The built-in room is always measured; `--scene` adds another. Rows that need Embree are left out where no library is named, and Mitsuba's
-//! row where no scene is ([`mitsuba_beside.py`](../mitsuba_beside.py) says which scenes it takes). Times are medians of ratios in the same round.
-//! In windows of less than a few cells of 16x16 pixels, what a pixel's neighbourhood costs is too large a part; whole sums of many terms take long in large ones: `--crop`
-//! and `--only` choose.
+//! The built-in room is always measured; `--scene` adds another. Rows that need Embree are left out
+//! where no library is named, and Mitsuba's row where no scene is
+//! ([`mitsuba_beside.py`](../mitsuba_beside.py) says which scenes it takes). Times are medians of
+//! ratios in the same round. In windows of less than a few cells of 16x16 pixels, what a pixel's
+//! neighbourhood costs is too large a part; whole sums of many terms take long in large ones:
+//! `--crop` and `--only` choose.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -246,7 +249,8 @@ fn threads(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{speed:.2} ({:.2}-{:.2})", speeds[0], speeds[speeds.len() - 1])))
 }
 
-/// Ours is rendered by the benchmark, which tells its processor time; the script reads it and tells Mitsuba's.
+/// Ours is rendered by the benchmark, which tells its processor time; the script reads it and tells
+/// Mitsuba's.
 fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let (Some(file), None) = (&args.mitsuba, &of.scene) else { return Ok(None) };
     let error = of.error.unwrap_or(0.02);

@@ -2,9 +2,10 @@
 //!
 //!     cargo bench -p tashika-bench --bench profile -- --scene SCENE --crop 32
 //!
-//! Samples of the call stack, up to a thousand a second of processor time. A sample counts for the innermost function whose source is the library's, with
-//! what that calls in other libraries and the system; functions that the compiler has put into others count for themselves, but operations on vectors
-//! (`math::simd`) for those who ask for them.
+//! Samples of the call stack, up to a thousand a second of processor time. A sample counts for the
+//! innermost function whose source is the library's, with what that calls in other libraries and
+//! the system; functions that the compiler has put into others count for themselves, but operations
+//! on vectors (`math::simd`) for those who ask for them.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -69,7 +70,8 @@ fn tell(report: &Report) {
     table("Function", functions, all, FUNCTIONS);
 }
 
-/// The module of the library that a function's source is in, such as `cut::listed`; none if it is not the library's.
+/// The module of the library that a function's source is in, such as `cut::listed`; none if it is
+/// not the library's.
 fn module(symbol: &Symbol) -> Option<String> {
     let path = symbol.filename.as_ref()?.to_str()?;
     let (_, within) = path.rsplit_once(SOURCES)?;

@@ -1,4 +1,5 @@
-//! The rays and segments of a render, traced again alone: beside the render, and beside Embree 4 on the same segments.
+//! The rays and segments of a render, traced again alone: beside the render, and beside Embree 4 on
+//! the same segments.
 //!
 //!     cargo bench -p tashika-bench --bench tracing -- --scene SCENE --crop 64 --embree libembree4.so.4
 

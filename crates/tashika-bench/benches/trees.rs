@@ -1,9 +1,11 @@
-//! What it takes until the first ray: reading the scene, the tree for rays (beside Embree's), VPLs and the light tree.
+//! What it takes until the first ray: reading the scene, the tree for rays (beside Embree's), VPLs
+//! and the light tree.
 //!
 //!     cargo bench -p tashika-bench --bench trees -- --scene SCENE --vpls 1000000 --embree libembree4.so.4
 //!
-//! Elapsed times on all threads that are asked for, since what is built in parallel is waited for; of the trees for rays also the processor
-//! time of all threads, which tells more on a busy machine.
+//! Elapsed times on all threads that are asked for, since what is built in parallel is waited for;
+//! of the trees for rays also the processor time of all threads, which tells more on a busy
+//! machine.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 

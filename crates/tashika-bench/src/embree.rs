@@ -1,10 +1,10 @@
 //! Embree 4, loaded at run time: what others trace the same segments with.
 //!
-//! Declarations follow the documentation of its C interface (Embree 4, `rtcore_*.h`; Apache-2.0). Nothing of it is needed to build.
-//! PyPI's package `embreex` carries the library.
+//! Declarations follow the documentation of its C interface (Embree 4, `rtcore_*.h`; Apache-2.0).
+//! Nothing of it is needed to build. PyPI's package `embreex` carries the library.
 //!
-//! Meshes are built as the scene places them: what is placed once in world space, the rest as instances. Materials that let light
-//! pass are asked in a filter, as a user of the library would.
+//! Meshes are built as the scene places them: what is placed once in world space, the rest as
+//! instances. Materials that let light pass are asked in a filter, as a user of the library would.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::path::Path;
@@ -15,7 +15,8 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW, Symbol};
 use tashika::math::Vec3;
 use tashika::scene::{InstanceId, Scene};
 
-/// How far, in parameters, rays stay away from the ends of segments, where surfaces would shadow themselves.
+/// How far, in parameters, rays stay away from the ends of segments, where surfaces would shadow
+/// themselves.
 const MARGIN: f32 = 1e-4;
 
 /// Segments of a packet.
@@ -200,7 +201,8 @@ pub struct Traced<'a> {
     ids: Vec<InstanceId>,
 }
 
-// SAFETY: a committed scene may be asked from any thread, and nothing else is done with the handles until they are dropped.
+// SAFETY: a committed scene may be asked from any thread, and nothing else is done with the handles
+// until they are dropped.
 unsafe impl Sync for Traced<'_> {}
 
 impl Library4 {
@@ -304,12 +306,14 @@ impl Library4 {
     }
 }
 
-/// Takes in what a transparent surface stops, and lets those segments go on of which something is left.
+/// Takes in what a transparent surface stops, and lets those segments go on of which something is
+/// left.
 ///
 /// # Safety
 /// To be called by Embree, with a [`Context`].
 unsafe extern "C" fn let_pass(arguments: *const FilterArguments) {
-    // SAFETY: the pointers and layouts are those of the documentation: arrays of `count` numbers, one after the other.
+    // SAFETY: the pointers and layouts are those of the documentation: arrays of `count` numbers,
+    // one after the other.
     unsafe {
         let arguments = &*arguments;
         let n = arguments.count as usize;
@@ -410,7 +414,8 @@ impl Traced<'_> {
                 geometry: INVALID,
                 instance: [INVALID; 2],
             };
-            // SAFETY: a committed scene and a ray of the documented layout; no arguments are the default ones.
+            // SAFETY: a committed scene and a ray of the documented layout; no arguments are the
+            // default ones.
             unsafe { (self.library.functions.rtcIntersect1)(self.top, &raw mut hit, null_mut()) };
             parameters.push(if hit.geometry == INVALID { f32::INFINITY } else { hit.ray.far });
         }

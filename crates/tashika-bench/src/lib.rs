@@ -2,8 +2,9 @@
 //!
 //!     cargo bench -p tashika-bench --bench tracing -- --help
 //!
-//! `measure` times variants in turns, so that what else the machine does falls on all of them; `subject` is what is rendered;
-//! `recording` keeps the very rays and segments of a render; `embree` is Embree 4, if a library is named. For Unix systems.
+//! `measure` times variants in turns, so that what else the machine does falls on all of them;
+//! `subject` is what is rendered; `recording` keeps the very rays and segments of a render;
+//! `embree` is Embree 4, if a library is named. For Unix systems.
 
 pub mod embree;
 pub mod measure;

@@ -2,7 +2,8 @@
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Seconds of processor time that this thread has taken. (Other libraries' threads may spin beside it.)
+/// Seconds of processor time that this thread has taken. (Other libraries' threads may spin beside
+/// it.)
 pub fn cpu_seconds() -> f64 {
     seconds(ClockId::ThreadCPUTime)
 }

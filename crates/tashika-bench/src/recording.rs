@@ -61,7 +61,8 @@ impl Recording {
     }
 }
 
-/// The ends of each segment of a batch, in order: where it starts, its direction, its largest parameter.
+/// The ends of each segment of a batch, in order: where it starts, its direction, its largest
+/// parameter.
 pub fn segments_of(batch: &SegmentBatch) -> Vec<crate::embree::Segment> {
     let mut segments = Vec::with_capacity(batch.len());
     for fan in batch.fans() {

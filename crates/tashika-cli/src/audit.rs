@@ -1,4 +1,5 @@
-//! The audit after a render: the truth of pixels at random, by exact sums or by path tracing, and how many are within the tolerance.
+//! The audit after a render: the truth of pixels at random, by exact sums or by path tracing, and
+//! how many are within the tolerance.
 
 use std::sync::atomic::AtomicBool;
 

@@ -12,7 +12,8 @@ use crate::plan::ComparePlan;
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, typed_command, write_json};
 
-/// Everything that is told about a comparison; shares in 0 to 1, errors relative, `null` for infinite.
+/// Everything that is told about a comparison; shares in 0 to 1, errors relative, `null` for
+/// infinite.
 #[derive(Debug, Serialize)]
 struct Report {
     image: PathBuf,

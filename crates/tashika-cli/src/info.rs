@@ -86,8 +86,8 @@ struct CameraReport {
     name: String,
     resolution: Option<[u32; 2]>,
     projection: &'static str,
-    /// Degrees of the field of view of perspectives and fisheyes, metres of the film of orthographic cameras; none
-    /// where all directions are seen.
+    /// Degrees of the field of view of perspectives and fisheyes, metres of the film of
+    /// orthographic cameras; none where all directions are seen.
     height: Option<f32>,
 }
 

@@ -15,7 +15,8 @@ use crate::summary::counted;
 pub struct Kept(Mutex<Option<Checkpoint>>);
 
 impl Kept {
-    /// Opens the checkpoint of the render that begins with this film, and says what it has; without a path nothing is kept.
+    /// Opens the checkpoint of the render that begins with this film, and says what it has; without
+    /// a path nothing is kept.
     pub fn open(path: Option<&Path>, film: Film, meter: &Meter) -> Result<(Self, Begun), Failure> {
         let Some(path) = path else {
             return Ok((Self(Mutex::new(None)), Begun { film, tiles: Vec::new() }));
@@ -40,7 +41,8 @@ impl Kept {
         }
     }
 
-    /// Removes the checkpoint of a render that is complete and written; says what to do with that of another.
+    /// Removes the checkpoint of a render that is complete and written; says what to do with that
+    /// of another.
     pub fn end(self, complete: bool, meter: &Meter) -> Result<(), Failure> {
         let checkpoint = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         match checkpoint {

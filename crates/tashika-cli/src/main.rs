@@ -1,7 +1,8 @@
 //! The program `tashika`.
 //!
-//! In two steps: [`args`] is what was typed, [`plan`] what is to be done, with every value checked; then one
-//! module for each command. All computing is in the library: each of its public operations is one call here.
+//! In two steps: [`args`] is what was typed, [`plan`] what is to be done, with every value checked;
+//! then one module for each command. All computing is in the library: each of its public operations
+//! is one call here.
 //!
 //! Results go to standard output, progress and errors to standard error.
 #![forbid(unsafe_code)]

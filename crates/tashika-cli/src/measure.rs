@@ -1,4 +1,5 @@
-//! What `coverage` and the experiments have in common: exact sums, rows with their times, and what is told at the end.
+//! What `coverage` and the experiments have in common: exact sums, rows with their times, and what
+//! is told at the end.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -264,7 +264,8 @@ fn truth<'a>(plan: &RenderPlan, lit: &'a Lit, tracer: &'a Tracer) -> Result<Opti
     })
 }
 
-/// What another set of VPLs than the one that was traced would change; none if none was, or if interrupted.
+/// What another set of VPLs than the one that was traced would change; none if none was, or if
+/// interrupted.
 fn by_other_set(
     plan: &RenderPlan,
     integration: &Integration,

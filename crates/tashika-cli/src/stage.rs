@@ -42,7 +42,8 @@ impl Stage {
         }
     }
 
-    /// Reads the scene and builds the tree for rays, once for all the cameras that were chosen; at least one.
+    /// Reads the scene and builds the tree for rays, once for all the cameras that were chosen; at
+    /// least one.
     pub fn load_all(plan: &StagePlan, meter: &Meter, seconds: &mut Seconds) -> Result<Vec<Self>, Failure> {
         meter.phase(&format!("reading {}", plan.scene.label()));
         let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
@@ -102,7 +103,8 @@ impl Stage {
     }
 }
 
-/// The lights of a file, if they come from one: it is small beside most scenes, so that what is wrong with it is told first.
+/// The lights of a file, if they come from one: it is small beside most scenes, so that what is
+/// wrong with it is told first.
 pub fn stored_lights(
     plan: Option<&Lights>,
     meter: &Meter,

@@ -148,8 +148,8 @@ fn parts_of_other_projections_are_not_joined() {
     folder.succeeds("merge part-1.exr part-2.exr -o whole.exr --quiet");
 }
 
-/// The made camera of a file without one shows the whole scene, whatever the proportions: no object touches an edge, and
-/// in one direction it comes near both.
+/// The made camera of a file without one shows the whole scene, whatever the proportions: no object
+/// touches an edge, and in one direction it comes near both.
 #[test]
 fn a_file_without_a_camera_is_framed_in_any_proportions() {
     let folder = Folder::new();

@@ -109,7 +109,8 @@ fn parts_of_another_render_are_refused_by_name() {
 const LONG: &str =
     "render builtin:tiny --size 160x90 --truth vpl --vpls 2k --gather 16 --error 2% --threads 2 --checkpoint";
 
-/// Begins a render, and ends it by force once its checkpoint has grown to that many bytes; false if it was too fast.
+/// Begins a render, and ends it by force once its checkpoint has grown to that many bytes; false if
+/// it was too fast.
 fn killed(folder: &Path, bytes: u64) -> bool {
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_tashika"))
         .current_dir(folder)
@@ -204,7 +205,8 @@ fn what_is_finished_survives_a_full_disk() {
     same_as_whole(folder, "a");
 }
 
-/// Stands for Slurm: runs what is submitted at once, each task of an array once, the second of them after it was lost halfway.
+/// Stands for Slurm: runs what is submitted at once, each task of an array once, the second of them
+/// after it was lost halfway.
 #[cfg(unix)]
 const SBATCH: &str = r#"#!/bin/sh
 set -e
@@ -248,7 +250,8 @@ fn a_job_for_slurm_gives_the_same_bytes() {
     assert!(folder.join("job/part-3.exr").exists() && !folder.join("job/part-3.exr.checkpoint").exists());
 }
 
-/// The default: the large set is traced once for all shares, and that pixels ran out of budget is no failure of a picture.
+/// The default: the large set is traced once for all shares, and that pixels ran out of budget is
+/// no failure of a picture.
 #[cfg(unix)]
 #[test]
 fn a_picture_is_shared_with_the_lights_of_one() {

@@ -235,7 +235,8 @@ fn an_audit_says_what_was_kept() {
     );
 }
 
-/// The promise of a sum is told together with what the choice of its lights is worth; few lights are worth less than many.
+/// The promise of a sum is told together with what the choice of its lights is worth; few lights
+/// are worth less than many.
 #[test]
 fn a_promise_about_one_set_of_lights_says_what_another_would_change() {
     let folder = Folder::new();
@@ -391,8 +392,8 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// A scene without light says whose light it has, whatever else there is to say; light that is asked for takes its place, is told, and parts of
-/// pictures in different light do not go together.
+/// A scene without light says whose light it has, whatever else there is to say; light that is
+/// asked for takes its place, is told, and parts of pictures in different light do not go together.
 #[test]
 fn light_that_is_asked_for_is_told_and_not_mixed() {
     let folder = Folder::new();
@@ -828,7 +829,8 @@ fn ctrl_c_leaves_the_rows_that_are_finished() {
     use std::process::{Command, Stdio};
 
     let folder = Folder::new();
-    // The first row takes a moment, the second many minutes, each of its pixels a fraction of a second.
+    // The first row takes a moment, the second many minutes, each of its pixels a fraction of a
+    // second.
     let line = "coverage builtin:tiny --size 8x8 --vpls 2k --gather 64 --pixels 5 --seeds 300 --json a.json \
                 --methods mdlc --error 100%,0.001% --max-pairs 50k";
     let mut child = Command::new(env!("CARGO_BIN_EXE_tashika"))

@@ -1,5 +1,5 @@
-//! `render --tev`, with a server in place of the viewer: packets are read by tev's layout alone (`src/tev/packet.rs` states it),
-//! and the image that they make must be the one in the file.
+//! `render --tev`, with a server in place of the viewer: packets are read by tev's layout alone
+//! (`src/tev/packet.rs` states it), and the image that they make must be the one in the file.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,7 +1,8 @@
 //! NumPy arrays in and out, by NumPy's own functions.
 //!
-//! Out: the samples are copied once, into an immutable bytes object that the array looks at, so that arrays are read-only and in row-major
-//! order. In: whatever NumPy makes an array of, checked for its shape; `n` rows of `N` numbers.
+//! Out: the samples are copied once, into an immutable bytes object that the array looks at, so
+//! that arrays are read-only and in row-major order. In: whatever NumPy makes an array of, checked
+//! for its shape; `n` rows of `N` numbers.
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;

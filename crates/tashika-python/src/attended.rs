@@ -1,7 +1,9 @@
-//! Work that the interpreter attends to: on threads of its own, while the caller's thread tells of progress and looks for Ctrl-C.
+//! Work that the interpreter attends to: on threads of its own, while the caller's thread tells of
+//! progress and looks for Ctrl-C.
 //!
-//! The work never waits for the interpreter. The caller's thread lets other Python threads run, and ten times a second calls `progress`
-//! and lets Python handle signals. What either raises asks the work to stop, and is raised again when it has stopped.
+//! The work never waits for the interpreter. The caller's thread lets other Python threads run, and
+//! ten times a second calls `progress` and lets Python handle signals. What either raises asks the
+//! work to stop, and is raised again when it has stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -58,8 +60,8 @@ impl Drop for End<'_> {
     }
 }
 
-/// Runs `work` on a pool of so many threads, zero being one a core; `progress` is called with pixels, pixels in all, those that keep their
-/// promise, and rays.
+/// Runs `work` on a pool of so many threads, zero being one a core; `progress` is called with
+/// pixels, pixels in all, those that keep their promise, and rays.
 ///
 /// # Errors
 /// What the work returns, as an exception; what `progress` or a signal's handler raises.

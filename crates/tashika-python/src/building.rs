@@ -1,7 +1,7 @@
 //! Scenes built from arrays: meshes, lights, a sky, a camera.
 //!
-//! What a scene may be made of is a part of what files may say. Lengths in metres, colours linear Rec. 709 as three numbers or as one for
-//! gray, angles in degrees.
+//! What a scene may be made of is a part of what files may say. Lengths in metres, colours linear
+//! Rec. 709 as three numbers or as one for gray, angles in degrees.
 
 use std::collections::BTreeMap;
 
@@ -19,10 +19,12 @@ use crate::arrays::{Array, Content, float_rows, index_rows};
 use crate::errors::{option, raised};
 use crate::materials::{Color, Material, Palette, image};
 
-/// Triangles of one material: `vertices` of shape (n, 3) in metres, `triangles` of shape (m, 3) with indices of vertices, and for each
-/// vertex, if they are given, `normals` (n, 3) and texture coordinates `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its
-/// bottom right. `material` is a `Material`, or the name of one of the scene's. `transforms` of shape (k, 4, 4) place it k times, by matrices
-/// whose columns are the images of the axes and of the origin; without them it stands once, as it is. The arrays are copied.
+/// Triangles of one material: `vertices` of shape (n, 3) in metres, `triangles` of shape (m, 3)
+/// with indices of vertices, and for each vertex, if they are given, `normals` (n, 3) and texture
+/// coordinates `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its bottom
+/// right. `material` is a `Material`, or the name of one of the scene's. `transforms` of shape (k,
+/// 4, 4) place it k times, by matrices whose columns are the images of the axes and of the origin;
+/// without them it stands once, as it is. The arrays are copied.
 ///
 /// ```python
 /// >>> import numpy as np
@@ -96,7 +98,8 @@ fn placements(transforms: &Bound<'_, PyAny>) -> PyResult<Vec<Affine3A>> {
     numbers.as_chunks::<16>().0.iter().map(place).collect()
 }
 
-/// A light without surface; made by `Light.point`, `Light.spot` or `Light.directional`. Surfaces shine by their material.
+/// A light without surface; made by `Light.point`, `Light.spot` or `Light.directional`. Surfaces
+/// shine by their material.
 #[pyclass(frozen, module = "tashika")]
 pub struct Light(Emitter);
 
@@ -108,8 +111,8 @@ impl Light {
         Self(Emitter::Point { position: position.into(), intensity: intensity.into() })
     }
 
-    /// Light in a cone about a direction: of equal intensity (W/sr) up to `inner` degrees from it, and fading to nothing at `outer`
-    /// (the square of the cosine's share of the way, as in glTF).
+    /// Light in a cone about a direction: of equal intensity (W/sr) up to `inner` degrees from it,
+    /// and fading to nothing at `outer` (the square of the cosine's share of the way, as in glTF).
     #[staticmethod]
     #[pyo3(signature = (position, direction, intensity, *, inner=0.0, outer=45.0))]
     fn spot(
@@ -135,7 +138,8 @@ impl Light {
         }))
     }
 
-    /// Parallel light that goes in that direction, such as the sun's, with the irradiance (W/m²) of a surface that faces it.
+    /// Parallel light that goes in that direction, such as the sun's, with the irradiance (W/m²) of
+    /// a surface that faces it.
     #[staticmethod]
     fn directional(direction: [f32; 3], irradiance: Color) -> Self {
         let direction = Vec3::from(direction).normalize_or_zero();
@@ -147,9 +151,11 @@ impl Light {
     }
 }
 
-/// A camera at `eye` that looks at `target`: a pinhole, or a thin lens of `lens_radius` (m) that is sharp at `focus_distance` (m; that of
-/// the target if not said). The lens is round, or a polygon of `blades` (3 to 100) with corners on the circle of the radius, turned by
-/// `blade_rotation` (degrees, counter-clockwise as the camera sees it; at 0 a corner is up). `vertical_fov` is in degrees, `size` the (width, height) in pixels of its images unless a render says another.
+/// A camera at `eye` that looks at `target`: a pinhole, or a thin lens of `lens_radius` (m) that is
+/// sharp at `focus_distance` (m; that of the target if not said). The lens is round, or a polygon
+/// of `blades` (3 to 100) with corners on the circle of the radius, turned by `blade_rotation`
+/// (degrees, counter-clockwise as the camera sees it; at 0 a corner is up). `vertical_fov` is in
+/// degrees, `size` the (width, height) in pixels of its images unless a render says another.
 #[pyclass(frozen, module = "tashika")]
 pub struct Camera(scene::Camera);
 
@@ -185,7 +191,8 @@ impl Camera {
         Ok(Self(scene::Camera { lens, resolution: size, ..camera }))
     }
 
-    /// A camera without perspective, whose film is `height` metres high; it looks along the way from `eye` to `target`.
+    /// A camera without perspective, whose film is `height` metres high; it looks along the way
+    /// from `eye` to `target`.
     #[staticmethod]
     #[pyo3(signature = (eye, target, height, *, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
     fn orthographic(
@@ -199,7 +206,8 @@ impl Camera {
         Self::with_projection(eye, target, up, size, name, Projection::Orthographic { height })
     }
 
-    /// An equidistant fisheye: a circle that touches the longer sides of the image, `fov` degrees across (at most 360), black outside.
+    /// An equidistant fisheye: a circle that touches the longer sides of the image, `fov` degrees
+    /// across (at most 360), black outside.
     #[staticmethod]
     #[pyo3(signature = (eye, target, *, fov=180.0, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
     fn fisheye(
@@ -215,8 +223,9 @@ impl Camera {
         Self::with_projection(eye, target, up, size, name, Projection::Fisheye { angle })
     }
 
-    /// A camera that sees all directions: by latitude and longitude, with `target` in the middle of the image, or of `equal_area` in a
-    /// square whose middle is up and whose lower edge's middle is `target`.
+    /// A camera that sees all directions: by latitude and longitude, with `target` in the middle of
+    /// the image, or of `equal_area` in a square whose middle is up and whose lower edge's middle
+    /// is `target`.
     #[staticmethod]
     #[pyo3(signature = (eye, target, *, equal_area=false, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
     fn spherical(

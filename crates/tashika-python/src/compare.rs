@@ -12,7 +12,8 @@ use crate::errors::{option, raised};
 use crate::image::{Image, ending};
 use crate::notebook;
 
-/// How far an image is from a reference. Shares are in 0 to 1, errors relative; the names are those of `tashika compare --json`.
+/// How far an image is from a reference. Shares are in 0 to 1, errors relative; the names are those
+/// of `tashika compare --json`.
 #[pyclass(frozen, module = "tashika")]
 pub struct Comparison {
     found: report::Comparison,
@@ -109,8 +110,9 @@ impl Comparison {
         self.found.claims.as_ref().and_then(Claims::share)
     }
 
-    /// Claims: "kept", "of", the ends "low" and "high" of the interval of the share at "confidence", and "same_truth", whether the
-    /// reference is of the same VPLs and gather points; None if the image makes none.
+    /// Claims: "kept", "of", the ends "low" and "high" of the interval of the share at
+    /// "confidence", and "same_truth", whether the reference is of the same VPLs and gather points;
+    /// None if the image makes none.
     #[getter]
     pub(crate) fn claims<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.claims else { return Ok(None) };
@@ -124,9 +126,10 @@ impl Comparison {
         Ok(Some(claims))
     }
 
-    /// Intervals of both images: how many pixels are "claimed_in_both", how many of these have intervals that are "disjoint", so that one of the
-    /// two is wrong, the "share", and the ends "low" and "high" of its interval at "confidence"; None if no pixel is claimed in both,
-    /// or the images are about different truths.
+    /// Intervals of both images: how many pixels are "claimed_in_both", how many of these have
+    /// intervals that are "disjoint", so that one of the two is wrong, the "share", and the ends
+    /// "low" and "high" of its interval at "confidence"; None if no pixel is claimed in both, or
+    /// the images are about different truths.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.intervals else { return Ok(None) };
@@ -184,8 +187,8 @@ fn named(image: &Image) -> Named<'_> {
     Named { name: image.name(), film: image.film() }
 }
 
-/// Holds an image against a reference of the same size: errors are distances of luminance, relative to the reference, or to `absolute`
-/// over `error` where that is more.
+/// Holds an image against a reference of the same size: errors are distances of luminance, relative
+/// to the reference, or to `absolute` over `error` where that is more.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")

@@ -24,9 +24,11 @@ const MAIN: &str = "radiance";
 
 /// An image: a mapping from names of planes to read-only NumPy arrays.
 ///
-/// "radiance" is the main plane, float32 of shape (height, width, 3) in W/m²/sr, linear Rec. 709. Planes of one channel have the shape
-/// (height, width): "half_width" and "standard_error" of the luminance, "claim" and "stop" as uint32 codes, "pairs", "rays", "depth" and
-/// so on; `planes` says what each means. Rows go down from the top. An array is made when it is first asked for, and kept.
+/// "radiance" is the main plane, float32 of shape (height, width, 3) in W/m²/sr, linear Rec. 709.
+/// Planes of one channel have the shape (height, width): "half_width" and "standard_error" of the
+/// luminance, "claim" and "stop" as uint32 codes, "pairs", "rays", "depth" and so on; `planes` says
+/// what each means. Rows go down from the top. An array is made when it is first asked for, and
+/// kept.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
@@ -119,14 +121,16 @@ impl Image {
         self.film.size().into()
     }
 
-    /// The part of the image that the arrays hold: (x, y, width, height) in pixels from the top left.
+    /// The part of the image that the arrays hold: (x, y, width, height) in pixels from the top
+    /// left.
     #[getter]
     fn window(&self) -> (u32, u32, u32, u32) {
         let window = self.film.window();
         (window.x, window.y, window.width, window.height)
     }
 
-    /// Whether every pixel that was asked for was rendered; pixels of other `tiles` are 0 in the plane "stop".
+    /// Whether every pixel that was asked for was rendered; pixels of other `tiles` are 0 in the
+    /// plane "stop".
     #[getter]
     fn complete(&self) -> bool {
         self.film.metadata().bool("complete").unwrap_or(true)
@@ -215,8 +219,9 @@ impl Image {
         if self.keys_in_order().contains(&name) { self.__getitem__(py, name).map(Some) } else { Ok(default) }
     }
 
-    /// How this image does against a reference: "within", the share of the pixels whose error is at most `error` (its own if not said), and
-    /// "claims", the claims whose interval holds the reference, with the ends of the interval of their share at 95 %; None without claims.
+    /// How this image does against a reference: "within", the share of the pixels whose error is at
+    /// most `error` (its own if not said), and "claims", the claims whose interval holds the
+    /// reference, with the ends of the interval of their share at 95 %; None without claims.
     ///
     /// ```python
     /// >>> scene = tashika.builtin("tiny")
@@ -242,7 +247,8 @@ impl Image {
         Ok(found)
     }
 
-    /// Writes the image, whole or not at all, as its ending says: `.exr` has everything, `.png` is a picture, `.html` a page to look into.
+    /// Writes the image, whole or not at all, as its ending says: `.exr` has everything, `.png` is
+    /// a picture, `.html` a page to look into.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let film = &self.film;
         py.detach(|| match ending(&path).as_str() {
@@ -283,11 +289,13 @@ pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
     Ok(Image::named(film, path))
 }
 
-/// Joins parts of an image that were rendered with `tiles`: of all shares, the image that one machine renders, bit by bit.
+/// Joins parts of an image that were rendered with `tiles`: of all shares, the image that one
+/// machine renders, bit by bit.
 ///
-/// `parts` is any iterable; each part is taken when the one before is joined, so that a generator that reads files needs memory for one at a
-/// time. A share that is there twice has to be the same twice. Pixels that no part has are zero, and `complete` is false then. Raises
-/// `InputError`, naming the part, for parts of different renders.
+/// `parts` is any iterable; each part is taken when the one before is joined, so that a generator
+/// that reads files needs memory for one at a time. A share that is there twice has to be the same
+/// twice. Pixels that no part has are zero, and `complete` is false then. Raises `InputError`,
+/// naming the part, for parts of different renders.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")

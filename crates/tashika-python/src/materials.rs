@@ -1,4 +1,5 @@
-//! Materials from numbers and arrays: colours and roughnesses that are the same everywhere, or images.
+//! Materials from numbers and arrays: colours and roughnesses that are the same everywhere, or
+//! images.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -67,7 +68,8 @@ impl Paint {
     }
 }
 
-/// The image of an array of shape (height, width) or (height, width, 3), from the top row; of bytes as `of_bytes` takes them.
+/// The image of an array of shape (height, width) or (height, width, 3), from the top row; of bytes
+/// as `of_bytes` takes them.
 pub fn image(
     name: &str,
     value: &Bound<'_, PyAny>,
@@ -154,9 +156,10 @@ type Recipe = Arc<dyn Fn(&mut Palette<'_>) -> Result<Surface> + Send + Sync>;
 
 /// What a mesh is made of; made by `Material.diffuse` and its like.
 ///
-/// Colours are linear Rec. 709: a number for gray, three, or an image: an array of shape (height, width, 3), or (height, width) for gray, at
-/// the texture coordinates of the mesh, repeated. Arrays of `uint8` are taken as sRGB, as pictures are stored, others as linear. Roughness
-/// may be an array of shape (height, width) too. Arrays are copied.
+/// Colours are linear Rec. 709: a number for gray, three, or an image: an array of shape (height,
+/// width, 3), or (height, width) for gray, at the texture coordinates of the mesh, repeated. Arrays
+/// of `uint8` are taken as sRGB, as pictures are stored, others as linear. Roughness may be an
+/// array of shape (height, width) too. Arrays are copied.
 ///
 /// ```python
 /// >>> tashika.Material.diffuse(0.8), tashika.Material.diffuse(0).emitting((5, 5, 4))
@@ -204,7 +207,8 @@ impl Material {
         }))
     }
 
-    /// Metal with GGX microfacets of roughness `alpha` (0: smooth) that reflects `f0`, a colour without image, at normal incidence.
+    /// Metal with GGX microfacets of roughness `alpha` (0: smooth) that reflects `f0`, a colour
+    /// without image, at normal incidence.
     #[staticmethod]
     fn conductor(f0: Color, alpha: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (f0, alpha) = (f0.into(), Paint::number("alpha", alpha)?);
@@ -217,7 +221,8 @@ impl Material {
         }))
     }
 
-    /// A dielectric coat of that refractive index and GGX roughness (0: smooth) over a diffuse base.
+    /// A dielectric coat of that refractive index and GGX roughness (0: smooth) over a diffuse
+    /// base.
     #[staticmethod]
     #[pyo3(signature = (reflectance, *, ior=1.5, alpha=None))]
     fn coated(reflectance: &Bound<'_, PyAny>, ior: f32, alpha: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
@@ -253,8 +258,8 @@ impl Material {
         })
     }
 
-    /// The same material, sending out light of that radiance (W/m²/sr), a colour, on the side from which its triangles run
-    /// counter-clockwise, or on both sides.
+    /// The same material, sending out light of that radiance (W/m²/sr), a colour, on the side from
+    /// which its triangles run counter-clockwise, or on both sides.
     #[pyo3(signature = (radiance, *, two_sided=false))]
     fn emitting(&self, radiance: &Bound<'_, PyAny>, two_sided: bool) -> PyResult<Self> {
         let radiance = Paint::color("radiance", radiance)?;

@@ -18,7 +18,8 @@ use crate::scene::Scene;
 use crate::vpls::Lights;
 use crate::words;
 
-/// The exact many-light sums of some pixels, (x, y) from the top left: radiance, float32 of shape (n, 3), in the order of the pixels.
+/// The exact many-light sums of some pixels, (x, y) from the top left: radiance, float32 of shape
+/// (n, 3), in the order of the pixels.
 ///
 /// Each is what `render(method="exact")` gives for that pixel; see there for the arguments.
 ///
@@ -64,12 +65,13 @@ pub fn exact<'py>(
     )
 }
 
-/// How often methods keep to their tolerance and to their intervals, on pixels at random whose exact sums are computed: a list of rows
-/// as dicts, those of `tashika coverage --json`, where infinite errors are None.
+/// How often methods keep to their tolerance and to their intervals, on pixels at random whose
+/// exact sums are computed: a list of rows as dicts, those of `tashika coverage --json`, where
+/// infinite errors are None.
 ///
-/// One row for each of `methods` (all if not said), `errors`, and, for methods with intervals, `confidences`; with `by`, of "brightness"
-/// and "material", also rows of those pixels. Each pixel is rendered `seeds` times. `pixels=None` takes all. The other arguments are
-/// those of `render`.
+/// One row for each of `methods` (all if not said), `errors`, and, for methods with intervals,
+/// `confidences`; with `by`, of "brightness" and "material", also rows of those pixels. Each pixel
+/// is rendered `seeds` times. `pixels=None` takes all. The other arguments are those of `render`.
 ///
 /// ```python
 /// >>> rows = tashika.coverage(

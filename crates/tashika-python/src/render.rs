@@ -26,31 +26,42 @@ use crate::words;
 
 /// Renders an image; other Python threads run meanwhile.
 ///
-/// Arguments, with the defaults of the program `tashika render`, so that the planes are the same bit for bit:
+/// Arguments, with the defaults of the program `tashika render`, so that the planes are the same
+/// bit for bit:
 ///
-/// - `camera`: name, the first if not said; `size`: (width, height) in pixels, the camera's or (640, 360); `crop`: (x, y, width, height)
-///   in pixels from the top left; `tiles`: "K/N" or (K, N), the K-th of N shares of the image, of more than 16
-///   as an image of the part that has it (`window`).
-/// - `projection`: another than the camera's: "perspective", "fisheye", "spherical" or "equal-area"; `fov` in degrees, of a perspective
-///   (vertical) or a fisheye (across its circle); `lens_radius` and `focus_distance` in metres, `blades` and `blade_rotation` (degrees) of
-///   a perspective's lens, as `Camera` has them.
-/// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or "path".
-/// - `error`: relative error that a pixel may have; not said, a picture is made that takes minutes, and pixels that are not within 0.05 by then say so (0.02 with `truth` "vpl"; with "path": none, 64 `paths` a pixel); `absolute`: error that is enough where
-///   it is dark (W/m²/sr), 0; `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or
-///   "certified"; `truth`: "transport" (light in the scene, the default), "vpl" (the sum over one set, the default for
-///   certified claims and for a `VplSet`) or "clamped"; `max_pairs`: largest cut, pairs and paths with "transport".
-/// - `vpls`: a `VplSet`, or how many to trace (a million at 0.05, 2.5 million at 0.02; 5000 with `truth` "vpl"); `clamp`: "auto", "off" or metres; `gather`: gather
-///   points a pixel (51 at 0.05, 128 at 0.02; 4 with `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris", where these, or paths, are.
+/// - `camera`: name, the first if not said; `size`: (width, height) in pixels, the camera's or
+///   (640, 360); `crop`: (x, y, width, height) in pixels from the top left; `tiles`: "K/N" or (K,
+///   N), the K-th of N shares of the image, of more than 16 as an image of the part that has it
+///   (`window`).
+/// - `projection`: another than the camera's: "perspective", "fisheye", "spherical" or
+///   "equal-area"; `fov` in degrees, of a perspective (vertical) or a fisheye (across its circle);
+///   `lens_radius` and `focus_distance` in metres, `blades` and `blade_rotation` (degrees) of a
+///   perspective's lens, as `Camera` has them.
+/// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or
+///   "path".
+/// - `error`: relative error that a pixel may have; not said, a picture is made that takes minutes,
+///   and pixels that are not within 0.05 by then say so (0.02 with `truth` "vpl"; with "path":
+///   none, 64 `paths` a pixel); `absolute`: error that is enough where it is dark (W/m²/sr), 0;
+///   `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`:
+///   "calibrated" or "certified"; `truth`: "transport" (light in the scene, the default), "vpl"
+///   (the sum over one set, the default for certified claims and for a `VplSet`) or "clamped";
+///   `max_pairs`: largest cut, pairs and paths with "transport".
+/// - `vpls`: a `VplSet`, or how many to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
+///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `gather`: gather points a pixel (51 at 0.05,
+///   128 at 0.02; 4 with `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris",
+///   where these, or paths, are.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
-/// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the same arguments, however that ended, the
-///   render goes on from it, to the same bits. It stays: remove it when the image is saved. Damage in it is warned of and rendered again;
-///   one of another render is an `InputError`.
-/// - `progress`: called as `progress(pixels, of, promise_met, rays)` about ten times a second. What it raises ends the render and is
-///   raised again, and so does Ctrl-C.
+/// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the
+///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
+///   remove it when the image is saved. Damage in it is warned of and rendered again; one of
+///   another render is an `InputError`.
+/// - `progress`: called as `progress(pixels, of, promise_met, rays)` about ten times a second. What
+///   it raises ends the render and is raised again, and so does Ctrl-C.
 ///
 /// A scene keeps the VPLs of its last render of light transport, for the next with the same.
 ///
-/// Arguments that mean nothing to the method are not used, with a warning. Raises `OptionError` for values that cannot be.
+/// Arguments that mean nothing to the method are not used, with a warning. Raises `OptionError` for
+/// values that cannot be.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)

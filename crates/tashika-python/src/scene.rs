@@ -50,7 +50,8 @@ impl Scene {
         self.tracer.get_or_init(|| Tracer::new(Arc::clone(&self.scene)))
     }
 
-    /// Lights guided to a view: those of the last call, if they are the same, so that shares of an image have them in common.
+    /// Lights guided to a view: those of the last call, if they are the same, so that shares of an
+    /// image have them in common.
     pub(crate) fn guided_lights(
         &self,
         lights: &VplOptions,
@@ -79,12 +80,13 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// A scene of meshes, lights and a camera; `materials` are those that meshes name. `sky` is a radiance (W/m²/sr) from everywhere, or a
-    /// map of it by latitude and longitude: an array of shape (height, width, 3) whose top row is up (+y), whose middle column is -z and
-    /// the next to the right towards +x.
+    /// A scene of meshes, lights and a camera; `materials` are those that meshes name. `sky` is a
+    /// radiance (W/m²/sr) from everywhere, or a map of it by latitude and longitude: an array of
+    /// shape (height, width, 3) whose top row is up (+y), whose middle column is -z and the next to
+    /// the right towards +x.
     ///
-    /// Without a camera it gets one that sees all of it, without light a white sky and a sun; `notes` tells. Raises `InputError` for what
-    /// cannot be rendered.
+    /// Without a camera it gets one that sees all of it, without light a white sky and a sun;
+    /// `notes` tells. Raises `InputError` for what cannot be rendered.
     ///
     /// ```python
     /// >>> square = [[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
@@ -128,7 +130,8 @@ impl Scene {
         Ok(counts)
     }
 
-    /// The cameras by name, each with the size in pixels that the file asks for, or None. The first is the default.
+    /// The cameras by name, each with the size in pixels that the file asks for, or None. The first
+    /// is the default.
     #[getter]
     fn cameras<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let cameras = PyDict::new(py);
@@ -170,11 +173,14 @@ impl Scene {
     }
 }
 
-/// Reads a scene file: `.gltf`, `.glb`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes `"builtin:room"` or `"builtin:tiny"`.
+/// Reads a scene file: `.gltf`, `.glb`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes
+/// `"builtin:room"` or `"builtin:tiny"`.
 ///
-/// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
-/// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on without files that are not there; `strict` refuses a scene that cannot be rendered as its file says.
-/// Raises `FileError`, `InputError` or `UnsupportedError`.
+/// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words
+/// of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
+/// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on
+/// without files that are not there; `strict` refuses a scene that cannot be rendered as its file
+/// says. Raises `FileError`, `InputError` or `UnsupportedError`.
 ///
 /// ```python
 /// >>> tashika.load("builtin:tiny")
@@ -223,7 +229,8 @@ pub fn load(
     py.detach(|| changes.apply(scene, &options)).map(Scene::new).map_err(raised)
 }
 
-/// A scene that needs no file: `"room"`, furnished and glossy, or `"tiny"`, a box with two blocks and one light.
+/// A scene that needs no file: `"room"`, furnished and glossy, or `"tiny"`, a box with two blocks
+/// and one light.
 #[pyfunction]
 pub fn builtin(name: &str) -> PyResult<Scene> {
     made::by_name(name).map(|scene| Scene::new(scene())).map_err(raised)

@@ -53,11 +53,12 @@ impl VplSet {
     #[classattr]
     const KINDS: [&str; VplKind::COUNT] = ["omni", "oriented", "spot", "directional"];
 
-    /// A set of lights given by arrays of `n` rows: positions (m), unit normals, intensities (W/sr). `kinds` are numbers of `KINDS`, all
-    /// "oriented" if not given: intensity times the cosine to the normal. Omni lights have the normal zero; the normal of directional
-    /// ones is where their light goes, and their intensity an irradiance (W/m²). Spots, among which
-    /// are lights that shine by an image, cannot be given. `scene` names the scene that the
-    /// set belongs to, `clamp` is the distance (m) below which a light grows no brighter, 0 for none.
+    /// A set of lights given by arrays of `n` rows: positions (m), unit normals, intensities
+    /// (W/sr). `kinds` are numbers of `KINDS`, all "oriented" if not given: intensity times the
+    /// cosine to the normal. Omni lights have the normal zero; the normal of directional ones is
+    /// where their light goes, and their intensity an irradiance (W/m²). Spots, among which are
+    /// lights that shine by an image, cannot be given. `scene` names the scene that the set belongs
+    /// to, `clamp` is the distance (m) below which a light grows no brighter, 0 for none.
     ///
     /// ```python
     /// >>> lamp = tashika.VplSet.from_arrays([[0, 1, 0]], [[0, -1, 0]], [[5, 5, 5]])
@@ -172,7 +173,8 @@ fn as_many<T>(name: &str, rows: Vec<T>, count: usize) -> PyResult<Vec<T>> {
     }
 }
 
-/// Traces the virtual point lights of a scene: about `count` of them, with a `clamp` of `"auto"`, `"off"` or a distance in metres.
+/// Traces the virtual point lights of a scene: about `count` of them, with a `clamp` of `"auto"`,
+/// `"off"` or a distance in metres.
 ///
 /// The same arguments give the same lights; `threads` (0: one a core) do not matter.
 #[pyfunction]
@@ -191,7 +193,8 @@ pub fn vpls(
     attended(py, threads, None, |_| vpl::VplSet::trace(scene.tracer(), &options)).map(VplSet::new)
 }
 
-/// What was said of lights, as part of a request, and the set if one is given: `vpls` is that, a number of lights to trace, or nothing.
+/// What was said of lights, as part of a request, and the set if one is given: `vpls` is that, a
+/// number of lights to trace, or nothing.
 pub fn said(
     vpls: Option<&Bound<'_, PyAny>>,
     clamp: Option<&Bound<'_, PyAny>>,

@@ -1,7 +1,8 @@
 //! # tashika-viewer: films in a browser
 //!
-//! A web server for this machine alone, behind `tashika view` and `tashika render --serve`. What it shows is [`Shown`]: a film that is
-//! being rendered ([`LiveFilm`]) or one in a file ([`StoredFilm`]), which is never loaded whole. The page itself is the caller's.
+//! A web server for this machine alone, behind `tashika view` and `tashika render --serve`. What it
+//! shows is [`Shown`]: a film that is being rendered ([`LiveFilm`]) or one in a file
+//! ([`StoredFilm`]), which is never loaded whole. The page itself is the caller's.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -12,11 +13,12 @@
 //! | `server` | the thread, its connections, and who watches |
 //! | `routes` | from a request to a response |
 //!
-//! It is apart from the library, which opens no sockets and knows no clock, and from the program, so that it can be tested without one.
+//! It is apart from the library, which opens no sockets and knows no clock, and from the program,
+//! so that it can be tested without one.
 //!
 //! # Guarantee
-//! The server is reachable from this machine only, answers nothing without the unguessable token in its address, and whatever a request
-//! says, takes memory and time in proportion to one tile.
+//! The server is reachable from this machine only, answers nothing without the unguessable token in
+//! its address, and whatever a request says, takes memory and time in proportion to one tile.
 #![forbid(unsafe_code)]
 
 mod live;

@@ -66,7 +66,8 @@ impl LiveFilm {
         self.state.write().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Shows what a film holds in `tile`. The first call takes the film's size, planes and metadata, all calls must be of the same.
+    /// Shows what a film holds in `tile`. The first call takes the film's size, planes and
+    /// metadata, all calls must be of the same.
     ///
     /// # Panics
     /// If the tile is not inside the film's window, or the film is not like that of the first call.

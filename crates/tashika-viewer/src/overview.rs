@@ -1,7 +1,9 @@
-//! A film made small enough to be held and looked at as a whole: of each block the least certain pixel, with all that is known of it.
+//! A film made small enough to be held and looked at as a whole: of each block the least certain
+//! pixel, with all that is known of it.
 //!
-//! Levels from the overview's own on are made from it, since choosing in two steps is choosing at once, up to ties
-//! ([`tashika::report::least_certain`]). Pixels that were not seen yet are zeros, as those that were not rendered.
+//! Levels from the overview's own on are made from it, since choosing in two steps is choosing at
+//! once, up to ties ([`tashika::report::least_certain`]). Pixels that were not seen yet are zeros,
+//! as those that were not rendered.
 //!
 //! # Held to this by
 //! The tests of `live` and `stored`.
@@ -89,8 +91,8 @@ impl Overview {
         }
     }
 
-    /// A tile of a level that is not finer than the overview; `part` is what it shows of the window, `step` how many pixels a sample
-    /// stands for.
+    /// A tile of a level that is not finer than the overview; `part` is what it shows of the
+    /// window, `step` how many pixels a sample stands for.
     pub(crate) fn tile(&self, version: u64, planes: &[usize], part: Window, step: u32) -> Tile {
         let k = self.factor;
         let part = Window {

@@ -1,7 +1,7 @@
 //! From a request to a response: who may ask, what for, and the headers of every answer.
 //!
-//! All is below `/TOKEN/`; the rest does not exist. A request must be addressed to this machine by name or number, so that a page of
-//! another site whose name was made to lead here learns nothing.
+//! All is below `/TOKEN/`; the rest does not exist. A request must be addressed to this machine by
+//! name or number, so that a page of another site whose name was made to lead here learns nothing.
 //!
 //! | request | answer |
 //! |---|---|
@@ -12,7 +12,8 @@
 //! | `POST bye` | nothing; the page is being closed |
 //!
 //! # Guarantee
-//! Answers never repeat what was sent. Bodies of requests are not read. Pages may run and load only what the page brings itself.
+//! Answers never repeat what was sent. Bodies of requests are not read. Pages may run and load only
+//! what the page brings itself.
 //!
 //! # Held to this by
 //! The tests in `tests/server.rs`, and those below.
@@ -102,7 +103,8 @@ fn is_for_us<B>(request: &Request<B>, port: u16) -> bool {
     hosts.next().is_none() && (host == format!("127.0.0.1:{port}") || host == format!("localhost:{port}"))
 }
 
-/// What follows `/TOKEN/` in a path. The time that it takes does not depend on where a wrong token differs.
+/// What follows `/TOKEN/` in a path. The time that it takes does not depend on where a wrong token
+/// differs.
 fn below_token<'a>(path: &'a str, token: &str) -> Option<&'a str> {
     let (found, rest) = path.strip_prefix('/')?.split_once('/')?;
     let differences = found.bytes().zip(token.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));

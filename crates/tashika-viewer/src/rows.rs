@@ -1,7 +1,7 @@
 //! Rows of a film in a file, with the reference beside it if there is one.
 //!
-//! What is chosen of blocks of pixels is chosen by the film; since the reference is a plane of the same film here, errors are always those of
-//! one pixel, however small the image is shown.
+//! What is chosen of blocks of pixels is chosen by the film; since the reference is a plane of the
+//! same film here, errors are always those of one pixel, however small the image is shown.
 
 use std::ops::Range;
 use std::path::Path;

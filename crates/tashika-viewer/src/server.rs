@@ -1,12 +1,13 @@
 //! The thread that serves, its connections, and whether anybody is watching.
 //!
-//! One thread answers; reading files and cutting tiles is done by two others. Connections are few: when there are more than
+//! One thread answers; reading files and cutting tiles is done by two others. Connections are few:
+//! when there are more than
 //! [`MOST_CONNECTIONS`], or the system has no more to give, the one that has been idle longest is closed, those that never knew the token
 //! first. So whoever opens connections and says nothing disturbs nobody.
 //!
 //! # Guarantee
-//! Only this machine can connect. A connection whose request does not arrive within [`HEADER_TIME`] is closed. A request's head takes no
-//! more than [`MOST_HEAD_BYTES`].
+//! Only this machine can connect. A connection whose request does not arrive within [`HEADER_TIME`]
+//! is closed. A request's head takes no more than [`MOST_HEAD_BYTES`].
 //!
 //! # Held to this by
 //! The tests in `tests/server.rs`, and those below.
@@ -39,7 +40,8 @@ const MOST_HEAD_BYTES: usize = 16 << 10;
 const MOST_HEADERS: usize = 64;
 /// Tiles that are made, and files that are read, at the same time.
 const WORKERS: usize = 2;
-/// How long after a poll somebody is taken to be watching: browsers let pages in the background poll once a minute.
+/// How long after a poll somebody is taken to be watching: browsers let pages in the background
+/// poll once a minute.
 const POLL_TIME: Duration = Duration::from_secs(70);
 /// How long after a goodbye the page may come back: it is said when a page is loaded again, too.
 const GOODBYE_TIME: Duration = Duration::from_secs(3);
@@ -54,7 +56,8 @@ pub struct Options {
 /// What a page is made with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageContext {
-    /// Attribute `nonce` of the page's `script` and `style` elements, another one each time; without it browsers ignore them.
+    /// Attribute `nonce` of the page's `script` and `style` elements, another one each time;
+    /// without it browsers ignore them.
     pub nonce: String,
 }
 
@@ -212,7 +215,8 @@ impl Shared {
         self.connections().push(Connection { activity, abort });
     }
 
-    /// Does what takes time on one of the threads that are there for it; given up before it begins if nobody waits for it any more.
+    /// Does what takes time on one of the threads that are there for it; given up before it begins
+    /// if nobody waits for it any more.
     pub(crate) async fn work<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,

@@ -1,8 +1,10 @@
-//! What a server asks of an image: a description, tiles at several levels, and all that is known of one pixel.
+//! What a server asks of an image: a description, tiles at several levels, and all that is known of
+//! one pixel.
 //!
-//! A tile of level `L` shows a square of `TILE · 2^L` pixels a side of the image's window, clipped to it, as samples of which each stands for
-//! `2^L × 2^L` pixels: the least certain of them ([`tashika::report::least_certain`]), never a mean. Tile (0, 0) begins at the window's
-//! first pixel.
+//! A tile of level `L` shows a square of `TILE · 2^L` pixels a side of the image's window, clipped
+//! to it, as samples of which each stands for `2^L × 2^L` pixels: the least certain of them
+//! ([`tashika::report::least_certain`]), never a mean. Tile (0, 0) begins at the window's first
+//! pixel.
 //!
 //! # Guarantee
 //! [`Description::part`] of any address is inside the window, or a [`Refusal`]; numbers beyond all bounds are as good as any.
@@ -20,8 +22,8 @@ pub const TILE: u32 = 256;
 
 /// An image as a server shows it.
 ///
-/// Methods may be called from several threads at once; [`Self::tile`] and [`Self::pixel`] may take as long as reading a file takes, the
-/// others return at once.
+/// Methods may be called from several threads at once; [`Self::tile`] and [`Self::pixel`] may take
+/// as long as reading a file takes, the others return at once.
 pub trait Shown: Send + Sync {
     /// What the image is; `None` until it is known.
     fn description(&self) -> Option<Description>;
@@ -82,7 +84,8 @@ pub struct Description {
     pub window: [u32; 4],
     /// All planes.
     pub planes: Vec<PlaneDescription>,
-    /// Provenance. Whole numbers that a browser would round, and numbers that are not finite, are strings.
+    /// Provenance. Whole numbers that a browser would round, and numbers that are not finite, are
+    /// strings.
     pub metadata: Map<String, Json>,
     /// Number of levels; the topmost is one tile.
     pub levels: u32,
@@ -119,7 +122,8 @@ pub struct TileAddress {
 pub struct Tile {
     /// What [`Shown::version`] was, or has passed, when the samples were taken.
     pub version: u64,
-    /// Plane after plane and channel after channel, each row by row, four bytes a sample, the least significant first.
+    /// Plane after plane and channel after channel, each row by row, four bytes a sample, the least
+    /// significant first.
     pub bytes: Vec<u8>,
 }
 

@@ -1,11 +1,13 @@
 //! A film in a file, of any size, never loaded whole.
 //!
-//! A thread makes an overview of it, from strips of rows in an order that covers the image evenly early, so that something is seen at once
-//! and it sharpens. Levels finer than the overview are read when they are asked for.
+//! A thread makes an overview of it, from strips of rows in an order that covers the image evenly
+//! early, so that something is seen at once and it sharpens. Levels finer than the overview are
+//! read when they are asked for.
 //!
 //! # Guarantee
-//! Memory: the overview, of at most 2²¹ samples a channel, strips of at most [`KEPT_BYTES`], and the strips that are being used. Rows of
-//! the overview that are not there yet look like the last ones above them that are.
+//! Memory: the overview, of at most 2²¹ samples a channel, strips of at most [`KEPT_BYTES`], and
+//! the strips that are being used. Rows of the overview that are not there yet look like the last
+//! ones above them that are.
 //!
 //! # Held to this by
 //! The tests below.
@@ -46,11 +48,12 @@ struct State {
 }
 
 impl StoredFilm {
-    /// Opens a file, and begins to read it; the main plane of `reference` becomes the plane `reference`.
+    /// Opens a file, and begins to read it; the main plane of `reference` becomes the plane
+    /// `reference`.
     ///
     /// # Errors
-    /// As [`ExrFile::open`](tashika::io::ExrFile::open), if a reference shows another part of an image or has no colours, and if the first
-    /// rows cannot be read or no thread be started.
+    /// As [`ExrFile::open`](tashika::io::ExrFile::open), if a reference shows another part of an
+    /// image or has no colours, and if the first rows cannot be read or no thread be started.
     pub fn open(path: &Path, reference: Option<&Path>) -> Result<Self> {
         let file = Rows::open(path, reference)?;
         let thinned = factor(file.window());
@@ -90,7 +93,8 @@ fn build(film: &Weak<Inner>) {
     }
 }
 
-/// The numbers below `count` in an order whose beginnings are spread evenly: that of their bits read backwards.
+/// The numbers below `count` in an order whose beginnings are spread evenly: that of their bits
+/// read backwards.
 fn bit_reversed(count: u32) -> impl Iterator<Item = u32> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed = move |i: u64| ((i as u32).reverse_bits().checked_shr(32 - bits)).unwrap_or(0);
@@ -104,7 +108,8 @@ impl Inner {
 
     /// Reads a strip for the overview.
     fn see(&self, strip: u32) {
-        // Strips of films that fit are read once; others would only drive out what is being looked at.
+        // Strips of films that fit are read once; others would only drive out what is being looked
+        // at.
         let film = if self.strips.fit() && self.read().overview.factor() > 1 {
             self.strips.get(strip)
         } else {

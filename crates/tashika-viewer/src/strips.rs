@@ -1,8 +1,9 @@
 //! Rows of a file, strip by strip, the last used ones kept.
 //!
 //! # Guarantee
-//! What is kept takes no more than the given number of bytes, unless a single strip does. Of several that ask for a strip at the same time
-//! one reads it. What could not be read is tried again next time.
+//! What is kept takes no more than the given number of bytes, unless a single strip does. Of
+//! several that ask for a strip at the same time one reads it. What could not be read is tried
+//! again next time.
 //!
 //! # Held to this by
 //! The tests below.
@@ -28,7 +29,8 @@ pub(crate) struct Strips {
 }
 
 impl Strips {
-    /// Strips of at least 16 rows, a multiple of `multiple`, and of no fewer rows than are decompressed at once.
+    /// Strips of at least 16 rows, a multiple of `multiple`, and of no fewer rows than are
+    /// decompressed at once.
     pub(crate) fn new(file: Rows, multiple: u32, most: u64) -> Self {
         let rows = file.rows_per_block().clamp(16, file.window().height.max(16));
         let rows = rows.next_multiple_of(multiple);

@@ -1,4 +1,5 @@
-//! The server as whoever connects sees it: its answers, and what hostile or broken clients can do to it.
+//! The server as whoever connects sees it: its answers, and what hostile or broken clients can do
+//! to it.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpStream};

@@ -2,10 +2,12 @@
 //!
 //!     cargo run --release --example bound_tables
 //!
-//! Clusters of gather points of one material, with normals within an angle of a common one and a common viewer, against boxes of lights in
-//! a random direction above them, every second time about a mirror direction. "tight" is bound over the largest `M` of the members: the
-//! points, times directions of the box, many of them as near to the mirror direction as the box allows; a row has the median and the ninth
-//! decile over clusters and boxes. Times are the least of many repetitions, since other work on the machine only adds.
+//! Clusters of gather points of one material, with normals within an angle of a common one and a
+//! common viewer, against boxes of lights in a random direction above them, every second time about
+//! a mirror direction. "tight" is bound over the largest `M` of the members: the points, times
+//! directions of the box, many of them as near to the mirror direction as the box allows; a row has
+//! the median and the ninth decile over clusters and boxes. Times are the least of many
+//! repetitions, since other work on the machine only adds.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 

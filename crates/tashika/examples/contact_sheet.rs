@@ -1,8 +1,10 @@
-//! Small pictures of many scenes on one sheet, as they are rendered where nobody says anything, to see at a glance whether all is as it should be.
+//! Small pictures of many scenes on one sheet, as they are rendered where nobody says anything, to
+//! see at a glance whether all is as it should be.
 //!
 //!     cargo run --release --example contact_sheet -- LIST FOLDER SHEET.png
 //!
-//! `LIST` names a scene file below `FOLDER` on each line, optionally followed by a tab and the name of a camera. The sheet has
+//! `LIST` names a scene file below `FOLDER` on each line, optionally followed by a tab and the name
+//! of a camera. The sheet has
 //! [`COLUMNS`] pictures a row, of the sizes that fit into 320 × 180 pixels and with the work a pixel of such a picture, in the order of the list, each exposed by its own log-average; what could not be loaded is red. A table
 //! of names, sizes, times and what the pixels are worth is printed.
 

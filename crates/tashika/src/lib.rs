@@ -1,6 +1,7 @@
 //! # tashika: a many-light renderer that knows its own error
 //!
-//! Layers, from the bottom; a module uses only those above it in this list (kept by the test `tidy`).
+//! Layers, from the bottom; a module uses only those above it in this list (kept by the test
+//! `tidy`).
 //!
 //! | layer | modules |
 //! |---|---|

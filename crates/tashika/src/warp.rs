@@ -129,7 +129,8 @@ mod tests {
             let mut s = Stream::new(4, Purpose::Test, u64::from(corners));
             for _ in 0..n {
                 let p = polygon(s.uniform_2(), corners, rotation);
-                // Found without the map: the angle tells the side, the distance along its normal the ring.
+                // Found without the map: the angle tells the side, the distance along its normal
+                // the ring.
                 let angle = 2.0 * PI / corners as f32;
                 let from_corner = (atan2(-p.x, p.y) - rotation).rem_euclid(2.0 * PI);
                 let side = ((from_corner / angle) as usize).min(k - 1);

@@ -74,7 +74,8 @@ pub struct MeasureArgs {
 /// The largest cut, as published unless it is said.
 #[derive(Debug, Args)]
 pub struct PairsArgs {
-    /// Largest cut, in pairs of clusters [default: 1000 for lightcuts and mdlc, as published; else 1048576]
+    /// Largest cut, in pairs of clusters
+    /// [default: 1000 for lightcuts and mdlc, as published; else 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 }
@@ -127,8 +128,8 @@ pub struct CoverageArgs {
         default_values = ["50%", "80%", "90%", "95%", "99%"], allow_negative_numbers = true, help_heading = "Method")]
     pub confidence: Vec<f64>,
 
-    /// Besides all pixels, tell of those of a kind by themselves: quarters by brightness, or diffuse and
-    /// glossy surfaces
+    /// Besides all pixels, tell of those of a kind by themselves: quarters by brightness, or
+    /// diffuse and glossy surfaces
     #[arg(long, value_name = "brightness,material", value_delimiter = ',', value_parser = values::grouping,
         help_heading = "Image")]
     pub by: Vec<Grouping>,
@@ -165,8 +166,8 @@ pub enum ExperimentArgs {
     /// What our own method keeps and costs without each of its ingredients
     #[command(after_help = ABLATION_EXAMPLES)]
     Ablation(AblationArgs),
-    /// Our method with --truth transport, and a path tracer that stops at its own interval, against converged
-    /// path tracing
+    /// Our method with --truth transport, and a path tracer that stops at its own interval, against
+    /// converged path tracing
     #[command(after_help = TRANSPORT_EXAMPLES)]
     Transport(TransportArgs),
 }
@@ -294,8 +295,8 @@ pub struct EqualQualityArgs {
         allow_negative_numbers = true, help_heading = "Method")]
     pub share: f64,
 
-    /// Largest cut, in pairs of clusters, for all methods: the published maximum of lightcuts and mdlc
-    /// would keep them from any quality beyond it [default: 1048576]
+    /// Largest cut, in pairs of clusters, for all methods: the published maximum of lightcuts and
+    /// mdlc would keep them from any quality beyond it [default: 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 

@@ -39,14 +39,16 @@ pub enum Command {
     Info(InfoArgs),
     /// Trace the virtual point lights of a scene to a file, or say what is in such a file
     Vpl(VplArgs),
-    /// Measure an image against a reference: shares, errors, kept claims, and a picture of the error
+    /// Measure an image against a reference: shares, errors, kept claims, and a picture of the
+    /// error
     Compare(CompareArgs),
     /// Write a render as a job for many machines: shares of its tiles, then a merge
     #[command(subcommand)]
     Farm(FarmArgs),
     /// Join parts of an image that were rendered with --tiles
     Merge(MergeArgs),
-    /// Look into an image of any size in the browser: its planes, its claims, and its error where there is a reference
+    /// Look into an image of any size in the browser: its planes, its claims, and its error where
+    /// there is a reference
     View(ViewArgs),
     /// Measure how often methods keep to their tolerance and to their intervals
     Coverage(CoverageArgs),
@@ -129,18 +131,20 @@ pub struct SceneArgs {
     #[arg(long, help_heading = "Scene")]
     pub allow_outside: bool,
 
-    /// Go on without meshes and images that the scene names and that are not there; `info` lists what takes
-    /// their place
+    /// Go on without meshes and images that the scene names and that are not there; `info` lists
+    /// what takes their place
     #[arg(long, help_heading = "Scene")]
     pub allow_missing: bool,
 
-    /// Light from infinity instead of the scene's: an image by latitude and longitude, FILE[,scale=S][,rotate=DEG][,up=z],
-    /// or a clear sky, sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
+    /// Light from infinity instead of the scene's: an image by latitude and longitude,
+    /// FILE[,scale=S][,rotate=DEG][,up=z], or a clear sky,
+    /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
     #[arg(long, value_name = "FILE|sky:...", help_heading = "Scene")]
     pub environment: Option<AskedEnvironment>,
 
     /// A light beside the scene's: sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z],
-    /// point:X,Y,Z,WATTS, or ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]; may be said several times
+    /// point:X,Y,Z,WATTS, or ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]; may be said several
+    /// times
     #[arg(long, value_name = "sun:...|point:...|ies:...", help_heading = "Scene")]
     pub light: Vec<AskedLight>,
 }
@@ -148,7 +152,8 @@ pub struct SceneArgs {
 /// What is looked at, from where, how large.
 #[derive(Debug, ClapArgs)]
 pub struct StageArgs {
-    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny [default: builtin:room]
+    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
+    /// [default: builtin:room]
     pub scene: Option<String>,
 
     #[command(flatten)]
@@ -177,8 +182,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Image")]
     pub crop: Option<Window>,
 
-    /// Render only the K-th of N shares of the image's tiles, for N machines, or some of them (1,3/4);
-    /// `tashika merge` joins the parts
+    /// Render only the K-th of N shares of the image's tiles, for N machines, or some of them
+    /// (1,3/4); `tashika merge` joins the parts
     #[arg(long, value_name = "K/N", help_heading = "Image")]
     pub tiles: Option<TileShare>,
 
@@ -188,8 +193,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 
-    /// Trace the virtual point lights of this render, write them to a file, and end; with --vpl-file and the same
-    /// --truth, others render with them to the same bits
+    /// Trace the virtual point lights of this render, write them to a file, and end; with
+    /// --vpl-file and the same --truth, others render with them to the same bits
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vpl_file", "tiles", "audit", "checkpoint", "serve", "tev"],
         help_heading = "Light")]
     pub write_vpls: Option<PathBuf>,
@@ -198,56 +203,59 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value_t = Method::Tashika, help_heading = "Method")]
     pub method: Method,
 
-    /// Relative error that a pixel may have, for the methods that control it: above 0, at most 100%. Not said,
-    /// a picture is made that takes minutes, and pixels that are not within 5% by then say so
+    /// Relative error that a pixel may have, for the methods that control it: above 0, at most
+    /// 100%. Not said, a picture is made that takes minutes, and pixels that are not within 5% by
+    /// then say so
     /// [default: 2% of a sum (--truth vpl)]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub error: Option<f64>,
 
-    /// What is controlled, with --method tashika: the luminance, or the worst of the three channels,
-    /// relative to the largest [default: luminance]
+    /// What is controlled, with --method tashika: the luminance, or the worst of the three
+    /// channels, relative to the largest [default: luminance]
     #[arg(long, value_name = "luminance|channels", value_parser = values::controlled, help_heading = "Method")]
     pub control: Option<Controlled>,
 
-    /// Absolute error that is enough where it is more than --error allows, with --method tashika: for
-    /// dark pixels, as luminance in the unit of the image [default: of light transport, --error of a hundredth
-    /// of the view's mean; of a sum, 0]
+    /// Absolute error that is enough where it is more than --error allows, with --method tashika:
+    /// for dark pixels, as luminance in the unit of the image
+    /// [default: of light transport, --error of a hundredth of the view's mean; of a sum, 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Method")]
     pub absolute: Option<f64>,
 
-    /// Confidence of the interval about a pixel, for the methods that state one: above 0, below 100%
+    /// Confidence of the interval about a pixel, for the methods that state one: above 0, below
+    /// 100%
     /// [default: 95%]
     #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub confidence: Option<f64>,
 
-    /// What is claimed of each pixel, with --method tashika: calibrated intervals hold at least as often
-    /// as the confidence says, by measurement; certified ones by proof, for two to six times the rays
+    /// What is claimed of each pixel, with --method tashika: calibrated intervals hold at least as
+    /// often as the confidence says, by measurement; certified ones by proof, for two to six times
+    /// the rays
     /// [default: calibrated]
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
 
-    /// What --error is the distance from, with --method tashika: light transport itself (transport), the sum
-    /// over one set of virtual point lights (vpl), or what an endless number of such lights would give, with
-    /// their clamp and without what they do not carry (clamped) [default: transport; vpl with --claim certified
-    /// and with --vpl-file]
+    /// What --error is the distance from, with --method tashika: light transport itself
+    /// (transport), the sum over one set of virtual point lights (vpl), or what an endless number
+    /// of such lights would give, with their clamp and without what they do not carry (clamped)
+    /// [default: transport; vpl with --claim certified and with --vpl-file]
     #[arg(long, value_name = "vpl|transport|clamped", value_parser = values::truth, help_heading = "Method")]
     pub truth: Option<Truth>,
 
-    /// After the render, compute the truth of N pixels at random, exact sums or by path tracing, and tell
-    /// how many are within --error
+    /// After the render, compute the truth of N pixels at random, exact sums or by path tracing,
+    /// and tell how many are within --error
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub audit: Option<u64>,
 
-    /// Largest cut, in pairs of clusters; of light transport, pairs and paths. A pixel that reaches it says so and
-    /// claims nothing [default: 65536 of light transport, 128 to 4096 by the size of the
-    /// image if no --error is said; 1000 for lightcuts and mdlc,
-    /// as published; else 1048576]
+    /// Largest cut, in pairs of clusters; of light transport, pairs and paths. A pixel that reaches
+    /// it says so and claims nothing
+    /// [default: 65536 of light transport, 128 to 4096 by the size of the image if no --error is said; 1000 for lightcuts and mdlc, as published; else 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
-    /// Paths a pixel, with --method path; with --error, those at most [default: 64; with --error 1048576]
+    /// Paths a pixel, with --method path; with --error, those at most
+    /// [default: 64; with --error 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub paths: Option<u64>,
 
@@ -273,12 +281,13 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub budget: BudgetArgs,
 
-    /// Keep finished tiles in FILE.exr.checkpoint until the image is written; if that is there from an earlier run
-    /// of the same command, however it ended, go on from it
+    /// Keep finished tiles in FILE.exr.checkpoint until the image is written; if that is there from
+    /// an earlier run of the same command, however it ended, go on from it
     #[arg(long, help_heading = "Output")]
     pub checkpoint: bool,
 
-    /// Show the render in the browser while it goes on; when it has ended the program stays as long as the page is open
+    /// Show the render in the browser while it goes on; when it has ended the program stays as long
+    /// as the page is open
     #[arg(long, help_heading = "Output")]
     pub serve: bool,
 
@@ -302,8 +311,9 @@ pub struct GatherArgs {
 
 #[derive(Debug, ClapArgs)]
 pub struct FilterArgs {
-    /// Pixel filter: where the points, or paths, of a pixel are; box: in it, evenly; tent, gaussian (of
-    /// standard deviation 1/2) and blackman-harris (3 pixels across): around it too [default: box]
+    /// Pixel filter: where the points, or paths, of a pixel are; box: in it, evenly; tent, gaussian
+    /// (of standard deviation 1/2) and blackman-harris (3 pixels across): around it too
+    /// [default: box]
     #[arg(long, value_name = "box|tent|gaussian|blackman-harris", value_parser = values::filter,
         help_heading = "Image")]
     pub filter: Option<Filter>,
@@ -315,7 +325,8 @@ pub struct SourceArgs {
     #[command(flatten)]
     pub lights: LightArgs,
 
-    /// Virtual point lights from a file that `tashika vpl` or --write-vpls wrote, instead of tracing them
+    /// Virtual point lights from a file that `tashika vpl` or --write-vpls wrote, instead of
+    /// tracing them
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
     pub vpl_file: Option<PathBuf>,
 }
@@ -407,7 +418,8 @@ pub enum Method {
 
 #[derive(Debug, ClapArgs)]
 pub struct InfoArgs {
-    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny [default: builtin:room]
+    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
+    /// [default: builtin:room]
     pub scene: Option<String>,
 
     #[command(flatten)]
@@ -459,7 +471,8 @@ pub struct FarmJobArgs {
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "16")]
     pub shares: u64,
 
-    /// Folder for the job, its lights and its parts, which all machines see under this name; made if it is not there
+    /// Folder for the job, its lights and its parts, which all machines see under this name; made
+    /// if it is not there
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: PathBuf,
 
@@ -523,7 +536,8 @@ pub struct ViewArgs {
 /// What pixels that ran out of budget are to the exit code.
 #[derive(Debug, ClapArgs)]
 pub struct BudgetArgs {
-    /// Exit with 0 rather than 4 though pixels ran out of budget: for engines that would do the work again
+    /// Exit with 0 rather than 4 though pixels ran out of budget: for engines that would do the
+    /// work again
     #[arg(long, help_heading = "Output")]
     pub accept_budget: bool,
 }
@@ -551,7 +565,8 @@ pub struct CompareArgs {
     #[arg(value_name = "REF.exr")]
     pub reference: PathBuf,
 
-    /// Layer of A.exr that is measured, such as reconstruction, instead of the estimate; nothing is claimed of it
+    /// Layer of A.exr that is measured, such as reconstruction, instead of the estimate; nothing is
+    /// claimed of it
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
 

@@ -1,4 +1,5 @@
-//! `tashika experiment ablation`: what our own method keeps and costs without each of its ingredients.
+//! `tashika experiment ablation`: what our own method keeps and costs without each of its
+//! ingredients.
 
 use tashika::experiment::{Column, Ground};
 

@@ -1,4 +1,5 @@
-//! `tashika experiment equal-quality`: what each method costs when it is told what it takes for the same quality.
+//! `tashika experiment equal-quality`: what each method costs when it is told what it takes for the
+//! same quality.
 
 use tashika::experiment::{Cell, Column, Ground, Row, Search};
 use tashika::integrator::ControlOptions;
@@ -59,7 +60,8 @@ pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> 
     findings.finish(&measure.common, Some(&plan.folder), meter)
 }
 
-/// The row of the largest error with which the method does what is asked, or of the last that was tried; none if interrupted.
+/// The row of the largest error with which the method does what is asked, or of the last that was
+/// tried; none if interrupted.
 fn search(bench: &Bench<'_>, ground: &Ground<'_>, cell: &Cell, share: f64) -> Result<Option<Row>, Failure> {
     let mut search = Search::new(cell.tolerance);
     let mut best: Option<Row> = None;

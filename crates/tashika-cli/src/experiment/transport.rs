@@ -1,4 +1,5 @@
-//! `tashika experiment transport`: what is promised of light transport, and what a path tracer's own interval makes of the same promise.
+//! `tashika experiment transport`: what is promised of light transport, and what a path tracer's
+//! own interval makes of the same promise.
 
 use std::time::Instant;
 

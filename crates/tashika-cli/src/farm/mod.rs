@@ -1,7 +1,9 @@
-//! `tashika farm`: a render as a job of an engine that others keep: shares of the tiles on many machines, then a merge.
+//! `tashika farm`: a render as a job of an engine that others keep: shares of the tiles on many
+//! machines, then a merge.
 //!
-//! Every step is a line of this program, so that any engine that runs lines on machines with a common folder can do it. Lost workers are the
-//! engine's to find; a share that is run again goes on from its checkpoint, and gives the same bits.
+//! Every step is a line of this program, so that any engine that runs lines on machines with a
+//! common folder can do it. Lost workers are the engine's to find; a share that is run again goes
+//! on from its checkpoint, and gives the same bits.
 
 mod job;
 mod openjd;

@@ -1,4 +1,5 @@
-//! A job as scripts for Slurm: the lights, an array of shares that are put back into the queue when their machine is lost, the merge.
+//! A job as scripts for Slurm: the lights, an array of shares that are put back into the queue when
+//! their machine is lost, the merge.
 
 use super::job::Job;
 use crate::summary::shell_word;

@@ -12,7 +12,8 @@ const ALL: &str = "all";
 pub struct Cameras(Vec<String>);
 
 impl Cameras {
-    /// Of what was typed, each one name or several with commas between; nothing is the scene's first.
+    /// Of what was typed, each one name or several with commas between; nothing is the scene's
+    /// first.
     pub fn new(typed: &[String]) -> Self {
         Self(typed.to_vec())
     }

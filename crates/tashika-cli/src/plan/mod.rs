@@ -390,7 +390,8 @@ pub struct Serving {
 }
 
 impl Serving {
-    /// A browser is opened where somebody sits at a terminal; `told` is whether a file tells the address.
+    /// A browser is opened where somebody sits at a terminal; `told` is whether a file tells the
+    /// address.
     fn new(args: &ServeArgs, quiet: bool, told: bool) -> Result<Self, Failure> {
         let browser = !args.no_browser && std::io::stderr().is_terminal();
         if quiet && !browser && !told {

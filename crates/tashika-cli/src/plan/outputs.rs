@@ -66,7 +66,8 @@ impl Outputs {
     }
 }
 
-/// A name as a part of a file's: what file systems and shells may take for something else becomes a hyphen.
+/// A name as a part of a file's: what file systems and shells may take for something else becomes a
+/// hyphen.
 fn in_file_name(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     name.chars().map(plain).collect()

@@ -1,4 +1,5 @@
-//! What is told while a command works: each event in words for people, and as one JSON object on a line for programs.
+//! What is told while a command works: each event in words for people, and as one JSON object on a
+//! line for programs.
 
 use indicatif::HumanCount;
 use serde::Serialize;

@@ -1,5 +1,5 @@
-//! What is told while a command works, and where: one line that is drawn over on a terminal, plain lines elsewhere, JSON for
-//! programs, the same in a file.
+//! What is told while a command works, and where: one line that is drawn over on a terminal, plain
+//! lines elsewhere, JSON for programs, the same in a file.
 //!
 //! [`event`] has the words, [`pace`] the time that is left.
 
@@ -199,7 +199,8 @@ impl Meter {
             Err(failure) => {
                 let what = failure.to_string();
                 let event = Event::Error { what: &what, exit_code: failure.code() };
-                // On a screen for people the program itself says it, as it says what is wrong with an option.
+                // On a screen for people the program itself says it, as it says what is wrong with
+                // an option.
                 state.tell_those(&event, |sink| sink.json || matches!(sink.place, Place::File(_)));
                 let told = state.sinks.iter().any(|s| s.json && matches!(s.place, Place::StandardError));
                 Err(if told { failure.told() } else { failure })

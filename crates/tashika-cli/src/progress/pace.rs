@@ -1,14 +1,16 @@
 //! How long the rest will take, from what the work took lately.
 //!
-//! Tiles differ: a sky is done in no time, a glass takes long, and neighbours resemble each other. So the time per pixel is that of
-//! recent pixels. With `Δpₖ` pixels finished in `Δtₖ` seconds between two observations,
+//! Tiles differ: a sky is done in no time, a glass takes long, and neighbours resemble each other.
+//! So the time per pixel is that of recent pixels. With `Δpₖ` pixels finished in `Δtₖ` seconds
+//! between two observations,
 //!
 //! ```text
 //! T ← e^(−Δp / m) T + Δt      P ← e^(−Δp / m) P + Δp      seconds left = (T / P) · (pixels left)
 //! ```
 //!
-//! where the memory `m` is a tenth of all pixels: what was finished a tenth of the work ago weighs a third. It is the observed
-//! pace carried on, not a forecast: it cannot know what the tiles to come are like.
+//! where the memory `m` is a tenth of all pixels: what was finished a tenth of the work ago weighs
+//! a third. It is the observed pace carried on, not a forecast: it cannot know what the tiles to
+//! come are like.
 //!
 //! # Guarantee
 //! Exact, rounding apart, where every pixel takes the same time, however observations are spaced.
@@ -30,8 +32,8 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Takes note that so many pixels were finished after so many seconds. Fewer pixels than before, or another number in all,
-    /// begin another run.
+    /// Takes note that so many pixels were finished after so many seconds. Fewer pixels than
+    /// before, or another number in all, begin another run.
     pub fn observe(&mut self, pixels: u64, of: u64, seconds: f64) {
         if pixels < self.pixels || of != self.of {
             // The first run begins with the clock, those after it when they are first seen.
@@ -46,7 +48,8 @@ impl Pace {
         self.seconds = seconds;
     }
 
-    /// Seconds that the remaining pixels take at the recent pace; none before the first is finished.
+    /// Seconds that the remaining pixels take at the recent pace; none before the first is
+    /// finished.
     pub fn seconds_left(&self) -> Option<f64> {
         let left = self.of.saturating_sub(self.pixels) as f64;
         (self.recent_pixels > 0.0).then(|| self.recent_seconds / self.recent_pixels * left)
@@ -57,7 +60,8 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// What is said to be left after each observation of a run of 1000 pixels that ends so many seconds after each number of them.
+    /// What is said to be left after each observation of a run of 1000 pixels that ends so many
+    /// seconds after each number of them.
     fn left(observed: impl IntoIterator<Item = (u64, f64)>) -> Vec<f64> {
         let mut pace = Pace::default();
         assert_eq!(pace.seconds_left(), None, "nothing is known yet");
@@ -89,7 +93,8 @@ mod tests {
         let said = left(steps.iter().map(|&p| (p, clock(p))));
         assert!((said[49] - 500.0).abs() < 1e-9, "as observed so far");
         for (&pixels, said) in steps.iter().zip(&said).filter(|(p, _)| **p >= 700) {
-            // e⁻² of the weight is that of the first half, where the difference is eight seconds a pixel: 12 % of nine.
+            // e⁻² of the weight is that of the first half, where the difference is eight seconds a
+            // pixel: 12 % of nine.
             let truth = clock(1000) - clock(pixels);
             assert!(*said <= truth && truth - *said <= 0.125 * truth, "{pixels}: {said}, truth {truth}");
             // The mean since the beginning would be far off.

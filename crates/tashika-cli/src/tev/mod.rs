@@ -1,4 +1,5 @@
-//! The image viewer tev (<https://github.com/Tom94/tev>), which shows an image while it is rendered.
+//! The image viewer tev (<https://github.com/Tom94/tev>), which shows an image while it is
+//! rendered.
 //!
 //! [`packet`] is what is said, as bytes; [`viewer`] says it over a connection.
 

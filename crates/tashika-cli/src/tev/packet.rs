@@ -19,12 +19,14 @@
 //! ```
 //!
 //! where the sample of channel `c` and pixel `p` of the part, row by row from the top left, is
-//! `samples[offsets[c] + p · strides[c]]`. Here channels lie one after the other: `offsets[c] = c · pixels`, all strides are 1.
+//! `samples[offsets[c] + p · strides[c]]`. Here channels lie one after the other:
+//! `offsets[c] = c · pixels`, all strides are 1.
 //!
 //! The source of this layout is that of tev (`include/tev/Ipc.h` and `src/Ipc.cpp`).
 //!
 //! # Held to this by
-//! The tests below, byte by byte; those of the program in `tests/tev.rs`, which read packets by the layout alone.
+//! The tests below, byte by byte; those of the program in `tests/tev.rs`, which read packets by the
+//! layout alone.
 
 use tashika::film::{Film, Samples, Window, channel_name};
 
@@ -37,7 +39,8 @@ pub fn channel_names(film: &Film) -> Vec<String> {
     planes.flat_map(|p| p.channels().iter().map(|c| channel_name(p.name(), c))).collect()
 }
 
-/// Samples of a tile in the order of [`channel_names`], channel after channel; counts and codes become floats.
+/// Samples of a tile in the order of [`channel_names`], channel after channel; counts and codes
+/// become floats.
 pub fn samples(film: &Film, tile: Window) -> Vec<f32> {
     let mut samples = Vec::new();
     for plane in film.planes() {

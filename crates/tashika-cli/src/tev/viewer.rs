@@ -1,8 +1,9 @@
 //! The connection to a viewer: tiles are handed over, and a thread of its own sends them.
 //!
-//! Who renders never waits: packets are queued, as many as there are if the viewer is slow. Each pixel is sent once, so the queue
-//! is never larger than the film. The socket does not block, so that a viewer that stands still is told from one that is
-//! gone: while the render runs it may stand still as long as it likes; at the end it is waited for while it reads.
+//! Who renders never waits: packets are queued, as many as there are if the viewer is slow. Each
+//! pixel is sent once, so the queue is never larger than the film. The socket does not block, so
+//! that a viewer that stands still is told from one that is gone: while the render runs it may
+//! stand still as long as it likes; at the end it is waited for while it reads.
 //!
 //! # Held to this by
 //! The tests below; those of the program in `tests/tev.rs`.
@@ -102,7 +103,8 @@ impl Viewer {
         self.trouble()
     }
 
-    /// Waits until all is sent or the viewer stands still; returns what is wrong with it if that was not told.
+    /// Waits until all is sent or the viewer stands still; returns what is wrong with it if that
+    /// was not told.
     pub fn finish(self) -> Option<String> {
         let Self { address, queue, shared, thread, .. } = self;
         shared.ending.store(true, Ordering::Relaxed);

@@ -20,7 +20,8 @@ const SPECS: &[PlaneSpec] = &[
     spec("stop", &["id"], SampleKind::U32),
 ];
 
-/// A film in which no two pixels are equally certain, so that the least certain one does not depend on the order of choosing.
+/// A film in which no two pixels are equally certain, so that the least certain one does not depend
+/// on the order of choosing.
 pub(crate) fn film(window: Window) -> Film {
     let size = [window.x + window.width + 4, window.y + window.height + 2];
     let mut film = Film::new(size, window, SPECS).unwrap();

@@ -1,18 +1,21 @@
-//! What boxes have to do with segments: one segment with the eight boxes of a node, a group of segments with them, and one box
-//! with sixteen segments.
+//! What boxes have to do with segments: one segment with the eight boxes of a node, a group of
+//! segments with them, and one box with sixteen segments.
 //!
-//! All three are made of the same roundings, which are monotone: a group enters every box that one of its segments would enter alone,
-//! and a segment that meets the box of a leaf meets those of all its ancestors.
+//! All three are made of the same roundings, which are monotone: a group enters every box that one
+//! of its segments would enter alone, and a segment that meets the box of a leaf meets those of all
+//! its ancestors.
 
 use super::bvh::Node;
 use super::triangle::Lines;
 use crate::math::gamma;
 use crate::math::simd::{F32x8, Vector};
 
-/// Factor on the far end of a slab: two bounds of three rounded operations each (Ize 2013), and the rounding of the direction.
+/// Factor on the far end of a slab: two bounds of three rounded operations each (Ize 2013), and the
+/// rounding of the direction.
 const SLAB_SLACK: f32 = 1.0 + 2.0 * gamma(5);
 
-/// How far boxes reach for segments whose ends are wrong: the start's error, and twice that for the difference of the ends.
+/// How far boxes reach for segments whose ends are wrong: the start's error, and twice that for the
+/// difference of the ends.
 const REACH_PER_ERROR: f32 = 3.0;
 
 /// Directions closer to zero than this are moved away from it, so that no slab is `0 · ∞`.
@@ -40,7 +43,8 @@ pub(super) fn limit(t_max: f32) -> f32 {
 /// One segment or ray.
 #[derive(Clone, Copy)]
 pub(super) struct Slope<F> {
-    /// What the lower and the upper planes of boxes are seen from, which are moved apart by the error of the segment's ends.
+    /// What the lower and the upper planes of boxes are seen from, which are moved apart by the
+    /// error of the segment's ends.
     from: [[F; 3]; 2],
     reciprocal: [F; 3],
     /// Numbers of the near and far planes of each axis in [`Node::planes`].
@@ -73,7 +77,8 @@ impl<F: F32x8> Slope<F> {
         slope
     }
 
-    /// Children of a node that the segment meets below [`limit`], as a mask; and the parameters at which it enters them.
+    /// Children of a node that the segment meets below [`limit`], as a mask; and the parameters at
+    /// which it enters them.
     #[inline(always)]
     pub fn meets_children(&self, node: &Node, limit: f32) -> (u32, F) {
         let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
@@ -88,10 +93,12 @@ impl<F: F32x8> Slope<F> {
     }
 }
 
-/// Intervals around the origins and reciprocal directions of segments whose directions have the same signs.
+/// Intervals around the origins and reciprocal directions of segments whose directions have the
+/// same signs.
 #[derive(Clone, Copy)]
 pub(super) struct Beam<F> {
-    /// The end of the origins' interval that bounds the parameter of the near plane from below, and of the far plane from above.
+    /// The end of the origins' interval that bounds the parameter of the near plane from below, and
+    /// of the far plane from above.
     from: [[F; 3]; 2],
     /// Smallest and largest magnitude of the reciprocal direction, with its sign.
     reciprocal: [[F; 3]; 2],
@@ -100,8 +107,8 @@ pub(super) struct Beam<F> {
 }
 
 impl<F: F32x8> Beam<F> {
-    /// The beam around segments: by axis, the least and the largest origin and reciprocal direction. `None` if directions differ in
-    /// sign.
+    /// The beam around segments: by axis, the least and the largest origin and reciprocal
+    /// direction. `None` if directions differ in sign.
     #[inline(always)]
     pub fn new(origins: [[f32; 2]; 3], reciprocals: [[f32; 2]; 3], error: f32) -> Option<Self> {
         let reach = REACH_PER_ERROR * error;

@@ -1,7 +1,9 @@
-//! Trees of boxes with eight children a node: what their boxes have to do with a ray is decided for all eight at once.
+//! Trees of boxes with eight children a node: what their boxes have to do with a ray is decided for
+//! all eight at once.
 //!
-//! Built from the root, straight to eight children: of the parts of a node the largest is [split](super::split) in two until there are
-//! eight. Items are sorted in place; a leaf is a range of them. The tree is a function of the items and their order, not of threads.
+//! Built from the root, straight to eight children: of the parts of a node the largest is
+//! [split](super::split) in two until there are eight. Items are sorted in place; a leaf is a range
+//! of them. The tree is a function of the items and their order, not of threads.
 
 use rayon::prelude::*;
 
@@ -12,19 +14,21 @@ use crate::math::simd::WIDTH;
 /// From this depth on items are split in halves: heuristics may split off one item after the other.
 const UNEVEN_DEPTH: usize = 32;
 
-/// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than `UNEVEN_DEPTH` and one level a bit
-/// of the number of items, and each level leaves at most `WIDTH - 1` nodes behind.
+/// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than
+/// `UNEVEN_DEPTH` and one level a bit of the number of items, and each level leaves at most
+/// `WIDTH - 1` nodes behind.
 pub(super) const MAX_WAITING: usize = (UNEVEN_DEPTH + 33) * (WIDTH - 1) + 1;
 
 /// Items of a node above which what is below its children is built in parallel.
 const PARALLEL: usize = 1 << 14;
 
-/// An inner node: the boxes of up to [`WIDTH`] children, component by component, and where these are.
+/// An inner node: the boxes of up to [`WIDTH`] children, component by component, and where these
+/// are.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Boxes of the children, grown by the build's margin: the lower planes of the three axes, then the upper ones. Absent ones are
-    /// inverted and have no items.
+    /// Boxes of the children, grown by the build's margin: the lower planes of the three axes, then
+    /// the upper ones. Absent ones are inverted and have no items.
     pub planes: [[f32; WIDTH]; 6],
     /// Number of a leaf or of an inner node.
     pub first: [u32; WIDTH],
@@ -64,15 +68,17 @@ impl Node {
 pub(super) struct Bvh {
     /// Nodes, the root first; empty if there are no items.
     pub nodes: Vec<Node>,
-    /// The first item of each leaf, in the order in which a depth-first walk meets them, and how many these are.
+    /// The first item of each leaf, in the order in which a depth-first walk meets them, and how
+    /// many these are.
     pub leaves: Vec<(u32, u32)>,
 }
 
 impl Bvh {
-    /// A tree over items with at most `most` of them in a leaf, 1 to [`WIDTH`]; sorts them so that each leaf is a range.
+    /// A tree over items with at most `most` of them in a leaf, 1 to [`WIDTH`]; sorts them so that
+    /// each leaf is a range.
     ///
-    /// Boxes are grown by 2⁻²² of the largest coordinate: a segment that touches a box's face is inside it,
-    /// whatever rounding says.
+    /// Boxes are grown by 2⁻²² of the largest coordinate: a segment that touches a box's face is
+    /// inside it, whatever rounding says.
     pub fn build(items: &mut [Item], most: usize) -> Self {
         let bounds = Bounds::of(items);
         let b = bounds.aabb();
@@ -165,8 +171,8 @@ impl Growth {
         }
     }
 
-    /// The children of a node: the largest part is split until there are [`WIDTH`], and the larger come first, since they are the
-    /// likelier blockers.
+    /// The children of a node: the largest part is split until there are [`WIDTH`], and the larger
+    /// come first, since they are the likelier blockers.
     fn parts<'a>(
         &self,
         items: &mut [Item],

@@ -1,4 +1,5 @@
-//! The way from the library to the instruction set that the machine has: one entry for each question and set.
+//! The way from the library to the instruction set that the machine has: one entry for each
+//! question and set.
 
 use std::cell::RefCell;
 
@@ -27,7 +28,8 @@ pub(super) fn visibility(
     WAITING.with_borrow_mut(|waiting| level.run(Visibility { trees, scene, batch, waiting, visibility }));
 }
 
-/// The same as plainly as can be: without vector instructions, and as if nothing had been asked before.
+/// The same as plainly as can be: without vector instructions, and as if nothing had been asked
+/// before.
 pub(super) fn plain_visibility(
     trees: &Trees,
     scene: &Scene,

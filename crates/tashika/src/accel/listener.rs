@@ -5,7 +5,8 @@ use std::fmt;
 use super::segments::SegmentBatch;
 use crate::math::Ray;
 
-/// Hears of every question to a [`Tracer`](super::Tracer), before it is answered. Called from any thread.
+/// Hears of every question to a [`Tracer`](super::Tracer), before it is answered. Called from any
+/// thread.
 pub trait Listener: fmt::Debug + Send + Sync {
     /// Visibility is asked for.
     fn segments(&self, batch: &SegmentBatch);

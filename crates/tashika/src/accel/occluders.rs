@@ -1,12 +1,14 @@
 //! What stopped segments lately: tried before a walk, which it saves if it stops the next one, too.
 //!
-//! Neighbouring pixels look at the same clusters of lights past the same things: of the segments that are blocked, two fifths or more are blocked by
-//! the leaf that stopped the last one with about their direction.
+//! Neighbouring pixels look at the same clusters of lights past the same things: of the segments
+//! that are blocked, two fifths or more are blocked by the leaf that stopped the last one with
+//! about their direction.
 //!
 //! # Guarantee
-//! The answer is the one of the walk: what is tried is a leaf whose box the segment meets, so that the walk would come to it
-//! (`beam`), and only if nothing at all passes it. Held to this by `accel::tests::what_was_asked_before_does_not_matter`, and on the segments of whole
-//! renders by the benchmark `tracing`.
+//! The answer is the one of the walk: what is tried is a leaf whose box the segment meets, so that
+//! the walk would come to it (`beam`), and only if nothing at all passes it. Held to this by
+//! `accel::tests::what_was_asked_before_does_not_matter`, and on the segments of whole renders by
+//! the benchmark `tracing`.
 
 use glam::Vec3;
 

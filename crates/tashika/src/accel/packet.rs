@@ -1,12 +1,13 @@
 //! Visibility of up to [`LANES`] segments at once: one walk through the trees for all of them.
 //!
-//! Inner nodes are judged for the whole group: intervals around the segments' origins and reciprocal directions bound
-//! the parameters at which any of them can be inside a box, for the eight children of a node at once. What is left, and
-//! triangles, is judged lane by lane. Where only few lanes are left they walk on alone, and segments whose directions differ in sign
-//! have no useful intervals and walk alone from the start.
+//! Inner nodes are judged for the whole group: intervals around the segments' origins and
+//! reciprocal directions bound the parameters at which any of them can be inside a box, for the
+//! eight children of a node at once. What is left, and triangles, is judged lane by lane. Where
+//! only few lanes are left they walk on alone, and segments whose directions differ in sign have no
+//! useful intervals and walk alone from the start.
 //!
-//! A lane is tested against the triangles of those leaves whose boxes it meets itself, in the order of the tree, however it walks
-//! (`accel::tests::grouping_does_not_change_a_bit`).
+//! A lane is tested against the triangles of those leaves whose boxes it meets itself, in the order
+//! of the tree, however it walks (`accel::tests::grouping_does_not_change_a_bit`).
 
 use glam::Vec3;
 
@@ -233,7 +234,8 @@ fn pass_alone<V: Vectors, const BOUNDED: bool>(
     single::pass::<V::Eight, BOUNDED>(tree, root, s, visible, place, &mut waiting.below, &mut occluder)
 }
 
-/// Multiplies what is visible by what passes the triangles of a tree; the lanes of which something is left.
+/// Multiplies what is visible by what passes the triangles of a tree; the lanes of which something
+/// is left.
 #[inline(always)]
 fn pass<V: Vectors, const BOUNDED: bool>(
     tree: &Tree,
@@ -280,7 +282,8 @@ fn pass<V: Vectors, const BOUNDED: bool>(
         let node = &tree.nodes[number as usize];
         let base = top;
         for_bits!(beam.meets_children(node, limit), below WIDTH, |slot| {
-            // A wide beam meets what no lane does: near silhouettes the targets of a fan lie far apart.
+            // A wide beam meets what no lane does: near silhouettes the targets of a fan lie far
+            // apart.
             let mut lanes = packet.meets_child::<V::Sixteen>(limit, node, slot, lanes & active);
             if lanes == 0 {
                 continue;

@@ -28,7 +28,8 @@ pub enum Glass {
     /// Lets pass straight what would be refracted: the light comes through, its caustics do not.
     #[default]
     Passes,
-    /// Panes let pass, as they do not bend light; solid glass stops, for those who follow refracted paths.
+    /// Panes let pass, as they do not bend light; solid glass stops, for those who follow refracted
+    /// paths.
     SolidStops,
 }
 

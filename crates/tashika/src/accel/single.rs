@@ -17,7 +17,8 @@ use crate::scene::{InstanceId, Scene};
 /// Nodes that wait, with the parameter at which a ray enters them, or with the lanes that do.
 pub(super) type Stack<T> = [(u32, T); MAX_WAITING];
 
-/// What one walk leaves to the next: room for nodes that wait, which would take as long as a short walk to clear, and occluders.
+/// What one walk leaves to the next: room for nodes that wait, which would take as long as a short
+/// walk to clear, and occluders.
 pub(super) struct Waiting {
     pub top: Box<Stack<f32>>,
     pub below: Box<Stack<f32>>,
@@ -225,7 +226,8 @@ pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// What passes the triangles below a node, of what is visible so far; if nothing does, `occluder` is the leaf where it ended.
+/// What passes the triangles below a node, of what is visible so far; if nothing does, `occluder`
+/// is the leaf where it ended.
 #[inline(always)]
 pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     tree: &Tree,

@@ -1,15 +1,18 @@
-//! Ranges of boxes in two, where the surface area heuristic says: the expected work of a ray that meets the range is
+//! Ranges of boxes in two, where the surface area heuristic says: the expected work of a ray that
+//! meets the range is
 //!
 //! ```text
 //! (A_l n_l + A_r n_r) / A        A: areas of boxes   n: items
 //! ```
 //!
-//! Centres of boxes are counted in bins along each axis, and planes between bins are tried: Ingo Wald. "On fast Construction of SAH-based Bounding
-//! Volume Hierarchies." Symposium on Interactive Ray Tracing, 2007, doi:10.1109/RT.2007.4342588.
+//! Centres of boxes are counted in bins along each axis, and planes between bins are tried: Ingo
+//! Wald. "On fast Construction of SAH-based Bounding Volume Hierarchies." Symposium on Interactive
+//! Ray Tracing, 2007, doi:10.1109/RT.2007.4342588.
 //!
 //! # Guarantee
-//! The two sides are functions of the items: boxes and counts of bins do not depend on the order in which items are counted, hence not on threads,
-//! and the order of items after a split depends on that before alone. Held to this by the tests below and `accel::tests`.
+//! The two sides are functions of the items: boxes and counts of bins do not depend on the order in
+//! which items are counted, hence not on threads, and the order of items after a split depends on
+//! that before alone. Held to this by the tests below and `accel::tests`.
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -34,8 +37,8 @@ pub(super) struct Item {
     hi: Vec4,
 }
 
-/// The smallest normal number, as bits. Numbers are added to it: arithmetic on small integers, taken for what they are as floats, is
-/// many times as slow, whatever becomes of the result.
+/// The smallest normal number, as bits. Numbers are added to it: arithmetic on small integers,
+/// taken for what they are as floats, is many times as slow, whatever becomes of the result.
 const NORMAL: u32 = 0x0080_0000;
 
 impl Item {
@@ -113,7 +116,8 @@ fn gathered(items: &[Item], of_piece: impl Fn(&[Item]) -> Bounds + Sync + Send) 
     items.par_chunks(CHUNK).map(of_piece).reduce(|| Bounds::EMPTY, Bounds::union)
 }
 
-/// Puts the items of the first side first, and says how many these are, at least one and not all; and the boxes of both sides.
+/// Puts the items of the first side first, and says how many these are, at least one and not all;
+/// and the boxes of both sides.
 ///
 /// There must be several items.
 pub(super) fn split(items: &mut [Item]) -> (usize, [Bounds; 2]) {
@@ -261,7 +265,8 @@ impl Bins {
     }
 }
 
-/// Puts the items first that are on the first side, and counts them; without branches, which would be mispredicted half the time.
+/// Puts the items first that are on the first side, and counts them; without branches, which would
+/// be mispredicted half the time.
 fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {

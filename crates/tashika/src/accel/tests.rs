@@ -66,7 +66,8 @@ fn visible(t: &Tracer, apex: Apex, targets: &[Vec3]) -> Vec<f32> {
     out
 }
 
-/// Parameter at which the line `o + t d` meets a triangle, in `f64`; and how far from any edge, relative.
+/// Parameter at which the line `o + t d` meets a triangle, in `f64`; and how far from any edge,
+/// relative.
 fn meets_exactly(o: DVec3, d: DVec3, t: &Corners) -> Option<(f64, f64)> {
     let v = t.map(Vec3::as_dvec3);
     let (a, b, c) = (v[0] - o, v[1] - o, v[2] - o);
@@ -182,11 +183,13 @@ fn grouping_does_not_change_a_bit() {
     assert!(partly > 200, "{partly}");
 }
 
-/// Each segment after others that were stopped in other places, in this scene and in another one, gives what it gives first.
+/// Each segment after others that were stopped in other places, in this scene and in another one,
+/// gives what it gives first.
 #[test]
 fn what_was_asked_before_does_not_matter() {
     let mut s = Stream::new(8, Purpose::Test, 0);
-    // Half of the triangles let light pass: of a leaf that stops one segment, some is met by a neighbour that is not stopped.
+    // Half of the triangles let light pass: of a leaf that stops one segment, some is met by a
+    // neighbour that is not stopped.
     let triangles = soup(&mut s, 400, 0.3);
     let (solid, pane) = (mesh(&triangles[..200]), mesh(&triangles[200..]));
     let mixed = tracer_of([(solid, 1.0), (pane, 0.3)], &[Affine3A::IDENTITY]);
@@ -229,8 +232,8 @@ fn threads_do_not_change_the_tree() {
     }
 }
 
-/// A plane of slivers and tiny triangles, anywhere, at any angle, placed directly or as an instance: nothing that starts on it
-/// and leaves it is blocked by it, however grazing.
+/// A plane of slivers and tiny triangles, anywhere, at any angle, placed directly or as an
+/// instance: nothing that starts on it and leaves it is blocked by it, however grazing.
 #[test]
 fn no_surface_blocks_what_starts_on_it() {
     let mut s = Stream::new(5, Purpose::Test, 0);
@@ -262,7 +265,8 @@ fn no_surface_blocks_what_starts_on_it() {
                 point(&mut s, scale),
             )
         };
-        // The second place is far away: it only makes the mesh a shared one when there are enough copies.
+        // The second place is far away: it only makes the mesh a shared one when there are enough
+        // copies.
         let mut places = vec![place];
         if round % 4 == 1 {
             places
@@ -291,7 +295,8 @@ fn no_surface_blocks_what_starts_on_it() {
                 continue;
             }
             let end = start + direction * (scale * 3.0);
-            // The true surface, in f64: the world corners, or the object's under the exact transform.
+            // The true surface, in f64: the world corners, or the object's under the exact
+            // transform.
             let d = if baked {
                 corners.map(Vec3::as_dvec3)
             } else {
@@ -417,8 +422,8 @@ fn instances_are_where_their_transforms_say() {
             assert!((a.t - b.t).abs() < 1e-4 || a.triangle != b.triangle % 70_000);
         }
     }
-    // Transforming rounds the ends by some 1e-7 and the edges are 1e-2 long: segments that pass that close to an edge
-    // may differ, far less than one in a hundred.
+    // Transforming rounds the ends by some 1e-7 and the edges are 1e-2 long: segments that pass
+    // that close to an edge may differ, far less than one in a hundred.
     assert!(differ <= 16 && blocked > 500, "{differ} of 3200 differ, {blocked} blocked");
 }
 
@@ -457,7 +462,8 @@ fn scenes_of_few_triangles_or_none_work() {
     assert_eq!(visible(&t, Apex::Point(c + n), &[c - n])[0], 0.0);
 }
 
-/// Glass by the Fresnel equations at the angle of the segment in the world, however the mesh is placed; solid glass also not at all.
+/// Glass by the Fresnel equations at the angle of the segment in the world, however the mesh is
+/// placed; solid glass also not at all.
 #[test]
 fn glass_lets_pass_straight_what_it_does_not_reflect() {
     let normal = crate::bsdf::fresnel::dielectric(1.0, 1.5);
@@ -476,7 +482,8 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
         Surface::ThinGlass { ior: 1.5, reflectance: Rgb::WHITE.into(), transmittance: Rgb::gray(0.9).into() };
     let two_faces = |f: f32| (1.0 - f) / (1.0 + f);
     for (surface, passes) in [(solid, 1.0 - normal), (pane, two_faces(normal))] {
-        // Placed once, and so often that the mesh is shared and stretched, which must not change the angle in the world.
+        // Placed once, and so often that the mesh is shared and stretched, which must not change
+        // the angle in the world.
         for shared in [false, true] {
             let mut b = SceneBuilder::new("test", Location::default());
             let material = b.add_material(Material::new("g", surface)).unwrap();

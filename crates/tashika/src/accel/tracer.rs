@@ -45,7 +45,8 @@ pub struct Tracer {
 }
 
 impl Tracer {
-    /// Builds the trees of `scene`, in parallel on the current thread pool; the result does not depend on it.
+    /// Builds the trees of `scene`, in parallel on the current thread pool; the result does not
+    /// depend on it.
     pub fn new(scene: Arc<Scene>) -> Self {
         let trees = Arc::new(Trees::new(&scene));
         Self { scene, trees, level: Level::best(), plain: false, listener: None }
@@ -57,8 +58,8 @@ impl Tracer {
         Self { listener: Some(listener), ..self.clone() }
     }
 
-    /// One over the same trees that uses no vector instructions and does not remember what stopped other segments: the scalar twin, whose
-    /// answers are the same to the bit.
+    /// One over the same trees that uses no vector instructions and does not remember what stopped
+    /// other segments: the scalar twin, whose answers are the same to the bit.
     #[must_use]
     pub fn plain(&self) -> Self {
         Self { level: Level::PORTABLE, plain: true, ..self.clone() }
@@ -81,8 +82,8 @@ impl Tracer {
 
     /// The first surface along `ray`.
     ///
-    /// A surface of opacity `o < 1` is met with probability `o`; the decision is a function of `key`, the instance and
-    /// the triangle alone, so equal keys see the same holes.
+    /// A surface of opacity `o < 1` is met with probability `o`; the decision is a function of
+    /// `key`, the instance and the triangle alone, so equal keys see the same holes.
     pub fn closest_hit(&self, ray: &Ray, key: u64) -> Option<Hit> {
         if let Some(listener) = &self.listener {
             listener.ray(ray, key);
@@ -90,8 +91,8 @@ impl Tracer {
         kernel::closest_hit(self.level, &self.trees, &self.scene, ray, key)
     }
 
-    /// The share of light that passes along each segment of `batch`, in order: 0 blocked, 1 free, between where
-    /// surfaces are partly transparent. `visibility` is overwritten.
+    /// The share of light that passes along each segment of `batch`, in order: 0 blocked, 1 free,
+    /// between where surfaces are partly transparent. `visibility` is overwritten.
     pub fn visibility(&self, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
         if let Some(listener) = &self.listener {
             listener.segments(batch);

@@ -1,4 +1,5 @@
-//! The trees of a scene: one over what is placed once, and one a shared mesh below a tree of instances.
+//! The trees of a scene: one over what is placed once, and one a shared mesh below a tree of
+//! instances.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -48,7 +49,8 @@ impl Placed {
         Self { to_object: columns.map(|c| c.to_array()), instance: id.index() as u32, tree }
     }
 
-    /// World points in object space (m), and the bound of the error of their components, `γ₄ (|M⁻¹| |p| + |t|)`.
+    /// World points in object space (m), and the bound of the error of their components,
+    /// `γ₄ (|M⁻¹| |p| + |t|)`.
     #[inline(always)]
     pub fn points<R: Real>(&self, p: [R; 3]) -> ([R; 3], R) {
         let [x, y, z, t] = &self.to_object;
@@ -181,8 +183,8 @@ fn flags(scene: &Scene, id: InstanceId) -> u32 {
     flags
 }
 
-/// World box of an instance (m): around the transformed corners of its mesh's box, grown by the rounding of the transform,
-/// forth and back.
+/// World box of an instance (m): around the transformed corners of its mesh's box, grown by the
+/// rounding of the transform, forth and back.
 fn world_box(instance: &Instance, scene: &Scene) -> Aabb {
     let b = scene.meshes()[instance.mesh.index()].bounds();
     let grown = b.transformed(&instance.to_world);

@@ -1,4 +1,5 @@
-//! The triangle test, written once: eight triangles against a segment, or a triangle against sixteen segments.
+//! The triangle test, written once: eight triangles against a segment, or a triangle against
+//! sixteen segments.
 
 use glam::Vec3;
 
@@ -96,16 +97,16 @@ pub(super) struct Lines<F> {
 /// What the planes of triangles need, without any segment.
 ///
 /// # Error of the signed volume `(v₀ − p) · n`
-/// With `M = ‖e₁‖_∞ ‖e₂‖_∞` a component of `n` is at most `2M` and computed with an error of at most
-/// `2 γ₄ M` (differences of inputs, one product each, one difference). Multiplied by `v₀ − p` (one rounding), and
-/// summed (three more), the error of the volume is at most
+/// With `M = ‖e₁‖_∞ ‖e₂‖_∞` a component of `n` is at most `2M` and computed with an error of at
+/// most `2 γ₄ M` (differences of inputs, one product each, one difference). Multiplied by `v₀ − p`
+/// (one rounding), and summed (three more), the error of the volume is at most
 ///
 /// ```text
 /// ‖v₀ − p‖₁ · M · (2 γ₄ + 2 γ₄ (1 + γ₄)) < 17 u ‖v₀ − p‖₁ M
 /// ```
 ///
-/// and for a point that is itself wrong by `e` in each component, `6 M e` more, as `‖n‖₁ ≤ 6 M`. The constants
-/// below are rounded up, which pays for the rounding of the bound itself.
+/// and for a point that is itself wrong by `e` in each component, `6 M e` more, as `‖n‖₁ ≤ 6 M`.
+/// The constants below are rounded up, which pays for the rounding of the bound itself.
 #[derive(Clone, Copy)]
 struct Planes<F> {
     n: Vectors3<F>,
@@ -129,7 +130,8 @@ impl<F: Vector> Planes<F> {
         a[0] * self.n[0] + a[1] * self.n[1] + a[2] * self.n[2]
     }
 
-    /// Bound of the error of [`Planes::volume`]; `point_error` is that of each component of `p` (m).
+    /// Bound of the error of [`Planes::volume`]; `point_error` is that of each component of `p`
+    /// (m).
     #[inline(always)]
     fn error(&self, a: Vectors3<F>, point_error: F) -> F {
         (a[0].abs() + a[1].abs() + a[2].abs()) * self.per_length + self.per_error * point_error
@@ -156,8 +158,8 @@ pub(super) fn blocked<F: Vector, const BOUNDED: bool>(v: &[Vectors3<F>; 3], s: &
     F::bits(F::both(across, inside(edges(a, b, c, s.direction), start)))
 }
 
-/// Places whose ray meets a triangle, and the parameters: the origin is certainly off the plane, the direction certainly towards it,
-/// and the line passes inside.
+/// Places whose ray meets a triangle, and the parameters: the origin is certainly off the plane,
+/// the direction certainly towards it, and the line passes inside.
 #[inline(always)]
 pub(super) fn met<F: Vector>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> (u32, F) {
     let planes = Planes::new(v);
@@ -178,7 +180,8 @@ fn inside<F: Vector>(edges: [F; 3], start: F) -> F::Mask {
     F::both(F::both(u, v), w)
 }
 
-/// The edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)`: barycentric weights of the three corners, up to a factor.
+/// The edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)`: barycentric weights of the three
+/// corners, up to a factor.
 #[inline(always)]
 fn edges<F: Vector>(a: Vectors3<F>, b: Vectors3<F>, c: Vectors3<F>, d: Vectors3<F>) -> [F; 3] {
     [dot(cross(b, c), d), dot(cross(c, a), d), dot(cross(a, b), d)]

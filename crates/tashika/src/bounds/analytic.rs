@@ -4,19 +4,21 @@
 //! M ≤ K c_i  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )          (sr⁻¹)
 //! ```
 //!
-//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, and each factor of the lobes at its largest over
-//! the points and the lights: `α` at the least angle between the cone of mirror directions and the lights, the exponent and the roughness
-//! wherever in their range the lobe is brightest at this angle, `F` at the widest angle of incidence ([`lobes`](super::lobes),
+//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, and each
+//! factor of the lobes at its largest over the points and the lights: `α` at the least angle
+//! between the cone of mirror directions and the lights, the exponent and the roughness wherever in
+//! their range the lobe is brightest at this angle, `F` at the widest angle of incidence
+//! ([`lobes`](super::lobes),
 //! [`spans`](super::spans)). `P` is the largest value that any point's lobe times the cosine takes at all: it keeps together what the ranges of
 //! points that differ take apart. Points of all kinds may be merged; each has at most one lobe.
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport). Zero where all lights are below the
-//! plane of every shading normal.
+//! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport).
+//! Zero where all lights are below the plane of every shading normal.
 //!
 //! # Limits
-//! Half vectors know a box of lights as the cone about it. Cones do not know that they hold few directions: points that differ by more
-//! than the width of their lobes have little more than `P`.
+//! Half vectors know a box of lights as the cone about it. Cones do not know that they hold few
+//! directions: points that differ by more than the width of their lobes have little more than `P`.
 //!
 //! # Held to this by
 //! `bounds::tests::analytic`.
@@ -30,8 +32,9 @@ use super::{Reflector, Towards, UpperMaterial};
 use crate::bsdf::{FacetModel, MIN_COSINE, Microfacets};
 use crate::math::{Cone, Vec3};
 
-/// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to the ratio of neighbours, and nodes
-/// larger. Chosen: the ratio is below 1.5 for surfaces that reflect 0.04 and more at normal incidence.
+/// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to
+/// the ratio of neighbours, and nodes larger. Chosen: the ratio is below 1.5 for surfaces that
+/// reflect 0.04 and more at normal incidence.
 const KNOTS: usize = 16;
 
 /// Ranges over a set of points.
@@ -65,9 +68,11 @@ struct PhongRange {
 /// Lobes of facets.
 #[derive(Clone, Copy, Debug)]
 struct FacetRange {
-    /// At least the largest channel of `F` for cosines of incidence from `k / KNOTS` on; zeros if there is no such lobe.
+    /// At least the largest channel of `F` for cosines of incidence from `k / KNOTS` on; zeros if
+    /// there is no such lobe.
     reflected: [f32; KNOTS],
-    /// Smallest and largest roughness of each model, in the order of [`FacetModel::ALL`]; [`NONE`] if there is no such lobe.
+    /// Smallest and largest roughness of each model, in the order of [`FacetModel::ALL`]; [`NONE`]
+    /// if there is no such lobe.
     alphas: [[f32; 2]; FacetModel::ALL.len()],
 }
 

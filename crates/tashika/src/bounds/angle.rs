@@ -4,9 +4,10 @@
 //! sin(a ± b) = sin a cos b ± cos a sin b        cos(a ± b) = cos a cos b ∓ sin a sin b
 //! ```
 //!
-//! A sum stops at `π` and a difference at zero, which is what the extremes of an angle over a cone do. Both numbers are kept because
-//! each alone is imprecise at one end: a cosine cannot tell 10⁻⁹ rad from zero. Vectors that are rounded to `f32` are not quite of
-//! length 1, so both numbers may have a common factor that differs from 1 by 10⁻⁶; sums and differences of angles do not see it.
+//! A sum stops at `π` and a difference at zero, which is what the extremes of an angle over a cone
+//! do. Both numbers are kept because each alone is imprecise at one end: a cosine cannot tell 10⁻⁹
+//! rad from zero. Vectors that are rounded to `f32` are not quite of length 1, so both numbers may
+//! have a common factor that differs from 1 by 10⁻⁶; sums and differences of angles do not see it.
 //!
 //! # Guarantee
 //! Angles are right to a few roundings of `f64`, sines and cosines to the common factor.
@@ -20,8 +21,9 @@ use crate::math::Cone;
 
 /// What `f32` arithmetic can turn a direction between a cone and the BSDF (rad).
 ///
-/// In [`transport`](crate::transport) a unit direction is rounded (2·10⁻⁷), taken to a frame whose axes are orthonormal to 5·10⁻⁷, and
-/// rounded there (3·10⁻⁷); axes of cones are directions that were taken from such a frame and rounded (10⁻⁶). Chosen above their sum.
+/// In [`transport`](crate::transport) a unit direction is rounded (2·10⁻⁷), taken to a frame whose
+/// axes are orthonormal to 5·10⁻⁷, and rounded there (3·10⁻⁷); axes of cones are directions that
+/// were taken from such a frame and rounded (10⁻⁶). Chosen above their sum.
 pub(super) const TURN: Angle = Angle { sin: 3e-6, cos: 1.0 - 4.5e-12 };
 
 /// An angle in `[0, π]`.

@@ -1,38 +1,45 @@
-//! Where the lights of a cluster lie, seen from a box of points, and the upper bound of their geometric term.
+//! Where the lights of a cluster lie, seen from a box of points, and the upper bound of their
+//! geometric term.
 //!
-//! The vectors `d = y − x` from points `x` of a box `P` to lights `y` of a box `L` lie in a box again, the Minkowski difference
+//! The vectors `d = y − x` from points `x` of a box `P` to lights `y` of a box `L` lie in a box
+//! again, the Minkowski difference
 //!
 //! ```text
 //! D = [L.lo − P.hi, L.hi − P.lo]        G ≤ cos⁺(max(0, θ − β)) / max(|nearest point of D|², d_c², 10⁻²⁰)
 //! ```
 //!
-//! with the angle `θ` between `D` and the axis of the cone of directions from which lights are seen at their brightest, the half-angle `β`
-//! of that cone and the clamp distance `d_c` (Walter et al. 2005, and 2006 for boxes on both sides). Lights without a cosine have 1 in
-//! its place; a spot has 0 where no part of `D` is in its light. Lengths are in metres, `G` in m⁻², or 1 for directional lights.
+//! with the angle `θ` between `D` and the axis of the cone of directions from which lights are seen
+//! at their brightest, the half-angle `β` of that cone and the clamp distance `d_c` (Walter et al.
+//! 2005, and 2006 for boxes on both sides). Lights without a cosine have 1 in its place; a spot has
+//! 0 where no part of `D` is in its light. Lengths are in metres, `G` in m⁻², or 1 for directional
+//! lights.
 //!
 //! # The angle between a box and an axis
 //! With the axis `a`, any unit vector `t` across it, `z = d·a` and `u = d·t`:
 //!
-//! * If `z < 0` all over the box: the directions within `γ < π/2` of `−a` form a convex cone, so a box is in it if its corners are,
-//!   and the largest of `cos θ = z/|d|` is that of a corner.
-//! * Otherwise, if `u > 0` all over the box: `|d|² ≥ z² + u²`, hence `cot θ ≤ z/u`, and the largest of such a quotient of linear
-//!   functions is that of a corner, too.
+//! * If `z < 0` all over the box: the directions within `γ < π/2` of `−a` form a convex cone, so a
+//!   box is in it if its corners are, and the largest of `cos θ = z/|d|` is that of a corner.
+//! * Otherwise, if `u > 0` all over the box: `|d|² ≥ z² + u²`, hence `cot θ ≤ z/u`, and the largest
+//!   of such a quotient of linear functions is that of a corner, too.
 //! * In any case `cos θ ≤ max(z) / min(|d|)`.
 //!
-//! `t` points to the centre of the box. The second item would be exact if it pointed to the vector of `D` that is nearest to the axis; it
-//! seldom differs. Boxing `D` in a frame about `a`, as the sources do, gives more: it takes `max(z)` and `min(u)` of different corners.
+//! `t` points to the centre of the box. The second item would be exact if it pointed to the vector
+//! of `D` that is nearest to the axis; it seldom differs. Boxing `D` in a frame about `a`, as the
+//! sources do, gives more: it takes `max(z)` and `min(u)` of different corners.
 //!
 //! # Guarantee
 //! [`upper_geometric`] is at least the `G` of every member, in real arithmetic and in the `f32` arithmetic of
 //! [`transport`](crate::transport). Sums of products are rounded outward by [`ALONG`]; all other roundings are covered by [`COSINE`].
 //!
 //! # Assumptions
-//! Boxes are not empty, but for directional lights. Axes of cones and directions of lights are unit vectors to four roundings of `f32`.
-//! A point and a light are in the same place or between 10⁻¹⁷ m and 10¹⁸ m apart, so that squares neither vanish nor overflow.
+//! Boxes are not empty, but for directional lights. Axes of cones and directions of lights are unit
+//! vectors to four roundings of `f32`. A point and a light are in the same place or between 10⁻¹⁷ m
+//! and 10¹⁸ m apart, so that squares neither vanish nor overflow.
 //!
 //! # Limits
-//! Distance and cosine are bounded apart: the nearest vector need not be the one with the smallest angle. A child's bound can exceed its
-//! parent's where the parent's `t` happens to fit better: both hold, take the smaller. Boxes that overlap have the bound of the clamp.
+//! Distance and cosine are bounded apart: the nearest vector need not be the one with the smallest
+//! angle. A child's bound can exceed its parent's where the parent's `t` happens to fit better:
+//! both hold, take the smaller. Boxes that overlap have the bound of the clamp.
 //!
 //! # Held to this by
 //! `bounds::tests::geometry`.
@@ -53,13 +60,15 @@ pub enum Towards {
     Any,
 }
 
-/// Relative error of the component of a corner along a vector, as part of the product of both lengths: 3 roundings of the dot product;
-/// for a vector that should be across an axis also 13 of what it has along it (3 of a dot product, 2 of a product and a difference, 8 of
-/// the axis' squared length), for a quotient of squares 5 of that.
+/// Relative error of the component of a corner along a vector, as part of the product of both
+/// lengths: 3 roundings of the dot product; for a vector that should be across an axis also 13 of
+/// what it has along it (3 of a dot product, 2 of a product and a difference, 8 of the axis'
+/// squared length), for a quotient of squares 5 of that.
 const ALONG: f32 = 24.0 * UNIT_ROUNDOFF;
 
-/// Error of a cosine. In `transport`: 7 roundings of unit direction and dot product, 4 of the length of the light's direction. Here: 4 of
-/// the length of the axis, 8 of quotients and roots, 9 of the addition theorem with the sines that go into it.
+/// Error of a cosine. In `transport`: 7 roundings of unit direction and dot product, 4 of the
+/// length of the light's direction. Here: 4 of the length of the axis, 8 of quotients and roots, 9
+/// of the addition theorem with the sines that go into it.
 const COSINE: f32 = 48.0 * UNIT_ROUNDOFF;
 
 /// Relative error of a squared distance, there and here.
@@ -71,18 +80,21 @@ const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 /// Squares of distances below this may have lost digits to underflow (m²).
 const UNDERFLOW: f32 = 1e-34;
 
-/// A box that does not reach farther has no direction: squares of the roundings of its vectors may underflow (m).
+/// A box that does not reach farther has no direction: squares of the roundings of its vectors may
+/// underflow (m).
 const NO_REACH: f32 = 1e-12;
 
 impl Towards {
     /// From the points of a box to the lights of a cluster.
     ///
-    /// The box of differences is rounded outward: it holds the differences as they are, and as `f32` has them.
+    /// The box of differences is rounded outward: it holds the differences as they are, and as
+    /// `f32` has them.
     pub fn between(lights: &LightBounds, points: &Aabb) -> Self {
         match lights.shape {
             LightShape::Omni | LightShape::Oriented(_) | LightShape::Spot { .. } => {
                 let (lo, hi) = (lights.aabb.lo - points.hi, lights.aabb.hi - points.lo);
-                // At least the rounding error of a difference; a difference that is subnormal or zero has none.
+                // At least the rounding error of a difference; a difference that is subnormal or
+                // zero has none.
                 Self::Box(Aabb { lo: lo - lo.abs() * f32::EPSILON, hi: hi + hi.abs() * f32::EPSILON })
             }
             LightShape::Directional(travelling) => Self::Cone(travelling.reversed()),
@@ -92,7 +104,8 @@ impl Towards {
 
     /// At least `cos⁺` of the angle between any direction of `self` and any axis in `cone`; 0 to 1.
     ///
-    /// It holds for the true angle and for cosines evaluated in `f32`, as far as these do not exceed 1 by rounding.
+    /// It holds for the true angle and for cosines evaluated in `f32`, as far as these do not
+    /// exceed 1 by rounding.
     pub fn upper_cos(&self, cone: &Cone) -> f32 {
         let cos = match self {
             _ if cone.is_empty() => 0.0,
@@ -137,7 +150,8 @@ pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: 
         },
         LightShape::Spot { axes, cos_outer } => match towards {
             _ if axes.is_empty() => 0.0,
-            // Beyond the rim by more than angles computed from cosines are wrong, for fall-offs that are linear in the angle.
+            // Beyond the rim by more than angles computed from cosines are wrong, for fall-offs
+            // that are linear in the angle.
             Towards::Box(differences)
                 if upper_cos_of_box(differences, &axes.reversed()) < cos_outer - COSINE =>
             {
@@ -231,7 +245,8 @@ impl Angle {
     }
 }
 
-/// At least the cosine, with its sign, of the angle between a vector of the box and an axis in the cone, which is not empty.
+/// At least the cosine, with its sign, of the angle between a vector of the box and an axis in the
+/// cone, which is not empty.
 fn upper_cos_of_box(b: &Aabb, cone: &Cone) -> f32 {
     angle_to_box(b, cone.axis).less(cone.cos).cos + COSINE
 }
@@ -254,7 +269,8 @@ fn angle_to_box(b: &Aabb, axis: Vec3) -> Angle {
     }
     let mut cos_squared = (highest * highest / nearest_squared).min(1.0);
     let center = b.center();
-    // Not of unit length; what is left of it along the axis goes with the length of the centre, as does the slack.
+    // Not of unit length; what is left of it along the axis goes with the length of the centre, as
+    // does the slack.
     let across = center - axis * center.dot(axis);
     let u = Corners::along(b, across);
     let slack_across = slack * reach;
@@ -267,17 +283,21 @@ fn angle_to_box(b: &Aabb, axis: Vec3) -> Angle {
     Angle { cos: cos_squared.sqrt(), sin: (1.0 - cos_squared).sqrt() }
 }
 
-/// The same for a box behind the plane across the axis, whose corners have the components `z` along it.
+/// The same for a box behind the plane across the axis, whose corners have the components `z` along
+/// it.
 fn angle_behind(b: &Aabb, z: Corners, slack: f32) -> Angle {
     let cos_squared = z.zip(Corners::squared_lengths(b), |z, squared| (z + slack) * (z + slack) / squared);
-    // The sine comes from the square as rounded: next to the opposite of the axis a rounding of the cosine is a large angle.
+    // The sine comes from the square as rounded: next to the opposite of the axis a rounding of the
+    // cosine is a large angle.
     let cos_squared = cos_squared.smallest().min(1.0);
     Angle { cos: -cos_squared.sqrt(), sin: (1.0 - cos_squared).sqrt() }
 }
 
-/// At least the cosine of the angle between a direction of one cone and an axis of the other; none is empty.
+/// At least the cosine of the angle between a direction of one cone and an axis of the other; none
+/// is empty.
 fn upper_cos_of_cone(directions: &Cone, cone: &Cone) -> f32 {
-    // The cosine is rounded before the sine is taken from it, so that the angle is rounded down as well.
+    // The cosine is rounded before the sine is taken from it, so that the angle is rounded down as
+    // well.
     let between = Angle::of_cos((directions.axis.dot(cone.axis) + COSINE).min(1.0));
     between.less(directions.cos).less(cone.cos).cos + COSINE
 }
@@ -290,7 +310,8 @@ fn cone_of_box(b: &Aabb) -> Cone {
     }
     let squared = Corners::squared_lengths(b);
     let reach = reach(b);
-    // The smallest squared cosine of a corner with a vector; none if a corner is not certainly in front.
+    // The smallest squared cosine of a corner with a vector; none if a corner is not certainly in
+    // front.
     let about = |v: Vec3| {
         let z = Corners::along(b, v);
         let slack = ALONG * reach * v.abs().element_sum();
@@ -301,14 +322,16 @@ fn cone_of_box(b: &Aabb) -> Cone {
     let center = b.center();
     if let Some(cos_squared) = about(center) {
         let center_squared = center.length_squared();
-        // The sphere about a small box is narrower than what slack leaves of the corners. For the rounding of the axis, 8 roundings are
-        // added to the sine: (s + 8u)² ≤ (1 + 2⁻¹⁰) s² + (1 + 2¹⁰) (8u)².
+        // The sphere about a small box is narrower than what slack leaves of the corners. For the
+        // rounding of the axis, 8 roundings are added to the sine: (s + 8u)² ≤ (1 + 2⁻¹⁰) s² + (1 +
+        // 2¹⁰) (8u)².
         let sine_squared = (0.25 * b.size().length_squared()) / center_squared;
         let of_sphere = 1.0 - (sine_squared * 1.001 + 2.4e-10);
         let cos = cos_squared.max(of_sphere).sqrt().next_down();
         return Cone { axis: center / center_squared.sqrt(), cos };
     }
-    // No component of a vector of the box has another sign than that of the nearest, if that is not zero: none is behind it.
+    // No component of a vector of the box has another sign than that of the nearest, if that is not
+    // zero: none is behind it.
     let cos = about(near).map_or(0.0, |cos_squared| cos_squared.sqrt().next_down());
     Cone { axis: near.normalize(), cos }
 }

@@ -18,7 +18,8 @@ pub enum LightShape {
     Omni,
     /// All shine with a cosine lobe about a normal in the cone.
     Oriented(Cone),
-    /// All shine at most 1 into the angle `arccos cos_outer` about an axis in the cone, and nothing beyond.
+    /// All shine at most 1 into the angle `arccos cos_outer` about an axis in the cone, and nothing
+    /// beyond.
     Spot {
         /// The axes.
         axes: Cone,

@@ -10,6 +10,7 @@ pub trait UpperMaterial: Clone + Send + Sync {
     /// Makes `self` hold for what `other` holds for, too.
     fn merge(&mut self, other: &Self);
 
-    /// At least the largest channel of `M` (sr⁻¹) over all points merged into `self` and all directions of `towards`.
+    /// At least the largest channel of `M` (sr⁻¹) over all points merged into `self` and all
+    /// directions of `towards`.
     fn upper_material(&self, towards: &Towards) -> f32;
 }

@@ -1,16 +1,18 @@
-//! One gather point, as far as its material goes, and upper bounds of its BRDF over a cone of light directions.
+//! One gather point, as far as its material goes, and upper bounds of its BRDF over a cone of light
+//! directions.
 //!
 //! ```text
 //! upper_brdf      ≥ max over ω_i in the cone of f_r(ω_o, ω_i)             (sr⁻¹, largest channel)
 //! upper_brdf_cos  ≥ max over ω_i in the cone of f_r(ω_o, ω_i) cos⁺θ_i
 //! ```
 //!
-//! Both are sums of a bound of the diffuse part and one of the lobe ([`lobes`](super::lobes)); the extremes of angles over the cone are those
-//! of [`spans`](super::spans).
+//! Both are sums of a bound of the diffuse part and one of the lobe ([`lobes`](super::lobes)); the
+//! extremes of angles over the cone are those of [`spans`](super::spans).
 //!
 //! # Guarantee
-//! Above every value in the `f32` arithmetic of [`transport`](crate::transport), for any unit direction (to rounding) in the cone. Zero if the
-//! cone is certainly below the plane of either normal. Always finite.
+//! Above every value in the `f32` arithmetic of [`transport`](crate::transport), for any unit
+//! direction (to rounding) in the cone. Zero if the cone is certainly below the plane of either
+//! normal. Always finite.
 //!
 //! # Held to this by
 //! `bounds::tests::reflector`.
@@ -59,7 +61,8 @@ impl Reflector {
         self.upper(cone, Factor::One)
     }
 
-    /// At least the largest channel of `f_r cos⁺θ` (sr⁻¹) over all light directions in `cone` (world).
+    /// At least the largest channel of `f_r cos⁺θ` (sr⁻¹) over all light directions in `cone`
+    /// (world).
     pub fn upper_brdf_cos(&self, cone: &Cone) -> f32 {
         self.upper(cone, Factor::Cosine)
     }
@@ -69,7 +72,8 @@ impl Reflector {
         self.frame.n * self.side()
     }
 
-    /// The parts of [`Reflector::upper_brdf_cos`] over all directions; of the diffuse part without the cosine.
+    /// The parts of [`Reflector::upper_brdf_cos`] over all directions; of the diffuse part without
+    /// the cosine.
     pub(super) fn upper_over_all(&self) -> OverAll {
         let cos_o = self.wo.z * self.side();
         let parts = Parts::of(&self.bsdf, cos_o, 1.0);

@@ -1,7 +1,9 @@
-//! Extremes of the angles that a lobe depends on, over a cone of light directions and cones of normals and viewers.
+//! Extremes of the angles that a lobe depends on, over a cone of light directions and cones of
+//! normals and viewers.
 //!
-//! Let `m` be the mirror direction of `ω_o` about the normal `n`, `h` the direction of `ω_o + ω_i`, `a` the axis of the lights and `δ` their
-//! half-angle; a bar marks the axis of the cone of a set of points, and `ω`, `ν`, `μ` are the half-angles about `ō`, `n̄`, `m̄`.
+//! Let `m` be the mirror direction of `ω_o` about the normal `n`, `h` the direction of `ω_o + ω_i`,
+//! `a` the axis of the lights and `δ` their half-angle; a bar marks the axis of the cone of a set
+//! of points, and `ω`, `ν`, `μ` are the half-angles about `ō`, `n̄`, `m̄`.
 //!
 //! ```text
 //! ∠(ω_i, m) ≥ ∠(a, m̄) − δ − μ
@@ -10,15 +12,18 @@
 //! ∠(ω_i, ω_o) ≤ min(∠(ō, a) + δ + ω, θ_o + π/2)
 //! ```
 //!
-//! Both bounds of `∠(h, n)` hold, and the larger is taken: the first is exact where `ω_i` leaves the mirror direction in the plane of
-//! incidence, the second where it leaves it across, which matters at grazing angles, where the lobe is long and narrow.
+//! Both bounds of `∠(h, n)` hold, and the larger is taken: the first is exact where `ω_i` leaves
+//! the mirror direction in the plane of incidence, the second where it leaves it across, which
+//! matters at grazing angles, where the lobe is long and narrow.
 //!
-//! Lights below the horizon reflect nothing, so what is above it is enough: where `z = a·n̄ < 0`, `ω_i·n̄ ≥ −sin ν` and `ω_i·a ≥ cos δ` give
-//! `ω_i·a_t ≥ cos δ − |z| sin ν`, a cone about the part `a_t` of `a` in the plane.
+//! Lights below the horizon reflect nothing, so what is above it is enough: where `z = a·n̄ < 0`,
+//! `ω_i·n̄ ≥ −sin ν` and `ω_i·a ≥ cos δ` give `ω_i·a_t ≥ cos δ − |z| sin ν`, a cone about the part
+//! `a_t` of `a` in the plane.
 //!
 //! # Guarantee
-//! Angles are at most, cosines of incidence at most those of any members, in the `f32` arithmetic of [`transport`](crate::transport).
-//! The directions there are of length 1 to 10⁻⁶, which turns `h` by up to [`LENGTHS`]` / ‖ω_o + ω_i‖`.
+//! Angles are at most, cosines of incidence at most those of any members, in the `f32` arithmetic
+//! of [`transport`](crate::transport). The directions there are of length 1 to 10⁻⁶, which turns
+//! `h` by up to [`LENGTHS`]` / ‖ω_o + ω_i‖`.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -28,7 +33,8 @@ use glam::DVec3;
 use super::angle::{Angle, TURN};
 use crate::math::Cone;
 
-/// How far the sum of two directions can be from that of unit vectors: the roundings of both, 10⁻⁶ each, and room.
+/// How far the sum of two directions can be from that of unit vectors: the roundings of both, 10⁻⁶
+/// each, and room.
 pub(super) const LENGTHS: f64 = 3e-6;
 
 /// Directions about an axis.
@@ -64,7 +70,8 @@ impl Bundle {
         Angle::between(self.axis, other.axis).plus(self.half_angle).plus(other.half_angle)
     }
 
-    /// A narrower bundle that holds those members that are above the plane of one of the normals, if there is one.
+    /// A narrower bundle that holds those members that are above the plane of one of the normals,
+    /// if there is one.
     ///
     /// It may hold others that `self` does not.
     pub(super) fn above(&self, normals: &Self) -> Option<Self> {
@@ -139,7 +146,8 @@ pub(super) struct HalfVectors {
 }
 
 impl HalfVectors {
-    /// Of the viewers and the lights that are in all of `lights`, and not within `from_mirror` of a mirror direction.
+    /// Of the viewers and the lights that are in all of `lights`, and not within `from_mirror` of a
+    /// mirror direction.
     pub(super) fn new(points: &Directions, lights: &[Option<Bundle>], from_mirror: Angle) -> Self {
         let nothing = Self { least_from_normal: Angle::ZERO, cos_incidence: 0.0 };
         let known = lights.iter().flatten().fold(nothing, |known, lights| {
@@ -167,7 +175,8 @@ impl HalfVectors {
     }
 }
 
-/// `max(0, angle − arcsin(radius / distance))`, zero where the ball of that radius holds the origin.
+/// `max(0, angle − arcsin(radius / distance))`, zero where the ball of that radius holds the
+/// origin.
 fn minus_arcsin(angle: impl Fn() -> Angle, radius: f64, distance: f64) -> Angle {
     if radius >= distance { Angle::ZERO } else { angle().minus(Angle::of_sin(radius / distance)) }
 }

@@ -4,16 +4,19 @@
 //! f_r = s F(ω_i·h) D G₂ / (4 c_o c_i)  +  ρ/π · T(c_o) T(c_i) / (η² (1 − ρ F_int))          (sr⁻¹)
 //! ```
 //!
-//! The first term is reflection at the coat (GGX, Fresnel equations). The second is light that enters
-//! through the coat, is scattered by the base, and leaves, possibly after being thrown back by the
-//! coat's inside any number of times (Saunderson 1942, "Calculation of the color of pigmented plastics"):
-//! `T` is what the rough boundary lets through on the way in and out ([`boundary`](super::boundary)), `F_int` its
-//! reflectance for diffuse light from inside, `1 / η²` the spreading of the radiance on leaving.
+//! The first term is reflection at the coat (GGX, Fresnel equations). The second is light that
+//! enters through the coat, is scattered by the base, and leaves, possibly after being thrown back
+//! by the coat's inside any number of times (Saunderson 1942, "Calculation of the color of
+//! pigmented plastics"): `T` is what the rough boundary lets through on the way in and out
+//! ([`boundary`](super::boundary)), `F_int` its reflectance for diffuse light from inside, `1 / η²`
+//! the spreading of the radiance on leaving.
 //!
-//! Of a smooth coat, `1 − F_int = (1 − F_ext) / η²`: the albedo of the second term for a white base is exactly `T(c_o)`, so that
-//! a smooth white surface reflects everything. Rough ones lose what is scattered more than once among the facets.
+//! Of a smooth coat, `1 − F_int = (1 − F_ext) / η²`: the albedo of the second term for a white base
+//! is exactly `T(c_o)`, so that a smooth white surface reflects everything. Rough ones lose what is
+//! scattered more than once among the facets.
 //!
-//! Tested by `bsdf::tests::energy` and by `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
+//! Tested by `bsdf::tests::energy` and by
+//! `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
 
 use super::boundary::Boundary;
 use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_lobes, validate};
@@ -62,7 +65,8 @@ impl Coated {
         })
     }
 
-    /// The reflectance of a base that reflects `ρ/(1 − F_int)` in all where this one reflects `ρ'/(1 − ρ' F_int)`.
+    /// The reflectance of a base that reflects `ρ/(1 − F_int)` in all where this one reflects
+    /// `ρ'/(1 − ρ' F_int)`.
     pub(crate) fn saturating(reflectance: Rgb, ior: f32, facets: Microfacets) -> Rgb {
         let inside = Boundary::new(facets, ior).inside();
         reflectance.map(|r| r / (1.0 - inside + r * inside))

@@ -6,9 +6,9 @@
 //!
 //! (Cook and Torrance 1982; Walter et al. 2007, equation 20) with the GGX terms of
 //! [`microfacet`] and `F` either from the complex index of refraction or by Schlick
-//! from `F₀`. Light that meets a second facet is lost (single scattering), so that rough metals reflect
-//! less than `F`: with `F = 1` and `α = 1` only `1 − ln 2 = 0.31` at normal incidence. Drawn by visible normals,
-//! which leaves the weight `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
+//! from `F₀`. Light that meets a second facet is lost (single scattering), so that rough metals
+//! reflect less than `F`: with `F = 1` and `α = 1` only `1 − ln 2 = 0.31` at normal incidence.
+//! Drawn by visible normals, which leaves the weight `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
 
 use super::{Lobe, fresnel, microfacet, validate};
 use crate::color::Rgb;

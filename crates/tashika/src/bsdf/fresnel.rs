@@ -1,15 +1,17 @@
 //! Fraction of light that a smooth boundary reflects, for unpolarised light.
 //!
-//! Every function takes the cosine of the angle of incidence, in `[0, 1]`, and returns a fraction in
-//! `[0, 1]`. Indices of refraction are relative to the medium that the light comes from.
+//! Every function takes the cosine of the angle of incidence, in `[0, 1]`, and returns a fraction
+//! in `[0, 1]`. Indices of refraction are relative to the medium that the light comes from.
 //!
-//! * [`dielectric`], [`conductor`]: the Fresnel equations (Born and Wolf 1999, sections 1.5.2 and 14.2).
+//! * [`dielectric`], [`conductor`]: the Fresnel equations (Born and Wolf 1999, sections 1.5.2 and
+//!   14.2).
 //! * [`schlick`]: `F₀ + (1 − F₀)(1 − c)⁵` (Schlick 1994, equation 15).
-//! * [`dielectric_average`], [`schlick_hemisphere`]: integrals over the hemisphere, as fits to quadrature.
+//! * [`dielectric_average`], [`schlick_hemisphere`]: integrals over the hemisphere, as fits to
+//!   quadrature.
 //!
 //! # Held to this by
-//! The tests below: normal incidence, Brewster's angle, total reflection, limits of the conductor, and
-//! the fits against quadrature.
+//! The tests below: normal incidence, Brewster's angle, total reflection, limits of the conductor,
+//! and the fits against quadrature.
 
 use crate::color::Rgb;
 use crate::math::Real;
@@ -19,8 +21,8 @@ use crate::math::simd::each;
 ///
 /// * `cos`: of the angle of incidence, `c`.
 ///
-/// With `g = η cos θ_t = √(η² − 1 + c²)` the amplitudes are `(η² c − g) / (η² c + g)` in the plane of
-/// incidence and `(c − g) / (c + g)` across it. Exactly 1 under total internal reflection.
+/// With `g = η cos θ_t = √(η² − 1 + c²)` the amplitudes are `(η² c − g) / (η² c + g)` in the plane
+/// of incidence and `(c − g) / (c + g)` across it. Exactly 1 under total internal reflection.
 #[inline(always)]
 pub fn dielectric<R: Real>(cos: R, eta: f32) -> R {
     let g2 = R::splat((eta - 1.0) * (eta + 1.0)) + cos * cos;
@@ -81,10 +83,11 @@ pub fn schlick_weight<R: Real>(cos: R) -> R {
     x2 * x2 * x
 }
 
-/// Reflectance of the outside of a dielectric under diffuse light, `2 ∫₀¹ F(c, η) c dc`, for `η ≥ 1`.
+/// Reflectance of the outside of a dielectric under diffuse light, `2 ∫₀¹ F(c, η) c dc`, for
+/// `η ≥ 1`.
 ///
-/// The inside reflects `F_int = 1 − (1 − F_ext) / η²`: of light in balance on both sides, the radiance
-/// differs by `η²`, and the fluxes that pass the boundary either way are equal.
+/// The inside reflects `F_int = 1 − (1 − F_ext) / η²`: of light in balance on both sides, the
+/// radiance differs by `η²`, and the fluxes that pass the boundary either way are equal.
 ///
 /// A polynomial in `√s`, `s = (η − 1) / (η + 1)`: least squares over 80 Chebyshev nodes of
 /// `0 ≤ √s ≤ √(2/3)`, that is `1 ≤ η ≤ 5`; off by at most `2·10⁻⁵`.
@@ -98,8 +101,8 @@ pub fn dielectric_average(eta: f32) -> f32 {
 
 /// `∫ (1 − ω_o·h)⁵ cos θ_i / π dω_i` over the hemisphere, as a function of `cos θ_o`.
 ///
-/// What the diffuse part loses where it is weighted by `1 − F(ω_o·h)` with Schlick's `F`. A polynomial:
-/// least squares over 40 Chebyshev nodes, off by at most `6·10⁻⁶`.
+/// What the diffuse part loses where it is weighted by `1 − F(ω_o·h)` with Schlick's `F`. A
+/// polynomial: least squares over 40 Chebyshev nodes, off by at most `6·10⁻⁶`.
 #[inline]
 pub fn schlick_hemisphere(cos_o: f32) -> f32 {
     const COEFFICIENTS: [f32; 5] =
@@ -153,7 +156,8 @@ mod tests {
 
     /// Seen from inside at the refracted angle, a boundary reflects what it does from outside.
     ///
-    /// A rounding of `cos_t` by `10⁻⁷` moves the outer cosine by `2·10⁻⁷ / cos`; the slope of `F` is below 6.
+    /// A rounding of `cos_t` by `10⁻⁷` moves the outer cosine by `2·10⁻⁷ / cos`; the slope of `F`
+    /// is below 6.
     #[test]
     fn both_sides_reflect_the_same() {
         for i in 1..100 {

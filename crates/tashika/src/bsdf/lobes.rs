@@ -6,8 +6,8 @@ use crate::color::Rgb;
 use crate::math::Real;
 use crate::math::simd::each;
 
-/// Of two lobes that both reflect, each is drawn at least this often, so that a poor estimate of their
-/// shares costs a factor of at most ten in the weights. Chosen.
+/// Of two lobes that both reflect, each is drawn at least this often, so that a poor estimate of
+/// their shares costs a factor of at most ten in the weights. Chosen.
 const MIN_LOBE_PROBABILITY: f32 = 0.1;
 
 /// Probability of drawing from the glossy of two lobes, given estimates of what each reflects.

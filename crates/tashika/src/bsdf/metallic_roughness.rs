@@ -5,15 +5,16 @@
 //! F = F₀ + (1 − F₀)(1 − ω_i·h)⁵,    F_d the same with the dielectric's own F₀
 //! ```
 //!
-//! (glTF 2.0 specification, appendix B, Khronos 2021: the metal and the dielectric mixed by `metallic`) where a loader sets
-//! `ρ_d = base · (1 − metallic)`, `F₀` = the dielectric's (0.04) mixed with `base` by `metallic`, and `α = roughness²`.
+//! (glTF 2.0 specification, appendix B, Khronos 2021: the metal and the dielectric mixed by
+//! `metallic`) where a loader sets `ρ_d = base · (1 − metallic)`, `F₀` = the dielectric's (0.04)
+//! mixed with `base` by `metallic`, and `α = roughness²`.
 //!
 //! # Limits
-//! The appendix says of this coupling of the parts that it breaks the conservation of energy, and so it
-//! does: `ω_i·h` is small only near the mirror direction at grazing angles, so that the diffuse part
-//! stays bright where the other reflects everything. Each part alone reflects at most 1. Together, a white
-//! base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`, 1.03 for `cos θ_o ≥ 0.5`, 1.16 at 0.3,
-//! and nearly 2 at the horizon if `α` is small.
+//! The appendix says of this coupling of the parts that it breaks the conservation of energy, and
+//! so it does: `ω_i·h` is small only near the mirror direction at grazing angles, so that the
+//! diffuse part stays bright where the other reflects everything. Alone each part reflects at most
+//! all light. Together, a white base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`, 1.03
+//! for `cos θ_o ≥ 0.5`, 1.16 at 0.3, and nearly 2 at the horizon if `α` is small.
 //!
 //! # Difference from the appendix
 //! * `G₂` is height-correlated, which the appendix's discussion prefers to its separable form.
@@ -34,7 +35,8 @@ pub struct MetallicRoughness {
     pub diffuse: Rgb,
     /// Reflectance of a facet at normal incidence; each channel in `[0, 1]`.
     pub f0: Rgb,
-    /// Reflectance at normal incidence of what lies over the diffuse part; each channel in `[0, 1]`.
+    /// Reflectance at normal incidence of what lies over the diffuse part; each channel in
+    /// `[0, 1]`.
     pub dielectric_f0: Rgb,
     /// The facets; glTF's have `α = roughness²`.
     pub facets: Microfacets,
@@ -74,7 +76,8 @@ impl MetallicRoughness {
         self.diffuse * (Rgb::WHITE - self.dielectric_f0) * (1.0 - fresnel::schlick_hemisphere(cos_o))
     }
 
-    /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles even if `F₀ = 0`.
+    /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles even
+    /// if `F₀ = 0`.
     fn facet_probability(&self, cos_o: f32) -> f32 {
         let facets = Rgb::from(fresnel::schlick(self.f0, cos_o)).max_channel().max(f32::MIN_POSITIVE);
         glossy_probability(facets, self.diffuse_albedo(cos_o).max_channel()).unwrap_or(1.0)

@@ -1,8 +1,8 @@
 //! How surfaces scatter light: a closed family of BSDFs in the local shading frame.
 //!
 //! The renderer needs the material term `M = f_r(ω_o, ω_i) cos⁺θ_i` (sr⁻¹) of a pair of directions,
-//! and paths need a direction `ω_i` drawn with a known density (sr⁻¹). With `c = cos θ`, `h` the half
-//! vector and `α` the GGX roughness:
+//! and paths need a direction `ω_i` drawn with a known density (sr⁻¹). With `c = cos θ`, `h` the
+//! half vector and `α` the GGX roughness:
 //!
 //! | variant | `f_r` (sr⁻¹) | drawn from | source |
 //! |---|---|---|---|
@@ -18,16 +18,18 @@
 //! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through | the same | Stokes 1862 |
 //!
 //! # Conventions
-//! * All directions are unit vectors that point *away* from the surface; the shading normal is `+z`.
+//! * All directions are unit vectors that point *away* from the surface; the shading normal is
+//!   `+z`.
 //! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
 //!   `+z` first. Light passes from one side to the other in [`Glass`] and [`ThinGlass`] only.
 //! * A direction within [`MIN_COSINE`] of the horizon neither receives nor sends light.
 //! * Every opaque BSDF is reciprocal: `f_r(a, b) = f_r(b, a)`. For [`Glass`] see there.
 //!
 //! # Guarantee
-//! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and not
-//! negative. [`Bsdf::sample`] draws exactly from [`Bsdf::pdf`]. No surface reflects more than it
-//! receives, but for a thousandth in [`Coated`], for [`MetallicRoughness`] at grazing angles, and for
+//! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and
+//! not negative. [`Bsdf::sample`] draws exactly from [`Bsdf::pdf`]. No surface reflects more than
+//! it receives, but for a thousandth in [`Coated`], for [`MetallicRoughness`] at grazing angles,
+//! and for
 //! [`Principled`].
 //!
 //! # Held to this by
@@ -67,8 +69,8 @@ pub use specular::{Glass, Mirror, ThinGlass};
 
 /// Directions whose cosine with the normal is not above this count as lying in the surface.
 ///
-/// Components of a unit vector in `f32` are rounded at `6·10⁻⁸`, so that a smaller cosine says nothing
-/// about the side on which the direction lies.
+/// Components of a unit vector in `f32` are rounded at `6·10⁻⁸`, so that a smaller cosine says
+/// nothing about the side on which the direction lies.
 pub const MIN_COSINE: f32 = 1e-7;
 
 /// How a surface scatters light.
@@ -124,10 +126,11 @@ impl Lobe {
 pub struct BsdfSample {
     /// The direction, unit length, pointing away from the surface.
     pub wi: Vec3,
-    /// `f_r cos θ_i / pdf` of the *whole* BSDF (unitless); for a specular lobe its coefficient divided
-    /// by the probability of choosing it.
+    /// `f_r cos θ_i / pdf` of the *whole* BSDF (unitless); for a specular lobe its coefficient
+    /// divided by the probability of choosing it.
     pub weight: Rgb,
-    /// Density of the whole BSDF at `wi` (sr⁻¹); for a specular lobe the probability of choosing it.
+    /// Density of the whole BSDF at `wi` (sr⁻¹); for a specular lobe the probability of choosing
+    /// it.
     pub pdf: f32,
     /// The part of the BSDF that the direction was drawn from.
     pub lobe: Lobe,
@@ -247,8 +250,8 @@ impl Bsdf {
         }
     }
 
-    /// The same with hardly any diffuse reflection: what directions of its gloss are drawn from. It draws every
-    /// direction that the whole draws.
+    /// The same with hardly any diffuse reflection: what directions of its gloss are drawn from. It
+    /// draws every direction that the whole draws.
     pub(crate) fn mostly_gloss(&self) -> Self {
         const LEFT: f32 = 1e-3;
         let mut gloss = *self;
@@ -280,8 +283,8 @@ impl Bsdf {
         }
     }
 
-    /// The GGX roughness `α` of its lobe, or of one as wide: `√(2/(n + 2))` for Phong's exponent `n` (Walter et al. 2007); none if
-    /// it has no lobe of finite width.
+    /// The GGX roughness `α` of its lobe, or of one as wide: `√(2/(n + 2))` for Phong's exponent
+    /// `n` (Walter et al. 2007); none if it has no lobe of finite width.
     pub fn roughness(&self) -> Option<f32> {
         match self {
             Self::Phong(b) => (!b.specular.is_black()).then(|| (2.0 / (b.exponent + 2.0)).sqrt()),
@@ -296,8 +299,8 @@ impl Bsdf {
 
     /// A rough overall reflectance, each channel in `[0, 1]`, for the albedo image of a denoiser.
     ///
-    /// The albedo of a smooth surface of the kind at normal incidence; for [`Glass`] what it reflects
-    /// and transmits.
+    /// The albedo of a smooth surface of the kind at normal incidence; for [`Glass`] what it
+    /// reflects and transmits.
     pub fn albedo(&self) -> Rgb {
         match self {
             Self::Lambert(b) => b.reflectance,

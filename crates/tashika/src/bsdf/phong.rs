@@ -4,19 +4,20 @@
 //! f_r = ρ_d / π + ρ_s (n + 2) / (2π) · cosⁿα          (sr⁻¹)
 //! ```
 //!
-//! `α ≤ 90°` is the angle between `ω_i` and the mirror direction of `ω_o`. The factor makes the lobe
-//! reflect exactly `ρ_s` at normal incidence, and less elsewhere, where part of it is below the horizon
-//! (Lafortune and Willems 1994, "Using the modified Phong reflectance model for physically based
-//! rendering"). So `ρ_d + ρ_s ≤ 1` conserves energy. The lobe is drawn with density
-//! `(n + 1) / (2π) · cosⁿα`.
+//! `α ≤ 90°` is the angle between `ω_i` and the mirror direction of `ω_o`. The factor makes the
+//! lobe reflect exactly `ρ_s` at normal incidence, and less elsewhere, where part of it is below
+//! the horizon (Lafortune and Willems 1994, "Using the modified Phong reflectance model for
+//! physically based rendering"). So `ρ_d + ρ_s ≤ 1` conserves energy. The lobe is drawn with
+//! density `(n + 1) / (2π) · cosⁿα`.
 //!
 //! # Precision
-//! `α` enters as `1 − cos α = ‖ω_i − mirror‖² / 2`. From the scalar product, the rounding of `cos α`
-//! alone would change the peak of `n = 10⁶` by a tenth.
+//! `α` enters as `1 − cos α = ‖ω_i − mirror‖² / 2`. From the scalar product, the rounding of
+//! `cos α` alone would change the peak of `n = 10⁶` by a tenth.
 //!
-//! `cosⁿα` is `2^(n log₂ cos α)`, which is within `5·10⁻⁷ (1 + |ln cosⁿα|)` of itself given `1 − cos α`. Whole
-//! and half exponents up to 128 take products instead: the rounding of `cos α` and of at most `n − 1`
-//! products is at most `2n u = 1.6·10⁻⁵` of the value. Below 2⁻¹²⁵ powers by the logarithm are zero.
+//! `cosⁿα` is `2^(n log₂ cos α)`, which is within `5·10⁻⁷ (1 + |ln cosⁿα|)` of itself given
+//! `1 − cos α`. Whole and half exponents up to 128 take products instead: the rounding of `cos α`
+//! and of at most `n − 1` products is at most `2n u = 1.6·10⁻⁵` of the value. Below 2⁻¹²⁵ powers by
+//! the logarithm are zero.
 //!
 //! # Held to this by
 //! `phong::tests::sharp_lobes_are_precise`, `phong::tests::powers_are_precise` and `bsdf::tests`.
@@ -33,7 +34,8 @@ use crate::warp;
 /// Largest exponent. Its lobe is 0.08° wide; beyond, rounding of the directions shows in the value.
 const MAX_EXPONENT: f32 = 1e6;
 
-/// Where `2⁻ˣ`, with any normalisation below 10⁻³², counts as zero if `x` is not smaller: what `exp2_of` takes.
+/// Where `2⁻ˣ`, with any normalisation below 10⁻³², counts as zero if `x` is not smaller: what
+/// `exp2_of` takes.
 const NEGLIGIBLE_POWER: f32 = 125.0;
 
 /// Largest whole or half exponent for which powers are products. Higher: fewer logarithms, and more
@@ -87,7 +89,8 @@ impl Phong {
         let [x, y, z] = each!(|axis| wi[axis] - R::splat(mirror[axis]));
         let versine = R::splat(0.5) * (x * x + y * y + z * z);
         let above = versine.le(R::splat(LARGEST_VERSINE));
-        // Directions behind are evaluated as if they were just in front, which is finite, and left out.
+        // Directions behind are evaluated as if they were just in front, which is finite, and left
+        // out.
         let within = versine.min(R::splat(LARGEST_VERSINE));
         R::select(above, power_1m(within, self.exponent), R::splat(0.0))
     }
@@ -139,8 +142,9 @@ fn ln_1m(x: f32) -> f32 {
 
 /// `1 − eˣ` for `x ≤ 0`, precise for small `x`.
 ///
-/// The rounding of `u = eˣ` is undone by the factor `x / ln u`, which has the same one (Kahan; Goldberg 1991,
-/// "What every computer scientist should know about floating-point arithmetic", theorem 4).
+/// The rounding of `u = eˣ` is undone by the factor `x / ln u`, which has the same one (Kahan;
+/// Goldberg 1991, "What every computer scientist should know about floating-point arithmetic",
+/// theorem 4).
 fn one_minus_exp(x: f32) -> f32 {
     let u = exp(x);
     if u == 1.0 { -x } else { (1.0 - u) * (x / ln(u)) }
@@ -152,8 +156,9 @@ mod tests {
 
     /// Lobes of all widths against `cosⁿα` in `f64`, of the very same `f32` directions.
     ///
-    /// The exact angle is taken between directions normalised in `f64`. Rounding moves a direction by
-    /// at most `√3 · 2⁻²⁵`, so that `n(1 − cos α) ≤ 8` can change by `n sin α · 1e-7 ≈ √(16 n) · 1e-7`.
+    /// The exact angle is taken between directions normalised in `f64`. Rounding moves a direction
+    /// by at most `√3 · 2⁻²⁵`, so that `n(1 − cos α) ≤ 8` can change by
+    /// `n sin α · 1e-7 ≈ √(16 n) · 1e-7`.
     #[test]
     fn sharp_lobes_are_precise() {
         for exponent in [0.0_f32, 1.0, 10.0, 1e3, 1e5, 1e6] {

@@ -4,10 +4,11 @@
 //! f_r = ρ_d / π  +  k_s F(ω_i·h) D G₂ / (4 c_o c_i)          (sr⁻¹)
 //! ```
 //!
-//! with the GGX terms of [`microfacet`] and the Fresnel equations (Cook and Torrance 1982; Walter et al. 2007). The two
-//! parts do not know of each other, as in the plastics of older renderers: light that the lobe reflects still reaches the base. With
-//! `ρ_d + k_s ≤ 1` no more is reflected than arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated)
-//! is the physical form. Tested by `bsdf::tests`.
+//! with the GGX terms of [`microfacet`] and the Fresnel equations (Cook and Torrance 1982; Walter
+//! et al. 2007). The two parts do not know of each other, as in the plastics of older renderers:
+//! light that the lobe reflects still reaches the base. With `ρ_d + k_s ≤ 1` no more is reflected
+//! than arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated) is
+//! the physical form. Tested by `bsdf::tests`.
 
 use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;

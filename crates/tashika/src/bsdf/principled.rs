@@ -7,14 +7,15 @@
 //! F = t (F₀ + (1 − F₀) w_d) + (1 − t) F_dielectric(c_d, η)
 //! ```
 //!
-//! with `w = (1 − c)⁵` of a cosine, `c_d = ω_i·h`, the roughness `r` and `α = r²`: a diffuse part that is darker at grazing
-//! angles if it is smooth and brighter if it is rough, the sheen `s` of cloth, and facets (Burley 2012, section 5.3; 2015,
-//! equation 4). A loader sets `ρ_d = base · (1 − metallic)`, and the share `t` of Schlick's `F` to that of metal and of tinted
+//! with `w = (1 − c)⁵` of a cosine, `c_d = ω_i·h`, the roughness `r` and `α = r²`: a diffuse part
+//! that is darker at grazing angles if it is smooth and brighter if it is rough, the sheen `s` of
+//! cloth, and facets (Burley 2012, section 5.3; 2015, equation 4). A loader sets
+//! `ρ_d = base · (1 − metallic)`, and the share `t` of Schlick's `F` to that of metal and of tinted
 //! gloss.
 //!
 //! # Limits
-//! The parts do not know of each other, and at grazing angles each returns all light and more: the diffuse one of a white, rough
-//! surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09.
+//! The parts do not know of each other, and at grazing angles each returns all light and more: the
+//! diffuse one of a white, rough surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
@@ -116,8 +117,8 @@ impl Principled {
 
     /// `ρ_d ∫ b c_i dω_i / π` for light at cosine `cos_o`, `c`.
     ///
-    /// `2 c_d² = 1 + ω_o·ω_i`, so that `b` is a polynomial in `w_i` and the components of `ω_i`: with `M` the
-    /// moments of `w`, and `s` the sine,
+    /// `2 c_d² = 1 + ω_o·ω_i`, so that `b` is a polynomial in `w_i` and the components of `ω_i`:
+    /// with `M` the moments of `w`, and `s` the sine,
     ///
     /// ```text
     /// (1 − w_o/2)(1 − M₀/2) + r w_o (1 + 2c/3) + r (1 − w_o)(M₀ + c M₁) + r² w_o (M₀ + 2c M₁ + c² M₂ + s² (M₀ − M₂)/2)

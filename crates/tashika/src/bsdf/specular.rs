@@ -1,21 +1,22 @@
 //! Surfaces that only sampling reaches: a perfect mirror, glass, and a pane of glass.
 //!
-//! But for rough glass their BSDFs are Dirac distributions. Rough glass is treated alike: paths go through it in one drawn direction, and
-//! nothing is gathered at it. So [`Bsdf::eval`](super::Bsdf::eval) and
+//! But for rough glass their BSDFs are Dirac distributions. Rough glass is treated alike: paths go
+//! through it in one drawn direction, and nothing is gathered at it. So
+//! [`Bsdf::eval`](super::Bsdf::eval) and
 //! [`Bsdf::pdf`](super::Bsdf::pdf) of all of them are zero.
 //!
-//! Rough glass is that of Walter et al. 2007, with one scattering: a facet is drawn from those that are seen, light is reflected there or
-//! refracted by its Fresnel reflectance, with the weight `G₂ / G₁(o)` ([`microfacet`](super::microfacet)); what reaches the wrong side is
-//! lost.
+//! Rough glass is that of Walter et al. 2007, with one scattering: a facet is drawn from those that
+//! are seen, light is reflected there or refracted by its Fresnel reflectance, with the weight
+//! `G₂ / G₁(o)` ([`microfacet`](super::microfacet)); what reaches the wrong side is lost.
 //!
 //! # What crosses a boundary
-//! Radiance in a medium of index `η` grows with `η²`, because refraction squeezes its solid angle; the
-//! flux of a light path does not. [`Glass`] leaves the factor out in both directions: paths from the
-//! camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux, and both get the
-//! same weight, so that one function serves both. The two factors of a path that enters and leaves
-//! a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance wherever camera, lights and
-//! lit surfaces are in the outer medium. A surface or a light *inside* the glass would need the factor
-//! `η²` (Veach 1997, section 5.2).
+//! Radiance in a medium of index `η` grows with `η²`, because refraction squeezes its solid angle;
+//! the flux of a light path does not. [`Glass`] leaves the factor out in both directions: paths
+//! from the camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux,
+//! and both get the same weight, so that one function serves both. The two factors of a path that
+//! enters and leaves a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance
+//! wherever camera, lights and lit surfaces are in the outer medium. A surface or a light *inside*
+//! the glass would need the factor `η²` (Veach 1997, section 5.2).
 //!
 //! # Held to this by
 //! The tests below.
@@ -48,9 +49,9 @@ impl Mirror {
 
 /// Boundary of a dielectric, smooth or rough: the glass is at negative `z`.
 ///
-/// Reflects with probability `F` and weight `reflectance`, else refracts with weight `transmittance`; at the facet that is met
-/// where it is rough.
-/// Refraction has no factor `η²` in either direction; the documentation of this file says why.
+/// Reflects with probability `F` and weight `reflectance`, else refracts with weight
+/// `transmittance`; at the facet that is met where it is rough. Refraction has no factor `η²` in
+/// either direction; the documentation of this file says why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass {
     /// Index of refraction of the inside (`z < 0`) relative to the outside, from 1.0001 to 5.
@@ -64,8 +65,8 @@ pub struct Glass {
 }
 
 impl Glass {
-    /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts, at a facet that the others draw. `None` where light reaches
-    /// the wrong side, which smooth glass never sends it to.
+    /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts, at a facet that the others draw.
+    /// `None` where light reaches the wrong side, which smooth glass never sends it to.
     pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let Some(facets) = self.facets else { return Some(self.sample_smooth(wo, u[0])) };
         // Seen from the side of `wo`, as if it were above.
@@ -113,8 +114,9 @@ impl Glass {
 
 /// A pane of glass so thin that light leaves where it entered: both faces in one surface.
 ///
-/// With `F` the reflectance of one face, the light that goes to and fro inside sums to `R = F + (1 − F)² F / (1 − F²) = 2F / (1 + F)`
-/// on reflection and `1 − R` straight through (Stokes 1862).
+/// With `F` the reflectance of one face, the light that goes to and fro inside sums to
+/// `R = F + (1 − F)² F / (1 − F²) = 2F / (1 + F)` on reflection and `1 − R` straight through
+/// (Stokes 1862).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinGlass {
     /// Index of refraction relative to the outside, from 1.0001 to 5.
@@ -126,7 +128,8 @@ pub struct ThinGlass {
 }
 
 impl ThinGlass {
-    /// Fraction `1 − R` that passes a clear pane of index `ior` at an angle of incidence of cosine `cos`.
+    /// Fraction `1 − R` that passes a clear pane of index `ior` at an angle of incidence of cosine
+    /// `cos`.
     pub(crate) fn passed(cos: f32, ior: f32) -> f32 {
         let face = fresnel::dielectric(cos.min(1.0), ior);
         (1.0 - face) / (1.0 + face)

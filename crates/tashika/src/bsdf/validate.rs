@@ -1,14 +1,14 @@
 //! Ranges of parameters, and the message for a value outside.
 //!
-//! Messages read `field = value; expected low to high`, so that whoever loads a material only adds the
-//! file and the name of the material. Tested by `bsdf::tests::limits`.
+//! Messages read `field = value; expected low to high`, so that whoever loads a material only adds
+//! the file and the name of the material. Tested by `bsdf::tests::limits`.
 
 use crate::color::Rgb;
 
 /// Range of the index of refraction, relative to the medium outside.
 ///
-/// Below the lower end the boundary reflects less than `3·10⁻⁹` and `f32` no longer resolves it; the
-/// upper end is above that of any transparent solid, and of the fit of
+/// Below the lower end the boundary reflects less than `3·10⁻⁹` and `f32` no longer resolves it;
+/// the upper end is above that of any transparent solid, and of the fit of
 /// [`fresnel::dielectric_average`](super::fresnel::dielectric_average).
 const IOR: (f32, f32) = (1.0001, 5.0);
 

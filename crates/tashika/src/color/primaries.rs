@@ -4,12 +4,14 @@
 //! RGB' = M₇₀₉⁻¹ A M RGB
 //! ```
 //!
-//! with `M` the matrix whose columns are the primaries, scaled so that they add up to the white of luminance 1, and `A` the identity, which keeps colours as they are
-//! seen, or what turns the one white into the other: factors on the responses of the eye ([`Adapted`](White::Adapted)),
-//! with the cone responses that ICC.1:2010, annex E, calls Bradford's.
+//! with `M` the matrix whose columns are the primaries, scaled so that they add up to the white of
+//! luminance 1, and `A` the identity, which keeps colours as they are seen, or what turns the one
+//! white into the other: factors on the responses of the eye ([`Adapted`](White::Adapted)), with
+//! the cone responses that ICC.1:2010, annex E, calls Bradford's.
 //!
-//! Sources of the chromaticities: ITU-R BT.709-6 and BT.2020-2; SMPTE EG 432-1 (P3, here with the white D65, as displays have
-//! it); SMPTE ST 2065-1 and ACES S-2014-004 (ACES). Held to this by the tests below.
+//! Sources of the chromaticities: ITU-R BT.709-6 and BT.2020-2; SMPTE EG 432-1 (P3, here with the
+//! white D65, as displays have it); SMPTE ST 2065-1 and ACES S-2014-004 (ACES). Held to this by the
+//! tests below.
 
 use glam::{DMat3, DVec3};
 
@@ -98,7 +100,8 @@ mod tests {
         assert!(difference.fold(0.0, f32::max) < 2e-4, "{rows:?} for {expected:?}");
     }
 
-    /// Rec. 2020 by ITU-R BT.2087-0, inverse; ACEScg adapted as the colour transforms of ACES print it.
+    /// Rec. 2020 by ITU-R BT.2087-0, inverse; ACEScg adapted as the colour transforms of ACES print
+    /// it.
     #[test]
     fn matrices_are_those_of_the_standards() {
         let rec709 = Primaries::REC709.to_rec709(White::Kept).unwrap();

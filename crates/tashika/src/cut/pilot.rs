@@ -1,21 +1,27 @@
-//! How visible clusters of lights are from parts of the image: what pilot segments, drawn for no estimate, tell.
+//! How visible clusters of lights are from parts of the image: what pilot segments, drawn for no
+//! estimate, tell.
 //!
-//! The image is divided into cells of [`CELL`] × [`CELL`] pixels, the lights into up to [`CLUSTERS`] nodes of the light tree. For every cell
-//! and cluster [`TRIALS`] segments are traced, from gather points of random pixels of the cell to lights of the cluster. Which lights these are is drawn once
-//! an image: so they lie next to each other in memory, and all segments from a point are a fan whose neighbours have most of their way in
-//! common. For a pixel, trials of its own cell and of the eight about it count. From the root of the light tree down,
+//! The image is divided into cells of [`CELL`] × [`CELL`] pixels, the lights into up to
+//! [`CLUSTERS`] nodes of the light tree. For every cell and cluster [`TRIALS`] segments are traced,
+//! from gather points of random pixels of the cell to lights of the cluster. Which lights these are
+//! is drawn once an image: so they lie next to each other in memory, and all segments from a point
+//! are a fan whose neighbours have most of their way in common. For a pixel, trials of its own cell
+//! and of the eight about it count. From the root of the light tree down,
 //!
 //! ```text
 //! p_node = (s p_parent + Σ V) / (s + trials)          p above the root: ½
 //! ```
 //!
-//! with the trials of all clusters under the node, so that what few trials leave open is decided by the lights around.
+//! with the trials of all clusters under the node, so that what few trials leave open is decided by
+//! the lights around.
 //!
-//! The cost is at most `CLUSTERS · TRIALS / CELL²` = 256 segments a pixel. Cells are measured when they are first asked for.
+//! The cost is at most `CLUSTERS · TRIALS / CELL²` = 256 segments a pixel. Cells are measured when
+//! they are first asked for.
 //!
 //! # Independence
-//! Pilot points, lights and pixels come from streams of their own ([`Purpose::Guidance`]); a cell is a function of the image and its place,
-//! not of who asks first. So what a pixel learns here is independent of all samples of its estimate.
+//! Pilot points, lights and pixels come from streams of their own ([`Purpose::Guidance`]); a cell
+//! is a function of the image and its place, not of who asks first. So what a pixel learns here is
+//! independent of all samples of its estimate.
 
 use std::sync::OnceLock;
 
@@ -62,14 +68,16 @@ pub struct Pilot<'a> {
 /// Pilot visibility of an image.
 #[derive(Debug)]
 pub struct PilotVisibility {
-    /// Of all clusters of lights whose visibility is known, those that trials are for and all above, depth first: the place of the parent; the root is
-    /// its own.
+    /// Of all clusters of lights whose visibility is known, those that trials are for and all
+    /// above, depth first: the place of the parent; the root is its own.
     parents: Vec<u32>,
     /// Clusters that trials are for, each with its place.
     clusters: Vec<(u32, LightCluster)>,
-    /// Lights of the clusters, of which cells next to each other have different ones: cluster by cluster one for each point of a cell.
+    /// Lights of the clusters, of which cells next to each other have different ones: cluster by
+    /// cluster one for each point of a cell.
     representatives: [Vec<[Vpl; TRIALS as usize]>; SETS],
-    /// By number of a cluster: the place of the smallest whose visibility is known and that holds it.
+    /// By number of a cluster: the place of the smallest whose visibility is known and that holds
+    /// it.
     place_of: Vec<u32>,
     /// Row by row.
     cells: Vec<OnceLock<Cell>>,
@@ -254,7 +262,8 @@ fn fill(lights: &LightTree, cluster: LightCluster, place: u32, place_of: &mut [u
     }
 }
 
-/// About how much light the probes could get from a cluster (W·m⁻²), as if it were anywhere in its box.
+/// About how much light the probes could get from a cluster (W·m⁻²), as if it were anywhere in its
+/// box.
 fn importance(lights: &LightTree, cluster: &LightCluster, probes: &[Vec3]) -> f64 {
     let bounds = lights.bounds(cluster);
     let geometric = match bounds.shape {

@@ -18,8 +18,9 @@ pub struct RefinementOptions<'a> {
     pub rank: Rank<'a>,
     /// Terms up to which a pair is not split any more, but evaluated as a whole. At least 1.
     pub finest: u64,
-    /// Terms up to which a pair is tabulated when it is split, for its halves to be drawn from; 0 if
-    /// none is. Higher: fewer bounds and fewer segments, but more terms to evaluate and to search.
+    /// Terms up to which a pair is tabulated when it is split, for its halves to be drawn from; 0
+    /// if none is. Higher: fewer bounds and fewer segments, but more terms to evaluate and to
+    /// search.
     pub tabulated: u64,
 }
 
@@ -76,8 +77,8 @@ pub struct RefinementMemory {
     table: TermTable,
     pairs: Vec<Pair>,
     infos: Vec<PairInfo>,
-    /// Ranks, which are not negative, as bits, in the same order; and numbers: of equals, the older pair
-    /// is the greater.
+    /// Ranks, which are not negative, as bits, in the same order; and numbers: of equals, the older
+    /// pair is the greater.
     waiting: BinaryHeap<(u64, Reverse<u32>)>,
 }
 

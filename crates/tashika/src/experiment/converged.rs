@@ -1,7 +1,8 @@
 //! How long the truth is path-traced, and which of its pixels are good enough to judge by.
 //!
-//! A path-traced truth has errors of its own. With a standard error of `e` and a tolerance of `τ`, an estimate that is within `τ` is judged rightly but
-//! where it is within about `2 e` of the border. Pixels with `e > τ/4` are left out, whatever they would say.
+//! A path-traced truth has errors of its own. With a standard error of `e` and a tolerance of `τ`,
+//! an estimate that is within `τ` is judged rightly but where it is within about `2 e` of the
+//! border. Pixels with `e > τ/4` are left out, whatever they would say.
 //!
 //! Held to this by `experiment::tests`.
 
@@ -16,7 +17,8 @@ const ONE_SIGMA: f64 = 0.682_689_492;
 /// Paths from which a truth may be taken for converged: fewer may not have met what is rare.
 const FIRST_PATHS: u32 = 4096;
 
-/// When a pixel has paths enough for its truth to judge such a promise, `most` at most: at a standard error of a quarter of the tolerance.
+/// When a pixel has paths enough for its truth to judge such a promise, `most` at most: at a
+/// standard error of a quarter of the tolerance.
 pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
     let options = ControlOptions {
         error: promise.error * SHARE,
@@ -27,7 +29,8 @@ pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
     PathStop::Until { options, first: FIRST_PATHS.min(most), most }
 }
 
-/// The film without the pixels whose standard error is above a quarter of the tolerance: they count as not rendered.
+/// The film without the pixels whose standard error is above a quarter of the tolerance: they count
+/// as not rendered.
 ///
 /// # Panics
 /// If it is not a film of [`render`](crate::render) in luminance.

@@ -1,7 +1,8 @@
 //! How often a method keeps to its tolerance and to its own intervals, measured on chosen pixels.
 //!
-//! For each seed `s = 1, …, n` the method renders all pixels with seed `s`; gather points and VPLs, and with them the truth, stay the
-//! same. What comes of it is pooled over pixels and seeds ([`Pool`]).
+//! For each seed `s = 1, …, n` the method renders all pixels with seed `s`; gather points and VPLs,
+//! and with them the truth, stay the same. What comes of it is pooled over pixels and seeds
+//! ([`Pool`]).
 //!
 //! # Guarantee
 //! The same numbers for any number of threads.
@@ -44,7 +45,8 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// One cell for each method, error and confidence; methods that state no interval take no confidence.
+    /// One cell for each method, error and confidence; methods that state no interval take no
+    /// confidence.
     pub fn grid(methods: &[Method], errors: &[f64], confidences: &[f64], common: &Self) -> Vec<Self> {
         let mut cells = Vec::new();
         for &method in methods {
@@ -88,8 +90,8 @@ pub struct Watch<'a> {
 }
 
 impl Ground<'_> {
-    /// Runs all seeds of a cell: what they say together, first of all pixels, then of each group; and the seconds that rendering took. Nothing if
-    /// it was cancelled.
+    /// Runs all seeds of a cell: what they say together, first of all pixels, then of each group;
+    /// and the seconds that rendering took. Nothing if it was cancelled.
     ///
     /// # Errors
     /// As [`Pixels::render`] and [`Pool::add`].

@@ -1,4 +1,5 @@
-//! What one set of VPLs is worth: by how much another, traced with another seed, would change the picture.
+//! What one set of VPLs is worth: by how much another, traced with another seed, would change the
+//! picture.
 
 use std::sync::atomic::AtomicBool;
 
@@ -30,7 +31,8 @@ pub struct OtherSet {
 }
 
 impl OtherSet {
-    /// Renders pixels at random of a finished film with as many VPLs by another seed; none if cancelled.
+    /// Renders pixels at random of a finished film with as many VPLs by another seed; none if
+    /// cancelled.
     ///
     /// * `method`, `options`: the film's; `lights`: how its VPLs were traced.
     ///

@@ -6,7 +6,8 @@ use crate::report::{Images, Measured, Page, Plot, Shown, count, percent_of_error
 /// The page of an experiment.
 ///
 /// * `above`, `below`: sentences about the rows.
-/// * `images`: one a method, with its reference, all of the same window; none where only some pixels were rendered.
+/// * `images`: one a method, with its reference, all of the same window; none where only some
+///   pixels were rendered.
 pub fn page<'a>(
     title: &str,
     above: Vec<String>,
@@ -26,7 +27,8 @@ pub fn page<'a>(
     page
 }
 
-/// What can be seen of the rows: shares against errors, claims against what they promise, quality against cost, cost against size.
+/// What can be seen of the rows: shares against errors, claims against what they promise, quality
+/// against cost, cost against size.
 pub fn plots(rows: &[Row]) -> Vec<Plot> {
     let mut plots = Vec::new();
     let whole: Vec<&Row> = rows.iter().filter(|row| row.group.is_none()).collect();

@@ -1,18 +1,21 @@
 //! What several seeds say of the same pixels, together.
 //!
-//! A trial is one pixel with one seed. Of all trials of a pool, with the error `e = |L − L_r| / L_r` of the luminance:
+//! A trial is one pixel with one seed. Of all trials of a pool, with the error
+//! `e = |L − L_r| / L_r` of the luminance:
 //!
 //! ```text
 //! within = #(e ≤ ε) / #trials          kept = #(claims whose interval holds L_r) / #claims
 //! ```
 //!
-//! with the Clopper–Pearson interval of each share; quantiles of `e` are of the nearest rank. [`report::compare`](crate::report::compare())
-//! makes the errors and judges the claims. A trial whose estimate is not finite has an infinite error.
+//! with the Clopper–Pearson interval of each share; quantiles of `e` are of the nearest rank.
+//! [`report::compare`](crate::report::compare()) makes the errors and judges the claims. A trial
+//! whose estimate is not finite has an infinite error.
 //!
 //! # Assumption
-//! The interval takes trials for independent. With one seed it is about the image from which the pixels were drawn. With more seeds it is
-//! about *these pixels*: their trials are independent, and that some are harder than others only makes the interval too wide;
-//! but the pixels not chosen may be other than these, by about what a pool of one seed says.
+//! The interval takes trials for independent. With one seed it is about the image from which the
+//! pixels were drawn. With more seeds it is about *these pixels*: their trials are independent, and
+//! that some are harder than others only makes the interval too wide; but the pixels not chosen may
+//! be other than these, by about what a pool of one seed says.
 //!
 //! # Held to this by
 //! `experiment::tests`.
@@ -125,7 +128,8 @@ impl Pool {
         if count > 0 { finite.sum::<f64>() / count as f64 } else { f64::INFINITY }
     }
 
-    /// The error that `percent` of the trials do not exceed, 1 to 100: 100 is the worst. Infinite without trials.
+    /// The error that `percent` of the trials do not exceed, 1 to 100: 100 is the worst. Infinite
+    /// without trials.
     pub fn quantile(&self, percent: u64) -> f64 {
         let mut errors = self.errors.clone();
         if errors.is_empty() {

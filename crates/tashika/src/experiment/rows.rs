@@ -19,8 +19,8 @@ pub struct Subject {
     pub group: Option<&'static str>,
 }
 
-/// One row. Shares are in 0 to 1, errors relative; infinite errors become `null` in JSON. All counts and means are over the trials:
-/// `pixels` times `seeds`.
+/// One row. Shares are in 0 to 1, errors relative; infinite errors become `null` in JSON. All
+/// counts and means are over the trials: `pixels` times `seeds`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Method.

@@ -1,14 +1,16 @@
 //! The largest setting with which a method still does what is asked of it.
 //!
-//! What is asked: that a share of the pixels is within the tolerance. The setting is the error `ε` that the method is told. The search
-//! begins with the tolerance itself, doubles `ε` while that succeeds or halves it until it does, and then bisects:
+//! What is asked: that a share of the pixels is within the tolerance. The setting is the error `ε`
+//! that the method is told. The search begins with the tolerance itself, doubles `ε` while that
+//! succeeds or halves it until it does, and then bisects:
 //!
 //! ```text
 //! ε = √(ε_reached · ε_missed)          until ε_missed ≤ 1.1 ε_reached
 //! ```
 //!
 //! # Assumption
-//! A smaller `ε` does better. Where that holds only about, what is found is *a* setting that did it, beside a larger one that did not.
+//! A smaller `ε` does better. Where that holds only about, what is found is *a* setting that did
+//! it, beside a larger one that did not.
 //!
 //! # Held to this by
 //! `experiment::tests`.

@@ -1,7 +1,8 @@
 //! Which pixels an experiment looks at.
 //!
-//! `n` of the `N` pixels of a window, every subset of that size equally probable. Pixels are gone through row by row, and each is taken
-//! with the probability that what is left of the quota gives it (selection sampling):
+//! `n` of the `N` pixels of a window, every subset of that size equally probable. Pixels are gone
+//! through row by row, and each is taken with the probability that what is left of the quota gives
+//! it (selection sampling):
 //!
 //! ```text
 //! P(pixel t is taken) = (n − taken)/(N − t)        t = 0, 1, …, N − 1

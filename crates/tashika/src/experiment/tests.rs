@@ -162,7 +162,8 @@ fn methods_without_intervals_have_no_confidence() {
     }
 }
 
-/// The tiny scene, with few lights and a loose tolerance, so that single methods are quick and miss it now and then.
+/// The tiny scene, with few lights and a loose tolerance, so that single methods are quick and miss
+/// it now and then.
 fn on_ground<T>(pixels: &Pixels, work: impl FnOnce(&Ground<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let set = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
@@ -241,7 +242,8 @@ fn the_exact_method_is_always_within() {
     });
 }
 
-/// The share of trials within, of all pixels and of each group, for pixels of a box that the sky shows around.
+/// The share of trials within, of all pixels and of each group, for pixels of a box that the sky
+/// shows around.
 #[test]
 fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
     let all = Pixels::of(Window::full([24, 16]), None, 5).unwrap();
@@ -267,7 +269,8 @@ fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
     });
 }
 
-/// Runs a search for a method that does it up to `limit`; what was found, and the settings that were tried.
+/// Runs a search for a method that does it up to `limit`; what was found, and the settings that
+/// were tried.
 fn searched(start: f64, limit: f64) -> (Option<f64>, Vec<f64>) {
     let (mut search, mut tried) = (Search::new(start), Vec::new());
     while let Some(setting) = search.next_trial() {

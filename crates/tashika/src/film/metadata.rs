@@ -1,8 +1,9 @@
 //! Provenance of a film: what it shows and how it was made, as named values.
 //!
-//! Names are sorted, so that equal films become equal files. In OpenEXR the value named `seed` is the
-//! attribute `tashika:seed`; [`crate::io`] says which attribute type each value gets. No time, no
-//! thread count and no host name belongs here: the film is a function of scene, options and seed.
+//! Names are sorted, so that equal films become equal files. In OpenEXR the value named `seed` is
+//! the attribute `tashika:seed`; [`crate::io`] says which attribute type each value gets. No time,
+//! no thread count and no host name belongs here: the film is a function of scene, options and
+//! seed.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,16 +1,19 @@
 //! The film: named planes of samples with units, for a window of an image.
 //!
-//! A film covers the pixels of a [`Window`] of an image of `size` pixels; the origin is the top left
-//! pixel, `x` to the right, `y` down, and pixels are always named in coordinates of the full image. A
+//! A film covers the pixels of a [`Window`] of an image of `size` pixels; the origin is the top
+//! left pixel, `x` to the right, `y` down, and pixels are always named in coordinates of the full
+//! image. A
 //! [`Plane`] holds one quantity: the plane without a name is the radiance, others carry half-widths,
 //! claims, costs. Samples are stored pixel by pixel in rows, channels side by side.
 //!
 //! # Guarantee
-//! Two films are equal (`==`) exactly if sizes, names, units, metadata and all sample *bits* are equal.
+//! Two films are equal (`==`) exactly if sizes, names, units, metadata and all sample *bits* are
+//! equal.
 //!
 //! # Assumption
-//! Samples are not NaN (checked in debug builds when they are set). A pixel outside the window, a plane
-//! without the asked kind of sample, a wrong number of channels are programming errors and panic.
+//! Samples are not NaN (checked in debug builds when they are set). A pixel outside the window, a
+//! plane without the asked kind of sample, a wrong number of channels are programming errors and
+//! panic.
 
 mod metadata;
 mod plane;
@@ -214,10 +217,12 @@ impl Film {
         Ok(part)
     }
 
-    /// Sets `count` pixels in a row, beginning with `to`, to those of another film that begin with `at`, bit by bit.
+    /// Sets `count` pixels in a row, beginning with `to`, to those of another film that begin with
+    /// `at`, bit by bit.
     ///
     /// # Panics
-    /// If a pixel is outside its film's window, or the films do not have the same planes in the same order.
+    /// If a pixel is outside its film's window, or the films do not have the same planes in the
+    /// same order.
     pub fn copy_pixels(&mut self, to: [u32; 2], from: &Self, at: [u32; 2], count: u32) {
         assert_eq!(self.planes.len(), from.planes.len(), "films of different planes");
         for (own, other) in self.planes.iter_mut().zip(&from.planes).filter(|_| count > 0) {
@@ -252,7 +257,8 @@ impl Film {
         self.planes.push(Plane::from_samples(words, channels, self.window, samples));
     }
 
-    /// A plane alone, as the main one; what other planes say of the main one is not about it. None if there is no such plane.
+    /// A plane alone, as the main one; what other planes say of the main one is not about it. None
+    /// if there is no such plane.
     #[must_use]
     pub fn only(&self, name: &str) -> Option<Self> {
         let planes = vec![self.plane(name)?.clone().renamed("")];

@@ -101,7 +101,8 @@ impl Plane {
         }
     }
 
-    /// A plane of given samples, as many as the window and the channels say. `words`: name, unit, doc.
+    /// A plane of given samples, as many as the window and the channels say. `words`: name, unit,
+    /// doc.
     pub(crate) fn from_samples(
         words: [String; 3],
         channels: Vec<String>,
@@ -122,7 +123,8 @@ impl Plane {
         Self { name: name.to_owned(), ..self }
     }
 
-    /// Colours in the order of [`Window::pixels`]: channels `R`, `G`, `B`, or one channel as gray; `None` if there are others.
+    /// Colours in the order of [`Window::pixels`]: channels `R`, `G`, `B`, or one channel as gray;
+    /// `None` if there are others.
     pub fn colors(&self) -> Option<impl Iterator<Item = Rgb> + '_> {
         let samples = self.f32_samples()?;
         let channel = |name: &str| self.channels.iter().position(|c| c == name);
@@ -204,7 +206,8 @@ impl Plane {
     /// Sets the channels of one pixel.
     ///
     /// # Panics
-    /// If the pixel is outside the window, the plane holds counts, or the number of channels differs.
+    /// If the pixel is outside the window, the plane holds counts, or the number of channels
+    /// differs.
     pub fn set_f32(&mut self, x: u32, y: u32, channels: &[f32]) {
         debug_assert!(channels.iter().all(|v| !v.is_nan()), "NaN in {:?} at ({x}, {y})", self.name);
         let range = self.range(x, y);

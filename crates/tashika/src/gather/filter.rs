@@ -1,7 +1,8 @@
 //! Pixel filters: where in and around its pixel a camera sample is.
 //!
-//! A pixel is the mean of its samples, all of equal weight, whose offsets `x` from the pixel's centre (pixels, each axis by itself) have the filter
-//! as their density `f` (Ernst et al. 2006). An offset is drawn by the inverse of the cumulative distribution,
+//! A pixel is the mean of its samples, all of equal weight, whose offsets `x` from the pixel's
+//! centre (pixels, each axis by itself) have the filter as their density `f` (Ernst et al. 2006).
+//! An offset is drawn by the inverse of the cumulative distribution,
 //!
 //! ```text
 //! F(x(u)) = u        F(x) = ∫_{−∞}^x f        u uniform on [0, 1)
@@ -14,13 +15,16 @@
 //! | Gaussian | of standard deviation 1/2 | everywhere; drawn to 2.4 | 1/4 |
 //! | Blackman-Harris | `Σ_k a_k cos(kπx/r) / (2 r a_0)` | `|x| ≤ r = 3/2` | 0.173 |
 //!
-//! The last is the window of four terms with the least side lobes (Harris 1978), three pixels across.
+//! The last is the window of four terms with the least side lobes (Harris 1978), three pixels
+//! across.
 //!
-//! Filters with negative lobes (Mitchell and Netravali, Lanczos) are no densities: their samples would need weights of both signs, and a pixel would no
-//! longer be the mean of samples that its claim is about. So there are none.
+//! Filters with negative lobes (Mitchell and Netravali, Lanczos) are no densities: their samples
+//! would need weights of both signs, and a pixel would no longer be the mean of samples that its
+//! claim is about. So there are none.
 //!
 //! # Guarantee
-//! `F(x(u))` is `u` to within 2⁻²⁴ for all but the Gaussian, for which it is within 5·10⁻⁴; the same bits on every machine.
+//! `F(x(u))` is `u` to within 2⁻²⁴ for all but the Gaussian, for which it is within 5·10⁻⁴; the
+//! same bits on every machine.
 //!
 //! # Held to this by
 //! The tests below; the suite's `filters`, by edges and constants that are rendered.
@@ -111,8 +115,9 @@ const WINDOW: [f64; 4] = [0.358_75, 0.488_29, 0.141_28, 0.011_68];
 /// W(θ) = a_0 θ + Σ_k a_k sin(kθ)/k = 2π a_0 |u − 1/2|
 /// ```
 ///
-/// whose derivative, the window, falls from 1 to 6·10⁻⁵. So `W` is concave, and Newton's steps from 0 rise to the root and never pass it. They
-/// end when the share that is left is below 2⁻²⁶: after 4 steps on average, after 13 where `u` is 0.
+/// whose derivative, the window, falls from 1 to 6·10⁻⁵. So `W` is concave, and Newton's steps from
+/// 0 rise to the root and never pass it. They end when the share that is left is below 2⁻²⁶: after
+/// 4 steps on average, after 13 where `u` is 0.
 fn blackman_harris(u: f32) -> f32 {
     const MOST_STEPS: u32 = 16;
     let [a0, a1, a2, a3] = WINDOW;
@@ -138,7 +143,8 @@ mod tests {
     use super::*;
     use crate::math::elementary::erfc;
 
-    /// Simpson's sum of the window from its centre to `x`, over that of all of it: an error below 10⁻¹².
+    /// Simpson's sum of the window from its centre to `x`, over that of all of it: an error below
+    /// 10⁻¹².
     fn share_of_window(x: f64) -> f64 {
         let integral = |to: f64| -> f64 {
             const PIECES: u32 = 400;
@@ -174,9 +180,11 @@ mod tests {
             for filter in Filter::ALL {
                 let x = filter.warp(u);
                 let error = (cumulative(filter, x.into()) - f64::from(u)).abs();
-                // Rounding of offsets below 1 is at most 2⁻²⁵, and no density is above 1; what is left of the search is below 2⁻²⁶. The
-                // Gaussian: Winitzki's function is the inverse of one that is within 1.3·10⁻⁴ of erf, and of half of that in the share; near
-                // the centre a square root is of the difference of two numbers above 4, each rounded by 2.4·10⁻⁷, which is 4·10⁻⁴ of the share.
+                // Rounding of offsets below 1 is at most 2⁻²⁵, and no density is above 1; what is
+                // left of the search is below 2⁻²⁶. The Gaussian: Winitzki's function is the
+                // inverse of one that is within 1.3·10⁻⁴ of erf, and of half of that in the share;
+                // near the centre a square root is of the difference of two numbers above 4, each
+                // rounded by 2.4·10⁻⁷, which is 4·10⁻⁴ of the share.
                 let tolerance = if filter == Filter::Gaussian { 5e-4 } else { 1.0 / f64::from(1 << 24) };
                 assert!(error <= tolerance, "{filter} {u:e}: {x}, {error:e}");
                 if filter == Filter::BlackmanHarris {
@@ -188,7 +196,8 @@ mod tests {
         assert_eq!(Filter::BlackmanHarris.warp(0.5), 0.0);
     }
 
-    /// The window's variance is `r² (1/3 + 2/(a_0 π²) Σ_k (−1)ᵏ a_k/k²)`, since `∫_{−1}^1 t² cos(kπt) dt = 4 (−1)ᵏ/(kπ)²`.
+    /// The window's variance is `r² (1/3 + 2/(a_0 π²) Σ_k (−1)ᵏ a_k/k²)`, since
+    /// `∫_{−1}^1 t² cos(kπt) dt = 4 (−1)ᵏ/(kπ)²`.
     #[test]
     fn filters_have_their_mean_and_variance() {
         let [a0, a1, a2, a3] = WINDOW;
@@ -206,8 +215,8 @@ mod tests {
             let offsets = || (0..parts).map(|k| f64::from(filter.warp((k as f32 + 0.5) / parts as f32)));
             let mean = offsets().sum::<f64>() / f64::from(parts);
             let found = offsets().map(|x| x * x).sum::<f64>() / f64::from(parts);
-            // A middle is within the change over its part: of x that adds up to twice the reach, of x² to twice its square. Offsets are
-            // rounded to less than 10⁻⁶.
+            // A middle is within the change over its part: of x that adds up to twice the reach, of
+            // x² to twice its square. Offsets are rounded to less than 10⁻⁶.
             let (of_mean, of_square) = (2.0 * reach, 2.0 * reach * reach);
             assert!(mean.abs() <= of_mean / f64::from(parts) + 1e-6, "{filter}: mean {mean}");
             let tolerance = of_square / f64::from(parts) + approximation * variance + 1e-6;

@@ -1,18 +1,18 @@
 //! Gather points: where the light that a pixel sees was last reflected.
 //!
-//! A pixel is the sum over its gather points (METHOD of the family: Walter et al. 2006), each weighted by pixel filter,
-//! lens and the specular surfaces on the way:
+//! A pixel is the sum over its gather points (METHOD of the family: Walter et al. 2006), each
+//! weighted by pixel filter, lens and the specular surfaces on the way:
 //!
 //! ```text
 //! L = B + Σ_j w_j Σ_i M_ji G_ji V_ji I_i        B = background: emission seen directly or through mirrors and glass
 //! ```
 //!
-//! Camera samples are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley 2020, `sobol_burley`): film and
-//! lens in the first four dimensions, four more at each surface. Output is a function of scene, camera, size,
-//! options, seed and pixel.
+//! Camera samples are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley 2020,
+//! `sobol_burley`): film and lens in the first four dimensions, four more at each surface. Output
+//! is a function of scene, camera, size, options, seed and pixel.
 //!
-//! A surface that both gathers and is specular, scatters to both sides, or is one of two materials, does one of these at random
-//! ([`Scatter`]): the last of the four numbers chooses.
+//! A surface that both gathers and is specular, scatters to both sides, or is one of two materials,
+//! does one of these at random ([`Scatter`]): the last of the four numbers chooses.
 
 mod filter;
 mod options;
@@ -86,7 +86,8 @@ pub struct SeenSample {
     pub point: Option<u32>,
 }
 
-/// Specular surfaces after which a camera path is given up; what it would have seen is missing from the image.
+/// Specular surfaces after which a camera path is given up; what it would have seen is missing from
+/// the image.
 const MAX_CHAIN: u32 = 32;
 
 /// Everything that defines the gather points of an image.
@@ -103,16 +104,16 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
-    /// The camera ray of sample `index` of pixel `(x, y)`, if the film shows anything there, and the key of the
-    /// sample's random decisions.
+    /// The camera ray of sample `index` of pixel `(x, y)`, if the film shows anything there, and
+    /// the key of the sample's random decisions.
     pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Option<Ray>, u64) {
         let key = self.pixel_key(pixel);
         let u = sobol_burley::sample_4d(index, 0, key as u32);
         (self.ray_through(pixel, u), rng::key(key, Purpose::Gather, u64::from(index)))
     }
 
-    /// The camera ray of pixel `(x, y)` for four uniform numbers: two for the filter, two for the lens. `None` where
-    /// the film shows nothing: there it is black.
+    /// The camera ray of pixel `(x, y)` for four uniform numbers: two for the filter, two for the
+    /// lens. `None` where the film shows nothing: there it is black.
     pub fn ray_through(&self, pixel: [u32; 2], u: [f32; 4]) -> Option<Ray> {
         let offset = Vec2::new(self.gather.filter.warp(u[0]), self.gather.filter.warp(u[1]));
         let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
@@ -139,7 +140,8 @@ impl View<'_> {
         for index in 0..n {
             let (ray, key) = self.camera_ray(pixel, index);
             let [x, y, ..] = sobol_burley::sample_4d(index, 0, self.pixel_key(pixel) as u32);
-            // Each surface has a sequence of its own: projections of one long sequence to dimensions that far apart would be worse than random.
+            // Each surface has a sequence of its own: projections of one long sequence to
+            // dimensions that far apart would be worse than random.
             let choices = |bounce: u32| {
                 let of_surface =
                     rng::key(self.pixel_key(pixel), Purpose::Gather, u64::MAX - u64::from(bounce));
@@ -246,14 +248,16 @@ pub struct SpecularPoint {
 }
 
 impl Scatter {
-    /// The part of a surface seen from the unit direction `outgoing` that the uniform number `choice` chooses.
+    /// The part of a surface seen from the unit direction `outgoing` that the uniform number
+    /// `choice` chooses.
     pub fn at(scene: &Scene, surface: &SurfacePoint, outgoing: Vec3, choice: f32) -> Self {
         let Part { bsdf, weight, through } = scene.part(surface, outgoing, choice);
         if bsdf.is_specular() {
             return Self::Specular(SpecularPoint { surface: *surface, outgoing, bsdf, weight });
         }
         let (geometric_normal, shading_normal) = surface.normals_seen_from(outgoing);
-        // Light that comes through gathers behind the surface; its part is Lambertian, whatever the viewer's direction.
+        // Light that comes through gathers behind the surface; its part is Lambertian, whatever the
+        // viewer's direction.
         let side = if through { -1.0 } else { 1.0 };
         let frame = Frame::about(shading_normal * side);
         Self::Gathers(GatherPoint {
@@ -270,7 +274,8 @@ impl Scatter {
 impl SpecularPoint {
     /// The ray after the surface, and its weight; `None` where the path ends.
     pub fn step(&self, u: [f32; 3]) -> Option<(Ray, Rgb)> {
-        // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own orientation.
+        // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own
+        // orientation.
         let (ng, ns) = self.surface.normals_seen_from(self.outgoing);
         let outside = if ng.dot(self.surface.geometric_normal) > 0.0 { ns } else { -ns };
         let frame = Frame::about(outside);
@@ -278,7 +283,8 @@ impl SpecularPoint {
         let mut direction = frame.to_world(sample.wi).normalize();
         let above = ng.dot(direction) > 0.0;
         if above != (sample.lobe == Lobe::SpecularReflection) {
-            // A shading normal that leans away sends light to the wrong side; the geometric one never does.
+            // A shading normal that leans away sends light to the wrong side; the geometric one
+            // never does.
             let frame = Frame::about(self.surface.geometric_normal);
             let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
             direction = frame.to_world(sample.wi).normalize();

@@ -94,7 +94,8 @@ fn glass_is_seen_through_and_no_light_is_made() {
         sum.points.len(),
         "what gathers is the wall; reflections see the sky behind the camera"
     );
-    // Two boundaries of reflectance 0.04: 8 % of the samples are reflected, by up to all orders. Standard error 0.9 %.
+    // Two boundaries of reflectance 0.04: 8 % of the samples are reflected, by up to all orders.
+    // Standard error 0.9 %.
     let share = f64::from(sum.points.len() as u32) / f64::from(n);
     assert!((share - 0.923).abs() < 0.03, "{share}");
     let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
@@ -104,7 +105,8 @@ fn glass_is_seen_through_and_no_light_is_made() {
     assert!(sum.points.iter().any(|p| (p.position.x - ray.at(4.0).x).abs() < 0.1));
 }
 
-/// The sky in the coat, and the base below it: each as often as it is chosen, each in the mean as bright as it is.
+/// The sky in the coat, and the base below it: each as often as it is chosen, each in the mean as
+/// bright as it is.
 #[test]
 fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
     let t = tracer(|b| {
@@ -121,8 +123,9 @@ fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
     });
     let n = 1024;
     let sum = view(&t, n).pixel(&t, [8, 8]);
-    // At nearly normal incidence the coat reflects 0.04. With probability p ≥ 0.1 each sample adds 0.04 / p: standard error of the
-    // mean below 0.04 √(9 / 1024), and far below that for stratified numbers.
+    // At nearly normal incidence the coat reflects 0.04. With probability p ≥ 0.1 each sample adds
+    // 0.04 / p: standard error of the mean below 0.04 √(9 / 1024), and far below that for
+    // stratified numbers.
     let mirrored = sum.background;
     assert!((mirrored.r - 0.04).abs() < 0.002, "{mirrored:?}");
     assert!((mirrored.g / mirrored.r - 0.5).abs() < 1e-5 && (mirrored.b / mirrored.r - 0.25).abs() < 1e-5);
@@ -191,7 +194,8 @@ fn a_pixel_that_sees_nothing_is_the_background() {
     assert!((sum.background - Rgb::new(0.1, 0.2, 0.3)).max_channel().abs() < 1e-6);
 }
 
-/// Outside the circle of a fisheye there is neither a point nor the sky; a pixel across its edge has its share of both.
+/// Outside the circle of a fisheye there is neither a point nor the sky; a pixel across its edge
+/// has its share of both.
 #[test]
 fn a_film_is_black_where_it_shows_nothing() {
     let t = tracer(|b| {

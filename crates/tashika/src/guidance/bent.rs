@@ -1,20 +1,25 @@
-//! Light that comes to a surface from an emitter by a bent way, over mirrors or through solid glass: how much there is, as light paths tell.
+//! Light that comes to a surface from an emitter by a bent way, over mirrors or through solid
+//! glass: how much there is, as light paths tell.
 //!
-//! Sums over VPLs do not carry it, and paths from the eye meet the emitter only by chance: hardly ever, if it is small, and never, if it is a point. Light
-//! paths that begin at the emitter know how much there is. Their first VPLs, where the way was bent, are a photon map of it (Jensen 1996): the radiance that a surface sends out of it is about
+//! Sums over VPLs do not carry it, and paths from the eye meet the emitter only by chance: hardly
+//! ever, if it is small, and never, if it is a point. Light paths that begin at the emitter know
+//! how much there is. Their first VPLs, where the way was bent, are a photon map of it (Jensen
+//! 1996): the radiance that a surface sends out of it is about
 //!
 //! ```text
 //! L(x) = (Σ_i I_i − 2 √(Σ_i I_i²)) / (π r²)          over the VPLs within r of x that face the same way
 //! ```
 //!
-//! less two standard errors, so that one bright light path says nothing. It is too blurred for a picture, but enough to tell that paths which found much less of it cannot be believed.
+//! less two standard errors, so that one bright light path says nothing. It is too blurred for a
+//! picture, but enough to tell that paths which found much less of it cannot be believed.
 
 use crate::math::Vec3;
 use crate::vpl::{Clamp, LightTracer, Vpl};
 
 /// Light paths that are traced.
 const PATHS: u64 = 1 << 16;
-/// Automatic clamp distances of such VPLs, each of which holds about four, within which they are counted: so there are 25.
+/// Automatic clamp distances of such VPLs, each of which holds about four, within which they are
+/// counted: so there are 25.
 const RADIUS: f32 = 2.5;
 /// Least cosine between normals that face the same way.
 const SAME_WAY: f32 = 0.7;

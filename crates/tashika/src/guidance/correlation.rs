@@ -1,12 +1,15 @@
-//! How much more a sum over VPLs varies because light paths leave several of them: learned where a view looks.
+//! How much more a sum over VPLs varies because light paths leave several of them: learned where a
+//! view looks.
 //!
 //! ```text
 //! Var Σ_i c_i ≤ Σ_p (Σ_{i ∈ p} c_i)² = K Σ_i c_i²
 //! ```
 //!
-//! with the contributions `c_i` of VPLs to a gather point, and the groups `p` of those that are drawn together ([`LightTracer::drawn_together`]). What enters a room by a
-//! door that is ajar leaves VPLs of which all or none light the room: there `K` is as much as 4, and less where paths are short or surfaces dark. `K` hardly
-//! depends on how many VPLs there are, so a small set tells it.
+//! with the contributions `c_i` of VPLs to a gather point, and the groups `p` of those that are
+//! drawn together ([`LightTracer::drawn_together`]). What enters a room by a door that is ajar
+//! leaves VPLs of which all or none light the room: there `K` is as much as 4, and less where paths
+//! are short or surfaces dark. `K` hardly depends on how many VPLs there are, so a small set tells
+//! it.
 
 use rayon::prelude::*;
 
@@ -25,8 +28,8 @@ const MOST: f64 = 0.75;
 
 /// About `K` of the upper quarter of what the view sees; at least 1.
 ///
-/// * `set`: the set it is told of. Distances between VPLs on surfaces fall with the square root of their number, so the few that tell are clamped
-///   as much farther away.
+/// * `set`: the set it is told of. Distances between VPLs on surfaces fall with the square root of
+///   their number, so the few that tell are clamped as much farther away.
 pub fn importance_correlation(
     tracing: &LightTracer<'_>,
     view: &View<'_>,

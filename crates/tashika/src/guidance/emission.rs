@@ -185,7 +185,8 @@ impl Walk<'_> {
         None
     }
 
-    /// What a drawn light gives to a path that came to a point (luminance), and the light; none if nothing.
+    /// What a drawn light gives to a path that came to a point (luminance), and the light; none if
+    /// nothing.
     fn given(&mut self, point: &GatherPoint, weight: Rgb, sample: &LightSample) -> Option<(Vpl, f32)> {
         let light = sample.light;
         let given =

@@ -1,13 +1,16 @@
-//! Lamps that the camera sees straight: how bright they make each pixel, as points drawn on the lamps tell.
+//! Lamps that the camera sees straight: how bright they make each pixel, as points drawn on the
+//! lamps tell.
 //!
-//! A lamp of a thousandth of a pixel is missed by most choices of a hundred camera samples, and may outshine all else in the pixel. Points that are drawn on the lamps, each of
-//! which has a share of them, cannot miss it:
+//! A lamp of a thousandth of a pixel is missed by most choices of a hundred camera samples, and may
+//! outshine all else in the pixel. Points that are drawn on the lamps, each of which has a share of
+//! them, cannot miss it:
 //!
 //! ```text
 //! L = Σ_i I_i cos θ_i V_i / A_i          over the points in the pixel, which covers the area A_i there, at right angles to the ray
 //! ```
 //!
-//! A lamp of many pixels is seen by any sample, and told more exactly so; this is to know where samples are too few.
+//! A lamp of many pixels is seen by any sample, and told more exactly so; this is to know where
+//! samples are too few.
 
 use crate::accel::{Glass, SegmentBatch};
 use crate::gather::View;
@@ -58,7 +61,8 @@ impl SeenLamps {
     }
 }
 
-/// The pixel that a point on a lamp lies in, as its place in the image, what it adds to it, and where its camera ray starts; none if it is not in the image or turned away.
+/// The pixel that a point on a lamp lies in, as its place in the image, what it adds to it, and
+/// where its camera ray starts; none if it is not in the image or turned away.
 fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
     if light.kind != VplKind::Oriented {
         return None;

@@ -1,13 +1,16 @@
 //! Guidance: what is learned about a picture before any estimate is made, and where it sends work.
 //!
 //! * [`learn_light_guide`]: which emission reaches what the camera sees.
-//! * [`BentLight`]: what comes to surfaces over mirrors and through solid glass, which neither sums nor paths may find.
+//! * [`BentLight`]: what comes to surfaces over mirrors and through solid glass, which neither sums
+//!   nor paths may find.
 //! * [`SeenLamps`]: how bright lamps that are seen make a pixel, however small they are.
-//! * [`importance_correlation`]: how much more VPLs that light paths leave together vary than as many that are independent.
+//! * [`importance_correlation`]: how much more VPLs that light paths leave together vary than as
+//!   many that are independent.
 //!
 //! # Independence
-//! What guides is learned from random numbers of its own ([`Purpose::Guidance`](crate::rng::Purpose::Guidance)),
-//! which no estimate uses: estimates are unbiased whatever was learned.
+//! What guides is learned from random numbers of its own
+//! ([`Purpose::Guidance`](crate::rng::Purpose::Guidance)), which no estimate uses: estimates are
+//! unbiased whatever was learned.
 
 mod bent;
 mod correlation;

@@ -4,8 +4,9 @@
 //! L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i
 //! ```
 //!
-//! Summed in `f64`, in the order (VPL, gather point), so that the result does not depend on tiles. Work goes VPL by VPL: all points
-//! of a tile make one fan of segments to it, the order in which rays are fastest.
+//! Summed in `f64`, in the order (VPL, gather point), so that the result does not depend on tiles.
+//! Work goes VPL by VPL: all points of a tile make one fan of segments to it, the order in which
+//! rays are fastest.
 
 use super::{ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason};
 use crate::accel::SegmentBatch;
@@ -110,7 +111,8 @@ struct Sums {
     rays: Vec<u64>,
 }
 
-/// Side of the blocks of pixels whose points follow each other: segments that are traced together are then close in both directions.
+/// Side of the blocks of pixels whose points follow each other: segments that are traced together
+/// are then close in both directions.
 const BLOCK: usize = 4;
 
 impl Sums {

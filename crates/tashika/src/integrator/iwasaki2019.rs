@@ -1,7 +1,8 @@
-//! Pairs of clusters as strata, with cube maps that bound glossy BRDFs: the paper from which this project grew.
+//! Pairs of clusters as strata, with cube maps that bound glossy BRDFs: the paper from which this
+//! project grew.
 //!
-//! R. Iwasaki, Kosuke Nabata, Hirokazu Sakai, Kei Iwasaki. 2019. "Error Estimation for Many-Light Rendering of Glossy Materials." Two
-//! pages.
+//! R. Iwasaki, Kosuke Nabata, Hirokazu Sakai, Kei Iwasaki. 2019. "Error Estimation for Many-Light
+//! Rendering of Glossy Materials." Two pages.
 //!
 //! ```text
 //! L̂ = Σ_CG ½ (y₁ + y₂)               y = W_G I_C M G V of a light and a gather point drawn with probability I_i / I_C · w_j / W_G
@@ -9,19 +10,22 @@
 //! σ_CG² ≈ ¼ (W_G I_C M_ub G_ub)²     predicted for the choice of the pair that is split   (equation 3)
 //! ```
 //!
-//! Two terms of each pair; stop if `ΔL̂ ≤ ε L̂`; else split the pair with the largest predicted variance along the cluster
-//! with the longer diagonal, with two fresh terms of each child.
+//! Two terms of each pair; stop if `ΔL̂ ≤ ε L̂`; else split the pair with the largest predicted
+//! variance along the cluster with the longer diagonal, with two fresh terms of each child.
 //!
 //! # Differences
 //! What the source leaves open or does otherwise, and what is done here:
-//! * Equation 3 is printed without the squares on `M_ub` and `G_ub`, which cannot be meant: the units would differ. With them it is
-//!   the bound of Popoviciu for a variable in `[0, R]`. It orders pairs as `R` does, which is what is compared.
+//! * Equation 3 is printed without the squares on `M_ub` and `G_ub`, which cannot be meant: the
+//!   units would differ. With them it is the bound of Popoviciu for a variable in `[0, R]`. It
+//!   orders pairs as `R` does, which is what is compared.
 //! * Degrees of freedom of `t` are not stated: the number of pairs.
-//! * The first cut is not stated. The rule is not looked at before there are 32 pairs (`min_pairs` in the metadata): at the root, two
-//!   terms that are both in shadow would end a pixel as black.
-//! * The cluster of lights is projected onto the cube from one point, which is no bound for gather clusters that have an
-//!   extent; the box of all differences is projected instead. Texels, resolution and format: see [`UpperCubeMap`].
-//! * A bound is the smaller of a pair's own and its parent's. A pair that is a single term is evaluated, without variance.
+//! * The first cut is not stated. The rule is not looked at before there are 32 pairs (`min_pairs`
+//!   in the metadata): at the root, two terms that are both in shadow would end a pixel as black.
+//! * The cluster of lights is projected onto the cube from one point, which is no bound for gather
+//!   clusters that have an extent; the box of all differences is projected instead. Texels,
+//!   resolution and format: see [`UpperCubeMap`].
+//! * A bound is the smaller of a pair's own and its parent's. A pair that is a single term is
+//!   evaluated, without variance.
 //! * Lights from infinity are split before gather points.
 //! * The interval is that of the luminance, without emission seen directly.
 //!

@@ -1,26 +1,30 @@
 //! Lightcuts: one representative a cluster of lights, one gather point at a time.
 //!
-//! Bruce Walter, Sebastian Fernandez, Adam Arbree, Kavita Bala, Michael Donikian, Donald P. Greenberg. "Lightcuts: A Scalable Approach
-//! to Illumination." ACM Transactions on Graphics 24(3), 2005, 1098–1107. doi:10.1145/1073204.1073318
+//! Bruce Walter, Sebastian Fernandez, Adam Arbree, Kavita Bala, Michael Donikian, Donald P.
+//! Greenberg. "Lightcuts: A Scalable Approach to Illumination." ACM Transactions on Graphics 24(3),
+//! 2005, 1098–1107. doi:10.1145/1073204.1073318
 //!
 //! ```text
 //! L_C ≈ M_j G_j V_j Σ I_i           j: representative of cluster C      (equation 2)
 //! error ≤ M_ub G_ub V_ub Σ I_i      V_ub = 1                            (equation 3)
 //! ```
 //!
-//! From the root, the cluster with the largest bound is split until none exceeds `ε` of the estimate (section 3.3), or the
-//! cut has 1000 clusters. A child that holds its parent's representative takes over its value.
+//! From the root, the cluster with the largest bound is split until none exceeds `ε` of the
+//! estimate (section 3.3), or the cut has 1000 clusters. A child that holds its parent's
+//! representative takes over its value.
 //!
 //! # Differences
 //! What the source leaves open or does otherwise, and what is done here:
-//! * Representatives are drawn in proportion to intensity, as there, but for each gather point anew instead of once an image:
-//!   each pixel is then an unbiased estimate, and errors are noise instead of patterns.
+//! * Representatives are drawn in proportion to intensity, as there, but for each gather point anew
+//!   instead of once an image: each pixel is then an unbiased estimate, and errors are noise
+//!   instead of patterns.
 //! * Intensities differ in colour; luminance decides.
-//! * The light tree is the one that all methods share: over all kinds of light, built as its options say (there: one tree for each
-//!   kind, by greedy clustering).
-//! * Every gather point has a cut of its own; those of a pixel are added with their weights. No reconstruction cuts.
-//! * Materials are bounded by [`UpperAnalytic`], which has GGX lobes, too; a bound is the smaller of a cluster's own and its
-//!   parent's.
+//! * The light tree is the one that all methods share: over all kinds of light, built as its
+//!   options say (there: one tree for each kind, by greedy clustering).
+//! * Every gather point has a cut of its own; those of a pixel are added with their weights. No
+//!   reconstruction cuts.
+//! * Materials are bounded by [`UpperAnalytic`], which has GGX lobes, too; a bound is the smaller
+//!   of a cluster's own and its parent's.
 //! * "The estimate" is that of the gather point, without emission seen directly.
 //! * No claim: nothing is said of how sure the result is.
 //!

@@ -1,27 +1,32 @@
-//! Multidimensional Lightcuts: one representative a pair of clusters, for all gather points of a pixel together.
+//! Multidimensional Lightcuts: one representative a pair of clusters, for all gather points of a
+//! pixel together.
 //!
-//! Bruce Walter, Adam Arbree, Kavita Bala, Donald P. Greenberg. "Multidimensional Lightcuts." ACM Transactions on Graphics 25(3),
-//! 2006, 1081–1088. doi:10.1145/1141911.1141997
+//! Bruce Walter, Adam Arbree, Kavita Bala, Donald P. Greenberg. "Multidimensional Lightcuts." ACM
+//! Transactions on Graphics 25(3), 2006, 1081–1088. doi:10.1145/1141911.1141997
 //!
 //! ```text
 //! L_CG ≈ M_rs G_rs V_rs Σ I_i Σ w_j      (r, s): representatives of light cluster C and gather cluster G
 //! error ≤ M_ub G_ub V_ub Σ I_i Σ w_j
 //! ```
 //!
-//! The product graph of the light tree and the gather tree is refined from the pair of roots: always the pair with the largest
-//! bound, until none exceeds `ε` of the estimate, or the cut has 1000 pairs.
+//! The product graph of the light tree and the gather tree is refined from the pair of roots:
+//! always the pair with the largest bound, until none exceeds `ε` of the estimate, or the cut has
+//! 1000 pairs.
 //!
 //! # Differences
 //! What the source leaves open or does otherwise, and what is done here:
-//! * Representatives are drawn in proportion to intensity and weight, for each pixel anew; the source keeps 32 for each light node,
-//!   and one for each gather node. A child pair that holds its parent's takes it over.
-//! * Which of the two nodes is split: the one with the longer diagonal of its box, as in Iwasaki 2019; the source
-//!   chooses by a heuristic of its own.
-//! * Gather points are split in the middle of position and of normal or mirror direction; time and volumes do not exist here.
-//! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of directions. A bound is the smaller of a
-//!   pair's own and its parent's.
+//! * Representatives are drawn in proportion to intensity and weight, for each pixel anew; the
+//!   source keeps 32 for each light node, and one for each gather node. A child pair that holds its
+//!   parent's takes it over.
+//! * Which of the two nodes is split: the one with the longer diagonal of its box, as in Iwasaki
+//!   2019; the source chooses by a heuristic of its own.
+//! * Gather points are split in the middle of position and of normal or mirror direction; time and
+//!   volumes do not exist here.
+//! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of
+//!   directions. A bound is the smaller of a pair's own and its parent's.
 //! * Lights from infinity are split before gather points. Luminance decides.
-//! * "The estimate" is without emission seen directly. No claim: nothing is said of how sure the result is.
+//! * "The estimate" is without emission seen directly. No claim: nothing is said of how sure the
+//!   result is.
 //!
 //! Tested by the suite's `cuts`.
 

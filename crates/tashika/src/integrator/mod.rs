@@ -43,15 +43,16 @@ pub enum ErrorClaim {
     None,
     /// It is the sum over the given VPLs and gather points, to rounding.
     Exact,
-    /// The interval that a published method states: that sum is said to be within the half-width, with the confidence. Neither proven nor
-    /// calibrated.
+    /// The interval that a published method states: that sum is said to be within the half-width,
+    /// with the confidence. Neither proven nor calibrated.
     Published {
         /// Half-width of the interval (W·m⁻²·sr⁻¹).
         half_width: f32,
         /// Confidence, in (0, 1).
         confidence: f32,
     },
-    /// An interval that holds at least as often as its confidence says, on scenes at large; measured, not proven.
+    /// An interval that holds at least as often as its confidence says, on scenes at large;
+    /// measured, not proven.
     Calibrated {
         /// Half-width of the interval (W·m⁻²·sr⁻¹).
         half_width: f32,
@@ -79,7 +80,8 @@ impl ErrorClaim {
         }
     }
 
-    /// Half-width of the interval (W·m⁻²·sr⁻¹) of what is [controlled](crate::color::Controlled); zero if exact, or if nothing is claimed.
+    /// Half-width of the interval (W·m⁻²·sr⁻¹) of what is [controlled](crate::color::Controlled);
+    /// zero if exact, or if nothing is claimed.
     pub fn half_width(&self) -> f32 {
         match self {
             Self::None | Self::Exact => 0.0,
@@ -90,7 +92,8 @@ impl ErrorClaim {
     }
 }
 
-/// What a half-width is made of, where an estimate knows: what each source of error would make it if it were all (W·m⁻²·sr⁻¹).
+/// What a half-width is made of, where an estimate knows: what each source of error would make it
+/// if it were all (W·m⁻²·sr⁻¹).
 ///
 /// Errors of independent sources add up in squares, so the whole is less than the sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -140,7 +143,8 @@ impl StopReason {
 pub struct PixelEstimate {
     /// Estimated radiance (W·m⁻²·sr⁻¹).
     pub radiance: Rgb,
-    /// Standard error of what is controlled, luminance as a rule, as far as it is known (W·m⁻²·sr⁻¹); zero if the estimate is exact.
+    /// Standard error of what is controlled, luminance as a rule, as far as it is known
+    /// (W·m⁻²·sr⁻¹); zero if the estimate is exact.
     pub standard_error: f32,
     /// What is promised.
     pub claim: ErrorClaim,
@@ -182,8 +186,9 @@ pub struct Setting<'a> {
 
 /// The one open seam: everything that turns pixels into estimates.
 ///
-/// Called once a tile, since rays are fastest when the pixels of a tile trace theirs together. The estimate of a pixel must be a
-/// function of the setting, the integrator and the pixel: neither its tile nor threads may enter.
+/// Called once a tile, since rays are fastest when the pixels of a tile trace theirs together. The
+/// estimate of a pixel must be a function of the setting, the integrator and the pixel: neither its
+/// tile nor threads may enter.
 pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;

@@ -1,7 +1,8 @@
 //! Clusters of lights as strata: the estimate of a shading point with a confidence interval.
 //!
-//! Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita. "An Error Estimation Framework for Many-Light Rendering." Computer
-//! Graphics Forum 35(7) (Pacific Graphics 2016), 431–439. doi:10.1111/cgf.13040
+//! Kosuke Nabata, Kei Iwasaki, Yoshinori Dobashi, Tomoyuki Nishita. "An Error Estimation Framework
+//! for Many-Light Rendering." Computer Graphics Forum 35(7) (Pacific Graphics 2016), 431–439.
+//! doi:10.1111/cgf.13040
 //!
 //! ```text
 //! L̂ = Σ_C ½ (y₁ + y₂)               y = M G V I_C of a light drawn from cluster C with probability I_i / I_C
@@ -12,15 +13,17 @@
 //! # Differences
 //! What the source leaves open or does otherwise, and what is done here:
 //! * Degrees of freedom of `t` are not stated: the number of clusters.
-//! * The first cut is not stated. The rule is not looked at before there are 32 clusters (`min_pairs` in the metadata): at the
-//!   root, two lights that are both in shadow would end a pixel as black.
-//! * Both terms are drawn anew for both children of a split. A cluster of one light is evaluated, without variance.
-//! * The prediction orders clusters as `M_ub G_ub I_C` does, which is what is compared. A bound is the smaller of a
-//!   cluster's own and its parent's; materials are bounded by [`UpperAnalytic`].
+//! * The first cut is not stated. The rule is not looked at before there are 32 clusters
+//!   (`min_pairs` in the metadata): at the root, two lights that are both in shadow would end a
+//!   pixel as black.
+//! * Both terms are drawn anew for both children of a split. A cluster of one light is evaluated,
+//!   without variance.
+//! * The prediction orders clusters as `M_ub G_ub I_C` does, which is what is compared. A bound is
+//!   the smaller of a cluster's own and its parent's; materials are bounded by [`UpperAnalytic`].
 //! * No visibility caching: every term has a segment of its own.
 //! * The interval is that of the luminance.
-//! * The source renders one shading point a pixel. Where there are more, each meets the rule by itself; the pixel's half-width
-//!   is `√Σ ΔL̂²`.
+//! * The source renders one shading point a pixel. Where there are more, each meets the rule by
+//!   itself; the pixel's half-width is `√Σ ΔL̂²`.
 //! * "The estimate" is without emission seen directly.
 //!
 //! Tested by the suite's `cuts`.

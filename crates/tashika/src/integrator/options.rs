@@ -21,7 +21,8 @@ pub struct Lights<'a> {
 pub enum Truth {
     /// The sum over one given set of VPLs and one given set of gather points.
     Vpl,
-    /// The expectation of that sum over sets, clamped as it is, and of what is seen directly: what VPLs do not carry is missing.
+    /// The expectation of that sum over sets, clamped as it is, and of what is seen directly: what
+    /// VPLs do not carry is missing.
     Clamped,
     /// Light transport.
     Transport,
@@ -49,12 +50,15 @@ pub struct ControlOptions {
     pub error: f64,
     /// What `error` is the error of. Default: luminance. Only our own method takes another.
     pub controlled: Controlled,
-    /// Absolute error that is enough where it is more than `ε` of the pixel: for the dark, where nobody sees a relative error
-    /// (W·m⁻²·sr⁻¹). Default 0; at least 0. Only our own method takes it.
+    /// Absolute error that is enough where it is more than `ε` of the pixel: for the dark, where
+    /// nobody sees a relative error (W·m⁻²·sr⁻¹). Default 0; at least 0. Only our own method takes
+    /// it.
     pub absolute_error: f64,
-    /// Confidence of the interval, for the methods that state one. Higher values cost more. Default 0.95; in (0, 1).
+    /// Confidence of the interval, for the methods that state one. Higher values cost more. Default
+    /// 0.95; in (0, 1).
     pub confidence: f64,
-    /// Pairs beyond which a cut does not grow. Default: what the method's source says, or [`MANY_PAIRS`]. At least 1.
+    /// Pairs beyond which a cut does not grow. Default: what the method's source says, or
+    /// [`MANY_PAIRS`]. At least 1.
     pub max_pairs: Option<u64>,
     /// Seed of the terms that are drawn. The gather points have their own, in the view. Default 1.
     pub seed: u64,

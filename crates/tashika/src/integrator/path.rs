@@ -1,16 +1,20 @@
-//! Unidirectional path tracing: an independent estimate of light transport itself, to hold the many-light sum against.
+//! Unidirectional path tracing: an independent estimate of light transport itself, to hold the
+//! many-light sum against.
 //!
-//! At each surface light is sampled in two ways, by drawing a point of the emitters and by following the BSDF, weighted by the
-//! balance heuristic (Veach 1997, section 9.2). Emitters, BSDFs and cameras are those of the other integrators; the
-//! estimator has nothing in common with them. No clamp. Solid glass bends light: what comes through it is found by following paths
-//! only, while panes, which do not bend it, are seen through by both ways.
+//! At each surface light is sampled in two ways, by drawing a point of the emitters and by
+//! following the BSDF, weighted by the balance heuristic (Veach 1997, section 9.2). Emitters, BSDFs
+//! and cameras are those of the other integrators; the estimator has nothing in common with them.
+//! No clamp. Solid glass bends light: what comes through it is found by following paths only, while
+//! panes, which do not bend it, are seen through by both ways.
 //!
 //! The estimate is the mean of independent paths, its standard error that of the mean.
 //!
 //! # When it stops
-//! After a number of paths, and then nothing is claimed; or by the rule that a careful user would build ([`PathStop::Until`]): when Student's
-//! interval of the mean is within the tolerance. That rule is the peer of our own method. It keeps its word where samples have light tails;
-//! where they do not, it stops before it has met the rare bright path. So its interval is claimed as that of a published method is.
+//! After a number of paths, and then nothing is claimed; or by the rule that a careful user would
+//! build ([`PathStop::Until`]): when Student's interval of the mean is within the tolerance. That
+//! rule is the peer of our own method. It keeps its word where samples have light tails; where they
+//! do not, it stops before it has met the rare bright path. So its interval is claimed as that of a
+//! published method is.
 
 use super::{ControlOptions, ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason};
 use crate::accel::{Glass, SegmentBatch, Tracer};
@@ -29,7 +33,8 @@ use crate::vpl::{EmitterSampler, VplKind};
 pub enum PathStop {
     /// So many.
     Count(u32),
-    /// At least `first`, and half as many again, until Student's interval of what is controlled is within the tolerance, or there are `most`.
+    /// At least `first`, and half as many again, until Student's interval of what is controlled is
+    /// within the tolerance, or there are `most`.
     Until {
         /// Tolerance, confidence, what is controlled.
         options: ControlOptions,
@@ -41,7 +46,8 @@ pub enum PathStop {
 }
 
 impl PathStop {
-    /// The rule that a careful user of a path tracer stops by: the interval is looked at from 64 paths on, or from `most` (at least 2).
+    /// The rule that a careful user of a path tracer stops by: the interval is looked at from 64
+    /// paths on, or from `most` (at least 2).
     pub fn until(options: ControlOptions, most: u32) -> Self {
         const FIRST: u32 = 64;
         let most = most.max(2);

@@ -1,7 +1,8 @@
-//! Pairs of clusters as strata: a confidence interval for supersampled effects, with diffuse bounds.
+//! Pairs of clusters as strata: a confidence interval for supersampled effects, with diffuse
+//! bounds.
 //!
-//! Hirokazu Sakai, Kosuke Nabata, Shinya Yasuaki, Kei Iwasaki. "Error Estimation for Many-Light Rendering with Supersampling." SIGGRAPH
-//! Asia 2018 Technical Briefs.
+//! Hirokazu Sakai, Kosuke Nabata, Shinya Yasuaki, Kei Iwasaki. "Error Estimation for Many-Light
+//! Rendering with Supersampling." SIGGRAPH Asia 2018 Technical Briefs.
 //!
 //! ```text
 //! L̂ = Σ_CG ½ (y₁ + y₂)               y = W_G I_C M G V of a light and a gather point drawn with probability I_i / I_C · w_j / W_G
@@ -11,11 +12,15 @@
 //!
 //! # Differences
 //! What the source leaves open or does otherwise, and what is done here:
-//! * The source bounds diffuse materials only. [`UpperConstant`] bounds any BRDF by its maximum over all directions, which for diffuse
-//!   ones is the same: bounds that hold, and say nothing of where a glossy surface reflects.
-//! * Degrees of freedom of `t`: the number of pairs. The rule is not looked at before there are 32 pairs (`min_pairs` in the metadata).
-//! * Both terms are drawn anew for both children of a split. A pair that is a single term is evaluated, without variance.
-//! * Lights from infinity are split before gather points. A bound is the smaller of a pair's own and its parent's.
+//! * The source bounds diffuse materials only. [`UpperConstant`] bounds any BRDF by its maximum
+//!   over all directions, which for diffuse ones is the same: bounds that hold, and say nothing of
+//!   where a glossy surface reflects.
+//! * Degrees of freedom of `t`: the number of pairs. The rule is not looked at before there are 32
+//!   pairs (`min_pairs` in the metadata).
+//! * Both terms are drawn anew for both children of a split. A pair that is a single term is
+//!   evaluated, without variance.
+//! * Lights from infinity are split before gather points. A bound is the smaller of a pair's own
+//!   and its parent's.
 //! * The interval is that of the luminance, without emission seen directly.
 //!
 //! Tested by the suite's `cuts`.

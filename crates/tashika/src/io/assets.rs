@@ -1,7 +1,8 @@
 //! Images that scene files refer to, each decoded once for each encoding.
 //!
-//! An image that is missing, or damaged, or of another format does not stop the reading of a scene: a note tells, and the
-//! caller puts something in its place. Whether notes of missing files stop it in the end is [`load_scene`](super::load_scene)'s.
+//! An image that is missing, or damaged, or of another format does not stop the reading of a scene:
+//! a note tells, and the caller puts something in its place. Whether notes of missing files stop it
+//! in the end is [`load_scene`](super::load_scene)'s.
 //!
 //! Held to this by the tests below.
 
@@ -30,7 +31,8 @@ impl ImageCache {
         Self::default()
     }
 
-    /// The image that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be read.
+    /// The image that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be
+    /// read.
     ///
     /// # Errors
     /// If the scene cannot take it, see [`SceneBuilder::add_image`].
@@ -72,8 +74,8 @@ impl ImageCache {
         self.transparent.contains(&image)
     }
 
-    /// The picture itself, for callers that keep it themselves, such as environments; nothing, with a note, if it
-    /// cannot be read. It is not kept here.
+    /// The picture itself, for callers that keep it themselves, such as environments; nothing, with
+    /// a note, if it cannot be read. It is not kept here.
     ///
     /// # Errors
     /// None so far.

@@ -1,7 +1,9 @@
-//! Finished tiles of a render that is under way, kept in a file so that it can go on after it was ended at any moment.
+//! Finished tiles of a render that is under way, kept in a file so that it can go on after it was
+//! ended at any moment.
 //!
-//! The file begins with what the render is: size, window, planes and metadata of its film, by which a checkpoint of another render is told. Then
-//! follows a record for each finished tile, added in one piece when it is finished. Numbers are little-endian:
+//! The file begins with what the render is: size, window, planes and metadata of its film, by which
+//! a checkpoint of another render is told. Then follows a record for each finished tile, added in
+//! one piece when it is finished. Numbers are little-endian:
 //!
 //! ```text
 //! "TASHIKAC"  u32 version = 1  u32 length of the head  head (JSON)  u32 CRC-32 of the head
@@ -9,9 +11,11 @@
 //! ```
 //!
 //! # Guarantee
-//! What [`Checkpoint::open`] gives back are tiles whose every bit is as it was added. From the first record on that is cut off or whose sum is
-//! wrong nothing is used, and that is told; those tiles are to be rendered again. A file that belongs to another render, or is no checkpoint, is
-//! refused and left as it is. Two programs do not write to one checkpoint. Memory is taken in proportion to the film, whatever the file says.
+//! What [`Checkpoint::open`] gives back are tiles whose every bit is as it was added. From the
+//! first record on that is cut off or whose sum is wrong nothing is used, and that is told; those
+//! tiles are to be rendered again. A file that belongs to another render, or is no checkpoint, is
+//! refused and left as it is. Two programs do not write to one checkpoint. Memory is taken in
+//! proportion to the film, whatever the file says.
 //!
 //! # Held to this by
 //! The tests below; those of the program in `tests/parts.rs`, which end it by force.

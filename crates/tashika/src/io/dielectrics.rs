@@ -1,8 +1,9 @@
 //! Refractive indices of transparent materials by the names that scene formats give them.
 //!
-//! Indices are for visible light at room temperature. Names without a prefix are Mitsuba's, with the values that
-//! its documentation gives them, as a scene's author saw them: its `bk7` is not the glass of the catalogue. Names
-//! with `glass-` are pbrt-v4's, which has whole spectra; these are at 587.6 nm (helium's d line).
+//! Indices are for visible light at room temperature. Names without a prefix are Mitsuba's, with
+//! the values that its documentation gives them, as a scene's author saw them: its `bk7` is not the
+//! glass of the catalogue. Names with `glass-` are pbrt-v4's, which has whole spectra; these are at
+//! 587.6 nm (helium's d line).
 //!
 //! Sources: [^mitsuba3], plugin `dielectric`; [^schott2017]. Held to this by the test below.
 

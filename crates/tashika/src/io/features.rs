@@ -1,11 +1,12 @@
 //! What each format may say, and what becomes of it here: one table a format.
 //!
-//! Loaders look up in these tables what they meet, so that the table is what the loader does: a row that is not
+//! Loaders look up in these tables what they meet, so that the table is what the loader does: a row
+//! that is not
 //! [`Support::Full`] gives a note, or an error, with the row's own words.
 //!
 //! # Held to this by
-//! `suite::features`: every row, in a small scene of its own, gives the note that it promises and no other; the guide's tables
-//! are these.
+//! `suite::features`: every row, in a small scene of its own, gives the note that it promises and
+//! no other; the guide's tables are these.
 
 use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Notes};

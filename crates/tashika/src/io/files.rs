@@ -4,13 +4,13 @@
 //! with `/` or `\`, in any case of letters). Output: paths and bytes.
 //!
 //! # Guarantee
-//! * Unless [`LoadOptions::allow_outside`] is set, no byte is read from outside the folder of the scene
-//!   file, whatever a reference says: absolute paths and paths that climb out are refused by their
-//!   spelling, symbolic links by where they lead.
+//! * Unless [`LoadOptions::allow_outside`] is set, no byte is read from outside the folder of the
+//!   scene file, whatever a reference says: absolute paths and paths that climb out are refused by
+//!   their spelling, symbolic links by where they lead.
 //! * No more than [`LoadOptions::max_file_bytes`] are read from a file, and only regular files are
 //!   opened.
-//! * The same folder gives the same path: among names that differ only in case, the exact one wins, then
-//!   the first in byte order.
+//! * The same folder gives the same path: among names that differ only in case, the exact one wins,
+//!   then the first in byte order.
 //!
 //! # Assumption
 //! Nobody replaces files by links between the check and the reading.
@@ -69,7 +69,8 @@ impl SceneFiles {
         &self.options
     }
 
-    /// A number of all bytes that were read so far, in whatever order: other contents have another one, as far as accidents go.
+    /// A number of all bytes that were read so far, in whatever order: other contents have another
+    /// one, as far as accidents go.
     pub fn digest(&self) -> u64 {
         self.digest.load(Ordering::Relaxed)
     }
@@ -87,8 +88,8 @@ impl SceneFiles {
 
     /// The file that `reference`, found at `at`, stands for: its canonical path.
     ///
-    /// References are relative to the folder of the scene file. Where a name is not there as it is spelt,
-    /// one that differs only in case is taken.
+    /// References are relative to the folder of the scene file. Where a name is not there as it is
+    /// spelt, one that differs only in case is taken.
     ///
     /// # Errors
     /// [`Error::Invalid`] if the reference leads out of the folder and that is not permitted,
@@ -110,7 +111,8 @@ impl SceneFiles {
             }
             PathBuf::from(&unified)
         } else {
-            // Steps below the folder; a path that is above it even for a moment is not followed there.
+            // Steps below the folder; a path that is above it even for a moment is not followed
+            // there.
             let mut depth = 0_i64;
             let mut path = self.folder.clone();
             for step in unified.split('/').filter(|s| !s.is_empty() && *s != ".") {
@@ -167,7 +169,8 @@ impl SceneFiles {
     }
 }
 
-/// CRC-32 and length of a file, mixed so that sums over files differ where their parts do (the finalizer of SplitMix64).
+/// CRC-32 and length of a file, mixed so that sums over files differ where their parts do (the
+/// finalizer of SplitMix64).
 pub(super) fn digest(bytes: &[u8]) -> u64 {
     let mut crc = flate2::Crc::new();
     crc.update(bytes);

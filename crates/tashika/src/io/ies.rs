@@ -1,18 +1,22 @@
 //! Photometric data of lamps: IES files (LM-63 of 1986 to 2019), photometry of type C.
 //!
-//! A file gives the luminous intensity at a grid of angles: vertical ones `γ` from straight down (0°) to straight up (180°), and horizontal ones
-//! `C`, of which symmetric lamps give a half, a quarter or one. Between them intensities are interpolated linearly; beyond the vertical angles
-//! that a file gives it is dark. They are put into a latitude-longitude map of [`SIZE`] texels, one row for each half degree: what is finer is
-//! lost. In the map's frame `+y` is up and `C = 0°` is `+x`, from where `C` turns towards `−z`, counterclockwise as seen from above.
+//! A file gives the luminous intensity at a grid of angles: vertical ones `γ` from straight down
+//! (0°) to straight up (180°), and horizontal ones `C`, of which symmetric lamps give a half, a
+//! quarter or one. Between them intensities are interpolated linearly; beyond the vertical angles
+//! that a file gives it is dark. They are put into a latitude-longitude map of [`SIZE`] texels, one
+//! row for each half degree: what is finer is lost. In the map's frame `+y` is up and `C = 0°` is
+//! `+x`, from where `C` turns towards `−z`, counterclockwise as seen from above.
 //!
-//! Candela count as W·sr⁻¹, times the file's multiplier and ballast factors; the factor between them is the same for all lights and left to
-//! exposure.
+//! Candela count as W·sr⁻¹, times the file's multiplier and ballast factors; the factor between
+//! them is the same for all lights and left to exposure.
 //!
 //! # Limits
-//! The size of the luminaire is left out: it is a point. So is what a lamp loses by its tilt. Photometry of types A and B is refused.
+//! The size of the luminaire is left out: it is a point. So is what a lamp loses by its tilt.
+//! Photometry of types A and B is refused.
 //!
 //! # Guarantee
-//! Any bytes give a map or an error; memory is in proportion to the bytes that are there. Held to this by the tests below.
+//! Any bytes give a map or an error; memory is in proportion to the bytes that are there. Held to
+//! this by the tests below.
 
 use crate::error::{Error, Location, Result};
 use crate::scene::{Image, IntensityMap, Lookup, Pixels, Sampling, SphereMap, Spread, Wrap};
@@ -251,7 +255,8 @@ mod tests {
         assert_eq!([0.0, 45.0, 180.0, 315.0].map(|c| read(&whole, 10.0, c)), [1.0, 1.5, 3.0, 2.5]);
     }
 
-    /// `∫ I dω` of a lamp that shines evenly into the lower hemisphere is 2π; its axes are where the frame says.
+    /// `∫ I dω` of a lamp that shines evenly into the lower hemisphere is 2π; its axes are where
+    /// the frame says.
     #[test]
     fn the_map_has_the_power_and_the_axes_of_the_file() {
         let bytes = file("0 90\n0", "1 1");

@@ -73,8 +73,8 @@ pub const SCENE_FORMATS: &[(&str, &str)] = &[
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Unsupported`] for other endings, [`Error::Missing`] with
-/// all files that it names and that are not there, unless [`LoadOptions::allow_missing`] is set, and
-/// whatever the format's loader refuses.
+/// all files that it names and that are not there, unless [`LoadOptions::allow_missing`] is set,
+/// and whatever the format's loader refuses.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let files = SceneFiles::open(path, options)?;
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();

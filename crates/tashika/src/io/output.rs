@@ -1,8 +1,8 @@
 //! Files that are written: whole or not at all.
 //!
-//! A file is written under another name in the same folder, ending in `.partial`, and renamed when it
-//! is complete; who looks at the path sees the old file or the new one. A path that is neither a file
-//! nor absent (`/dev/stdout`, a pipe) is written to directly.
+//! A file is written under another name in the same folder, ending in `.partial`, and renamed when
+//! it is complete; who looks at the path sees the old file or the new one. A path that is neither a
+//! file nor absent (`/dev/stdout`, a pipe) is written to directly.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -47,7 +47,8 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 enum Target {
     /// Neither a file nor absent.
     Direct,
-    /// A file to be replaced or made: its place behind links, and the name used until it is complete.
+    /// A file to be replaced or made: its place behind links, and the name used until it is
+    /// complete.
     Replaced { place: PathBuf, partial: PathBuf },
 }
 
@@ -59,7 +60,8 @@ fn target(path: &Path) -> Result<Target> {
         }
         Ok(meta) if !meta.is_file() => return Ok(Target::Direct),
         Ok(_) => {
-            // A file that may not be written is not replaced either, although its folder would allow it.
+            // A file that may not be written is not replaced either, although its folder would
+            // allow it.
             File::options().write(true).open(path).map_err(|e| Error::io(path, e))?;
             fs::canonicalize(path).map_err(|e| Error::io(path, e))?
         }

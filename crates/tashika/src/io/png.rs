@@ -1,4 +1,5 @@
-//! What is to be seen of a film as an 8-bit sRGB picture: the [reconstruction](crate::reconstruction), or else the main plane.
+//! What is to be seen of a film as an 8-bit sRGB picture: the
+//! [reconstruction](crate::reconstruction), or else the main plane.
 //!
 //! With radiance `c`, luminance `L(c)` and exposure `e` in stops, a pixel becomes
 //!
@@ -10,15 +11,15 @@
 //! 8 bits = round(255 · sRGB(c″))
 //! ```
 //!
-//! so that pictures are proportional to radiance up to the knee, which the shoulder meets with the same
-//! slope, and hue and luminance are those of the radiance where the gamut allows.
+//! so that pictures are proportional to radiance up to the knee, which the shoulder meets with the
+//! same slope, and hue and luminance are those of the radiance where the gamut allows.
 //!
 //! [`Exposure::Auto`] puts the log-average luminance of the pixels that are not black at middle gray,
-//! `0.18` (Reinhard, Stark, Shirley, Ferwerda 2002, eq. 1), pixels darker than 10⁻⁴ of the mean left out:
-//! `2ᵉ = 0.18 / exp(mean ln L)`. It depends on nothing but the samples.
+//! `0.18` (Reinhard, Stark, Shirley, Ferwerda 2002, eq. 1), pixels darker than 10⁻⁴ of the mean
+//! left out: `2ᵉ = 0.18 / exp(mean ln L)`. It depends on nothing but the samples.
 //!
-//! The file says that it is sRGB. The picture shows the film's window. Pixels that were not rendered, which a plane `stop` marks by 0, are
-//! transparent and left out of the average.
+//! The file says that it is sRGB. The picture shows the film's window. Pixels that were not
+//! rendered, which a plane `stop` marks by 0, are transparent and left out of the average.
 //!
 //! # Guarantee
 //! Black stays black, a brighter gray is never darker, infinite radiance is white. Equal films give
@@ -37,8 +38,8 @@ use crate::math::elementary::{exp, ln, powf};
 use crate::reconstruction::seen;
 use crate::report::srgb_png;
 
-/// Luminance up to which pictures are proportional to radiance; chosen so that a white wall at three
-/// times middle gray is still in proportion.
+/// Luminance up to which pictures are proportional to radiance; chosen so that a white wall at
+/// three times middle gray is still in proportion.
 const KNEE: f32 = 0.6;
 /// Where the log-average of a picture goes.
 const MIDDLE_GRAY: f64 = 0.18;
@@ -51,8 +52,8 @@ pub enum Exposure {
     /// By the log-average of the film.
     #[default]
     Auto,
-    /// Radiance times two to this power. Higher values are brighter; at 0, radiance 1 is near white.
-    /// Accepted: −64 to 64.
+    /// Radiance times two to this power. Higher values are brighter; at 0, radiance 1 is near
+    /// white. Accepted: −64 to 64.
     Stops(f32),
 }
 
@@ -87,7 +88,8 @@ pub fn write_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<f32> {
     Ok(stops)
 }
 
-/// What is to be seen of a film as the bytes of a PNG file, and the exposure used (stops); `path` is for messages.
+/// What is to be seen of a film as the bytes of a PNG file, and the exposure used (stops); `path`
+/// is for messages.
 ///
 /// # Errors
 /// As [`write_png`], but for what concerns files.

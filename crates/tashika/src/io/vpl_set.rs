@@ -1,9 +1,11 @@
 //! VPL sets as files, so that all methods and machines render the same lights.
 //!
-//! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the provenance as JSON, number of VPLs
-//! (u64), then 48 bytes each: position, direction, intensity (3 × f32), kind (u32: 0 omni, 1 oriented, 2 spot,
-//! 3 directional, 4, 5 and 7 spots with other fall-offs, 6 image), cosines of the inner and outer cone (f32, zero unless spot; of an image
-//! the number of its map as u32, and the cosine). The maps are the scene's: a set is for the scene that it was traced in. The length must be exactly that.
+//! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the
+//! provenance as JSON, number of VPLs (u64), then 48 bytes each: position, direction, intensity (3
+//! × f32), kind (u32: 0 omni, 1 oriented, 2 spot, 3 directional, 4, 5 and 7 spots with other
+//! fall-offs, 6 image), cosines of the inner and outer cone (f32, zero unless spot; of an image the
+//! number of its map as u32, and the cosine). The maps are the scene's: a set is for the scene that
+//! it was traced in. The length must be exactly that.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -219,7 +221,8 @@ mod tests {
             let mut bytes = whole.clone();
             bytes[i] ^= 0xff;
             std::fs::write(&path, &bytes).unwrap();
-            // Some bytes may hold any value; what must not happen is a panic or a number that is not finite.
+            // Some bytes may hold any value; what must not happen is a panic or a number that is
+            // not finite.
             if let Ok(set) = load_vpls(&path) {
                 assert!(
                     set.lights().iter().all(|l| l.position.is_finite() && l.intensity.is_valid()),

@@ -35,7 +35,8 @@ impl Cone {
         self.cos <= -1.0
     }
 
-    /// Whether the direction of `v` (any length but zero) lies in the closed cone. In `f64`, with 10⁻¹⁵ for its rounding.
+    /// Whether the direction of `v` (any length but zero) lies in the closed cone. In `f64`, with
+    /// 10⁻¹⁵ for its rounding.
     pub fn contains(&self, v: Vec3) -> bool {
         let (a, v) = (self.axis.as_dvec3(), v.as_dvec3());
         self.is_all() || a.dot(v) >= (f64::from(self.cos) - 1e-15) * (a.length() * v.length())
@@ -59,9 +60,10 @@ impl Cone {
 
     /// A cone that holds both: the smallest one, to rounding.
     ///
-    /// Axis: the middle of the arc from the far side of one to the far side of the other. The angle is then the larger of
-    /// `∠(axis, axisᵢ) + βᵢ`, in `f64` for the axis as rounded, and rounded up; so the result holds both, wherever the rounding took
-    /// the axis. Tested by `cone::unions_hold_both_and_little_more`.
+    /// Axis: the middle of the arc from the far side of one to the far side of the other. The angle
+    /// is then the larger of `∠(axis, axisᵢ) + βᵢ`, in `f64` for the axis as rounded, and rounded
+    /// up; so the result holds both, wherever the rounding took the axis. Tested by
+    /// `cone::unions_hold_both_and_little_more`.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         if other.is_empty() || self.is_all() {
@@ -125,7 +127,8 @@ mod tests {
         Cone { axis: warp::sphere(s.uniform_2()), cos: 1.0 - 2.0 * narrow * s.uniform() }
     }
 
-    /// A direction in the cone, on its rim every second time; in `f64`, since narrow cones are narrower than a rounding.
+    /// A direction in the cone, on its rim every second time; in `f64`, since narrow cones are
+    /// narrower than a rounding.
     fn member(cone: &Cone, s: &mut Stream) -> glam::DVec3 {
         let axis = cone.axis.as_dvec3().normalize();
         let t = axis.any_orthonormal_vector();

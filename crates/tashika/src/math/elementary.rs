@@ -1,9 +1,9 @@
 //! Elementary functions with the same bits on every machine.
 //!
-//! `f32::sin` and its like call the system's library, whose last bit differs between systems and even
-//! between processors on one system. These call `libm`, which is plain Rust arithmetic, or are plain
-//! arithmetic themselves ([`exp2_of`], [`log2_1m_of`], for one number or several). The lint `disallowed_methods`
-//! (clippy.toml) keeps the others out of the workspace.
+//! `f32::sin` and its like call the system's library, whose last bit differs between systems and
+//! even between processors on one system. These call `libm`, which is plain Rust arithmetic, or are
+//! plain arithmetic themselves ([`exp2_of`], [`log2_1m_of`], for one number or several). The lint
+//! `disallowed_methods` (clippy.toml) keeps the others out of the workspace.
 
 use glam::{Quat, Vec3};
 
@@ -53,8 +53,8 @@ pub fn ln(x: f32) -> f32 {
 
 /// `2ˣ` of `x` in [−126, 127], of one number or several; within 3·10⁻⁷ of itself.
 ///
-/// `2ⁿ 2ʳ` with the integer `n` next to `x`, and the polynomial of degree 5 whose largest relative error
-/// over `|r| ≤ ½` is least, 7.5·10⁻⁸ (found by Remez's exchange).
+/// `2ⁿ 2ʳ` with the integer `n` next to `x`, and the polynomial of degree 5 whose largest relative
+/// error over `|r| ≤ ½` is least, 7.5·10⁻⁸ (found by Remez's exchange).
 #[inline(always)]
 pub fn exp2_of<R: Real>(x: R) -> R {
     const SERIES: [f32; 6] = [1.0, 0.693_146_94, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
@@ -67,11 +67,12 @@ pub fn exp2_of<R: Real>(x: R) -> R {
     (linear(0) + (linear(2) + linear(4) * r2) * r2) * n.exp2_of_integer()
 }
 
-/// `log₂(1 − x)` of `x` in [0, 1), of one number or several; within 6·10⁻⁷ of itself, also for small `x`.
+/// `log₂(1 − x)` of `x` in [0, 1), of one number or several; within 6·10⁻⁷ of itself, also for small
+/// `x`.
 ///
-/// `e + log₂(1 + f)` with `1 − x = (1 + f) 2ᵉ` and `1 + f` in `[√½, √2)`, where `f = −x` itself if `e` is
-/// zero. `log₂(1 + f) / f` is the polynomial of degree 7 whose largest relative error over that range is
-/// least, 1.7·10⁻⁷ (found by Remez's exchange).
+/// `e + log₂(1 + f)` with `1 − x = (1 + f) 2ᵉ` and `1 + f` in `[√½, √2)`, where `f = −x` itself if
+/// `e` is zero. `log₂(1 + f) / f` is the polynomial of degree 7 whose largest relative error over
+/// that range is least, 1.7·10⁻⁷ (found by Remez's exchange).
 #[inline(always)]
 pub fn log2_1m_of<R: Real>(x: R) -> R {
     const SERIES: [f32; 8] = [

@@ -1,4 +1,5 @@
-//! Geometry that knows nothing of scenes: boxes, frames, rays, and the error of floating-point sums.
+//! Geometry that knows nothing of scenes: boxes, frames, rays, and the error of floating-point
+//! sums.
 
 mod aabb;
 mod cone;

@@ -5,12 +5,12 @@
 //!
 //! # How a segment leaves a surface
 //! A point on a triangle is computed as `p = Σ bᵢ vᵢ` with an absolute error of at most
-//! `γ₇ Σ |bᵢ vᵢ|` in each component (Pharr, Jakob, Humphreys 2023, section 6.8). [`offset_from_surface`]
-//! moves `p` along the geometric normal, just far enough that the *true* plane of the triangle is
-//! certainly behind it. Together with the rule of [`accel`](crate::accel) that a hit counts only where
-//! both ends of the segment are certainly on opposite sides of the plane, no segment is blocked by the
-//! surface on which it starts or ends, for any scale, any angle and any shape of triangle, and
-//! without a distance that somebody has to choose.
+//! `γ₇ Σ |bᵢ vᵢ|` in each component (Pharr, Jakob, Humphreys 2023, section 6.8).
+//! [`offset_from_surface`] moves `p` along the geometric normal, just far enough that the *true*
+//! plane of the triangle is certainly behind it. Together with the rule of [`accel`](crate::accel)
+//! that a hit counts only where both ends of the segment are certainly on opposite sides of the
+//! plane, no segment is blocked by the surface on which it starts or ends, for any scale, any angle
+//! and any shape of triangle, and without a distance that somebody has to choose.
 
 use glam::Vec3;
 
@@ -66,7 +66,8 @@ mod tests {
         assert!((GAMMA_7 / GAMMA_4 - 7.0 / 4.0).abs() < 1e-5);
     }
 
-    /// Barycentric points of random triangles at scales 1e-3 to 1e6 m, offset, then judged in `f64`.
+    /// Barycentric points of random triangles at scales 1e-3 to 1e6 m, offset, then judged in
+    /// `f64`.
     #[test]
     fn offset_points_are_in_front() {
         let mut state = 1_u64;

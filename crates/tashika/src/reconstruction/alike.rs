@@ -26,7 +26,8 @@ struct Sums {
     weight: f32,
 }
 
-/// Reconstructed radiance; none of pixels that are like no other, not even themselves, since they are not finite.
+/// Reconstructed radiance; none of pixels that are like no other, not even themselves, since they
+/// are not finite.
 pub fn means(pixels: &Pixels, tamed: &[Tamed]) -> Vec<Option<Rgb>> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| {

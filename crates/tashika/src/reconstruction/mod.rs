@@ -8,18 +8,21 @@
 //! F²_pq = |Δ normal|²/2σ_n² + |Δ albedo|²/2σ_a² + (Δ ln depth)²/2σ_d² + (Δ coverage)²/2σ_c²
 //! ```
 //!
-//! The distance of patches `D²` is that of non-local means (Buades, Coll, Morel 2005) with the variances `v` that the renderer
-//! tells (Rousselle, Knaus, Zwicker 2012): pixels are alike where they differ by no more than they vary. `F²` compares features of the
-//! first surface, which are hardly noisy, as a joint bilateral filter does (Eisemann, Durand 2004). The less pixels vary, the
-//! fewer are alike, so that a reconstruction approaches the estimates as work grows.
+//! The distance of patches `D²` is that of non-local means (Buades, Coll, Morel 2005) with the
+//! variances `v` that the renderer tells (Rousselle, Knaus, Zwicker 2012): pixels are alike where
+//! they differ by no more than they vary. `F²` compares features of the first surface, which are
+//! hardly noisy, as a joint bilateral filter does (Eisemann, Durand 2004). The less pixels vary,
+//! the fewer are alike, so that a reconstruction approaches the estimates as work grows.
 //!
-//! Before, outliers are tamed (module `outliers`): a path in a thousand that is a thousand times brighter than the others would become a
-//! patch of light. What is taken from them is given to the pixels about them by the same weights, up to a tenth of what
-//! these have. More would be seen as a patch and is left out, so that a reconstruction may be darker than the scene by what such paths carry.
+//! Before, outliers are tamed (module `outliers`): a path in a thousand that is a thousand times
+//! brighter than the others would become a patch of light. What is taken from them is given to the
+//! pixels about them by the same weights, up to a tenth of what these have. More would be seen as a
+//! patch and is left out, so that a reconstruction may be darker than the scene by what such paths
+//! carry.
 //!
 //! # Guarantee
-//! None: nothing is claimed of a reconstruction. A film keeps the estimates and their claims beside it. It is a function of
-//! the film; threads do not enter. A pixel that is exact stays as it is.
+//! None: nothing is claimed of a reconstruction. A film keeps the estimates and their claims beside
+//! it. It is a function of the film; threads do not enter. A pixel that is exact stays as it is.
 //!
 //! # Held to this by
 //! The tests below. The record of 2026-11-24 (reconstruction) has errors on scenes.
@@ -44,7 +47,8 @@ pub const RECONSTRUCTION: PlaneSpec = PlaneSpec {
 /// What is said of it to people.
 pub const ABOUT: &str = "reconstructed: means of pixels that are alike, of which nothing is claimed";
 
-/// Adds the plane [`RECONSTRUCTION`] to a film; nothing if it has one, or lacks what tells which pixels are alike. Runs on the current thread pool.
+/// Adds the plane [`RECONSTRUCTION`] to a film; nothing if it has one, or lacks what tells which
+/// pixels are alike. Runs on the current thread pool.
 ///
 /// # Example
 /// ```
@@ -93,7 +97,8 @@ mod tests {
         PlaneSpec { name, channels, unit: "1", kind: SampleKind::F32, doc: "of a test" }
     }
 
-    /// Two walls that meet at column 24, the left one with stripes; `light` is how bright each is lit, `noise` the standard error, relative.
+    /// Two walls that meet at column 24, the left one with stripes; `light` is how bright each is
+    /// lit, `noise` the standard error, relative.
     fn walls(light: [f32; 2], noise: f32) -> (Film, Vec<f32>) {
         let specs = [
             spec("", &["R", "G", "B"]),
@@ -150,7 +155,8 @@ mod tests {
         for x in [23, 24] {
             let of_truth = |y: u32| f64::from(plane.f32_at(x, y)[1] / truth[Window::full(SIZE).index(x, y)]);
             let mean = (0..SIZE[1]).map(of_truth).sum::<f64>() / f64::from(SIZE[1]);
-            // Were the walls one, both columns would be 13 % off; a mean of some 600 pixels is 1.2 % off.
+            // Were the walls one, both columns would be 13 % off; a mean of some 600 pixels is 1.2
+            // % off.
             assert!((mean - 1.0).abs() < 0.06, "column {x}: {mean}");
         }
     }
@@ -182,7 +188,8 @@ mod tests {
         drop(truth);
     }
 
-    /// A path a thousand times as bright as all others is no patch of light; a lamp as bright is kept.
+    /// A path a thousand times as bright as all others is no patch of light; a lamp as bright is
+    /// kept.
     #[test]
     fn outliers_are_tamed_and_lamps_are_not() {
         for (is_lamp, most) in [(false, 1.3), (true, 1e9)] {

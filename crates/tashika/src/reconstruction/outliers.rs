@@ -4,12 +4,13 @@
 //! bounds of pixel p:   Q_¾ + 2 (Q_¾ − Q_½) + 0.05 |Q_½|      Q_¼ − 2 (Q_½ − Q_¼) − 0.05 |Q_½|
 //! ```
 //!
-//! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels, by how alike their first surfaces are: for normal noise the
-//! bounds are two standard deviations from the median. A pixel beyond a bound is brought to it, but by no more than three of its own standard errors:
-//! a small lamp is known to be bright, a lucky path is not.
+//! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels, by how alike their first
+//! surfaces are: for normal noise the bounds are two standard deviations from the median. A pixel
+//! beyond a bound is brought to it, but by no more than three of its own standard errors: a small
+//! lamp is known to be bright, a lucky path is not.
 //!
-//! The variance of a pixel is taken to be the median of those about it, but at most four times its own: a pixel without the path
-//! that few have tells too small a variance.
+//! The variance of a pixel is taken to be the median of those about it, but at most four times its
+//! own: a pixel without the path that few have tells too small a variance.
 
 use rayon::prelude::*;
 
@@ -94,7 +95,8 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> Tamed {
     }
 }
 
-/// Weighted quantiles of values with their weights, at these shares of the total weight in ascending order.
+/// Weighted quantiles of values with their weights, at these shares of the total weight in
+/// ascending order.
 fn quantiles<const N: usize>(values: &mut [(f32, f32)], total: f32, shares: [f32; N]) -> [f32; N] {
     values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let (mut below, mut k) = (values[0].1, 0);

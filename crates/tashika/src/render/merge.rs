@@ -1,15 +1,17 @@
 //! Parts of an image, rendered by several machines, as one film.
 //!
-//! A part is a film of some of the window in which the plane `stop` is 0 where another part is to be looked at; its metadata `tiles` says
-//! which shares of how many it is, `window` of what. Parts go together if they are of the same render: the same planes, size and metadata but for `tiles`,
-//! `complete` and what an audit said. A pixel that several parts have (a share that was rendered twice, because the first worker was
-//! thought lost) has to be the same in all of them, bit by bit.
+//! A part is a film of some of the window in which the plane `stop` is 0 where another part is to
+//! be looked at; its metadata `tiles` says which shares of how many it is, `window` of what. Parts
+//! go together if they are of the same render: the same planes, size and metadata but for `tiles`,
+//! `complete` and what an audit said. A pixel that several parts have (a share that was rendered
+//! twice, because the first worker was thought lost) has to be the same in all of them, bit by bit.
 //!
 //! # Guarantee
 //! The film of all shares equals the film that one machine renders, metadata included.
 //!
 //! # Held to this by
-//! The tests below; `shares_are_merged_to_the_same_bytes` and `many_shares_are_small_films_that_merge_to_the_same_bytes` of the program.
+//! The tests below; `shares_are_merged_to_the_same_bytes` and
+//! `many_shares_are_small_films_that_merge_to_the_same_bytes` of the program.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -172,7 +174,8 @@ fn same_pixel(a: &Film, b: &Film, x: u32, y: u32) -> bool {
     })
 }
 
-/// The window of the render, of which a part may have some: small parts are believed as to how large the image is, as `--size` is.
+/// The window of the render, of which a part may have some: small parts are believed as to how
+/// large the image is, as `--size` is.
 fn window_of(name: &Path, part: &Film) -> Result<Window> {
     let Some(text) = part.metadata().text("window") else { return Ok(part.window()) };
     let window: Option<Window> = text.parse().ok();
@@ -218,7 +221,8 @@ mod tests {
         &[spec("", &["R", "G", "B"], SampleKind::F32), spec("stop", &["id"], SampleKind::U32)];
     const WINDOW: Window = Window { x: 2, y: 3, width: 5, height: 4 };
 
-    /// The pixels of which `mine` says so, of a film whose values are their place and bits that are not those of a number's value.
+    /// The pixels of which `mine` says so, of a film whose values are their place and bits that are
+    /// not those of a number's value.
     fn part(share: &str, mine: impl Fn(u32, u32) -> bool) -> Film {
         let mut film = Film::new([10, 10], WINDOW, SPECS).unwrap();
         for (x, y) in WINDOW.pixels().filter(|(x, y)| mine(*x, *y)) {

@@ -1,7 +1,8 @@
-//! From a setting and an integrator to a film: tiles or chosen pixels, threads, progress, cancellation.
+//! From a setting and an integrator to a film: tiles or chosen pixels, threads, progress,
+//! cancellation.
 //!
-//! Tiles are independent and the estimate of a pixel depends on neither, so films are equal bit by bit for any number of threads,
-//! any window and any share of the tiles.
+//! Tiles are independent and the estimate of a pixel depends on neither, so films are equal bit by
+//! bit for any number of threads, any window and any share of the tiles.
 
 mod merge;
 mod tiles;
@@ -178,8 +179,9 @@ pub struct Begun {
     pub tiles: Vec<Window>,
 }
 
-/// The film with which a render begins: zeros, and everything that it is a function of. For a share of more than 16 it is for the part of the
-/// window that the share has tiles in; the metadata `window` says what the window is.
+/// The film with which a render begins: zeros, and everything that it is a function of. For a share
+/// of more than 16 it is for the part of the window that the share has tiles in; the metadata
+/// `window` says what the window is.
 ///
 /// # Errors
 /// A window outside the image, unusable gather options.
@@ -196,8 +198,9 @@ pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &Rende
 
 /// Renders on the current thread pool.
 ///
-/// `watch` is called after each tile, from any thread, one call at a time; other threads wait with their tiles meanwhile. When
-/// `cancel` becomes true no further tile is begun; the film then holds what is finished.
+/// `watch` is called after each tile, from any thread, one call at a time; other threads wait with
+/// their tiles meanwhile. When `cancel` becomes true no further tile is begun; the film then holds
+/// what is finished.
 ///
 /// # Errors
 /// A window outside the image, unusable gather options.
@@ -212,7 +215,8 @@ pub fn render(
     resume(setting, integrator, options, Begun { film, tiles: Vec::new() }, watch, cancel)
 }
 
-/// Goes on with a render of which some tiles are finished; `watch` is called for these first. The film is the one that [`render`] gives.
+/// Goes on with a render of which some tiles are finished; `watch` is called for these first. The
+/// film is the one that [`render`] gives.
 ///
 /// Tiles of `begun` that are none of this render's are rendered again.
 ///
@@ -231,7 +235,8 @@ pub fn resume(
     Ok(render_tiles(setting, integrator, begun, &tiles, watch, cancel))
 }
 
-/// Renders only these pixels, into a film of the whole image; each estimate is the one that [`render`] gives.
+/// Renders only these pixels, into a film of the whole image; each estimate is the one that
+/// [`render`] gives.
 ///
 /// `progress` and `cancel` as there, with a pixel for a tile.
 ///

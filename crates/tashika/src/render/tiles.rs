@@ -6,10 +6,12 @@ use std::str::FromStr;
 use crate::error::{Error, Result};
 use crate::film::Window;
 
-/// Shares of the tiles: some of `of`, counted from 1. All shares together are the image, and no two overlap.
+/// Shares of the tiles: some of `of`, counted from 1. All shares together are the image, and no two
+/// overlap.
 ///
-/// In words `K/N`, or a list, `1,4,7/16`. Of up to 16 shares each has every so many-th tile and a film of the whole window, of more a run of
-/// neighbouring tiles and a film of the part that has them.
+/// In words `K/N`, or a list, `1,4,7/16`. Of up to 16 shares each has every so many-th tile and a
+/// film of the whole window, of more a run of neighbouring tiles and a film of the part that has
+/// them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileShare {
     /// From 1 to `of`, each once, in rising order; at least one.
@@ -44,11 +46,13 @@ impl FromStr for TileShare {
     }
 }
 
-/// Shares up to which each has every so many-th tile, so that all take about the same time: as many may be all the machines there are. More
-/// are handed out one after the other; they are runs of tiles, by columns, so that each is a small part of the image.
+/// Shares up to which each has every so many-th tile, so that all take about the same time: as many
+/// may be all the machines there are. More are handed out one after the other; they are runs of
+/// tiles, by columns, so that each is a small part of the image.
 const FEW: u32 = 16;
 
-/// Gather points of a tile: enough for fans that are worth a packet, few enough that a tile is soon done.
+/// Gather points of a tile: enough for fans that are worth a packet, few enough that a tile is soon
+/// done.
 const POINTS_PER_TILE: u32 = 1024;
 
 impl TileShare {
@@ -132,8 +136,8 @@ impl TileShare {
         mine
     }
 
-    /// The part of a window that the share's film is for: of few shares all of it; of many the smallest with all of the share's tiles, or
-    /// the first pixel if it has none.
+    /// The part of a window that the share's film is for: of few shares all of it; of many the
+    /// smallest with all of the share's tiles, or the first pixel if it has none.
     pub(super) fn part(&self, window: &Window, points_per_pixel: u32) -> Window {
         if self.of <= FEW {
             return *window;

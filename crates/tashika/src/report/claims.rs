@@ -1,7 +1,8 @@
 //! What a film claims of its own error, judged by a reference.
 //!
-//! A film claims where its plane `half_width` holds the half-width `h` of an interval around the luminance (W·m⁻²·sr⁻¹) and its plane
-//! `claim` is not 0; without a plane `claim` every half-width is a claim. A claim is kept if the reference is inside:
+//! A film claims where its plane `half_width` holds the half-width `h` of an interval around the
+//! luminance (W·m⁻²·sr⁻¹) and its plane `claim` is not 0; without a plane `claim` every half-width
+//! is a claim. A claim is kept if the reference is inside:
 //!
 //! ```text
 //! |L − L_r| ≤ h + 2⁻²³ (|L_r| + |L − L_r|)
@@ -9,12 +10,14 @@
 //!
 //! where the second term is what storing the colours in single precision may have moved them.
 //!
-//! Claims are about the sum over the film's own VPLs and gather points. Where the reference is another sum, or light transport itself, the
-//! difference between the two truths is judged with them; [`Claims::same_truth`] says whether the films' metadata name the same sum.
+//! Claims are about the sum over the film's own VPLs and gather points. Where the reference is
+//! another sum, or light transport itself, the difference between the two truths is judged with
+//! them; [`Claims::same_truth`] says whether the films' metadata name the same sum.
 //!
 //! # Assumption
-//! The interval of the share takes pixels for independent trials. Pixels of one image share their VPLs, so that it is narrower than the
-//! variation from render to render; and a reference that is itself noisy breaks claims that hold.
+//! The interval of the share takes pixels for independent trials. Pixels of one image share their
+//! VPLs, so that it is narrower than the variation from render to render; and a reference that is
+//! itself noisy breaks claims that hold.
 
 use crate::film::{Film, Metadata, Plane, Value};
 use crate::stats::{Interval, clopper_pearson};
@@ -64,7 +67,8 @@ impl<'f> Claimed<'f> {
         is_claim.then(|| f64::from(self.half_widths[pixel]))
     }
 
-    /// What storing colours in single precision may have moved them, at that distance from a reference of that size.
+    /// What storing colours in single precision may have moved them, at that distance from a
+    /// reference of that size.
     pub(super) fn rounding(distance: f64, size: f64) -> f64 {
         f64::from(f32::EPSILON) * (size + distance)
     }
@@ -106,8 +110,8 @@ pub(super) fn same_truth(film: &Film, reference: &Film) -> bool {
     truth_of(film.metadata()).eq(truth_of(reference.metadata()))
 }
 
-/// What the metadata say of the truth that a film estimates: scene, camera, and, unless it is light transport, what VPLs and gather points were
-/// drawn from.
+/// What the metadata say of the truth that a film estimates: scene, camera, and, unless it is light
+/// transport, what VPLs and gather points were drawn from.
 fn truth_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
     let is_transport = metadata.text("truth") == Some("transport");
     metadata.iter().filter(move |(name, _)| {

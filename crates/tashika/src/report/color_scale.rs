@@ -1,8 +1,9 @@
 //! Colours of errors: black, blue, green, yellow for `[0, 1]`, and red beyond.
 //!
-//! Straight lines in the colour space Oklab (Ottosson 2020) between four points whose lightness is in proportion to the value, so that
-//! a larger error is always a lighter colour: the picture is read rightly in print without colours and by eyes that see fewer of them.
-//! Red is off that line; it says "more than the scale shows" and nothing about how much.
+//! Straight lines in the colour space Oklab (Ottosson 2020) between four points whose lightness is
+//! in proportion to the value, so that a larger error is always a lighter colour: the picture is
+//! read rightly in print without colours and by eyes that see fewer of them. Red is off that line;
+//! it says "more than the scale shows" and nothing about how much.
 //!
 //! ```text
 //! value        0       0.36     0.70     1
@@ -12,7 +13,8 @@
 //! ```
 //!
 //! # Guarantee
-//! Luminance grows strictly with the value. Every colour of the line is displayable (sRGB) to 0.4 % of white.
+//! Luminance grows strictly with the value. Every colour of the line is displayable (sRGB) to 0.4 %
+//! of white.
 //!
 //! # Held to this by
 //! The tests below.

@@ -1,8 +1,10 @@
 //! A film against a reference, pixel by pixel.
 //!
-//! The measured quantity is the luminance `L = 0.2126 R + 0.7152 G + 0.0722 B` of the main plane, unless the metadata of the film say that its
-//! worst channel was controlled: then `|L − L_r|` stands for the largest distance of the three channels, and `|L_r|` for the largest channel. With the tolerance `ε` (relative)
-//! and `ε_abs` (in the film's unit), the error of a pixel of luminance `L` with reference `L_r` is
+//! The measured quantity is the luminance `L = 0.2126 R + 0.7152 G + 0.0722 B` of the main plane,
+//! unless the metadata of the film say that its worst channel was controlled: then `|L − L_r|`
+//! stands for the largest distance of the three channels, and `|L_r|` for the largest channel. With
+//! the tolerance `ε` (relative) and `ε_abs` (in the film's unit), the error of a pixel of luminance
+//! `L` with reference `L_r` is
 //!
 //! ```text
 //! e = |L − L_r| / max(|L_r|, ε_abs/ε)        0 if L = L_r, infinite where only the divisor is 0
@@ -10,17 +12,19 @@
 //! bias = ΣL / ΣL_r − 1                       0 if both sums are 0
 //! ```
 //!
-//! The mean is of the errors that are finite, beside which the number of infinite ones is told; everything else is of all errors.
-//! Quantiles are of the nearest rank: the smallest error that at least that share of the pixels does not exceed. So `p95 ≤ ε` says
-//! the same as "at least 95 % of the pixels are within the tolerance".
+//! The mean is of the errors that are finite, beside which the number of infinite ones is told;
+//! everything else is of all errors. Quantiles are of the nearest rank: the smallest error that at
+//! least that share of the pixels does not exceed. So `p95 ≤ ε` says the same as "at least 95 % of
+//! the pixels are within the tolerance".
 //!
 //! # What is left out
-//! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where one of the films is not finite have no error.
-//! They are counted, and enter nothing else.
+//! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where one of the
+//! films is not finite have no error. They are counted, and enter nothing else.
 //!
 //! # Assumption
-//! The reference is taken for the truth. Where it is itself an estimate, its own error is part of what is measured. Where it
-//! claims intervals too, those of both films are held against each other, which needs no truth ([`Intervals`]).
+//! The reference is taken for the truth. Where it is itself an estimate, its own error is part of
+//! what is measured. Where it claims intervals too, those of both films are held against each
+//! other, which needs no truth ([`Intervals`]).
 //!
 //! # Held to this by
 //! The tests below, on films whose errors are known.
@@ -47,7 +51,8 @@ pub struct Named<'a> {
 pub struct Tolerance {
     /// Relative to the reference: 0.02 for 2 %. Accepted: above 0, at most 1. Default: 0.02.
     pub relative: f64,
-    /// What is tolerated however dark the reference is, in the unit of the film (W·m⁻²·sr⁻¹). Default: 0.
+    /// What is tolerated however dark the reference is, in the unit of the film (W·m⁻²·sr⁻¹).
+    /// Default: 0.
     pub absolute: f64,
 }
 
@@ -108,7 +113,8 @@ pub struct Comparison {
     pub p95: f64,
     /// Largest error.
     pub worst: f64,
-    /// Pixel of the largest error, the first one if there are several, in coordinates of the full image.
+    /// Pixel of the largest error, the first one if there are several, in coordinates of the full
+    /// image.
     pub worst_at: [u32; 2],
     /// Mean luminance over that of the reference, less one.
     pub bias: f64,
@@ -116,7 +122,8 @@ pub struct Comparison {
     pub relative_l1: f64,
     /// What became of the film's claims, if it makes any.
     pub claims: Option<Claims>,
-    /// How many intervals of the two films are disjoint, if they are about the same truth and both claim one at some pixel.
+    /// How many intervals of the two films are disjoint, if they are about the same truth and both
+    /// claim one at some pixel.
     pub intervals: Option<Intervals>,
     /// Error of each pixel in the order of [`Window::pixels`]; NaN for those left out.
     pub errors: Vec<f64>,
@@ -134,7 +141,8 @@ impl Comparison {
     }
 }
 
-/// Compares the main planes of two films, the claims of the first with the second, and the intervals of both with each other.
+/// Compares the main planes of two films, the claims of the first with the second, and the
+/// intervals of both with each other.
 ///
 /// # Errors
 /// [`Error::Option`] for a tolerance out of range; [`Error::Invalid`] naming both films if they do not show the same part of the

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::film::{Film, Plane};
 
-/// What half-widths are made of: medians over the pixels that claim an interval, relative to their luminance. Each says how wide the interval
-/// would be if its source of error were all.
+/// What half-widths are made of: medians over the pixels that claim an interval, relative to their
+/// luminance. Each says how wide the interval would be if its source of error were all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorBudget {
     /// Of the whole half-width.
@@ -18,7 +18,8 @@ pub struct ErrorBudget {
     pub compensation: f64,
 }
 
-/// Of a film with the planes `half_width` and `half_width_parts`; none if it has none, or no lit pixel claims an interval.
+/// Of a film with the planes `half_width` and `half_width_parts`; none if it has none, or no lit
+/// pixel claims an interval.
 pub fn error_budget(film: &Film) -> Option<ErrorBudget> {
     let totals = film.plane("half_width").and_then(Plane::f32_samples)?;
     let parts = film.plane("half_width_parts").filter(|p| p.channels().len() == 3)?.f32_samples()?;

@@ -1,7 +1,9 @@
-//! The relative error of each pixel as a picture, with the scale beside it and the numbers below; or the half-width that it claims.
+//! The relative error of each pixel as a picture, with the scale beside it and the numbers below;
+//! or the half-width that it claims.
 //!
-//! Colours run from black (no error) over blue and green to yellow (five times the tolerance), errors beyond are red, pixels left out
-//! are gray. Small images are magnified by a whole factor, so that the text fits beside them.
+//! Colours run from black (no error) over blue and green to yellow (five times the tolerance),
+//! errors beyond are red, pixels left out are gray. Small images are magnified by a whole factor,
+//! so that the text fits beside them.
 
 use embedded_graphics::mono_font::MonoFont;
 use embedded_graphics::mono_font::ascii::{FONT_8X13, FONT_10X20};
@@ -45,8 +47,9 @@ pub fn error_image(comparison: &Comparison) -> Picture {
     draw(size, comparison.errors.iter().copied(), tolerance, &within, &details)
 }
 
-/// Draws what a film says of its own error, on the same scale: the half-width that each pixel claims, relative to its luminance. Pixels that
-/// claim nothing are gray. None if the film has no half-widths or no colours.
+/// Draws what a film says of its own error, on the same scale: the half-width that each pixel
+/// claims, relative to its luminance. Pixels that claim nothing are gray. None if the film has no
+/// half-widths or no colours.
 pub fn half_width_image(film: &Film, tolerance: &Tolerance) -> Option<Picture> {
     let half_widths = film.plane("half_width").filter(|p| p.channels().len() == 1)?.f32_samples()?;
     let kinds = film.plane("claim").filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
@@ -67,7 +70,8 @@ pub fn half_width_image(film: &Film, tolerance: &Tolerance) -> Option<Picture> {
     Some(draw(size, widths.into_iter(), tolerance.relative, &what, &details))
 }
 
-/// Draws values relative to a tolerance, with the scale and two lines of text; what is not a number has no value.
+/// Draws values relative to a tolerance, with the scale and two lines of text; what is not a number
+/// has no value.
 fn draw(
     size: [u32; 2],
     values: impl Iterator<Item = f64> + Clone,
@@ -99,7 +103,8 @@ fn text_width(text: &str, font: &MonoFont<'_>) -> u32 {
     text.len() as u32 * (font.character_size.width + font.character_spacing)
 }
 
-/// The scale from its end at the top to zero, a field for what is beyond, and one for what is left out.
+/// The scale from its end at the top to zero, a field for what is beyond, and one for what is left
+/// out.
 fn legend(
     canvas: &mut Picture,
     [x, y]: [u32; 2],

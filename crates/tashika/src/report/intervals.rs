@@ -300,7 +300,8 @@ mod tests {
     #[test]
     fn disjoint_intervals_are_as_rare_as_true_claims_have_them() {
         let z = normal_quantile(0.975);
-        // P(|Z| > x) for x = √2 z, 1.4/√1.16 z and z, and for √2 z/2 where half-widths are half of what they should be.
+        // P(|Z| > x) for x = √2 z, 1.4/√1.16 z and z, and for √2 z/2 where half-widths are half of
+        // what they should be.
         for (sigma_a, sigma_b, widths, expected) in [
             (1.0, 1.0, z, 0.005_575),
             (1.0, 0.4, z, 0.010_844),

@@ -1,22 +1,24 @@
 //! Large films on small screens: of each block of pixels the one that is least certain.
 //!
-//! A mean of pixels has no half-width, claim or stop reason, and hides the one pixel in a block that keeps no promise. So a film is made
-//! smaller by choosing pixels, not by mixing them: what is shown of a block is one of its pixels with all that is known of it.
+//! A mean of pixels has no half-width, claim or stop reason, and hides the one pixel in a block
+//! that keeps no promise. So a film is made smaller by choosing pixels, not by mixing them: what is
+//! shown of a block is one of its pixels with all that is known of it.
 //!
-//! The order, least certain first: pixels that claim nothing; then by relative half-width, the wider the earlier; those not rendered
-//! last. Among equals, and in films that make no claims, the first in reading order.
+//! The order, least certain first: pixels that claim nothing; then by relative half-width, the
+//! wider the earlier; those not rendered last. Among equals, and in films that make no claims, the
+//! first in reading order.
 //!
 //! # Guarantee
-//! A pixel that was rendered and claims nothing is chosen, or another such pixel of its block is. Choosing in two steps, by factors `a`
-//! and then `b`, is choosing by `a·b`, up to ties.
+//! A pixel that was rendered and claims nothing is chosen, or another such pixel of its block is.
+//! Choosing in two steps, by factors `a` and then `b`, is choosing by `a·b`, up to ties.
 //!
 //! # Held to this by
 //! The tests below.
 
 use crate::film::{Film, Plane, Window};
 
-/// The least certain pixel of each block of `factor × factor` pixels of `part`, block by block in rows, in coordinates of the full image;
-/// blocks at the right and at the bottom may be smaller.
+/// The least certain pixel of each block of `factor × factor` pixels of `part`, block by block in
+/// rows, in coordinates of the full image; blocks at the right and at the bottom may be smaller.
 ///
 /// # Panics
 /// If `factor` is zero, or `part` is not inside the film's window.

@@ -41,7 +41,8 @@ fn compared(image: &Film, reference: &Film, relative: f64, absolute: f64) -> Com
     compare(named("a.exr", image), named("ref.exr", reference), &tolerance).unwrap()
 }
 
-/// Equal to what storing luminances near the reference's in single precision leaves of relative errors.
+/// Equal to what storing luminances near the reference's in single precision leaves of relative
+/// errors.
 #[track_caller]
 fn near(found: f64, expected: f64) {
     assert!((found - expected).abs() <= f64::from(f32::EPSILON), "{found}, not {expected}");
@@ -68,7 +69,8 @@ fn known_errors_give_known_numbers() {
     assert_eq!(c.worst_at, [CORNER[0] + 27, CORNER[1]]);
     near(c.errors[0], 0.001);
     near(c.relative_l1, 0.0505);
-    // Even pixels have the even multiples of 37 and so odd thousandths; odd ones are a thousandth larger on average.
+    // Even pixels have the even multiples of 37 and so odd thousandths; odd ones are a thousandth
+    // larger on average.
     near(c.bias, -0.0005);
 }
 
@@ -111,7 +113,8 @@ fn black_references_allow_black_only() {
 
 #[test]
 fn dark_pixels_are_judged_by_the_absolute_tolerance() {
-    // Of references 10, 0.5, 0.1 and 0, each off by 0.015; tolerated are 0.02 of them, or 0.02 in all.
+    // Of references 10, 0.5, 0.1 and 0, each off by 0.015; tolerated are 0.02 of them, or 0.02 in
+    // all.
     let (image, reference) = (film(&[10.015, 0.515, 0.085, 0.015]), film(&[10.0, 0.5, 0.1, 0.0]));
     assert_eq!(compared(&image, &reference, 0.02, 0.0).within, 1);
     let c = compared(&image, &reference, 0.02, 0.02);
@@ -153,7 +156,8 @@ fn what_has_no_error_is_counted_and_left_out() {
 #[test]
 fn claims_are_kept_up_to_their_half_widths() {
     let specs = [COLOR, HALF_WIDTH, CLAIM];
-    // Distance 0.1 with half-widths around it; the third claims nothing, the last claims to be exact.
+    // Distance 0.1 with half-widths around it; the third claims nothing, the last claims to be
+    // exact.
     let grays = [1.1, 1.1, 1.1, 0.9, 1.0];
     let half_widths = [0.11, 0.09, 0.01, f32::INFINITY, 0.0];
     let mut image = film_in_rows(5, &grays, &specs);
@@ -262,7 +266,8 @@ fn the_picture_of_half_widths_is_on_the_same_scale() {
     let picture = half_width_image(&film, &tolerance).unwrap();
     // Two rows magnified 128 times.
     let at = |x: u32, y: u32| picture.pixel(12 + x * 128 + 64, 12 + y * 128 + 64);
-    // What a pixel with an error of that tolerance looks like: the third of three rows of one, 86 times as large.
+    // What a pixel with an error of that tolerance looks like: the third of three rows of one, 86
+    // times as large.
     let errors = compared(
         &film_in_rows(1, &[1.0, 1.3, 1.02], &[COLOR]),
         &film_in_rows(1, &[1.0; 3], &[COLOR]),

@@ -7,9 +7,9 @@
 //! | lens radius, focus distance, blades | the camera's |
 //! | rotation of the blades | that of the camera's blades, or none |
 //!
-//! A projection that is not the camera's has a film of its own: centred, whole, and where the camera says an image size
-//! and the caller none, as high as that, with the width that is true to shape (twice the height for `spherical`, the
-//! same for `equal-area`).
+//! A projection that is not the camera's has a film of its own: centred, whole, and where the
+//! camera says an image size and the caller none, as high as that, with the width that is true to
+//! shape (twice the height for `spherical`, the same for `equal-area`).
 //!
 //! # Held to this by
 //! `tests`.
@@ -62,8 +62,8 @@ impl fmt::Display for ProjectionName {
 pub struct CameraChange {
     /// The projection.
     pub projection: Option<ProjectionName>,
-    /// Field of view (degrees): vertical, of perspective, between 0 and 180; across the circle, of a
-    /// fisheye, above 0 and at most 360.
+    /// Field of view (degrees): vertical, of perspective, between 0 and 180; across the circle, of
+    /// a fisheye, above 0 and at most 360.
     pub fov: Option<f32>,
     /// Radius of the lens (m); 0 is a pinhole.
     pub lens_radius: Option<f32>,
@@ -79,7 +79,8 @@ impl CameraChange {
     /// The camera with what was said.
     ///
     /// # Errors
-    /// Numbers out of range, and what the projection or the lens has no use for, by the option's name.
+    /// Numbers out of range, and what the projection or the lens has no use for, by the option's
+    /// name.
     pub fn of(&self, camera: &Camera) -> Result<Camera> {
         let mut camera = camera.clone();
         self.project(&mut camera)?;
@@ -87,7 +88,8 @@ impl CameraChange {
         Ok(camera)
     }
 
-    /// Names what was said among the metadata of a film, so that parts of other views are not joined with it.
+    /// Names what was said among the metadata of a film, so that parts of other views are not
+    /// joined with it.
     pub fn describe(&self, metadata: &mut Metadata) {
         if let Some(projection) = self.projection {
             metadata.set("camera.projection", projection.to_string());

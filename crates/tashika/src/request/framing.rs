@@ -28,8 +28,8 @@ pub struct Framed {
 }
 
 impl Framing {
-    /// Size of the image, the part of it that is rendered, and the camera for it. The camera's own crop counts only
-    /// with its own size, whose pixels it is in.
+    /// Size of the image, the part of it that is rendered, and the camera for it. The camera's own
+    /// crop counts only with its own size, whose pixels it is in.
     ///
     /// # Errors
     /// As [`Film::check`].

@@ -1,8 +1,11 @@
-//! What is asked of a render: what was said, the defaults for what was not, and what goes with what.
+//! What is asked of a render: what was said, the defaults for what was not, and what goes with
+//! what.
 //!
-//! The program and the Python package say the same things in their own ways; what they come to is decided here, once, so that the same
-//! words give the same image. A [`Request`] holds what was said, [`Request::resolve`] gives an [`Integration`] with every value in range,
-//! and tells what was said in vain: an option that means nothing to the method is no error, but its user should know.
+//! The program and the Python package say the same things in their own ways; what they come to is
+//! decided here, once, so that the same words give the same image. A [`Request`] holds what was
+//! said, [`Request::resolve`] gives an [`Integration`] with every value in range, and tells what
+//! was said in vain: an option that means nothing to the method is no error, but its user should
+//! know.
 //!
 //! | not said | is |
 //! |---|---|
@@ -18,7 +21,8 @@
 //! | size | the camera's, or 640×360 |
 //!
 //! # Held to this by
-//! `request::tests`; the equality of planes from the program and from Python by the tests of the package.
+//! `request::tests`; the equality of planes from the program and from Python by the tests of the
+//! package.
 
 mod camera_change;
 mod framing;
@@ -38,19 +42,23 @@ use crate::vpl::{Clamp, VplOptions};
 
 /// Relative error of light transport that a picture is to have if nobody says.
 const PICTURE_ERROR: f64 = 0.05;
-/// Pairs and paths of all pixels, at most, where nobody asks for an error: a picture in minutes, of which each pixel says what it is worth.
+/// Pairs and paths of all pixels, at most, where nobody asks for an error: a picture in minutes, of
+/// which each pixel says what it is worth.
 const PICTURE_WORK: u64 = 50_000_000;
-/// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an error.
+/// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an
+/// error.
 const PIXEL_WORK: [u64; 2] = [128, 4096];
 /// Name among the metadata of a film, which is true where nobody asked for an error.
 const PICTURE: &str = "picture";
-/// Terms of a pixel up to which ours is the whole sum: that takes no longer than to know it to 2 %. Measured.
+/// Terms of a pixel up to which ours is the whole sum: that takes no longer than to know it to 2 %.
+/// Measured.
 const SHORT_SUM: u64 = 16_000;
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
 const MOST_PATHS: u32 = 1 << 20;
-/// VPLs where the truth is about all sets of them, times the square of the error: about what makes the choice of VPLs a third of the half-width.
+/// VPLs where the truth is about all sets of them, times the square of the error: about what makes
+/// the choice of VPLs a third of the half-width.
 const VPLS_BY_ERROR: f64 = 1000.0;
 /// Fewest and most of these: more than the most would take more memory than most scenes.
 const MANY_VPLS: [f64; 2] = [1_000_000.0, 4_000_000.0];
@@ -150,7 +158,8 @@ pub struct Resolved {
     pub integration: Integration,
     /// Gather points.
     pub gather: GatherOptions,
-    /// Names of what was said and means nothing to the method: fields of [`Request`], `lights` for given ones.
+    /// Names of what was said and means nothing to the method: fields of [`Request`], `lights` for
+    /// given ones.
     pub unused: Vec<&'static str>,
 }
 
@@ -342,8 +351,9 @@ impl Integration {
         metadata.bool(PICTURE) == Some(true)
     }
 
-    /// Does with a finished film what was asked for beyond its estimates: a picture is [reconstructed](reconstruct). Whoever joins parts of a film calls it
-    /// for the whole, with what the parts say. Runs on the current thread pool.
+    /// Does with a finished film what was asked for beyond its estimates: a picture is
+    /// [reconstructed](reconstruct). Whoever joins parts of a film calls it for the whole, with
+    /// what the parts say. Runs on the current thread pool.
     pub fn finish(film: &mut Film) {
         if Self::was_picture(film.metadata()) {
             reconstruct(film);
@@ -357,8 +367,8 @@ impl Integration {
         }
     }
 
-    /// The same over so many VPLs at so many gather points a pixel: by our method, a sum of at most 16,000 terms is computed whole, unless it was
-    /// said how large its cuts may be.
+    /// The same over so many VPLs at so many gather points a pixel: by our method, a sum of at most
+    /// 16,000 terms is computed whole, unless it was said how large its cuts may be.
     #[must_use]
     pub fn over(&self, lights: usize, points: u32) -> Self {
         let mut chosen = self.clone();
@@ -371,8 +381,9 @@ impl Integration {
         chosen
     }
 
-    /// The same for an image of that size (pixels). A picture for which nobody asked for an error has so much work in all that it takes
-    /// minutes, whatever its size: 50 million pairs and paths, 128 to 4096 a pixel.
+    /// The same for an image of that size (pixels). A picture for which nobody asked for an error
+    /// has so much work in all that it takes minutes, whatever its size: 50 million pairs and
+    /// paths, 128 to 4096 a pixel.
     #[must_use]
     pub fn sized(&self, size: [u32; 2]) -> Self {
         let mut sized = self.clone();

@@ -214,7 +214,8 @@ fn the_frame_is_what_was_said_or_the_camera_says() {
     assert!(Framing { size: Some([100, 80]), crop: Some(window(90, 0, 11, 1)) }.check().is_err());
 }
 
-/// Our method computes short sums whole, whatever it claims; others are asked to be themselves, and long sums are estimated.
+/// Our method computes short sums whole, whatever it claims; others are asked to be themselves, and
+/// long sums are estimated.
 #[test]
 fn short_sums_are_whole() {
     let over = |request: Request, lights: usize, points: u32| match request

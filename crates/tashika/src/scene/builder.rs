@@ -18,8 +18,8 @@ use crate::math::elementary::powf;
 
 /// Collects the parts of a [`Scene`].
 ///
-/// Parts refer to each other by the ids that the `add_*` methods return, so they are added bottom up:
-/// images, textures, materials, meshes, instances.
+/// Parts refer to each other by the ids that the `add_*` methods return, so they are added bottom
+/// up: images, textures, materials, meshes, instances.
 #[derive(Debug)]
 pub struct SceneBuilder {
     scene: Scene,
@@ -85,7 +85,8 @@ impl SceneBuilder {
         Ok(ImageId(self.scene.images.len() as u32 - 1))
     }
 
-    /// Adds a texture; what it is made of must have been added before, and a lookup must not visit more than
+    /// Adds a texture; what it is made of must have been added before, and a lookup must not visit
+    /// more than
     /// [`MAX_TEXTURE_COST`] nodes.
     pub fn add_texture(&mut self, texture: Texture) -> Result<TextureId> {
         let at = || self.origin.clone().item(format!("texture {}", self.scene.textures.len()));
@@ -119,8 +120,8 @@ impl SceneBuilder {
         })
     }
 
-    /// Adds a material; factors must be finite and not negative, indices of refraction above 1, and the materials of a mix must
-    /// have been added before.
+    /// Adds a material; factors must be finite and not negative, indices of refraction above 1, and
+    /// the materials of a mix must have been added before.
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
         check::material(&material, &self.scene)
             .map_err(|wrong| wrong.error(self.origin.clone().item(format!("material {}", material.name))))?;
@@ -146,8 +147,8 @@ impl SceneBuilder {
 
     /// Adds a mesh.
     ///
-    /// Wrong indices and attribute counts are errors; triangles that cannot be rendered are left out and
-    /// noted.
+    /// Wrong indices and attribute counts are errors; triangles that cannot be rendered are left
+    /// out and noted.
     pub fn add_mesh(&mut self, data: MeshData, material: MaterialId) -> Result<MeshId> {
         let at = self.origin.clone().item(format!("mesh {}", data.name));
         let vertices = data.positions.len();
@@ -196,7 +197,8 @@ impl SceneBuilder {
         Ok(MeshId(self.scene.meshes.len() as u32 - 1))
     }
 
-    /// Places a mesh. The transform must be finite and invertible; one that flattens the mesh is left out and noted.
+    /// Places a mesh. The transform must be finite and invertible; one that flattens the mesh is
+    /// left out and noted.
     pub fn add_instance(&mut self, mesh: MeshId, to_world: Affine3A) -> Result<Option<InstanceId>> {
         let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
         if mesh.index() >= self.scene.meshes.len() {
@@ -244,8 +246,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds an emitter that shines by a map, turned by the rotation (or reflection) `to_world`: where the map has 1, its intensity is
-    /// `intensity` (W·sr⁻¹).
+    /// Adds an emitter that shines by a map, turned by the rotation (or reflection) `to_world`:
+    /// where the map has 1, its intensity is `intensity` (W·sr⁻¹).
     ///
     /// # Errors
     /// Texels, colours or positions that are negative or not finite.
@@ -309,8 +311,8 @@ impl SceneBuilder {
             .fold(Aabb::EMPTY, |all, i| all.union(s.meshes[i.mesh.index()].bounds().transformed(&i.to_world)))
     }
 
-    /// The scene. Without a camera it gets one that sees all of it; without light, a white sky and a sun. Both
-    /// are noted.
+    /// The scene. Without a camera it gets one that sees all of it; without light, a white sky and
+    /// a sun. Both are noted.
     pub fn build(mut self) -> Result<Scene> {
         let bounds = self.bounds();
         let fits = bounds.size().is_finite() && bounds.diagonal() < MAX_EXTENT;
@@ -368,7 +370,8 @@ impl SceneBuilder {
     }
 }
 
-/// Instances of a mesh are baked if that adds at most this many triangles beyond the first copy (4 MB in the tracer).
+/// Instances of a mesh are baked if that adds at most this many triangles beyond the first copy (4
+/// MB in the tracer).
 const BAKED_TRIANGLES: u64 = 1 << 16;
 
 /// Triangles that baking adds to a scene at most.

@@ -32,7 +32,8 @@ pub struct Camera {
 /// Where on the film and on the lens a camera ray starts.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSample {
-    /// Position on the film (pixels, from the top left). Wide pixel filters go beyond `[0, width] × [0, height]`: the film has no edge.
+    /// Position on the film (pixels, from the top left). Wide pixel filters go beyond
+    /// `[0, width] × [0, height]`: the film has no edge.
     pub film: Vec2,
     /// Uniform numbers for the lens.
     pub lens: [f32; 2],
@@ -76,8 +77,10 @@ impl Camera {
         ))
     }
 
-    /// Where a place of the world lies on a film of `size` pixels (pixels, from the top left), as seen through the lens' centre, and the area at right angles to the ray that a pixel
-    /// covers there (m²). `None` for what the film does not show, whatever its size: behind most cameras, outside the circle of a fisheye.
+    /// Where a place of the world lies on a film of `size` pixels (pixels, from the top left), as
+    /// seen through the lens' centre, and the area at right angles to the ray that a pixel covers
+    /// there (m²). `None` for what the film does not show, whatever its size: behind most cameras,
+    /// outside the circle of a fisheye.
     pub fn project(&self, place: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
         self.projection.project(self.to_world.inverse().transform_point3(place), &self.frame(size))
     }

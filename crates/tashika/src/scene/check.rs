@@ -1,6 +1,7 @@
 //! What the parts of a scene must fulfil, so that the rest of the program can trust them.
 //!
-//! A part is refused with the field, the value found and what is allowed. Held to this by the tests of
+//! A part is refused with the field, the value found and what is allowed. Held to this by the tests
+//! of
 //! [`SceneBuilder`](super::SceneBuilder) and by the suites of damaged files.
 
 use glam::Vec2;

@@ -17,8 +17,9 @@ impl Write for Fnv {
 }
 
 impl Scene {
-    /// The same scene, whose [`Self::digest`] is a number of all that it consists of: every number to its last bit, as `Debug` writes it,
-    /// so that nothing is forgotten that a scene will come to have. Other contents have another one, as far as accidents go.
+    /// The same scene, whose [`Self::digest`] is a number of all that it consists of: every number
+    /// to its last bit, as `Debug` writes it, so that nothing is forgotten that a scene will come
+    /// to have. Other contents have another one, as far as accidents go.
     pub fn with_digest_of_contents(self) -> Self {
         let mut sum = Fnv(0xcbf2_9ce4_8422_2325);
         write!(sum, "{self:?}").expect("the sum takes any text");

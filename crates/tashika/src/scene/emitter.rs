@@ -20,8 +20,8 @@ pub enum FalloffShape {
 
 /// How a spot light fades from its axis to its rim.
 ///
-/// `s = clamp((x − x_outer) / (x_inner − x_outer), 0, 1)` with `x` the cosine of the angle from the axis, or the angle
-/// itself; the factor is a function of `s` given by the [`FalloffShape`].
+/// `s = clamp((x − x_outer) / (x_inner − x_outer), 0, 1)` with `x` the cosine of the angle from the
+/// axis, or the angle itself; the factor is a function of `s` given by the [`FalloffShape`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Falloff {
     /// Cosine of the angle up to which the intensity is full.
@@ -81,7 +81,8 @@ fn angle(cos: f32) -> f32 {
 /// The map by which a light shines.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Beam {
-    /// Number of the map in the scene's list ([`Scene::intensity_maps`](super::Scene::intensity_maps)).
+    /// Number of the map in the scene's list
+    /// ([`Scene::intensity_maps`](super::Scene::intensity_maps)).
     pub map: u32,
     /// Cosine of the angle from the axis beyond which it does not shine; −1 for all directions.
     pub cos_outer: f32,
@@ -108,7 +109,8 @@ pub enum Emitter {
         /// How it fades.
         falloff: Falloff,
     },
-    /// Intensity by direction, of a map of the scene: [`SceneBuilder::add_image_light`](super::SceneBuilder::add_image_light) makes it.
+    /// Intensity by direction, of a map of the scene:
+    /// [`SceneBuilder::add_image_light`](super::SceneBuilder::add_image_light) makes it.
     Image {
         /// Position (m).
         position: Vec3,

@@ -36,7 +36,8 @@ impl Environment {
         Self::map(image, SphereMap::LatLong, scale, to_world)
     }
 
-    /// An equal-area octahedral image times `scale`, turned by the rotation (or reflection) `to_world`.
+    /// An equal-area octahedral image times `scale`, turned by the rotation (or reflection)
+    /// `to_world`.
     pub fn octahedral(image: Image, scale: Rgb, to_world: Mat3) -> Self {
         Self::map(image, SphereMap::EqualArea, scale, to_world)
     }
@@ -116,7 +117,8 @@ impl Environment {
         }
     }
 
-    /// Where a unit direction is in the image, or in an octahedral one of a constant, as a point of `[0, 1]²`.
+    /// Where a unit direction is in the image, or in an octahedral one of a constant, as a point of
+    /// `[0, 1]²`.
     pub(super) fn place(&self, direction: Vec3) -> [f32; 2] {
         self.mapping().place(self.to_local * direction)
     }
@@ -202,7 +204,8 @@ mod tests {
         pixels[3] = [1.0; 3];
         let image = Image { name: "e".into(), width: 4, height: 2, pixels: Pixels::Float(pixels) };
         let e = Environment::lat_long(image, Rgb::WHITE, Mat3::IDENTITY);
-        // Column 3 of 4 is centred on u = 0.875: between +x (0.75) and +z (1); row 0 is above the horizon.
+        // Column 3 of 4 is centred on u = 0.875: between +x (0.75) and +z (1); row 0 is above the
+        // horizon.
         let bright = Vec3::new(1.0, 2f32.sqrt(), 1.0).normalize();
         assert!(e.radiance(bright).r > 0.99, "{:?}", e.radiance(bright));
         assert!(e.radiance(Vec3::new(-1.0, 1.0, -1.0).normalize()).r < 1e-3);
@@ -221,8 +224,8 @@ mod tests {
         }
     }
 
-    /// E[radiance / pdf] is the integral over the sphere; the variance is small because the density follows
-    /// the luminance, so five standard errors are a sharp test.
+    /// E[radiance / pdf] is the integral over the sphere; the variance is small because the density
+    /// follows the luminance, so five standard errors are a sharp test.
     #[test]
     fn sampling_integrates_the_radiance() {
         sampling_integrates(&sky());

@@ -65,7 +65,8 @@ impl EnvironmentBlocks {
         row * self.size[0] + column
     }
 
-    /// A direction of a block, which must not be dark, distributed in it as by [`Environment::sample`].
+    /// A direction of a block, which must not be dark, distributed in it as by
+    /// [`Environment::sample`].
     pub fn sample(&self, environment: &Environment, block: usize, u: [f32; 2]) -> Vec3 {
         let block = self.blocks[block].as_ref().expect("a block that is not dark");
         let (place, _) = self.density(environment).sample_in(block, u.map(f64::from));
@@ -98,7 +99,8 @@ mod tests {
         assert_eq!(EnvironmentBlocks::new(&environment, 50).count(), 50);
     }
 
-    /// Directions are drawn from the block that they are found in, and blocks have the share of the environment's own draws that they say.
+    /// Directions are drawn from the block that they are found in, and blocks have the share of the
+    /// environment's own draws that they say.
     #[test]
     fn blocks_share_the_directions_of_an_environment() {
         let turned = Mat3::from_rotation_x(0.4);

@@ -4,13 +4,15 @@
 //! I(ω) = I₀ · t(ω)         t(ω) = image(u, v) · w(ω) / b      ≤ 1 in each channel
 //! ```
 //!
-//! with the brightest intensity `I₀` (W·sr⁻¹), the layout that takes a direction to `(u, v)`, its weight `w` and the largest `b` that
-//! `image · w` can be. Directions are drawn by a density that is constant over each texel of the image, in proportion to its mean
-//! luminance, weight and solid angle; it is above zero wherever `t` is.
+//! with the brightest intensity `I₀` (W·sr⁻¹), the layout that takes a direction to `(u, v)`, its
+//! weight `w` and the largest `b` that `image · w` can be. Directions are drawn by a density that
+//! is constant over each texel of the image, in proportion to its mean luminance, weight and solid
+//! angle; it is above zero wherever `t` is.
 //!
 //! # Guarantee
-//! No channel of `t` exceeds 1, also as `f32` has it: a light of intensity `I₀` in all directions bounds it. Light that is drawn and
-//! divided by its density is unbiased whatever the image. Held to this by the tests below and by `suite::light_images`.
+//! No channel of `t` exceeds 1, also as `f32` has it: a light of intensity `I₀` in all directions
+//! bounds it. Light that is drawn and divided by its density is unbiased whatever the image. Held
+//! to this by the tests below and by `suite::light_images`.
 
 use std::sync::Arc;
 
@@ -27,7 +29,8 @@ use crate::stats::Piecewise2d;
 pub enum Spread {
     /// All directions.
     Sphere(SphereMap),
-    /// Through a pinhole along `+z`: `x/z = (2u − 1) · tan₀`, `y/z = (2v − 1) · tan₁`, `v` from the top row.
+    /// Through a pinhole along `+z`: `x/z = (2u − 1) · tan₀`, `y/z = (2v − 1) · tan₁`, `v` from the
+    /// top row.
     Slide {
         /// Half the size of the image at distance 1; above 0, finite.
         tan: [f32; 2],
@@ -52,7 +55,8 @@ pub enum SlideWeight {
 pub struct Lookup {
     /// Between texels.
     pub sampling: Sampling,
-    /// Beyond the sides, and beyond top and bottom: what bilinear lookups at the edge mix in. Slides only; spheres close.
+    /// Beyond the sides, and beyond top and bottom: what bilinear lookups at the edge mix in.
+    /// Slides only; spheres close.
     pub wrap: [Wrap; 2],
 }
 
@@ -123,7 +127,8 @@ impl IntensityMap {
         &self.image
     }
 
-    /// The largest values of image and weight, by channel: what the brightest intensity is to be multiplied with.
+    /// The largest values of image and weight, by channel: what the brightest intensity is to be
+    /// multiplied with.
     pub fn brightest(&self) -> Rgb {
         self.brightest
     }
@@ -242,7 +247,8 @@ impl AimedMap {
         (self.to_local.transpose() * Vec3::Z).normalize()
     }
 
-    /// Which share of the brightest intensity goes into a unit direction: at most 1 in each channel.
+    /// Which share of the brightest intensity goes into a unit direction: at most 1 in each
+    /// channel.
     pub fn relative(&self, direction: Vec3) -> Rgb {
         self.map.relative(self.to_local * direction)
     }
@@ -253,7 +259,8 @@ impl AimedMap {
         ((self.to_local.transpose() * local).normalize(), density)
     }
 
-    /// The numbers that [`AimedMap::sample`] takes to a unit direction; any where it does not shine.
+    /// The numbers that [`AimedMap::sample`] takes to a unit direction; any where it does not
+    /// shine.
     pub fn inverse(&self, direction: Vec3) -> [f32; 2] {
         let place = self.map.spread.place(self.to_local * direction).unwrap_or_default();
         self.map.density.inverse(place.map(f64::from)).map(|u| (u as f32).min(1.0f32.next_down()))
@@ -296,7 +303,8 @@ mod tests {
         maps
     }
 
-    /// Light that is drawn is all that there is: its mean is that over uniform directions; and where there is light, there is density.
+    /// Light that is drawn is all that there is: its mean is that over uniform directions; and
+    /// where there is light, there is density.
     #[test]
     fn drawn_directions_carry_the_whole_light() {
         for map in maps() {

@@ -31,7 +31,8 @@ pub struct Lens {
 pub struct Blades {
     /// How many: [`Blades::FEWEST`] to [`Blades::MOST`].
     pub count: u32,
-    /// Turn of the polygon (radians), counter-clockwise as seen by the camera; at zero a corner is up.
+    /// Turn of the polygon (radians), counter-clockwise as seen by the camera; at zero a corner is
+    /// up.
     pub rotation: f32,
 }
 
@@ -84,8 +85,8 @@ mod tests {
             for rotation in [0.0, 0.4] {
                 let lens = Lens { blades: Some(Blades { count, rotation }), ..Lens::round(0.2, 1.0) };
                 let mut s = Stream::new(1, Purpose::Test, 0);
-                // Towards a corner the opening reaches as far as the radius, towards the middle of a
-                // blade cos(π/n) of it.
+                // Towards a corner the opening reaches as far as the radius, towards the middle of
+                // a blade cos(π/n) of it.
                 let turn = |k: f32| {
                     let angle = rotation + std::f32::consts::TAU * k / count as f32;
                     Vec2::new(-sin_cos(angle).0, sin_cos(angle).1)

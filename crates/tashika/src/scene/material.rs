@@ -1,4 +1,5 @@
-//! Materials: what a surface is made of, with textures. [`Part`](super::Part) says what they are at a point.
+//! Materials: what a surface is made of, with textures. [`Part`](super::Part) says what they are at
+//! a point.
 
 use glam::Vec2;
 
@@ -74,14 +75,17 @@ impl From<f32> for FacetInput {
 /// What the reflectance of a diffuse base under a coat says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CoatBase {
-    /// It is that of the base alone: light that the coat's inside throws back is reflected again, which saturates colours.
+    /// It is that of the base alone: light that the coat's inside throws back is reflected again,
+    /// which saturates colours.
     #[default]
     Saturating,
-    /// The light that leaves is in proportion to it: the albedo is `ρ T`, `T` being what the coat lets in.
+    /// The light that leaves is in proportion to it: the albedo is `ρ T`, `T` being what the coat
+    /// lets in.
     Proportional,
 }
 
-/// How a surface scatters light: the closed family of [`Bsdf`](crate::bsdf::Bsdf) with textured parameters.
+/// How a surface scatters light: the closed family of [`Bsdf`](crate::bsdf::Bsdf) with textured
+/// parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
     /// Ideal diffuse reflection.
@@ -93,7 +97,8 @@ pub enum Surface {
     Phong {
         /// Diffuse reflectance, 0 to 1.
         diffuse: ColorInput,
-        /// Specular reflectance `ρ_s`, 0 to 1. Where the sum with the diffuse one exceeds 1, both are scaled.
+        /// Specular reflectance `ρ_s`, 0 to 1. Where the sum with the diffuse one exceeds 1, both
+        /// are scaled.
         specular: ColorInput,
         /// Exponent `n`, 0 to 10⁶.
         exponent: f32,
@@ -107,7 +112,8 @@ pub enum Surface {
     },
     /// Diffuse plus a lobe of facets with the Fresnel reflectance of a dielectric, side by side.
     Plastic {
-        /// Diffuse reflectance, 0 to 1. Where the sum with the factor of the lobe exceeds 1, both are scaled.
+        /// Diffuse reflectance, 0 to 1. Where the sum with the factor of the lobe exceeds 1, both
+        /// are scaled.
         diffuse: ColorInput,
         /// Factor on the lobe, 0 to 1.
         specular: ColorInput,
@@ -268,7 +274,8 @@ pub struct Emission {
 /// A perturbation of the shading normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalInput {
-    /// A normal in tangent space, `2 · texel − 1`: red along `u`, green along `v` **up**, blue along the normal.
+    /// A normal in tangent space, `2 · texel − 1`: red along `u`, green along `v` **up**, blue
+    /// along the normal.
     Map {
         /// The texture, not decoded by the sRGB curve.
         texture: TextureId,

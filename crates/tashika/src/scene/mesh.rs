@@ -47,8 +47,9 @@ pub(super) struct MeshRepairs {
     pub uvs: u64,
 }
 
-/// Smallest `‖n‖ / (‖e₁‖·‖e₂‖)` (the sine of the angle at a corner) at which the normal `e₁ × e₂` of a
-/// triangle is still known to better than 60° in `f32`: its rounding error is below `8 γ₄ ‖e₁‖·‖e₂‖`.
+/// Smallest `‖n‖ / (‖e₁‖·‖e₂‖)` (the sine of the angle at a corner) at which the normal `e₁ × e₂`
+/// of a triangle is still known to better than 60° in `f32`: its rounding error is below
+/// `8 γ₄ ‖e₁‖·‖e₂‖`.
 const MIN_SINE: f32 = 16.0 * crate::math::GAMMA_4;
 
 /// Whether a triangle's normal is known well enough to tell its sides apart.
@@ -159,8 +160,9 @@ impl Instance {
         self.to_world == Affine3A::IDENTITY
     }
 
-    /// Whether its surface is that of the world corners, each transformed and rounded once, as it is for meshes that are placed
-    /// once; otherwise it is the mesh's own, met by transforming rays.
+    /// Whether its surface is that of the world corners, each transformed and rounded once, as it
+    /// is for meshes that are placed once; otherwise it is the mesh's own, met by transforming
+    /// rays.
     pub fn is_baked(&self) -> bool {
         self.baked
     }

@@ -1,8 +1,9 @@
 //! The scene: what is there, what it is made of, where the light comes from, who looks.
 //!
-//! A [`Scene`] is immutable. It is put together by a [`SceneBuilder`], which validates and, where that is
-//! safe, repairs what it is given: past [`SceneBuilder::build`] every number is finite, every index
-//! is in range and no triangle is degenerate. What was repaired, approximated or added is kept as
+//! A [`Scene`] is immutable. It is put together by a [`SceneBuilder`], which validates and, where
+//! that is safe, repairs what it is given: past [`SceneBuilder::build`] every number is finite,
+//! every index is in range and no triangle is degenerate. What was repaired, approximated or added
+//! is kept as
 //! [`Note`]s, so that the program can say so.
 //!
 //! Units: lengths in metres, radiance in W·m⁻²·sr⁻¹, intensity in W·sr⁻¹, irradiance in W·m⁻².
@@ -121,7 +122,8 @@ impl Scene {
         Self { digest: Some(digest), ..self }
     }
 
-    /// A number of the files that it was made of, or of its contents; none of scenes that come with the program.
+    /// A number of the files that it was made of, or of its contents; none of scenes that come with
+    /// the program.
     pub fn digest(&self) -> Option<u64> {
         self.digest
     }
@@ -171,7 +173,8 @@ impl Scene {
         &self.intensity_maps
     }
 
-    /// Point, spot, image and directional emitters. Emissive meshes are instances whose material emits.
+    /// Point, spot, image and directional emitters. Emissive meshes are instances whose material
+    /// emits.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }

@@ -10,14 +10,15 @@
 //! `h_u`, `h_v` by forward differences of [`STEP`].
 //!
 //! # Limits
-//! A normal that would turn away from the surface is pulled back to [`MIN_COSINE`] above it. The derivatives are those of the flat
-//! triangle.
+//! A normal that would turn away from the surface is pulled back to [`MIN_COSINE`] above it. The
+//! derivatives are those of the flat triangle.
 
 use glam::{Vec2, Vec3};
 
 use super::{NormalInput, Textures};
 
-/// Step of texture coordinates for the derivatives of a height. Chosen: finer than a texel of a 1024² image.
+/// Step of texture coordinates for the derivatives of a height. Chosen: finer than a texel of a
+/// 1024² image.
 const STEP: f32 = 5e-4;
 
 /// Smallest cosine between the new normal and the geometric one.
@@ -114,7 +115,8 @@ mod tests {
 
     #[test]
     fn a_slope_turns_the_normal_back_by_its_angle() {
-        // A ramp of two texels: between their centres the height rises by 0.75 · 255/255 over half the image, 1 m.
+        // A ramp of two texels: between their centres the height rises by 0.75 · 255/255 over half
+        // the image, 1 m.
         let pixels = vec![[0.0; 3], [0.75; 3]];
         let image = Image { name: "ramp".into(), width: 2, height: 1, pixels: Pixels::Float(pixels) };
         let mut ramp = ImageTexture::new(ImageId(0));

@@ -1,21 +1,24 @@
-//! The camera of a scene that has none: it shows the whole box of the scene, whatever the image's proportions.
+//! The camera of a scene that has none: it shows the whole box of the scene, whatever the image's
+//! proportions.
 //!
-//! It looks from the front, the right and above. With the box's corners `(x, y, z)` about the box's centre in the
-//! camera's axes, `z` towards it, and the slopes `s` of the film's sides, less the margin, all corners are inside if
+//! It looks from the front, the right and above. With the box's corners `(x, y, z)` about the box's
+//! centre in the camera's axes, `z` towards it, and the slopes `s` of the film's sides, less the
+//! margin, all corners are inside if
 //!
 //! ```text
 //! |x − a| ≤ s_x (d − z),   |y − b| ≤ s_y (d − z)
 //! ```
 //!
-//! for the camera at `(a, b, d)`. Along x these are `P ≤ s d + a` and `N ≤ s d − a` with `P = max(x + s z)` and
-//! `N = max(−x + s z)`; hence the nearest place has
+//! for the camera at `(a, b, d)`. Along x these are `P ≤ s d + a` and `N ≤ s d − a` with
+//! `P = max(x + s z)` and `N = max(−x + s z)`; hence the nearest place has
 //!
 //! ```text
 //! d = max of (P + N) / 2s over both axes,   a = (P − N) / 2
 //! ```
 //!
-//! and the axis that decides is touched on both sides. Along the other one the same holds of a smaller slope, found by
-//! bisection, since `(P + N) / 2s` falls with `s`: so the box is in the middle both ways.
+//! and the axis that decides is touched on both sides. Along the other one the same holds of a
+//! smaller slope, found by bisection, since `(P + N) / 2s` falls with `s`: so the box is in the
+//! middle both ways.
 //!
 //! # Held to this by
 //! `tests`; `request::framing` sees to it that the program and the package ask.
@@ -26,7 +29,8 @@ use super::{Camera, Projection};
 use crate::math::Aabb;
 use crate::math::elementary::tan;
 
-/// Direction from the scene to the camera, before normalisation: from the front, the right and above.
+/// Direction from the scene to the camera, before normalisation: from the front, the right and
+/// above.
 const FROM: Vec3 = Vec3::new(0.45, 0.35, 1.0);
 
 /// Vertical field of view (radians).
@@ -93,7 +97,8 @@ mod tests {
         })
     }
 
-    /// Each corner is on the film and none nearer to its edge than the margin, which the longer way across touches on both sides.
+    /// Each corner is on the film and none nearer to its edge than the margin, which the longer way
+    /// across touches on both sides.
     #[test]
     fn the_box_fills_the_film_up_to_the_margin_in_any_proportions() {
         let boxes = [[3.0, 0.2, 0.1], [0.1, 90.0, 2.0], [1e-3, 1e-3, 5e-3], [2.0, 2.0, 2.0], [0.0, 4.0, 0.0]];

@@ -1,7 +1,8 @@
 //! What a surface is at a point, for one path: a material's parts, one of them chosen at random.
 //!
-//! Some surfaces do several things at once that no single BSDF of [`bsdf`](crate::bsdf) does: reflect like a mirror *and* diffusely
-//! (a smooth coat), scatter to both sides (a leaf), or be one of two materials. Paths and gather points follow one part:
+//! Some surfaces do several things at once that no single BSDF of [`bsdf`](crate::bsdf) does:
+//! reflect like a mirror *and* diffusely (a smooth coat), scatter to both sides (a leaf), or be one
+//! of two materials. Paths and gather points follow one part:
 //!
 //! ```text
 //! f = Σ_k f_k     is estimated by     f_k / p_k     with probability p_k
@@ -19,8 +20,9 @@
 //! | others | themselves | 1 |
 //!
 //! # Guarantee
-//! The parts' weights `1 / p_k` times their BSDFs average to the surface's; parameters are in range whatever the textures hold.
-//! `p_k` of two parts that both reflect is at least 0.1, so that no weight exceeds 10; but for mixes, whose weights are 1.
+//! The parts' weights `1 / p_k` times their BSDFs average to the surface's; parameters are in range
+//! whatever the textures hold. `p_k` of two parts that both reflect is at least 0.1, so that no
+//! weight exceeds 10; but for mixes, whose weights are 1.
 //!
 //! # Held to this by
 //! The tests below.
@@ -41,7 +43,8 @@ pub struct Part {
     pub bsdf: Bsdf,
     /// One over the probability of the choice.
     pub weight: f32,
-    /// Whether it scatters to the side that [`Part::bsdf`] is not seen from: light arrives, or leaves, behind the surface.
+    /// Whether it scatters to the side that [`Part::bsdf`] is not seen from: light arrives, or
+    /// leaves, behind the surface.
     pub through: bool,
 }
 
@@ -54,7 +57,8 @@ pub(super) struct Look<'a> {
     pub textures: Textures<'a>,
     /// Texture coordinates.
     pub uv: Vec2,
-    /// Absolute cosine between the shading normal and the direction from which the surface is seen, 0 to 1.
+    /// Absolute cosine between the shading normal and the direction from which the surface is seen,
+    /// 0 to 1.
     pub cos: f32,
 }
 
@@ -218,7 +222,8 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// Fraction of light that passes straight through the surface where there is no hole, 0 to 1 (luminance).
+    /// Fraction of light that passes straight through the surface where there is no hole, 0 to 1
+    /// (luminance).
     ///
     /// * `solid`: whether solid glass lets pass straight what it would refract.
     pub fn straight_through(&self, material: &Material, solid: bool) -> f32 {
@@ -276,7 +281,8 @@ mod tests {
         look.part(materials.last().unwrap(), u)
     }
 
-    /// Share of `[0, 1)` on which each part is chosen, weighted: 1 for each part if weights are one over probabilities.
+    /// Share of `[0, 1)` on which each part is chosen, weighted: 1 for each part if weights are one
+    /// over probabilities.
     fn weighted_shares(surface: Surface, of: impl Fn(&Part) -> usize) -> [f64; 2] {
         let materials = [Material::new("m", surface)];
         let mut sums = [0.0; 2];
@@ -320,7 +326,8 @@ mod tests {
         Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, facets: alpha.into() }
     }
 
-    /// With a proportional base the albedo below the coat is the reflectance times what the coat lets in; the other is darker.
+    /// With a proportional base the albedo below the coat is the reflectance times what the coat
+    /// lets in; the other is darker.
     #[test]
     fn a_proportional_base_is_as_bright_as_its_reflectance_says() {
         let albedo = |base| {

@@ -67,7 +67,8 @@ pub(super) struct FilmFrame {
 }
 
 impl FilmFrame {
-    /// A place of the film (pixels, from the top left) in film heights from the axis: x to the right, y up.
+    /// A place of the film (pixels, from the top left) in film heights from the axis: x to the
+    /// right, y up.
     fn off_axis(&self, film: Vec2) -> Vec2 {
         let Self { size, shift } = self;
         let x = (film.x - 0.5 * size.x + shift.x * size.x) / size.y;
@@ -250,7 +251,8 @@ mod tests {
         assert!((d - Vec3::NEG_Z).length() < 1e-6, "{d}");
     }
 
-    /// What a camera ray meets lies on the film where the ray came from, and all pixels together cover what the film sees.
+    /// What a camera ray meets lies on the film where the ray came from, and all pixels together
+    /// cover what the film sees.
     #[test]
     fn places_are_projected_to_where_their_rays_come_from() {
         let cases = [
@@ -300,7 +302,8 @@ mod tests {
         }
     }
 
-    /// Pixels of a film that sees all directions cover the whole sphere, and those of half a turn half of it.
+    /// Pixels of a film that sees all directions cover the whole sphere, and those of half a turn
+    /// half of it.
     #[test]
     fn pixels_cover_the_sphere_once() {
         let fisheye = |angle: f32| Projection::Fisheye { angle };

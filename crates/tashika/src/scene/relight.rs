@@ -1,4 +1,5 @@
-//! Other light in a scene that is there: what its user asks for beside, or instead of, what its file says.
+//! Other light in a scene that is there: what its user asks for beside, or instead of, what its
+//! file says.
 
 use std::sync::Arc;
 
@@ -31,13 +32,16 @@ pub(super) const DEFAULT_LIGHT: &str =
     "no light: a white sky of radiance 0.5 and a sun of irradiance 3 are used";
 
 impl Scene {
-    /// The same scene with these lights beside its own, and with this environment instead of its own, if there is one. The sky and the sun that a
-    /// scene without light gets give way to either.
+    /// The same scene with these lights beside its own, and with this environment instead of its
+    /// own, if there is one. The sky and the sun that a scene without light gets give way to
+    /// either.
     ///
-    /// * `words`: what was asked for, for [`Self::changes`]; `digest`: a number of it, that goes into [`Self::digest`].
+    /// * `words`: what was asked for, for [`Self::changes`]; `digest`: a number of it, that goes
+    ///   into [`Self::digest`].
     ///
     /// # Errors
-    /// As [`SceneBuilder::add_emitter`], [`SceneBuilder::add_image_light`] and [`SceneBuilder::set_environment`].
+    /// As [`SceneBuilder::add_emitter`], [`SceneBuilder::add_image_light`] and
+    /// [`SceneBuilder::set_environment`].
     pub fn relit(
         mut self,
         environment: Option<Environment>,
@@ -71,7 +75,8 @@ impl Scene {
         Ok(builder.into_scene())
     }
 
-    /// The lights that its user asked for in place of what the file says, in the words that were used.
+    /// The lights that its user asked for in place of what the file says, in the words that were
+    /// used.
     pub fn changes(&self) -> &[String] {
         &self.changes
     }

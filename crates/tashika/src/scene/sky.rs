@@ -1,15 +1,16 @@
 //! The light of a clear day: the sky and the sun behind the atmosphere.
 //!
-//! Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight". The sky has the luminance and
-//! chromaticity
+//! Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight". The sky has the
+//! luminance and chromaticity
 //!
 //! ```text
 //! Y(θ, γ) = Y_z F(θ, γ) / F(0, θ_s)      F(θ, γ) = (1 + A e^(B / cos θ)) (1 + C e^(D γ) + E cos² γ)
 //! ```
 //!
-//! and likewise for `x` and `y`, with `θ` the angle from the zenith, `γ` that from the sun, `θ_s` the sun's angle from
-//! the zenith, and `A … E`, `Y_z`, `x_z`, `y_z` polynomials in the turbidity (appendix A.2 there). The sun is a black
-//! body of [`SUN_TEMPERATURE`] that fills [`SUN_SOLID_ANGLE`], seen through
+//! and likewise for `x` and `y`, with `θ` the angle from the zenith, `γ` that from the sun, `θ_s`
+//! the sun's angle from the zenith, and `A … E`, `Y_z`, `x_z`, `y_z` polynomials in the turbidity
+//! (appendix A.2 there). The sun is a black body of [`SUN_TEMPERATURE`] that fills
+//! [`SUN_SOLID_ANGLE`], seen through
 //!
 //! ```text
 //! e^(−0.008735 λ^(−4.08) m)  ·  e^(−β λ^(−1.3) m)      β = 0.04608 T − 0.04586      (λ in µm)
@@ -18,12 +19,13 @@
 //! (Rayleigh and aerosol extinction, appendix A.1), with the relative air mass
 //! `m = 1 / (cos θ_s + 0.15 (93.885° − θ_s)^(−1.253))`.
 //!
-//! Frame: `+y` is up. Radiance in W·m⁻²·sr⁻¹·nm⁻¹, averaged over the spectrum with the weights of the CIE's
-//! observer of 1931, which is the unit of Mitsuba's `sunsky`: 1 is `683 · 106.86` cd·m⁻².
+//! Frame: `+y` is up. Radiance in W·m⁻²·sr⁻¹·nm⁻¹, averaged over the spectrum with the weights of
+//! the CIE's observer of 1931, which is the unit of Mitsuba's `sunsky`: 1 is `683 · 106.86` cd·m⁻².
 //!
 //! # Assumption
-//! Turbidity from [`MIN_TURBIDITY`] to [`MAX_TURBIDITY`]; the sun at or above the horizon. No light comes from below the
-//! horizon. Ozone, mixed gases and water vapour, which take a few percent of the visible light, are left out.
+//! Turbidity from [`MIN_TURBIDITY`] to [`MAX_TURBIDITY`]; the sun at or above the horizon. No light
+//! comes from below the horizon. Ozone, mixed gases and water vapour, which take a few percent of
+//! the visible light, are left out.
 //!
 //! Held to this by the tests below.
 
@@ -86,8 +88,8 @@ pub struct Sky {
 }
 
 impl Sky {
-    /// The sky of a turbidity with the sun in a direction, `+y` up. Both are moved into the range of the model; a sun
-    /// below the horizon is moved up to it.
+    /// The sky of a turbidity with the sun in a direction, `+y` up. Both are moved into the range
+    /// of the model; a sun below the horizon is moved up to it.
     pub fn new(turbidity: f32, to_sun: Vec3) -> Self {
         let t = turbidity.clamp(MIN_TURBIDITY, MAX_TURBIDITY);
         let to_sun = Vec3::new(to_sun.x, to_sun.y.max(0.0), to_sun.z).normalize_or(Vec3::Y);
@@ -139,7 +141,8 @@ impl Sky {
         self.to_sun
     }
 
-    /// The sky without its sun as a latitude-longitude image: row 0 at `+y`, `u = 0.5` at `−z`, `u = 0.75` at `+x`.
+    /// The sky without its sun as a latitude-longitude image: row 0 at `+y`, `u = 0.5` at `−z`,
+    /// `u = 0.75` at `+x`.
     pub fn image(&self, width: u32, height: u32) -> Image {
         let mut texels = Vec::with_capacity(width as usize * height as usize);
         for row in 0..height {
@@ -191,8 +194,9 @@ mod tests {
         Vec3::new(sin, cos, 0.0)
     }
 
-    /// Zenith luminances by the formula of the paper's section A.2, worked out by hand for `T = 3`, `θ_s = 45°`:
-    /// `χ = (4/9 − 1/40) π/2 = 0.65886`, `Y_z = 7.1649 tan χ − 0.6465 + 2.4192 = 7.3276` kcd·m⁻².
+    /// Zenith luminances by the formula of the paper's section A.2, worked out by hand for `T = 3`,
+    /// `θ_s = 45°`: `χ = (4/9 − 1/40) π/2 = 0.65886`,
+    /// `Y_z = 7.1649 tan χ − 0.6465 + 2.4192 = 7.3276` kcd·m⁻².
     #[test]
     fn the_zenith_has_the_luminance_of_the_formula() {
         let zenith = sky(3.0, 45.0).radiance(Vec3::Y).luminance() * LUMINANCE_OF_UNIT;
@@ -216,7 +220,8 @@ mod tests {
         let (high, low) = (sky(3.0, 10.0).sun_irradiance(), sky(3.0, 85.0).sun_irradiance());
         assert!(low.luminance() < 0.4 * high.luminance(), "{low:?} {high:?}");
         assert!(low.r / low.b > 3.0 * high.r / high.b);
-        // Mitsuba 3.9's `sunsky` (Hosek and Wilkie's sun) at turbidity 2, sun 18.4° from the zenith: 1.54 1.30 1.02.
+        // Mitsuba 3.9's `sunsky` (Hosek and Wilkie's sun) at turbidity 2, sun 18.4° from the
+        // zenith: 1.54 1.30 1.02.
         let other = [1.543, 1.304, 1.021];
         for (ours, theirs) in sky(2.0, 18.43).sun_irradiance().to_array().into_iter().zip(other) {
             assert!((ours / theirs - 1.0).abs() < 0.15, "{ours} for {theirs}");

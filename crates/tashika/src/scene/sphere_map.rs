@@ -1,4 +1,5 @@
-//! How all directions are laid out in a rectangle: maps of the sky, and cameras that see all around.
+//! How all directions are laid out in a rectangle: maps of the sky, and cameras that see all
+//! around.
 //!
 //! | layout | frame | place `(u, v)`, `v` from the top |
 //! |---|---|---|
@@ -12,7 +13,8 @@
 //! ```
 //!
 //! # Held to this by
-//! `tests` (axes, inverses), `scene::environment` (integrals over the sphere), `scene::projection` (areas).
+//! `tests` (axes, inverses), `scene::environment` (integrals over the sphere), `scene::projection`
+//! (areas).
 
 use std::f32::consts::PI;
 
@@ -105,7 +107,8 @@ impl SphereMap {
         }
     }
 
-    /// The place in the rectangle of one that is a little beyond its edge, where the sphere goes on.
+    /// The place in the rectangle of one that is a little beyond its edge, where the sphere goes
+    /// on.
     pub(super) fn wrapped(self, [mut u, mut v]: [f32; 2]) -> [f32; 2] {
         let beyond = |c: f32| !(0.0..=1.0).contains(&c);
         let mirrored = |c: f32| if c < 0.0 { -c } else { 2.0 - c };
@@ -165,7 +168,8 @@ mod tests {
         let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
         assert!(near(place(Vec3::Z), [0.5, 0.5]) && near(place(Vec3::X), [1.0, 0.5]));
         assert!(near(place(Vec3::Y), [0.5, 1.0]) && near(place(-Vec3::X), [0.0, 0.5]));
-        // Equal areas: the upper hemisphere is the inner diamond, and 60° about the pole a half of it.
+        // Equal areas: the upper hemisphere is the inner diamond, and 60° about the pole a half of
+        // it.
         let diagonal = Vec3::new(0.5f32.sqrt() * 0.75f32.sqrt(), 0.5f32.sqrt() * 0.75f32.sqrt(), 0.5);
         let [u, v] = place(diagonal);
         assert!(((2.0 * u - 1.0 + 2.0 * v - 1.0) - 0.5f32.sqrt()).abs() < 1e-6);
@@ -190,7 +194,8 @@ mod tests {
                     let (inside, on, outside) = (at(-1.0), at(0.0), at(1.0));
                     let (before, after) = ((on - inside).length(), (outside - on).length());
                     assert!(after < 0.02, "{map:?} jumps at {edge:?}: {on} to {outside}");
-                    // On the far side of the edge; two steps apart as far as the map is smooth there.
+                    // On the far side of the edge; two steps apart as far as the map is smooth
+                    // there.
                     assert!(
                         (outside - inside).length() > 0.6 * (before + after),
                         "{map:?} turns back at {edge:?}: {inside}, {on}, {outside}"

@@ -15,8 +15,8 @@ pub struct SurfacePoint {
     pub position: Vec3,
     /// Bound of the absolute error of each component of `position` (m).
     pub error: Vec3,
-    /// Unit geometric normal, on the front side: that of the shading normals where the mesh has some, else
-    /// the side from which the corners run counter-clockwise.
+    /// Unit geometric normal, on the front side: that of the shading normals where the mesh has
+    /// some, else the side from which the corners run counter-clockwise.
     pub geometric_normal: Vec3,
     /// Unit shading normal, in the hemisphere of the geometric one.
     pub shading_normal: Vec3,
@@ -43,8 +43,9 @@ impl SurfacePoint {
         }
     }
 
-    /// The same as whoever looks at the surface along `direction` sees them: where the shading normal turns away, as it
-    /// does at the silhouettes of smooth-shaded meshes, the geometric one stands in for it.
+    /// The same as whoever looks at the surface along `direction` sees them: where the shading
+    /// normal turns away, as it does at the silhouettes of smooth-shaded meshes, the geometric one
+    /// stands in for it.
     pub fn normals_seen_from(&self, direction: Vec3) -> (Vec3, Vec3) {
         let (ng, ns) = self.normals_towards(direction);
         (ng, if ns.dot(direction) > 0.0 { ns } else { ng })
@@ -117,8 +118,8 @@ impl Scene {
         mesh.triangles[triangle as usize].iter().zip(b).map(|(&i, b)| mesh.uvs[i as usize] * b).sum()
     }
 
-    /// The part of the surface at a point, seen from the unit direction `outgoing`, that the uniform number `u` in `[0, 1)`
-    /// chooses.
+    /// The part of the surface at a point, seen from the unit direction `outgoing`, that the
+    /// uniform number `u` in `[0, 1)` chooses.
     pub fn part(&self, point: &SurfacePoint, outgoing: Vec3, u: f32) -> Part {
         let cos = point.shading_normal.dot(outgoing).abs();
         self.part_of(self.material_of(point.instance), point.uv, cos, u)
@@ -126,7 +127,8 @@ impl Scene {
 
     /// The same for one of the scene's materials.
     ///
-    /// * `cos`: absolute cosine between the shading normal and the direction from which it is seen, 0 to 1.
+    /// * `cos`: absolute cosine between the shading normal and the direction from which it is seen,
+    ///   0 to 1.
     pub fn part_of(&self, material: &Material, uv: Vec2, cos: f32, u: f32) -> Part {
         self.look(uv, cos).part(material, u)
     }
@@ -162,7 +164,8 @@ impl Scene {
     /// Fraction of the light along a straight segment that a surface stops at a point, 0 to 1.
     ///
     /// * `direction`: of the segment, world, any length.
-    /// * `solid_glass`: whether solid glass lets pass straight what it would refract, or stops everything.
+    /// * `solid_glass`: whether solid glass lets pass straight what it would refract, or stops
+    ///   everything.
     pub fn stopped(
         &self,
         instance: InstanceId,

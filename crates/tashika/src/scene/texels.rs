@@ -112,9 +112,11 @@ impl Image {
     }
 }
 
-/// Means of the bilinear interpolation over each texel, row by row: a texel mixes in an eighth of each neighbour.
+/// Means of the bilinear interpolation over each texel, row by row: a texel mixes in an eighth of
+/// each neighbour.
 ///
-/// They are above zero wherever the interpolation is, so that a density in proportion to them leaves nothing out.
+/// They are above zero wherever the interpolation is, so that a density in proportion to them
+/// leaves nothing out.
 pub(super) fn means_of_bilinear(texels: &[f64], width: usize, wrap: [Wrap; 2]) -> Vec<f64> {
     let height = texels.len() / width;
     // The texels before and after; none where the image has ended.
@@ -142,7 +144,8 @@ pub(super) fn means_of_bilinear(texels: &[f64], width: usize, wrap: [Wrap; 2]) -
     means
 }
 
-/// The two texels about coordinate `u` of a row of `n`, and the weight of the second; none where the image has ended.
+/// The two texels about coordinate `u` of a row of `n`, and the weight of the second; none where
+/// the image has ended.
 fn neighbours(u: f32, n: u32, wrap: Wrap) -> (Option<u32>, Option<u32>, f32) {
     let size = n as f32;
     let u = if u.is_finite() { u } else { 0.0 };

@@ -1,7 +1,8 @@
 //! Textures: a graph of images and simple operations, evaluated at texture coordinates.
 //!
-//! A texture is a function of `(u, v)` with a linear colour and an opacity. `u` runs to the right, `v` runs **down** from
-//! an image's top row; loaders of formats with `v` up flip the coordinates once.
+//! A texture is a function of `(u, v)` with a linear colour and an opacity. `u` runs to the right,
+//! `v` runs **down** from an image's top row; loaders of formats with `v` up flip the coordinates
+//! once.
 //!
 //! | node | value |
 //! |---|---|
@@ -12,7 +13,8 @@
 //! | [`Texture::Checkerboard`] | `a` where `⌊u'⌋ + ⌊v'⌋` is even, else `b`, at `(u', v') = T (u, v, 1)` |
 //! | [`Texture::Power`] | `max(a, 0)ᵏ` |
 //!
-//! Channel by channel, opacity included. The operands of a node are older than the node, so that the graph has no cycles.
+//! Channel by channel, opacity included. The operands of a node are older than the node, so that
+//! the graph has no cycles.
 
 use glam::{Mat3, Vec2};
 

@@ -1,4 +1,5 @@
-//! A density over a unit cube that is learned from weighted points: constant in each cell of a binary tree.
+//! A density over a unit cube that is learned from weighted points: constant in each cell of a
+//! binary tree.
 //!
 //! A cell is halved along the axis along which the weights of its quarters differ most, as long as
 //! they differ by more than chance would make them. With the weight `W_c` and the volume `V_c` of a
@@ -22,7 +23,8 @@ const MOST_CELLS: usize = 4096;
 const FEWEST_POINTS: usize = 24;
 /// Halvings above each other.
 const MOST_DEPTH: u32 = 40;
-/// A point weighs at most so many times the mean: single bright points say little about where light is.
+/// A point weighs at most so many times the mean: single bright points say little about where light
+/// is.
 const LARGEST_OVER_MEAN: f64 = 64.0;
 /// How many times chance the difference of quarters has to be.
 const OVER_CHANCE: f64 = 4.0;
@@ -59,8 +61,8 @@ impl<const D: usize> Cell<D> {
 pub type Weighted<const D: usize> = ([f32; D], f32);
 
 impl<const D: usize> AdaptiveDensity<D> {
-    /// Learned from points of `[0, 1)^D` with weights that are finite and not negative; even where there
-    /// are none.
+    /// Learned from points of `[0, 1)^D` with weights that are finite and not negative; even where
+    /// there are none.
     pub fn learn(mut points: Vec<Weighted<D>>) -> Self {
         points.retain(|(_, weight)| *weight > 0.0);
         let mean = points.iter().map(|(_, w)| f64::from(*w)).sum::<f64>() / points.len().max(1) as f64;
@@ -91,8 +93,8 @@ impl<const D: usize> AdaptiveDensity<D> {
         Self { cells, choice }
     }
 
-    /// Draws a point, and tells the density there. `u` chooses the cell and the first coordinate in it,
-    /// `v` the others; all uniform in `[0, 1)`.
+    /// Draws a point, and tells the density there. `u` chooses the cell and the first coordinate in
+    /// it, `v` the others; all uniform in `[0, 1)`.
     pub fn sample(&self, u: f64, v: [f32; D]) -> ([f64; D], f64) {
         let (number, probability, rest) = self.choice.sample(u);
         let cell = &self.cells[number];
@@ -109,7 +111,8 @@ impl<const D: usize> AdaptiveDensity<D> {
     }
 }
 
-/// The axis along which the quarters of a cell differ most by weight; none if by no more than chance.
+/// The axis along which the quarters of a cell differ most by weight; none if by no more than
+/// chance.
 fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> Option<usize> {
     if inside.len() < FEWEST_POINTS {
         return None;
@@ -125,7 +128,8 @@ fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> O
             quarters[axis][((4.0 * within) as usize).min(3)] += weight;
         }
     }
-    // Kullback and Leibler's divergence from even quarters; by chance about 3/(2n) of n equal weights.
+    // Kullback and Leibler's divergence from even quarters; by chance about 3/(2n) of n equal
+    // weights.
     let divergence = |of: &[f64; 4]| -> f64 {
         let term = |w: f64| if w > 0.0 { w / sum * ln_f64(4.0 * w / sum) } else { 0.0 };
         of.iter().map(|w| term(*w)).sum()
@@ -152,7 +156,8 @@ mod tests {
         (0..count).map(|i| point(i % 4 != 0)).collect()
     }
 
-    /// `E f(x)/p(x)` is the integral of `f`, for a density that is all but the same as `f` and for one that is not.
+    /// `E f(x)/p(x)` is the integral of `f`, for a density that is all but the same as `f` and for
+    /// one that is not.
     #[test]
     fn what_is_drawn_is_weighted_by_its_density() {
         for points in [spot(20_000), Vec::new(), vec![([0.1, 0.9, 0.5], 3.0); 100]] {

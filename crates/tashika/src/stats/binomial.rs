@@ -1,22 +1,26 @@
 //! The exact interval of a share that was observed in independent trials.
 //!
-//! Of `n` trials `k` succeeded. The interval of Clopper and Pearson holds every probability `p` that neither tail rejects:
+//! Of `n` trials `k` succeeded. The interval of Clopper and Pearson holds every probability `p`
+//! that neither tail rejects:
 //!
 //! ```text
 //! low:  P(X ≥ k | p = low)  = (1 − confidence)/2     0 if k = 0
 //! high: P(X ≤ k | p = high) = (1 − confidence)/2     1 if k = n        X binomial of n trials
 //! ```
 //!
-//! (Clopper, Pearson 1934). `P(X ≥ k)` is the regularised incomplete beta function `I_p(k, n − k + 1)`. Its parameters are whole, so
-//! that it is summed here as the tail that it is: positive terms from the one nearest the mean outwards, each from its neighbour, the
-//! first by Stirling's series with its error terms split off so that large `n` cancels (Loader 2000).
+//! (Clopper, Pearson 1934). `P(X ≥ k)` is the regularised incomplete beta function
+//! `I_p(k, n − k + 1)`. Its parameters are whole, so that it is summed here as the tail that it is:
+//! positive terms from the one nearest the mean outwards, each from its neighbour, the first by
+//! Stirling's series with its error terms split off so that large `n` cancels (Loader 2000).
 //!
 //! # Guarantee
-//! The interval covers the true probability with at least the confidence asked for, whatever the probability, if trials are
-//! independent and equally probable. Ends are right to a relative 10⁻⁹ for up to 10⁸ trials.
+//! The interval covers the true probability with at least the confidence asked for, whatever the
+//! probability, if trials are independent and equally probable. Ends are right to a relative 10⁻⁹
+//! for up to 10⁸ trials.
 //!
 //! # Held to this by
-//! The tests below, against closed forms, a published table and an independent incomplete beta function.
+//! The tests below, against closed forms, a published table and an independent incomplete beta
+//! function.
 
 use crate::math::elementary::{exp_f64, ln_f64};
 
@@ -29,7 +33,8 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// The Clopper–Pearson interval of a probability, from `successes` of `trials`; everything if there were no trials.
+/// The Clopper–Pearson interval of a probability, from `successes` of `trials`; everything if there
+/// were no trials.
 ///
 /// * `confidence` in `(0, 1)`.
 ///
@@ -53,7 +58,8 @@ fn lower_end(k: u64, n: u64, tail: f64) -> f64 {
     }
     // At p = k/n the tail is about one half; only a confidence near zero asks for more.
     let (mut low, mut high) = (0.0, if tail < 0.25 { k as f64 / n as f64 } else { 1.0 });
-    // Halves the interval until it has no number inside: 64 steps, and as many as `low` has leading zeros.
+    // Halves the interval until it has no number inside: 64 steps, and as many as `low` has leading
+    // zeros.
     loop {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {

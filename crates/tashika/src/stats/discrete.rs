@@ -5,8 +5,8 @@ use std::ops::Range;
 /// Items for each part of the guide table.
 const ITEMS_OF_PART: usize = 2;
 
-/// A distribution over `0..len` in proportion to weights, from which an item is drawn in constant time on average
-/// (Chen, Asau 1974: a guide table, which tells where to begin the search).
+/// A distribution over `0..len` in proportion to weights, from which an item is drawn in constant
+/// time on average (Chen, Asau 1974: a guide table, which tells where to begin the search).
 #[derive(Clone, Debug)]
 pub struct Discrete {
     /// `cumulative[i]` is the sum of weights below `i`; one entry more than there are weights.
@@ -16,7 +16,8 @@ pub struct Discrete {
 }
 
 impl Discrete {
-    /// The distribution of `weights`, which must be finite and not negative; `None` if they sum to zero.
+    /// The distribution of `weights`, which must be finite and not negative; `None` if they sum to
+    /// zero.
     pub fn new(weights: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut cumulative = vec![0.0];
         let mut sum = 0.0;
@@ -51,8 +52,8 @@ impl Discrete {
         (self.cumulative[i + 1] - self.cumulative[i]) / self.total()
     }
 
-    /// The item that `u` in `[0, 1)` falls into, its probability, and where in it `u` lies (`[0, 1)`, to be
-    /// used again). Items of zero weight are never chosen.
+    /// The item that `u` in `[0, 1)` falls into, its probability, and where in it `u` lies
+    /// (`[0, 1)`, to be used again). Items of zero weight are never chosen.
     pub fn sample(&self, u: f64) -> (usize, f64, f64) {
         let x = u * self.total();
         let parts = self.guide.len();
@@ -67,18 +68,21 @@ impl Discrete {
         self.item_at(x, i, 0)
     }
 
-    /// The same of some of the items, which must not all have zero weight; the probability is that among all items.
+    /// The same of some of the items, which must not all have zero weight; the probability is that
+    /// among all items.
     pub fn sample_within(&self, items: Range<usize>, u: f64) -> (usize, f64, f64) {
         let Range { start, end } = items;
         let below = self.cumulative[start];
         let x = below + u * (self.cumulative[end] - below);
-        // The last boundary that is not beyond x; x is below that of the end, so it has a successor that is.
+        // The last boundary that is not beyond x; x is below that of the end, so it has a successor
+        // that is.
         let boundaries = &self.cumulative[start..=end];
         let last = boundaries.partition_point(|&c| c <= x).saturating_sub(1);
         self.item_at(x, (start + last).min(end - 1), start)
     }
 
-    /// Item `i`, in which the sum of weights reaches `x`, or the one before it, from `first` on, that has weight.
+    /// Item `i`, in which the sum of weights reaches `x`, or the one before it, from `first` on,
+    /// that has weight.
     fn item_at(&self, x: f64, mut i: usize, first: usize) -> (usize, f64, f64) {
         while self.cumulative[i + 1] <= self.cumulative[i] && i > first {
             i -= 1;
@@ -175,7 +179,8 @@ impl Piecewise2d {
         (point, self.rows.probability(y) * probability * width * height)
     }
 
-    /// The numbers that [`Piecewise2d::sample`] takes to a point of `[0, 1)²`; any where the density is zero.
+    /// The numbers that [`Piecewise2d::sample`] takes to a point of `[0, 1)²`; any where the
+    /// density is zero.
     pub fn inverse(&self, point: [f64; 2]) -> [f64; 2] {
         let [width, height] = self.size().map(|side| side as f64);
         let within = |d: &Discrete, at: f64| {
@@ -220,7 +225,8 @@ mod tests {
         assert!(Discrete::new([0.0]).is_none() && Discrete::new([]).is_none());
     }
 
-    /// The guide leads to where a search among all leads, for weights that differ by orders of magnitude, many of them zero.
+    /// The guide leads to where a search among all leads, for weights that differ by orders of
+    /// magnitude, many of them zero.
     #[test]
     fn items_are_found_where_a_search_finds_them() {
         let mut s = Stream::new(1, Purpose::Test, 0);

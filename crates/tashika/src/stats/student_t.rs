@@ -1,8 +1,10 @@
 //! Quantiles of the standard normal and of Student's t distribution.
 //!
-//! The normal quantile inverts `Φ` by Newton's method, which is exact to rounding. The t quantile is Hill's expansion (Hill 1970,
-//! algorithm 396): an asymptotic series in the degrees of freedom with a second branch for the far tail, relative error below
-//! `2·10⁻⁴` from 3 degrees of freedom and below `10⁻⁵` from 5 on. Below 3, where that series is as much as 13 % off, it inverts the integral itself.
+//! The normal quantile inverts `Φ` by Newton's method, which is exact to rounding. The t quantile
+//! is Hill's expansion (Hill 1970, algorithm 396): an asymptotic series in the degrees of freedom
+//! with a second branch for the far tail, relative error below `2·10⁻⁴` from 3 degrees of freedom
+//! and below `10⁻⁵` from 5 on. Below 3, where that series is as much as 13 % off, it inverts the
+//! integral itself.
 //!
 //! Held to this by the tests below, against an independent implementation.
 
@@ -37,7 +39,8 @@ pub fn normal_quantile(p: f64) -> f64 {
     x
 }
 
-/// The `t` that `|T|` exceeds with probability `1 − confidence`, for `T` with `freedom` ≥ 1 degrees of freedom.
+/// The `t` that `|T|` exceeds with probability `1 − confidence`, for `T` with `freedom` ≥ 1 degrees
+/// of freedom.
 ///
 /// * `confidence` in `(0, 1)`.
 pub fn student_t_two_sided(confidence: f64, freedom: f64) -> f64 {

@@ -1,6 +1,8 @@
-//! Many lights at one gather point: what each would contribute if nothing were in the way, several at a time.
+//! Many lights at one gather point: what each would contribute if nothing were in the way, several
+//! at a time.
 //!
-//! The same arithmetic as [`Transport::unoccluded`], number by number, and the same bits; held to it by the tests below.
+//! The same arithmetic as [`Transport::unoccluded`], number by number, and the same bits; held to
+//! it by the tests below.
 
 use std::ops::Range;
 
@@ -16,7 +18,8 @@ use crate::vpl::{LightRows, VplKind};
 type Several<F> = [[F; 3]; 3];
 
 impl Transport<'_> {
-    /// Appends the luminance of [`Transport::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by point, and for each all of these lights.
+    /// Appends the luminance of [`Transport::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by
+    /// point, and for each all of these lights.
     pub fn list(
         &self,
         points: &[GatherPoint],

@@ -12,9 +12,10 @@
 //! | image | `t(ω) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //! | directional | `1` | 1 | W·m⁻² |
 //!
-//! `t ≤ 1` is what a map of the scene has in the direction to the point, by channel: `G` has its largest channel, the tint the others
-//! over that. `d_c` is the clamp distance; zero is none. Visibility `V` comes from [`accel`](crate::accel). Nothing is reflected by the
-//! back of either normal: M is zero unless the light is above both the geometric and the shading plane.
+//! `t ≤ 1` is what a map of the scene has in the direction to the point, by channel: `G` has its
+//! largest channel, the tint the others over that. `d_c` is the clamp distance; zero is none.
+//! Visibility `V` comes from [`accel`](crate::accel). Nothing is reflected by the back of either
+//! normal: M is zero unless the light is above both the geometric and the shading plane.
 
 mod lists;
 mod receivers;
@@ -38,8 +39,8 @@ pub struct Transport<'s> {
     maps: &'s [AimedMap],
 }
 
-/// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the geometric term, and its products with
-/// intensities, finite (m²).
+/// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the
+/// geometric term, and its products with intensities, finite (m²).
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
 /// The geometry between a point and a light.
@@ -49,15 +50,16 @@ pub struct Link {
     pub towards_light: Vec3,
     /// `G`, clamped (m⁻² or 1).
     pub geometric: f32,
-    /// Colour that the light has in this direction beyond its intensity's, at most 1 in each channel; white but for images.
+    /// Colour that the light has in this direction beyond its intensity's, at most 1 in each
+    /// channel; white but for images.
     pub tint: Rgb,
     /// Squared distance (m²); infinite for directional lights.
     pub squared_distance: f32,
 }
 
 impl<'s> Transport<'s> {
-    /// With the geometric term held below `clamp_distance` (m); zero for no clamp. Without a [scene](Self::within) for lights that are not
-    /// images.
+    /// With the geometric term held below `clamp_distance` (m); zero for no clamp. Without a
+    /// [scene](Self::within) for lights that are not images.
     pub const fn new(clamp_distance: f32) -> Self {
         Self { clamp_squared: clamp_distance * clamp_distance, glass: Glass::Passes, maps: &[] }
     }
@@ -90,7 +92,8 @@ impl<'s> Transport<'s> {
         self.glass
     }
 
-    /// The share of the true geometric term that the clamped one is at a squared distance (m²): `min(1, d²/d_c²)`, in `[0, 1]`.
+    /// The share of the true geometric term that the clamped one is at a squared distance (m²):
+    /// `min(1, d²/d_c²)`, in `[0, 1]`.
     pub fn share(&self, squared_distance: f32) -> f32 {
         if squared_distance >= self.clamp_squared { 1.0 } else { squared_distance / self.clamp_squared }
     }
@@ -98,7 +101,8 @@ impl<'s> Transport<'s> {
     /// The geometry between a point and a light.
     ///
     /// # Panics
-    /// If the light shines by a map, and the transport is not [within](Self::within) the scene that has it.
+    /// If the light shines by a map, and the transport is not [within](Self::within) the scene that
+    /// has it.
     pub fn link(&self, position: Vec3, light: &Vpl) -> Link {
         if light.kind == VplKind::Directional {
             return Link {
@@ -136,7 +140,8 @@ impl<'s> Transport<'s> {
         }
     }
 
-    /// Whether a light is before both planes of a point and shines towards it: what is not contributes nothing.
+    /// Whether a light is before both planes of a point and shines towards it: what is not
+    /// contributes nothing.
     pub fn is_facing(&self, point: &GatherPoint, light: &Vpl) -> bool {
         let Link { towards_light, geometric, .. } = self.link(point.position, light);
         let is_before = |normal: Vec3| normal.dot(towards_light) > 0.0;

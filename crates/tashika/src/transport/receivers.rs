@@ -50,8 +50,8 @@ impl Receivers {
         Self { groups }
     }
 
-    /// Appends the numbers of the points that face `light` and are faced by it, in order. The others
-    /// receive nothing, but for what rounding may add at grazing angles.
+    /// Appends the numbers of the points that face `light` and are faced by it, in order. The
+    /// others receive nothing, but for what rounding may add at grazing angles.
     pub fn facing(&self, light: &Vpl, out: &mut Vec<u32>) {
         let from = match light.kind {
             VplKind::Directional => {

@@ -7,16 +7,19 @@
 //!                                c: diagonal of the box of all lights (m); 0 for lights without normals
 //! ```
 //!
-//! Looking for the cheapest of all pairs takes quadratic time. Instead clusters are kept in a list along a space-filling curve, each
-//! finds its cheapest partner within [`WINDOW`](super::partners::WINDOW) places, and all pairs that chose each other are joined at once: Daniel Meister, Jiří
-//! Bittner. "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction." IEEE TVCG 24(3), 2018,
-//! doi:10.1109/TVCG.2017.2669983. Directional lights are points of the unit sphere.
+//! Looking for the cheapest of all pairs takes quadratic time. Instead clusters are kept in a list
+//! along a space-filling curve, each finds its cheapest partner within
+//! [`WINDOW`](super::partners::WINDOW) places, and all pairs that chose each other are joined at
+//! once: Daniel Meister, Jiří Bittner. "Parallel Locally-Ordered Clustering for Bounding Volume
+//! Hierarchy Construction." IEEE TVCG 24(3), 2018, doi:10.1109/TVCG.2017.2669983. Directional
+//! lights are points of the unit sphere.
 //!
 //! # Differences from the sources
-//! The curve (Morton order) first visits one coarse cell and, in it, one face of the cube of normals: the two sides of a wall are then far
-//! apart in the list. Ties are broken so that equal lights pair up; where hardly any clusters chose each other (as in rows
-//! of lights of growing intensity) clusters also join partners that chose another. So each pass joins a fixed share of the
-//! clusters at least, and the time is `O(n log n)` for any input.
+//! The curve (Morton order) first visits one coarse cell and, in it, one face of the cube of
+//! normals: the two sides of a wall are then far apart in the list. Ties are broken so that equal
+//! lights pair up; where hardly any clusters chose each other (as in rows of lights of growing
+//! intensity) clusters also join partners that chose another. So each pass joins a fixed share of
+//! the clusters at least, and the time is `O(n log n)` for any input.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
@@ -75,7 +78,8 @@ impl Cluster {
         (self.luminance + other.luminance) * (diagonal + c2 * narrow * narrow)
     }
 
-    /// Cosine of the half-angle `β = max(β_a, β_b, (δ + β_a + β_b) / 2)` of the cone about both, with the angle `δ` between the axes.
+    /// Cosine of the half-angle `β = max(β_a, β_b, (δ + β_a + β_b) / 2)` of the cone about both,
+    /// with the angle `δ` between the axes.
     fn cos_together(&self, other: &Self) -> f32 {
         let ([ca, sa], [cb, sb]) = (self.half, other.half);
         let dot = self.cone.axis.dot(other.cone.axis).clamp(-1.0, 1.0);
@@ -87,10 +91,12 @@ impl Cluster {
     }
 }
 
-/// Inner nodes in the order in which they were made: ids of the two clusters, and the items of both.
+/// Inner nodes in the order in which they were made: ids of the two clusters, and the items of
+/// both.
 type Joined = Vec<([u32; 2], u32)>;
 
-/// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number `first`.
+/// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number
+/// `first`.
 pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission: &Emission) {
     let mut bounds = Bounds6::EMPTY;
     items.iter().for_each(|item| bounds.insert(item));
@@ -210,7 +216,8 @@ fn spread(x: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// In a row whose gaps grow, each light's best partner is the one before, so that only the first two choose each other.
+    /// In a row whose gaps grow, each light's best partner is the one before, so that only the
+    /// first two choose each other.
     #[test]
     fn every_pass_joins_a_share_of_the_clusters() {
         let row: Vec<Cluster> = (0..2000u32)

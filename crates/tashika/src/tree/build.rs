@@ -1,10 +1,11 @@
 //! What the builders of light trees share: lights apart by kind, and nodes from ranges.
 //!
-//! Each kind of light has a subtree of its own, since only lights of one kind have bounds worth having; nodes of mixed lights join
-//! the subtrees in a chain. A binary tree with one light a leaf has `2n − 1` nodes, and in depth-first order the subtree at
-//! node `k` is nodes `k` to `k + 2 count − 2`: its left child is `k + 1`, its right child `k + 2 count(k + 1)`. So a builder only sorts
-//! items and writes down ranges, each part of the tree in a part of the arrays that is known before. Of these ranges only those of several
-//! lights become nodes that are kept.
+//! Each kind of light has a subtree of its own, since only lights of one kind have bounds worth
+//! having; nodes of mixed lights join the subtrees in a chain. A binary tree with one light a leaf
+//! has `2n − 1` nodes, and in depth-first order the subtree at node `k` is nodes `k` to
+//! `k + 2 count − 2`: its left child is `k + 1`, its right child `k + 2 count(k + 1)`. So a builder
+//! only sorts items and writes down ranges, each part of the tree in a part of the arrays that is
+//! known before. Of these ranges only those of several lights become nodes that are kept.
 
 use rayon::prelude::*;
 
@@ -21,8 +22,8 @@ const GRAIN: u32 = 1 << 12;
 /// What a builder knows of a light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
-    /// Position (m), then unit normal or axis, zero for lights without. Directional light counts as lying where its unit direction of
-    /// travel points to.
+    /// Position (m), then unit normal or axis, zero for lights without. Directional light counts as
+    /// lying where its unit direction of travel points to.
     pub(super) key: [f32; 6],
     pub(super) luminance: f32,
     /// Which light of the set.
@@ -129,7 +130,8 @@ fn bounds_of(light: &Vpl) -> LightBounds {
     }
 }
 
-/// Gives inner nodes what their children sum up to: small subtrees in parallel, then the nodes above these.
+/// Gives inner nodes what their children sum up to: small subtrees in parallel, then the nodes
+/// above these.
 fn merge_up(lights: &LightRows, inner: &[Inner], nodes: &mut [LightNode]) {
     let mut above = Vec::new();
     let mut subtrees = Vec::new();

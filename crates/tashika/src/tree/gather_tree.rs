@@ -1,12 +1,14 @@
 //! The gather tree: a binary tree over the gather points of one pixel.
 //!
-//! Points are split in six dimensions (Walter 2006, section 4.1): position (m), and a direction scaled by the diagonal of the box about
-//! all points, so that a turn by one radian counts as much as the whole pixel's footprint. The direction is the shading normal for
-//! diffuse surfaces and the mirror direction for others. A node is cut in the middle of its longest extent, and halved where that
-//! separates nothing or from a depth that only degenerate input reaches.
+//! Points are split in six dimensions (Walter 2006, section 4.1): position (m), and a direction
+//! scaled by the diagonal of the box about all points, so that a turn by one radian counts as much
+//! as the whole pixel's footprint. The direction is the shading normal for diffuse surfaces and the
+//! mirror direction for others. A node is cut in the middle of its longest extent, and halved where
+//! that separates nothing or from a depth that only degenerate input reaches.
 //!
-//! Every node has a bound on how its points reflect: that of its point in a leaf, its children's merged above. Nodes are in
-//! depth-first order, and each is a range of the sorted points, as in the light tree.
+//! Every node has a bound on how its points reflect: that of its point in a leaf, its children's
+//! merged above. Nodes are in depth-first order, and each is a range of the sorted points, as in
+//! the light tree.
 //!
 //! # Held to this by
 //! `tree::tests::gather`.
@@ -131,8 +133,8 @@ impl<B> GatherTree<B> {
         &self.points
     }
 
-    /// A point of a node for the uniform number `u` in `[0, 1)`, as its place in the sorted order; its probability is its weight
-    /// over the node's.
+    /// A point of a node for the uniform number `u` in `[0, 1)`, as its place in the sorted order;
+    /// its probability is its weight over the node's.
     pub fn draw(&self, node: u32, u: f64) -> u32 {
         let node = &self.nodes[node as usize];
         self.sums.draw(node.first, node.count, u)

@@ -1,4 +1,5 @@
-//! The light tree: a binary tree over the lights, in which every node is a range of one sorted array.
+//! The light tree: a binary tree over the lights, in which every node is a range of one sorted
+//! array.
 
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -25,7 +26,8 @@ pub struct LightCluster {
     pub first: u32,
     /// How many lights; one in a leaf.
     pub count: u32,
-    /// Number among all nodes: inner ones in depth-first order, then the leaves in the order of their lights.
+    /// Number among all nodes: inner ones in depth-first order, then the leaves in the order of
+    /// their lights.
     node: u32,
 }
 
@@ -71,9 +73,11 @@ pub struct LightTree {
 }
 
 impl LightTree {
-    /// The tree over those lights of `set` that have luminance; others add nothing to any image and are left out.
+    /// The tree over those lights of `set` that have luminance; others add nothing to any image and
+    /// are left out.
     ///
-    /// Runs on the current thread pool; the result does not depend on it. The set must have fewer than 2³¹ lights.
+    /// Runs on the current thread pool; the result does not depend on it. The set must have fewer
+    /// than 2³¹ lights.
     pub fn build(set: &VplSet, builder: LightTreeBuilder) -> Self {
         let build::Sorted { order, spans } = build::sort(set.lights(), builder);
         let lights = LightRows::new(order.iter().map(|light| set.lights()[*light as usize]));
@@ -90,7 +94,8 @@ impl LightTree {
         (count > 0).then_some(LightCluster { first: 0, count, node: 0 })
     }
 
-    /// The two halves of a cluster, of which the first has the first lights; `None` of a single light.
+    /// The two halves of a cluster, of which the first has the first lights; `None` of a single
+    /// light.
     pub fn children(&self, of: &LightCluster) -> Option<[LightCluster; 2]> {
         if of.count == 1 {
             return None;
@@ -145,7 +150,8 @@ impl LightTree {
         })
     }
 
-    /// Up to `most` clusters that hold every light once, in the order of the lights: always the one of the greatest importance, which must not be negative, is split.
+    /// Up to `most` clusters that hold every light once, in the order of the lights: always the one
+    /// of the greatest importance, which must not be negative, is split.
     pub fn split(&self, most: usize, importance: impl Fn(&LightCluster) -> f64) -> Vec<LightCluster> {
         let mut chosen = Vec::new();
         // Numbers that are not negative are in the order of their bits.
@@ -178,8 +184,8 @@ impl LightTree {
         self.dropped
     }
 
-    /// A light of a cluster for the uniform number `u` in `[0, 1)`, as its place in the sorted order; its probability is its luminance
-    /// over the cluster's.
+    /// A light of a cluster for the uniform number `u` in `[0, 1)`, as its place in the sorted
+    /// order; its probability is its luminance over the cluster's.
     pub fn draw(&self, from: &LightCluster, u: f64) -> u32 {
         self.sums.draw(from.first, from.count, u)
     }

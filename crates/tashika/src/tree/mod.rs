@@ -1,15 +1,20 @@
-//! Trees over lights and over gather points: clusters that are bounded as one, and drawn from as one.
+//! Trees over lights and over gather points: clusters that are bounded as one, and drawn from as
+//! one.
 //!
-//! A pair of a light cluster `C` and a gather cluster `G` stands for `Σ_{j∈G} Σ_{i∈C} w_j M_ji G_ji V_ji I_i`; it is either sampled, with
-//! `i` and `j` drawn in proportion to `I_i` and `w_j`, or split into pairs of children. For this every node is a *range* of one
-//! sorted array: a draw is a short search in sums of weights, whatever the size of the node.
+//! A pair of a light cluster `C` and a gather cluster `G` stands for
+//! `Σ_{j∈G} Σ_{i∈C} w_j M_ji G_ji V_ji I_i`; it is either sampled, with `i` and `j` drawn in
+//! proportion to `I_i` and `w_j`, or split into pairs of children. For this every node is a *range*
+//! of one sorted array: a draw is a short search in sums of weights, whatever the size of the node.
 //!
-//! * [`LightTree`]: once for an image, over 1 to 10⁸ lights of all kinds, by one of two builders ([`LightTreeBuilder`]).
-//! * [`GatherTree`]: once for a pixel, over 1 to 1024 points, with a bound of the material at each node.
+//! * [`LightTree`]: once for an image, over 1 to 10⁸ lights of all kinds, by one of two builders
+//!   ([`LightTreeBuilder`]).
+//! * [`GatherTree`]: once for a pixel, over 1 to 1024 points, with a bound of the material at each
+//!   node.
 //!
 //! # Guarantee
-//! What `validate()` of each checks, for any input with finite positions; the same tree for any number of threads; no
-//! recursion deeper than 100 calls. Lights and points of zero weight are left out, so that every node has weight.
+//! What `validate()` of each checks, for any input with finite positions; the same tree for any
+//! number of threads; no recursion deeper than 100 calls. Lights and points of zero weight are left
+//! out, so that every node has weight.
 //!
 //! # Held to this by
 //! `tree::tests`.

@@ -1,4 +1,5 @@
-//! For each cluster of a list the partner that it would be cheapest to join, among those near by in the list: eight at a time.
+//! For each cluster of a list the partner that it would be cheapest to join, among those near by in
+//! the list: eight at a time.
 //!
 //! The arithmetic is that of [`Cluster::cost`], to the bit; held to it by the tests below.
 
@@ -9,7 +10,8 @@ use rayon::prelude::*;
 use super::agglomerative::Cluster;
 use crate::math::simd::{F32x8, Level, Vectors, WIDTH, Work, each};
 
-/// Places to each side in which a cluster looks for a partner. Higher: better trees, longer builds, in proportion.
+/// Places to each side in which a cluster looks for a partner. Higher: better trees, longer builds,
+/// in proportion.
 pub(super) const WINDOW: usize = 11;
 /// Vectors that cover the window: the cluster itself is among their places, and one place beyond.
 const VECTORS: usize = (2 * WINDOW + 2) / WIDTH;
@@ -93,7 +95,8 @@ fn eight<F: F32x8>(column: &[f32], first: usize) -> F {
     F::load_from(&column[first..])
 }
 
-/// The one of least cost; of equals, the one that differs in the lowest bit: two such always choose each other.
+/// The one of least cost; of equals, the one that differs in the lowest bit: two such always choose
+/// each other.
 #[inline(always)]
 fn cheapest(i: usize, costs: impl Iterator<Item = (usize, f32)>) -> u32 {
     let mut best = (f32::INFINITY, usize::MAX);
@@ -107,7 +110,8 @@ fn cheapest(i: usize, costs: impl Iterator<Item = (usize, f32)>) -> u32 {
     (i ^ best.1) as u32
 }
 
-/// The best partner of each of at least two clusters, with the square `c2` of what a turn of normals is worth (m²).
+/// The best partner of each of at least two clusters, with the square `c2` of what a turn of
+/// normals is worth (m²).
 pub(super) fn best_partners(clusters: &[Cluster], c2: f32) -> Vec<u32> {
     best_with(Level::best(), clusters, c2)
 }

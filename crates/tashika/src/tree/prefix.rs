@@ -4,13 +4,16 @@
 //! weight of [a, b) = Σ_{a≤k<b} w_k        draw: the i in [a, b) with Σ_{a≤k<i} w_k ≤ u · weight < Σ_{a≤k≤i} w_k
 //! ```
 //!
-//! Items stand in blocks of [`BLOCK`]. What is below each block is kept as the unevaluated sum of two `f64` (Higham 2002, section 4.3), so that
-//! the difference of two is accurate to a few units of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights: with a single
-//! `f64`, the weights of dim lights beside the sun would be lost in the rounding of the sun's. Within a block, weights are added up when they are
-//! asked for: they lie in one line of a cache, and all that is kept of a million items stays in the cache of a core.
+//! Items stand in blocks of [`BLOCK`]. What is below each block is kept as the unevaluated sum of
+//! two `f64` (Higham 2002, section 4.3), so that the difference of two is accurate to a few units
+//! of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights: with a single
+//! `f64`, the weights of dim lights beside the sun would be lost in the rounding of the sun's.
+//! Within a block, weights are added up when they are asked for: they lie in one line of a cache,
+//! and all that is kept of a million items stays in the cache of a core.
 //!
 //! # Guarantee
-//! An item of zero weight is never drawn from a range that holds another. Held to this by `tree::tests::drawing`.
+//! An item of zero weight is never drawn from a range that holds another. Held to this by
+//! `tree::tests::drawing`.
 
 use std::ops::Range;
 
@@ -25,7 +28,8 @@ pub(super) struct PrefixSums {
     below: Vec<[f64; 2]>,
 }
 
-/// A range of items in parts: those of a block that begins before it, whole blocks, and those of a block that ends after it.
+/// A range of items in parts: those of a block that begins before it, whole blocks, and those of a
+/// block that ends after it.
 struct Parts {
     head: Range<usize>,
     blocks: Range<usize>,
@@ -98,7 +102,8 @@ impl PrefixSums {
         self.item_at(tail.clone(), x).or_else(or_before).unwrap_or(first as usize) as u32
     }
 
-    /// The item in which the sum of the weights of some reaches `x`, or the last of them that has weight; none if none has.
+    /// The item in which the sum of the weights of some reaches `x`, or the last of them that has
+    /// weight; none if none has.
     fn item_at(&self, items: Range<usize>, x: f64) -> Option<usize> {
         let mut first = items.start;
         let mut sum = 0.0;
@@ -143,7 +148,8 @@ fn sum_of(weights: &[f32]) -> f64 {
 
 /// The last of numbers, in ascending order, that is before something, which the first is.
 ///
-/// Looked for in steps that double from a guess, then by halves: what is near is likely to be in the cache.
+/// Looked for in steps that double from a guess, then by halves: what is near is likely to be in
+/// the cache.
 fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -> usize {
     let guess = guess.min(numbers.len() - 1);
     let (mut low, mut high) = (guess, guess);

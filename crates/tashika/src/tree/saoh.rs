@@ -5,13 +5,14 @@
 //! M_Ω  = 2π (1 − cos θ_o) + π/2 (2 θ_w sin θ_o − cos(θ_o − 2 θ_w) − 2 θ_o sin θ_o + cos θ_o),   θ_w = min(θ_o + θ_e, π)
 //! ```
 //!
-//! (Conty Estévez, Kulla 2018, section 4.2), `θ_o` half-angle of the cone about the normals, `θ_e` half-angle about a normal into which a
-//! light shines.
+//! (Conty Estévez, Kulla 2018, section 4.2), `θ_o` half-angle of the cone about the normals, `θ_e`
+//! half-angle about a normal into which a light shines.
 //!
 //! # Differences from the source
-//! `θ_o` is taken from the box of the unit normals: with `h` half its diagonal, `sin θ_o = h` for `h ≤ 1` (exact for two
-//! normals), and from there linearly in `h²` to the whole sphere at `h² = 3`. Boxes are united with six comparisons
-//! where cones need trigonometry; only what is cheap is estimated so, bounds never are.
+//! `θ_o` is taken from the box of the unit normals: with `h` half its diagonal, `sin θ_o = h` for
+//! `h ≤ 1` (exact for two normals), and from there linearly in `h²` to the whole sphere at
+//! `h² = 3`. Boxes are united with six comparisons where cones need trigonometry; only what is
+//! cheap is estimated so, bounds never are.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -21,7 +22,8 @@ use crate::vpl::{Vpl, VplKind};
 
 /// Intervals of the table of `M_Ω`.
 const STEPS: usize = 256;
-/// Area of a line of unit length: lights in a row have no area, but are better apart. Too small to count where there is area.
+/// Area of a line of unit length: lights in a row have no area, but are better apart. Too small to
+/// count where there is area.
 const AREA_OF_LINES: f32 = 1e-6;
 /// Largest `h²` of a box of unit vectors.
 const MAX_SPREAD: f32 = 3.0;
@@ -134,7 +136,8 @@ mod tests {
 
     #[test]
     fn the_solid_angle_has_its_known_values() {
-        // A plane of cosine lights: π sr; lights whose normals go everywhere: 4π sr; a needle: nothing.
+        // A plane of cosine lights: π sr; lights whose normals go everywhere: 4π sr; a needle:
+        // nothing.
         assert!((solid_angle(0.0, FRAC_PI_2) - PI).abs() < 1e-5);
         assert!((solid_angle(MAX_SPREAD, FRAC_PI_2) - 4.0 * PI).abs() < 1e-4);
         assert!(solid_angle(0.0, 0.0).abs() < 1e-5);

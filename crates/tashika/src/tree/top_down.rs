@@ -1,5 +1,6 @@
-//! Builds a light tree from the root: Alejandro Conty Estévez, Christopher Kulla. "Importance Sampling of Many Lights with Adaptive Tree
-//! Splitting." Proc. ACM on Computer Graphics and Interactive Techniques 1(2), 2018, doi:10.1145/3233305; section 4.
+//! Builds a light tree from the root: Alejandro Conty Estévez, Christopher Kulla. "Importance
+//! Sampling of Many Lights with Adaptive Tree Splitting." Proc. ACM on Computer Graphics and
+//! Interactive Techniques 1(2), 2018, doi:10.1145/3233305; section 4.
 //!
 //! A node is split at the plane between bins that minimises
 //!
@@ -10,8 +11,9 @@
 //! ([`saoh`](super::saoh)). `O(n log n)`: the depth is limited, below a limit nodes are halved.
 //!
 //! # Differences from the source
-//! Planes across the directions of lights are tried as well as across their positions, with a direction's full range counted as
-//! long as half the box's diagonal; small nodes, and lights at one place, are split in the middle of their longest extent; one light a leaf.
+//! Planes across the directions of lights are tried as well as across their positions, with a
+//! direction's full range counted as long as half the box's diagonal; small nodes, and lights at
+//! one place, are split in the middle of their longest extent; one light a leaf.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
@@ -27,7 +29,8 @@ const BINS: usize = 16;
 const FEW_BINS: usize = 8;
 /// Items from which [`BINS`] are worth their time.
 const MANY_ITEMS: usize = 256;
-/// Items up to which a node is split in the middle. Chosen: larger values build faster; the cost of the tree grows slowly.
+/// Items up to which a node is split in the middle. Chosen: larger values build faster; the cost of
+/// the tree grows slowly.
 const SMALL: usize = 8;
 /// Axes shorter than this share of the longest are not tried.
 const SHORTEST: f32 = 0.25;
@@ -38,12 +41,14 @@ const PARALLEL_SIDES: usize = 1 << 12;
 /// Items binned as one piece of parallel work.
 const CHUNK: usize = 1 << 15;
 
-/// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number `first`.
+/// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number
+/// `first`.
 pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission: &Emission) {
     grow(items, spans, first, 0, emission);
 }
 
-/// Recursion ends when nodes are small; its depth is at most [`MAX_UNEVEN_DEPTH`] and one for each bit of their number.
+/// Recursion ends when nodes are small; its depth is at most [`MAX_UNEVEN_DEPTH`] and one for each
+/// bit of their number.
 fn grow(items: &mut [Item], spans: &mut [Span], first: u32, depth: u32, emission: &Emission) {
     if items.len() <= PARALLEL_SIDES {
         return grow_small(items, spans, first, depth, emission);
@@ -100,7 +105,8 @@ fn split(items: &mut [Item], depth: u32, emission: &Emission) -> usize {
     count / 2
 }
 
-/// Extents in which directions count as positions do: in units of the box's diagonal, half of the full range as long as that.
+/// Extents in which directions count as positions do: in units of the box's diagonal, half of the
+/// full range as long as that.
 fn lengths(bounds: &Bounds6, emission: &Emission) -> [f32; 6] {
     let extent = bounds.extent();
     let diagonal = bounds.diagonal();
@@ -265,7 +271,8 @@ fn bounds_of(items: &[Item]) -> Bounds6 {
     items.par_chunks(CHUNK).map(of_chunk).reduce(|| Bounds6::EMPTY, unite)
 }
 
-/// Puts the items that are `left` first, and counts them; without branches, which would be mispredicted half the time.
+/// Puts the items that are `left` first, and counts them; without branches, which would be
+/// mispredicted half the time.
 fn partition(items: &mut [Item], left: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {

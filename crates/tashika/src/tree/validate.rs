@@ -1,8 +1,8 @@
 //! Whether a tree is one: what every reader of a tree relies on, checked from the outside.
 //!
-//! For each node: its range is that of its children, one after the other, both of which have items; its sums are those
-//! of its children; its bounds hold its children's bounds and every single light or point below. `O(n log n)` for trees of
-//! logarithmic depth.
+//! For each node: its range is that of its children, one after the other, both of which have items;
+//! its sums are those of its children; its bounds hold its children's bounds and every single light
+//! or point below. `O(n log n)` for trees of logarithmic depth.
 
 use super::gather_tree::GatherTree;
 use super::light_tree::{LightCluster, LightNode, LightTree};
@@ -94,7 +94,8 @@ fn validate_shape(nodes: impl ExactSizeIterator<Item = Shape>, items: usize) -> 
     if nodes.len() != expected {
         return Err(format!("{} nodes over {items} items; expected {expected}", nodes.len()));
     }
-    // What depth-first order says comes next: number, first item, and number of items where the parent knows it.
+    // What depth-first order says comes next: number, first item, and number of items where the
+    // parent knows it.
     let mut nodes = (0..).zip(nodes).peekable();
     let mut waiting: Vec<(u32, u32, u32)> = Vec::new();
     if nodes.peek().is_some() {

@@ -1,4 +1,5 @@
-//! What is learned about a view before paths are followed in it: which light to draw on which surface.
+//! What is learned about a view before paths are followed in it: which light to draw on which
+//! surface.
 
 use rayon::prelude::*;
 

@@ -6,13 +6,15 @@
 //! I cos⁺(θ) cos⁺(θ') / max(d² + s², d_c²)
 //! ```
 //!
-//! with its luminance `I`, the distance `d` of the middle of its box, the spread `s` of lights about it, and the cosines at the surface and at the lights
-//! where they are greatest: at the surface over the box; at the lights over the directions to the ball about the box and the cone of their normals. Where a
-//! cluster is small for its distance and its lights face about one way, one of them is drawn by its luminance.
+//! with its luminance `I`, the distance `d` of the middle of its box, the spread `s` of lights
+//! about it, and the cosines at the surface and at the lights where they are greatest: at the
+//! surface over the box; at the lights over the directions to the ball about the box and the cone
+//! of their normals. Where a cluster is small for its distance and its lights face about one way,
+//! one of them is drawn by its luminance.
 //!
 //! # Guarantee
-//! What can give anything has a probability above zero. Held to this by the tests of [`VplChoice`](super::VplChoice) and by
-//! `what_can_give_light_can_be_drawn`.
+//! What can give anything has a probability above zero. Held to this by the tests of
+//! [`VplChoice`](super::VplChoice) and by `what_can_give_light_can_be_drawn`.
 
 use super::places::Receiver;
 use crate::bounds::{LightBounds, LightShape, Towards, upper_geometric};
@@ -21,7 +23,8 @@ use crate::tree::{LightCluster, LightTree};
 
 /// Root mean square distance of lights from the middle of their box, over its diagonal. Chosen.
 const SPREAD: f32 = 0.25;
-/// Diagonal of a box, over its distance, below which it does not matter where in the box lights are. Chosen.
+/// Diagonal of a box, over its distance, below which it does not matter where in the box lights
+/// are. Chosen.
 const SMALL: f32 = 0.5;
 /// Cosine of the widest cone of normals that face about one way. Chosen.
 const ONE_WAY: f32 = 0.8;
@@ -43,7 +46,8 @@ struct Importance {
 }
 
 impl Descent<'_> {
-    /// A light, as its place in the sorted order, with its probability; none if nothing can give anything.
+    /// A light, as its place in the sorted order, with its probability; none if nothing can give
+    /// anything.
     pub fn draw(&self, u: f64) -> Option<(u32, f64)> {
         self.draw_from(self.lights.root()?, 1.0, u)
     }
@@ -131,7 +135,8 @@ impl Descent<'_> {
     }
 }
 
-/// `cos⁺ max(0, θ − α − β)` of angles whose cosine, cosine and sine these are, with `α` at most a right angle; 1 if there is none such.
+/// `cos⁺ max(0, θ − α − β)` of angles whose cosine, cosine and sine these are, with `α` at most a
+/// right angle; 1 if there is none such.
 fn upper_cos(cos_theta: f32, cos_beta: f32, sin_alpha: f32) -> f32 {
     if sin_alpha >= 1.0 {
         return 1.0;

@@ -1,4 +1,5 @@
-//! Which emitter is drawn for a surface on a path: by its power, and by what emitters were seen to give to surfaces like it.
+//! Which emitter is drawn for a surface on a path: by its power, and by what emitters were seen to
+//! give to surfaces like it.
 //!
 //! The probability of a cluster of emitters, or of directions of the environment, is a mixture
 //!
@@ -6,16 +7,18 @@
 //! P(c) = β q_c + (1 − β) p_c
 //! ```
 //!
-//! of what was learned for the [place](super::places) of the surface (`q_c`, by [trial](super::trials)) and of the plain distribution (`p_c`); within a
-//! cluster lights are drawn by the latter. So every density is that of the [`EmitterSampler`] times
+//! of what was learned for the [place](super::places) of the surface (`q_c`, by
+//! [trial](super::trials)) and of the plain distribution (`p_c`); within a cluster lights are drawn
+//! by the latter. So every density is that of the [`EmitterSampler`] times
 //!
 //! ```text
 //! f_c = P(c) / p_c ≥ 1 − β
 //! ```
 //!
 //! # Guarantee
-//! What shines has at least `1 − β` of the probability that it has without, and what was learned comes from random numbers of its own: the estimate is
-//! unbiased whatever that was. Held to this by the test below.
+//! What shines has at least `1 − β` of the probability that it has without, and what was learned
+//! comes from random numbers of its own: the estimate is unbiased whatever that was. Held to this
+//! by the test below.
 
 use super::Lit;
 use super::places::{Places, Receiver};
@@ -100,7 +103,8 @@ impl<'a> EmittersAt<'a> {
         Some(sample)
     }
 
-    /// Density with which [`EmittersAt::sample`] draws a point on one emitting side of a triangle (m⁻²).
+    /// Density with which [`EmittersAt::sample`] draws a point on one emitting side of a triangle
+    /// (m⁻²).
     pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
         let learned = self.learned.and_then(|(choice, table)| {
             let cluster = choice.clusters.of_triangle(self.emitters, instance, triangle)?;
@@ -135,7 +139,8 @@ mod tests {
     use crate::transport::Transport;
     use crate::vpl::VplKind;
 
-    /// A wall at `x = 0`, on either side of which is a lamp, with a bright one on the far side, in faint light from all around.
+    /// A wall at `x = 0`, on either side of which is a lamp, with a bright one on the far side, in
+    /// faint light from all around.
     fn two_halves() -> Tracer {
         let mut b = SceneBuilder::new("test", Location::default());
         let mut add = |positions: [Vec3; 3], radiance: f32| {
@@ -157,8 +162,9 @@ mod tests {
         Tracer::new(Arc::new(b.build().unwrap()))
     }
 
-    /// What is drawn stands for all emitters in the mean, at places that were met and at one that was not, with the densities that hits are weighted
-    /// with; and with what was learned it varies far less than without, since the bright lamp is behind a wall.
+    /// What is drawn stands for all emitters in the mean, at places that were met and at one that
+    /// was not, with the densities that hits are weighted with; and with what was learned it varies
+    /// far less than without, since the bright lamp is behind a wall.
     #[test]
     fn emitters_that_are_seen_are_drawn_more_often_and_none_is_left_out() {
         let tracer = two_halves();

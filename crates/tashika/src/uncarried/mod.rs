@@ -1,18 +1,21 @@
 //! What a set of VPLs does not carry of the light that a gather point receives, estimated by paths.
 //!
 //! # A partition of path space
-//! Light reaches a gather point `x` along paths `x, y, z, …` to an emitter. At every surface after `x` scattering is a sum of two kernels, at `x` of
-//! two as well:
+//! Light reaches a gather point `x` along paths `x, y, z, …` to an emitter. At every surface after
+//! `x` scattering is a sum of two kernels, at `x` of two as well:
 //!
 //! ```text
 //! f cos = c + g          after x:   c = ρ/π |n_s·ω|  what its VPLs send out (`vpl::carried_cos`),   g = the rest
 //!                        at x:      c = what is summed over VPLs,                                   g = the rest
 //! ```
 //!
-//! The sum over VPLs of the set, with the clamped geometric term, is the light that is scattered at `x` by `c` and comes straight from
+//! The sum over VPLs of the set, with the clamped geometric term, is the light that is scattered at
+//! `x` by `c` and comes straight from
 //!
-//! * the `c` of a surface `y`: its share `κ(d) = min(1, d²/d_c²)` at the distance `d = |x − y|`; `d_c` is the clamp distance;
-//! * an emitting surface or a point: the same share; the environment and directional lights: all of it.
+//! * the `c` of a surface `y`: its share `κ(d) = min(1, d²/d_c²)` at the distance `d = |x − y|`;
+//!   `d_c` is the clamp distance;
+//! * an emitting surface or a point: the same share; the environment and directional lights: all of
+//!   it.
 //!
 //! Every other path is one of these, and each is estimated by its own kind of step:
 //!
@@ -24,16 +27,19 @@
 //! | `c` | anything behind a surface that bends or mirrors the way | 1 | follow `c` of `x` |
 //! | `g` | anything | 1 | follow `g` of `x`, or draw from the emitters, weighted |
 //!
-//! "Go on from `y` by `c`" is the same problem again: what `y` receives is a sum over the VPLs, of which one is drawn, and what they do not carry, with the
-//! table above (Kollig, Keller 2004, for the clamp). There `d_c` is a few times longer: one drawn VPL near by is far noisier than a sum that holds it.
-//! So shares sum to one over every path:
-//! `κ + (1 − κ)` for `c` after `c`, and 1 for all else, which VPLs do not carry.
+//! "Go on from `y` by `c`" is the same problem again: what `y` receives is a sum over the VPLs, of
+//! which one is drawn, and what they do not carry, with the table above (Kollig, Keller 2004, for
+//! the clamp). There `d_c` is a few times longer: one drawn VPL near by is far noisier than a sum
+//! that holds it. So shares sum to one over every path: `κ + (1 − κ)` for `c` after `c`, and 1 for
+//! all else, which VPLs do not carry.
 //!
-//! Where there is no set of VPLs, nothing is carried: the last row is all there is, and the paths are those of a path tracer.
+//! Where there is no set of VPLs, nothing is carried: the last row is all there is, and the paths
+//! are those of a path tracer.
 //!
 //! # Guarantee
-//! With the sum over a set of VPLs whose expectation is the light by `c` (an unbiased trace, solid glass that stops segments), the expectation over
-//! sets and paths is light transport itself, but for paths longer than the most surfaces, and for what neither can find: a point or a single
+//! With the sum over a set of VPLs whose expectation is the light by `c` (an unbiased trace, solid
+//! glass that stops segments), the expectation over sets and paths is light transport itself, but
+//! for paths longer than the most surfaces, and for what neither can find: a point or a single
 //! direction of light seen by a bent way only. Held to this by the suite's `light_transport`.
 
 mod choices;
@@ -69,7 +75,8 @@ use vertex::{Kernel, Vertex};
 const CERTAIN_DEPTH: u32 = 3;
 /// The same beside VPLs. Were dark paths ended before, the few left would be bright. Chosen.
 const CERTAIN_BESIDE_VPLS: u32 = 2;
-/// How many times as far as at the gather point, where VPLs are summed, they are clamped beyond it, where one of them is drawn.
+/// How many times as far as at the gather point, where VPLs are summed, they are clamped beyond it,
+/// where one of them is drawn.
 const CLAMPED_BEYOND: f32 = 4.0;
 /// Highest probability of going on beyond these.
 const MAX_SURVIVAL: f32 = 0.98;
@@ -83,7 +90,8 @@ pub struct Lit<'a> {
     pub emitters: &'a EmitterSampler<'a>,
     /// The VPLs; if there are none, nothing is carried, and paths have all that there is to do.
     pub lights: Option<&'a LightTree>,
-    /// What was learned about which emitters and which VPLs to draw: of these `emitters` and `lights`, drawn with the same probabilities.
+    /// What was learned about which emitters and which VPLs to draw: of these `emitters` and
+    /// `lights`, drawn with the same probabilities.
     pub choices: Option<&'a Choices>,
     /// How they are clamped.
     pub transport: Transport<'a>,
@@ -131,7 +139,8 @@ struct Way<'a> {
     emitters: EmittersAt<'a>,
 }
 
-/// Weight of a strategy of density `this` beside another of density `other` (Veach 1997, section 9.2).
+/// Weight of a strategy of density `this` beside another of density `other` (Veach 1997, section
+/// 9.2).
 fn balance(this: f32, other: f32) -> f32 {
     if this.is_infinite() { 1.0 } else { this / (this + other) }
 }
@@ -167,7 +176,8 @@ impl<'a> Uncarried<'a> {
         self.bent
     }
 
-    /// An unbiased estimate of what the sum over VPLs leaves out at a gather point (W·m⁻²·sr⁻¹), with its weight; single estimates may be negative.
+    /// An unbiased estimate of what the sum over VPLs leaves out at a gather point (W·m⁻²·sr⁻¹),
+    /// with its weight; single estimates may be negative.
     ///
     /// * `summed`: the BSDF that the VPLs are summed with there, if there are any.
     /// * `key`: of the decisions of rays.
@@ -336,7 +346,8 @@ impl<'a> Uncarried<'a> {
         value * (self.visible(&light, vertex.position()) / probability as f32)
     }
 
-    /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted against following the kernel.
+    /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted
+    /// against following the kernel.
     fn drawn_emitter(
         &mut self,
         vertex: &Vertex,

@@ -1,7 +1,7 @@
 //! Places in a scene: surfaces that are near to each other and face the same way.
 //!
-//! A k-d tree (Bentley 1975) over position and normal of surfaces that were met: always halved at the median of the coordinate that varies
-//! most, where positions are measured in their own spread.
+//! A k-d tree (Bentley 1975) over position and normal of surfaces that were met: always halved at
+//! the median of the coordinate that varies most, where positions are measured in their own spread.
 
 use glam::Vec3;
 
@@ -117,7 +117,8 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
-    /// What was met is found in the place that it was put into, each place is small, and what faces another way is elsewhere.
+    /// What was met is found in the place that it was put into, each place is small, and what faces
+    /// another way is elsewhere.
     #[test]
     fn surfaces_are_found_in_their_places() {
         let mut s = Stream::new(1, Purpose::Test, 0);

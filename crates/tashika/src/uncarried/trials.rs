@@ -4,8 +4,9 @@
 //! q_c ∝ √(m_c v_c)      m_c = mean (I_c G cos θ)²      v_c = (s + Σ V) / (s + n)
 //! ```
 //!
-//! from `n` lights drawn from the cluster `c` and surfaces of the place, with their visibility `V`: about the root of the second moment of a cluster,
-//! which is the best there is (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen which was not.
+//! from `n` lights drawn from the cluster `c` and surfaces of the place, with their visibility `V`:
+//! about the root of the second moment of a cluster, which is the best there is (least variance:
+//! Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen which was not.
 
 use rayon::prelude::*;
 
@@ -38,8 +39,9 @@ pub(super) struct Trials<'a> {
 }
 
 impl Trials<'_> {
-    /// Tries lights of every cluster, drawn by `draw`, on surfaces of each place at random, and looks whether they are seen: `q`, by place, none where
-    /// nothing gives anything. Runs on the current thread pool.
+    /// Tries lights of every cluster, drawn by `draw`, on surfaces of each place at random, and
+    /// looks whether they are seen: `q`, by place, none where nothing gives anything. Runs on the
+    /// current thread pool.
     pub fn learn(
         &self,
         places: &[Vec<Receiver>],

@@ -180,7 +180,8 @@ mod tests {
     use crate::math::Frame;
     use crate::rng::Purpose;
 
-    /// Beside VPLs the gloss is what is left: hardly a direction may be lost on the diffuse part, nor the gloss be left out.
+    /// Beside VPLs the gloss is what is left: hardly a direction may be lost on the diffuse part,
+    /// nor the gloss be left out.
     #[test]
     fn directions_of_the_gloss_are_drawn_from_the_gloss() {
         let bsdf = Bsdf::Plastic(Plastic {

@@ -1,18 +1,22 @@
-//! Which VPL is drawn for a surface on a path: by what the VPLs could give to it, and by what VPLs were seen to give to surfaces like it.
+//! Which VPL is drawn for a surface on a path: by what the VPLs could give to it, and by what VPLs
+//! were seen to give to surfaces like it.
 //!
-//! A path has one VPL drawn for a surface, out of millions, and most of those that could give much are not seen from there. So the probability of a
-//! cluster of VPLs is a mixture, for each [place](super::places) of a surface,
+//! A path has one VPL drawn for a surface, out of millions, and most of those that could give much
+//! are not seen from there. So the probability of a cluster of VPLs is a mixture, for each
+//! [place](super::places) of a surface,
 //!
 //! ```text
 //! P(c) = β q_c + ½ (1 − β) (p_c + l_c)          P(i) = P(c) p(i | c)
 //! ```
 //!
-//! of what was learned there by [trial](super::trials) (`q_c`), of what clusters could give to some of the surfaces that were met there (`p_c`), and of their
-//! luminance (`l_c`); within a cluster the light tree is descended, by what could be given to the surface itself.
+//! of what was learned there by [trial](super::trials) (`q_c`), of what clusters could give to some
+//! of the surfaces that were met there (`p_c`), and of their luminance (`l_c`); within a cluster
+//! the light tree is descended, by what could be given to the surface itself.
 //!
 //! # Guarantee
-//! A VPL that can give anything has at least `½ (1 − β) l_c` times the probability that it has in its cluster, and what was learned comes from random numbers
-//! of its own: the estimate is unbiased whatever that was. Held to this by the test below.
+//! A VPL that can give anything has at least `½ (1 − β) l_c` times the probability that it has in
+//! its cluster, and what was learned comes from random numbers of its own: the estimate is unbiased
+//! whatever that was. Held to this by the test below.
 
 use super::descent::Descent;
 use super::places::{Places, Receiver};
@@ -145,8 +149,9 @@ mod tests {
         LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
     }
 
-    /// What is drawn gives the whole sum in the mean, at places that were met and at one that was not; and with what was learned it varies far less
-    /// than without, since most that could give light is behind a wall.
+    /// What is drawn gives the whole sum in the mean, at places that were met and at one that was
+    /// not; and with what was learned it varies far less than without, since most that could give
+    /// light is behind a wall.
     #[test]
     fn what_was_learned_is_drawn_more_often_and_nothing_is_left_out() {
         let mut s = Stream::new(1, Purpose::Test, 0);

@@ -6,11 +6,13 @@ use super::{Vpl, VplKind};
 use crate::error::{Error, Result};
 use crate::rng::{Purpose, Stream};
 
-/// How near a VPL may come before its `1/d²` is held: it stands for a patch of surface, not for a point.
+/// How near a VPL may come before its `1/d²` is held: it stands for a patch of surface, not for a
+/// point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {
-    /// From the spacing of the VPLs, so that it vanishes as their number grows: twice the radius of the disk for which a VPL
-    /// stands. At that distance a VPL of a uniformly bright wall adds at most a quarter of what the whole wall can.
+    /// From the spacing of the VPLs, so that it vanishes as their number grows: twice the radius of
+    /// the disk for which a VPL stands. At that distance a VPL of a uniformly bright wall adds at
+    /// most a quarter of what the whole wall can.
     #[default]
     Auto,
     /// No clamp: unbiased, with bright spots where VPLs touch surfaces.
@@ -23,8 +25,9 @@ pub enum Clamp {
 const PROBES: usize = 512;
 /// VPLs among which it is looked up.
 const CANDIDATES: usize = 1 << 16;
-/// Clamp distance over median distance of nearest neighbours. For a random set of density `λ` on a surface the median is
-/// `√(ln 2 / πλ)` and the radius of the disk of area `1/λ` is `√(1/πλ)`; the clamp is two such radii.
+/// Clamp distance over median distance of nearest neighbours. For a random set of density `λ` on a
+/// surface the median is `√(ln 2 / πλ)` and the radius of the disk of area `1/λ` is `√(1/πλ)`; the
+/// clamp is two such radii.
 const CLAMP_PER_MEDIAN: f32 = 2.0 * 1.201_122;
 
 impl Clamp {
@@ -49,7 +52,8 @@ impl Clamp {
     }
 }
 
-/// Median distance (m) from a VPL on a surface to the nearest other, estimated on subsets; `None` for fewer than two.
+/// Median distance (m) from a VPL on a surface to the nearest other, estimated on subsets; `None`
+/// for fewer than two.
 fn median_spacing(lights: &[Vpl], seed: u64) -> Option<f32> {
     let on_surfaces: Vec<Vec3> =
         lights.iter().filter(|l| l.kind == VplKind::Oriented).map(|l| l.position).collect();

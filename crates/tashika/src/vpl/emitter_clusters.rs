@@ -1,7 +1,9 @@
-//! What the emitters of a scene send out, divided into clusters that are near to each other and face about the same way.
+//! What the emitters of a scene send out, divided into clusters that are near to each other and
+//! face about the same way.
 //!
-//! The sources of an [`EmitterSampler`] (triangles, points, spots, directions) are halved, always the cluster that is drawn from most often, at the
-//! coordinate of position or direction that varies most; the environment is divided into blocks of directions.
+//! The sources of an [`EmitterSampler`] (triangles, points, spots, directions) are halved, always
+//! the cluster that is drawn from most often, at the coordinate of position or direction that
+//! varies most; the environment is divided into blocks of directions.
 
 use std::collections::BinaryHeap;
 
@@ -16,7 +18,8 @@ const OF_SOURCES: usize = 128;
 /// Most blocks of the environment.
 const OF_ENVIRONMENT: usize = 512;
 
-/// The clusters of an [`EmitterSampler`], which must be the same one, of the same scene, in every call.
+/// The clusters of an [`EmitterSampler`], which must be the same one, of the same scene, in every
+/// call.
 #[derive(Clone, Debug)]
 pub struct EmitterClusters {
     of_sources: Vec<Sources>,
@@ -132,7 +135,8 @@ impl EmitterClusters {
         Some((cluster, sample))
     }
 
-    /// Draws from one cluster, of a probability above zero; the density, and what intensities are divided by, are those of the sampler.
+    /// Draws from one cluster, of a probability above zero; the density, and what intensities are
+    /// divided by, are those of the sampler.
     pub fn sample_from(
         &self,
         emitters: &EmitterSampler<'_>,

@@ -16,8 +16,8 @@ use crate::warp;
 pub struct LightSample {
     /// The light, its intensity already divided by the density.
     pub light: Vpl,
-    /// Density: per area (m⁻²) on surfaces, per solid angle (sr⁻¹) for the environment; `None` where no ray can arrive by
-    /// chance.
+    /// Density: per area (m⁻²) on surfaces, per solid angle (sr⁻¹) for the environment; `None`
+    /// where no ray can arrive by chance.
     pub pdf: Option<f32>,
 }
 
@@ -39,10 +39,12 @@ enum Source {
     Environment,
 }
 
-/// Draws lights from all emitters of a scene, in proportion to their power unless it is said otherwise.
+/// Draws lights from all emitters of a scene, in proportion to their power unless it is said
+/// otherwise.
 ///
-/// Power (W, luminance): `π A L` a side for triangles, `4π I` for points, `I ∫ falloff` for spots, `∫ I dω` for images, `π R² E` for
-/// directional light and `4π · π R² L̄` for the environment, `R` being the radius of the scene's sphere.
+/// Power (W, luminance): `π A L` a side for triangles, `4π I` for points, `I ∫ falloff` for spots,
+/// `∫ I dω` for images, `π R² E` for directional light and `4π · π R² L̄` for the environment, `R`
+/// being the radius of the scene's sphere.
 #[derive(Debug)]
 pub struct EmitterSampler<'s> {
     scene: &'s Scene,
@@ -60,7 +62,8 @@ pub struct EmitterSampler<'s> {
     radius: f32,
 }
 
-/// Places in a triangle at which a textured emission is looked up to estimate its power: corners, centre and midpoints.
+/// Places in a triangle at which a textured emission is looked up to estimate its power: corners,
+/// centre and midpoints.
 const PROBES: [[f32; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -71,8 +74,8 @@ const PROBES: [[f32; 3]; 7] = [
     [0.5, 0.0, 0.5],
 ];
 
-/// Weight that a triangle keeps, as a share of its mesh's brightest probe (or of the texture's factor where all are dark), when all its
-/// own probes are dark: a texture may shine between them.
+/// Weight that a triangle keeps, as a share of its mesh's brightest probe (or of the texture's
+/// factor where all are dark), when all its own probes are dark: a texture may shine between them.
 const DARK_TRIANGLE_SHARE: f32 = 0.02;
 
 impl<'s> EmitterSampler<'s> {
@@ -147,8 +150,9 @@ impl<'s> EmitterSampler<'s> {
         sampler
     }
 
-    /// The same emitters, where those of a kind are drawn in proportion to power, and one of the kinds with these weights: emitters in the scene, and
-    /// light from infinity. Both at least 0; a kind that there is not is not drawn.
+    /// The same emitters, where those of a kind are drawn in proportion to power, and one of the
+    /// kinds with these weights: emitters in the scene, and light from infinity. Both at least 0; a
+    /// kind that there is not is not drawn.
     #[must_use]
     pub fn weighted(mut self, kinds: [f64; 2]) -> Self {
         let kind = |source: &Source| match source {
@@ -169,8 +173,9 @@ impl<'s> EmitterSampler<'s> {
         self
     }
 
-    /// The same emitters, where each has at least `share / n` of the draws, be it as weak as it may: of `n` meshes that emit, points, spots, single
-    /// directions, and an environment, a weak one may be all that lights some corner.
+    /// The same emitters, where each has at least `share / n` of the draws, be it as weak as it
+    /// may: of `n` meshes that emit, points, spots, single directions, and an environment, a weak
+    /// one may be all that lights some corner.
     ///
     /// * `share`: of the draws, in `[0, 1]`.
     #[must_use]
@@ -213,7 +218,8 @@ impl<'s> EmitterSampler<'s> {
         (self.center, self.radius)
     }
 
-    /// Draws from all emitters; `u` chooses the emitter, `v` the place on it. `None` if nothing shines.
+    /// Draws from all emitters; `u` chooses the emitter, `v` the place on it. `None` if nothing
+    /// shines.
     pub fn sample(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
         self.sample_source(u, v).map(|(_, sample)| sample)
     }
@@ -238,7 +244,8 @@ impl<'s> EmitterSampler<'s> {
         self.scene.emitters().iter().map(punctual)
     }
 
-    /// Density with which [`EmitterSampler::sample`] draws a point on one emitting side of a triangle (m⁻²).
+    /// Density with which [`EmitterSampler::sample`] draws a point on one emitting side of a
+    /// triangle (m⁻²).
     pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
         let (Some(all), Some(first)) = (&self.all, self.first.get(&instance)) else { return 0.0 };
         let i = first + triangle as usize;
@@ -258,8 +265,8 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// With which probability [`EmitterSampler::sample`] draws from each source: a triangle that emits, a point, a spot, a single direction, the
-    /// environment.
+    /// With which probability [`EmitterSampler::sample`] draws from each source: a triangle that
+    /// emits, a point, a spot, a single direction, the environment.
     pub(super) fn probabilities(&self) -> impl Iterator<Item = f64> + '_ {
         self.all.iter().flat_map(|all| (0..all.len()).map(|i| all.probability(i)))
     }
@@ -294,7 +301,8 @@ impl<'s> EmitterSampler<'s> {
         (i, self.draw_from(i, probability, rest, v))
     }
 
-    /// Draws from one source, that has been chosen with some probability; `rest` may choose a side, `v` the place.
+    /// Draws from one source, that has been chosen with some probability; `rest` may choose a side,
+    /// `v` the place.
     pub(super) fn draw_from(&self, source: usize, probability: f64, rest: f64, v: [f32; 2]) -> LightSample {
         let probability = probability as f32;
         match self.sources[source] {

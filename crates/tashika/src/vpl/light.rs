@@ -29,8 +29,8 @@ impl VplKind {
     /// How many kinds there are.
     pub const COUNT: usize = 4;
 
-    /// The number of the kind, from zero: the order in which trees keep lights apart. Spots and images are of one kind: all shine in
-    /// cones, at most as brightly as their intensity says.
+    /// The number of the kind, from zero: the order in which trees keep lights apart. Spots and
+    /// images are of one kind: all shine in cones, at most as brightly as their intensity says.
     pub fn number(&self) -> usize {
         match self {
             Self::Omni => 0,
@@ -46,7 +46,8 @@ impl VplKind {
 pub struct Vpl {
     /// Position (m), already moved off the surface it lies on. Zero for directional lights.
     pub position: Vec3,
-    /// Unit normal or axis, or the direction in which directional light travels. Zero for omni lights.
+    /// Unit normal or axis, or the direction in which directional light travels. Zero for omni
+    /// lights.
     pub direction: Vec3,
     /// Intensity `I` (W·sr⁻¹); irradiance (W·m⁻²) for directional lights.
     pub intensity: Rgb,
@@ -55,8 +56,8 @@ pub struct Vpl {
 }
 
 impl Vpl {
-    /// Whether it is a light that can be: finite numbers, intensities of at least 0, a unit direction (zero for omni lights), an inner cone
-    /// inside the outer.
+    /// Whether it is a light that can be: finite numbers, intensities of at least 0, a unit
+    /// direction (zero for omni lights), an inner cone inside the outer.
     pub fn is_sound(&self) -> bool {
         let directed = match self.kind {
             VplKind::Omni => self.direction == Vec3::ZERO,
@@ -82,7 +83,8 @@ impl Vpl {
 
     /// A ray of the light and the flux it carries (W): intensity over the density of the direction.
     ///
-    /// Directional light enters through a disk that covers the sphere about the scene (`center`, `radius`, m); `maps` are the scene's.
+    /// Directional light enters through a disk that covers the sphere about the scene (`center`,
+    /// `radius`, m); `maps` are the scene's.
     pub fn emit(&self, u: [f32; 2], center: Vec3, radius: f32, maps: &[AimedMap]) -> (Ray, Rgb) {
         let from_frame = |local: Vec3| Frame::about(self.direction).to_world(local);
         match self.kind {

@@ -1,7 +1,7 @@
 //! Virtual point lights: the finite set of lights that stands for all light in the scene.
 //!
-//! A [`VplSet`] is traced from the emitters (Keller 1997) or loaded from a file; all methods share it. It
-//! knows where it came from ([`Provenance`]).
+//! A [`VplSet`] is traced from the emitters (Keller 1997) or loaded from a file; all methods share
+//! it. It knows where it came from ([`Provenance`]).
 
 mod carried;
 mod clamp;
@@ -48,8 +48,8 @@ pub struct Provenance {
     pub max_depth: u32,
     /// Distance below which the geometric term no longer grows (m); zero for no clamp.
     pub clamp_distance: f32,
-    /// Share of the flux reflected by surfaces that glossy lobes reflected: VPLs shine with cosine lobes only,
-    /// so they carry this flux on to further surfaces, but not towards the eye's.
+    /// Share of the flux reflected by surfaces that glossy lobes reflected: VPLs shine with cosine
+    /// lobes only, so they carry this flux on to further surfaces, but not towards the eye's.
     pub glossy_share: f32,
 }
 

@@ -11,10 +11,12 @@ use crate::math::simd::MOST_LANES;
 /// Numbers that all lights have: position, direction, intensity.
 const NUMBERS: usize = 9;
 
-/// Several lights, number by number: positions, directions, intensities; zeros where there are fewer.
+/// Several lights, number by number: positions, directions, intensities; zeros where there are
+/// fewer.
 pub(crate) type Columns = [[f32; MOST_LANES]; NUMBERS];
 
-/// Lights that stand kind by kind, each in a row of 36 bytes: one that is drawn among millions takes a line or two of a cache.
+/// Lights that stand kind by kind, each in a row of 36 bytes: one that is drawn among millions
+/// takes a line or two of a cache.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightRows {
     rows: Vec<[f32; NUMBERS]>,

@@ -53,7 +53,8 @@ fn assert_mean(m: &Moments, expected: f64) {
     assert!(error < 0.1 * expected, "sharp: {error} of {expected}");
 }
 
-/// One sample stands for all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω` for the sky, `I` for points.
+/// One sample stands for all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω`
+/// for the sky, `I` for points.
 #[test]
 fn lights_that_cannot_be_are_told_apart() {
     let sound =
@@ -97,7 +98,8 @@ fn sampled_intensities_add_up_to_the_emitters() {
     assert_mean(&mean_intensity(&lit, VplKind::Directional), whole);
 }
 
-/// Three emitters, of which one has nearly all power: each has its share, and what is drawn still stands for all.
+/// Three emitters, of which one has nearly all power: each has its share, and what is drawn still
+/// stands for all.
 #[test]
 fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
     let scene = scene(false, 1.0, |b| {
@@ -120,7 +122,8 @@ fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
     let drawn = [4.0 * f64::from(RADIANCE), 1e6, 1e-6].into_iter().zip([0.1, 0.8, 0.1]);
     for (m, (intensity, share)) in of_kind.iter().zip(drawn) {
         assert_mean(m, intensity);
-        // Of a draw that is `i/p` with probability `p` and else nothing the variance is `i² (1/p − 1)`.
+        // Of a draw that is `i/p` with probability `p` and else nothing the variance is
+        // `i² (1/p − 1)`.
         let found = 1.0 / (1.0 + m.variance() / (intensity * intensity));
         assert!((found / share - 1.0).abs() < 0.1, "drawn with {found} for {share}");
     }
@@ -187,7 +190,8 @@ fn options_out_of_range_are_named() {
     assert!(said(VplOptions { max_depth: 5000, ..VplOptions::default() }).contains("max depth = 5000"));
 }
 
-/// What a point above the lamp receives from a set, as if nothing were in between: from direct and from indirect VPLs.
+/// What a point above the lamp receives from a set, as if nothing were in between: from direct and
+/// from indirect VPLs.
 fn received(set: &VplSet) -> [f64; 2] {
     let at = Vec3::new(0.3, 4.0, 0.4);
     let mut sums = [0.0; 2];
@@ -200,7 +204,8 @@ fn received(set: &VplSet) -> [f64; 2] {
     sums
 }
 
-/// Whatever a guide has learned, sets are worth as much on average; and where it sends light paths, there are more VPLs.
+/// Whatever a guide has learned, sets are worth as much on average; and where it sends light paths,
+/// there are more VPLs.
 #[test]
 fn guides_change_where_vpls_are_and_not_what_they_give() {
     let lit = scene(true, 1.0, |b| {
@@ -241,7 +246,8 @@ fn guides_change_where_vpls_are_and_not_what_they_give() {
     }
 }
 
-/// A pilot that met nothing is no proof that there is no indirect light: paths are traced all the same.
+/// A pilot that met nothing is no proof that there is no indirect light: paths are traced all the
+/// same.
 #[test]
 fn light_that_no_pilot_meets_is_not_dropped() {
     // A plate of a hand's width, a thousand kilometres from the lamp.
@@ -259,7 +265,8 @@ fn light_that_no_pilot_meets_is_not_dropped() {
     assert_eq!((set.provenance().indirect, set.provenance().paths), (0, 750));
 }
 
-/// Each cluster is drawn from as often as it says, by the sampler's own densities: draws from all clusters, each as often, stand for all emitters.
+/// Each cluster is drawn from as often as it says, by the sampler's own densities: draws from all
+/// clusters, each as often, stand for all emitters.
 #[test]
 fn clusters_of_emitters_are_what_the_sampler_draws_from() {
     let mut pixels = vec![[0.1, 0.2, 0.1]; 64 * 32];

@@ -1,28 +1,32 @@
-//! Light tracing: from the emitters over the surfaces, leaving a VPL wherever light is reflected diffusely.
+//! Light tracing: from the emitters over the surfaces, leaving a VPL wherever light is reflected
+//! diffusely.
 //!
 //! # What is computed
-//! *Direct* VPLs: every point, spot and directional emitter is one, exactly; surfaces and the environment are sampled in
-//! proportion to power. *Indirect* VPLs: `P` light paths start on emitters; where one with flux `Φ` (W) meets a surface with
-//! diffuse reflectance `ρ`, it leaves an oriented VPL of intensity
+//! *Direct* VPLs: every point, spot and directional emitter is one, exactly; surfaces and the
+//! environment are sampled in proportion to power. *Indirect* VPLs: `P` light paths start on
+//! emitters; where one with flux `Φ` (W) meets a surface with diffuse reflectance `ρ`, it leaves an
+//! oriented VPL of intensity
 //!
 //! ```text
 //! I = Φ ρ / (π P) · |n_s·ω| / |n_g·ω|        W·sr⁻¹
 //! ```
 //!
-//! (`n_s`, `n_g` shading and geometric normal, `ω` towards where the light came from: Veach 1997, section 5.3), and goes on by
-//! sampling the *whole* BSDF, as a viewer in the direction that it takes would see it, with Russian roulette by the flux
-//! that is left. The expected sum over the VPLs, unclamped, is the
-//! light transported by all paths whose last surface before the receiver reflects diffusely. Surfaces whose diffuse part depends on the
-//! outgoing direction (coats) leave a VPL of the same flux with a plain cosine lobe.
+//! (`n_s`, `n_g` shading and geometric normal, `ω` towards where the light came from: Veach 1997,
+//! section 5.3), and goes on by sampling the *whole* BSDF, as a viewer in the direction that it
+//! takes would see it, with Russian roulette by the flux that is left. The expected sum over the
+//! VPLs, unclamped, is the light transported by all paths whose last surface before the receiver
+//! reflects diffusely. Surfaces whose diffuse part depends on the outgoing direction (coats) leave
+//! a VPL of the same flux with a plain cosine lobe.
 //!
 //! # Number
-//! Stopping at a number would bias the set: a long last path would be cut more often than a short one. So the VPLs left by a
-//! path are counted on an independent pilot, and `P` is fixed from that before tracing. The set then has the number that was
-//! asked for to within a few percent, where it is more than half sampled: points, spots and directional emitters are VPLs each, however many.
+//! Stopping at a number would bias the set: a long last path would be cut more often than a short
+//! one. So the VPLs left by a path are counted on an independent pilot, and `P` is fixed from that
+//! before tracing. The set then has the number that was asked for to within a few percent, where it
+//! is more than half sampled: points, spots and directional emitters are VPLs each, however many.
 //!
 //! # Guarantee
-//! The set is a function of scene and options; threads do not enter. Unbiased but for paths longer than `max_depth`.
-//! Held to this by `vpl::tests` and `furnace`.
+//! The set is a function of scene and options; threads do not enter. Unbiased but for paths longer
+//! than `max_depth`. Held to this by `vpl::tests` and `furnace`.
 
 use rayon::prelude::*;
 
@@ -36,17 +40,19 @@ use crate::rng::{Purpose, Stream};
 /// Which emitters light paths start from, and how many direct VPLs each has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Emission {
-    /// In proportion to power. Light from infinity has the power of all that enters the sphere about the scene, most of which may miss what can be
-    /// seen of it.
+    /// In proportion to power. Light from infinity has the power of all that enters the sphere
+    /// about the scene, most of which may miss what can be seen of it.
     #[default]
     ByPower,
-    /// Emitters in the scene, and light from infinity, by how much light of either reaches surfaces as a pilot finds it; among those of
-    /// a kind by power. Where few light paths leave VPLs, on metals say, the set stays smaller sooner.
+    /// Emitters in the scene, and light from infinity, by how much light of either reaches surfaces
+    /// as a pilot finds it; among those of a kind by power. Where few light paths leave VPLs, on
+    /// metals say, the set stays smaller sooner.
     ByUse,
 }
 
 impl Emission {
-    /// Most light paths for each VPL that was asked for: where nearly all light misses the scene, the set stays smaller.
+    /// Most light paths for each VPL that was asked for: where nearly all light misses the scene,
+    /// the set stays smaller.
     fn max_paths_per_vpl(self) -> u64 {
         match self {
             Self::ByPower => 256,
@@ -58,14 +64,15 @@ impl Emission {
 /// How a set of VPLs is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VplOptions {
-    /// How many VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping. Default: 5000.
+    /// How many VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping.
+    /// Default: 5000.
     pub count: u64,
     /// Seed of the light paths.
     pub seed: u64,
     /// Longest light path, in surfaces met; 0 to 1000. Zero: direct light only. Default: 64.
     pub max_depth: u32,
-    /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1: at 0 their direct light is left
-    /// out, at 1 all indirect light. Default: 0.25.
+    /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1:
+    /// at 0 their direct light is left out, at 1 all indirect light. Default: 0.25.
     pub direct_share: f32,
     /// Which emitters have them. Default: by power.
     pub emission: Emission,
@@ -118,7 +125,8 @@ impl VplOptions {
 }
 
 impl VplSet {
-    /// Traces a set from the emitters of the tracer's scene, in parallel on the current thread pool.
+    /// Traces a set from the emitters of the tracer's scene, in parallel on the current thread
+    /// pool.
     ///
     /// # Errors
     /// Options out of range.
@@ -208,8 +216,9 @@ impl<'s> LightTracer<'s> {
         VplSet::new(lights, provenance)
     }
 
-    /// The VPLs of a set of about `count` by what they are drawn with: each direct VPL by itself, and those that a light path leaves
-    /// together; without emitters that are points, which are in every set.
+    /// The VPLs of a set of about `count` by what they are drawn with: each direct VPL by itself,
+    /// and those that a light path leaves together; without emitters that are points, which are in
+    /// every set.
     pub fn drawn_together(&self, count: u64, seed: u64) -> Vec<Vec<Vpl>> {
         let (direct, trail, _) = self.draw(count, seed, self.emitters.punctual().count() as u64);
         let mut groups: Vec<Vec<Vpl>> = direct.into_iter().map(|light| vec![light]).collect();
@@ -233,13 +242,15 @@ impl<'s> LightTracer<'s> {
         (0..count).into_par_iter().filter_map(light).collect()
     }
 
-    /// The first VPL of each of so many light paths that came to it from an emitter over mirrors or through solid glass.
+    /// The first VPL of each of so many light paths that came to it from an emitter over mirrors or
+    /// through solid glass.
     pub fn after_bent_ways(&self, paths: u64, seed: u64) -> Vec<Vpl> {
         let trail = self.trace_paths(seed, Purpose::LightPath, paths);
         trail.bent.into_iter().map(|number| trail.lights[number as usize]).collect()
     }
 
-    /// Direct VPLs, what light paths leave, and how many paths there are, beside so many emitters that are points.
+    /// Direct VPLs, what light paths leave, and how many paths there are, beside so many emitters
+    /// that are points.
     fn draw(&self, count: u64, seed: u64, punctual: u64) -> (Vec<Vpl>, Trail, u64) {
         let Self { options, emitters, .. } = self;
         // However many lights are points: half of the count goes to what has to be sampled.
@@ -256,8 +267,8 @@ impl<'s> LightTracer<'s> {
         (self.on_emitters(direct, seed), self.trace_paths(seed, Purpose::LightPath, paths), paths)
     }
 
-    /// How many light paths leave about `wanted` VPLs: at least one where there may be indirect light, as a pilot that
-    /// met nothing does not prove that there is none.
+    /// How many light paths leave about `wanted` VPLs: at least one where there may be indirect
+    /// light, as a pilot that met nothing does not prove that there is none.
     fn paths(&self, count: u64, wanted: u64) -> u64 {
         let options = &self.options;
         if options.max_depth == 0 || options.direct_share >= 1.0 || self.emitters.is_empty() {
@@ -299,8 +310,8 @@ const LEAST_SHARE: f64 = 0.05;
 const SHARE_FOR_EACH: f64 = 0.1;
 
 impl<'s> EmitterSampler<'s> {
-    /// The emitters of the tracer's scene, either kind in proportion to the flux that a pilot's paths bring to surfaces, and each emitter with a share
-    /// ([`Emission::ByUse`]).
+    /// The emitters of the tracer's scene, either kind in proportion to the flux that a pilot's
+    /// paths bring to surfaces, and each emitter with a share ([`Emission::ByUse`]).
     pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
         let reflected = |kinds: [f64; 2]| {
             let emitters = EmitterSampler::new(tracer.scene()).weighted(kinds);
@@ -321,7 +332,8 @@ impl<'s> EmitterSampler<'s> {
     }
 }
 
-/// Sorts lights by kind, then along a Z-order curve through `bounds` (directional ones through the directions).
+/// Sorts lights by kind, then along a Z-order curve through `bounds` (directional ones through the
+/// directions).
 fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     let size = bounds.size().max_element().max(f32::MIN_POSITIVE);
     let code = |l: &Vpl| {

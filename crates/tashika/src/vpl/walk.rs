@@ -1,4 +1,5 @@
-//! Light paths: from the emitters over the surfaces, leaving a VPL wherever light is reflected diffusely. What they are for and what they guarantee is in
+//! Light paths: from the emitters over the surfaces, leaving a VPL wherever light is reflected
+//! diffusely. What they are for and what they guarantee is in
 //! [`trace`](super::trace).
 
 use std::f32::consts::PI;
@@ -25,7 +26,8 @@ pub(super) struct Trail {
     pub(super) lights: Vec<Vpl>,
     /// How many of these each path left.
     pub(super) counts: Vec<u32>,
-    /// Numbers of those that are the first of their path, which came from the emitter by a bent way.
+    /// Numbers of those that are the first of their path, which came from the emitter by a bent
+    /// way.
     pub(super) bent: Vec<u32>,
     /// Flux that VPLs send out (W, luminance).
     pub(super) diffuse: f64,
@@ -162,17 +164,20 @@ fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut 
     })
 }
 
-/// Share of directions that are drawn by the cosine with the geometric normal where the shading normal differs.
+/// Share of directions that are drawn by the cosine with the geometric normal where the shading
+/// normal differs.
 const BY_GEOMETRY: f32 = 0.5;
 
-/// At any other surface: by the kernel with which a viewer in the direction that the light takes sees it,
+/// At any other surface: by the kernel with which a viewer in the direction that the light takes
+/// sees it,
 ///
 /// ```text
 /// Φ' = Φ f(ω', ω) |n_s·ω| |n_g·ω'| / (|n_g·ω| p(ω'))
 /// ```
 ///
-/// (Veach 1997, section 5.3; `n_s` as [seen from](SurfacePoint::normals_seen_from) `ω'`). Directions are drawn about the
-/// shading normal *and* about the geometric one: those that only one of the two faces carry light as well.
+/// (Veach 1997, section 5.3; `n_s` as [seen from](SurfacePoint::normals_seen_from) `ω'`).
+/// Directions are drawn about the shading normal *and* about the geometric one: those that only one
+/// of the two faces carry light as well.
 fn scattered(
     point: &SurfacePoint,
     bsdf: &Bsdf,
@@ -220,8 +225,9 @@ mod tests {
     use crate::scene::InstanceId;
     use crate::stats::Moments;
 
-    /// What goes to a part of the directions is the kernel's integral over it, whatever directions are drawn from: also
-    /// behind the shading normal, from before it and from behind it, and through the surface.
+    /// What goes to a part of the directions is the kernel's integral over it, whatever directions
+    /// are drawn from: also behind the shading normal, from before it and from behind it, and
+    /// through the surface.
     #[test]
     fn scattered_light_is_what_viewers_see() {
         let ns = Vec3::new(0.8, 0.0, 0.6);

@@ -1,7 +1,8 @@
 //! Scenes made to break the published rule, and what our own method promises on them.
 //!
-//! Light is rare here: most pairs of a gather point and a light carry nothing, and a few of them carry the pixel. Samples that all say
-//! "dark" agree with each other, and an interval that is made of their spread alone is narrow around the wrong value.
+//! Light is rare here: most pairs of a gather point and a light carry nothing, and a few of them
+//! carry the pixel. Samples that all say "dark" agree with each other, and an interval that is made
+//! of their spread alone is narrow around the wrong value.
 
 use std::sync::Arc;
 
@@ -27,11 +28,12 @@ const CERTIFIED: Method = Method::Tashika(Claim::Certified);
 const POINTS: u32 = 4;
 /// Distance from which lights are not brighter any more (m), as traced sets have one.
 const CLAMP: f32 = 0.05;
-/// 95 % less five standard errors of 160 trials: there are 210 to 480 pixels, and neighbours and seeds share what is hard about one.
+/// 95 % less five standard errors of 160 trials: there are 210 to 480 pixels, and neighbours and
+/// seeds share what is hard about one.
 const LEAST: f64 = 0.95 - 5.0 * 0.0172;
 
-/// A share that the published rule stays below where it breaks, if it says 95 %: it keeps 39 to 62 %, by more than four standard errors of
-/// 160 trials less than this.
+/// A share that the published rule stays below where it breaks, if it says 95 %: it keeps 39 to 62
+/// %, by more than four standard errors of 160 trials less than this.
 const BROKEN: f64 = 0.8;
 
 /// A scene and its lights.
@@ -123,8 +125,9 @@ impl Judged {
         Kept { holds: kept.holds / lit, within: kept.within / lit, rays: kept.rays / lit }
     }
 
-    /// Certificates hold on any scene, and every inequality in them gives something away: of the 2600 lit pixels below not one misses,
-    /// which makes misses about as rare as one in a thousand, or rarer (the rule of three). Ten times that is no bad luck.
+    /// Certificates hold on any scene, and every inequality in them gives something away: of the
+    /// 2600 lit pixels below not one misses, which makes misses about as rare as one in a thousand,
+    /// or rarer (the rule of three). Ten times that is no bad luck.
     fn certificates_hold(&self) {
         let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
         let kept = self.kept(CERTIFIED, &options, 2);
@@ -206,7 +209,8 @@ fn on_walls(count: usize, lo: [f32; 3], hi: [f32; 3], intensity: f32, s: &mut St
         .collect()
 }
 
-/// A room of 2 m whose ceiling has a hole of 12 cm. Each point of it sees a few of 3000 lights of a sky, and a small patch the sun.
+/// A room of 2 m whose ceiling has a hole of 12 cm. Each point of it sees a few of 3000 lights of a
+/// sky, and a small patch the sun.
 fn pinhole() -> World {
     let mut b = builder();
     slab(&mut b, [-0.1, -0.1, -0.1], [2.1, 0.0, 2.1]);
@@ -234,7 +238,8 @@ fn pinhole() -> World {
     World::new(b, [0.2, 1.2, 1.8], [1.1, 0.2, 0.6], 1.0, lights)
 }
 
-/// Two rooms, and an opening of 20 cm × 30 cm between them. The lights are in one, the eye in the other.
+/// Two rooms, and an opening of 20 cm × 30 cm between them. The lights are in one, the eye in the
+/// other.
 fn keyhole() -> World {
     let mut b = builder();
     put(&mut b, cuboid(Vec3::ZERO, Vec3::new(4.0, 2.0, 2.0), true));
@@ -248,7 +253,8 @@ fn keyhole() -> World {
     World::new(b, [1.7, 1.2, 1.6], [0.2, 0.8, 0.7], 1.1, lights)
 }
 
-/// Slivers of 50 cm × 2 cm, along two axes, in many layers between lights and a floor: what a point sees says nothing of its neighbour.
+/// Slivers of 50 cm × 2 cm, along two axes, in many layers between lights and a floor: what a point
+/// sees says nothing of its neighbour.
 fn wires() -> World {
     let mut b = builder();
     slab(&mut b, [-2.0, -0.1, -2.0], [2.0, 0.0, 2.0]);
@@ -295,7 +301,8 @@ fn glossy_peak() -> World {
     World::new(b, [0.0, 1.0, 2.0], [0.0, 0.0, 0.2], 0.7, lights)
 }
 
-/// Of 5020 lights, 5000 are behind a thin wall that is looked at: near, so that their bounds are the largest, and all in shadow.
+/// Of 5020 lights, 5000 are behind a thin wall that is looked at: near, so that their bounds are
+/// the largest, and all in shadow.
 fn hidden() -> World {
     let mut b = builder();
     put(&mut b, cuboid(Vec3::ZERO, Vec3::splat(2.0), true));
@@ -314,8 +321,9 @@ fn light_through_a_pinhole_is_not_overlooked() {
     scene.published_intervals_do_not_hold();
 }
 
-/// Hundreds of strata are all in shadow and might each have some light. The calibrated interval reckons with a small part of their sum: 87 % of the
-/// intervals hold, though 98 % of the errors are as small as was asked for. Four standard errors of 160 trials below that.
+/// Hundreds of strata are all in shadow and might each have some light. The calibrated interval
+/// reckons with a small part of their sum: 87 % of the intervals hold, though 98 % of the errors
+/// are as small as was asked for. Four standard errors of 160 trials below that.
 #[test]
 fn behind_a_keyhole_errors_are_as_asked_for_but_calibrated_intervals_are_too_narrow() {
     let scene = Judged::new(keyhole());
@@ -333,7 +341,8 @@ fn shadows_of_thousands_of_wires_are_no_surprise() {
     scene.published_intervals_do_not_hold();
 }
 
-/// The published rule finds this light, too, and keeps 92 % of its claims: where bounds are large it refines first.
+/// The published rule finds this light, too, and keeps 92 % of its claims: where bounds are large
+/// it refines first.
 #[test]
 fn one_bright_light_of_very_many_is_found() {
     let scene = Judged::new(one_of_many());
@@ -349,7 +358,8 @@ fn a_glossy_peak_that_hardly_a_light_meets_is_found() {
     scene.published_intervals_do_not_hold();
 }
 
-/// The published rule keeps about 80 % of its claims of 95 % here: too near to what the others are told by to be asserted.
+/// The published rule keeps about 80 % of its claims of 95 % here: too near to what the others are
+/// told by to be asserted.
 #[test]
 fn lights_that_are_nearly_all_hidden_do_not_mislead() {
     let scene = Judged::new(hidden());
@@ -391,7 +401,8 @@ fn pixels_that_see_the_sky_alone_are_exact_and_cost_nothing() {
                 sky += 1;
                 assert_eq!((e.radiance, e.pairs, e.standard_error), (Rgb::gray(0.5), 0, 0.0), "{method}");
                 assert_eq!((e.claim, e.stop), (ErrorClaim::Exact, StopReason::Complete), "{method}");
-                // A pixel pays its share of its cell's pilot, wherever that looks; cells of sky have none.
+                // A pixel pays its share of its cell's pilot, wherever that looks; cells of sky
+                // have none.
                 assert!(e.rays == 0 || (method == CALIBRATED && number >= 16 * 32), "{method}: {e:?}");
             }
         }
@@ -410,7 +421,8 @@ fn black_surfaces_are_exact_and_cost_nothing() {
     }
 }
 
-/// Bounds are of the largest channel, and know of no colours: they are positive where every term is zero.
+/// Bounds are of the largest channel, and know of no colours: they are positive where every term is
+/// zero.
 #[test]
 fn a_green_floor_in_a_red_mirror_is_found_to_be_black() {
     let mut b = builder();
@@ -442,8 +454,8 @@ fn lights_all_at_one_place_are_no_trouble() {
     }
 }
 
-/// Some of the lights are gather points themselves, as where a light path ends in what the eye sees. Without a clamp nothing bounds what
-/// comes from there.
+/// Some of the lights are gather points themselves, as where a light path ends in what the eye
+/// sees. Without a clamp nothing bounds what comes from there.
 #[test]
 fn lights_where_light_is_gathered_are_no_trouble() {
     let scene = World::new(barred(), ABOVE[0], ABOVE[1], 1.0, Vec::new());

@@ -34,7 +34,8 @@ fn light(kind: VplKind, direction: Vec3) -> Vpl {
     Vpl { position: Vec3::new(0.3, 2.0, -0.4), direction, intensity: Rgb::new(3.0, 5.0, 7.0), kind }
 }
 
-/// The estimate of each pixel of an 8×8 image, with the place on the floor that it sees (one gather point a pixel).
+/// The estimate of each pixel of an 8×8 image, with the place on the floor that it sees (one gather
+/// point a pixel).
 fn pixels(tracer: &Tracer, lights: Vec<Vpl>, clamp_distance: f32) -> Vec<(Vec3, PixelEstimate)> {
     let set = VplSet::new(lights, Provenance { clamp_distance, ..Provenance::default() });
     let view = view(tracer.scene(), [8, 8], 1, 1);

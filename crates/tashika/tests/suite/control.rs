@@ -73,8 +73,8 @@ fn the_finest_cut_is_the_whole_sum_and_says_so() {
     }
 }
 
-/// Inherited samples, at a cut that is stopped by its size alone. Five standard errors of 160 pixels and 2 methods: a false alarm once
-/// in 5000 sets of seeds.
+/// Inherited samples, at a cut that is stopped by its size alone. Five standard errors of 160
+/// pixels and 2 methods: a false alarm once in 5000 sets of seeds.
 #[test]
 fn inherited_samples_are_unbiased() {
     let world = World::new(600, |_| ());
@@ -142,7 +142,8 @@ fn certificates_hold_whatever_the_lights() {
     for (name, world) in worlds {
         let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
         let [holds, within] = kept(&world, CERTIFIED, &options, 3);
-        // 480 pixels at 80 %: what is proven is hardly ever missed, since every inequality gives something away.
+        // 480 pixels at 80 %: what is proven is hardly ever missed, since every inequality gives
+        // something away.
         assert!(holds >= 0.97 && within >= 0.97, "{name}: {holds} hold, {within} within");
     }
 }
@@ -155,7 +156,8 @@ fn calibrated_intervals_hold_as_often_as_they_say() {
         for confidence in [0.8, 0.95] {
             let options = ControlOptions { error: 0.05, confidence, ..ControlOptions::default() };
             let [holds, within] = kept(&world, CALIBRATED, &options, 4);
-            // 640 pixels; neighbours and seeds share the difficulty of the pixel: five standard errors of 160 trials.
+            // 640 pixels; neighbours and seeds share the difficulty of the pixel: five standard
+            // errors of 160 trials.
             let allowed = confidence - 5.0 * (confidence * (1.0 - confidence) / 160.0_f64).sqrt();
             assert!(holds >= allowed && within >= allowed, "{name}, {confidence}: {holds}, {within}");
         }

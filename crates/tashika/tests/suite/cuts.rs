@@ -66,15 +66,18 @@ fn the_finest_cut_is_the_whole_sum() {
         let mut complete = 0;
         for (a, b) in finest.iter().zip(&exact) {
             assert_ne!(a.stop, StopReason::Budget, "{method}");
-            // An interval of zero width, where all samples are alike, is no whole sum; a bound of nothing is nothing.
+            // An interval of zero width, where all samples are alike, is no whole sum; a bound of
+            // nothing is nothing.
             if a.stop == StopReason::RuleMet && WITH_INTERVAL.contains(&method) {
                 continue;
             }
             complete += 1;
-            // Pair by pair terms are rounded to f32, after their probability was divided out and multiplied in again.
+            // Pair by pair terms are rounded to f32, after their probability was divided out and
+            // multiplied in again.
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
             assert!((luminance(a) - luminance(b)).abs() <= allowed, "{method}: {a:?} {b:?}");
-            // Of variances that were added and taken away again a rounding is left, 10⁻¹⁶ of the largest; as an error, its root.
+            // Of variances that were added and taken away again a rounding is left, 10⁻¹⁶ of the
+            // largest; as an error, its root.
             assert!(f64::from(a.standard_error) <= 1e-6 * luminance(b), "{method}: {a:?}");
         }
         // A pixel of three points is complete only if all of them are.
@@ -83,8 +86,9 @@ fn the_finest_cut_is_the_whole_sum() {
     assert!(exact.iter().map(luminance).sum::<f64>() > 0.0);
 }
 
-/// Means over many seeds of a cut that is stopped by its size alone, and so cannot be biased by when it stops; and what the strata say
-/// of their own variance. Five standard errors of 96 pixels and 5 methods: false alarms once in 3000 sets of seeds.
+/// Means over many seeds of a cut that is stopped by its size alone, and so cannot be biased by
+/// when it stops; and what the strata say of their own variance. Five standard errors of 96 pixels
+/// and 5 methods: false alarms once in 3000 sets of seeds.
 #[test]
 fn estimates_of_a_fixed_cut_are_unbiased() {
     let world = World::new(400);
@@ -171,7 +175,8 @@ fn promising_more_costs_more() {
     }
 }
 
-/// Intensities times a power of two change no mantissa: the same terms are drawn, and every number is twice what it was.
+/// Intensities times a power of two change no mantissa: the same terms are drawn, and every number
+/// is twice what it was.
 #[test]
 fn twice_the_light_is_twice_the_picture_to_the_bit() {
     let world = World::new(500);

@@ -1,8 +1,8 @@
-//! Damaged and hostile glTF files: an error that says what is wrong where, or a note; never a panic, never
-//! more memory than the file's own size justifies.
+//! Damaged and hostile glTF files: an error that says what is wrong where, or a note; never a
+//! panic, never more memory than the file's own size justifies.
 //!
-//! A mutated file may well still be sound, so the mutation tests ask only that loading returns. What
-//! passing them does not prove is that no other bytes make it panic.
+//! A mutated file may well still be sound, so the mutation tests ask only that loading returns.
+//! What passing them does not prove is that no other bytes make it panic.
 
 use serde_json::{Value, json};
 use tashika::error::{Error, Result};
@@ -582,7 +582,8 @@ fn a_texture_that_cannot_be_read_is_left_out() {
 #[test]
 fn an_image_that_claims_to_be_huge_is_refused() {
     let mut bytes = png([[255; 4]; 2]);
-    // Signature, length, "IHDR", then width and height, big-endian; the checksum of type and data follows.
+    // Signature, length, "IHDR", then width and height, big-endian; the checksum of type and data
+    // follows.
     for place in [16, 20] {
         bytes[place..place + 4].copy_from_slice(&60_000_u32.to_be_bytes());
     }

@@ -1,8 +1,9 @@
-//! Damaged and hostile Mitsuba files: an error that says what is wrong where, or a note; never a panic, never more memory or
-//! time than the files' own size justifies.
+//! Damaged and hostile Mitsuba files: an error that says what is wrong where, or a note; never a
+//! panic, never more memory or time than the files' own size justifies.
 //!
-//! A mutated file may well still be sound, so the mutation tests ask only that loading returns, and that errors name
-//! the file. What passing them does not prove is that no other bytes make it panic.
+//! A mutated file may well still be sound, so the mutation tests ask only that loading returns, and
+//! that errors name the file. What passing them does not prove is that no other bytes make it
+//! panic.
 
 use tashika::error::{Error, Result};
 use tashika::scene::{NoteKind, Scene};
@@ -247,7 +248,8 @@ fn nesting_is_limited_and_sharing_does_not_multiply() {
     let body = format!(
         "{doubled}<shape type=\"cube\"><bsdf type=\"diffuse\"><ref id=\"t39\" name=\"reflectance\"/></bsdf></shape>"
     );
-    // Whether such a texture is accepted is the builder's business; that this returns is the loader's.
+    // Whether such a texture is accepted is the builder's business; that this returns is the
+    // loader's.
     drop(load(&body));
     let mut mixes = String::from("<bsdf type=\"diffuse\" id=\"m0\"/>");
     for i in 1..30 {

@@ -1,5 +1,5 @@
-//! Damaged and hostile OBJ and MTL files: a scene or an error, never a panic, and nothing from outside the
-//! scene's folder.
+//! Damaged and hostile OBJ and MTL files: a scene or an error, never a panic, and nothing from
+//! outside the scene's folder.
 
 use std::fs;
 use std::path::PathBuf;
@@ -47,7 +47,8 @@ impl Folder {
     }
 
     fn write(&self, name: &str, bytes: &[u8]) {
-        // Some file systems flush a file that is rewritten in place, which is slow; a new one costs nothing.
+        // Some file systems flush a file that is rewritten in place, which is slow; a new one costs
+        // nothing.
         let _ = fs::remove_file(self.path(name));
         fs::write(self.path(name), bytes).unwrap();
     }

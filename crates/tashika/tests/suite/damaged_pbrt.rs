@@ -1,5 +1,5 @@
-//! Damaged and hostile pbrt files: a scene or an error with its line, never a panic, and no more memory or time than the
-//! files are worth.
+//! Damaged and hostile pbrt files: a scene or an error with its line, never a panic, and no more
+//! memory or time than the files are worth.
 
 use std::fmt::Write as _;
 
@@ -51,7 +51,8 @@ fn load(folder: &Folder, bytes: &[u8]) -> Result<Scene> {
             assert!(!scene.cameras().is_empty() && scene.bounds().size().is_finite());
             assert!(scene.instances().iter().all(|instance| instance.to_world.is_finite()));
         }
-        // What only the whole scene shows has no line, and neither has a text that cannot be decompressed.
+        // What only the whole scene shows has no line, and neither has a text that cannot be
+        // decompressed.
         Err(error @ Error::Invalid { at, .. }) => {
             let whole = error.to_string().contains("bounds") || bytes.starts_with(b"\x1f\x8b");
             assert!(at.line.is_some() || at.item.is_some() || whole, "{error}");

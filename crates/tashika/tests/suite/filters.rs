@@ -1,13 +1,14 @@
 //! Pixel filters as images show them: a straight edge, and the absence of any.
 //!
-//! Left of an edge at `e` there is twice the light `L` of which there is none right of it. A pixel of centre `c` is then the filter's step response,
+//! Left of an edge at `e` there is twice the light `L` of which there is none right of it. A pixel
+//! of centre `c` is then the filter's step response,
 //!
 //! ```text
 //! 2 L F(e − c)        F the cumulative distribution of the filter along the edge's normal
 //! ```
 //!
-//! by gather points and by path tracing, on lamps that are seen and on floors that are lit, and in pixels at the border of the image no less,
-//! part of whose samples are outside of it.
+//! by gather points and by path tracing, on lamps that are seen and on floors that are lit, and in
+//! pixels at the border of the image no less, part of whose samples are outside of it.
 
 use std::f64::consts::PI;
 
@@ -25,7 +26,8 @@ use crate::cases::{builder, film_of, glowing, lambert, luminances, parallelogram
 
 /// Width and height of the images (pixels). A pixel is a square of 1 m.
 const SIDE: u32 = 6;
-/// Edges (pixels from the left, or from the top): in the first pixel, between two in the middle, and outside of the image.
+/// Edges (pixels from the left, or from the top): in the first pixel, between two in the middle,
+/// and outside of the image.
 const EDGES: [f32; 3] = [0.3, 2.625, -0.25];
 /// Gather points a pixel.
 const POINTS: u32 = 1024;
@@ -49,7 +51,8 @@ impl Seen {
         }
     }
 
-    /// The plane z = 0 with an edge so far from the left (axis 0) or from the top (axis 1), seen straight from above.
+    /// The plane z = 0 with an edge so far from the left (axis 0) or from the top (axis 1), seen
+    /// straight from above.
     fn tracer(self, edge: f32, axis: usize) -> Tracer {
         const FAR: f32 = 50.0;
         let half = 0.5 * SIDE as f32;
@@ -133,7 +136,8 @@ fn assert_steps(
     }
 }
 
-/// The set of lights of the sun; none of a lamp, which is seen and lights nothing that could show it.
+/// The set of lights of the sun; none of a lamp, which is seen and lights nothing that could show
+/// it.
 fn lights(tracer: &Tracer, seen: Seen) -> VplSet {
     match seen {
         Seen::Lamp => VplSet::new(Vec::new(), Provenance::default()),
@@ -154,8 +158,10 @@ fn an_edge_is_the_step_response_of_the_filter_by_gather_points() {
                 for filter in Filter::ALL {
                     let film = image(&tracer, &Exact::new(&set), filter, POINTS, 11);
                     assert_eq!(film.metadata().text("gather.filter"), Some(filter.name()));
-                    // Each coordinate of 2ⁿ points of a scrambled Sobol' sequence has one point in each of 2ⁿ equal parts, and the part that
-                    // the edge cuts decides about one point; rounding of rays, 10⁻⁶ pixels, about one more. Sums of light on floors round.
+                    // Each coordinate of 2ⁿ points of a scrambled Sobol' sequence has one point in
+                    // each of 2ⁿ equal parts, and the part that the edge cuts decides about one
+                    // point; rounding of rays, 10⁻⁶ pixels, about one more. Sums of light on floors
+                    // round.
                     let tolerance = 2.0 / f64::from(POINTS) + drawn_within(filter) + 1e-5;
                     assert_steps(seen, &film, filter, edge, axis, |_| tolerance);
                 }
@@ -172,7 +178,8 @@ fn the_path_tracer_has_the_same_filter() {
             let path = Path::new(&tracer, PathStop::Count(PATHS), 4).unwrap();
             for filter in Filter::ALL {
                 let film = image(&tracer, &path, filter, 1, 12);
-                // Bernstein's inequality for shares of independent paths, each pixel wrong with probability below 2·10⁻⁷, the test with 10⁻⁴.
+                // Bernstein's inequality for shares of independent paths, each pixel wrong with
+                // probability below 2·10⁻⁷, the test with 10⁻⁴.
                 let level = 16.0;
                 let n = f64::from(PATHS);
                 let tolerance = |p: f64| {

@@ -1,7 +1,8 @@
 //! One scene in every format: the same picture.
 //!
-//! A box without lid and front, red on the left and green on the right, grey otherwise, with a lamp above: as pbrt-v3, pbrt-v4,
-//! Mitsuba 0.6, Mitsuba 3, glTF and OBJ. Geometry, materials, light, camera and handedness must agree for the pictures to.
+//! A box without lid and front, red on the left and green on the right, grey otherwise, with a lamp
+//! above: as pbrt-v3, pbrt-v4, Mitsuba 0.6, Mitsuba 3, glTF and OBJ. Geometry, materials, light,
+//! camera and handedness must agree for the pictures to.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -60,7 +61,8 @@ const WALLS: [Wall; 5] = [
     },
 ];
 
-/// Vertical field of view (degrees) of the square image; the camera is at (0, 1, 4) and looks at (0, 1, 0).
+/// Vertical field of view (degrees) of the square image; the camera is at (0, 1, 4) and looks at
+/// (0, 1, 0).
 const FOV: f32 = 35.0;
 
 impl Wall {
@@ -176,7 +178,8 @@ fn gltf() -> String {
     .to_string()
 }
 
-/// OBJ and MTL. The lamp shines to both sides, as nothing in the format says which, but above there is nothing.
+/// OBJ and MTL. The lamp shines to both sides, as nothing in the format says which, but above there
+/// is nothing.
 fn obj() -> (String, String) {
     let (mut geometry, mut materials) = ("mtllib scene.mtl\n".to_owned(), String::new());
     for (i, wall) in WALLS.iter().enumerate() {
@@ -245,7 +248,8 @@ fn the_same_box_in_every_format_gives_the_same_picture() {
     for (name, (colors, own)) in &others[1..] {
         for i in 0..64 {
             let error = errors[i].hypot(own[i]);
-            // Two-sided level 10⁻⁵ for each of 325 comparisons; channels vary no more than three times as much as luminance.
+            // Two-sided level 10⁻⁵ for each of 325 comparisons; channels vary no more than three
+            // times as much as luminance.
             let (a, b) = (luminance(&colors[i]), luminance(&reference[i]));
             assert!((a - b).abs() <= 4.42 * error + 1e-9, "{name}, pixel {i}: {a} for {b} ± {error}");
             for channel in 0..3 {

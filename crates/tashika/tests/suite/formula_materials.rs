@@ -1,5 +1,5 @@
-//! What materials of pbrt-v4, glTF and MTL reflect here, against the formulas of their formats: numbers that
-//! `crates/tashika-bench/material_formulas.py` wrote.
+//! What materials of pbrt-v4, glTF and MTL reflect here, against the formulas of their formats:
+//! numbers that `crates/tashika-bench/material_formulas.py` wrote.
 
 use tashika::scene::Scene;
 

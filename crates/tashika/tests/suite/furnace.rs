@@ -1,7 +1,9 @@
-//! Closed rooms whose walls all emit `L_e` and reflect `ρ`: the radiance is `L_e / (1 − ρ)` everywhere, whatever the shape.
+//! Closed rooms whose walls all emit `L_e` and reflect `ρ`: the radiance is `L_e / (1 − ρ)`
+//! everywhere, whatever the shape.
 //!
-//! The mean over independent VPL sets is held to that by a z-test. In a sphere every VPL contributes the same, since
-//! `cos θ cos φ / d²` is constant there, so the test is sharp to a few parts in ten thousand; in a box the unclamped sum varies.
+//! The mean over independent VPL sets is held to that by a z-test. In a sphere every VPL
+//! contributes the same, since `cos θ cos φ / d²` is constant there, so the test is sharp to a few
+//! parts in ten thousand; in a box the unclamped sum varies.
 
 use std::f32::consts::PI;
 
@@ -97,7 +99,8 @@ fn a_sphere_is_filled_with_constant_radiance() {
 
 #[test]
 fn a_box_is_filled_with_constant_radiance() {
-    // The middle of a wall: near the edges the unclamped 1/d² has no variance that a z-test could use.
+    // The middle of a wall: near the edges the unclamped 1/d² has no variance that a z-test could
+    // use.
     let tracer = furnace(cuboid(Vec3::new(-1.0, -1.2, -1.5), Vec3::new(1.1, 1.0, 1.3), true), 0.5);
     for (i, m) in over_sets(&tracer, 60, 400, 1000).iter().enumerate() {
         assert!(m.standard_error() < 0.1);

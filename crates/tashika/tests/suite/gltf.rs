@@ -328,7 +328,8 @@ fn nodes_multiply_from_the_root_down() {
     ]);
     let scene = d.load().unwrap();
     let m = scene.instances()[0].to_world;
-    // (2, 0, 0) → turn → (0, 2, 3) → scale, move → (10, 28, 33) → half turn about z → (−10, −28, 33)
+    // (2, 0, 0) → turn → (0, 2, 3) → scale, move → (10, 28, 33) → half turn about z → (−10, −28,
+    // 33)
     assert!(close(m.transform_point3(Vec3::new(2.0, 0.0, 0.0)), [-10.0, -28.0, 33.0]));
     assert!(close(m.transform_point3(Vec3::new(0.0, 1.0, 0.0)), [-8.0, -20.0, 33.0]));
 }

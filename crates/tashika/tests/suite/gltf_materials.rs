@@ -13,7 +13,8 @@ use super::gltf::{CORNERS, Document, notes, only_note, surface_of};
 /// Left and right texel of the texture of [`textured`].
 const TEXELS: [[u8; 4]; 2] = [[51, 102, 204, 153], [255, 255, 0, 255]];
 
-/// A triangle of a material with texture 0, nearest texel; its centre texels are at u = 0.25 and 0.75.
+/// A triangle of a material with texture 0, nearest texel; its centre texels are at u = 0.25 and
+/// 0.75.
 fn textured(material: Value) -> Scene {
     let mut d = Document::triangle();
     d.add_uvs("TEXCOORD_0");

@@ -1,4 +1,5 @@
-//! Accessors, nodes and cameras of glTF files: every component type, sparse attributes, instancing, orthographic views.
+//! Accessors, nodes and cameras of glTF files: every component type, sparse attributes, instancing,
+//! orthographic views.
 
 use glam::{Vec2, Vec3};
 use serde_json::{Value, json};
@@ -7,7 +8,8 @@ use tashika::scene::{Projection, Scene};
 
 use super::gltf::{CORNERS, Document, notes};
 
-/// Little-endian bytes of numbers of a component type, elements of `size` starting at multiples of four bytes.
+/// Little-endian bytes of numbers of a component type, elements of `size` starting at multiples of
+/// four bytes.
 fn packed(component: u32, size: usize, values: &[f64]) -> (Vec<u8>, usize) {
     let mut bytes = Vec::new();
     for element in values.chunks(size) {

@@ -1,4 +1,5 @@
-//! Light that is hard to find, against light transport: what is claimed holds, and two choices of lights never contradict each other more often than they said.
+//! Light that is hard to find, against light transport: what is claimed holds, and two choices of
+//! lights never contradict each other more often than they said.
 
 use tashika::color::Rgb;
 use tashika::film::Film;
@@ -62,7 +63,8 @@ const WRONG: f64 = 0.09;
 
 /// At most this share of pairs of claims may contradict each other.
 const DISJOINT: f64 = 0.01;
-/// The same where a spot that the pilot expects to be dark, or a lit edge on black, takes less of a pixel than most of its camera samples would meet.
+/// The same where a spot that the pilot expects to be dark, or a lit edge on black, takes less of a
+/// pixel than most of its camera samples would meet.
 const DISJOINT_BY_SLIVERS: f64 = 0.015;
 
 /// Two that claim each their own are both right at most where they overlap.
@@ -208,7 +210,8 @@ fn all_lights_behind_glass() {
     claims_hold(&scene, 0.5, DISJOINT, "behind glass");
 }
 
-/// Lengths have no unit: a room a hundred times as large, with lamps of the same radiance, is the same picture.
+/// Lengths have no unit: a room a hundred times as large, with lamps of the same radiance, is the
+/// same picture.
 #[test]
 fn a_room_in_centimetres() {
     let room = |scale: f32| {
@@ -244,7 +247,8 @@ fn a_lamp_in_a_thousandth_of_a_pixel() {
     assert!(pixel as u64 * 4 > SEEDS * 3, "the lamp is seen by {pixel} of {SEEDS}");
 }
 
-/// Light that comes to the bottom of the water by way of its surface, from a lamp of millimetres: neither VPLs nor paths find it, which is said.
+/// Light that comes to the bottom of the water by way of its surface, from a lamp of millimetres:
+/// neither VPLs nor paths find it, which is said.
 #[test]
 fn a_lamp_of_millimetres_above_water() {
     let scene = || {
@@ -269,8 +273,9 @@ fn a_lamp_of_millimetres_above_water() {
     assert!(missing > all / 2, "light is missing in {missing} of {all} pixels");
 }
 
-/// A lamp behind the camera whose mirror image fills a two-thousandth of the pixel, and is much of its light: most choices of a hundred camera samples miss it, so the many
-/// that paths begin with have to tell it.
+/// A lamp behind the camera whose mirror image fills a two-thousandth of the pixel, and is much of
+/// its light: most choices of a hundred camera samples miss it, so the many that paths begin with
+/// have to tell it.
 #[test]
 fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
     let mut b = builder();
@@ -295,7 +300,8 @@ fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
         let lights = VplOptions { count: 50_000, seed, ..VplOptions::default() };
         let view = view(tracer.scene(), [1, 1], 64, seed);
         let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
-        // More than is permitted is asked for: estimates that stop when they are satisfied stop where they met nothing.
+        // More than is permitted is asked for: estimates that stop when they are satisfied stop
+        // where they met nothing.
         let options =
             ControlOptions { error: 1e-3, seed, max_pairs: Some(16_384), ..ControlOptions::default() };
         let method = LightTransport::new(&tracer, &guided, &options).only_by(Estimator::Vpls);

@@ -28,7 +28,8 @@ fn dark() -> Scene {
     b.build().unwrap()
 }
 
-/// A map of 8×4 texels with one bright one, in the second row, whose column is the sixth: east and up.
+/// A map of 8×4 texels with one bright one, in the second row, whose column is the sixth: east and
+/// up.
 fn write_map(folder: &Path) -> String {
     let mut bytes = b"PF\n8 4\n-1.0\n".to_vec();
     for y in (0..4).rev() {
@@ -56,7 +57,8 @@ fn brightest(environment: &Environment) -> (Vec3, f32) {
 fn an_environment_takes_the_place_of_the_scenes_and_is_turned_and_scaled() {
     let folder = tempfile::tempdir().unwrap();
     let map = write_map(folder.path());
-    // The texel is centred at u = 13/16, an eighth of a turn behind east towards south, and 3/8 of the way down.
+    // The texel is centred at u = 13/16, an eighth of a turn behind east towards south, and 3/8 of
+    // the way down.
     let across = (22.5f32).to_radians();
     let (sin, cos) = tashika::math::elementary::sin_cos(across);
     let up = tashika::math::elementary::sin_cos(67.5f32.to_radians());
@@ -118,7 +120,8 @@ fn the_light_of_a_scene_without_light_gives_way_to_what_is_asked_for() {
     assert!(scene.emitters().is_empty() && scene.environment().unwrap().resolution().is_some());
 }
 
-/// Whatever changes the light changes the number by which parts of pictures are told apart; the folder that a file lies in does not.
+/// Whatever changes the light changes the number by which parts of pictures are told apart; the
+/// folder that a file lies in does not.
 #[test]
 fn other_light_is_another_scene() {
     let [a, b] = [(); 2].map(|()| tempfile::tempdir().unwrap());

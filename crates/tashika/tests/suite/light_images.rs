@@ -1,4 +1,5 @@
-//! Lights that shine by an image: each format's convention by numbers, the sum of VPLs against the path tracer and a formula, bounds.
+//! Lights that shine by an image: each format's convention by numbers, the sum of VPLs against the
+//! path tracer and a formula, bounds.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -85,7 +86,8 @@ fn what_vpls_do_not_carry_is_put_back() {
     transport_agrees(b, 0.01, "lights of images");
 }
 
-/// The plane `y = 0` seen from above, and the reflected radiance of each pixel, which is a formula of the intensity alone.
+/// The plane `y = 0` seen from above, and the reflected radiance of each pixel, which is a formula
+/// of the intensity alone.
 #[test]
 fn a_slide_on_a_plane_follows_its_formula() {
     let mut b = builder();
@@ -111,7 +113,8 @@ fn a_slide_on_a_plane_follows_its_formula() {
     for (i, e) in (0..).zip(estimates) {
         let ray = view.camera_ray([i % 24, i / 24], 0).0.unwrap();
         let x = ray.at(-ray.origin.y / ray.direction.y);
-        // On a screen across the axis, at a distance of 2, the irradiance is I₀ texel / 4, whatever the angle.
+        // On a screen across the axis, at a distance of 2, the irradiance is I₀ texel / 4, whatever
+        // the angle.
         let place = [(x.x - at.x) / 2.0 / 0.45, (x.z - at.z) / 2.0 / 0.3];
         let [u, v] = [(0.5 + 0.5 * place[0]) * 6.0, (0.5 + 0.5 * place[1]) * 4.0];
         // Rounding decides at the boundaries of texels.
@@ -210,7 +213,8 @@ fn close(a: Rgb, b: [f32; 3]) -> bool {
     a.to_array().iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-4 * (1.0 + b.abs()))
 }
 
-/// Intensities that Mitsuba 3.9.1 gives to points, times their squared distance; of an image of 4×2 texels.
+/// Intensities that Mitsuba 3.9.1 gives to points, times their squared distance; of an image of 4×2
+/// texels.
 #[test]
 fn projectors_and_spots_are_mitsubas() {
     let picture = pfm(&image(4, 2, |x, y| [1.0 + x as f32 + 10.0 * y as f32, 0.5, f32::from(x == 3)]));
@@ -285,7 +289,8 @@ fn projectors_and_spots_are_mitsubas() {
     );
 }
 
-/// Both versions' goniometric maps: in the light's own frame, the place of a direction by the formulas of the format.
+/// Both versions' goniometric maps: in the light's own frame, the place of a direction by the
+/// formulas of the format.
 #[test]
 fn goniometric_maps_are_turned_as_each_format_turns_them() {
     let folder = Folder::new();
@@ -310,7 +315,8 @@ fn goniometric_maps_are_turned_as_each_format_turns_them() {
             assert!(error < 1e-3 && found.b < found.r, "{d}: {found:?} for {expected}");
         }
     }
-    // Octahedral: the centre is the pole +y, the right edge +x, the lower edge +z, the corners −y; the mean of the channels counts.
+    // Octahedral: the centre is the pole +y, the right edge +x, the lower edge +z, the corners −y;
+    // the mean of the channels counts.
     for (direction, texel) in [
         ([0.05, 1.0, 0.05], [4, 4]),
         ([-0.05, 1.0, 0.05], [3, 4]),
@@ -336,7 +342,8 @@ fn goniometric_maps_are_turned_as_each_format_turns_them() {
     assert!(close(*intensity, [10.0 / (4.0 * PI); 3]));
 }
 
-/// Slides of both versions: the field of view spans the shorter side, the top row is at −y in pbrt-v3, at +y in pbrt-v4.
+/// Slides of both versions: the field of view spans the shorter side, the top row is at −y in
+/// pbrt-v3, at +y in pbrt-v4.
 #[test]
 fn projections_are_turned_as_each_format_turns_them() {
     let folder = Folder::new();

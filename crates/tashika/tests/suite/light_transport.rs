@@ -1,5 +1,6 @@
-//! Many lights against an independent path tracer, pixel by pixel: the mean over VPL sets, unclamped, on diffuse scenes with every kind of
-//! emitter; and clamped, with what VPLs do not carry put back, on scenes with gloss, mirrors and glass.
+//! Many lights against an independent path tracer, pixel by pixel: the mean over VPL sets,
+//! unclamped, on diffuse scenes with every kind of emitter; and clamped, with what VPLs do not
+//! carry put back, on scenes with gloss, mirrors and glass.
 
 use tashika::accel::Glass;
 use tashika::bsdf::{Bsdf, ConductorFresnel, Lambert};
@@ -54,7 +55,8 @@ pub fn agree(b: SceneBuilder, what: &str) {
     let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(4000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
-    // Two-sided level 10⁻⁵ for each of 36 pixels and the image. Every set comes with gather points of its own.
+    // Two-sided level 10⁻⁵ for each of 36 pixels and the image. Every set comes with gather points
+    // of its own.
     for (i, (m, (l, e))) in many.iter().zip(expected.iter().zip(errors)).enumerate() {
         let error = m.standard_error().hypot(f64::from(*e));
         let found = (m.mean(), m.standard_error());
@@ -101,7 +103,8 @@ fn an_environment_with_a_sun_through_the_open_side() {
     agree(b, "environment");
 }
 
-/// A leaf under the lamp, and a sheet of that surface beside it that lets pass more than half of the light.
+/// A leaf under the lamp, and a sheet of that surface beside it that lets pass more than half of
+/// the light.
 fn add_leaf_and_gauze(b: &mut SceneBuilder, gauze: Surface) {
     let leaf = Surface::Translucent {
         reflectance: Rgb::new(0.2, 0.5, 0.1).into(),
@@ -113,8 +116,9 @@ fn add_leaf_and_gauze(b: &mut SceneBuilder, gauze: Surface) {
     place(b, sheet(1.4, 0.1), Material { alpha, ..Material::new("gauze", gauze) });
 }
 
-/// Surfaces of several parts: a leaf under the lamp, a pane with a grey tint in the open side, a half-transparent sheet, and a block
-/// of two materials. The pane reflects nothing, for what a mirror reflects onto a surface is not in the sum over VPLs.
+/// Surfaces of several parts: a leaf under the lamp, a pane with a grey tint in the open side, a
+/// half-transparent sheet, and a block of two materials. The pane reflects nothing, for what a
+/// mirror reflects onto a surface is not in the sum over VPLs.
 #[test]
 fn light_through_leaves_panes_and_holes() {
     let mut b = diffuse_room();
@@ -133,8 +137,8 @@ fn light_through_leaves_panes_and_holes() {
     agree(b, "several parts");
 }
 
-/// Our estimate of light transport and the path tracer's, each pixel within their common error; and the whole image more sharply, of which
-/// what VPLs do not carry is at least the share `left_out`.
+/// Our estimate of light transport and the path tracer's, each pixel within their common error; and
+/// the whole image more sharply, of which what VPLs do not carry is at least the share `left_out`.
 pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
     // Far enough for what it cuts off to matter.
@@ -189,8 +193,9 @@ fn the_clamp_is_made_good() {
     transport_agrees(b, 0.02, "diffuse room");
 }
 
-/// Walls whose shading normals lean by up to 65 degrees: light that is scattered to the back of these is on its way to
-/// other surfaces as it is to the camera, which sees the geometric normal there.
+/// Walls whose shading normals lean by up to 65 degrees: light that is scattered to the back of
+/// these is on its way to other surfaces as it is to the camera, which sees the geometric normal
+/// there.
 #[test]
 fn leaning_shading_normals_lose_no_light() {
     let mut b = diffuse_room();
@@ -210,7 +215,8 @@ fn leaning_shading_normals_lose_no_light() {
     transport_agrees(b, 0.02, "leaning normals");
 }
 
-/// Broad and narrow lobes, at gather points and on the way; coats, whose diffuse part is no plain cosine lobe.
+/// Broad and narrow lobes, at gather points and on the way; coats, whose diffuse part is no plain
+/// cosine lobe.
 #[test]
 fn gloss_is_put_back() {
     let mut b = diffuse_room();
@@ -236,7 +242,8 @@ fn gloss_is_put_back() {
     transport_agrees(b, 0.02, "gloss");
 }
 
-/// A diffuse part that is far from a cosine lobe, and sheen, of which VPLs carry a mean and nothing.
+/// A diffuse part that is far from a cosine lobe, and sheen, of which VPLs carry a mean and
+/// nothing.
 #[test]
 fn cloth_and_retro_reflection_are_put_back() {
     let mut b = diffuse_room();
@@ -257,7 +264,8 @@ fn cloth_and_retro_reflection_are_put_back() {
     transport_agrees(b, 0.02, "cloth");
 }
 
-/// A mirror that lights what VPLs cannot, a smooth coat, a pane and a block of solid glass in front of an open side with a sky.
+/// A mirror that lights what VPLs cannot, a smooth coat, a pane and a block of solid glass in front
+/// of an open side with a sky.
 #[test]
 fn mirrors_panes_and_glass_are_put_back() {
     let mut b = diffuse_room();
@@ -306,7 +314,8 @@ fn leaves_and_holes_are_told_apart_from_gloss() {
     transport_agrees(b, 0.02, "leaves");
 }
 
-/// So few VPLs that which ones there are is most of the error: intervals that did not know of it would be far too narrow.
+/// So few VPLs that which ones there are is most of the error: intervals that did not know of it
+/// would be far too narrow.
 #[test]
 fn intervals_reckon_with_the_choice_of_vpls() {
     let mut b = diffuse_room();
@@ -338,7 +347,8 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     assert!(kept * 100 >= claims * 93, "{kept} of {claims}");
 }
 
-/// VPLs that were traced before, for no view: with what they do not carry put back, they give light transport as well.
+/// VPLs that were traced before, for no view: with what they do not carry put back, they give light
+/// transport as well.
 #[test]
 fn lights_that_are_given_do_too() {
     let mut b = diffuse_room();
@@ -387,7 +397,8 @@ fn a_guided_set_that_is_given_back_gives_the_same_bits() {
     }
 }
 
-/// A dark surface scatters less, and tolerates as much less: were its paths ended for being dark, those left would be few and bright.
+/// A dark surface scatters less, and tolerates as much less: were its paths ended for being dark,
+/// those left would be few and bright.
 #[test]
 fn paths_from_dark_surfaces_go_as_far() {
     let mut b = diffuse_room();
@@ -486,7 +497,8 @@ fn pixels_that_see_nothing_are_black_for_certain() {
     assert!(black.iter().all(|stop| *stop == 3), "the rule is met: {black:?}");
 }
 
-/// Where nobody says how dark is dark, pixels of less than a hundredth of the view's light are held to the error of that: not for ever more work.
+/// Where nobody says how dark is dark, pixels of less than a hundredth of the view's light are held
+/// to the error of that: not for ever more work.
 #[test]
 fn dark_pixels_are_held_to_a_share_of_the_views_light() {
     let mut b = diffuse_room();
@@ -535,7 +547,8 @@ fn a_path_tracer_stops_by_its_own_interval() {
     assert!(stops.iter().all(|stop| *stop == 4), "out of budget: {stops:?}");
 }
 
-/// A lamp of a millionth of all power, and all that lights the room: the others are shut in elsewhere.
+/// A lamp of a millionth of all power, and all that lights the room: the others are shut in
+/// elsewhere.
 #[test]
 fn a_lamp_of_a_millionth_of_the_power_is_found() {
     let room = || {
@@ -569,7 +582,8 @@ fn a_lamp_of_a_millionth_of_the_power_is_found() {
     assert!(claims > 110 && kept * 100 >= claims * 90, "{kept} of {claims} claims are kept");
 }
 
-/// A room lit through its open side, on a ground of 200 m: light paths that know what is seen go into the room.
+/// A room lit through its open side, on a ground of 200 m: light paths that know what is seen go
+/// into the room.
 #[test]
 fn a_wide_ground_has_few_of_the_vpls() {
     let mut b = diffuse_room();
@@ -592,8 +606,9 @@ fn a_wide_ground_has_few_of_the_vpls() {
     assert!(share_of_plain < 0.05 && share_of_guided > 0.4, "{share_of_plain} {share_of_guided}");
 }
 
-/// What a pixel with a leaf in it adds up to differs from one choice of camera samples to another by less the more there are: which side of the leaf a sample
-/// gathers on, and where it meets it, are spread evenly together.
+/// What a pixel with a leaf in it adds up to differs from one choice of camera samples to another
+/// by less the more there are: which side of the leaf a sample gathers on, and where it meets it,
+/// are spread evenly together.
 #[test]
 fn camera_samples_of_leaves_are_spread_evenly() {
     let mut b = diffuse_room();

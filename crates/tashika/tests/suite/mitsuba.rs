@@ -1,7 +1,7 @@
 //! Mitsuba files: every element means what the format says, checked by numbers.
 //!
-//! Conventions of textures, cameras, environments and shapes were taken from Mitsuba 3.9 itself: the numbers that tests
-//! compare with are its own where they say so.
+//! Conventions of textures, cameras, environments and shapes were taken from Mitsuba 3.9 itself:
+//! the numbers that tests compare with are its own where they say so.
 
 use std::fs;
 use std::sync::OnceLock;
@@ -526,8 +526,8 @@ fn environment_maps_have_mitsubas_axes() {
     }
 }
 
-/// The texel of row 2 and column 5 of 16×8, turned: directions in which Mitsuba 3.9.1 sees the middle of its light, whose rows reach from pole to pole,
-/// half a row nearer to them than here.
+/// The texel of row 2 and column 5 of 16×8, turned: directions in which Mitsuba 3.9.1 sees the
+/// middle of its light, whose rows reach from pole to pole, half a row nearer to them than here.
 #[test]
 fn environment_maps_are_turned_as_mitsuba_turns_them() {
     let mut bytes = b"PF\n16 8\n-1.0\n".to_vec();
@@ -834,7 +834,8 @@ fn channels_of_images_are_chosen_by_name() {
 
 #[test]
 fn names_and_places_of_one_long_line_are_read_in_time() {
-    // A hundred thousand elements: a second where each is found by counting from the start of its line would be an hour.
+    // A hundred thousand elements: a second where each is found by counting from the start of its
+    // line would be an hour.
     let line = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5\"/></bsdf>".repeat(50_000);
     let scene = load(&format!("{line}<shape type=\"cube\"><bsdf type=\"velvet\"/></shape>"));
     let first = scene.notes().iter().find(|n| n.message.contains("velvet")).unwrap().first;

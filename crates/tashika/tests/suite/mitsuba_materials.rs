@@ -1,5 +1,5 @@
-//! What Mitsuba's materials reflect here, against Mitsuba 3 itself: numbers that `crates/tashika-bench/mitsuba_materials.py`
-//! wrote.
+//! What Mitsuba's materials reflect here, against Mitsuba 3 itself: numbers that
+//! `crates/tashika-bench/mitsuba_materials.py` wrote.
 
 use tashika::color::Rgb;
 use tashika::math::elementary::sin_cos;
@@ -10,10 +10,12 @@ use crate::mitsuba::{load_in, xml};
 
 /// Elevations of the albedos of a row (degrees).
 const ELEVATIONS: [f32; 3] = [75.0, 40.0, 12.0];
-/// Elevation of the one direction and of the other, azimuth between them, of the values of a row (degrees).
+/// Elevation of the one direction and of the other, azimuth between them, of the values of a row
+/// (degrees).
 const PAIRS: [[f32; 3]; 3] = [[75.0, 50.0, 150.0], [40.0, 30.0, 100.0], [12.0, 25.0, 170.0]];
 
-/// What is off by more than 1 %, by what a row holds: albedos and values, at most how far; the first that fits counts.
+/// What is off by more than 1 %, by what a row holds: albedos and values, at most how far; the
+/// first that fits counts.
 const OFF: [(&str, [f64; 2]); 4] = [
     ("roughplastic", [0.012, 0.022]),
     // The notes say so.
@@ -73,10 +75,12 @@ fn value(scene: &Scene, [elevation, other, azimuth]: [f32; 3]) -> [f64; 3] {
     sum.map(|sum| opacity(scene) * sum)
 }
 
-/// What a row of a table and a scene of its material disagree on, by more than `allowed` of albedos and of values.
+/// What a row of a table and a scene of its material disagree on, by more than `allowed` of albedos
+/// and of values.
 ///
 /// * `row`: for the message.
-/// * `numbers`: albedos by elevation, then values by pair, a colour each; NaN where nothing is to be compared.
+/// * `numbers`: albedos by elevation, then values by pair, a colour each; NaN where nothing is to
+///   be compared.
 pub fn disagreements(row: &str, numbers: &str, scene: &Scene, allowed: [f64; 2]) -> Vec<String> {
     let expected: Vec<f64> = numbers.split_whitespace().map(|n| n.parse().unwrap()).collect();
     assert_eq!(expected.len(), 3 * (ELEVATIONS.len() + PAIRS.len()), "{row}");

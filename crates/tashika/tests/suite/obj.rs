@@ -193,8 +193,8 @@ fn meshes_follow_materials_in_the_order_of_their_first_face() {
     assert_eq!(note(&scene, "faces without material").unwrap().kind, NoteKind::Defaulted);
 }
 
-/// A unit cube about the origin whose faces are cut along diagonals, so that the numbers of triangles about
-/// its corners differ.
+/// A unit cube about the origin whose faces are cut along diagonals, so that the numbers of
+/// triangles about its corners differ.
 fn cube() -> String {
     let mut text = String::new();
     for i in 0..8 {
@@ -213,7 +213,8 @@ fn smoothing_does_not_depend_on_how_faces_are_cut() {
     let mesh = &scene.meshes()[0];
     assert_eq!(mesh.positions().len(), 8);
     for (p, n) in mesh.positions().iter().zip(mesh.normals()) {
-        // Weights by area, or none, are wrong by 0.1 and more; these are sums of a few rounded angles.
+        // Weights by area, or none, are wrong by 0.1 and more; these are sums of a few rounded
+        // angles.
         assert!((p.normalize() - *n).length() < 1e-6, "{p}: {n}");
     }
 }

@@ -1,4 +1,5 @@
-//! The pbrt loader: directives, transforms, cameras, shapes, objects and included files, in numbers.
+//! The pbrt loader: directives, transforms, cameras, shapes, objects and included files, in
+//! numbers.
 //!
 //! Lights, materials and textures are in `pbrt_appearance`, damaged files in `damaged_pbrt`.
 
@@ -34,7 +35,8 @@ impl Folder {
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
         let path = self.0.path().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
-        // Some file systems flush a file that is rewritten in place, which is slow; a new one costs nothing.
+        // Some file systems flush a file that is rewritten in place, which is slow; a new one costs
+        // nothing.
         let _ = fs::remove_file(&path);
         fs::write(path, bytes).unwrap();
     }

@@ -180,7 +180,8 @@ fn png(opacity: u8) -> Vec<u8> {
 #[test]
 fn lights_at_infinity_are_turned_as_each_format_turns_them() {
     let folder = Folder::new();
-    // pbrt-v3: rows from the pole +z, columns from +x towards +y. The bright texel is at φ = 90°, θ = 90°.
+    // pbrt-v3: rows from the pole +z, columns from +x towards +y. The bright texel is at φ = 90°, θ
+    // = 90°.
     folder.write("lat.hdr", hdr(16, 9, |x, y| if (x, y) == (4, 4) { [1.0, 0.5, 0.25] } else { [0.0; 3] }));
     let radiance = |text: &str, direction: [f32; 3]| {
         let scene = folder.load(text).unwrap();
@@ -215,7 +216,8 @@ fn lights_at_infinity_are_turned_as_each_format_turns_them() {
     assert!(noted(&scene, NoteKind::Ignored, "further maps"));
 }
 
-/// The one material of a text in a folder with the images `a.png` (opaque) and `b.png` (half transparent).
+/// The one material of a text in a folder with the images `a.png` (opaque) and `b.png` (half
+/// transparent).
 fn material(head: &str, text: &str) -> (Scene, Surface) {
     let folder = Folder::new();
     folder.write("a.png", png(255));

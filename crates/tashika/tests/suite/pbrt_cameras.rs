@@ -1,7 +1,7 @@
 //! pbrt's cameras that see all around: every film place looks where pbrt's own formula says.
 //!
-//! The formulas are written out here from the format's description, in its left-handed frame, and share nothing with the
-//! layouts of the library but for the octahedron's known directions.
+//! The formulas are written out here from the format's description, in its left-handed frame, and
+//! share nothing with the layouts of the library but for the octahedron's known directions.
 
 use std::f32::consts::PI;
 
@@ -39,7 +39,8 @@ fn latitudes_and_longitudes_are_those_of_pbrt() {
             let (found, expected) = (direction(&plain, u, v), by_angles(u, v));
             assert!((found - expected).length() < 1e-5, "{words} at {u}, {v}: {found} for {expected}");
         }
-        // From (1, 2, 3) along −z: pbrt's x, to the right of its perspective picture, is −x of the world here.
+        // From (1, 2, 3) along −z: pbrt's x, to the right of its perspective picture, is −x of the
+        // world here.
         let placed = camera("LookAt 1 2 3  1 2 -7  0 1 0", words);
         assert_eq!(placed.cameras()[0].position(), Vec3::new(1.0, 2.0, 3.0));
         for (u, v, expected) in [(0.25, 0.5, Vec3::NEG_Z), (0.0, 0.5, Vec3::NEG_X), (0.4, 0.0, Vec3::Y)] {
@@ -54,7 +55,8 @@ fn latitudes_and_longitudes_are_those_of_pbrt() {
 fn equal_areas_are_those_of_pbrt() {
     for words in ["\"spherical\"", "\"spherical\" \"string mapping\" \"equalarea\""] {
         let plain = camera("", words);
-        // Of the octahedron of pbrt (z up before y and z change places): the centre, middles of edges, a corner.
+        // Of the octahedron of pbrt (z up before y and z change places): the centre, middles of
+        // edges, a corner.
         for (u, v, expected) in [
             (0.5, 0.5, Vec3::Y),
             (1.0, 0.5, Vec3::X),

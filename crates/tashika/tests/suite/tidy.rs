@@ -2,7 +2,8 @@
 //!
 //! Rules that neither the compiler nor clippy knows, run over the workspace by the tests below.
 //!
-//! What passing does not prove: that code keeps to the meaning of its layer. The tables say who may name whom.
+//! What passing does not prove: that code keeps to the meaning of its layer. The tables say who may
+//! name whom.
 
 mod broken;
 mod rules;

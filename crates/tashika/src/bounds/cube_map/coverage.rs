@@ -1,21 +1,25 @@
 //! Which texels the directions of a box or of a cone fall into.
 //!
-//! A vector `d` with its longest component `x = d_a > 0` falls into column `[s, t]` if `s x ≤ d_b ≤ t x`. In a box, `d_b` is any number
-//! of `[lo, hi]`, so the column is met for the `x` with
+//! A vector `d` with its longest component `x = d_a > 0` falls into column `[s, t]` if
+//! `s x ≤ d_b ≤ t x`. In a box, `d_b` is any number of `[lo, hi]`, so the column is met for the `x`
+//! with
 //!
 //! ```text
 //! s x ≤ hi  and  t x ≥ lo:    an interval X_u of x
 //! ```
 //!
-//! and a row likewise for an interval `X_v`, with `d_b` and `d_c` free of each other for a given `x`. A texel is met if and only if
-//! `X_u`, `X_v` and the box's own `[lo_a, hi_a]` have a common `x`: this is the perspective image of the box, texel by texel; the product
-//! of the ranges of `u` and of `v` would be its bounding rectangle.
+//! and a row likewise for an interval `X_v`, with `d_b` and `d_c` free of each other for a given
+//! `x`. A texel is met if and only if `X_u`, `X_v` and the box's own `[lo_a, hi_a]` have a common
+//! `x`: this is the perspective image of the box, texel by texel; the product of the ranges of `u`
+//! and of `v` would be its bounding rectangle.
 //!
-//! For a cone: the texels met by the smallest box about its unit vectors, less those whose bounding cones are apart from it.
+//! For a cone: the texels met by the smallest box about its unit vectors, less those whose bounding
+//! cones are apart from it.
 //!
 //! # Guarantee
-//! Every direction falls into a texel that is covered, but for vectors none of whose components is longer than [`SHORTEST`]. The edges
-//! are moved outwards by more than the rounding of the products here. Tested below.
+//! Every direction falls into a texel that is covered, but for vectors none of whose components is
+//! longer than [`SHORTEST`]. The edges are moved outwards by more than the rounding of the products
+//! here. Tested below.
 
 use super::faces::Faces;
 use super::texel::Texel;
@@ -24,10 +28,12 @@ use crate::math::{Aabb, Cone, Vec3};
 
 /// Vectors with no longer component are left out: `2⁻⁶¹`, less than 10⁻¹⁷ / √3 (m).
 ///
-/// Otherwise a flat box through the origin would cover everything: the origin, which is no direction, lies on all edges.
+/// Otherwise a flat box through the origin would cover everything: the origin, which is no
+/// direction, lies on all edges.
 const SHORTEST: f32 = 1.0 / (1u64 << 61) as f32;
 
-/// By how much what is computed of a cone is moved outwards: more than its rounding, about `10 · 2⁻²⁴`.
+/// By how much what is computed of a cone is moved outwards: more than its rounding, about
+/// `10 · 2⁻²⁴`.
 const CONE_ROUNDING: f32 = 1e-6;
 
 /// The largest of the texels that a direction of `towards` falls into.
@@ -69,7 +75,8 @@ struct Face<const N: usize> {
     rows: Intervals<N>,
 }
 
-/// The intervals of the component along the face in which the columns, or the rows, are met. Empty where `lo > hi`.
+/// The intervals of the component along the face in which the columns, or the rows, are met. Empty
+/// where `lo > hi`.
 struct Intervals<const N: usize> {
     lo: [f32; N],
     hi: [f32; N],
@@ -111,7 +118,8 @@ impl<const N: usize> Intervals<N> {
         let mut intervals = Self { lo: [0.0; N], hi: [0.0; N] };
         for k in 0..N {
             let (below, above) = (Faces::<N>::BELOW[k], Faces::<N>::ABOVE[k]);
-            // s x ≤ hi and t x ≥ lo: each bounds x from below or from above, by the sign of the edge.
+            // s x ≤ hi and t x ≥ lo: each bounds x from below or from above, by the sign of the
+            // edge.
             let (from_s, from_t) = (across[1] * below, across[0] * above);
             intervals.lo[k] = along[0].max(if below < 0.0 { from_s } else { 0.0 }).max(if above > 0.0 {
                 from_t
@@ -132,7 +140,8 @@ fn box_of(cone: &Cone) -> Aabb {
         return Aabb::EMPTY;
     }
     let sin = sin_of(cone.cos);
-    // Largest cosine of a direction of the cone with an axis at cosine z: cos(θ − β), or 1 if the axis is in the cone.
+    // Largest cosine of a direction of the cone with an axis at cosine z: cos(θ − β), or 1 if the
+    // axis is in the cone.
     let farthest = |z: f32| if z >= cone.cos { 1.0 } else { z * cone.cos + sin_of(z) * sin };
     let of_axis = |v: Vec3| Vec3::new(farthest(v.x), farthest(v.y), farthest(v.z)) + CONE_ROUNDING;
     Aabb { lo: -of_axis(-cone.axis), hi: of_axis(cone.axis) }
@@ -184,7 +193,8 @@ mod tests {
         set.as_flattened().as_flattened().iter().filter(|&&met| met).count()
     }
 
-    /// Texels, edges included, that hold the direction of `d`. Edges are multiples of 1/4: in `f64` the products are exact.
+    /// Texels, edges included, that hold the direction of `d`. Edges are multiples of 1/4: in `f64`
+    /// the products are exact.
     fn texels_of(d: Vec3) -> Vec<(usize, usize, usize)> {
         let d = d.as_dvec3();
         let mut found = Vec::new();
@@ -203,7 +213,8 @@ mod tests {
         found
     }
 
-    /// A box of any size and kind: apart from the origin, around it, touching it, flat, on edges and corners of the cube.
+    /// A box of any size and kind: apart from the origin, around it, touching it, flat, on edges
+    /// and corners of the cube.
     fn random_box(s: &mut Stream) -> Aabb {
         let mut center = warp::sphere(s.uniform_2()) * powf(10.0, 24.0 * s.uniform() - 14.0);
         match s.below(6) {
@@ -281,7 +292,8 @@ mod tests {
         near <= far
     }
 
-    /// The texels of which a ray on a grid of `RAYS × RAYS` meets what is asked for; the grid holds edges and corners.
+    /// The texels of which a ray on a grid of `RAYS × RAYS` meets what is asked for; the grid holds
+    /// edges and corners.
     fn met_by_rays(meets: impl Fn(DVec3) -> bool) -> Set {
         const RAYS: usize = 33;
         std::array::from_fn(|face| {
@@ -301,7 +313,8 @@ mod tests {
         })
     }
 
-    /// How many texels both sets have, and how many only the first; none may be in the second alone.
+    /// How many texels both sets have, and how many only the first; none may be in the second
+    /// alone.
     fn compare(covered: &Set, met: &Set, what: &Towards) -> [usize; 2] {
         let mut counts = [0; 2];
         for face in 0..6usize {
@@ -316,7 +329,8 @@ mod tests {
         counts
     }
 
-    /// Against ray tracing. A texel in whose corner the box has a part smaller than the grid's step may be covered and not met.
+    /// Against ray tracing. A texel in whose corner the box has a part smaller than the grid's step
+    /// may be covered and not met.
     #[test]
     fn hardly_a_texel_is_covered_that_no_direction_of_the_box_falls_into() {
         let mut s = Stream::new(2, Purpose::Test, 1);
@@ -342,13 +356,15 @@ mod tests {
             let d = warp::sphere(s.uniform_2());
             for towards in [Towards::Box(Aabb { lo: d, hi: d }), Towards::Cone(Cone::of(d))] {
                 let set = covered(&towards);
-                // Within 4·10⁻⁶ of an edge the next texel is covered, too: a probability of 10⁻⁴ a direction.
+                // Within 4·10⁻⁶ of an edge the next texel is covered, too: a probability of 10⁻⁴ a
+                // direction.
                 let (face, v, u) = texels_of(d)[0];
                 assert!(set[face][v][u] && count(&set) <= 4, "{d:?} {}", count(&set));
             }
         }
         let counts = |d: Vec3| count(&covered(&Towards::Box(Aabb { lo: d, hi: d })));
-        // The middle of a texel, of an edge between two, a corner of four; an edge and a corner of the cube.
+        // The middle of a texel, of an edge between two, a corner of four; an edge and a corner of
+        // the cube.
         assert_eq!(counts(Vec3::new(8.0, 1.0, 1.0)), 1);
         assert_eq!(counts(Vec3::new(8.0, 2.0, 1.0)), 2);
         assert_eq!(counts(Vec3::new(-8.0, 0.0, 2.0)), 4);

@@ -1,27 +1,30 @@
 //! The texels of a cube as sets of directions.
 //!
-//! Face `2a` looks along the axis `a`, face `2a + 1` against it. With `b = a + 1` and `c = a + 2` (modulo 3) a vector `d` on the face, that
-//! is with the longest component along it, has the coordinates
+//! Face `2a` looks along the axis `a`, face `2a + 1` against it. With `b = a + 1` and `c = a + 2`
+//! (modulo 3) a vector `d` on the face, that is with the longest component along it, has the
+//! coordinates
 //!
 //! ```text
 //! u = d_b / |d_a|,    v = d_c / |d_a|        both in [−1, 1]
 //! ```
 //!
-//! Texel `(v, u)` of `N × N` holds `u` in `[−1 + 2u/N, −1 + 2(u+1)/N]`, and `v` alike. A direction on an edge belongs to both sides.
+//! Texel `(v, u)` of `N × N` holds `u` in `[−1 + 2u/N, −1 + 2(u+1)/N]`, and `v` alike. A direction
+//! on an edge belongs to both sides.
 //!
 //! # Guarantee
-//! The bounding cone of a texel holds every direction within [`WIDENING`] radians of it. [`Faces::BELOW`] and [`Faces::ABOVE`] are outside
-//! the edges by that much in `u`. Tested below.
+//! The bounding cone of a texel holds every direction within [`WIDENING`] radians of it.
+//! [`Faces::BELOW`] and [`Faces::ABOVE`] are outside the edges by that much in `u`. Tested below.
 
 use crate::math::{Cone, Vec3};
 
 /// By how much bounding cones are wider than their texels (rad) and edges are moved.
 ///
-/// `transport` computes a unit vector by dividing three differences by one length: each component is off by `2⁻²⁴` of itself, the
-/// direction by no more radians. This is sixteen times that.
+/// `transport` computes a unit vector by dividing three differences by one length: each component
+/// is off by `2⁻²⁴` of itself, the direction by no more radians. This is sixteen times that.
 const WIDENING: f64 = 1.0 / (1 << 20) as f64;
 
-/// A row of texels of the face along the third axis: bounding cones, `u` along the first axis and `v` along the second.
+/// A row of texels of the face along the third axis: bounding cones, `u` along the first axis and
+/// `v` along the second.
 #[derive(Clone, Copy)]
 pub struct Row<const N: usize> {
     /// Components of the unit axes.
@@ -58,8 +61,8 @@ impl<const N: usize> Faces<N> {
         Cone { axis, cos: row.cos[u] }
     }
 
-    /// `w` by its components along `u`, `v` and the face's normal: its scalar products with the axes of [`Faces::ROWS`] are those with
-    /// the axes of the face.
+    /// `w` by its components along `u`, `v` and the face's normal: its scalar products with the
+    /// axes of [`Faces::ROWS`] are those with the axes of the face.
     pub fn turned(face: usize, w: Vec3) -> Vec3 {
         let side = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
         match face / 2 {
@@ -99,8 +102,9 @@ impl<const N: usize> Faces<N> {
         rows
     }
 
-    /// The axis is the mean of the unit vectors to the corners, the angle the largest to a corner: a cone of less than a right angle
-    /// meets a plane in a convex set, so it holds the texel if it holds the corners.
+    /// The axis is the mean of the unit vectors to the corners, the angle the largest to a corner:
+    /// a cone of less than a right angle meets a plane in a convex set, so it holds the texel if it
+    /// holds the corners.
     const fn bounding_cone(u: usize, v: usize) -> ([f32; 3], f32) {
         let corners = [
             unit([Self::edge(u), Self::edge(v), 1.0]),
@@ -135,7 +139,8 @@ const fn unit(v: [f64; 3]) -> [f64; 3] {
     [v[0] / length, v[1] / length, v[2] / length]
 }
 
-/// The square root of a number from 10⁻⁶ to 16, by Newton's iteration: constants cannot call `sqrt`.
+/// The square root of a number from 10⁻⁶ to 16, by Newton's iteration: constants cannot call
+/// `sqrt`.
 const fn root(square: f64) -> f64 {
     let mut root = 0.5 * (1.0 + square);
     let mut k = 0;
@@ -153,7 +158,8 @@ mod tests {
     use crate::math::elementary::acos;
     use crate::rng::{Purpose, Stream};
 
-    /// Directions of every texel, at its corners and inside, moved by [`WIDENING`]; and cones that are no wider than needed.
+    /// Directions of every texel, at its corners and inside, moved by [`WIDENING`]; and cones that
+    /// are no wider than needed.
     fn cones_hold_their_texels<const N: usize>() {
         let mut s = Stream::new(3, Purpose::Test, N as u64);
         for face in 0..6usize {
@@ -188,7 +194,8 @@ mod tests {
             }
         }
         let widest = Faces::<N>::ROWS.iter().flat_map(|row| row.cos).map(acos).fold(0.0, f32::max);
-        // The largest texels are those in the middle of a face: half a diagonal of √2 · 2/N at distance 1.
+        // The largest texels are those in the middle of a face: half a diagonal of √2 · 2/N at
+        // distance 1.
         assert!(widest < 1.01 * std::f32::consts::SQRT_2 / N as f32, "{widest}");
     }
 

@@ -5,14 +5,15 @@
 //! lobe · c_i ≤           ρ (n + 2)/2π cosⁿα c_i or             F D G₂ / (4 c_o)
 //! ```
 //!
-//! The same bounds as those of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], for hundreds of cones at once: the angles of a
-//! row of texels are one operation ([`spans`](super::spans)), and what depends on the point alone is done once. Many times faster, and
-//! hardly larger. They would be larger where half vectors are near the normal, at the peak of lobes of facets; these texels are bounded one by
-//! one.
+//! The same bounds as those of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], for
+//! hundreds of cones at once: the angles of a row of texels are one operation
+//! ([`spans`](super::spans)), and what depends on the point alone is done once. Many times faster,
+//! and hardly larger. They would be larger where half vectors are near the normal, at the peak of
+//! lobes of facets; these texels are bounded one by one.
 //!
 //! # Guarantee
-//! At least the largest channel as `transport` computes it, for every direction of the texel. Zero where the texel is certainly below the
-//! plane of either normal.
+//! At least the largest channel as `transport` computes it, for every direction of the texel. Zero
+//! where the texel is certainly below the plane of either normal.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::cube_map`.
@@ -30,22 +31,25 @@ use crate::bsdf::{Bsdf, FacetModel, MIN_COSINE, Microfacets};
 use crate::color::Rgb;
 use crate::math::Cone;
 
-/// Cosines of incidence at which reflectances are kept: `(k / KNOTS)²`. Higher values make `F` tighter and cost time. Chosen: the ratio of
-/// neighbours is below 1.25 for dielectrics of an index above 1.3 and for Schlick's `F` with `F₀` above 0.04.
+/// Cosines of incidence at which reflectances are kept: `(k / KNOTS)²`. Higher values make `F`
+/// tighter and cost time. Chosen: the ratio of neighbours is below 1.25 for dielectrics of an index
+/// above 1.3 and for Schlick's `F` with `F₀` above 0.04.
 const KNOTS: usize = 32;
 
-/// Largest cosines with the normal for which the diffuse part is kept: `(k + 1) / STEPS`. Matters for coats, which let less light in at
-/// grazing angles.
+/// Largest cosines with the normal for which the diffuse part is kept: `(k + 1) / STEPS`. Matters
+/// for coats, which let less light in at grazing angles.
 const STEPS: usize = 8;
 
-/// Phong lobes that are fainter than `e⁻²⁴` of their peak are bounded by that: most texels of a sharp lobe need no logarithm.
+/// Phong lobes that are fainter than `e⁻²⁴` of their peak are bounded by that: most texels of a
+/// sharp lobe need no logarithm.
 const FAINT_POWER: f64 = 24.0;
 
 /// At least `e⁻²⁴`.
 const FAINT: f64 = 3.8e-11;
 
-/// Half vectors within `α`, but no more than this angle (rad), of the normal are near the peak. Chosen: higher values cost time, and there
-/// the factors at their largest one by one are hardly larger than their product.
+/// Half vectors within `α`, but no more than this angle (rad), of the normal are near the peak.
+/// Chosen: higher values cost time, and there the factors at their largest one by one are hardly
+/// larger than their product.
 const WIDEST_PEAK: f32 = 0.1;
 
 /// What texels bound.
@@ -124,7 +128,8 @@ impl Source {
         Some(Self { bounded, point, cos_o, diffuse, lobe, reflected, facets })
     }
 
-    /// Upper bounds of the lobe over the texels of a row that reach above the horizon; zero for the others.
+    /// Upper bounds of the lobe over the texels of a row that reach above the horizon; zero for the
+    /// others.
     fn lobes<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f64; N] {
         let facets = match self.lobe {
             Lobe::None => return [0.0; N],
@@ -136,7 +141,8 @@ impl Source {
             Lobe::None => 0.0,
             Lobe::Phong { scale, exponent } => {
                 let [sin, cos] = spans.from_mirror.map(|lanes| f64::from(lanes[u]));
-                // cosⁿ ≤ exp(−n (1 − cos)). The slack of the angle outweighs the rounding of 1 − cos.
+                // cosⁿ ≤ exp(−n (1 − cos)). The slack of the angle outweighs the rounding of 1 −
+                // cos.
                 let faint = exponent * (1.0 - cos) > FAINT_POWER && cos > 0.01;
                 let power = if faint {
                     (exponent + 2.0) * FAINT
@@ -233,7 +239,8 @@ mod tests {
     use crate::bounds::tests::cases::{KINDS, half_angle, mirror, near, random_point, reflected};
     use crate::rng::{Purpose, Stream};
 
-    /// Random points of all kinds: every texel is a bound of its directions. Quotients of texels by the bounds of their cones, sorted.
+    /// Random points of all kinds: every texel is a bound of its directions. Quotients of texels by
+    /// the bounds of their cones, sorted.
     fn texels_are_bounds<const N: usize>(bounded: Bounded, index: u64, points: u64) -> Vec<f64> {
         let mut quotients = Vec::new();
         for (number, kind) in KINDS.into_iter().enumerate() {
@@ -274,8 +281,9 @@ mod tests {
         quotients[((quotients.len() - 1) as f64 * share) as usize]
     }
 
-    // The limits are those measured and a tenth of the excess over 1. The 16 bits of a texel are a fifth of a hundredth. What is left comes
-    // from steps of `F` and, at the borders of sharp lobes, from the slack.
+    // The limits are those measured and a tenth of the excess over 1. The 16 bits of a texel are a
+    // fifth of a hundredth. What is left comes from steps of `F` and, at the borders of sharp
+    // lobes, from the slack.
 
     #[test]
     fn texels_are_bounds_and_hardly_larger_than_those_of_single_cones() {

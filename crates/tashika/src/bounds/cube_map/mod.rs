@@ -1,39 +1,45 @@
 //! Upper bounds of the BRDF on a cube of directions, merged up the gather tree.
 //!
-//! Each texel `T` of a cube of `6 × N × N` texels holds, over the gather points `j` of a cluster and the light directions `ω_i` of
-//! the texel's bounding cone,
+//! Each texel `T` of a cube of `6 × N × N` texels holds, over the gather points `j` of a cluster
+//! and the light directions `ω_i` of the texel's bounding cone,
 //!
 //! ```text
 //! U_T ≥ max_j max_ω_i f_r,j(ω_o,j, ω_i)                 (sr⁻¹, largest channel)
 //! M   ≤ max_{T met by D} U_T · max cos⁺∠(D, normals)    (sr⁻¹)
 //! ```
 //!
-//! where `D` holds all vectors from the points to the lights, and `normals` is a cone about the shading normals. Two clusters are merged
-//! texel by texel. The cube is aligned with the world's axes, so that the texels of all points are the same sets of directions.
+//! where `D` holds all vectors from the points to the lights, and `normals` is a cone about the
+//! shading normals. Two clusters are merged texel by texel. The cube is aligned with the world's
+//! axes, so that the texels of all points are the same sets of directions.
 //!
 //! # Guarantee
 //! [`UpperMaterial::upper_material`] is at least the largest channel of `M` as `transport` computes it in `f32`, for every point merged
 //! and every light in `towards`.
 //!
 //! # Assumption
-//! A light and a point are either at the same place or at least 10⁻¹⁷ m apart. (Closer, the square of their distance underflows, and
-//! `transport` computes no unit vector.)
+//! A light and a point are either at the same place or at least 10⁻¹⁷ m apart. (Closer, the square
+//! of their distance underflows, and `transport` computes no unit vector.)
 //!
 //! # Source
-//! Iwasaki 2019, "Error Estimation for Many-Light Rendering of Glossy Materials": a cube map of the largest BRDF for each gather point,
-//! texel-wise maxima up the tree, and the lights' box projected onto the cube.
+//! Iwasaki 2019, "Error Estimation for Many-Light Rendering of Glossy Materials": a cube map of the
+//! largest BRDF for each gather point, texel-wise maxima up the tree, and the lights' box projected
+//! onto the cube.
 //!
 //! # Differences from the source
-//! * What is projected is the box of all differences of the two clusters. The box of the lights alone, seen from one point, is no bound
-//!   once the points are apart.
-//! * The texels that are looked at are exactly those that a direction of the box falls into ([`coverage`]); the source does not say how it
-//!   finds them. A pyramid of maxima would look at four texels a face at most, but its bounds of wide boxes are many times
-//!   larger, and rows of texels are read nearly as fast.
-//! * The source states neither resolution nor format. Here `N = 8` unless another is asked for, and a texel is 16 bits wide ([`texel`]).
+//! * What is projected is the box of all differences of the two clusters. The box of the lights
+//!   alone, seen from one point, is no bound once the points are apart.
+//! * The texels that are looked at are exactly those that a direction of the box falls into
+//!   ([`coverage`]); the source does not say how it finds them. A pyramid of maxima would look at
+//!   four texels a face at most, but its bounds of wide boxes are many times larger, and rows of
+//!   texels are read nearly as fast.
+//! * The source states neither resolution nor format. Here `N = 8` unless another is asked for, and
+//!   a texel is 16 bits wide ([`texel`]).
 //! * The source bounds Phong lobes. Here every [`Bsdf`](crate::bsdf::Bsdf) is bounded ([`fill`]).
-//! * `FOLDED` is an alternative of our own: the texels hold the lobe *times* the cosine, and the diffuse part is one number beside them,
-//!   `M ≤ K max cos⁺ + max U_T`. GGX lobes without the cosine grow towards the horizon, so that their product with the largest cosine of
-//!   a cluster can be many times too large; a diffuse part times the largest cosine of a texel is a little too large.
+//! * `FOLDED` is an alternative of our own: the texels hold the lobe *times* the cosine, and the
+//!   diffuse part is one number beside them, `M ≤ K max cos⁺ + max U_T`. GGX lobes without the
+//!   cosine grow towards the horizon, so that their product with the largest cosine of a cluster
+//!   can be many times too large; a diffuse part times the largest cosine of a texel is a little
+//!   too large.
 //!
 //! # Held to this by
 //! `bounds::tests::cube_map`, and the tests beside each part.
@@ -54,14 +60,17 @@ use texel::Texel;
 /// By how much the product of a bound and a cosine can be exceeded.
 ///
 /// [`Towards::upper_cos`] is at most 1, which a cosine computed in `f32` exceeds by up to 10 roundings: four of the length of the
-/// direction, three of the normal's, three of the scalar product. The others are those of a sum and of products here and there.
+/// direction, three of the normal's, three of the scalar product. The others are those of a sum and
+/// of products here and there.
 const ROUNDING: f32 = 16.0 * UNIT_ROUNDOFF;
 
-/// Upper bounds of the BRDF by direction, on a cube of `6 N²` texels; `M` is at most the largest texel that a light falls into, times the
-/// largest cosine (Iwasaki 2019).
+/// Upper bounds of the BRDF by direction, on a cube of `6 N²` texels; `M` is at most the largest
+/// texel that a light falls into, times the largest cosine (Iwasaki 2019).
 ///
-/// * `N`: texels along an edge, 2 to 16. Higher values bound sharp lobes better and cost memory (`12 N²` bytes) and time.
-/// * `FOLDED`: whether texels hold lobes times cosines, which is tighter, instead of BRDFs, which is as published.
+/// * `N`: texels along an edge, 2 to 16. Higher values bound sharp lobes better and cost memory
+///   (`12 N²` bytes) and time.
+/// * `FOLDED`: whether texels hold lobes times cosines, which is tighter, instead of BRDFs, which
+///   is as published.
 #[derive(Clone, Debug)]
 pub struct UpperCubeMap<const N: usize = 8, const FOLDED: bool = false> {
     /// The shading normals, on the sides of the viewers.

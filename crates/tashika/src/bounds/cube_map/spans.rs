@@ -1,21 +1,25 @@
 //! Extremes of the angles that a BRDF depends on, over a row of texels at once.
 //!
-//! With the axis `a` and half-angle `β` of a texel's bounding cone, the reasoning is that of `bounds::spans`:
+//! With the axis `a` and half-angle `β` of a texel's bounding cone, the reasoning is that of
+//! `bounds::spans`:
 //!
 //! ```text
 //! θ_n − β ≤ ∠(ω_i, n) ≤ θ_n + β,   ∠(ω_i, m) ≥ θ_m − β,   ∠(ω_i, ω_o) ≤ min(θ_o + β, ∠(n, ω_o) + π/2)
 //! ∠(h, n) ≥ ½ ∠(ω_i, m)   and   ∠(h, n) ≥ ∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)
 //! ```
 //!
-//! for the normal `n`, the mirror direction `m`, the half vector `h`, and `θ` the angle between `a` and the direction in its index. In `f32`
-//! and without branches, so that the compiler turns a row into vector instructions.
+//! for the normal `n`, the mirror direction `m`, the half vector `h`, and `θ` the angle between `a`
+//! and the direction in its index. In `f32` and without branches, so that the compiler turns a row
+//! into vector instructions.
 //!
 //! # Rounding
-//! Scalar products are off by [`COSINE`]. A difference of angles is cut off at zero, or its larger angle is at least the half-angle of a
-//! texel, so that its sine is at least 1/20 and the angle off by at most `20 COSINE`. Every texel is taken [`SLACK`] wider, which is ten
-//! times that. In `∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)` the first is off by at most `50 COSINE` and the second larger by at
-//! least `0.9 SLACK / 2`, nearly twice that. What is left makes up for what `transport` turns directions by ([`TURN`]). Small
-//! differences are kept as sines, since a cosine near 1 does not tell them from zero.
+//! Scalar products are off by [`COSINE`]. A difference of angles is cut off at zero, or its larger
+//! angle is at least the half-angle of a texel, so that its sine is at least 1/20 and the angle off
+//! by at most `20 COSINE`. Every texel is taken [`SLACK`] wider, which is ten times that. In
+//! `∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)` the first is off by at most `50 COSINE` and the
+//! second larger by at least `0.9 SLACK / 2`, nearly twice that. What is left makes up for what
+//! `transport` turns directions by ([`TURN`]). Small differences are kept as sines, since a cosine
+//! near 1 does not tell them from zero.
 //!
 //! # Held to this by
 //! The tests below and those of `fill`.
@@ -25,7 +29,8 @@ use crate::bounds::Reflector;
 use crate::bsdf::MIN_COSINE;
 use crate::math::Vec3;
 
-/// Error of scalar products here: directions are unit and turned by frames to 10⁻⁶, products rounded by `3 · 2⁻²⁴`.
+/// Error of scalar products here: directions are unit and turned by frames to 10⁻⁶, products
+/// rounded by `3 · 2⁻²⁴`.
 const COSINE: f32 = 2e-6;
 
 /// `√(2 COSINE)`: the largest error of a sine taken from a cosine.
@@ -34,10 +39,12 @@ const SINE: f32 = 2e-3;
 /// What `transport` turns directions by, and halves of sums of unit vectors are off by, with room.
 const TURN: f32 = 1e-5;
 
-/// By how much the half-angles of texels are taken larger (rad). Chosen: enough for the roundings, and less than a hundredth of a texel.
+/// By how much the half-angles of texels are taken larger (rad). Chosen: enough for the roundings,
+/// and less than a hundredth of a texel.
 const SLACK: f32 = 4e-4;
 
-/// Below this cosine of incidence the rounding of two directions (3·10⁻⁶) may turn the half vector by more than `SLACK / 4`.
+/// Below this cosine of incidence the rounding of two directions (3·10⁻⁶) may turn the half vector
+/// by more than `SLACK / 4`.
 const SMALLEST_INCIDENCE: f32 = 0.02;
 
 /// The unit directions that a BRDF is measured from, the normals on the side of the viewer.
@@ -49,7 +56,8 @@ pub struct Directions {
     mirror: Vec3,
     /// Scalar product of the normal and the viewer's direction.
     viewer_along_normal: f32,
-    /// Least cosine of incidence of light above the horizon: `cos ½(θ + π/2) = cos θ / √(2 (1 + sin θ))` for `θ = ∠(n, ω_o)`.
+    /// Least cosine of incidence of light above the horizon:
+    /// `cos ½(θ + π/2) = cos θ / √(2 (1 + sin θ))` for `θ = ∠(n, ω_o)`.
     horizon_incidence: f32,
 }
 
@@ -192,7 +200,8 @@ mod tests {
 
     const N: usize = 8;
 
-    /// Directions of a texel: anywhere, towards the mirror direction, and along the horizon, opposite to the viewer or wherever the texel is.
+    /// Directions of a texel: anywhere, towards the mirror direction, and along the horizon,
+    /// opposite to the viewer or wherever the texel is.
     fn direction(point: &Reflector, face: usize, v: usize, u: usize, k: u32, s: &mut Stream) -> glam::DVec3 {
         let cone = Faces::<N>::cone(face, v, u);
         let axis = cone.axis.as_dvec3();

@@ -1,8 +1,9 @@
 //! A non-negative number in 16 bits, rounded up.
 //!
-//! The first 16 bits of an `f32` after its sign: eight of the exponent, eight of the mantissa. So numbers are rounded up by at most
-//! `2⁻⁸` of their value, the range is that of `f32`, infinity included, and the order is that of the bits. Half the memory of `f32`, and
-//! twice as many in a register. Tested below.
+//! The first 16 bits of an `f32` after its sign: eight of the exponent, eight of the mantissa. So
+//! numbers are rounded up by at most `2⁻⁸` of their value, the range is that of `f32`, infinity
+//! included, and the order is that of the bits. Half the memory of `f32`, and twice as many in a
+//! register. Tested below.
 
 /// A non-negative number, rounded up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,8 +5,9 @@
 //! V = v(c_o) v(c_i), v(c) = G₁(c) / 2c    v falls with α and c, v c = G₁/2 grows with c
 //! ```
 //!
-//! `∂ ln D/∂t = 2/(1 + t) − 1/α²` and `∂ ln D/∂α = 2 (t/α² − 1)/α`. Where `D` is largest off the normal, at `t = 2α² − 1`, that largest
-//! value falls with `α`: `∂/∂α (1/α² + 2 ln 2α) = 2 (1 − 1/α²)/α ≤ 0`. `G₁` is the rational function of
+//! `∂ ln D/∂t = 2/(1 + t) − 1/α²` and `∂ ln D/∂α = 2 (t/α² − 1)/α`. Where `D` is largest off the
+//! normal, at `t = 2α² − 1`, that largest value falls with `α`:
+//! `∂/∂α (1/α² + 2 ln 2α) = 2 (1 − 1/α²)/α ≤ 0`. `G₁` is the rational function of
 //! [`bsdf::microfacet`](crate::bsdf::microfacet).
 //!
 //! # Held to this by
@@ -17,8 +18,8 @@ use std::f64::consts::FRAC_1_PI;
 use crate::bounds::angle::Angle;
 use crate::math::elementary::exp_f64;
 
-/// `t/α²` in `f32` is at least this share of what it is: three roundings and those of `t`, whose parts are sums of
-/// squares.
+/// `t/α²` in `f32` is at least this share of what it is: three roundings and those of `t`, whose
+/// parts are sums of squares.
 const ROUNDED: f64 = 1.0 - 2e-6;
 
 /// At least `D` (sr⁻¹) for all `α` in the range and all angles of the half vector from `least` on.

@@ -5,11 +5,11 @@
 //! ```
 //!
 //! grows with `R`, and is linear in `w_i`. Where `c_i` is in a range, so is `w_i = (1 − c_i)⁵`, and
-//! `ω_o·ω_i ≤ c_o c_i + s_o s_i` with the largest cosine and the largest sine: the maximum over the range is at most that at one
-//! end of `w_i`, with the largest `R`.
+//! `ω_o·ω_i ≤ c_o c_i + s_o s_i` with the largest cosine and the largest sine: the maximum over the
+//! range is at most that at one end of `w_i`, with the largest `R`.
 //!
-//! The sheen is `(1 − c_d)⁵` with `2 c_d² = 1 + ω_o·ω_i ≥ 1 − s_o`: of all directions above the horizon, the one opposite to the
-//! viewer's and in the surface is farthest from it.
+//! The sheen is `(1 − c_d)⁵` with `2 c_d² = 1 + ω_o·ω_i ≥ 1 − s_o`: of all directions above the
+//! horizon, the one opposite to the viewer's and in the surface is farthest from it.
 //!
 //! # Guarantee
 //! At least the `f32` values but for relative roundings.

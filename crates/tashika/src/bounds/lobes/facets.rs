@@ -1,13 +1,17 @@
-//! Upper bounds of reflection at facets, `F D G₂ / (4 c_o c_i)`, over ranges of angles and of roughness.
+//! Upper bounds of reflection at facets, `F D G₂ / (4 c_o c_i)`, over ranges of angles and of
+//! roughness.
 //!
-//! The factors are those of [`ggx`] and [`beckmann`]: of all models `D` is largest at a known angle and roughness, `V = G₂ / (4 c_o c_i)`
-//! falls with `α`, `c_o` and `c_i`, and `V c_i` grows with `c_i`.
+//! The factors are those of [`ggx`] and [`beckmann`]: of all models `D` is largest at a known angle
+//! and roughness, `V = G₂ / (4 c_o c_i)` falls with `α`, `c_o` and `c_i`, and `V c_i` grows with
+//! `c_i`.
 //!
-//! The product of the largest factors is far from the largest product where a wide cone of lights holds both the mirror direction, at
-//! which `D` is large, and grazing ones, at which `F` is; so [`upper_reflection`] takes them ring by ring.
+//! The product of the largest factors is far from the largest product where a wide cone of lights
+//! holds both the mirror direction, at which `D` is large, and grazing ones, at which `F` is; so
+//! [`upper_reflection`] takes them ring by ring.
 //!
 //! # Guarantee
-//! Each function bounds its factor over the whole range, but for roundings of `f32` that are relative to it.
+//! Each function bounds its factor over the whole range, but for roundings of `f32` that are
+//! relative to it.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -17,11 +21,12 @@ use crate::bounds::angle::Angle;
 use crate::bounds::spans::LENGTHS;
 use crate::bsdf::FacetModel;
 
-/// Tangents of the angle of the half vector, in units of the largest `α`, between which the factors are bounded one by one. There, `D`
-/// of GGX is `4`, `10²` and `10⁴` times below its peak. Chosen.
+/// Tangents of the angle of the half vector, in units of the largest `α`, between which the factors
+/// are bounded one by one. There, `D` of GGX is `4`, `10²` and `10⁴` times below its peak. Chosen.
 const CUTS: [f64; 3] = [1.0, 3.0, 10.0];
 
-/// Below this `c_o` the factors are bounded all at once: rounding may turn the half vectors of nearly opposite directions anywhere.
+/// Below this `c_o` the factors are bounded all at once: rounding may turn the half vectors of
+/// nearly opposite directions anywhere.
 const MIN_COS_O: f64 = 0.01;
 
 /// What is known where the half vector is within a range of angles from the normal.
@@ -40,8 +45,9 @@ pub(in crate::bounds) struct Ring {
 /// * `all`: what is known of all directions.
 /// * `others`: at least the other factors within a ring; it may grow as the ring's cosines fall.
 ///
-/// The brightest facets are those that face the normal, and there the others are those of the mirror direction. So the range of
-/// `θ_h` is cut in rings; within one that ends at `θ`, the angle of incidence is at most `θ_o + θ`, and that of the light `θ_o + 2θ`.
+/// The brightest facets are those that face the normal, and there the others are those of the
+/// mirror direction. So the range of `θ_h` is cut in rings; within one that ends at `θ`, the angle
+/// of incidence is at most `θ_o + θ`, and that of the light `θ_o + 2θ`.
 pub(in crate::bounds) fn upper_reflection(
     model: FacetModel,
     alphas: [f64; 2],
@@ -52,7 +58,8 @@ pub(in crate::bounds) fn upper_reflection(
 ) -> f64 {
     let mut largest = 0.0_f64;
     if viewer.cos >= MIN_COS_O {
-        // ‖ω_o + ω_i‖ > c_o. Where the lengths of the two differ by ε, their sum is ε / ‖ω_o + ω_i‖ nearer to one of them.
+        // ‖ω_o + ω_i‖ > c_o. Where the lengths of the two differ by ε, their sum is ε / ‖ω_o + ω_i‖
+        // nearer to one of them.
         let slack = LENGTHS * (1.0 + 1.0 / viewer.cos);
         for cut in CUTS {
             let tan = cut * alphas[1];
@@ -93,7 +100,8 @@ pub(in crate::bounds) fn upper_visibility(model: FacetModel, alpha: f64, cos_o: 
     }
 }
 
-/// At least `G₂ / (4 c_o)` for roughnesses and `cos_o` from the given ones on, and `cos_i` up to the given one, which is above zero.
+/// At least `G₂ / (4 c_o)` for roughnesses and `cos_o` from the given ones on, and `cos_i` up to
+/// the given one, which is above zero.
 pub(in crate::bounds) fn upper_visibility_cos(model: FacetModel, alpha: f64, cos_o: f64, cos_i: f64) -> f64 {
     match model {
         FacetModel::Ggx => ggx::upper_visibility_cos(alpha, cos_o, cos_i),
@@ -131,7 +139,8 @@ mod tests {
         (0..=200).map(move |i| low * (high / low).powf(f64::from(i) / 200.0))
     }
 
-    /// The least angle and the roughness of largest `D` are that of the bound: steps of 5 % miss less than `(1 + 0.05²)²` of it.
+    /// The least angle and the roughness of largest `D` are that of the bound: steps of 5 % miss
+    /// less than `(1 + 0.05²)²` of it.
     #[test]
     fn ranges_of_roughness_hold_and_are_tight() {
         let of = |model, alphas: [f64; 2], least: Angle| {
@@ -164,7 +173,8 @@ mod tests {
         }
     }
 
-    /// Products of `D` with a steep function of the angle of incidence, against all angles of the half vector beyond the least.
+    /// Products of `D` with a steep function of the angle of incidence, against all angles of the
+    /// half vector beyond the least.
     #[test]
     fn rings_hold() {
         let angle = |radians: f64| Angle { sin: radians.sin(), cos: radians.cos() };

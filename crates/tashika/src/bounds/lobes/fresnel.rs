@@ -3,16 +3,21 @@
 //! With `c` the cosine of the angle of incidence, `N = η + i k` and `w = √(1 + (N² − 1) / c²)`:
 //!
 //! * Schlick's `F₀ + (1 − F₀)(1 − c)⁵` falls with `c` (Schlick 1994).
-//! * A dielectric's `F = ½ ((w − 1)/(w + 1))² + ½ ((w − η²)/(w + η²))²` does *not* always: for `η = 5` it is 0.44 at normal incidence and
-//!   0.42 at 80°. With `a = η²` its derivative by `w` has the sign of `(w² − a)((1 + a)(w² + a) + (6a − 1 − a²) w)`. The roots of the second
-//!   factor have the product `a`, so at most one is above `√a`, where `w` begins. So `F` falls and then grows, or only grows,
-//!   as `w` grows and `c` falls: its maximum over a range of `c` is at an end of it. It only grows for `η + 1/η ≤ 4`.
-//! * A conductor: `F ≤ R_s = |(w − 1)/(w + 1)|²`, the part across, since the other is never larger. `z = (w − 1)/(w + 1)` is the
-//!   inverse of Koebe's function, `4z/(1 − z)² = w² − 1 = (N² − 1)/c²`, which maps the disk to a star about zero; along a ray from zero
-//!   `|z|` then grows (Schwarz's lemma). So `R_s` falls with `c`. It is at most twice `F`, for metals hardly more than `F`.
+//! * A dielectric's `F = ½ ((w − 1)/(w + 1))² + ½ ((w − η²)/(w + η²))²` does *not* always: for
+//!   `η = 5` it is 0.44 at normal incidence and 0.42 at 80°. With `a = η²` its derivative by `w`
+//!   has the sign of `(w² − a)((1 + a)(w² + a) + (6a − 1 − a²) w)`. The roots of the second factor
+//!   have the product `a`, so at most one is above `√a`, where `w` begins. So `F` falls and then
+//!   grows, or only grows, as `w` grows and `c` falls: its maximum over a range of `c` is at an end
+//!   of it. It only grows for `η + 1/η ≤ 4`.
+//! * A conductor: `F ≤ R_s = |(w − 1)/(w + 1)|²`, the part across, since the other is never larger.
+//!   `z = (w − 1)/(w + 1)` is the inverse of Koebe's function,
+//!   `4z/(1 − z)² = w² − 1 = (N² − 1)/c²`, which maps the disk to a star about zero; along a ray
+//!   from zero `|z|` then grows (Schwarz's lemma). So `R_s` falls with `c`. It is at most twice
+//!   `F`, for metals hardly more than `F`.
 //!
 //! # Guarantee
-//! At least the `f32` values of [`bsdf::fresnel`](crate::bsdf::fresnel); the functions below say what of their rounding is allowed for.
+//! At least the `f32` values of [`bsdf::fresnel`](crate::bsdf::fresnel); the functions below say
+//! what of their rounding is allowed for.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`.
@@ -95,7 +100,8 @@ fn upper_dielectric(cos: f64, ior: f32) -> f64 {
 
 /// At least `1 − fresnel::dielectric` at any cosine in `[0, cos]`.
 ///
-/// Up to an index of `2 + √3`, transmittance grows with the cosine; beyond, `F ≥ R_s / 2 ≥ F(1) / 2`.
+/// Up to an index of `2 + √3`, transmittance grows with the cosine; beyond,
+/// `F ≥ R_s / 2 ≥ F(1) / 2`.
 pub(in crate::bounds) fn upper_transmittance(cos: f64, ior: f32) -> f64 {
     let reflected = if ior < 3.73 {
         fresnel::dielectric((cos as f32).next_up().min(1.0), ior)
@@ -109,8 +115,9 @@ pub(in crate::bounds) fn upper_transmittance(cos: f64, ior: f32) -> f64 {
 /// Pieces of the cosines over which a rough boundary is bounded.
 const PIECES: u32 = 8;
 
-/// At least [`Boundary::transmittance`] at any cosine in `[0, cos]`: of each piece, that of the smooth boundary at the end that
-/// makes it large, and the largest Bernstein coefficient of the cubic, which no value of it exceeds.
+/// At least [`Boundary::transmittance`] at any cosine in `[0, cos]`: of each piece, that of the
+/// smooth boundary at the end that makes it large, and the largest Bernstein coefficient of the
+/// cubic, which no value of it exceeds.
 pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -> f64 {
     let (share, cubic) = boundary.fit();
     if cubic == [0.0; 4] {
@@ -140,11 +147,14 @@ pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -
     (largest + 5e-6).min(1.0)
 }
 
-/// At least a channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, with room for its roundings.
+/// At least a channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, with room for its
+/// roundings.
 ///
-/// With `q = √(N² − s²)` and `R_s = |(c − q)/(c + q)|²`: `f32` knows `q²` to `ε = 4·10⁻⁷ (|N|² + 1)`, hence `q` to `min(√ε, ε/|q|)` and the
-/// amplitude to `2/max(c, |q|)` times that. The real part of `q` is the root of a difference, `½(|q²| + Re q²)`; where it cancels,
-/// `R_s` is above one half and off by at most 7·10⁻⁴. `|c − q|²` is a difference, too: eight roundings of 1 in `R_s`.
+/// With `q = √(N² − s²)` and `R_s = |(c − q)/(c + q)|²`: `f32` knows `q²` to
+/// `ε = 4·10⁻⁷ (|N|² + 1)`, hence `q` to `min(√ε, ε/|q|)` and the amplitude to `2/max(c, |q|)`
+/// times that. The real part of `q` is the root of a difference, `½(|q²| + Re q²)`; where it
+/// cancels, `R_s` is above one half and off by at most 7·10⁻⁴. `|c − q|²` is a difference, too:
+/// eight roundings of 1 in `R_s`.
 fn upper_conductor(cos: f64, eta: f64, k: f64) -> f64 {
     let sin2 = (1.0 - cos) * (1.0 + cos);
     let real = (eta - k) * (eta + k) - sin2;
@@ -169,7 +179,8 @@ mod tests {
         (0..=400).map(|i| (f64::from(i) / 400.0).powi(3))
     }
 
-    /// Goes from normal incidence outwards; returns the largest ratio of bound and largest reflectance so far.
+    /// Goes from normal incidence outwards; returns the largest ratio of bound and largest
+    /// reflectance so far.
     fn check(facets: &Reflected, reflected: impl Fn(f32) -> f32) -> f64 {
         let (mut largest, mut loosest) = (0.0_f64, 1.0_f64);
         for cos in cosines().rev() {
@@ -203,7 +214,8 @@ mod tests {
             let facets = Reflected::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
             let loosest = check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k))[0]);
             if eta > 1.1 || k > 0.1 {
-                // R_s ≤ 2 F, and the 2·10⁻³ of the cancelling root; twice that of an amplitude of 0.03.
+                // R_s ≤ 2 F, and the 2·10⁻³ of the cancelling root; twice that of an amplitude of
+                // 0.03.
                 assert!(loosest < 2.01, "{eta} + {k} i: {loosest}");
             }
         }

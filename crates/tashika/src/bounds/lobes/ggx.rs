@@ -7,8 +7,9 @@
 //! V  = v(c_o) v(c_i), v(c) = 1 / (c + S(c))       independent; v falls with α and c, v c = 1 / (1 + S(c)/c) grows with c
 //! ```
 //!
-//! with `S(c) = √(α² (1 − c²) + c²)`, which grows with `α` and `c`, and `S(c) / c = √(α² (1/c² − 1) + 1)`, which grows with `α` and falls
-//! with `c` (Heitz 2014). `D` is written in half-vector space, `t = ‖(ω_o + ω_i)_xy‖² / (ω_o + ω_i)_z²`.
+//! with `S(c) = √(α² (1 − c²) + c²)`, which grows with `α` and `c`, and
+//! `S(c) / c = √(α² (1/c² − 1) + 1)`, which grows with `α` and falls with `c` (Heitz 2014). `D` is
+//! written in half-vector space, `t = ‖(ω_o + ω_i)_xy‖² / (ω_o + ω_i)_z²`.
 //!
 //! # Held to this by
 //! The tests of [`facets`](super::facets).

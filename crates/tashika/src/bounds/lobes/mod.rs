@@ -15,7 +15,8 @@
 //! | Principled | `ρ_d/π · b` and the sheen, by [`burley`] | [`facets`] |
 //!
 //! # Guarantee
-//! The sum of the two bounds is at least the value in the `f32` arithmetic of [`bsdf`](crate::bsdf), once it went through
+//! The sum of the two bounds is at least the value in the `f32` arithmetic of
+//! [`bsdf`](crate::bsdf), once it went through
 //! [`round_up`].
 //!
 //! # Held to this by
@@ -65,7 +66,8 @@ pub(super) enum Lobe {
 }
 
 impl Parts {
-    /// The parts of `bsdf` for light at cosines of at most `max_cos_i`, seen at the cosine `cos_o > 0`.
+    /// The parts of `bsdf` for light at cosines of at most `max_cos_i`, seen at the cosine
+    /// `cos_o > 0`.
     pub(super) fn of(bsdf: &Bsdf, cos_o: f32, max_cos_i: f64) -> Self {
         let (diffuse, lobe) = match bsdf {
             Bsdf::Lambert(b) => (b.reflectance, Lobe::None),
@@ -113,8 +115,9 @@ fn facets(facets: Microfacets, reflected: Reflected) -> Lobe {
 
 /// `bound` as `f32`, with room for the rounding of the BSDFs; zero stays zero.
 ///
-/// Less than 40 roundings of `f32` (2.4·10⁻⁶) in the factors that the documentation of the lobes does not speak of, and lengths of
-/// directions that are off by 10⁻⁶. The addend is above the smallest normal number, below which roundings are no longer relative.
+/// Less than 40 roundings of `f32` (2.4·10⁻⁶) in the factors that the documentation of the lobes
+/// does not speak of, and lengths of directions that are off by 10⁻⁶. The addend is above the
+/// smallest normal number, below which roundings are no longer relative.
 pub(super) fn round_up(bound: f64) -> f32 {
     if bound > 0.0 { ((bound * (1.0 + 1e-5) + 1e-37) as f32).next_up() } else { 0.0 }
 }

@@ -160,8 +160,8 @@ fn check(
 
 /// Sets of points that have anything from nothing to everything in common; lights anywhere.
 ///
-/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more; of the principled
-/// material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10.
+/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more; of the
+/// principled material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10.
 #[test]
 fn bounds_of_sets_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -185,8 +185,8 @@ fn bounds_of_sets_hold_and_are_tight() {
 
 /// One point: what is lost to boxes, tables and separate factors alone.
 ///
-/// Limits of median and ninth decile: measured, up to 1.10 and 1.99, of the principled material 1.33 and 3.88, and
-/// a tenth more.
+/// Limits of median and ninth decile: measured, up to 1.10 and 1.99, of the principled material
+/// 1.33 and 3.88, and a tenth more.
 #[test]
 fn bounds_of_points_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -202,8 +202,8 @@ fn bounds_of_points_hold_and_are_tight() {
     }
 }
 
-/// For diffuse surfaces the constant bound is the analytic one; for lobes it is near what they reflect of light from everywhere
-/// (measured: up to 1.16).
+/// For diffuse surfaces the constant bound is the analytic one; for lobes it is near what they
+/// reflect of light from everywhere (measured: up to 1.16).
 #[test]
 fn constants_are_tight_where_they_can_be() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -220,8 +220,8 @@ fn constants_are_tight_where_they_can_be() {
 
 /// A set of two that are nearly the same has nearly the bound of one.
 ///
-/// Cosines hold no cone narrower than 3.5·10⁻⁴ rad, so that is what the cones of the set are wider by; with `α ≥ 0.05` and cosines
-/// above 0.2 it changes bounds by less than `5 · 3.5·10⁻⁴ · 2/α`.
+/// Cosines hold no cone narrower than 3.5·10⁻⁴ rad, so that is what the cones of the set are wider
+/// by; with `α ≥ 0.05` and cosines above 0.2 it changes bounds by less than `5 · 3.5·10⁻⁴ · 2/α`.
 #[test]
 fn near_equal_children_have_the_bound_of_one() {
     let mut s = Stream::new(40, Purpose::Test, 0);

@@ -1,4 +1,5 @@
-//! Random gather points, cones and directions, and what a gather point reflects as `transport` evaluates it.
+//! Random gather points, cones and directions, and what a gather point reflects as `transport`
+//! evaluates it.
 
 use glam::DVec3;
 
@@ -92,7 +93,8 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
     }
 }
 
-/// A point with this BSDF, shading normal, and a viewer above both normals, often at grazing angles.
+/// A point with this BSDF, shading normal, and a viewer above both normals, often at grazing
+/// angles.
 pub fn point(bsdf: Bsdf, normal: Vec3, viewer: Vec3) -> Reflector {
     let frame = Frame::about(normal);
     Reflector { bsdf, frame, wo: frame.to_local(viewer), geometric_normal: normal }
@@ -162,7 +164,8 @@ pub fn into_cone(cone: &Cone, v: DVec3) -> DVec3 {
     axis * widest.cos() + across.normalize() * widest.sin()
 }
 
-/// `f_r` and `M`, the largest channel of each (sr⁻¹), for light from the unit vector along `d`, as `transport` evaluates them.
+/// `f_r` and `M`, the largest channel of each (sr⁻¹), for light from the unit vector along `d`, as
+/// `transport` evaluates them.
 pub fn reflected(point: &Reflector, d: Vec3) -> [f32; 2] {
     let towards_light = d / d.length_squared().sqrt().max(f32::MIN_POSITIVE);
     if point.geometric_normal.dot(towards_light) <= 0.0 {

@@ -11,7 +11,8 @@ use crate::warp;
 type Published = UpperCubeMap;
 type Folded = UpperCubeMap<8, true>;
 
-/// The points of a pixel: all of one BSDF, about the same normal and viewer, or of all kinds, anywhere.
+/// The points of a pixel: all of one BSDF, about the same normal and viewer, or of all kinds,
+/// anywhere.
 fn cluster(s: &mut Stream, size: usize) -> Vec<Reflector> {
     let normal = warp::sphere(s.uniform_2()).normalize();
     let seen_from = viewer(normal, s);
@@ -39,8 +40,8 @@ fn map_of<B: UpperMaterial>(points: &[Reflector]) -> B {
     map
 }
 
-/// Lights towards the mirror direction of a point or anywhere: mostly a box of vectors; flat, touching the origin, on an edge or a corner of
-/// the cube.
+/// Lights towards the mirror direction of a point or anywhere: mostly a box of vectors; flat,
+/// touching the origin, on an edge or a corner of the cube.
 fn lights(points: &[Reflector], s: &mut Stream) -> Towards {
     let distance = log_uniform(s, 1e-3, 1e3);
     let direction = match s.below(3) {
@@ -72,8 +73,8 @@ fn lights(points: &[Reflector], s: &mut Stream) -> Towards {
     Towards::Box(Aabb { lo: center - half, hi: center + half })
 }
 
-/// A vector to one of the lights, every second time as near to the mirror direction of the point as it can be; `None` if rounding took it
-/// out of its cone.
+/// A vector to one of the lights, every second time as near to the mirror direction of the point as
+/// it can be; `None` if rounding took it out of its cone.
 fn member(lights: &Towards, point: &Reflector, s: &mut Stream) -> Option<Vec3> {
     let aim = near(mirror(point), f64::from(log_uniform(s, 1e-5, 1.0)), s);
     let aimed = s.below(2) == 0;
@@ -99,8 +100,8 @@ fn member(lights: &Towards, point: &Reflector, s: &mut Stream) -> Option<Vec3> {
     Some(Vec3::new(x, y, z))
 }
 
-/// Bounds of random clusters of a size are above all members tried. The median over clusters and lights of bound over largest member, where
-/// that is not zero.
+/// Bounds of random clusters of a size are above all members tried. The median over clusters and
+/// lights of bound over largest member, where that is not zero.
 fn bounds_hold<B: UpperMaterial>(size: usize, rounds: usize) -> f64 {
     let mut s = Stream::new(41, Purpose::Test, size as u64);
     let mut quotients = Vec::new();
@@ -128,7 +129,8 @@ fn bounds_hold<B: UpperMaterial>(size: usize, rounds: usize) -> f64 {
     median(&mut quotients)
 }
 
-// The limits of medians are those measured in the slow suite and a tenth of the excess over 1, at least 0.01. Clusters have lobes down to the narrowest.
+// The limits of medians are those measured in the slow suite and a tenth of the excess over 1, at
+// least 0.01. Clusters have lobes down to the narrowest.
 
 #[test]
 fn bounds_of_single_points_hold_and_are_tight() {

@@ -1,8 +1,10 @@
-//! The geometric bounds against members: vectors, cosines and geometric terms in the `f32` formulas of `transport`, and in `f64`.
+//! The geometric bounds against members: vectors, cosines and geometric terms in the `f32` formulas
+//! of `transport`, and in `f64`.
 //!
-//! Clusters have sides of zero to all of their size, sizes of 10⁻⁶ m to 10⁶ m, and lie apart, near, in touch, or in one another, at the
-//! origin or far from it. Members are corners, points in between, and the vectors of a box that a search finds to be nearest to an axis.
-//! `f64` counts as exact: its roundings are 10⁹ times smaller than those that the bounds allow for.
+//! Clusters have sides of zero to all of their size, sizes of 10⁻⁶ m to 10⁶ m, and lie apart, near,
+//! in touch, or in one another, at the origin or far from it. Members are corners, points in
+//! between, and the vectors of a box that a search finds to be nearest to an axis. `f64` counts as
+//! exact: its roundings are 10⁹ times smaller than those that the bounds allow for.
 
 use glam::DVec3;
 
@@ -98,7 +100,8 @@ struct Directions {
 }
 
 impl Directions {
-    /// As light trees make them: the union of what lies about a direction, at most about so far (rad) from it.
+    /// As light trees make them: the union of what lies about a direction, at most about so far
+    /// (rad) from it.
     fn about(axis: Vec3, angle: f32, s: &mut Stream) -> Self {
         let mut members = vec![axis];
         for _ in 0..s.below(4) {
@@ -135,14 +138,15 @@ fn link(light: Vec3, point: Vec3) -> (Vec3, f32) {
     (d / squared.sqrt().max(f32::MIN_POSITIVE), squared)
 }
 
-/// `transport`: `G` for what the light's shape gives at the cosine between its direction and that to the point.
+/// `transport`: `G` for what the light's shape gives at the cosine between its direction and that
+/// to the point.
 fn geometric(light: Vec3, direction: Vec3, point: Vec3, clamp: f32, shape: impl Fn(f32) -> f32) -> f32 {
     let (towards, squared) = link(light, point);
     shape(-direction.dot(towards)) / squared.max(clamp * clamp).max(1e-20)
 }
 
-/// The vector of a box nearest to an axis in angle, as far as climbs from the best corner and from the centre find it. None if the box may
-/// hold zero.
+/// The vector of a box nearest to an axis in angle, as far as climbs from the best corner and from
+/// the centre find it. None if the box may hold zero.
 fn nearest_to_axis(b: &Aabb, axis: DVec3) -> Option<DVec3> {
     let (lo, hi) = (b.lo.as_dvec3(), b.hi.as_dvec3());
     if (lo.cmple(DVec3::ZERO) & hi.cmpge(DVec3::ZERO)).all() {
@@ -242,8 +246,9 @@ fn cosines_of_boxes_hold() {
     }
 }
 
-/// A form that is cheaper and has been published: the part across the axis is that of the vector nearest to the origin, not the least of
-/// all. Were it used, the sampling of these tests would find it out.
+/// A form that is cheaper and has been published: the part across the axis is that of the vector
+/// nearest to the origin, not the least of all. Were it used, the sampling of these tests would
+/// find it out.
 #[test]
 fn the_unsound_form_is_found_out() {
     let unsound = |b: &Aabb, axis: Vec3| {
@@ -271,7 +276,8 @@ fn the_unsound_form_is_found_out() {
     assert!(exceeded > 20 && worst > 0.05, "{exceeded} members of 120 000, by up to {worst}");
 }
 
-/// A single direction opposite to an axis, and a cone about that axis which is almost as wide as can be.
+/// A single direction opposite to an axis, and a cone about that axis which is almost as wide as
+/// can be.
 #[test]
 fn cosines_hold_opposite_to_wide_cones() {
     let mut s = Stream::new(3, Purpose::Test, 0);
@@ -353,7 +359,8 @@ fn cones_about_boxes_hold() {
             }
         }
         if matches!(apart, Apart::By(f) if f > 1.0) {
-            // Solid angle of the cone over that of the narrowest about this axis; cosines hold nothing below 10⁻⁷.
+            // Solid angle of the cone over that of the narrowest about this axis; cosines hold
+            // nothing below 10⁻⁷.
             ratios.push((1.0 - f64::from(cone.cos) + 1e-6) / (1.0 - lowest + 1e-6));
         }
     }
@@ -426,7 +433,8 @@ fn single_members_have_tight_bounds() {
         let upper = upper_geometric(&bounds, &towards, 0.0);
         let cos = -direction.dot(link(light, point).0);
         let upper_cos = towards.upper_cos(&Cone::of(-direction));
-        // Cosines have slack of 2⁻¹⁸ or so, from the 48 roundings of a cosine and 24 of a sum with factors of up to 3.
+        // Cosines have slack of 2⁻¹⁸ or so, from the 48 roundings of a cosine and 24 of a sum with
+        // factors of up to 3.
         if cos > 1e-3 {
             assert!(value <= upper && upper <= 1.01 * value, "{pair:?} {direction} {value} {upper}");
         } else if cos < -1e-5 {
@@ -438,7 +446,8 @@ fn single_members_have_tight_bounds() {
     }
 }
 
-/// A pair that differs little from the one it is split from has a bound of its own; members of the child are held by both.
+/// A pair that differs little from the one it is split from has a bound of its own; members of the
+/// child are held by both.
 #[test]
 fn children_have_bounds_of_their_own() {
     let mut s = Stream::new(8, Purpose::Test, 0);
@@ -517,7 +526,8 @@ fn boxes_with_a_common_point_have_the_bound_of_the_clamp() {
     assert!((1e20..1.0001e20).contains(&unclamped), "{unclamped}");
 }
 
-/// A long box beside the origin: directions fill almost half a turn, and the vector to the centre has a corner behind it.
+/// A long box beside the origin: directions fill almost half a turn, and the vector to the centre
+/// has a corner behind it.
 #[test]
 fn cones_of_wide_boxes_are_narrower_than_half_of_all() {
     let b = Aabb { lo: Vec3::new(-3.0, 0.1, 0.0), hi: Vec3::new(10.0, 0.2, 0.0) };

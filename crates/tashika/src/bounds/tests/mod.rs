@@ -6,7 +6,8 @@ mod cube_map;
 mod geometry;
 mod reflector;
 
-/// So many rounds; thirty times as many in the slow suite (`TASHIKA_SLOW_TESTS=1`), where each bound meets more than 10⁷ members.
+/// So many rounds; thirty times as many in the slow suite (`TASHIKA_SLOW_TESTS=1`), where each
+/// bound meets more than 10⁷ members.
 pub(crate) fn many(rounds: usize) -> usize {
     if std::env::var_os("TASHIKA_SLOW_TESTS").is_some() { 30 * rounds } else { rounds }
 }

@@ -24,7 +24,8 @@ fn cone(point: &Reflector, s: &mut Stream) -> Cone {
     Cone { axis: axis.as_vec3(), cos }
 }
 
-/// The largest of each value found in the cone: near the mirror direction and the rim nearest to it, anywhere, and uphill from there.
+/// The largest of each value found in the cone: near the mirror direction and the rim nearest to
+/// it, anywhere, and uphill from there.
 fn climb(point: &Reflector, cone: &Cone, s: &mut Stream, mut look: impl FnMut([f32; 2])) -> [f32; 2] {
     let mut largest = [0.0_f32; 2];
     let mut best = [into_cone(cone, mirror(point)); 2];
@@ -51,10 +52,11 @@ fn climb(point: &Reflector, cone: &Cone, s: &mut Stream, mut look: impl FnMut([f
     largest
 }
 
-/// Bounds against the largest of 160 values each, of 3000 points a kind, with parameters and angles up to the ends of their ranges.
+/// Bounds against the largest of 160 values each, of 3000 points a kind, with parameters and angles
+/// up to the ends of their ranges.
 ///
-/// Limits: measured median and ninth decile of the ratio, and a tenth more. Above them are cones of which only a sliver is above the
-/// horizon, and smooth lobes on the verge of a cone.
+/// Limits: measured median and ninth decile of the ratio, and a tenth more. Above them are cones of
+/// which only a sliver is above the horizon, and smooth lobes on the verge of a cone.
 #[test]
 fn bounds_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -91,7 +93,8 @@ fn bounds_hold_and_are_tight() {
     }
 }
 
-/// The same without colours: bounds take the largest channel of each part, which need not be the same.
+/// The same without colours: bounds take the largest channel of each part, which need not be the
+/// same.
 fn gray(bsdf: Bsdf) -> Bsdf {
     let gray = |c: Rgb| Rgb::gray(c.g);
     match bsdf {
@@ -106,7 +109,8 @@ fn gray(bsdf: Bsdf) -> Bsdf {
             let (f0, dielectric_f0) = (gray(b.f0), gray(b.dielectric_f0));
             Bsdf::MetallicRoughness(MetallicRoughness { diffuse: gray(b.diffuse), f0, dielectric_f0, ..b })
         }
-        // Its diffuse part and sheen are bounded over many directions at once: tested by themselves.
+        // Its diffuse part and sheen are bounded over many directions at once: tested by
+        // themselves.
         Bsdf::Principled(b) => {
             let fresnel = TintedFresnel { f0: gray(b.fresnel.f0), ..b.fresnel };
             Bsdf::Principled(Principled { diffuse: Rgb::BLACK, sheen: Rgb::BLACK, fresnel, ..b })
@@ -117,11 +121,12 @@ fn gray(bsdf: Bsdf) -> Bsdf {
 
 /// Of one direction the bound is its value, but for `TURN` and `LENGTHS`, of 3·10⁻⁶ each.
 ///
-/// `ln D` changes by at most `2/α` for a unit of `tan θ_h`, and both together turn the half vector by `6·10⁻⁶ / 2 ω_o·h`; Phong lobes change
-/// by `n tan α ≤ √(16 n)` for a unit of the angle where they are above `e⁻⁸`; `1/c` by `1/c²` of itself. With `α ≥ 0.05`, cosines above
-/// 0.1 and `n ≤ 10⁴` that is below 2·10⁻³ in all. Beckmann's lobes fall
-/// faster, and those of `α` above `√½` are largest off the normal. Reflectances of metals are `R_s`, and those of dielectrics above `2 + √3` that of
-/// normal incidence, if that is larger.
+/// `ln D` changes by at most `2/α` for a unit of `tan θ_h`, and both together turn the half vector
+/// by `6·10⁻⁶ / 2 ω_o·h`; Phong lobes change by `n tan α ≤ √(16 n)` for a unit of the angle where
+/// they are above `e⁻⁸`; `1/c` by `1/c²` of itself. With `α ≥ 0.05`, cosines above 0.1 and
+/// `n ≤ 10⁴` that is below 2·10⁻³ in all. Beckmann's lobes fall faster, and those of `α` above `√½`
+/// are largest off the normal. Reflectances of metals are `R_s`, and those of dielectrics above
+/// `2 + √3` that of normal incidence, if that is larger.
 #[test]
 fn single_directions_have_nearly_their_value() {
     for (index, kind) in KINDS.into_iter().enumerate().filter(|(_, kind)| *kind != Kind::Metal) {
@@ -154,7 +159,8 @@ fn single_directions_have_nearly_their_value() {
                 // Its diffuse part has `1 − F` at normal incidence.
                 Kind::MetallicRoughness => 1.5,
                 // What a rough boundary lets through is bounded over an eighth of the cosines.
-                // Facets that are correlated by height let up to a fifth more through at grazing angles.
+                // Facets that are correlated by height let up to a fifth more through at grazing
+                // angles.
                 Kind::Coated => 1.25,
                 // Beckmann's: `ln D` changes by up to `2 √80 / α`, and `α ≥ 0.1`.
                 _ => 1.006,

@@ -1,13 +1,15 @@
-//! How much light a rough dielectric boundary lets through, of the light that comes from one direction.
+//! How much light a rough dielectric boundary lets through, of the light that comes from one
+//! direction.
 //!
 //! ```text
 //! T(c) ≈ k T₀(c) + q₀ + q₁ c + q₂ c² + q₃ c³          in [0, 1]
 //! ```
 //!
-//! with the transmittance `T₀ = 1 − F` of the smooth boundary and numbers from tables over roughness and index. It is what
-//! single scattering at facets of each [`FacetModel`] lets through (Walter et al. 2007). Smooth boundaries are exact; of rough
-//! ones the table is off by at most 2 % at cosines above 0.1 and by at most 8 % below, `F_int` by at most 0.02: of the models
-//! that are Mitsuba's, 0.01 is how it adds that up.
+//! with the transmittance `T₀ = 1 − F` of the smooth boundary and numbers from tables over
+//! roughness and index. It is what single scattering at facets of each [`FacetModel`] lets through
+//! (Walter et al. 2007). Smooth boundaries are exact; of rough ones the table is off by at most 2 %
+//! at cosines above 0.1 and by at most 8 % below, `F_int` by at most 0.02: of the models that are
+//! Mitsuba's, 0.01 is how it adds that up.
 //!
 //! # Held to this by
 //! The tests below, by facets that are drawn, and `bounds::lobes::fresnel`, which knows the form.
@@ -36,7 +38,8 @@ fn between(nodes: &[f32], value: f32) -> (usize, f32) {
 }
 
 impl Boundary {
-    /// Of facets of a roughness in `[0, 1]` to a medium of relative index `ior` from 1.0001 to 5; smooth up to
+    /// Of facets of a roughness in `[0, 1]` to a medium of relative index `ior` from 1.0001 to 5;
+    /// smooth up to
     /// [`MIN_ALPHA`].
     #[inline]
     pub(crate) fn new(facets: Microfacets, ior: f32) -> Self {
@@ -152,7 +155,8 @@ mod tests {
                         f64::from(boundary.transmittance(cos)),
                         drawn(cos, facets, ior, true, 40_000, &mut s),
                     );
-                    // Four standard errors of a mean of numbers in [0, 1], and what the table is off by.
+                    // Four standard errors of a mean of numbers in [0, 1], and what the table is
+                    // off by.
                     let allowed = 0.006 + if cos < 0.1 { 0.08 } else { 0.02 } * expected;
                     let at = (facets, ior, cos);
                     assert!((found - expected).abs() < allowed, "{at:?}: {found} for {expected}");

@@ -8,12 +8,14 @@
 //! A  = c (1 + erf a) / 2 + α sin θ e^(−a²) / (2 √π)                    visible area, c / G₁ exactly
 //! ```
 //!
-//! (Walter et al. 2007, equations 25 to 27; Heitz 2014, appendix A.) Values take the rational `G₁`, as
-//! Mitsuba does: it is within 0.35 % of `c / A`. Densities take `A`, so that draws have them exactly.
+//! (Walter et al. 2007, equations 25 to 27; Heitz 2014, appendix A.) Values take the rational `G₁`,
+//! as Mitsuba does: it is within 0.35 % of `c / A`. Densities take `A`, so that draws have them
+//! exactly.
 //!
-//! Visible normals are drawn by their slopes (Heitz and d'Eon 2014, "Importance sampling microfacet-based
-//! BSDFs using the distribution of visible normals"): on a surface of `α = 1` those across a direction
-//! `(sin θ, cos θ)` are normally distributed, those along it have the density
+//! Visible normals are drawn by their slopes (Heitz and d'Eon 2014, "Importance sampling
+//! microfacet-based BSDFs using the distribution of visible normals"): on a surface of `α = 1`
+//! those across a direction `(sin θ, cos θ)` are normally distributed, those along it have the
+//! density
 //!
 //! ```text
 //! ∝ (cos θ + x sin θ)⁺ e^(−x²),   its integral up to x:   √π/2 cos θ (erf x + erf a) + ½ sin θ (e^(−a²) − e^(−x²))

@@ -28,7 +28,8 @@ pub(crate) fn distribution<R: Real>(half: HalfVector<R>, alpha: f32) -> R {
     root * root * R::splat(FRAC_1_PI)
 }
 
-/// `G₂ / (4 c_o c_i)`, correlated by height: masking and shadowing with the Jacobian of the reflection.
+/// `G₂ / (4 c_o c_i)`, correlated by height: masking and shadowing with the Jacobian of the
+/// reflection.
 #[inline(always)]
 pub(crate) fn visibility<R: Real>(cos_o: f32, cos_i: R, alpha: f32) -> R {
     let both = R::splat(cos_o) * stretch(cos_i, alpha) + cos_i * R::splat(stretch(cos_o, alpha));
@@ -56,8 +57,8 @@ pub(super) fn visible_area(cos: f32, alpha: f32) -> f32 {
 
 /// Draws a normal that the unit vector `w` (`z > 0`) sees on a surface of `α = 1`, not normalised.
 ///
-/// The facets are a hemisphere; the mirror directions of those that `w` sees fill the spherical cap `z ≥ −w.z`
-/// uniformly, and the half vector leads back.
+/// The facets are a hemisphere; the mirror directions of those that `w` sees fill the spherical cap
+/// `z ≥ −w.z` uniformly, and the half vector leads back.
 pub(super) fn sample_visible_normal(w: Vec3, u: [f32; 2]) -> Vec3 {
     // With k = (1 + w.z) u: z = 1 − k is the point on the cap, and nothing below cancels.
     let height = 1.0 + w.z;

@@ -38,8 +38,8 @@ pub enum FacetModel {
     /// equation 99). glTF and pbrt mean this.
     #[default]
     Ggx,
-    /// GGX; `G₂ = G₁(o) G₁(i)`, masking and shadowing independent (Walter et al. 2007, equation 23).
-    /// Mitsuba's `ggx`.
+    /// GGX; `G₂ = G₁(o) G₁(i)`, masking and shadowing independent (Walter et al. 2007, equation
+    /// 23). Mitsuba's `ggx`.
     GgxIndependent,
     /// Beckmann's distribution; `G₂ = G₁(o) G₁(i)`. Mitsuba's `beckmann`, its default.
     Beckmann,
@@ -93,8 +93,8 @@ impl Microfacets {
         }
     }
 
-    /// `G₂ / G₁(o)`: how much of what facets seen from one side send to the other is not in shadow, of the cosines of both
-    /// with the normal, without sign.
+    /// `G₂ / G₁(o)`: how much of what facets seen from one side send to the other is not in shadow,
+    /// of the cosines of both with the normal, without sign.
     pub(super) fn unshadowed(&self, cos_o: f32, cos_i: f32) -> f32 {
         let alpha = self.alpha;
         match self.model {
@@ -116,8 +116,8 @@ impl Microfacets {
 
     /// Draws a normal with the density `D_v` of those that `wo` (`z > 0`) sees.
     ///
-    /// A surface stretched to `α = 1` has facets of the same kind, of which `wo`, stretched, sees the
-    /// same ones (Heitz and d'Eon 2014).
+    /// A surface stretched to `α = 1` has facets of the same kind, of which `wo`, stretched, sees
+    /// the same ones (Heitz and d'Eon 2014).
     pub fn sample_visible_normal(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let alpha = self.alpha;
         let w = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
@@ -136,7 +136,8 @@ impl From<f32> for Microfacets {
     }
 }
 
-/// The half vector of two directions above the horizon, as far as the model needs it, not normalised.
+/// The half vector of two directions above the horizon, as far as the model needs it, not
+/// normalised.
 #[derive(Clone, Copy, Debug)]
 pub struct HalfVector<R> {
     /// Squared length of the part in the surface.

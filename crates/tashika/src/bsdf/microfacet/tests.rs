@@ -23,7 +23,8 @@ fn visible_area(model: FacetModel, cos: f64, alpha: f32) -> f64 {
     })
 }
 
-/// Sums `D f(tan²θ, cos θ)` times `2π sin θ dθ`, with `tan θ = α x / (1 − x)` so that all widths work.
+/// Sums `D f(tan²θ, cos θ)` times `2π sin θ dθ`, with `tan θ = α x / (1 − x)` so that all widths
+/// work.
 fn integrate_normals(model: FacetModel, alpha: f32, f: impl Fn(f64, f64) -> f64) -> f64 {
     let n = 20_000;
     let width = f64::from(alpha);
@@ -103,8 +104,8 @@ fn rounding_is_harmless_down_to_min_alpha() {
     }
 }
 
-/// `G₂ / 4 c_o c_i` from Smith's `Λ`: `(√(1 + α² tan²θ) − 1) / 2` of GGX, `(e^(−a²)/(a √π) − erfc a) / 2` of
-/// Beckmann.
+/// `G₂ / 4 c_o c_i` from Smith's `Λ`: `(√(1 + α² tan²θ) − 1) / 2` of GGX,
+/// `(e^(−a²)/(a √π) − erfc a) / 2` of Beckmann.
 #[test]
 fn masking_is_smiths() {
     for alpha in ALPHAS {

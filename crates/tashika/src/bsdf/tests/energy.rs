@@ -86,7 +86,8 @@ fn a_phong_lobe_reflects_its_reflectance_at_normal_incidence() {
     for exponent in [0.0, 1.0, 10.0, 1e3, 1e6] {
         let bsdf = cases::phong(Rgb::BLACK, Rgb::gray(0.8), exponent);
         let width = 1.0 / f64::from(exponent + 1.0);
-        // The exponential of n (1 − cos α) up to 20 carries the rounding of directions, √(40 n) · 6e-8.
+        // The exponential of n (1 − cos α) up to 20 carries the rounding of directions, √(40 n) ·
+        // 6e-8.
         let tolerance = 1e-5 + 6e-8 * (40.0 * f64::from(exponent)).sqrt();
         let normal = albedo(&bsdf, Vec3::Z, width);
         assert!((normal - 0.8).abs() < tolerance, "n = {exponent}: {normal}");
@@ -97,7 +98,8 @@ fn a_phong_lobe_reflects_its_reflectance_at_normal_incidence() {
     }
 }
 
-/// With `F = 1` and `α = 1`, `M = c / (2π (1 + c))` at normal incidence, and its integral is `1 − ln 2`.
+/// With `F = 1` and `α = 1`, `M = c / (2π (1 + c))` at normal incidence, and its integral is
+/// `1 − ln 2`.
 #[test]
 fn the_roughest_metal_reflects_one_minus_ln_two() {
     let bsdf = cases::conductor(ConductorFresnel::Schlick { f0: Rgb::WHITE }, 1.0);
@@ -105,7 +107,8 @@ fn the_roughest_metal_reflects_one_minus_ln_two() {
     assert!((got - (1.0 - LN_2)).abs() < 1e-5, "{got}");
 }
 
-/// Smooth and white, both layered models and the metal return all light: nothing is lost or counted twice.
+/// Smooth and white, both layered models and the metal return all light: nothing is lost or counted
+/// twice.
 ///
 /// What rough facets hide from each other at `α = 0.001` is below `α² tan²θ`.
 #[test]

@@ -7,7 +7,8 @@ use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::rng::Stream;
 
-/// A unit vector, in one case of three a degenerate one: along an axis, in the surface, or nearly so.
+/// A unit vector, in one case of three a degenerate one: along an axis, in the surface, or nearly
+/// so.
 fn any_direction(stream: &mut Stream) -> Vec3 {
     let generic = crate::warp::sphere(stream.uniform_2());
     let tiny = [0.0, -0.0, 1e-38, 1e-20, MIN_COSINE, -MIN_COSINE, 1.1e-7, 1e-4];
@@ -20,7 +21,8 @@ fn any_direction(stream: &mut Stream) -> Vec3 {
     }
 }
 
-/// 100,000 random surfaces with directions that are random, degenerate, equal, opposite, or mirrored.
+/// 100,000 random surfaces with directions that are random, degenerate, equal, opposite, or
+/// mirrored.
 #[test]
 fn everything_is_finite_and_not_negative() {
     let mut stream = stream(30);

@@ -41,8 +41,8 @@ impl Rectangle {
 /// The sphere of directions cut into `rings × sectors` cells about an axis.
 ///
 /// Rings are uniform in `q ∈ [0, 1]`, where `1 − cos θ = width (exp(c q) − 1)` reaches the opposite
-/// pole at `q = 1`: uniform in the cosine below `width`, in its logarithm above. So a lobe of any width
-/// about the axis, its tail, and a second wide lobe are all resolved.
+/// pole at `q = 1`: uniform in the cosine below `width`, in its logarithm above. So a lobe of any
+/// width about the axis, its tail, and a second wide lobe are all resolved.
 pub struct PolarGrid {
     axes: [DVec3; 3],
     width: f64,
@@ -59,8 +59,8 @@ impl PolarGrid {
         Self { axes: [t, b, axis], width, rings, sectors, min_levels: 0 }
     }
 
-    /// With cells that are refined so many times before they are taken as they are: a narrow lobe with nothing about it may be
-    /// between the first nodes.
+    /// With cells that are refined so many times before they are taken as they are: a narrow lobe
+    /// with nothing about it may be between the first nodes.
     pub fn refined(self, min_levels: u32) -> Self {
         Self { min_levels, ..self }
     }

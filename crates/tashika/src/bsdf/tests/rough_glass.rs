@@ -49,8 +49,8 @@ fn fresnel(cos: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// Equations 20 and 21 times the cosine behind: of light from `o` in a medium of index 1, what goes along `i`, where the
-/// medium beyond the surface has the index `eta`.
+/// Equations 20 and 21 times the cosine behind: of light from `o` in a medium of index 1, what goes
+/// along `i`, where the medium beyond the surface has the index `eta`.
 fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     let (cos_o, cos_i) = (o.z.abs(), i.z.abs());
     if cos_i < 1e-9 {
@@ -75,7 +75,8 @@ fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     o_h * -i_h / cos_o * passed
 }
 
-/// Flux, and its mean directions, of what is reflected and what is refracted: 5 standard errors in 144 comparisons.
+/// Flux, and its mean directions, of what is reflected and what is refracted: 5 standard errors in
+/// 144 comparisons.
 #[test]
 fn flux_goes_where_facets_send_it() {
     const DRAWS: u32 = 100_000;

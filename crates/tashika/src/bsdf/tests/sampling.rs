@@ -24,12 +24,12 @@ const MIN_EXPECTED: f64 = 8.0;
 /// Tolerance of one step of the quadrature.
 const QUADRATURE_TOLERANCE: f64 = 2e-6;
 
-/// What the sum over the 320 cells of a grid may be off by: `2e-6` each, and ten times that where the
-/// horizon cuts through one.
+/// What the sum over the 320 cells of a grid may be off by: `2e-6` each, and ten times that where
+/// the horizon cuts through one.
 const QUADRATURE_ERROR: f64 = 2e-3;
 
-/// Grids on which a density can be resolved: about the mirror direction with the width of the lobe, and,
-/// for wide lobes, about the normal.
+/// Grids on which a density can be resolved: about the mirror direction with the width of the lobe,
+/// and, for wide lobes, about the normal.
 fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     let mut is_line = false;
     let width = match bsdf {
@@ -54,8 +54,8 @@ fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     grids
 }
 
-/// Chance of a `χ²` statistic at least as large, given the expected probabilities of the cells; the last
-/// cell is for paths that end.
+/// Chance of a `χ²` statistic at least as large, given the expected probabilities of the cells; the
+/// last cell is for paths that end.
 fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
     let total: u32 = observed.iter().sum();
     let (mut statistic, mut cells) = (0.0, 0_u32);
@@ -85,8 +85,9 @@ fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
 
 /// Both halves of the promise of `pdf`, for every case, direction, and grid.
 ///
-/// Hypothesis: `sample` draws from `pdf`. One `χ²` test each at a level of [`FAMILY_LEVEL`] over their
-/// number (Bonferroni), and one comparison of the mass that does not arrive with 5 standard errors.
+/// Hypothesis: `sample` draws from `pdf`. One `χ²` test each at a level of [`FAMILY_LEVEL`] over
+/// their number (Bonferroni), and one comparison of the mass that does not arrive with 5 standard
+/// errors.
 #[test]
 fn directions_follow_the_density() {
     let cases = cases::smooth();
@@ -121,8 +122,9 @@ fn directions_follow_the_density() {
     }
 }
 
-/// Means of `x`, `y`, `x²`, `y²` and `z` of the direction drawn, a path that ends counting as zero, against
-/// quadrature of the density, for a surface of each kind: 5 standard errors in 80 comparisons.
+/// Means of `x`, `y`, `x²`, `y²` and `z` of the direction drawn, a path that ends counting as zero,
+/// against quadrature of the density, for a surface of each kind: 5 standard errors in 80
+/// comparisons.
 ///
 /// Narrower than the `χ²` tests: a lobe that is a few percent too wide in one direction shows here.
 #[test]
@@ -168,7 +170,8 @@ fn moments_of_directions_agree_with_the_density() {
     }
 }
 
-/// `weight · pdf = f cos θ`, with all three from the public functions, on both sides of the surface.
+/// `weight · pdf = f cos θ`, with all three from the public functions, on both sides of the
+/// surface.
 #[test]
 fn weights_are_the_bsdf_over_the_density() {
     for (index, Case { name, bsdf }) in cases::smooth().iter().enumerate() {

@@ -1,7 +1,8 @@
-//! Every model against its formula as the sources print it, in `f64`, for random pairs of directions.
+//! Every model against its formula as the sources print it, in `f64`, for random pairs of
+//! directions.
 //!
-//! The formulas here share nothing with the library: a normalised half vector, `D` in `cos θ_h`, `G₂` from `Λ`,
-//! the Fresnel equations with Snell's angles, and `F_int` by quadrature.
+//! The formulas here share nothing with the library: a normalised half vector, `D` in `cos θ_h`,
+//! `G₂` from `Λ`, the Fresnel equations with Snell's angles, and `F_int` by quadrature.
 
 use std::f64::consts::PI;
 
@@ -69,7 +70,8 @@ fn dielectric(cos: f64, eta: f64) -> f64 {
 fn internal(eta: f64) -> f64 {
     let critical = (1.0 - 1.0 / (eta * eta)).sqrt();
     let n = 20_000;
-    // Below the critical cosine everything is reflected; above, c = √(critical² + x²) removes the root.
+    // Below the critical cosine everything is reflected; above, c = √(critical² + x²) removes the
+    // root.
     let transmitted: f64 = (0..n)
         .map(|i| {
             let span = (1.0 - critical * critical).sqrt();

@@ -4,8 +4,8 @@
 //! (η + i k)² = 1 − f₀ ω_p² / (ω² + i ω Γ₀) + Σⱼ fⱼ ω_p² / (ωⱼ² − ω² − i ω Γⱼ)
 //! ```
 //!
-//! with all frequencies as photon energies (eV). Source: Rakić 1998, eqs. 1 to 3 and tables 1 and 2 (the
-//! Lorentz–Drude model); fitted from 0.1 eV to 6 eV, within some percent of the measurements.
+//! with all frequencies as photon energies (eV). Source: Rakić 1998, eqs. 1 to 3 and tables 1 and 2
+//! (the Lorentz–Drude model); fitted from 0.1 eV to 6 eV, within some percent of the measurements.
 
 use super::{Constants, measured::ENERGY_NM};
 
@@ -106,7 +106,8 @@ mod tests {
 
     #[test]
     fn indices_agree_with_tables() {
-        // At 2.1 eV, 590 nm, from the tables that the oscillators were fitted to (Palik 1985), within a fit's error.
+        // At 2.1 eV, 590 nm, from the tables that the oscillators were fitted to (Palik 1985),
+        // within a fit's error.
         for (symbol, eta, k) in [("al", 1.15, 7.15), ("ni", 1.85, 3.4), ("pt", 2.2, 3.9), ("w", 3.5, 2.8)] {
             let metal = METALS.iter().find(|m| m.symbol == symbol).unwrap();
             let seen = metal.index(590.0);

@@ -4,8 +4,8 @@
 //! * gold, copper: Johnson 1972, table I;
 //! * silver: Palik 1985;
 //! * brass (70 % copper, 30 % zinc): Querry 1985;
-//! * rutile (ordinary ray): [^devore1951]; magnesium oxide: Stephens 1952; diamond: Peter 1923; by their dispersion
-//!   formulas.
+//! * rutile (ordinary ray): [^devore1951]; magnesium oxide: Stephens 1952; diamond: Peter 1923; by
+//!   their dispersion formulas.
 
 use super::Constants;
 
@@ -108,7 +108,8 @@ mod tests {
 
     #[test]
     fn dispersion_formulas_give_known_indices() {
-        // At the sodium line, 589.3 nm, which the green channel is near; dispersion is below 0.02 over it.
+        // At the sodium line, 589.3 nm, which the green channel is near; dispersion is below 0.02
+        // over it.
         for (name, index) in [("MgO", 1.736), ("d-C", 2.417), ("TiO2", 2.613)] {
             let (eta, k) = conductor_rgb(name).unwrap();
             assert!(k.is_black() && (eta.g - index).abs() < 0.06, "{name}: {eta:?}");

@@ -1,8 +1,8 @@
 //! Spectra as linear Rec. 709 colours.
 //!
-//! Input: samples `(wavelength in nm, value)` in any order, linear in between; the first and last value go on
-//! outside. With the colour matching functions `x̄ ȳ z̄` and the matrix `M` from XYZ to Rec. 709, a channel `c`
-//! sees light by `r̄_c = M_c · (x̄, ȳ, z̄)`, and
+//! Input: samples `(wavelength in nm, value)` in any order, linear in between; the first and last
+//! value go on outside. With the colour matching functions `x̄ ȳ z̄` and the matrix `M` from XYZ to
+//! Rec. 709, a channel `c` sees light by `r̄_c = M_c · (x̄, ȳ, z̄)`, and
 //!
 //! ```text
 //! reflectance:  ρ_c = ∫ ρ S r̄_c dλ / ∫ S r̄_c dλ        S = D65
@@ -10,12 +10,12 @@
 //! ```
 //!
 //! # Guarantee
-//! * A constant reflectance `v` becomes `(v, v, v)`: D65 is the white of Rec. 709. Each channel stays within
-//!   the range of the samples, so that reflectances do not leave `[0, 1]` where the sum above, whose weights
-//!   are partly negative, would.
-//! * An emission becomes a colour whose luminance is the mean of the spectrum weighted by `ȳ`, so `v` for a
-//!   constant `v`, in its unit. Channels that Rec. 709 cannot show are zero, and the others are scaled to keep
-//!   the luminance.
+//! * A constant reflectance `v` becomes `(v, v, v)`: D65 is the white of Rec. 709. Each channel
+//!   stays within the range of the samples, so that reflectances do not leave `[0, 1]` where the
+//!   sum above, whose weights are partly negative, would.
+//! * An emission becomes a colour whose luminance is the mean of the spectrum weighted by `ȳ`, so
+//!   `v` for a constant `v`, in its unit. Channels that Rec. 709 cannot show are zero, and the
+//!   others are scaled to keep the luminance.
 //! * Samples that are not finite are dropped; without any other, there is no colour.
 //!
 //! # Assumption
@@ -68,7 +68,8 @@ impl Sampled {
     }
 }
 
-/// `∫ spectrum · weight dλ` for the three channels of `weight`; 1 nm apart, which is what the CIE sums, too.
+/// `∫ spectrum · weight dλ` for the three channels of `weight`; 1 nm apart, which is what the CIE
+/// sums, too.
 fn integrate(spectrum: impl Fn(f32) -> f64, weight: impl Fn(&Response) -> [f64; 3]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (i, response) in responses().iter().enumerate() {
@@ -80,8 +81,8 @@ fn integrate(spectrum: impl Fn(f32) -> f64, weight: impl Fn(&Response) -> [f64; 
     sum
 }
 
-/// The colour of a surface of this reflectance, or the mean of any other property of a surface (refractive
-/// indices) as each channel sees it.
+/// The colour of a surface of this reflectance, or the mean of any other property of a surface
+/// (refractive indices) as each channel sees it.
 pub fn rgb_of_reflectance(samples: &[(f32, f32)]) -> Option<Rgb> {
     let spectrum = Sampled::new(samples)?;
     let [least, most] = spectrum.range();

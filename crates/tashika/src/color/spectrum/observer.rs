@@ -4,8 +4,8 @@
 //! x̄(λ) ≈ Σ aᵢ exp(−½ (λ − μᵢ)² / σᵢ²),   σᵢ one value below μᵢ and one above
 //! ```
 //!
-//! Source: Wyman 2013, the fit with several lobes; its largest deviation from the CIE's table is below 0.03
-//! (the functions themselves reach 1.06, 1.0 and 1.78), which the test below finds.
+//! Source: Wyman 2013, the fit with several lobes; its largest deviation from the CIE's table is
+//! below 0.03 (the functions themselves reach 1.06, 1.0 and 1.78), which the test below finds.
 
 use std::sync::LazyLock;
 
@@ -16,8 +16,8 @@ pub(super) const FIRST_NM: f32 = 380.0;
 /// Their number, 1 nm apart.
 const COUNT: usize = 401;
 
-/// XYZ to linear Rec. 709: the inverse of the matrix whose columns are the primaries ([^bt709], table of
-/// chromaticities) scaled so that they add up to D65 of luminance 1.
+/// XYZ to linear Rec. 709: the inverse of the matrix whose columns are the primaries ([^bt709],
+/// table of chromaticities) scaled so that they add up to D65 of luminance 1.
 pub(super) const XYZ_TO_RGB: [[f64; 3]; 3] = [
     [3.240_969_94, -1.537_383_18, -0.498_610_76],
     [-0.969_243_64, 1.875_967_50, 0.041_555_06],

@@ -4,8 +4,8 @@
 //! L(λ, T) = c₁ / (λ⁵ (exp(c₂ / (λ T)) − 1)),   c₁ = 2 h c²,   c₂ = h c / k
 //! ```
 //!
-//! Source: Planck 1901, with the constants that the SI has been defined by since 2019. Held to this by the tests
-//! below.
+//! Source: Planck 1901, with the constants that the SI has been defined by since 2019. Held to this
+//! by the tests below.
 
 use super::{Rgb, emission};
 use crate::math::elementary::exp;
@@ -21,8 +21,8 @@ const MIN_KELVIN: f32 = 300.0;
 /// Largest (K): beyond it, colours do not change any more.
 const MAX_KELVIN: f32 = 1e9;
 
-/// Spectral radiance of a black body (W·m⁻²·sr⁻¹·nm⁻¹); zero for wavelengths or temperatures that are not
-/// positive.
+/// Spectral radiance of a black body (W·m⁻²·sr⁻¹·nm⁻¹); zero for wavelengths or temperatures that
+/// are not positive.
 pub fn blackbody(nm: f32, kelvin: f32) -> f32 {
     radiance(f64::from(nm), f64::from(kelvin)) as f32
 }
@@ -47,7 +47,8 @@ pub fn blackbody_rgb(kelvin: f32) -> Option<Rgb> {
     (luminance > 0.0).then(|| color / luminance)
 }
 
-/// The same, for a spectrum whose largest value over all wavelengths is 1: what pbrt-v3 makes of `blackbody`.
+/// The same, for a spectrum whose largest value over all wavelengths is 1: what pbrt-v3 makes of
+/// `blackbody`.
 pub fn blackbody_rgb_of_unit_peak(kelvin: f32) -> Option<Rgb> {
     let peak = peak(kelvin)?;
     Some(emission(|nm| radiance(f64::from(nm), f64::from(kelvin)) / peak))

@@ -29,8 +29,8 @@ use super::terms::TermBatch;
 use crate::color::Rgb;
 use crate::rng::Stream;
 
-/// A way to estimate pairs: in each epoch it is given all splits, then asked to draw, then given the
-/// values.
+/// A way to estimate pairs: in each epoch it is given all splits, then asked to draw, then given
+/// the values.
 ///
 /// The root comes of no split; it is drawn like any other pair.
 pub trait Strata<B> {

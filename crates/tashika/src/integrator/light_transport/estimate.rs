@@ -1,4 +1,5 @@
-//! The estimate of a pixel: gather points, a cut of VPLs over them, and paths; it grows until it is said to be good.
+//! The estimate of a pixel: gather points, a cut of VPLs over them, and paths; it grows until it is
+//! said to be good.
 
 use super::super::Setting;
 use super::GuidedLights;
@@ -17,9 +18,11 @@ use crate::tree::GatherTree;
 use crate::uncarried::{Lit, Uncarried};
 use crate::vpl::EmitterSampler;
 
-/// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs would be spots. Chosen.
+/// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs
+/// would be spots. Chosen.
 const NARROW: f32 = 0.25;
-/// Share of the light of a lamp below which camera samples have not met it: by chance, by a pixel filter, or by what is in front of it, they meet somewhat less.
+/// Share of the light of a lamp below which camera samples have not met it: by chance, by a pixel
+/// filter, or by what is in front of it, they meet somewhat less.
 const MET: f64 = 0.25;
 /// Standard error by VPLs, over the tolerance, that need not be known better. Chosen.
 const SMALL: f64 = 0.1;
@@ -67,7 +70,8 @@ impl<'a> Common<'a> {
         self.lights.lamps().is_some_and(|lamps| lamps.importance_radiance(pixel) > 0.0)
     }
 
-    /// How bright lamps make a pixel, if these camera samples have met hardly any of it (luminance, W·m⁻²·sr⁻¹).
+    /// How bright lamps make a pixel, if these camera samples have met hardly any of it (luminance,
+    /// W·m⁻²·sr⁻¹).
     pub(super) fn lamps_not_met(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
         let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
         let met = f64::from(seen.background.luminance());
@@ -98,7 +102,8 @@ pub(super) fn summed_with(point: &GatherPoint, estimator: Estimator) -> Bsdf {
 /// The gather points of an estimate.
 pub(super) struct Points {
     pub pixel: PixelSum,
-    /// Whether emission that the camera sees is told by all camera samples of an estimate, or by those of the points alone, which are spread evenly.
+    /// Whether emission that the camera sees is told by all camera samples of an estimate, or by
+    /// those of the points alone, which are spread evenly.
     is_emission_rare: bool,
     /// As they are summed: without narrow lobes.
     tree: GatherTree<UpperAnalytic>,
@@ -107,8 +112,8 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// Of so many camera samples; `key` is that of their random numbers. Only where what VPLs do not carry is put back are
-    /// narrow lobes left to paths.
+    /// Of so many camera samples; `key` is that of their random numbers. Only where what VPLs do
+    /// not carry is put back are narrow lobes left to paths.
     pub(super) fn new(
         common: &Common<'_>,
         pixel: [u32; 2],
@@ -142,7 +147,8 @@ impl Points {
     }
 }
 
-/// Where a place in the unit square lies along a Hilbert curve, whose steps all lead to places next to each other.
+/// Where a place in the unit square lies along a Hilbert curve, whose steps all lead to places next
+/// to each other.
 fn along_curve(place: [f32; 2]) -> u32 {
     const SIDE: u32 = 256;
     let [mut x, mut y] = place.map(|v| (v * SIDE as f32) as u32);
@@ -167,7 +173,8 @@ fn along_curve(place: [f32; 2]) -> u32 {
 pub(super) struct ByDraws {
     /// `V_lights`.
     pub lights: f64,
-    /// `V_lights²/ν_lights = Σ_p T_p⁴/2`, for groups `p` of VPLs that are drawn together and add `T_p`.
+    /// `V_lights²/ν_lights = Σ_p T_p⁴/2`, for groups `p` of VPLs that are drawn together and add
+    /// `T_p`.
     pub square_of_lights: f64,
     /// The largest of these.
     pub largest_of_lights: f64,
@@ -191,7 +198,8 @@ pub(super) struct Estimate<'a> {
     met: u32,
     /// Of single paths, by part of what is controlled.
     moments: [Moments; Controlled::MOST_PARTS],
-    /// Where emission that the camera sees is rare: what all camera samples have seen, those that paths begin with as well.
+    /// Where emission that the camera sees is rare: what all camera samples have seen, those that
+    /// paths begin with as well.
     rare_emission: Option<RareEmission>,
     camera_rays: u64,
 }
@@ -219,7 +227,8 @@ impl RareEmission {
 }
 
 impl<'a> Estimate<'a> {
-    /// A sum over VPLs, with paths of what these do not carry; nothing is drawn yet but the first pair.
+    /// A sum over VPLs, with paths of what these do not carry; nothing is drawn yet but the first
+    /// pair.
     pub(super) fn of_vpls(
         common: Common<'a>,
         prior: VisibilityPrior<'a>,
@@ -276,7 +285,8 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Paths, each from a camera sample of its own: were they all from the points of the sum, they would tell nothing of how these differ.
+    /// Paths, each from a camera sample of its own: were they all from the points of the sum, they
+    /// would tell nothing of how these differ.
     fn follow(&mut self, paths: u32) {
         let estimator = if self.points.is_some() { Estimator::Vpls } else { Estimator::Paths };
         while self.paths < paths {
@@ -338,9 +348,11 @@ impl<'a> Estimate<'a> {
 
     /// What is about known of the errors by which VPLs and by which camera samples there are.
     ///
-    /// Samples are spread evenly over the pixel: two that are next to each other are taken for independent draws from a place that holds both, so that
-    /// their sum has the variance `E (v_a − v_b)²`. Each is compared with the one before it and the one after it along a curve (successive differences,
-    /// Wolter 2007, section 8.2): where there are bright samples and dark ones, some are next to each other.
+    /// Samples are spread evenly over the pixel: two that are next to each other are taken for
+    /// independent draws from a place that holds both, so that their sum has the variance
+    /// `E (v_a − v_b)²`. Each is compared with the one before it and the one after it along a curve
+    /// (successive differences, Wolter 2007, section 8.2): where there are bright samples and dark
+    /// ones, some are next to each other.
     ///
     /// * `tolerance`: which errors are so small that they need not be known better.
     pub(super) fn by_draws(&self, part: usize, tolerance: f64) -> ByDraws {
@@ -388,7 +400,8 @@ impl<'a> Estimate<'a> {
         &self.moments[..self.common.controlled.parts().len()]
     }
 
-    /// Of single camera samples, if emission that they see is rare: what they saw of it, by part of what is controlled.
+    /// Of single camera samples, if emission that they see is rare: what they saw of it, by part of
+    /// what is controlled.
     pub(super) fn rare_emission(&self) -> Option<&[Moments]> {
         self.rare_emission.as_ref().map(|emission| &emission.moments[..self.common.controlled.parts().len()])
     }

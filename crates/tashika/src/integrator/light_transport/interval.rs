@@ -1,4 +1,5 @@
-//! How wrong an estimate of a pixel may be: the interval of an estimate whose errors have several sources.
+//! How wrong an estimate of a pixel may be: the interval of an estimate whose errors have several
+//! sources.
 //!
 //! ```text
 //! V = V_cut + V_lights + V_points + V_paths        h = t_ν √V + κ b ln(2/δ)        ν = V² / (V_cut²/ν_cut + V_lights²/ν_lights + V_paths²/ν_paths)
@@ -10,8 +11,9 @@
 //! | `V_lights`, `V_points`: which VPLs and camera samples there are | the same samples ([`Population`](crate::cut::Population)) |
 //! | `V_paths`, which paths were followed | the pixel's own paths and those of the neighbourhood ([`nearby`](super::nearby)); where emission that the camera sees is rare, all camera samples too |
 //!
-//! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no sample may have shown: of a stratum, of a path of the
-//! neighbourhood, or of a VPL. The interval is an estimate: measured, not proven.
+//! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no
+//! sample may have shown: of a stratum, of a path of the neighbourhood, or of a VPL. The interval
+//! is an estimate: measured, not proven.
 
 use super::super::ControlOptions;
 use super::estimate::Estimate;
@@ -65,7 +67,8 @@ impl Finding {
             // What its own paths have shown is never told smaller for the sake of the neighbours.
             let emission = estimate.rare_emission().map(|parts| parts[part]).unwrap_or_default();
             let samples = (emission.count() as f64).max(1.0);
-            // Taken for independent: a camera sample that sees emission alone has no path, so that both together vary less.
+            // Taken for independent: a camera sample that sees emission alone has no path, so that
+            // both together vary less.
             let of_paths = pooled.max(own.variance()) / count.max(1.0) + emission.variance() / samples;
             let by_draws = estimate.by_draws(part, tolerance);
             let of_cut = spread.reckoned_variance();
@@ -104,7 +107,8 @@ impl Finding {
         self.variances.iter().sum::<f64>().sqrt()
     }
 
-    /// What the half-width would be if the terms that were drawn, VPLs and camera samples, or paths were all.
+    /// What the half-width would be if the terms that were drawn, VPLs and camera samples, or paths
+    /// were all.
     pub(super) fn parts(&self) -> [f64; 3] {
         let [cut, lights, points, paths] = self.variances;
         [cut, lights + points, paths].map(|variance| self.errors * variance.sqrt())
@@ -116,7 +120,8 @@ impl Finding {
         error * error
     }
 
-    /// Whether a source of error that does not fall as the estimate grows stands in the way, which by now is known well enough.
+    /// Whether a source of error that does not fall as the estimate grows stands in the way, which
+    /// by now is known well enough.
     pub(super) fn is_held_up_by(&self, source: Source, share: f64) -> bool {
         self.share_of(source) > share && self.variance_by(source) > KNOWN * self.variances[0]
     }
@@ -134,8 +139,8 @@ impl Finding {
         }
     }
 
-    /// By how much to grow the pairs and the paths of an estimate: always what lowers the variance most for its work, until it is foreseen
-    /// to be enough, or grown by the most.
+    /// By how much to grow the pairs and the paths of an estimate: always what lowers the variance
+    /// most for its work, until it is foreseen to be enough, or grown by the most.
     ///
     /// * `work`: of a pair and of a path, for as many as there are.
     ///
@@ -177,8 +182,9 @@ impl Finding {
 /// Σ_j δ_j ≤ δ          δ_1 = 0.7 δ,   δ_j = 0.3 δ 2^−(j−1)
 /// ```
 ///
-/// so that the chance that any of the intervals fails stays within `δ` (union bound). It is decided before a look whether it is one of these: when the estimate is
-/// foreseen to be good enough; looks before only tell how far it is from that. Most pixels need one.
+/// so that the chance that any of the intervals fails stays within `δ` (union bound). It is decided
+/// before a look whether it is one of these: when the estimate is foreseen to be good enough; looks
+/// before only tell how far it is from that. Most pixels need one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Looks {
     delta: f64,
@@ -218,11 +224,13 @@ pub(super) enum Source {
     Both,
 }
 
-/// How many times the variance of the cut one must be that its samples tell, for them to tell it well.
+/// How many times the variance of the cut one must be that its samples tell, for them to tell it
+/// well.
 const KNOWN: f64 = 3.0;
 /// `κ` of paths and of VPLs: that of Bernstein's inequality, for few are far brighter than most.
 const KAPPA_OF_PATHS: f64 = 1.0 / 3.0;
-/// Share of the tolerance that growth aims at: the next look costs more than a little too much work.
+/// Share of the tolerance that growth aims at: the next look costs more than a little too much
+/// work.
 const AIM: f64 = 0.92;
 /// Steps in which growth is looked for.
 const STEP: f64 = 1.05;
@@ -257,7 +265,8 @@ mod tests {
         assert!(is_enough && growth[0] == 1.0 && (2.0..2.5).contains(&growth[1]), "{growth:?}");
     }
 
-    /// What is wide by its paths grows by paths, and what is wide by its cut by pairs, as far as is needed.
+    /// What is wide by its paths grows by paths, and what is wide by its cut by pairs, as far as is
+    /// needed.
     #[test]
     fn estimates_grow_where_they_are_wide() {
         let found = |cut: f64, paths: f64| Finding {

@@ -15,7 +15,8 @@ use crate::vpl::{
     Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions, VplSet,
 };
 
-/// VPLs of a scene in their tree, guided to a view. For another view they are unbiased as well, but may be elsewhere.
+/// VPLs of a scene in their tree, guided to a view. For another view they are unbiased as well, but
+/// may be elsewhere.
 #[derive(Clone, Debug)]
 pub struct GuidedLights {
     tree: LightTree,
@@ -31,8 +32,9 @@ pub struct GuidedLights {
     lamps: Option<SeenLamps>,
 }
 
-/// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL near by, in units of the light of a wall of them,
-/// falls with the square of this, that of the paths which find such walls hardly grows.
+/// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL
+/// near by, in units of the light of a wall of them, falls with the square of this, that of the
+/// paths which find such walls hardly grows.
 const COMPENSATED: f32 = 4.0;
 
 /// How many times as far as they say themselves VPLs are clamped.
@@ -65,7 +67,8 @@ fn traced<'t>(
 }
 
 impl GuidedLights {
-    /// Traces about `options.count` VPLs for this truth, guided to what this view sees ([`learn_light_guide`]). Runs on the current thread pool.
+    /// Traces about `options.count` VPLs for this truth, guided to what this view sees
+    /// ([`learn_light_guide`]). Runs on the current thread pool.
     ///
     /// # Errors
     /// Options out of range; no direct VPLs or no others; the truth of a single set.
@@ -74,8 +77,9 @@ impl GuidedLights {
         Self::new(&set, options, truth, view, &guided)
     }
 
-    /// The set alone that [`trace`](Self::trace) traces: kept in a file, it spares those who share a picture the tracing. [`given`](Self::given) makes of it
-    /// the same lights, bit for bit, if the options were the defaults but for count, clamp and seed.
+    /// The set alone that [`trace`](Self::trace) traces: kept in a file, it spares those who share
+    /// a picture the tracing. [`given`](Self::given) makes of it the same lights, bit for bit, if
+    /// the options were the defaults but for count, clamp and seed.
     ///
     /// # Errors
     /// As [`trace`](Self::trace).
@@ -83,13 +87,16 @@ impl GuidedLights {
         Ok(traced(tracer, options, truth, view)?.0)
     }
 
-    /// The same of a set that was traced before, with its own clamp; guided to nothing, unless whoever traced it did. Runs on the current thread pool.
+    /// The same of a set that was traced before, with its own clamp; guided to nothing, unless
+    /// whoever traced it did. Runs on the current thread pool.
     ///
-    /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets that an unbiased tracing of this scene gave, as [`VplSet::trace`] and
+    /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets that an unbiased
+    /// tracing of this scene gave, as [`VplSet::trace`] and
     /// [`trace_set`](Self::trace_set) do.
     ///
     /// # Errors
-    /// A set without direct VPLs, though the scene has emitters; one of another scene's images; the truth of a single set.
+    /// A set without direct VPLs, though the scene has emitters; one of another scene's images; the
+    /// truth of a single set.
     pub fn given(tracer: &Tracer, set: &VplSet, truth: Truth, view: &View<'_>) -> Result<Self> {
         set.validate_for(tracer.scene())?;
         let provenance = set.provenance();
@@ -199,7 +206,8 @@ impl GuidedLights {
         self.importance_brightness
     }
 
-    /// About how many times as much as independent VPLs these vary, since light paths leave several.
+    /// About how many times as much as independent VPLs these vary, since light paths leave
+    /// several.
     pub(super) fn importance_correlation(&self) -> f64 {
         self.importance_correlation
     }

@@ -1,22 +1,29 @@
-//! Ours, against light transport itself: a cut over one large set of VPLs and many gather points, with what VPLs do not carry put back by
-//! paths, and an interval that reckons with which VPLs and points there are.
+//! Ours, against light transport itself: a cut over one large set of VPLs and many gather points,
+//! with what VPLs do not carry put back by paths, and an interval that reckons with which VPLs and
+//! points there are.
 //!
 //! ```text
 //! L̂ = B + Σ_pairs ȳ_k + (1/m) Σ_paths          E L̂ = light transport
 //! ```
 //!
-//! the emission seen directly, a stratified sum over all VPLs ([`GuidedLights`]) by a cut that no sample of it has a say in
-//! ([`cut`](crate::cut)), guided by pilot visibility, and paths of what VPLs do not carry ([`uncarried`](crate::uncarried)).
+//! the emission seen directly, a stratified sum over all VPLs ([`GuidedLights`]) by a cut that no
+//! sample of it has a say in ([`cut`](crate::cut)), guided by pilot visibility, and paths of what
+//! VPLs do not carry ([`uncarried`](crate::uncarried)).
 //!
-//! The cost of a cut is sublinear in VPLs and points, so these are made so many that they are a small part of the half-width, and how small is told
-//! by the samples of the cut themselves ([`Population`](crate::cut::Population)). At each look the interval is compared with `max(ε L̂ / (1 + ε), ε_abs)`; where it is too
-//! wide, pairs and paths grow by as much as is missing of each ([`Finding::growth`](interval::Finding::growth)). What growth does not mend is begun anew: VPLs that are too
-//! near are clamped farther away, pixels with edges have more points; and where that is not enough, or paths of the
-//! neighbourhood tell that VPLs are in vain or not needed, a pixel is made of paths of all there is ([`Estimator`]). Where the user says no `ε_abs`, it is `ε` of a hundredth of the mean luminance of the view.
+//! The cost of a cut is sublinear in VPLs and points, so these are made so many that they are a
+//! small part of the half-width, and how small is told by the samples of the cut themselves
+//! ([`Population`](crate::cut::Population)). At each look the interval is compared with
+//! `max(ε L̂ / (1 + ε), ε_abs)`; where it is too wide, pairs and paths grow by as much as is
+//! missing of each ([`Finding::growth`](interval::Finding::growth)). What growth does not mend is
+//! begun anew: VPLs that are too near are clamped farther away, pixels with edges have more points;
+//! and where that is not enough, or paths of the neighbourhood tell that VPLs are in vain or not
+//! needed, a pixel is made of paths of all there is ([`Estimator`]). Where the user says no
+//! `ε_abs`, it is `ε` of a hundredth of the mean luminance of the view.
 //!
 //! # Guarantee
-//! For a given number of pairs and paths the estimate is unbiased over sets of VPLs, but for paths longer than the longest light path. Intervals are
-//! calibrated: measured, not proven. Held to this by the suite's `light_transport`; the record has the measurements.
+//! For a given number of pairs and paths the estimate is unbiased over sets of VPLs, but for paths
+//! longer than the longest light path. Intervals are calibrated: measured, not proven. Held to this
+//! by the suite's `light_transport`; the record has the measurements.
 
 mod estimate;
 mod interval;
@@ -66,7 +73,8 @@ pub struct LightTransport<'a> {
 impl<'a> LightTransport<'a> {
     /// The method on these lights of the tracer's scene.
     ///
-    /// An instance is for one view: what it knows of neighbourhoods is of the view it is first used with.
+    /// An instance is for one view: what it knows of neighbourhoods is of the view it is first used
+    /// with.
     pub fn new(tracer: &'a Tracer, lights: &'a GuidedLights, options: &ControlOptions) -> Self {
         let emitters = EmitterSampler::by_use(tracer, lights.options());
         let mut options = *options;
@@ -76,7 +84,8 @@ impl<'a> LightTransport<'a> {
         Self { lights, emitters, options, only: None, visibility: OnceLock::new(), cells: OnceLock::new() }
     }
 
-    /// The same with one estimator for all pixels, to measure it or to test it. Nothing changes unless the truth is light transport.
+    /// The same with one estimator for all pixels, to measure it or to test it. Nothing changes
+    /// unless the truth is light transport.
     #[must_use]
     pub fn only_by(mut self, estimator: Estimator) -> Self {
         self.only = Some(estimator);

@@ -1,11 +1,14 @@
 //! What paths of the neighbourhood found, before a pixel is begun.
 //!
-//! A pixel that has followed a hundred paths may not have met the bright one of a thousand. Its neighbours together have: the image is divided into
-//! cells of [`CELL`] × [`CELL`] pixels, and [`PATHS`] paths of either [`Estimator`], of random pixels of the cell, are followed for no estimate.
-//! Those from points that mirror sharply are kept apart from others: a glossy pixel among matt ones is as noisy as its like.
+//! A pixel that has followed a hundred paths may not have met the bright one of a thousand. Its
+//! neighbours together have: the image is divided into cells of [`CELL`] × [`CELL`] pixels, and
+//! [`PATHS`] paths of either [`Estimator`], of random pixels of the cell, are followed for no
+//! estimate. Those from points that mirror sharply are kept apart from others: a glossy pixel among
+//! matt ones is as noisy as its like.
 //!
 //! # Independence
-//! Pixels and paths come from streams of their own ([`Purpose::Guidance`]); a cell is a function of the image and its place.
+//! Pixels and paths come from streams of their own ([`Purpose::Guidance`]); a cell is a function of
+//! the image and its place.
 
 use std::sync::OnceLock;
 
@@ -25,9 +28,11 @@ const FEWEST: u64 = 64;
 /// Paths of one estimator from the pixels of a cell.
 #[derive(Clone, Debug, Default)]
 struct Paths {
-    /// Of single paths, by part of what is controlled: from points that do not mirror sharply, from those that do, and of all.
+    /// Of single paths, by part of what is controlled: from points that do not mirror sharply, from
+    /// those that do, and of all.
     moments: [Vec<Moments>; 3],
-    /// Of what they found of light that comes by bent ways, and means of how much there is, at the first surface and beyond.
+    /// Of what they found of light that comes by bent ways, and means of how much there is, at the
+    /// first surface and beyond.
     found: Moments,
     expected: [f64; 2],
     /// Whether a camera sample met emission.
@@ -38,7 +43,8 @@ struct Paths {
 /// Share of the light by bent ways below which paths are taken not to find it.
 const FOUND: f64 = 0.5;
 
-/// Rays of whole paths that take as long as the least that a sum over VPLs does: some hundred pairs over the gather points, with their bounds and lists. Measured.
+/// Rays of whole paths that take as long as the least that a sum over VPLs does: some hundred pairs
+/// over the gather points, with their bounds and lists. Measured.
 const CHEAP: f64 = 8192.0;
 
 /// What is known of a cell, for one clamp distance.
@@ -52,14 +58,16 @@ pub(super) struct Nearby {
 }
 
 impl Nearby {
-    /// Paths of what VPLs do not carry, of pixels that are like one that mirrors sharply or does not.
+    /// Paths of what VPLs do not carry, of pixels that are like one that mirrors sharply or does
+    /// not.
     pub(super) fn uncarried(&self, is_narrow: bool) -> &[Moments] {
         let [matt, glossy, all] = &self.uncarried.moments;
         let of_kind = if is_narrow { glossy } else { matt };
         if of_kind.first().is_some_and(|moments| moments.count() >= FEWEST) { of_kind } else { all }
     }
 
-    /// How much of the light by bent ways is not found: the share of it, and how much there is beyond the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
+    /// How much of the light by bent ways is not found: the share of it, and how much there is
+    /// beyond the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
     pub(super) fn not_found(&self) -> Option<(f64, f64)> {
         let Paths { found, expected, .. } = &self.uncarried;
         let there: f64 = expected.iter().sum();
@@ -77,8 +85,9 @@ impl Nearby {
         &self.paths_of_all(common).moments[2]
     }
 
-    /// Whether paths of all there is vary less, for the same rays, than those of what VPLs do not carry: then VPLs are of no use. Paths that found
-    /// nothing tell nothing: VPLs may know of light that is hard to meet.
+    /// Whether paths of all there is vary less, for the same rays, than those of what VPLs do not
+    /// carry: then VPLs are of no use. Paths that found nothing tell nothing: VPLs may know of
+    /// light that is hard to meet.
     pub(super) fn are_vpls_in_vain(&self, common: &Common<'_>) -> bool {
         let for_a_ray = |paths: &Paths| {
             paths.moments[2].first().map_or(0.0, |of_path| of_path.variance() * paths.rays as f64)
@@ -87,8 +96,9 @@ impl Nearby {
         whole > 0.0 && whole < uncarried
     }
 
-    /// Whether paths of all there is are foreseen to keep the promise with less work than any sum over VPLs takes, as where light comes straight
-    /// from the sky: where they vary so little, those of the neighbourhood know how much light there is to a few per cent.
+    /// Whether paths of all there is are foreseen to keep the promise with less work than any sum
+    /// over VPLs takes, as where light comes straight from the sky: where they vary so little,
+    /// those of the neighbourhood know how much light there is to a few per cent.
     pub(super) fn are_paths_cheap(&self, common: &Common<'_>, options: &ControlOptions) -> bool {
         let whole = self.paths_of_all(common);
         let Some(of_path) = whole.moments[2].first().filter(|of_path| of_path.mean() > 0.0) else {
@@ -258,7 +268,8 @@ mod tests {
         });
     }
 
-    /// Paths take work with the square of what varies over what is tolerated: a matt floor under a lamp is soon known to a third, and not to a hundredth.
+    /// Paths take work with the square of what varies over what is tolerated: a matt floor under a
+    /// lamp is soon known to a third, and not to a hundredth.
     #[test]
     fn paths_are_cheap_where_little_is_asked_of_what_hardly_varies() {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
@@ -270,7 +281,8 @@ mod tests {
         });
     }
 
-    /// VPLs carry the light of matt surfaces. Of a gloss they carry nothing, and paths that have it to find anyway find the rest.
+    /// VPLs carry the light of matt surfaces. Of a gloss they carry nothing, and paths that have it
+    /// to find anyway find the rest.
     #[test]
     fn vpls_are_in_vain_where_gloss_is_most_of_the_light() {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };

@@ -1,4 +1,5 @@
-//! A pixel from its first look to its last: estimates that grow, and what is tried where growth is not enough.
+//! A pixel from its first look to its last: estimates that grow, and what is tried where growth is
+//! not enough.
 
 use super::super::{ErrorClaim, HalfWidths, PixelEstimate, StopReason};
 use super::estimate::{Common, Estimate, Estimator, Points};
@@ -21,17 +22,21 @@ const WORK_OF_PAIRS: f64 = 4.0;
 const MORE_SAMPLES: u32 = 8;
 /// See [`MORE_SAMPLES`].
 const MOST_SAMPLES: u32 = 8192;
-/// Share of the tolerance that a source of error may have which does not fall as an estimate grows, before a pixel is begun anew with less of it.
+/// Share of the tolerance that a source of error may have which does not fall as an estimate grows,
+/// before a pixel is begun anew with less of it.
 const ENOUGH: f64 = 0.7;
-/// The same, before VPLs are given up: what little is left would have to come from ever so many pairs and paths.
+/// The same, before VPLs are given up: what little is left would have to come from ever so many
+/// pairs and paths.
 const TOO_MUCH: f64 = 0.87;
 /// Share of the tolerance that such a source has to have for it to be mended as well.
 const PART: f64 = 0.4;
-/// Share of the permitted work after which nothing is begun anew: what is left would not get as far.
+/// Share of the permitted work after which nothing is begun anew: what is left would not get as
+/// far.
 const LATE: f64 = 0.25;
 /// Share of the tolerance that light which is not found may have.
 const NEGLIGIBLE: f64 = 0.25;
-/// How many of the trial samples have to meet emission for those of an estimate to tell it. Chosen: where four are expected to meet it, one choice in fifty meets none.
+/// How many of the trial samples have to meet emission for those of an estimate to tell it. Chosen:
+/// where four are expected to meet it, one choice in fifty meets none.
 const ENOUGH_MEET: usize = 4;
 /// Camera samples that features are told from where there are paths alone.
 const SAMPLES_OF_FEATURES: u32 = 16;
@@ -47,7 +52,8 @@ pub(super) struct Pixel<'a, 'v> {
     finding: Option<Finding>,
     /// Whether it keeps the promise.
     is_met: bool,
-    /// Whether it was decided on before the samples were drawn, so that its interval may be stated however wide it is.
+    /// Whether it was decided on before the samples were drawn, so that its interval may be stated
+    /// however wide it is.
     may_claim: bool,
     features: Features,
     /// Whether it sees a lamp so small that most camera samples miss it, and most paths would.
@@ -74,7 +80,8 @@ fn more(samples: u32) -> u32 {
 enum Ended {
     Met,
     OutOfBudget,
-    /// By what does not fall as it grows: whether it is to be begun anew with lights, and with points, that do better.
+    /// By what does not fall as it grows: whether it is to be begun anew with lights, and with
+    /// points, that do better.
     HeldUp([bool; 2]),
 }
 
@@ -154,8 +161,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         false
     }
 
-    /// How many camera samples are likely to meet the lamps that the pixel sees, if so many are not. It is told by others than those of the estimate,
-    /// which would be biased by what it met.
+    /// How many camera samples are likely to meet the lamps that the pixel sees, if so many are
+    /// not. It is told by others than those of the estimate, which would be biased by what it met.
     fn samples_for_lamps(&mut self, few: u32) -> u32 {
         let mut samples = few;
         while samples < MOST_SAMPLES && self.misses_lamps(samples) {
@@ -174,7 +181,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.common.lamps_not_met(self.at, &seen) > 0.0
     }
 
-    /// Whether emission that the camera sees is likely to be missed by so many camera samples: a window that is mirrored by a rim fills a thousandth of the pixel.
+    /// Whether emission that the camera sees is likely to be missed by so many camera samples: a
+    /// window that is mirrored by a rim fills a thousandth of the pixel.
     fn is_emission_rare(&mut self, samples: u32) -> bool {
         let common = self.common;
         if !common.compensates || common.sees_lamps(self.at) {
@@ -205,7 +213,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.refine(Estimate::of_paths(common, self.at, key), moments, [false; 2]);
     }
 
-    /// Whether paths of the neighbourhood tell that VPLs would be of no use, or that they are not needed. Pixels of which light may not be found are left to them, which tell how much.
+    /// Whether paths of the neighbourhood tell that VPLs would be of no use, or that they are not
+    /// needed. Pixels of which light may not be found are left to them, which tell how much.
     fn are_vpls_in_vain(&mut self) -> bool {
         let (method, common) = (self.method, self.common);
         if !common.compensates || common.sees_lamps(self.at) {
@@ -225,13 +234,15 @@ impl<'a, 'v> Pixel<'a, 'v> {
         are_in_vain
     }
 
-    /// Whether the pixel is likely to see no surface: then it is what its camera samples see, and exact if that is one colour.
+    /// Whether the pixel is likely to see no surface: then it is what its camera samples see, and
+    /// exact if that is one colour.
     fn is_background(&mut self) -> bool {
         let sees_emission = self.method.nearby(&self.common, self.at, 0).sees_emission();
         sees_emission && self.try_samples(SAMPLES_OF_FEATURES).points.is_empty()
     }
 
-    /// What paths of all there is in the neighbourhood found; their rays are counted at the first call.
+    /// What paths of all there is in the neighbourhood found; their rays are counted at the first
+    /// call.
     fn nearby_whole(&mut self) -> &'a [Moments] {
         let (method, common) = (self.method, self.common);
         let nearby = method.nearby(&common, self.at, 0);
@@ -243,8 +254,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         whole
     }
 
-    /// Whether paths of all there is are likely to keep the promise within what work is left: for a darker pixel than its
-    /// neighbours, theirs are taken for as much brighter than its own.
+    /// Whether paths of all there is are likely to keep the promise within what work is left: for a
+    /// darker pixel than its neighbours, theirs are taken for as much brighter than its own.
     fn are_paths_foreseen_to_do(&mut self) -> bool {
         let Some(found) = self.finding else { return true };
         let Some(theirs) = self.nearby_whole().first().filter(|theirs| theirs.mean() > 0.0) else {

@@ -1,12 +1,15 @@
-//! Ours: a pixel is refined until its interval is as narrow as was asked for, and the interval means what it says.
+//! Ours: a pixel is refined until its interval is as narrow as was asked for, and the interval
+//! means what it says.
 //!
 //! In epochs, on cuts whose strata [inherit](crate::cut::InheritedCut) their samples:
 //!
 //! 1. refine the cut by a fixed factor, in an order that no sample of the estimate has a say in;
 //! 2. draw what new strata lack, and trace all segments together;
-//! 3. state an interval ([`stats::stratified`](crate::stats)); stop if its half-width is at most `max(ε L̂ / (1 + ε), ε_abs)`.
+//! 3. state an interval ([`stats::stratified`](crate::stats)); stop if its half-width is at most
+//!    `max(ε L̂ / (1 + ε), ε_abs)`.
 //!
-//! With the half-width at most `ε L̂ / (1 + ε)`, the error is at most `ε L` relative to the *true* sum, whenever the interval holds.
+//! With the half-width at most `ε L̂ / (1 + ε)`, the error is at most `ε L` relative to the *true*
+//! sum, whenever the interval holds.
 //!
 //! | claim | order of refinement | interval |
 //! |---|---|---|
@@ -14,14 +17,17 @@
 //! | [`Claim::Certified`] | by upper bounds | a finite-sample certificate, with `δ/J` for each of the `J` looks that there can be; proven |
 //!
 //! # Assumptions of the certificate
-//! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of bounds and of draws that the estimate does not
-//! use (`cut::Rank` has no way to sampled values); random numbers are random. It speaks of the luminance of this
-//! pixel's sum over the given VPLs and gather points, and what is seen directly, which is exact. Where all channels are
-//! controlled ([`Controlled`](crate::color::Controlled)), each has a third of `δ`, and as its bound that of luminance over its weight.
+//! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of
+//! bounds and of draws that the estimate does not use (`cut::Rank` has no way to sampled values);
+//! random numbers are random. It speaks of the luminance of this pixel's sum over the given VPLs
+//! and gather points, and what is seen directly, which is exact. Where all channels are controlled
+//! ([`Controlled`](crate::color::Controlled)), each has a third of `δ`, and as its bound that of
+//! luminance over its weight.
 //!
 //! # Differences to the published methods
-//! Samples are inherited; pairs whose lights other pixels near by do not see are split late; terms of small pairs are drawn in proportion to what
-//! they would contribute unoccluded; looks are few; the interval knows of rare light; pairs of two terms are evaluated as a whole; the error is
+//! Samples are inherited; pairs whose lights other pixels near by do not see are split late; terms
+//! of small pairs are drawn in proportion to what they would contribute unoccluded; looks are few;
+//! the interval knows of rare light; pairs of two terms are evaluated as a whole; the error is
 //! relative to the truth. The record says what each is worth.
 //!
 //! Tested by the suite's `control`.

@@ -9,7 +9,8 @@ pub(super) struct Schedule {
     pub growth: f64,
 }
 
-/// Fewer looks at small cuts would mean fewer chances to be fooled by samples that are all alike, and more pairs than needed.
+/// Fewer looks at small cuts would mean fewer chances to be fooled by samples that are all alike,
+/// and more pairs than needed.
 pub(super) const CALIBRATED: Schedule = Schedule { first: 64, growth: 1.15 };
 /// Certificates pay for every look.
 pub(super) const CERTIFIED: Schedule = Schedule { first: 512, growth: 1.15 };
@@ -38,7 +39,8 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// The number of looks that a certificate pays for, counted by hand: the last is at a cut that is whole, or out of budget.
+    /// The number of looks that a certificate pays for, counted by hand: the last is at a cut that
+    /// is whole, or out of budget.
     #[test]
     fn looks_are_counted() {
         // 512, 588, 676, 777, 893.

@@ -1,9 +1,12 @@
-//! What the header of an OpenEXR file says: image, planes and metadata, checked before a sample is read.
+//! What the header of an OpenEXR file says: image, planes and metadata, checked before a sample is
+//! read.
 //!
-//! Both ways to the samples, all at once and rows on demand, take from here what the file is, so that they cannot disagree about it.
+//! Both ways to the samples, all at once and rows on demand, take from here what the file is, so
+//! that they cannot disagree about it.
 //!
 //! # Guarantee
-//! What passes [`checked_header`] claims no more samples than its bytes could hold, and is flat and not subsampled.
+//! What passes [`checked_header`] claims no more samples than its bytes could hold, and is flat and
+//! not subsampled.
 //!
 //! # Held to this by
 //! The module's tests: files of other programs, damaged files, claims beyond the bytes.
@@ -21,8 +24,8 @@ use super::{PLANES, PREFIX, PlaneRecord, at, unsupported};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Metadata, SampleKind, Value, Window, channel_name};
 
-/// More samples (bytes) for each byte of the file than any of the format's compressions can hold: ZIP's
-/// limit is 1032, DWA's 64 times that.
+/// More samples (bytes) for each byte of the file than any of the format's compressions can hold:
+/// ZIP's limit is 1032, DWA's 64 times that.
 const MAX_EXPANSION: u64 = 1 << 16;
 
 /// A plane of an OpenEXR file, apart from its samples.
@@ -47,7 +50,8 @@ pub struct ExrPlane {
 pub(super) struct Layout {
     pub(super) size: [u32; 2],
     pub(super) window: Window,
-    /// First column and row of the file's data that the film holds; the others are outside the image.
+    /// First column and row of the file's data that the film holds; the others are outside the
+    /// image.
     pub(super) offset: [usize; 2],
     pub(super) planes: Vec<ExrPlane>,
     pub(super) metadata: Metadata,
@@ -95,7 +99,8 @@ pub(in crate::io) fn check_claims(path: &Path, bytes: &[u8]) -> Result<()> {
     checked_header(path, &mut &bytes[..], bytes.len() as u64).map(drop)
 }
 
-/// The header of a file of `length` bytes, refused as [`check_claims`] says. Attributes that are damaged are left out.
+/// The header of a file of `length` bytes, refused as [`check_claims`] says. Attributes that are
+/// damaged are left out.
 pub(super) fn checked_header(path: &Path, read: &mut impl Read, length: u64) -> Result<MetaData> {
     let meta = MetaData::read_from_buffered(read, false).map_err(|e| at(path, e))?;
     MetaData::validate(&meta.headers, false).map_err(|e| at(path, e))?;

@@ -1,20 +1,24 @@
 //! Films as OpenEXR files.
 //!
 //! One part, so that every tool reads it: the main plane as channels `R`, `G`, `B`, other planes as
-//! `plane.channel` (`half_width.Y`), each channel 32-bit float or unsigned integer as in the film, ZIP
-//! compressed (lossless). The display window is the full image, the data window the film's window.
+//! `plane.channel` (`half_width.Y`), each channel 32-bit float or unsigned integer as in the film,
+//! ZIP compressed (lossless). The display window is the full image, the data window the film's
+//! window.
 //!
-//! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string` (yes and no, and
-//! whole numbers beyond 32 bits, are strings; text that reads as such comes back as such); units and
-//! meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the standard attributes there are those that every
-//! file must have, `chromaticities` (Rec. 709), `software`, and `comments`: a line of what the image is and what it promises.
+//! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string` (yes and no,
+//! and whole numbers beyond 32 bits, are strings; text that reads as such comes back as such);
+//! units and meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the standard
+//! attributes there are those that every file must have, `chromaticities` (Rec. 709), `software`,
+//! and `comments`: a line of what the image is and what it promises.
 //!
 //! # Guarantee
-//! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes. [`ExrFile`] gives the same samples, rows by rows.
+//! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes. [`ExrFile`]
+//! gives the same samples, rows by rows.
 //!
 //! # Held to this by
-//! The tests below and those of `rows`; `readers.py` among the program's tests, which reads files by the reference implementation and by
-//! OpenImageIO and compares names, types, windows, attributes and every bit.
+//! The tests below and those of `rows`; `readers.py` among the program's tests, which reads files
+//! by the reference implementation and by OpenImageIO and compares names, types, windows,
+//! attributes and every bit.
 
 mod layout;
 mod read;

@@ -18,11 +18,13 @@ use crate::film::{Film, Plane, SampleKind, Samples, Window};
 /// Largest file that is read (bytes).
 const MAX_FILE_BYTES: u64 = 1 << 34;
 
-/// Reads a film: one written by [`write_exr`](super::write_exr), or the first flat part of any OpenEXR file.
+/// Reads a film: one written by [`write_exr`](super::write_exr), or the first flat part of any
+/// OpenEXR file.
 ///
-/// In other programs' files channels are gathered into planes by what stands before the last point of
-/// their names, 16-bit samples become 32-bit ones, unsigned integers beside floating point are a plane
-/// of their own named by the whole channel name, and what lies outside the display window is left out.
+/// In other programs' files channels are gathered into planes by what stands before the last point
+/// of their names, 16-bit samples become 32-bit ones, unsigned integers beside floating point are a
+/// plane of their own named by the whole channel name, and what lies outside the display window is
+/// left out.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Invalid`] if it is damaged, and

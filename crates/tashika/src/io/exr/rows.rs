@@ -1,19 +1,22 @@
 //! Films in OpenEXR files too large to be held: rows on demand.
 //!
 //! [`ExrFile::open`] reads the header and where each block of rows, or tile, begins. [`ExrFile::read_rows`] then reads and decompresses
-//! the blocks that meet the rows asked for, and no others. Scan lines and tiles, single- and multi-part files.
+//! the blocks that meet the rows asked for, and no others. Scan lines and tiles, single- and
+//! multi-part files.
 //!
 //! # Guarantee
-//! The rows, put together, are the film that [`read_exr`](super::read_exr) gives, bit by bit. A file that is damaged, or was cut short or
-//! replaced meanwhile, gives an error that names it. Memory: eight bytes a block, the rows, and one block at a time as compressed and as
+//! The rows, put together, are the film that [`read_exr`](super::read_exr) gives, bit by bit. A
+//! file that is damaged, or was cut short or replaced meanwhile, gives an error that names it.
+//! Memory: eight bytes a block, the rows, and one block at a time as compressed and as
 //! decompressed; none of it before the file was seen to be long enough.
 //!
 //! # Limits
-//! A block is decompressed whole: of a file that is one tile, each call decompresses all. A block found at its place is believed
-//! otherwise, as the format has no checksums beyond those of ZIP.
+//! A block is decompressed whole: of a file that is one tile, each call decompresses all. A block
+//! found at its place is believed otherwise, as the format has no checksums beyond those of ZIP.
 //!
 //! # Held to this by
-//! The tests in `rows/tests.rs`, with films of our own and files as other programs write them, by any compression.
+//! The tests in `rows/tests.rs`, with films of our own and files as other programs write them, by
+//! any compression.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -34,7 +37,8 @@ use super::layout::{ExrPlane, Layout, checked_header};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Metadata, Plane, SampleKind, Samples, Window};
 
-/// An OpenEXR file whose header was read. It stays open, so that a file that takes its name does not mix with it.
+/// An OpenEXR file whose header was read. It stays open, so that a file that takes its name does
+/// not mix with it.
 #[derive(Debug)]
 pub struct ExrFile {
     path: PathBuf,
@@ -58,7 +62,8 @@ struct Blocks {
 }
 
 impl ExrFile {
-    /// Reads the header of a file; refuses what [`read_exr`](super::read_exr) refuses, except for its length.
+    /// Reads the header of a file; refuses what [`read_exr`](super::read_exr) refuses, except for
+    /// its length.
     ///
     /// # Errors
     /// As [`read_exr`](super::read_exr), for what the header says.
@@ -96,7 +101,8 @@ impl ExrFile {
         &self.layout.metadata
     }
 
-    /// Rows that are decompressed at once; the first block begins at the window's first row, if the file has no data above the image.
+    /// Rows that are decompressed at once; the first block begins at the window's first row, if the
+    /// file has no data above the image.
     pub fn rows_per_block(&self) -> u32 {
         u32::try_from(self.blocks.size[1]).unwrap_or(u32::MAX)
     }
@@ -193,7 +199,8 @@ impl ExrFile {
     fn place(&self, block: &UncompressedBlock, kept: &[Range<usize>; 2], filled: &mut [Samples]) {
         let [columns, rows] = kept;
         let channels = &self.meta.headers[0].channels;
-        // Plane, number in it, of each channel of the file; one of two channels of the same name is in none.
+        // Plane, number in it, of each channel of the file; one of two channels of the same name is
+        // in none.
         let mut homes = vec![None; channels.list.len()];
         for (p, plane) in self.layout.planes.iter().enumerate() {
             for (c, &place) in plane.places.iter().enumerate() {
@@ -239,8 +246,9 @@ fn damaged(path: &Path, [right, down]: [usize; 2], offset: u64, found: String, e
     Error::invalid(Location::file(path).item(item), found, expected)
 }
 
-/// Refuses a file whose blocks do not say that they are the ones that should be at their places: of two that say the same one would be
-/// taken, and nothing in place of the other. `table` is what follows the headers.
+/// Refuses a file whose blocks do not say that they are the ones that should be at their places: of
+/// two that say the same one would be taken, and nothing in place of the other. `table` is what
+/// follows the headers.
 pub(super) fn check_places(path: &Path, bytes: &[u8], mut table: &[u8], meta: &MetaData) -> Result<()> {
     let blocks = Blocks::read(path, &mut table, meta, bytes.len() as u64)?;
     for (number, &offset) in blocks.offsets.iter().enumerate() {
@@ -269,7 +277,8 @@ impl Blocks {
         let header = &meta.headers[0];
         let (Vec2(width, height), Vec2(columns, rows)) = (header.layer_size, header.max_block_pixel_size());
         let size = [columns.max(1), rows.max(1)];
-        // Levels follow each other, the largest first, and rows of blocks from the top, whatever the order of the blocks themselves.
+        // Levels follow each other, the largest first, and rows of blocks from the top, whatever
+        // the order of the blocks themselves.
         let across = width.div_ceil(size[0]);
         let count = across.saturating_mul(height.div_ceil(size[1]));
         if count > header.chunk_count || (count as u64).saturating_mul(8) > length {
@@ -280,7 +289,8 @@ impl Blocks {
         read.read_exact(&mut bytes).map_err(|e| Error::io(path, e))?;
         let number = |b: &[u8]| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
         let offsets: Vec<u64> = bytes.chunks_exact(8).map(number).collect();
-        // A block has a place and a length, so that what is added to its offset below cannot overflow.
+        // A block has a place and a length, so that what is added to its offset below cannot
+        // overflow.
         if let Some(beyond) = offsets.iter().find(|&&offset| offset >= length) {
             let found = format!("a block at byte {beyond} of {length}");
             return Err(Error::invalid(Location::file(path), found, "blocks inside the file"));

@@ -42,7 +42,8 @@ pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
                 Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
                 Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
             };
-            // Lossy compression by others treats a channel by what it is, which its own name says and its full name hides.
+            // Lossy compression by others treats a channel by what it is, which its own name says
+            // and its full name hides.
             let full_name = text(&channel_name(plane.name(), channel));
             channels.push(AnyChannel { name: full_name, ..AnyChannel::new(text(channel), samples) });
         }
@@ -83,7 +84,8 @@ pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What the image is and what it promises, in a line of ASCII; none for a film that does not say how it was made.
+/// What the image is and what it promises, in a line of ASCII; none for a film that does not say
+/// how it was made.
 fn comments(film: &Film) -> Option<String> {
     let metadata = film.metadata();
     let (scene, method) = (metadata.text("scene")?, metadata.text("method")?);
@@ -142,7 +144,8 @@ fn attribute(value: &Value) -> AttributeValue {
     }
 }
 
-/// UTF-8 as it is: the format leaves the encoding open, and its own library has said UTF-8 since 3.0.
+/// UTF-8 as it is: the format leaves the encoding open, and its own library has said UTF-8 since
+/// 3.0.
 fn text(words: &str) -> Text {
     Text::from_slice_unchecked(words.as_bytes())
 }

@@ -1,13 +1,13 @@
 //! Reading accessors: typed, strided, possibly sparse arrays of numbers in buffer views.
 //!
-//! Element `i` of an accessor starts at byte `offset + i · stride` of its view (glTF 2.0 section 3.6.2).
-//! Normalized integers stand for fractions: `c / (2ᵇ − 1)` if unsigned,
-//! `max(c / (2ᵇ⁻¹ − 1), −1)` if signed (section 3.11). A sparse accessor replaces some elements by others;
-//! without a view the rest is zero.
+//! Element `i` of an accessor starts at byte `offset + i · stride` of its view (glTF 2.0 section
+//! 3.6.2). Normalized integers stand for fractions: `c / (2ᵇ − 1)` if unsigned,
+//! `max(c / (2ᵇ⁻¹ − 1), −1)` if signed (section 3.11). A sparse accessor replaces some elements by
+//! others; without a view the rest is zero.
 //!
 //! # Guarantee
-//! No byte outside the view is read, and nothing is allocated for elements whose bytes are not there.
-//! Elements without bytes, the zeros of accessors without a view, are limited to
+//! No byte outside the view is read, and nothing is allocated for elements whose bytes are not
+//! there. Elements without bytes, the zeros of accessors without a view, are limited to
 //! [`MAX_ZERO_ELEMENTS`].
 //!
 //! # Held to this by
@@ -23,8 +23,8 @@ use gltf::json::validation::Checked;
 use super::source::Source;
 use crate::error::{Error, Location, Result};
 
-/// Most elements an accessor without a buffer view may have. Chosen: far above the morph targets and
-/// masks for which exporters write such accessors, and less than a megabyte of zeros.
+/// Most elements an accessor without a buffer view may have. Chosen: far above the morph targets
+/// and masks for which exporters write such accessors, and less than a megabyte of zeros.
 const MAX_ZERO_ELEMENTS: u64 = 1 << 16;
 
 /// An accessor whose bytes are known to be there.
@@ -193,7 +193,8 @@ impl Accessor<'_> {
         ))
     }
 
-    /// The vectors of `range`, which must lie below [`Self::count`]; `N` must match the type asked for.
+    /// The vectors of `range`, which must lie below [`Self::count`]; `N` must match the type asked
+    /// for.
     pub fn vectors<const N: usize>(&self, range: Range<usize>) -> Result<Vec<[f32; N]>> {
         let vector = |bytes: &[u8]| -> [f32; N] {
             let size = self.component.size();

@@ -1,11 +1,13 @@
 //! Cameras: glTF's perspective projection as a pinhole, its orthographic one as parallel rays.
 //!
-//! The view is that of the node's transform without its scale (glTF 2.0 section 3.10): the axes are made
-//! orthonormal again, the viewing direction `−z` first, then up. An orthographic film is `2 · ymag` high. The aspect
-//! ratio (`aspectRatio`, `xmag`) and the clipping planes are not used: the image's size gives the one, and rays need no others.
+//! The view is that of the node's transform without its scale (glTF 2.0 section 3.10): the axes are
+//! made orthonormal again, the viewing direction `−z` first, then up. An orthographic film is
+//! `2 · ymag` high. The aspect ratio (`aspectRatio`, `xmag`) and the clipping planes are not used:
+//! the image's size gives the one, and rays need no others.
 //!
 //! # Held to this by
-//! `gltf::cameras_keep_position_direction_and_field_of_view`, `gltf_structure::orthographic_cameras_keep_their_height`.
+//! `gltf::cameras_keep_position_direction_and_field_of_view`,
+//! `gltf_structure::orthographic_cameras_keep_their_height`.
 
 use std::collections::BTreeSet;
 use std::f32::consts::PI;

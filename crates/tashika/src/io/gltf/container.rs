@@ -1,23 +1,23 @@
 //! From the bytes of a file to a checked glTF document.
 //!
-//! Input: the bytes of a `.gltf` (JSON) or `.glb` (binary container, glTF 2.0 section 4) file. Output: the
-//! document as the `gltf` crate's plain data types, and the container's binary chunk.
+//! Input: the bytes of a `.gltf` (JSON) or `.glb` (binary container, glTF 2.0 section 4) file.
+//! Output: the document as the `gltf` crate's plain data types, and the container's binary chunk.
 //!
 //! # Guarantee
 //! No byte string makes this panic. In what is returned, every index of one list into another is in
-//! range but for textures' sources, and every enumerated value but for attribute names is one that glTF 2.0
-//! knows.
+//! range but for textures' sources, and every enumerated value but for attribute names is one that
+//! glTF 2.0 knows.
 //!
 //! # Differences from the `gltf` crate's own loader
-//! * The container is split here: the crate's reader subtracts the header's size from a length that may
-//!   be smaller.
-//! * Version and required extensions are read first, so that a file that needs what is not there is told so
-//!   before anything else about it can be wrong.
+//! * The container is split here: the crate's reader subtracts the header's size from a length that
+//!   may be smaller.
+//! * Version and required extensions are read first, so that a file that needs what is not there is
+//!   told so before anything else about it can be wrong.
 //! * Animations are skipped, not parsed.
 //! * `POSITION` accessors are looked up before the crate's validator does so without checking.
 //! * Forgiven, because nothing here depends on it: missing or wrong `min` and `max`, missing
-//!   `POSITION`, accessors without a buffer view, textures whose source is missing or out of range, unknown
-//!   attribute names, scenes without nodes.
+//!   `POSITION`, accessors without a buffer view, textures whose source is missing or out of range,
+//!   unknown attribute names, scenes without nodes.
 //!
 //! # Held to this by
 //! `damaged_gltf`: truncation at each length, mutations, deep nesting, indices out of range.
@@ -248,7 +248,8 @@ fn is_forgiven(path: &str, fault: Fault) -> bool {
     }
 }
 
-/// `textures[i].source`: checked where it is used, because a texture without an image is only noted.
+/// `textures[i].source`: checked where it is used, because a texture without an image is only
+/// noted.
 fn is_texture_source(path: &str) -> bool {
     path.starts_with("textures[") && path.ends_with(".source")
 }

@@ -1,11 +1,14 @@
-//! glTF extensions as a whole: which a file may require, and what is said about those that are left out.
+//! glTF extensions as a whole: which a file may require, and what is said about those that are left
+//! out.
 //!
-//! An extension that a file *requires* changes the meaning of the file: one that is not read is refused, with advice. One that it merely
-//! *uses* is read or left out, as [`FEATURES`] says; what is left out is noted where it stands, except for
-//! materials, which note what has an effect on them.
+//! An extension that a file *requires* changes the meaning of the file: one that is not read is
+//! refused, with advice. One that it merely *uses* is read or left out, as [`FEATURES`] says; what
+//! is left out is noted where it stands, except for materials, which note what has an effect on
+//! them.
 //!
 //! # Held to this by
-//! `gltf::extensions_that_a_file_requires_are_read_or_refused_by_name`, `gltf::what_is_left_out_is_noted_once`.
+//! `gltf::extensions_that_a_file_requires_are_read_or_refused_by_name`,
+//! `gltf::what_is_left_out_is_noted_once`.
 
 use gltf::json::Root;
 use serde_json::{Map, Value};
@@ -30,7 +33,8 @@ pub(super) fn refuse_unhandled(required: &[String], file: &Location) -> Result<(
     Ok(())
 }
 
-/// Refuses data that are there in compressed form only, although the file does not say that it requires that.
+/// Refuses data that are there in compressed form only, although the file does not say that it
+/// requires that.
 pub(super) fn refuse_compressed(extensions: &Map<String, Value>, at: &Location) -> Result<()> {
     for name in ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"] {
         if extensions.contains_key(name)
@@ -42,7 +46,8 @@ pub(super) fn refuse_compressed(extensions: &Map<String, Value>, at: &Location) 
     Ok(())
 }
 
-/// Notes each extension that is left out: unknown ones where they are listed, others where they stand.
+/// Notes each extension that is left out: unknown ones where they are listed, others where they
+/// stand.
 pub(super) fn note_unhandled(root: &Root, file: &Location, builder: &mut SceneBuilder) -> Result<()> {
     for (i, name) in root.extensions_used.iter().enumerate() {
         if extension(name).is_none() {

@@ -1,11 +1,13 @@
 //! What a glTF file may hold, and what becomes of it.
 //!
-//! The loader says of these things what their rows say, through [`met`]. Fields of an extension have the extension's name as their
-//! kind; an extension stands once as what a file *uses*, which is optional by definition (glTF 2.0 section 3.12), and, if what it changes
-//! cannot be done without, once more as what a file *requires*.
+//! The loader says of these things what their rows say, through [`met`]. Fields of an extension
+//! have the extension's name as their kind; an extension stands once as what a file *uses*, which
+//! is optional by definition (glTF 2.0 section 3.12), and, if what it changes cannot be done
+//! without, once more as what a file *requires*.
 //!
 //! # Held to this by
-//! `suite::gltf_features`: every row, in a file of its own, gives the note or the error that it promises and no other.
+//! `suite::gltf_features`: every row, in a file of its own, gives the note or the error that it
+//! promises and no other.
 
 use super::shown;
 use crate::error::{Location, Result};

@@ -1,13 +1,15 @@
 //! Instances of `EXT_mesh_gpu_instancing`: many placements of one node's mesh.
 //!
-//! Instance `i` stands at `M · T_i · R_i · S_i`, with `M` of the node and the rest from the elements `i` of the accessors `TRANSLATION`,
-//! `ROTATION` and `SCALE`; each of them may be missing, and all have the same number of elements.
+//! Instance `i` stands at `M · T_i · R_i · S_i`, with `M` of the node and the rest from the
+//! elements `i` of the accessors `TRANSLATION`, `ROTATION` and `SCALE`; each of them may be
+//! missing, and all have the same number of elements.
 //!
 //! # Guarantee
 //! Nothing is allocated for instances beyond the scene's budget of geometry.
 //!
 //! # Held to this by
-//! `gltf_structure::instances_of_a_node_follow_its_transform`, `gltf_structure::instances_that_do_not_fit_together_are_refused`.
+//! `gltf_structure::instances_of_a_node_follow_its_transform`,
+//! `gltf_structure::instances_that_do_not_fit_together_are_refused`.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +34,8 @@ struct Instancing {
     attributes: BTreeMap<String, u32>,
 }
 
-/// Where the node's mesh stands, `meshes` primitives at each place: at the node itself, if the extension is not there.
+/// Where the node's mesh stands, `meshes` primitives at each place: at the node itself, if the
+/// extension is not there.
 pub(super) fn placements(
     source: &Source<'_>,
     placed: &PlacedNode,

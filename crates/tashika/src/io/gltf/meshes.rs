@@ -1,16 +1,19 @@
 //! Meshes: each primitive becomes one mesh of the scene.
 //!
-//! Input: a mesh of the document. Output: the ids of its primitives' meshes, read once however many nodes
-//! show them. Only the range of vertices between the smallest and the largest index is read, so that
-//! primitives that share one large vertex buffer do not each copy all of it.
+//! Input: a mesh of the document. Output: the ids of its primitives' meshes, read once however many
+//! nodes show them. Only the range of vertices between the smallest and the largest index is read,
+//! so that primitives that share one large vertex buffer do not each copy all of it.
 //!
-//! Triangle `i` of a strip is `(i, i + 1 + i mod 2, i + 2 − i mod 2)`, of a fan `(i + 1, i + 2, 0)` (glTF 2.0
-//! section 3.7.2.1). Triangles of a strip that use a vertex twice only steer it and are left out silently.
+//! Triangle `i` of a strip is `(i, i + 1 + i mod 2, i + 2 − i mod 2)`, of a fan `(i + 1, i + 2, 0)`
+//! (glTF 2.0 section 3.7.2.1). Triangles of a strip that use a vertex twice only steer it and are
+//! left out silently.
 //!
-//! Vertex colours, which the scene does not have, become one colour: the mean over the corners in use multiplies the base colour.
+//! Vertex colours, which the scene does not have, become one colour: the mean over the corners in
+//! use multiplies the base colour.
 //!
 //! # Held to this by
-//! The tests below; `gltf_materials::vertex_colours_*`, `gltf::a_mesh_is_read_once_and_placed_twice`, `gltf::strips_fans_and_ranges_of_vertices`.
+//! The tests below; `gltf_materials::vertex_colours_*`,
+//! `gltf::a_mesh_is_read_once_and_placed_twice`, `gltf::strips_fans_and_ranges_of_vertices`.
 
 use std::ops::Range;
 
@@ -27,8 +30,8 @@ use super::source::Source;
 use crate::error::{Error, Location, Result};
 use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
 
-/// Largest texture coordinate: far beyond where `f32` still tells texels apart, and small enough for
-/// a texture transform to keep it finite.
+/// Largest texture coordinate: far beyond where `f32` still tells texels apart, and small enough
+/// for a texture transform to keep it finite.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
 /// The meshes read so far.

@@ -13,10 +13,10 @@
 //! | [`cameras`], [`lights`] | cameras and lights |
 //!
 //! # Guarantee
-//! No file makes the loader panic. What it allocates is bounded by the bytes that are there, and where a file
-//! may name the same bytes many times or claim texels, by [`LoadOptions`] (see `source`). What
-//! cannot be read is an error that names file, item, value and expectation; a texture image that cannot be
-//! read is only noted.
+//! No file makes the loader panic. What it allocates is bounded by the bytes that are there, and
+//! where a file may name the same bytes many times or claim texels, by [`LoadOptions`] (see
+//! `source`). What cannot be read is an error that names file, item, value and expectation; a
+//! texture image that cannot be read is only noted.
 //!
 //! # Held to this by
 //! The test modules `gltf`, `gltf_features`, `gltf_materials`, `gltf_structure` and `damaged_gltf`.

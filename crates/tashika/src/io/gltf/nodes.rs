@@ -1,14 +1,16 @@
 //! The node graph: which nodes are in the scene, and where.
 //!
-//! A node's world transform is the product of the local ones from the root down to it (glTF 2.0 section
-//! 3.5.2), each a matrix or `T · R · S`; products are formed in `f64`.
+//! A node's world transform is the product of the local ones from the root down to it (glTF 2.0
+//! section 3.5.2), each a matrix or `T · R · S`; products are formed in `f64`.
 //!
 //! # Guarantee
-//! The graph is a forest: a node with two parents, or one that is its own ancestor, is an error. Depth is
-//! limited by memory only; nothing here recurses. Nodes that `KHR_node_visibility` hides are left out, with all below them.
+//! The graph is a forest: a node with two parents, or one that is its own ancestor, is an error.
+//! Depth is limited by memory only; nothing here recurses. Nodes that `KHR_node_visibility` hides
+//! are left out, with all below them.
 //!
 //! # Held to this by
-//! `gltf::nodes_multiply_from_the_root_down`, `damaged_gltf::nodes_that_form_no_forest_are_refused`,
+//! `gltf::nodes_multiply_from_the_root_down`,
+//! `damaged_gltf::nodes_that_form_no_forest_are_refused`,
 //! `damaged_gltf::a_deep_chain_of_nodes_is_no_problem`.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -27,8 +29,8 @@ pub(super) struct PlacedNode {
     pub to_world: DAffine3,
 }
 
-/// The nodes of the scene to be rendered, parents before children, in the order of the file: the default
-/// scene, else the first, else everything.
+/// The nodes of the scene to be rendered, parents before children, in the order of the file: the
+/// default scene, else the first, else everything.
 pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Vec<PlacedNode>> {
     let root = &source.root;
     let parents = parents(source)?;
@@ -95,8 +97,8 @@ fn parents(source: &Source<'_>) -> Result<Vec<Option<usize>>> {
     Ok(parents)
 }
 
-/// With at most one parent each, the nodes that cannot be reached from any root are those on or below a
-/// cycle.
+/// With at most one parent each, the nodes that cannot be reached from any root are those on or
+/// below a cycle.
 fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Result<()> {
     let nodes = &source.root.nodes;
     let mut reached = vec![false; nodes.len()];

@@ -1,13 +1,13 @@
 //! The document with the bytes it refers to: buffers, buffer views, and what may be made of them.
 //!
-//! Input: a parsed file. Output: byte slices that lie inside buffers, which lie inside what the files really
-//! hold.
+//! Input: a parsed file. Output: byte slices that lie inside buffers, which lie inside what the
+//! files really hold.
 //!
 //! # Guarantee
 //! * A buffer is read when it is first needed, and once.
-//! * Buffers, decoded geometry and decoded images each stay below [`LoadOptions::max_file_bytes`] in sum. A small
-//!   file that names the same vertices or the same image a million times thus cannot fill the
-//!   memory, while whatever the user lets be read as one file may also be held.
+//! * Buffers, decoded geometry and decoded images each stay below [`LoadOptions::max_file_bytes`]
+//!   in sum. A small file that names the same vertices or the same image a million times thus
+//!   cannot fill the memory, while whatever the user lets be read as one file may also be held.
 //!
 //! # Held to this by
 //! `damaged_gltf::counts_beyond_the_bytes_present_are_refused`,

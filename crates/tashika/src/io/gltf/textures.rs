@@ -1,4 +1,5 @@
-//! Textures: images decoded once for each encoding they are used with, samplers, coordinate transforms.
+//! Textures: images decoded once for each encoding they are used with, samplers, coordinate
+//! transforms.
 //!
 //! `KHR_texture_transform` maps texture coordinates by `T · R · S` with
 //!
@@ -7,14 +8,15 @@
 //!     | −sin cos |
 //! ```
 //!
-//! which turns counter-clockwise where `v` runs down. (The sample code in early versions of the extension
-//! turns the other way and contradicts its own example, which is the test here.)
+//! which turns counter-clockwise where `v` runs down. (The sample code in early versions of the
+//! extension turns the other way and contradicts its own example, which is the test here.)
 //!
-//! A sampler's `magFilter` chooses between the nearest texel and bilinear interpolation; `minFilter` has no use where each path
-//! looks at a point.
+//! A sampler's `magFilter` chooses between the nearest texel and bilinear interpolation;
+//! `minFilter` has no use where each path looks at a point.
 //!
 //! # Held to this by
-//! The tests below; `gltf::textures_are_decoded_once_for_each_encoding`, `gltf_materials::samplers_choose_the_nearest_texel_or_four`,
+//! The tests below; `gltf::textures_are_decoded_once_for_each_encoding`,
+//! `gltf_materials::samplers_choose_the_nearest_texel_or_four`,
 //! `damaged_gltf::a_texture_that_cannot_be_read_is_left_out`.
 
 use std::collections::BTreeMap;
@@ -34,8 +36,8 @@ use crate::scene::{
     ImageId, ImageTexture, NoteKind, Pixels, Sampling, SceneBuilder, Texture, TextureId, UvTransform, Wrap,
 };
 
-/// Largest coefficient of a texture transform; beyond it neighbouring texels cannot be told apart in
-/// `f32`.
+/// Largest coefficient of a texture transform; beyond it neighbouring texels cannot be told apart
+/// in `f32`.
 const MAX_COEFFICIENT: f32 = 1e6;
 
 /// A texture in use.
@@ -56,7 +58,8 @@ pub(super) enum Content {
     Color,
     /// Numbers, one a channel.
     Numbers,
-    /// The number in this channel, 0 to 3, copied to red, green and blue: for products with other textures, which are by channel.
+    /// The number in this channel, 0 to 3, copied to red, green and blue: for products with other
+    /// textures, which are by channel.
     Spread(usize),
 }
 
@@ -67,7 +70,8 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// The texture that `info`, found at `item`, refers to, with an index in range; nothing, with a note, if its image cannot be read.
+    /// The texture that `info`, found at `item`, refers to, with an index in range; nothing, with a
+    /// note, if its image cannot be read.
     pub fn get(
         &mut self,
         source: &Source<'_>,
@@ -199,8 +203,8 @@ mod tests {
     #[test]
     fn the_extensions_example_shows_the_lower_left_quadrant_turned_clockwise() {
         let example = r#"{"offset":[0,1],"rotation":1.57079632679,"scale":[0.5,0.5]}"#;
-        // Corners of the quad from the top left, clockwise, see the corners of the quadrant turned by
-        // a quarter: its top left comes to the top right.
+        // Corners of the quad from the top left, clockwise, see the corners of the quadrant turned
+        // by a quarter: its top left comes to the top right.
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let expected = [[0.0, 1.0], [0.0, 0.5], [0.5, 0.5], [0.5, 1.0]];
         for (uv, seen) in corners.into_iter().zip(expected) {

@@ -1,8 +1,8 @@
 //! What a URI in a glTF file stands for: bytes in the URI itself, or a file.
 //!
 //! Input: the URI as written. Output: bytes. `data:` URIs[^rfc2397] carry base64[^rfc4648] or
-//! percent-encoded bytes[^rfc3986]; everything else is a path relative to the scene file, percent-encoded as
-//! glTF asks (section 2.8), or plain as some exporters write it.
+//! percent-encoded bytes[^rfc3986]; everything else is a path relative to the scene file,
+//! percent-encoded as glTF asks (section 2.8), or plain as some exporters write it.
 //!
 //! # Limits
 //! Nothing is fetched from a network.

@@ -1,13 +1,14 @@
 //! Decoding image files: PNG, JPEG, BMP, TIFF, TGA, Radiance HDR, OpenEXR and PFM.
 //!
-//! Input: the bytes of a file, and whether its eight-bit values are colours (sRGB) or numbers (linear).
-//! Output: an [`Image`]. Sixteen bits a channel are rounded to eight; floating-point formats are linear
-//! whatever the caller says, without opacity. Colour profiles and orientation tags are not read.
+//! Input: the bytes of a file, and whether its eight-bit values are colours (sRGB) or numbers
+//! (linear). Output: an [`Image`]. Sixteen bits a channel are rounded to eight; floating-point
+//! formats are linear whatever the caller says, without opacity. Colour profiles and orientation
+//! tags are not read.
 //!
 //! # Guarantee
-//! An image of more than [`LoadOptions::max_image_texels`] is refused by its header, before memory is
-//! asked for. All texels are finite and not negative: negative values and values that are no number become
-//! zero, positive infinity the largest finite value of the image.
+//! An image of more than [`LoadOptions::max_image_texels`] is refused by its header, before memory
+//! is asked for. All texels are finite and not negative: negative values and values that are no
+//! number become zero, positive infinity the largest finite value of the image.
 //!
 //! # Held to this by
 //! The tests below; `damaged_gltf::an_image_that_claims_to_be_huge_is_refused`.
@@ -64,7 +65,8 @@ const FORMATS: &str = "PNG, JPEG, BMP, TIFF, TGA, HDR, EXR or PFM";
 /// Decoders may hold this much besides the picture: tables, one row of tiles (bytes).
 const DECODER_SLACK: u64 = 1 << 26;
 
-/// Decodes an image file; `name` is for messages and tells TGA, which has no signature, by its ending.
+/// Decodes an image file; `name` is for messages and tells TGA, which has no signature, by its
+/// ending.
 pub(super) fn decode(
     bytes: &[u8],
     name: &str,

@@ -1,8 +1,10 @@
-//! OpenEXR images as textures and environments: the first flat part, by scan lines or tiles, of any sample type.
+//! OpenEXR images as textures and environments: the first flat part, by scan lines or tiles, of any
+//! sample type.
 //!
-//! Colour is in the channels `R G B`, or in those of the first layer that has some (`layer.R`); else `Y` is grey. The
-//! image is the data window; opacities and further channels are left out. Colours of other `chromaticities` than Rec. 709's become
-//! Rec. 709's, white becoming white. Tested in [`super`].
+//! Colour is in the channels `R G B`, or in those of the first layer that has some (`layer.R`);
+//! else `Y` is grey. The image is the data window; opacities and further channels are left out.
+//! Colours of other `chromaticities` than Rec. 709's become Rec. 709's, white becoming white.
+//! Tested in [`super`].
 
 use std::io::Cursor;
 use std::path::Path;

@@ -1,8 +1,8 @@
-//! Portable float maps: `PF` (colour) or `Pf` (grey), width, height, a scale whose sign tells the byte order (negative:
-//! the least significant byte first), then rows from the bottom up.
+//! Portable float maps: `PF` (colour) or `Pf` (grey), width, height, a scale whose sign tells the
+//! byte order (negative: the least significant byte first), then rows from the bottom up.
 //!
-//! There is no specification. Values are multiplied by the size of the scale, which most programs write as 1.
-//! Tested in [`super`].
+//! There is no specification. Values are multiplied by the size of the scale, which most programs
+//! write as 1. Tested in [`super`].
 
 use super::Floats;
 

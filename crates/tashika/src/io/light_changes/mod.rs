@@ -1,4 +1,5 @@
-//! Lights that a user asks for beside, or instead of, those of a scene file: `--environment` and `--light`.
+//! Lights that a user asks for beside, or instead of, those of a scene file: `--environment` and
+//! `--light`.
 //!
 //! ```text
 //! environment   FILE[,scale=S][,rotate=DEG][,up=z]          a latitude-longitude image, instead of the scene's environment
@@ -8,8 +9,9 @@
 //!               ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]
 //! ```
 //!
-//! Up is `+y`, or `+z` where that is said; north is `−z`, or `+y`; east is `+x`. The azimuth of the sun is from north over east. The middle of an
-//! image is north, its right half east; `rotate` turns it, or a lamp, counterclockwise as seen from above. Sun and sky are those of
+//! Up is `+y`, or `+z` where that is said; north is `−z`, or `+y`; east is `+x`. The azimuth of the
+//! sun is from north over east. The middle of an image is north, its right half east; `rotate`
+//! turns it, or a lamp, counterclockwise as seen from above. Sun and sky are those of
 //! [`scene::sky`](crate::scene::sky), of turbidity 3 unless another is said; a lamp is that of [`ies`](super::ies), `C = 0°` to the east.
 //!
 //! Held to this by the tests below and by `suite::light_changes`.

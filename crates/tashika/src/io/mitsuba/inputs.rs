@@ -7,8 +7,9 @@
 //! | `spectrum`, samples | colour under equal energy, white adapted | integral with the CIE's observer of 1931, not adapted |
 //! | `blackbody` | | Planck's law in W·m⁻²·sr⁻¹·nm⁻¹, as `spectrum` |
 //!
-//! Texture coordinates of Mitsuba run down from an image's top row, as they do here: `to_uv` is used as it is.
-//! A checkerboard has two by two squares in the unit square, the first colour at `u, v < ½`.
+//! Texture coordinates of Mitsuba run down from an image's top row, as they do here: `to_uv` is
+//! used as it is. A checkerboard has two by two squares in the unit square, the first colour at
+//! `u, v < ½`.
 //!
 //! Held to this by `suite::mitsuba`.
 

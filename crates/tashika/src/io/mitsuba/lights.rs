@@ -1,13 +1,14 @@
 //! `<emitter>`s of the scene: point, spot, directional, environments.
 //!
-//! * Spots look along their own `+z` and fade linearly in the angle from `beam_width` (three quarters of `cutoff_angle`
-//!   if absent) to `cutoff_angle`, both measured from the axis.
-//! * An environment map has its pole at `+y`, with `−z` at `u = 0` and `+x` at `u = 0.25`: half a turn from the frame of
-//!   [`Environment::lat_long`].
-//!   Mitsuba's rows reach from pole to pole (`θ = π y / (h − 1)`), those here are centred in their `1/h` of the way: up to half a row
+//! * Spots look along their own `+z` and fade linearly in the angle from `beam_width` (three
+//!   quarters of `cutoff_angle` if absent) to `cutoff_angle`, both measured from the axis.
+//! * An environment map has its pole at `+y`, with `−z` at `u = 0` and `+x` at `u = 0.25`: half a
+//!   turn from the frame of [`Environment::lat_long`]. Mitsuba's rows reach from pole to pole
+//!   (`θ = π y / (h − 1)`), those here are centred in their `1/h` of the way: up to half a row
 //!   differs.
-//! * `sky`, `sun`, `sunsky` are [`Sky`]. Before Mitsuba 3 up is `+y`, east `+x`, south `+z`; since then up is `+z`, south
-//!   `+x`, west `+y`. Place and time give the sun's direction by [`sun`](super::sun), in the frame of the light.
+//! * `sky`, `sun`, `sunsky` are [`Sky`]. Before Mitsuba 3 up is `+y`, east `+x`, south `+z`; since
+//!   then up is `+z`, south `+x`, west `+y`. Place and time give the sun's direction by
+//!   [`sun`](super::sun), in the frame of the light.
 //!
 //! Constant environments add up; of others the first one is seen.
 //!
@@ -192,7 +193,8 @@ impl<'a> Translation<'a> {
         Ok(())
     }
 
-    /// A direction by place and time (east, up, south) in the frame of [`Sky`], whose azimuth is free.
+    /// A direction by place and time (east, up, south) in the frame of [`Sky`], whose azimuth is
+    /// free.
     fn by_place_and_time(&self, d: Vec3) -> Vec3 {
         // South, west, up is a left-handed frame: the azimuths run the other way round.
         if self.document.version.0 >= 3 { Vec3::new(d.z, d.y, d.x) } else { d }

@@ -9,8 +9,8 @@
 //! | `coating`, `roughcoating` | [`Surface::Coated`] over a Lambertian base |
 //! | `null` | invisible |
 //!
-//! Each object is converted once, so that work does not multiply where objects share others. The opacity of parts of
-//! a mix is not used. `surfaces` has the materials that stand alone.
+//! Each object is converted once, so that work does not multiply where objects share others. The
+//! opacity of parts of a mix is not used. `surfaces` has the materials that stand alone.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -32,7 +32,8 @@ const MAX_PARTS: usize = 64;
 const WEIGHT_TOLERANCE: f64 = 1e-3;
 
 impl Translation<'_> {
-    /// The material of a shape: its bsdf, with the emission of its area light; without a bsdf grey, or black if it emits.
+    /// The material of a shape: its bsdf, with the emission of its area light; without a bsdf grey,
+    /// or black if it emits.
     pub(super) fn shape_material(
         &mut self,
         bsdf: Option<&Object>,

@@ -1,7 +1,8 @@
 //! Mitsuba scenes, `.xml`: versions 0.4 to 0.6[^mitsuba06], 2 and 3[^mitsuba3].
 //!
-//! Axes and units are taken as they are. What each plugin becomes is the table [`FEATURES`]; a plugin that is not in it
-//! is noted and replaced by the plainest of its kind. Parameters that nobody asked for are noted.
+//! Axes and units are taken as they are. What each plugin becomes is the table [`FEATURES`]; a
+//! plugin that is not in it is noted and replaced by the plainest of its kind. Parameters that
+//! nobody asked for are noted.
 //!
 //! | module | what it does |
 //! |---|---|
@@ -15,12 +16,13 @@
 //! | [`sensors`] | cameras |
 //!
 //! # Guarantee
-//! Any bytes give a scene or an error with file, line and column. References may go in circles, nest and multiply: each
-//! object is converted once, [`MAX_DEPTH`] deep at most. The same files give the same scene.
+//! Any bytes give a scene or an error with file, line and column. References may go in circles,
+//! nest and multiply: each object is converted once, [`MAX_DEPTH`] deep at most. The same files
+//! give the same scene.
 //!
 //! # Limits
-//! Surfaces reflect on both sides, also those that are not `twosided`. No participating media, no polarization; spectra
-//! become colours.
+//! Surfaces reflect on both sides, also those that are not `twosided`. No participating media, no
+//! polarization; spectra become colours.
 //!
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 //!

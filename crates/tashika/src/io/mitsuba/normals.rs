@@ -1,14 +1,14 @@
 //! Vertex normals of meshes that have none.
 //!
-//! Mitsuba gives smooth normals to meshes without any, unless `face_normals` is set: at each vertex the mean of the
-//! normals of its triangles, weighted with their angles there,
+//! Mitsuba gives smooth normals to meshes without any, unless `face_normals` is set: at each vertex
+//! the mean of the normals of its triangles, weighted with their angles there,
 //!
 //! ```text
 //!   n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
 //! ```
 //!
-//! (Thürmer and Wüthrich 1998, equation 1). Vertices that are apart in the file stay apart: an edge between faces
-//! that share no vertices stays sharp. Sums run in `f64`, in the order of the file.
+//! (Thürmer and Wüthrich 1998, equation 1). Vertices that are apart in the file stay apart: an edge
+//! between faces that share no vertices stays sharp. Sums run in `f64`, in the order of the file.
 //!
 //! Held to this by the tests below.
 

@@ -1,8 +1,9 @@
 //! Objects of a Mitsuba file: plugins with named parameters and nested objects.
 //!
-//! All objects of a scene and its included files lie in one list; children are positions in it, or names to be
-//! looked up, so that an object may refer to one that stands later. Every parameter remembers whether it was
-//! asked for, and what nobody asked for is noted: also parameters whose value is of another type than theirs.
+//! All objects of a scene and its included files lie in one list; children are positions in it, or
+//! names to be looked up, so that an object may refer to one that stands later. Every parameter
+//! remembers whether it was asked for, and what nobody asked for is noted: also parameters whose
+//! value is of another type than theirs.
 //!
 //! Tested by `suite::mitsuba::what_is_not_used_is_noted` and the tests of the formats' parts.
 
@@ -228,7 +229,8 @@ impl Object {
         }
     }
 
-    /// Counts everything as used: what stands inside of something that is left out needs no notes of its own.
+    /// Counts everything as used: what stands inside of something that is left out needs no notes
+    /// of its own.
     pub(super) fn accept_all(&self) {
         self.parameters.iter().for_each(|p| p.used.set(true));
         self.children.iter().for_each(|c| c.used.set(true));

@@ -1,7 +1,8 @@
 //! Where the files that a scene names may lie.
 //!
-//! A name is looked for beside the scene file, beside the included file that names it, and in the folders of
-//! `<path>`, in this order for data; included files themselves first beside the one that includes them.
+//! A name is looked for beside the scene file, beside the included file that names it, and in the
+//! folders of `<path>`, in this order for data; included files themselves first beside the one that
+//! includes them.
 //! [`SceneFiles`] decides what may be read.
 //!
 //! Tested below and by `suite::mitsuba::files_are_found_beside_the_scene_and_in_paths`.

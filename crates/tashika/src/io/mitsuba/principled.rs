@@ -73,7 +73,8 @@ impl Translation<'_> {
         Ok(FloatInput { factor: share.factor.clamp(0.0, 1.0), ..share })
     }
 
-    /// Refractive index of the dielectric part: `eta`, or that which reflects `0.08 specular` at normal incidence.
+    /// Refractive index of the dielectric part: `eta`, or that which reflects `0.08 specular` at
+    /// normal incidence.
     fn principled_ior(&mut self, object: &Object) -> Result<f32> {
         let eta = match object.float_in("eta", 0.1..=10.0)? {
             Some(eta) => eta,

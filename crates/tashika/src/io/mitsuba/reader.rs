@@ -1,8 +1,9 @@
 //! XML into [`Document`]: defaults, includes, aliases, references, parameters.
 //!
 //! # Guarantee
-//! * Elements nest at most [`MAX_NESTING`] deep, files include each other at most [`MAX_INCLUDE_DEPTH`] deep and
-//!   [`MAX_INCLUDES`] times in all: neither depth of the stack nor work is left to the file.
+//! * Elements nest at most [`MAX_NESTING`] deep, files include each other at most
+//!   [`MAX_INCLUDE_DEPTH`] deep and [`MAX_INCLUDES`] times in all: neither depth of the stack nor
+//!   work is left to the file.
 //! * Document types are refused, so that entities cannot multiply.
 //! * Every error has the file, line and column of its element.
 //!
@@ -371,7 +372,8 @@ impl Reader<'_> {
         })
     }
 
-    /// The text of an attribute with `$name` and `${name}` replaced; `None`, with a note, if one has no default.
+    /// The text of an attribute with `$name` and `${name}` replaced; `None`, with a note, if one
+    /// has no default.
     pub(super) fn attribute(
         &mut self,
         node: Node<'_, '_>,

@@ -1,19 +1,23 @@
 //! `<sensor>`s into cameras.
 //!
-//! Mitsuba's cameras look along their own `+z`, `+y` up, with `+x` to the *left*; those here along `−z` with `+x` to the
-//! right: half a turn about `y`. The field of view belongs to the axis of `fov_axis`:
+//! Mitsuba's cameras look along their own `+z`, `+y` up, with `+x` to the *left*; those here along
+//! `−z` with `+x` to the right: half a turn about `y`. The field of view belongs to the axis of
+//! `fov_axis`:
 //!
 //! ```text
 //!   tan(fov_y / 2) = tan(fov / 2) · h / e      e = w (x), h (y), √(w² + h²) (diagonal), min or max of w and h
 //! ```
 //!
-//! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Crops of the film (`crop_*`) are those of
+//! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Crops of the film
+//! (`crop_*`) are those of
 //! [`Window`]; the field of view is that of the whole film. An orthographic film is two units wide before `to_world`.
 //!
-//! `spherical` (0.6) looks along `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π u`, `θ = π v`, `v` from the top. Half
-//! a turn about `y` takes that to the latitudes and longitudes of [`Projection::Spherical`] as they are.
+//! `spherical` (0.6) looks along `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π u`, `θ = π v`,
+//! `v` from the top. Half a turn about `y` takes that to the latitudes and longitudes of
+//! [`Projection::Spherical`] as they are.
 //!
-//! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with Mitsuba 3.9's own.
+//! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with
+//! Mitsuba 3.9's own.
 
 use std::f64::consts::PI;
 

@@ -7,13 +7,15 @@
 //!          positions, normals (flag 1), texture coordinates (flag 2), colours (flag 8), indices (4 bytes)
 //! ```
 //!
-//! All little endian; numbers are `f32`, or `f64` with flag `0x2000`. Flag `0x10` asks for flat faces.
+//! All little endian; numbers are `f32`, or `f64` with flag `0x2000`. Flag `0x10` asks for flat
+//! faces.
 //!
 //! # Guarantee
-//! What is decompressed is at most what the counts say, and the counts are refused if the stream is too short to
-//! hold so much, or above [`MAX_BYTES`]; memory grows only with what is there.
+//! What is decompressed is at most what the counts say, and the counts are refused if the stream is
+//! too short to hold so much, or above [`MAX_BYTES`]; memory grows only with what is there.
 //!
-//! Source: [^mitsuba06], plugin `serialized`. Held to this by the tests below and `suite::damaged_mitsuba`.
+//! Source: [^mitsuba06], plugin `serialized`. Held to this by the tests below and
+//! `suite::damaged_mitsuba`.
 
 use std::io::Read;
 

@@ -1,11 +1,11 @@
 //! `<shape>`s into meshes and their places.
 //!
-//! A sphere, disk, cylinder, rectangle or cube is one mesh of unit size a material, however many there are; a shape group
-//! is a list of meshes that each of its instances places. Positions of mesh files are not transformed: the
-//! transform is the instance's.
+//! A sphere, disk, cylinder, rectangle or cube is one mesh of unit size a material, however many
+//! there are; a shape group is a list of meshes that each of its instances places. Positions of
+//! mesh files are not transformed: the transform is the instance's.
 //!
-//! Mitsuba transforms the vertices of a mesh file before it computes normals from their order, so that a transform
-//! with a mirror turns a mesh without normals inside out; so it is done here.
+//! Mitsuba transforms the vertices of a mesh file before it computes normals from their order, so
+//! that a transform with a mirror turns a mesh without normals inside out; so it is done here.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -278,7 +278,8 @@ impl<'a> Translation<'a> {
         Ok(Some(Placement { mesh: self.add_mesh(key, data, material, &at)?, to_world }))
     }
 
-    /// The bytes of a mesh file; those of the last one are kept, as many shapes may come from one file.
+    /// The bytes of a mesh file; those of the last one are kept, as many shapes may come from one
+    /// file.
     fn mesh_bytes(&mut self, reference: &str, at: &Location) -> Result<std::rc::Rc<Vec<u8>>> {
         if let Some((name, bytes)) = &self.last_file
             && name == reference
@@ -314,7 +315,8 @@ impl<'a> Translation<'a> {
         Ok(angle < FLAT_BELOW)
     }
 
-    /// Where a file of an object is: beside the scene, beside the included file, in a folder of `<path>`.
+    /// Where a file of an object is: beside the scene, beside the included file, in a folder of
+    /// `<path>`.
     pub(super) fn find(&self, reference: &str, object: &Object) -> String {
         let document = self.document;
         let folders =

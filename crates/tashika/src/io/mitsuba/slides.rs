@@ -5,11 +5,13 @@
 //! spot        I(ω) = intensity · texture(u, v) · falloff(θ)      tan at the rim: that of cutoff_angle
 //! ```
 //!
-//! Both look along their own `+z`. Columns of a projector's image run from `+x` to `−x` and rows from `+y` to `−y`, as a camera there would
-//! see them; those of a spot's run from `−x` to `+x` and from `−y` to `+y`.
+//! Both look along their own `+z`. Columns of a projector's image run from `+x` to `−x` and rows
+//! from `+y` to `−y`, as a camera there would see them; those of a spot's run from `−x` to `+x` and
+//! from `−y` to `+y`.
 //!
-//! Images are `bitmap`s with their filter and wrapping; other textures are approximated by a constant, with a note. All slides together hold no
-//! more than one file may ([`LoadOptions::max_file_bytes`](crate::io::LoadOptions)).
+//! Images are `bitmap`s with their filter and wrapping; other textures are approximated by a
+//! constant, with a note. All slides together hold no more than one file may
+//! ([`LoadOptions::max_file_bytes`](crate::io::LoadOptions)).
 //!
 //! Held to this by `suite::light_images`, with intensities that Mitsuba 3.9 gives.
 

@@ -1,6 +1,7 @@
 //! Elements of `<transform>`, and attributes that are numbers.
 //!
-//! `translate`, `scale`, `rotate`, `matrix`, `lookat`; vectors as `value` or as `x`, `y`, `z`. What they mean is in
+//! `translate`, `scale`, `rotate`, `matrix`, `lookat`; vectors as `value` or as `x`, `y`, `z`. What
+//! they mean is in
 //! [`transforms`]. Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 
 use glam::DMat4;

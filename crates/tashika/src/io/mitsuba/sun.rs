@@ -1,8 +1,9 @@
 //! Where the sun stands at a place and time.
 //!
-//! Blanco-Muriel, Alarcón-Padilla, López-Moratalla and Lara-Coira 2001, "Computing the Solar Vector": ecliptic
-//! coordinates from the days since noon of the first day of 2000, celestial coordinates, local ones, parallax. Good to a
-//! hundredth of a degree between 1999 and 2015, and to a few hundredths for decades around.
+//! Blanco-Muriel, Alarcón-Padilla, López-Moratalla and Lara-Coira 2001, "Computing the Solar
+//! Vector": ecliptic coordinates from the days since noon of the first day of 2000, celestial
+//! coordinates, local ones, parallax. Good to a hundredth of a degree between 1999 and 2015, and to
+//! a few hundredths for decades around.
 //!
 //! Held to this by the test below.
 
@@ -103,8 +104,9 @@ mod tests {
     #[test]
     fn noon_at_the_equinox_is_where_the_almanac_says() {
         assert_eq!(julian_day(2000, 1, 1), 2_451_545.0);
-        // The equinox of 2010 was on 20 March at 17:32 UT, when the equation of time is −7.4 minutes: the sun then stands
-        // overhead where the mean solar time is 12:07.4, at a longitude of −81.2°.
+        // The equinox of 2010 was on 20 March at 17:32 UT, when the equation of time is −7.4
+        // minutes: the sun then stands overhead where the mean solar time is 12:07.4, at a
+        // longitude of −81.2°.
         let p = PlaceAndTime {
             latitude: 0.0,
             longitude: -81.2,

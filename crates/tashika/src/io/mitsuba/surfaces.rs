@@ -1,12 +1,15 @@
 //! `<bsdf>`s that stand alone into surfaces.
 //!
-//! * Facets are distributed by Beckmann, the default, or GGX, masked and shadowed independently. Anisotropic:
-//!   `√(αᵤ αᵥ)`.
-//! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the internal reflectance.
-//! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012); otherwise that of `eta`.
+//! * Facets are distributed by Beckmann, the default, or GGX, masked and shadowed independently.
+//!   Anisotropic: `√(αᵤ αᵥ)`.
+//! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the
+//!   internal reflectance.
+//! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012);
+//!   otherwise that of `eta`.
 //! * `ward`: the Phong exponent `2/α² − 2` has the width of the lobe (Walter 2007, section 5.2).
 //!
-//! Names of dielectrics are those of `dielectrics`, names and constants of metals those of Mitsuba (`metals`).
+//! Names of dielectrics are those of `dielectrics`, names and constants of metals those of Mitsuba
+//! (`metals`).
 //!
 //! Held to this by `suite::mitsuba`, and by `suite::mitsuba_materials` against Mitsuba itself.
 

@@ -20,7 +20,8 @@ pub(super) fn substitute(text: &str, defaults: &BTreeMap<String, String>) -> Res
                 (&after[..end], None)
             }
         };
-        // Without braces a name may end in the middle of a word: the longest that is known is meant.
+        // Without braces a name may end in the middle of a word: the longest that is known is
+        // meant.
         let shortest = if braced_rest.is_some() { name.len() } else { 1 };
         let ends = (shortest..=name.len()).rev().filter(|&end| name.is_char_boundary(end));
         let known = ends.filter_map(|end| Some((end, defaults.get(&name[..end])?))).next();

@@ -1,8 +1,8 @@
 //! Steps of a `<transform>` into matrices.
 //!
-//! Steps are applied in the order of the file: `M = Mₙ … M₂ M₁`, to column vectors, in `f64`. Angles are in
-//! degrees; quarter turns are exact. `lookat` has its third axis towards the target and its first to the
-//! *left* of it: Mitsuba's cameras look along `+z` with `+x` to the left.
+//! Steps are applied in the order of the file: `M = Mₙ … M₂ M₁`, to column vectors, in `f64`.
+//! Angles are in degrees; quarter turns are exact. `lookat` has its third axis towards the target
+//! and its first to the *left* of it: Mitsuba's cameras look along `+z` with `+x` to the left.
 //!
 //! Held to this by the tests below and `suite::mitsuba::transforms_apply_in_the_order_of_the_file`.
 
@@ -31,8 +31,8 @@ pub(super) fn rotation(axis: DVec3, degrees: f64) -> Option<DMat4> {
     Some(DMat4::from_mat3(DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))))
 }
 
-/// The frame at `origin` that looks at `target`; `None` if they are one point. An `up` along the view is
-/// replaced, which the second value tells.
+/// The frame at `origin` that looks at `target`; `None` if they are one point. An `up` along the
+/// view is replaced, which the second value tells.
 pub(super) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<(DMat4, bool)> {
     let forward = (target - origin).try_normalize()?;
     let left = up.normalize_or_zero().cross(forward);

@@ -1,8 +1,8 @@
 //! Text of attributes into numbers, vectors and colours.
 //!
-//! Numbers in lists are separated by blanks, commas, or both. Every number must be finite. Names become the
-//! snake case of Mitsuba 3 (`intIOR` and `int_ior` are one name), so that the rest of the loader knows one
-//! spelling.
+//! Numbers in lists are separated by blanks, commas, or both. Every number must be finite. Names
+//! become the snake case of Mitsuba 3 (`intIOR` and `int_ior` are one name), so that the rest of
+//! the loader knows one spelling.
 //!
 //! Held to this by the tests below.
 

@@ -1,8 +1,10 @@
 //! What OBJ and MTL files may say, and what becomes of it.
 //!
-//! Statements that only make sense together share a row. [`Met`] counts what was met in one file; the notes have the rows' words.
+//! Statements that only make sense together share a row. [`Met`] counts what was met in one file;
+//! the notes have the rows' words.
 //!
-//! Held to this by `suite::obj_features`: every row, in a file of its own, gives the note that it promises and no other.
+//! Held to this by `suite::obj_features`: every row, in a file of its own, gives the note that it
+//! promises and no other.
 
 use std::path::Path;
 

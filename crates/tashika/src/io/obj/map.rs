@@ -1,7 +1,8 @@
 //! Texture statements of MTL files: `map_Kd -option arguments … file name`.
 //!
-//! Options come before the name, which is the rest of the line and may contain blanks; some exporters
-//! put options behind it. With `s` and `o` of `-s u v w` and `-o u v w`, coordinates are mapped by
+//! Options come before the name, which is the rest of the line and may contain blanks; some
+//! exporters put options behind it. With `s` and `o` of `-s u v w` and `-o u v w`, coordinates are
+//! mapped by
 //!
 //! ```text
 //! u′ = s_u u + o_u,   v′ = s_v v + o_v        (v up)
@@ -129,8 +130,8 @@ impl Map {
     }
 }
 
-/// Hands up to `most` leading numbers of `text` to `take`, but leaves a word where a name must follow; what
-/// is left. Numbers that are not finite are passed over.
+/// Hands up to `most` leading numbers of `text` to `take`, but leaves a word where a name must
+/// follow; what is left. Numbers that are not finite are passed over.
 fn numbers(text: &[u8], most: usize, name_follows: bool, mut take: impl FnMut(usize, f32)) -> &[u8] {
     let mut rest = text;
     for i in 0..most {

@@ -1,7 +1,7 @@
 //! What the definitions of an MTL file mean here.
 //!
-//! The format describes lighting formulas of 1995, chosen by `illum`, and every exporter uses them in its
-//! own way. The first of these rules that applies decides:
+//! The format describes lighting formulas of 1995, chosen by `illum`, and every exporter uses them
+//! in its own way. The first of these rules that applies decides:
 //!
 //! | if | then |
 //! |---|---|
@@ -11,14 +11,14 @@
 //! | `illum` 0 or 1, or `Ks` black or absent | Lambert of reflectance `Kd` |
 //! | otherwise | Phong: diffuse `Kd`, specular `Ks`, exponent `Ns` |
 //!
-//! * `K*` is multiplied by `map_K*`, if there is one that can be read; it is 1 if only the map is given.
-//!   A black `Kd` under a map counts as 1: nobody maps a texture to make it invisible.
-//! * Opacity is `d`, else `1 − Tr`, times `map_d` (its alpha channel if it has one, else red). It is the
-//!   fraction of light that is stopped, and does not apply to glass, apart from `map_d`.
+//! * `K*` is multiplied by `map_K*`, if there is one that can be read; it is 1 if only the map is
+//!   given. A black `Kd` under a map counts as 1: nobody maps a texture to make it invisible.
+//! * Opacity is `d`, else `1 − Tr`, times `map_d` (its alpha channel if it has one, else red). It
+//!   is the fraction of light that is stopped, and does not apply to glass, apart from `map_d`.
 //! * `Ke` times `map_Ke` is the radiance emitted by both sides (W·m⁻²·sr⁻¹): the format knows no
 //!   sides, and its faces wind as they please.
-//! * `Ns` is taken as the exponent about the mirror direction. With the half vector of the specification
-//!   the same exponent makes a highlight twice as wide.
+//! * `Ns` is taken as the exponent about the mirror direction. With the half vector of the
+//!   specification the same exponent makes a highlight twice as wide.
 //! * `norm` is a normal map in tangent space, green up in the image.
 //! * Materials that are used and not defined are grey, reflectance [`GREY`].
 //!
@@ -26,8 +26,8 @@
 //! Whatever the numbers are, the material is one that
 //! [`SceneBuilder`] accepts; what had to be changed is noted.
 //!
-//! Source: the Wavefront MTL specification, version 4.2 (1995). Tested by `suite::obj::materials_*`,
-//! `suite::damaged_obj::absurd_*`.
+//! Source: the Wavefront MTL specification, version 4.2 (1995). Tested by
+//! `suite::obj::materials_*`, `suite::damaged_obj::absurd_*`.
 
 use std::ops::RangeInclusive;
 
@@ -264,7 +264,8 @@ impl Converter<'_, '_> {
         if value.is_nan() { default } else { value.clamp(least, most) }
     }
 
-    /// A reflectance or transmittance. Above 1 only under a texture, whose product is limited later.
+    /// A reflectance or transmittance. Above 1 only under a texture, whose product is limited
+    /// later.
     fn reflectance(&mut self, keyword: &str, color: Rgb, textured: bool) -> Rgb {
         self.color(keyword, color, if textured { f32::MAX } else { 1.0 })
     }

@@ -1,8 +1,8 @@
 //! Faces into meshes: one mesh a material, in the order in which faces first use them.
 //!
-//! Corners with the same position, texture coordinate and normal become one vertex; vertices are numbered
-//! in the order of the file, so that equal files give equal meshes. Texture coordinates are turned to run
-//! down: `v ↦ 1 − v`.
+//! Corners with the same position, texture coordinate and normal become one vertex; vertices are
+//! numbered in the order of the file, so that equal files give equal meshes. Texture coordinates
+//! are turned to run down: `v ↦ 1 − v`.
 //!
 //! Tested by `suite::obj`.
 

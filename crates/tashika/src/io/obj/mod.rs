@@ -1,7 +1,7 @@
 //! Wavefront OBJ with MTL materials.
 //!
-//! Input: a text file of polygons and, beside it, material libraries and images. Output: a [`Scene`] in
-//! the file's own coordinates, taken as metres, with one mesh a material.
+//! Input: a text file of polygons and, beside it, material libraries and images. Output: a
+//! [`Scene`] in the file's own coordinates, taken as metres, with one mesh a material.
 //!
 //! | module | what it does |
 //! |---|---|
@@ -17,15 +17,15 @@
 //! | [`tally`] | notes by the million |
 //!
 //! # Guarantee
-//! Any bytes give a scene or an error with file and line; memory and time are bounded by a multiple of
-//! the sizes of the files. The same files give the same scene.
+//! Any bytes give a scene or an error with file and line; memory and time are bounded by a multiple
+//! of the sizes of the files. The same files give the same scene.
 //!
 //! # Limits
 //! What is left out is in the table [`FEATURES`] and noted. The
 //! format has neither cameras nor lights apart from emitting materials.
 //!
-//! Sources: the Wavefront Advanced Visualizer manual, appendix B1 (OBJ); the MTL specification, version 4.2
-//! (1995). Held to this by `suite::obj`, `suite::damaged_obj`.
+//! Sources: the Wavefront Advanced Visualizer manual, appendix B1 (OBJ); the MTL specification,
+//! version 4.2 (1995). Held to this by `suite::obj`, `suite::damaged_obj`.
 
 mod features;
 mod map;
@@ -59,7 +59,8 @@ const MAX_UNDEFINED: usize = 100;
 ///
 /// # Errors
 /// [`Error::Io`](crate::error::Error::Io) if the file itself cannot be read; otherwise what cannot be meant
-/// as it stands, with its line: numbers that are none, indices out of range, bytes that are not text.
+/// as it stands, with its line: numbers that are none, indices out of range, bytes that are not
+/// text.
 pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let path = files.path();
     let mut notes = Notes::default();
@@ -91,10 +92,11 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     builder.build()
 }
 
-/// Reads the polygons of an OBJ file as one mesh, whatever their materials, groups and smoothing groups.
+/// Reads the polygons of an OBJ file as one mesh, whatever their materials, groups and smoothing
+/// groups.
 ///
-/// Corners without a normal get the zero vector, and no mesh has normals if no corner has one. Texture coordinates run
-/// down, as they do everywhere here.
+/// Corners without a normal get the zero vector, and no mesh has normals if no corner has one.
+/// Texture coordinates run down, as they do everywhere here.
 ///
 /// # Errors
 /// As [`load`].

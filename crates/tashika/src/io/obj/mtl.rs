@@ -1,11 +1,14 @@
-//! The statements of MTL files, as lists; what they mean is decided in [`materials`](super::materials).
+//! The statements of MTL files, as lists; what they mean is decided in
+//! [`materials`](super::materials).
 //!
-//! Read are colours (`Kd`, `Ks`, `Ke`, `Tf`), numbers (`Ns`, `Ni`, `d`, `Tr`, `illum`, and `Pr`, `Pm` of the
-//! physically based extension) and texture statements (`map_Kd`, `map_Ks`, `map_Ke`, `map_d`, `map_Pr`,
-//! `map_Pm`, `norm`), with keywords in any case of letters. Everything else of the format is left out and noted as the table of
+//! Read are colours (`Kd`, `Ks`, `Ke`, `Tf`), numbers (`Ns`, `Ni`, `d`, `Tr`, `illum`, and `Pr`,
+//! `Pm` of the physically based extension) and texture statements (`map_Kd`, `map_Ks`, `map_Ke`,
+//! `map_d`, `map_Pr`, `map_Pm`, `norm`), with keywords in any case of letters. Everything else of
+//! the format is left out and noted as the table of
 //! [`features`](super::features) says, except for the ambient terms, which global illumination replaces.
 //!
-//! Sources: the Wavefront MTL specification, version 4.2 (1995); the extension by Exocortex/Clara.io.
+//! Sources: the Wavefront MTL specification, version 4.2 (1995); the extension by
+//! Exocortex/Clara.io.
 //!
 //! # Guarantee
 //! Of several definitions of a name the first counts, as the first of several libraries does.

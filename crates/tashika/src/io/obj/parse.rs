@@ -1,15 +1,16 @@
 //! The statements of an OBJ file, as lists.
 //!
-//! Read are `v`, `vt`, `vn`, `f` (and its old name `fo`), `usemtl`, `mtllib`, `s`; `o` and `g` only name
-//! parts. Everything else of the format is left out and noted as the table of [`features`](super::features) says; what is not of
-//! the format is noted by name. Source: the Wavefront Advanced Visualizer manual, appendix B1.
+//! Read are `v`, `vt`, `vn`, `f` (and its old name `fo`), `usemtl`, `mtllib`, `s`; `o` and `g` only
+//! name parts. Everything else of the format is left out and noted as the table of
+//! [`features`](super::features) says; what is not of the format is noted by name. Source: the
+//! Wavefront Advanced Visualizer manual, appendix B1.
 //!
 //! # Guarantee
-//! Every index of every [`Corner`] is in range of its list or [`NONE`]; every face has at least three
-//! corners. Memory is proportional to the text.
+//! Every index of every [`Corner`] is in range of its list or [`NONE`]; every face has at least
+//! three corners. Memory is proportional to the text.
 //!
-//! Indices may point forward, so that they are checked at the end, with the line of the face kept until
-//! then.
+//! Indices may point forward, so that they are checked at the end, with the line of the face kept
+//! until then.
 //!
 //! Tested by `suite::obj` and `suite::damaged_obj`.
 
@@ -190,8 +191,8 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// The first `N` numbers of a statement, of which the last `N − required` may be missing, and how many
-    /// words follow them.
+    /// The first `N` numbers of a statement, of which the last `N − required` may be missing, and
+    /// how many words follow them.
     fn numbers<const N: usize>(
         &self,
         keyword: &str,
@@ -275,8 +276,8 @@ impl<'a> Parser<'a> {
         )
     }
 
-    /// An index from 0. Positive ones count from 1 and may point forward; negative ones count back from
-    /// the `available` elements so far.
+    /// An index from 0. Positive ones count from 1 and may point forward; negative ones count back
+    /// from the `available` elements so far.
     fn index(&self, line: u32, word: &[u8], digits: &[u8], kind: Kind, available: usize) -> Result<u32> {
         let index = integer(digits).ok_or_else(|| self.malformed(line, word))?;
         let resolved = if index > 0 { index - 1 } else { available as i64 + index };

@@ -1,12 +1,14 @@
 //! Polygons into triangles.
 //!
-//! The polygon `p₀ … p₍ₙ₋₁₎` is projected along the axis of the largest component of its vector area
+//! The polygon `p₀ … p₍ₙ₋₁₎` is projected along the axis of the largest component of its vector
+//! area
 //!
 //! ```text
 //! A = ½ Σ (pᵢ − p₀) × (pᵢ₊₁ − p₀)
 //! ```
 //!
-//! in `f64`. Strictly convex projections are cut into a fan, others by ear clipping (crate `earcut`).
+//! in `f64`. Strictly convex projections are cut into a fan, others by ear clipping (crate
+//! `earcut`).
 //!
 //! # Guarantee
 //! * Triangles use the polygon's own vertices and run in its direction.
@@ -17,30 +19,32 @@
 //!   limits all such polygons of a file together. Beyond either, the polygon is cut into a fan.
 //!
 //! # Assumption
-//! Polygons are nearly flat; one that is bent so far that its projection crosses itself is not simple.
+//! Polygons are nearly flat; one that is bent so far that its projection crosses itself is not
+//! simple.
 //!
 //! Held to this by the tests below and `suite::obj::concave_polygons_keep_their_area`.
 
 use earcut::Earcut;
 use glam::{DVec3, Vec3};
 
-/// Most corners of a polygon that is not convex and still gets clipped; chosen, so that the worst one
-/// takes about a second.
+/// Most corners of a polygon that is not convex and still gets clipped; chosen, so that the worst
+/// one takes about a second.
 const MAX_CORNERS: usize = 10_000;
 
-/// Bound of the sum of squared corner counts of polygons that cross themselves, small ones aside: some
-/// seconds of work, chosen.
+/// Bound of the sum of squared corner counts of polygons that cross themselves, small ones aside:
+/// some seconds of work, chosen.
 const CROSSING_BUDGET: u64 = 1 << 28;
 
-/// Polygons of at most this many corners are always clipped: the square costs no more than the parsing.
+/// Polygons of at most this many corners are always clipped: the square costs no more than the
+/// parsing.
 const SMALL: usize = 32;
 
-/// Smallest sine of the angle of a corner of a fan: below it, a fan could contain a triangle that is
-/// too thin to render.
+/// Smallest sine of the angle of a corner of a fan: below it, a fan could contain a triangle that
+/// is too thin to render.
 const MIN_SINE: f64 = 1e-5;
 
-/// Relative difference of areas above which a polygon was not covered exactly once; rounding stays below
-/// `n · 2⁻⁵²` for `n ≤` [`MAX_CORNERS`].
+/// Relative difference of areas above which a polygon was not covered exactly once; rounding stays
+/// below `n · 2⁻⁵²` for `n ≤` [`MAX_CORNERS`].
 const AREA_TOLERANCE: f64 = 1e-9;
 
 /// How the triangles cover the polygon.
@@ -74,8 +78,8 @@ impl Triangulator {
         Self { earcut: Earcut::new(), flat: Vec::new(), clipped: Vec::new(), budget: CROSSING_BUDGET }
     }
 
-    /// Appends the triangles of the polygon with corners `points` (m) to `triangles`, as positions in
-    /// `points`.
+    /// Appends the triangles of the polygon with corners `points` (m) to `triangles`, as positions
+    /// in `points`.
     ///
     /// Polygons without area or with corners that are not finite become fans, for
     /// [`SceneBuilder`](crate::scene::SceneBuilder) to repair.
@@ -151,8 +155,8 @@ fn signed_double_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Whether a counter-clockwise polygon is strictly convex: every corner turns left, and the direction of
-/// the edges goes around once, that is, changes between the two half planes twice.
+/// Whether a counter-clockwise polygon is strictly convex: every corner turns left, and the
+/// direction of the edges goes around once, that is, changes between the two half planes twice.
 fn is_convex(flat: &[[f64; 2]]) -> bool {
     let edge = |from: [f64; 2], to: [f64; 2]| [to[0] - from[0], to[1] - from[1]];
     let upper = |e: [f64; 2]| e[1] > 0.0 || (e[1] == 0.0 && e[0] > 0.0);
@@ -184,8 +188,8 @@ mod tests {
         (triangles, coverage)
     }
 
-    /// Sum of the components of the triangles' double areas along the polygon's: equal to the polygon's
-    /// only if all triangles run in its direction.
+    /// Sum of the components of the triangles' double areas along the polygon's: equal to the
+    /// polygon's only if all triangles run in its direction.
     fn covered(points: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
         let normal = double_area(points).normalize();
         triangles

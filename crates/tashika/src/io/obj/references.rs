@@ -1,8 +1,8 @@
 //! What OBJ and MTL files refer to: material libraries and images.
 //!
-//! A name is looked for, in this order: in the folder of the file that names it, in the folder of the
-//! scene, in both with `\ ` read as a blank, and last, because exporters write paths of their own
-//! machine, under its last part in the folder of the scene.
+//! A name is looked for, in this order: in the folder of the file that names it, in the folder of
+//! the scene, in both with `\ ` read as a blank, and last, because exporters write paths of their
+//! own machine, under its last part in the folder of the scene.
 //!
 //! What is not found is noted, and the scene goes on without it. Tested by `suite::obj`,
 //! `suite::damaged_obj`.

@@ -1,16 +1,17 @@
 //! Normals for corners that the file gives none.
 //!
-//! * A corner of a face with a smoothing group gets the mean of the normals of all such faces of its group
-//!   about its vertex, weighted with their angles there, so that it does not depend on how the surface is
-//!   cut into faces:
+//! * A corner of a face with a smoothing group gets the mean of the normals of all such faces of
+//!   its group about its vertex, weighted with their angles there, so that it does not depend on
+//!   how the surface is cut into faces:
 //!
 //! ```text
 //!   n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
 //! ```
 //!
-//!   (Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", JGT 3(1), 1998, equation 1.)
-//! * Any other corner is flat. Where other faces of its material have normals it gets its face's, as a
-//!   mesh has normals at all of its vertices or at none.
+//!   (Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", JGT 3(1), 1998,
+//!   equation 1.)
+//! * Any other corner is flat. Where other faces of its material have normals it gets its face's,
+//!   as a mesh has normals at all of its vertices or at none.
 //!
 //! Sums run in `f64`, in the order of the file. Tested by `suite::obj::smoothing_*`.
 
@@ -86,7 +87,8 @@ fn unit_normal(points: &[Vec3]) -> DVec3 {
     double_area(points).normalize_or_zero()
 }
 
-/// Angle inside the polygon at corner `i`, between 0 and 2π, for its unit normal; zero where it has none.
+/// Angle inside the polygon at corner `i`, between 0 and 2π, for its unit normal; zero where it has
+/// none.
 fn interior_angle(points: &[Vec3], i: usize, normal: DVec3) -> f64 {
     let at = |k: usize| points[k % points.len()].as_dvec3();
     let (next, before) = (at(i + 1) - at(i), at(i + points.len() - 1) - at(i));

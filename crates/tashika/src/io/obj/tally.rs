@@ -1,6 +1,7 @@
 //! Notes that many lines of a file give rise to.
 //!
-//! A file of a million lines can deserve a million notes, and a hostile one a million *different* notes.
+//! A file of a million lines can deserve a million notes, and a hostile one a million *different*
+//! notes.
 //! [`Tally`] counts the former without allocating; [`Named`] names at most so many of the latter and
 //! counts the rest together.
 

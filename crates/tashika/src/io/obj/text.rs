@@ -1,9 +1,9 @@
 //! Lines, words and numbers, as OBJ and MTL share them.
 //!
-//! Both formats are lines of blank-separated words, the first of which is a keyword. A `\` at the end of
-//! a line joins the next one to it; lines end in LF, CR LF or CR. Text is UTF-8, UTF-16 with a byte order
-//! mark, or, where it is not valid UTF-8, Latin-1: names come out the same whatever the exporter's
-//! encoding. A NUL byte means that the file is not text at all.
+//! Both formats are lines of blank-separated words, the first of which is a keyword. A `\` at the
+//! end of a line joins the next one to it; lines end in LF, CR LF or CR. Text is UTF-8, UTF-16 with
+//! a byte order mark, or, where it is not valid UTF-8, Latin-1: names come out the same whatever
+//! the exporter's encoding. A NUL byte means that the file is not text at all.
 //!
 //! Nothing is allocated beyond the text itself. Tested by the tests below and `suite::obj`.
 
@@ -132,7 +132,8 @@ pub(super) fn excerpt(bytes: &[u8]) -> String {
     }
 }
 
-/// A number: what C's `strtof` and `printf` agree on, with the not-a-numbers of several C libraries.
+/// A number: what C's `strtof` and `printf` agree on, with the not-a-numbers of several C
+/// libraries.
 ///
 /// Numbers too large for `f32` are infinite, as C has it.
 pub(super) fn number(word: &[u8]) -> Option<f32> {

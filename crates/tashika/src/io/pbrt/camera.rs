@@ -6,15 +6,17 @@
 //! to_world = C⁻¹ · diag(1, 1, −1)
 //! ```
 //!
-//! for a camera that looks along `−z`. A mirror in it is kept: it is what the file asks for. `fov` is the angle
-//! along the shorter side of the image. With the screen window `[x₀, x₁] × [y₀, y₁]`, `±1` along the shorter
-//! side and the image's proportions along the other unless the file says otherwise, and `t = tan(fov / 2)`:
+//! for a camera that looks along `−z`. A mirror in it is kept: it is what the file asks for. `fov`
+//! is the angle along the shorter side of the image. With the screen window `[x₀, x₁] × [y₀, y₁]`,
+//! `±1` along the shorter side and the image's proportions along the other unless the file says
+//! otherwise, and `t = tan(fov / 2)`:
 //!
 //! ```text
 //! vertical_fov = 2 atan(t (y₁ − y₀)/2),   shift = ((x₀ + x₁)/2 / (x₁ − x₀), (y₀ + y₁)/2 / (y₁ − y₀))
 //! ```
 //!
-//! `environment` of pbrt-v3 and `spherical` of pbrt-v4 look, at a fraction `u` from the left and `v` from the top, along
+//! `environment` of pbrt-v3 and `spherical` of pbrt-v4 look, at a fraction `u` from the left and
+//! `v` from the top, along
 //!
 //! ```text
 //! (sin θ cos φ, cos θ, sin θ sin φ)   θ = π v, φ = 2π u        mapping "equirectangular", and v3
@@ -22,10 +24,10 @@
 //!                                     direction of (u, v)       choice
 //! ```
 //!
-//! in that frame. The first begins at `+x`, looks ahead at `u = 1/4` and to the left at `u = 1/2`: beside a perspective
-//! view it is mirrored. So it becomes [`Projection::Spherical`] in axes of its own, `(−z, y, x)` of those of a
-//! perspective camera; the second is that of equal areas as it stands. Both take the whole film, whatever `fov` and
-//! `screenwindow` say, as pbrt does.
+//! in that frame. The first begins at `+x`, looks ahead at `u = 1/4` and to the left at `u = 1/2`:
+//! beside a perspective view it is mirrored. So it becomes [`Projection::Spherical`] in axes of its
+//! own, `(−z, y, x)` of those of a perspective camera; the second is that of equal areas as it
+//! stands. Both take the whole film, whatever `fov` and `screenwindow` say, as pbrt does.
 //!
 //! What a film does with the light (sensor, ISO, exposure) is left to the picture's own exposure.
 //!

@@ -1,7 +1,7 @@
 //! What pbrt-v3 and pbrt-v4 may name, and what becomes of it.
 //!
-//! Names that both formats have stand once. `suite::pbrt_appearance::every_feature_gives_the_note_of_its_row` loads
-//! every row.
+//! Names that both formats have stand once.
+//! `suite::pbrt_appearance::every_feature_gives_the_note_of_its_row` loads every row.
 
 use crate::io::{Feature, Support};
 

@@ -7,15 +7,18 @@
 //! projection    intensity   scale · map(u, v)              · power / ∫ map dω     of pbrt-v3: times I
 //! ```
 //!
-//! where the last factor is there if the parameter is, in pbrt-v4, whose power is a luminance. Maps of pbrt-v4 are looked up by the nearest
-//! texel, those of pbrt-v3 bilinearly and repeated beyond their sides.
+//! where the last factor is there if the parameter is, in pbrt-v4, whose power is a luminance. Maps
+//! of pbrt-v4 are looked up by the nearest texel, those of pbrt-v3 bilinearly and repeated beyond
+//! their sides.
 //!
-//! * A goniometric map of pbrt-v3 is latitude-longitude, that of pbrt-v4 octahedral; the pole of both is the light's `+y`, `u = 0` of the
-//!   first its `+x`, from where it turns towards `+z`. Both formats swap `y` and `z` of a direction first, which is a reflection.
-//! * A slide shines along `+z`; `fov` spans its shorter side. Its top row is at the light's `−y` in pbrt-v3, at `+y` in pbrt-v4.
+//! * A goniometric map of pbrt-v3 is latitude-longitude, that of pbrt-v4 octahedral; the pole of
+//!   both is the light's `+y`, `u = 0` of the first its `+x`, from where it turns towards `+z`.
+//!   Both formats swap `y` and `z` of a direction first, which is a reflection.
+//! * A slide shines along `+z`; `fov` spans its shorter side. Its top row is at the light's `−y` in
+//!   pbrt-v3, at `+y` in pbrt-v4.
 //!
-//! A map that several lights share is kept once. Source: Pharr et al. 2023, chapter 12; the format descriptions. Held to this by
-//! `suite::light_images`.
+//! A map that several lights share is kept once. Source: Pharr et al. 2023, chapter 12; the format
+//! descriptions. Held to this by `suite::light_images`.
 
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
 //! Carrying out directives in the order of the text.
 //!
-//! Before `WorldBegin` the camera and the film are described, after it the scene. Directives that have no
-//! meaning here are read over. A word that is no directive is an error: text that is no scene must not look
-//! like an empty one.
+//! Before `WorldBegin` the camera and the film are described, after it the scene. Directives that
+//! have no meaning here are read over. A word that is no directive is an error: text that is no
+//! scene must not look like an empty one.
 //!
 //! Tested by `suite::pbrt`, `suite::damaged_pbrt`.
 
@@ -28,7 +28,8 @@ use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::scene::{NoteKind, Scene};
 
-/// Most placements of meshes (some 150 bytes each): a small text can ask for a product of large numbers.
+/// Most placements of meshes (some 150 bytes each): a small text can ask for a product of large
+/// numbers.
 const MAX_INSTANCES: usize = 1 << 22;
 
 /// The scene as far as it is read.

@@ -1,9 +1,10 @@
 //! Words, strings and brackets of pbrt's text, with the line and column where each stands.
 //!
-//! Blanks part tokens, `#` begins a comment that ends with its line, strings stand between double quotes and do
-//! not cross a line's end. Tokens borrow from the text; nothing is allocated for one.
+//! Blanks part tokens, `#` begins a comment that ends with its line, strings stand between double
+//! quotes and do not cross a line's end. Tokens borrow from the text; nothing is allocated for one.
 //!
-//! Source: the format descriptions of pbrt-v3 and pbrt-v4 (Pharr et al. 2023, appendix C). Tested by the tests below.
+//! Source: the format descriptions of pbrt-v3 and pbrt-v4 (Pharr et al. 2023, appendix C). Tested
+//! by the tests below.
 
 use std::borrow::Cow;
 
@@ -91,7 +92,8 @@ impl<'a> Lexer<'a> {
         Ok(Some(token))
     }
 
-    /// Whether the next token begins a string, a number, or a list: what may follow in a parameter list.
+    /// Whether the next token begins a string, a number, or a list: what may follow in a parameter
+    /// list.
     pub(super) fn peek(&mut self) -> Option<u8> {
         self.skip_blanks();
         self.bytes.get(self.next).copied()
@@ -151,8 +153,8 @@ pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// A string's value: its escapes resolved. A `\` before a letter that means nothing stands for itself, as
-/// in paths.
+/// A string's value: its escapes resolved. A `\` before a letter that means nothing stands for
+/// itself, as in paths.
 pub(super) fn unescape(bytes: &[u8]) -> String {
     let raw = text(bytes);
     if !raw.contains('\\') {

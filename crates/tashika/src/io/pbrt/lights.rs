@@ -9,11 +9,13 @@
 //! diffuse         radiance    L · scale           · power / (π · area · sides)
 //! ```
 //!
-//! where the last factor is there if the parameter is, in pbrt-v4. Latitude-longitude maps of pbrt-v3 have
-//! their pole at `+z` and `u = 0` at `+x`, turning towards `+y`; octahedral ones of pbrt-v4 have the scene's
-//! own convention (Clarberg 2008). Constant environments add up; there is one map.
+//! where the last factor is there if the parameter is, in pbrt-v4. Latitude-longitude maps of
+//! pbrt-v3 have their pole at `+z` and `u = 0` at `+x`, turning towards `+y`; octahedral ones of
+//! pbrt-v4 have the scene's own convention (Clarberg 2008). Constant environments add up; there is
+//! one map.
 //!
-//! Source: Pharr et al. 2023, chapter 12; the format descriptions. Tested by `suite::pbrt_appearance::lights_*`.
+//! Source: Pharr et al. 2023, chapter 12; the format descriptions. Tested by
+//! `suite::pbrt_appearance::lights_*`.
 
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 

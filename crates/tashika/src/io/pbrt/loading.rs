@@ -67,7 +67,8 @@ impl<'f> Loading<'f> {
         }
     }
 
-    /// Tells that something of the feature table was met. Names that are not in it are noted as `unknown` says.
+    /// Tells that something of the feature table was met. Names that are not in it are noted as
+    /// `unknown` says.
     ///
     /// # Errors
     /// If the feature is refused.

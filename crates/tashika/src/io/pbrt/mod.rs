@@ -1,6 +1,7 @@
 //! pbrt-v3 and pbrt-v4 scene descriptions.
 //!
-//! Input: a text of directives, files that it includes, and PLY meshes and images beside it. Output: a
+//! Input: a text of directives, files that it includes, and PLY meshes and images beside it.
+//! Output: a
 //! [`Scene`] in the file's world coordinates, taken as metres.
 //!
 //! | module | what it does |
@@ -16,19 +17,20 @@
 //! | [`features`] | what is understood and how far |
 //! | [`loading`] | what they all need |
 //!
-//! Objects stay instances: a shape between `ObjectBegin` and `ObjectEnd` is one mesh, and each `ObjectInstance`
-//! places it by its own transform times that which was current at the shape.
+//! Objects stay instances: a shape between `ObjectBegin` and `ObjectEnd` is one mesh, and each
+//! `ObjectInstance` places it by its own transform times that which was current at the shape.
 //!
 //! # Guarantee
-//! Any bytes give a scene or an error with file, line and column. Memory and time are bounded by the sizes of
-//! the files and the limits named in the modules; nothing recurses deeper than [`text::MAX_DEPTH`] files. The
-//! same files give the same scene.
+//! Any bytes give a scene or an error with file, line and column. Memory and time are bounded by
+//! the sizes of the files and the limits named in the modules; nothing recurses deeper than
+//! [`text::MAX_DEPTH`] files. The same files give the same scene.
 //!
 //! # Limits
-//! No media, no motion (what moves is where it is first), no curves, no measured materials; noted where they are met.
+//! No media, no motion (what moves is where it is first), no curves, no measured materials; noted
+//! where they are met.
 //!
-//! Sources: Pharr et al. 2023; the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org. Held to this by
-//! `suite::pbrt`, `suite::pbrt_appearance`, `suite::damaged_pbrt`.
+//! Sources: Pharr et al. 2023; the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org. Held to
+//! this by `suite::pbrt`, `suite::pbrt_appearance`, `suite::damaged_pbrt`.
 
 mod camera;
 mod features;

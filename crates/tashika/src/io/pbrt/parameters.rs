@@ -1,11 +1,11 @@
 //! Parameter lists: `"type name" value` or `"type name" [ values ]`, any number of them.
 //!
-//! Values are read by the declared type. What is looked up is marked as used, so that what is left can be told: as in
-//! pbrt, a parameter is found only under its exact name and type.
+//! Values are read by the declared type. What is looked up is marked as used, so that what is left
+//! can be told: as in pbrt, a parameter is found only under its exact name and type.
 //!
 //! # Guarantee
-//! The number of values is a multiple of what one value of the type takes, numbers are finite, and memory is a
-//! multiple of the text that is there.
+//! The number of values is a multiple of what one value of the type takes, numbers are finite, and
+//! memory is a multiple of the text that is there.
 //!
 //! Tested by the tests below and `suite::pbrt`.
 
@@ -174,7 +174,8 @@ impl Parameters {
         self.list
     }
 
-    /// The parameter of that name and one of those types; the last one, as in pbrt-v3, if there are several.
+    /// The parameter of that name and one of those types; the last one, as in pbrt-v3, if there are
+    /// several.
     pub(super) fn find(&self, kinds: &[Kind], name: &str) -> Option<&Parameter> {
         let mut found = None;
         for parameter in self.defaults.iter().chain(&self.list) {

@@ -1,8 +1,8 @@
 //! Colours as parameters give them: `rgb`, `xyz`, `blackbody`, `spectrum`.
 //!
-//! Everything becomes linear RGB with the primaries of Rec. 709, which is what pbrt's pictures are in. A
-//! reflectance or factor of 1 at all wavelengths is white. Radiances, intensities and irradiances follow what a
-//! pixel of pbrt's default film shows of them:
+//! Everything becomes linear RGB with the primaries of Rec. 709, which is what pbrt's pictures are
+//! in. A reflectance or factor of 1 at all wavelengths is white. Radiances, intensities and
+//! irradiances follow what a pixel of pbrt's default film shows of them:
 //!
 //! | parameter | pbrt-v3 | pbrt-v4 |
 //! |---|---|---|
@@ -12,7 +12,8 @@
 //!
 //! `rgb` values are in the primaries of the `ColorSpace` of the place where they stand.
 //!
-//! A `spectrum` is a list of wavelength (nm) and value in turn, the name of a file with such a list, or a name that
+//! A `spectrum` is a list of wavelength (nm) and value in turn, the name of a file with such a
+//! list, or a name that
 //! [`illuminant_rgb`] knows. Negative channels of colours outside the gamut are set to 0.
 //!
 //! Source: Pharr et al. 2023, sections 4.5 and 12.1; pbrt-v3's format description. Tested by
@@ -110,7 +111,8 @@ pub(super) fn primaries(color_space: &str) -> Primaries {
     }
 }
 
-/// Of a space whose white is not that of Rec. 709, a reflectance of 1 is white, and light of 1 has the space's white.
+/// Of a space whose white is not that of Rec. 709, a reflectance of 1 is white, and light of 1 has
+/// the space's white.
 fn in_rec709(color: Rgb, primaries: &Primaries, quantity: Quantity) -> Option<Rgb> {
     if *primaries == Primaries::REC709 {
         return Some(color);

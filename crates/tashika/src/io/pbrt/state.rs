@@ -1,11 +1,12 @@
-//! The graphics state: the current transform and attributes, what is saved of them, and named coordinate systems.
+//! The graphics state: the current transform and attributes, what is saved of them, and named
+//! coordinate systems.
 //!
-//! pbrt keeps two transforms, for the start and the end of the exposure; `ActiveTransform` says which ones
-//! directives change. This picture is that of the start.
+//! pbrt keeps two transforms, for the start and the end of the exposure; `ActiveTransform` says
+//! which ones directives change. This picture is that of the start.
 //!
-//! `AttributeBegin`, `TransformBegin` and `ObjectBegin` save, their counterparts restore. As in pbrt-v3 they
-//! need not be nested by kind: each end takes back what was saved last. Ends without beginning are passed over.
-//! Both are noted.
+//! `AttributeBegin`, `TransformBegin` and `ObjectBegin` save, their counterparts restore. As in
+//! pbrt-v3 they need not be nested by kind: each end takes back what was saved last. Ends without
+//! beginning are passed over. Both are noted.
 //!
 //! Tested by `suite::pbrt::transforms_*`, `suite::pbrt::attributes_*`.
 

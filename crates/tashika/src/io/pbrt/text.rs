@@ -1,11 +1,11 @@
 //! The texts of a scene: the main file and what it includes.
 //!
-//! Names are relative to the folder of the main file, as pbrt has it; what is not there is looked for beside
-//! the including file. Texts may be compressed with gzip.
+//! Names are relative to the folder of the main file, as pbrt has it; what is not there is looked
+//! for beside the including file. Texts may be compressed with gzip.
 //!
 //! # Guarantee
-//! Nesting, the number of included files and their bytes in all are limited, so that files which include each other
-//! end in an error.
+//! Nesting, the number of included files and their bytes in all are limited, so that files which
+//! include each other end in an error.
 //!
 //! Tested by `suite::pbrt::includes_*`, `suite::damaged_pbrt::includes_*`.
 
@@ -104,7 +104,8 @@ impl<'f> Texts<'f> {
 
 /// The format of the scene: see [`super::version`].
 ///
-/// Texts are read up to the first evidence; what is wrong with them is left to be told when they are read in earnest.
+/// Texts are read up to the first evidence; what is wrong with them is left to be told when they
+/// are read in earnest.
 pub(super) fn version(files: &SceneFiles, main: &Text) -> Version {
     fn decide(texts: &mut Texts<'_>, text: &Text, depth: usize) -> Option<Version> {
         let mut lexer = Lexer::new(&text.bytes, text.source.clone());

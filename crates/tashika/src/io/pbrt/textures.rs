@@ -1,7 +1,7 @@
 //! `Texture`, and parameters that may name one.
 //!
-//! pbrt's texture coordinates have `t` running up from an image's bottom row, for images of both formats. The
-//! scene's `v` runs down: meshes get `v = 1 − t` once, and textures the transforms
+//! pbrt's texture coordinates have `t` running up from an image's bottom row, for images of both
+//! formats. The scene's `v` runs down: meshes get `v = 1 − t` once, and textures the transforms
 //!
 //! ```text
 //! image:         (u, v) ↦ (s_u u + d_u,  s_v v + 1 − s_v − d_v)          = (s, 1 − t)
@@ -13,9 +13,9 @@
 //! | v3 | sRGB if `gamma` says so; without it PNG, TGA and JPEG are |
 //! | v4 | as `encoding` says for PNG, without it sRGB; others sRGB |
 //!
-//! A number is the luminance of a colour, in pbrt-v4 the opacity instead if the image has opacities that are
-//! not 1. Textures of numbers and of colours have names of their own. What has no counterpart here is replaced
-//! by a constant that is its mean, and noted.
+//! A number is the luminance of a colour, in pbrt-v4 the opacity instead if the image has opacities
+//! that are not 1. Textures of numbers and of colours have names of their own. What has no
+//! counterpart here is replaced by a constant that is its mean, and noted.
 //!
 //! Tested by `suite::pbrt_appearance::textures_*`.
 

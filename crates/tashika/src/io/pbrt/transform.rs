@@ -1,7 +1,8 @@
 //! The matrices that directives stand for.
 //!
-//! Points are columns; a directive multiplies the current matrix from the right, `C ← C · M`. Camera space is
-//! left-handed in pbrt: `+x` right, `+y` up, `+z` forward. Products are formed in `f64`.
+//! Points are columns; a directive multiplies the current matrix from the right, `C ← C · M`.
+//! Camera space is left-handed in pbrt: `+x` right, `+y` up, `+z` forward. Products are formed in
+//! `f64`.
 //!
 //! Source: Pharr et al. 2023, sections 3.9 and 5.2. Tested by the tests below.
 
@@ -18,7 +19,8 @@ pub(super) fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DMat4> {
     Some(to_world.inverse())
 }
 
-/// `Rotate`: by `angle` degrees about `axis`, counter-clockwise when looking against it (Rodrigues' formula).
+/// `Rotate`: by `angle` degrees about `axis`, counter-clockwise when looking against it (Rodrigues'
+/// formula).
 pub(super) fn rotate(angle: f64, axis: DVec3) -> Option<DMat4> {
     let a = axis.try_normalize()?;
     // Whole turns are taken off in degrees, where they are exact.
@@ -33,7 +35,8 @@ pub(super) fn matrix(numbers: &[f64; 16]) -> DMat4 {
     DMat4::from_cols_array(numbers)
 }
 
-/// The affine part of a matrix; nothing if the last row is not `0 0 0 w` or the matrix is not finite.
+/// The affine part of a matrix; nothing if the last row is not `0 0 0 w` or the matrix is not
+/// finite.
 pub(super) fn affine(m: &DMat4) -> Option<DAffine3> {
     let row = m.row(3);
     let largest = m.to_cols_array().iter().fold(0.0_f64, |a, b| a.max(b.abs()));

@@ -1,9 +1,10 @@
 //! Which of the two formats a scene is written in.
 //!
-//! pbrt-v3 and pbrt-v4 give the same names different meanings: `infinite` maps are latitude-longitude images in one
-//! and octahedral squares in the other, `mix` amounts count from opposite ends, roughness is mapped by
-//! different functions. No header tells them apart, so the first word that only one of them has decides for all
-//! files of the scene, in this order of the text:
+//! pbrt-v3 and pbrt-v4 give the same names different meanings: `infinite` maps are
+//! latitude-longitude images in one and octahedral squares in the other, `mix` amounts count from
+//! opposite ends, roughness is mapped by different functions. No header tells them apart, so the
+//! first word that only one of them has decides for all files of the scene, in this order of the
+//! text:
 //!
 //! | met | format |
 //! |---|---|

@@ -169,7 +169,8 @@ impl Lines<'_> {
     }
 }
 
-/// A line of the file; if `at` is a line of another file already, it stays, and this one is its item.
+/// A line of the file; if `at` is a line of another file already, it stays, and this one is its
+/// item.
 pub(super) fn line_of(at: &Location, line: u32) -> Location {
     match at.line {
         None => Location { line: Some(line), ..at.clone() },

@@ -1,14 +1,16 @@
-//! Polygon meshes in PLY, the Stanford triangle format: text, binary in either byte order, or any of these
-//! compressed with gzip.
+//! Polygon meshes in PLY, the Stanford triangle format: text, binary in either byte order, or any
+//! of these compressed with gzip.
 //!
-//! Input: the bytes of a file. Output: positions from the element `vertex` (`x y z`), normals (`nx ny nz`) and
-//! texture coordinates (`u v`, `s t`, `texture_u texture_v`, `texture_s texture_t`) where there are, as the file
-//! has them; triangles from the lists `vertex_indices` or `vertex_index` of the element `face`. Other elements
-//! and properties are passed over.
+//! Input: the bytes of a file. Output: positions from the element `vertex` (`x y z`), normals
+//! (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v`,
+//! `texture_s texture_t`) where there are, as the file has them; triangles from the lists
+//! `vertex_indices` or `vertex_index` of the element `face`. Other elements and properties are
+//! passed over.
 //!
 //! # Guarantee
-//! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is bounded by a multiple
-//! of the bytes that are there, whatever numbers of elements the header states, and time by that and the limits of
+//! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is
+//! bounded by a multiple of the bytes that are there, whatever numbers of elements the header
+//! states, and time by that and the limits of
 //! [`polygon`](super::obj::polygon).
 //!
 //! | module | what it does |
@@ -39,8 +41,8 @@ const MAX_EXPANSION: u64 = 256;
 
 /// Reads a mesh.
 ///
-/// `at` is the file, for messages; `notes` gets what was repaired. Normals and texture coordinates are there for
-/// all vertices or none.
+/// `at` is the file, for messages; `notes` gets what was repaired. Normals and texture coordinates
+/// are there for all vertices or none.
 ///
 /// # Errors
 /// [`Error::Invalid`] for whatever is no PLY file, has no vertices or faces, or contradicts itself.

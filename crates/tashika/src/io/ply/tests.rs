@@ -29,7 +29,8 @@ const TEXT: &str = "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 
     0 0 5 0 0 1 255 0 0.25\n1 0 5 0 0 1 255 1 0.25\n1 1 5 0 0 1 255 1 1\n0 1 5 0 0 1 0 0 1\n\
     3 0 1 2 7\n4 0 1 2 3 8\n";
 
-/// The mesh of [`TEXT`] as bytes, with other types, an unknown element, and lists among the vertices.
+/// The mesh of [`TEXT`] as bytes, with other types, an unknown element, and lists among the
+/// vertices.
 fn binary(big: bool) -> Vec<u8> {
     let name = if big { "binary_big_endian" } else { "binary_little_endian" };
     let mut bytes = format!(

@@ -1,12 +1,12 @@
 //! Shapes that scene formats name, as triangles.
 //!
-//! Output: meshes with unit normals and texture coordinates, in the shape's own coordinates (m). Triangles run
-//! counter-clockwise as seen against their normals, which are `∂p/∂u × ∂p/∂v` of pbrt's parametrisation: outward
-//! for closed shapes.
+//! Output: meshes with unit normals and texture coordinates, in the shape's own coordinates (m).
+//! Triangles run counter-clockwise as seen against their normals, which are `∂p/∂u × ∂p/∂v` of
+//! pbrt's parametrisation: outward for closed shapes.
 //!
 //! # Guarantee
-//! Parameters are checked: whatever they are, there is a mesh of bounded size, or an error with the parameter.
-//! Numbers of triangles depend on angles and steps, not on sizes.
+//! Parameters are checked: whatever they are, there is a mesh of bounded size, or an error with the
+//! parameter. Numbers of triangles depend on angles and steps, not on sizes.
 //!
 //! | module | shapes |
 //! |---|---|
@@ -14,7 +14,8 @@
 //! | [`patches`] | rectangle, cube, bilinear patch, height field |
 //! | [`subdivision`] | Loop's subdivision surfaces |
 //!
-//! Sources: Pharr 2023, chapter 6, for the parametrisations. Held to this by the tests in the modules.
+//! Sources: Pharr 2023, chapter 6, for the parametrisations. Held to this by the tests in the
+//! modules.
 
 mod patches;
 mod revolution;
@@ -39,7 +40,8 @@ mod tests {
 
     use crate::scene::MeshData;
 
-    /// Area (m²), after checking that the mesh is sound: normals are unit vectors on the side of the triangles.
+    /// Area (m²), after checking that the mesh is sound: normals are unit vectors on the side of
+    /// the triangles.
     pub(super) fn checked_area(mesh: &MeshData) -> f64 {
         assert_eq!(mesh.normals.len(), mesh.positions.len());
         assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5), "unit normals");

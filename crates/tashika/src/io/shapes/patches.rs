@@ -12,7 +12,8 @@ const MAX_STEPS: u32 = 256;
 /// Relative distance from a parallelogram below which a patch is one.
 const FLAT: f32 = 1e-6;
 
-/// The square `[−1, 1]²` at height 0, facing up, with texture coordinates from `(0, 0)` at its least corner.
+/// The square `[−1, 1]²` at height 0, facing up, with texture coordinates from `(0, 0)` at its
+/// least corner.
 pub(in crate::io) fn rectangle() -> MeshData {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vec2::from);
     MeshData {
@@ -26,8 +27,8 @@ pub(in crate::io) fn rectangle() -> MeshData {
 
 /// The cube `[−1, 1]³` with flat sides, each with the whole texture, laid as Mitsuba lays it.
 pub(in crate::io) fn cube() -> MeshData {
-    // Normal and direction of `u`; `v` grows along `u × n`, that is, images with their first row at `v = 0` are
-    // upright and not mirrored.
+    // Normal and direction of `u`; `v` grows along `u × n`, that is, images with their first row at
+    // `v = 0` are upright and not mirrored.
     let sides = [
         (Vec3::NEG_Y, Vec3::Z),
         (Vec3::Y, Vec3::NEG_X),
@@ -50,8 +51,9 @@ pub(in crate::io) fn cube() -> MeshData {
     mesh
 }
 
-/// The patch `p(u, v) = (1 − u)(1 − v) p₀₀ + u (1 − v) p₁₀ + (1 − u) v p₀₁ + u v p₁₁` with corners in this order,
-/// in `steps · steps` parts; a parallelogram needs one. Texture coordinates are interpolated in the same way.
+/// The patch `p(u, v) = (1 − u)(1 − v) p₀₀ + u (1 − v) p₁₀ + (1 − u) v p₀₁ + u v p₁₁` with corners
+/// in this order, in `steps · steps` parts; a parallelogram needs one. Texture coordinates are
+/// interpolated in the same way.
 pub(in crate::io) fn bilinear_patch(
     corners: [Vec3; 4],
     uvs: [Vec2; 4],

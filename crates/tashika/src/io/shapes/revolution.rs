@@ -6,10 +6,11 @@
 //! p(u, v) = R_z(u φ_max) p(v),   n = ∂p/∂u × ∂p/∂v
 //! ```
 //!
-//! with [`COLUMNS`] steps a full turn. Flat triangles between points of a curved surface have less area than it
-//! has, and lights shine by their area; so spheres are scaled, and disks and cylinders widened, until the area is
-//! exact, by 0.1 % of the radius. Other shapes are widened until the circumference is exact,
-//! which leaves less than 0.2 % of the area. Held to this by the tests below.
+//! with [`COLUMNS`] steps a full turn. Flat triangles between points of a curved surface have less
+//! area than it has, and lights shine by their area; so spheres are scaled, and disks and cylinders
+//! widened, until the area is exact, by 0.1 % of the radius. Other shapes are widened until the
+//! circumference is exact, which leaves less than 0.2 % of the area. Held to this by the tests
+//! below.
 //!
 //! All angles are in radians.
 
@@ -43,7 +44,8 @@ enum Growth {
     Squared,
 }
 
-/// A sphere about the origin between two heights, which are clamped to it; `v` runs from the lower to the upper.
+/// A sphere about the origin between two heights, which are clamped to it; `v` runs from the lower
+/// to the upper.
 pub(in crate::io) fn sphere(radius: f32, z_range: [f32; 2], phi_max: f32, at: &Location) -> Result<MeshData> {
     check_length("radius", radius, at)?;
     let [low, high] = ordered(z_range, at)?.map(|z| z.clamp(-radius, radius));
@@ -109,7 +111,8 @@ pub(in crate::io) fn cone(height: f32, radius: f32, phi_max: f32, at: &Location)
     revolve_widened(&profile, phi_max, at)
 }
 
-/// The paraboloid `z = z_max (x² + y²) / radius²` between two heights, which are clamped to 0; `v` runs up.
+/// The paraboloid `z = z_max (x² + y²) / radius²` between two heights, which are clamped to 0; `v`
+/// runs up.
 pub(in crate::io) fn paraboloid(
     radius: f32,
     z_range: [f32; 2],
@@ -139,7 +142,8 @@ pub(in crate::io) fn paraboloid(
     revolve_widened(&profile, phi_max, at)
 }
 
-/// The hyperboloid that the segment between two points sweeps; `v` runs from the first to the second.
+/// The hyperboloid that the segment between two points sweeps; `v` runs from the first to the
+/// second.
 pub(in crate::io) fn hyperboloid(ends: [Vec3; 2], phi_max: f32, at: &Location) -> Result<MeshData> {
     let [first, last] = ends;
     let along = last - first;
@@ -290,7 +294,8 @@ mod tests {
     #[test]
     fn areas_of_other_shapes_are_within_two_thousandths() {
         let slant = 5.0_f64.sqrt();
-        // Of z = x² + y² up to z = 1: (π / 6) (5^{3/2} − 1); from z = 1/4: less (π / 6) (2^{3/2} − 1).
+        // Of z = x² + y² up to z = 1: (π / 6) (5^{3/2} − 1); from z = 1/4: less (π / 6) (2^{3/2} −
+        // 1).
         let bowl = PI64 / 6.0 * (5.0 * slant - 1.0);
         let rim = PI64 / 6.0 * (5.0 * slant - 2.0 * 2.0_f64.sqrt());
         // The segment from (1, −1, −1) to (1, 1, 1) sweeps x² + y² = 1 + z²:

@@ -15,16 +15,16 @@
 //! boundary:     2/3 p + 1/6 (p₁ + p₂)
 //! ```
 //!
-//! with the normals of the limit surface, the product of two tangents `Σ cos(2πi/n) pᵢ` and `Σ sin(2πi/n) pᵢ`, or
-//! those for boundaries.
+//! with the normals of the limit surface, the product of two tangents `Σ cos(2πi/n) pᵢ` and
+//! `Σ sin(2πi/n) pᵢ`, or those for boundaries.
 //!
 //! # Guarantee
-//! Any triangles whose indices are in range give a surface: edges with one triangle, or more than two, are
-//! boundaries; vertices where other than two of these meet stay where they are; where the neighbours of a vertex
-//! form no fan, its normal is the mean of the triangles'.
+//! Any triangles whose indices are in range give a surface: edges with one triangle, or more than
+//! two, are boundaries; vertices where other than two of these meet stay where they are; where the
+//! neighbours of a vertex form no fan, its normal is the mean of the triangles'.
 //!
-//! Sources: Loop 1987; Warren 2002 for `β`; Biermann 2000 for tangents on boundaries. Held to this by the tests
-//! below.
+//! Sources: Loop 1987; Warren 2002 for `β`; Biermann 2000 for tangents on boundaries. Held to this
+//! by the tests below.
 
 use glam::{DVec3, Vec3};
 

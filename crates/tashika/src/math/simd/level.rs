@@ -1,9 +1,9 @@
 //! Instruction sets, and running work that is compiled for each of them.
 //!
-//! A [`Level`] is evidence: it holds the token of its instruction set, and tokens are made by looking
-//! for the set in the machine and in no other way. The vectors of a set cannot be named outside of
-//! `simd`: [`Work::run`] gets them as a type, from a level. So what is safe can neither claim that the
-//! machine has a set nor use the vectors of one that it lacks.
+//! A [`Level`] is evidence: it holds the token of its instruction set, and tokens are made by
+//! looking for the set in the machine and in no other way. The vectors of a set cannot be named
+//! outside of `simd`: [`Work::run`] gets them as a type, from a level. So what is safe can neither
+//! claim that the machine has a set nor use the vectors of one that it lacks.
 
 use std::sync::OnceLock;
 
@@ -15,8 +15,8 @@ pub(crate) trait Work {
     /// What comes of it; the same bits on every set.
     type Output;
 
-    /// Does it. Has to be `#[inline(always)]`, as all that works on vectors below it: a function of its
-    /// own is not compiled for the instruction set of its caller.
+    /// Does it. Has to be `#[inline(always)]`, as all that works on vectors below it: a function of
+    /// its own is not compiled for the instruction set of its caller.
     fn run<V: Vectors>(self) -> Self::Output;
 }
 

@@ -5,8 +5,8 @@
 //! of bits, so that every implementation gives the same bits; none contracts a product and a sum.
 //! `portable` is the scalar twin of the others; `tests` holds them to it.
 //!
-//! Code for vectors is [`Work`], generic over [`Vectors`], and is run by a [`Level`], which only detection
-//! makes: see `level`.
+//! Code for vectors is [`Work`], generic over [`Vectors`], and is run by a [`Level`], which only
+//! detection makes: see `level`.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -38,8 +38,8 @@ pub(crate) const MOST_LANES: usize = 16;
 #[cfg(target_arch = "x86_64")]
 const CACHE_LINE: usize = 64;
 
-/// An array of an expression for 0, 1 and 2. Unlike a closure it is never a function of its own, which would not be compiled for
-/// the instruction set of its caller.
+/// An array of an expression for 0, 1 and 2. Unlike a closure it is never a function of its own,
+/// which would not be compiled for the instruction set of its caller.
 macro_rules! each {
     (|$axis:ident| $value:expr) => {
         [
@@ -60,8 +60,8 @@ macro_rules! each {
 }
 pub(crate) use each;
 
-/// Runs a block for each bit that is set, from the lowest; `below` is a power of two that says how many bits there are. No closure, for
-/// the reason of [`each`].
+/// Runs a block for each bit that is set, from the lowest; `below` is a power of two that says how
+/// many bits there are. No closure, for the reason of [`each`].
 macro_rules! for_bits {
     ($bits:expr, below $below:expr, |$bit:ident| $body:block) => {
         let mut rest: u32 = $bits;

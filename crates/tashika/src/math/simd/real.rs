@@ -80,7 +80,8 @@ pub(crate) trait Vectors {
     type Widest: Vector;
 }
 
-/// What storing and loading have in common: methods of [`Vector`] that follow from `load` and `array`.
+/// What storing and loading have in common: methods of [`Vector`] that follow from `load` and
+/// `array`.
 macro_rules! slices {
     ($lanes:expr) => {
         const LANES: usize = $lanes;

@@ -3,7 +3,8 @@
 use super::*;
 use crate::rng::{Purpose, Stream};
 
-/// Numbers of all kinds: zeros of both signs, infinities, NaN, and ordinary ones, some of them equal.
+/// Numbers of all kinds: zeros of both signs, infinities, NaN, and ordinary ones, some of them
+/// equal.
 fn numbers(s: &mut Stream) -> [f32; 16] {
     let special = [0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1.0, -1.0, f32::MIN_POSITIVE];
     std::array::from_fn(|_| match s.below(3) {

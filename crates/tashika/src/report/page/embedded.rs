@@ -1,10 +1,12 @@
 //! Films as text in a page.
 //!
-//! The samples of a plane, channel after channel, are split into their four bytes (all lowest bytes first), each byte replaced by its
-//! difference from the one before, compressed (zlib) and written in base 64. Neighbouring pixels agree in most of their upper bytes, so
-//! that images of 640 × 360 pixels take about 2 bytes a sample.
+//! The samples of a plane, channel after channel, are split into their four bytes (all lowest bytes
+//! first), each byte replaced by its difference from the one before, compressed (zlib) and written
+//! in base 64. Neighbouring pixels agree in most of their upper bytes, so that images of 640 × 360
+//! pixels take about 2 bytes a sample.
 //!
-//! Only planes that a reader of the page asks for are written; a plane that two images share is written once.
+//! Only planes that a reader of the page asks for are written; a plane that two images share is
+//! written once.
 
 use std::io::Write;
 
@@ -19,7 +21,8 @@ use super::Shown;
 use crate::film::{Film, Plane, SampleKind, Samples, Value};
 use crate::report::{count, least_certain};
 
-/// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9 MB.
+/// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9
+/// MB.
 const MOST_PIXELS: u64 = 300_000;
 /// What tells how sure a pixel is and what it cost.
 const PLANES: [&str; 7] = ["", "reconstruction", "half_width", "claim", "stop", "pairs", "rays"];

@@ -1,17 +1,19 @@
 //! One HTML page that needs nothing else: images to look into, numbers, tables, plots, provenance.
 //!
-//! The page opens from disk and fetches nothing. Its images are the samples themselves, compressed, so that the value under the pointer
-//! is the value of the film, bit by bit; scripts in the page turn them into colours. Where a film has more pixels than a page should hold,
-//! the page holds [the least certain pixel](super::least_certain) of each block and says so.
+//! The page opens from disk and fetches nothing. Its images are the samples themselves, compressed,
+//! so that the value under the pointer is the value of the film, bit by bit; scripts in the page
+//! turn them into colours. Where a film has more pixels than a page should hold, the page holds
+//! [the least certain pixel](super::least_certain) of each block and says so.
 //!
-//! The same page without samples is the viewer that a program serves ([`Images::Served`]): its scripts then ask for tiles, a state, and
-//! single pixels below the page's own address.
+//! The same page without samples is the viewer that a program serves ([`Images::Served`]): its
+//! scripts then ask for tiles, a state, and single pixels below the page's own address.
 //!
-//! The template is `assets/page.html` (minijinja, which escapes what it fills in), the scripts are `assets/*.js`, the plots
-//! are SVG by plotters.
+//! The template is `assets/page.html` (minijinja, which escapes what it fills in), the scripts are
+//! `assets/*.js`, the plots are SVG by plotters.
 //!
 //! # Guarantee
-//! Equal contents give equal bytes. Nothing that comes from outside, names of files and scenes among it, is ever markup or script.
+//! Equal contents give equal bytes. Nothing that comes from outside, names of files and scenes
+//! among it, is ever markup or script.
 //!
 //! # Held to this by
 //! `report::page::tests` for what is in the page, `.ci/page.py` in a browser for what it does.
@@ -104,7 +106,8 @@ pub struct Page<'a> {
     pub lines: Vec<String>,
     /// What there is to look at.
     pub images: Images<'a>,
-    /// Relative error that is shown as one step of the scale, of which it has five; that of the images if it is not said.
+    /// Relative error that is shown as one step of the scale, of which it has five; that of the
+    /// images if it is not said.
     pub tolerance: Option<f64>,
     /// Labels and what is to say of them.
     pub rows: Vec<(String, String)>,

@@ -1,6 +1,7 @@
 //! Plots as SVG that prints well, and the same numbers as CSV.
 //!
-//! Colours are those of Okabe, Ito 2008, which people who see fewer colours tell apart; lines differ in dashes as well.
+//! Colours are those of Okabe, Ito 2008, which people who see fewer colours tell apart; lines
+//! differ in dashes as well.
 
 use std::fmt::Write;
 
@@ -61,7 +62,8 @@ type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 impl Plot {
-    /// Which share of some errors is at most x, for each list of errors; `mark` is where x is a tolerance.
+    /// Which share of some errors is at most x, for each list of errors; `mark` is where x is a
+    /// tolerance.
     pub fn shares(
         name: &str,
         caption: &str,
@@ -139,7 +141,8 @@ impl Plot {
 
     /// Shares with their intervals, and what they should be at least.
     ///
-    /// `x`: what stands below the axis, and how its numbers are told; `promised`: where a line is drawn.
+    /// `x`: what stands below the axis, and how its numbers are told; `promised`: where a line is
+    /// drawn.
     pub fn measured(
         name: &str,
         caption: &str,
@@ -216,7 +219,8 @@ impl Plot {
     }
 }
 
-/// An axis on which equal ratios are equally far apart, with ticks at round numbers; both ends are above zero.
+/// An axis on which equal ratios are equally far apart, with ticks at round numbers; both ends are
+/// above zero.
 struct Decades {
     low: f64,
     high: f64,

@@ -41,7 +41,8 @@ pub fn headline(film: &Film) -> String {
 struct Counts {
     rendered: u64,
     all: u64,
-    /// By the number of the claim, of pixels that did not run out of budget; the first is of pixels that claim nothing, out of budget or not.
+    /// By the number of the claim, of pixels that did not run out of budget; the first is of pixels
+    /// that claim nothing, out of budget or not.
     claims: [u64; 5],
     out_of_budget: u64,
     /// Of which too much light cannot be found.

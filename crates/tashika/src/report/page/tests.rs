@@ -23,7 +23,8 @@ const SPECS: &[PlaneSpec] = &[
     spec("normal", &["X", "Y", "Z"], SampleKind::F32),
 ];
 
-/// A cropped film of awkward numbers; half-widths are 1 % of a luminance of about 2, at the last pixel nothing is claimed.
+/// A cropped film of awkward numbers; half-widths are 1 % of a luminance of about 2, at the last
+/// pixel nothing is claimed.
 fn film(width: u32, height: u32) -> Film {
     let window = Window { x: 7, y: 3, width, height };
     let mut film = Film::new([width + 20, height + 20], window, SPECS).unwrap();
@@ -113,7 +114,8 @@ fn of_large_films_the_page_holds_the_least_certain_pixel_of_each_block_and_where
     let film = film(900, 700);
     let page = rendered(&film);
     let image = &data(&page)["images"][0];
-    // 900 · 700 pixels are more than twice as many as 300,000; of blocks of 2 × 2 there are 157,500.
+    // 900 · 700 pixels are more than twice as many as 300,000; of blocks of 2 × 2 there are
+    // 157,500.
     assert_eq!(image["factor"], 2);
     assert!(page.contains(
         "Of each block of 2×2 pixels this page holds the one that is least certain, of 630,000 in all"

@@ -8,8 +8,9 @@
 //! Lengths in metres, `y` up, radiance in W·m⁻²·sr⁻¹.
 //!
 //! # Guarantee
-//! Two calls give equal scenes: randomness comes from [`rng`](crate::rng) with fixed keys, elementary
-//! functions from [`math::elementary`](crate::math::elementary). Nothing has to be repaired or defaulted:
+//! Two calls give equal scenes: randomness comes from [`rng`](crate::rng) with fixed keys,
+//! elementary functions from [`math::elementary`](crate::math::elementary). Nothing has to be
+//! repaired or defaulted:
 //! [`Scene::notes`](crate::scene::Scene::notes) is empty.
 //!
 //! # Held to this by

@@ -15,8 +15,8 @@ fn placed(scene: &Scene) -> impl Iterator<Item = (&Instance, &Mesh)> {
     scene.instances().iter().map(|i| (i, &scene.meshes()[i.mesh.index()]))
 }
 
-/// World corners of all triangles of the instances of the meshes that `wanted` names, counter-clockwise
-/// about their front.
+/// World corners of all triangles of the instances of the meshes that `wanted` names,
+/// counter-clockwise about their front.
 fn triangles(scene: &Scene, wanted: impl Fn(&str) -> bool) -> Vec<[Vec3; 3]> {
     let mut all = Vec::new();
     for (instance, mesh) in placed(scene).filter(|(_, mesh)| wanted(mesh.name())) {
@@ -84,8 +84,8 @@ fn two_builds_are_equal() {
     }
 }
 
-/// The front of every triangle is the side of its vertex normals, so one-sided emission and the front
-/// side of glass are where the shading says.
+/// The front of every triangle is the side of its vertex normals, so one-sided emission and the
+/// front side of glass are where the shading says.
 #[test]
 fn normals_agree_with_the_winding() {
     for scene in [room(), tiny()] {
@@ -115,8 +115,8 @@ fn everything_but_the_daylight_is_inside_the_room() {
     }
 }
 
-/// Rays from where the camera and the lamp are leave the room through the window only, and meet its shell
-/// from the front.
+/// Rays from where the camera and the lamp are leave the room through the window only, and meet its
+/// shell from the front.
 #[test]
 fn the_room_is_closed_but_for_the_window() {
     let scene = room();

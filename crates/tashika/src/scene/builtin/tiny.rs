@@ -1,5 +1,5 @@
-//! A box in the manner of the Cornell box (Goral, Torrance, Greenberg, Battaile 1984), with a glossy
-//! block.
+//! A box in the manner of the Cornell box (Goral, Torrance, Greenberg, Battaile 1984), with a
+//! glossy block.
 
 use std::f32::consts::PI;
 

@@ -1,7 +1,8 @@
-//! How wrong a stratified mean can be: intervals that are calibrated, and certificates that are proven.
+//! How wrong a stratified mean can be: intervals that are calibrated, and certificates that are
+//! proven.
 //!
-//! A sum `L = Σ_k L_k` is estimated by `L̂ = Σ_k ȳ_k` from `n_k ≥ 2` independent samples of each stratum, with values in `[0, R_k]`,
-//! means `L_k` and variances `σ_k²`. Let
+//! A sum `L = Σ_k L_k` is estimated by `L̂ = Σ_k ȳ_k` from `n_k ≥ 2` independent samples of each
+//! stratum, with values in `[0, R_k]`, means `L_k` and variances `σ_k²`. Let
 //!
 //! ```text
 //! V = Σ σ_k²/n_k     V̂ = Σ s_k²/n_k     b = max R_k/n_k     m = max R_k² / (4 (n_k − 1))     B = Σ R_k²/n_k
@@ -15,25 +16,32 @@
 //! H₂ = √(2 U ln(2/δ₂)) + (b/3) ln(2/δ₂)          U − V̂ − V̂ ln(U/V̂) = m ln(1/δ₃),   U ≥ V̂
 //! ```
 //!
-//! with `δ = δ₁ + δ₂ + δ₃`. No asymptotics, and no assumption on the values but that they are in `[0, R_k]`.
+//! with `δ = δ₁ + δ₂ + δ₃`. No asymptotics, and no assumption on the values but that they are in
+//! `[0, R_k]`.
 //!
-//! **Proof.** *H₁* fails with probability at most `δ₁`: `L̂` is a sum of independent variables `y/n_k` with ranges `R_k/n_k`, whose squares sum to `B`;
-//! Hoeffding 1963, theorem 2, on both sides.
+//! **Proof.** *H₁* fails with probability at most `δ₁`: `L̂` is a sum of independent variables
+//! `y/n_k` with ranges `R_k/n_k`, whose squares sum to `B`; Hoeffding 1963, theorem 2, on both
+//! sides.
 //!
-//! *U.* `X_k = s_k²/n_k` are independent, with means `σ_k²/n_k`, and in `[0, m]`, since `s² ≤ R² n/(4(n − 1))` for `n` values in `[0, R]`. A chord lies above
-//! the convex `e^{−tx}`, so `E e^{−tX} ≤ 1 − (E X/m)(1 − e^{−tm}) ≤ exp(−(E X/m)(1 − e^{−tm}))`, and by Markov's inequality
-//! `P(V̂ ≤ v) ≤ exp(t v − (V/m)(1 − e^{−tm}))` for every `t > 0`. The best, `t = ln(V/v)/m`, gives for `v < V`
-//! `P(V̂ ≤ v) ≤ exp(−(V − v − v ln(V/v))/m)` (Chernoff 1952, as for a Poisson variable). The right side is `δ₃` for one `v`, and whenever `V̂ > v`,
-//! `V < U`: `V − v − v ln(V/v)` falls with `v` and grows with `V`.
+//! *U.* `X_k = s_k²/n_k` are independent, with means `σ_k²/n_k`, and in `[0, m]`, since
+//! `s² ≤ R² n/(4(n − 1))` for `n` values in `[0, R]`. A chord lies above the convex `e^{−tx}`, so
+//! `E e^{−tX} ≤ 1 − (E X/m)(1 − e^{−tm}) ≤ exp(−(E X/m)(1 − e^{−tm}))`, and by Markov's inequality
+//! `P(V̂ ≤ v) ≤ exp(t v − (V/m)(1 − e^{−tm}))` for every `t > 0`. The best, `t = ln(V/v)/m`, gives
+//! for `v < V` `P(V̂ ≤ v) ≤ exp(−(V − v − v ln(V/v))/m)` (Chernoff 1952, as for a Poisson
+//! variable). The right side is `δ₃` for one `v`, and whenever `V̂ > v`, `V < U`:
+//! `V − v − v ln(V/v)` falls with `v` and grows with `V`.
 //!
-//! *H₂.* The variables `(y − L_k)/n_k` are independent, have mean zero, are at most `b` in size, and their variances sum to `V`. Bernstein's
-//! inequality, solved for the deviation and relaxed by `√(x + y) ≤ √x + √y`, gives `|L̂ − L| ≤ √(2 V ln(2/δ₂)) + (2b/3) ln(2/δ₂)` with the
-//! coefficient `2/3`; Bennett's inequality in the form of Boucheron et al. 2013 (theorem 2.10, variables of the sub-gamma kind with scale
-//! `b/3`) gives the `1/3` above. It fails with probability at most `δ₂`, and `V ≤ U` fails with at most `δ₃`. ∎
+//! *H₂.* The variables `(y − L_k)/n_k` are independent, have mean zero, are at most `b` in size,
+//! and their variances sum to `V`. Bernstein's inequality, solved for the deviation and relaxed by
+//! `√(x + y) ≤ √x + √y`, gives `|L̂ − L| ≤ √(2 V ln(2/δ₂)) + (2b/3) ln(2/δ₂)` with the coefficient
+//! `2/3`; Bennett's inequality in the form of Boucheron et al. 2013 (theorem 2.10, variables of the
+//! sub-gamma kind with scale `b/3`) gives the `1/3` above. It fails with probability at most `δ₂`,
+//! and `V ≤ U` fails with at most `δ₃`. ∎
 //!
 //! # Several looks
-//! Whoever looks at the data more than once and stops when satisfied has to pay for every look. Where it is known beforehand that there are at
-//! most `J` looks, a share of `δ/J` for each keeps the chance that any of the intervals fails below `δ`.
+//! Whoever looks at the data more than once and stops when satisfied has to pay for every look.
+//! Where it is known beforehand that there are at most `J` looks, a share of `δ/J` for each keeps
+//! the chance that any of the intervals fails below `δ`.
 //!
 //! # The calibrated interval
 //!
@@ -41,22 +49,26 @@
 //! h = t_ν √(V̂ + γ E) + κ b' ln(2/δ)          E = Σ σ'_k²/n_k          b' = max R'_k/n_k          ν = (Σ S_k)² / Σ (S_k²/(ν_k + 2)) − 2,   S_k = s_k²/n_k,   ν_k = n_k − 1
 //! ```
 //!
-//! The first term is Student's, with the degrees of freedom of Satterthwaite 1946 corrected for estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for
-//! normal samples). The second is what Bernstein's inequality has for a single rare and large value, with a smaller factor, [`KAPPA`]: samples
-//! that are all alike, all in shadow say, are no certainty. `R'` is what a stratum is expected to reach (`importance_range`), at most `R`:
-//! `q R √p` if about the share `p` of it is visible and the root mean square of what is visible is about `q R`, since the mean square of a term is `p (q R)²` then. It is about the largest stratum; where hundreds are in
-//! shadow and each may have some light, their sum counts: `σ'² = p (1 − p) (q R)²` is the variance that a stratum is expected to have
-//! (`importance_variance`), of which the share [`GAMMA`] is granted even where no sample shows any.
-//! The interval is an estimate: measured, not proven.
+//! The first term is Student's, with the degrees of freedom of Satterthwaite 1946 corrected for
+//! estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for normal samples). The second is what Bernstein's
+//! inequality has for a single rare and large value, with a smaller factor, [`KAPPA`]: samples that
+//! are all alike, all in shadow say, are no certainty. `R'` is what a stratum is expected to reach
+//! (`importance_range`), at most `R`: `q R √p` if about the share `p` of it is visible and the root
+//! mean square of what is visible is about `q R`, since the mean square of a term is `p (q R)²`
+//! then. It is about the largest stratum; where hundreds are in shadow and each may have some
+//! light, their sum counts: `σ'² = p (1 − p) (q R)²` is the variance that a stratum is expected to
+//! have (`importance_variance`), of which the share [`GAMMA`] is granted even where no sample shows
+//! any. The interval is an estimate: measured, not proven.
 
 use super::student_t_two_sided;
 use crate::math::elementary::ln_f64;
 
-/// `κ`. The factor in Bernstein's inequality is 1/3; lower values cost fewer rays and promise less. Set by `tashika coverage`; see the record.
+/// `κ`. The factor in Bernstein's inequality is 1/3; lower values cost fewer rays and promise less.
+/// Set by `tashika coverage`; see the record.
 pub const KAPPA: f64 = 0.2;
 
-/// `γ`. Visibility is much the same throughout most strata, so that they vary far less than what is expected of each; but it is not in all of them. Set by
-/// the same measurements as [`KAPPA`].
+/// `γ`. Visibility is much the same throughout most strata, so that they vary far less than what is
+/// expected of each; but it is not in all of them. Set by the same measurements as [`KAPPA`].
 pub const GAMMA: f64 = 0.001;
 
 /// Share of `δ` that goes to `H₁`.
@@ -134,7 +146,8 @@ impl Spread {
         if self.fourth > 0.0 { (self.variance * self.variance / self.fourth - 2.0).max(1.0) } else { 1.0 }
     }
 
-    /// Half-width of Student's interval of this confidence, in (0, 1): knows only of what was sampled.
+    /// Half-width of Student's interval of this confidence, in (0, 1): knows only of what was
+    /// sampled.
     pub fn student(&self, confidence: f64) -> f64 {
         student_t_two_sided(confidence, self.freedom()) * self.variance.sqrt()
     }
@@ -161,7 +174,8 @@ impl Spread {
         if v <= 0.0 {
             return target;
         }
-        // The left side is at least `(U − V̂)²/(2 U)`, and convex: from where that is large enough, Newton's steps stay above the root.
+        // The left side is at least `(U − V̂)²/(2 U)`, and convex: from where that is large enough,
+        // Newton's steps stay above the root.
         let mut upper = v + target + (target * (target + 2.0 * v)).sqrt();
         for _ in 0..NEWTON_STEPS {
             let left = upper - v - v * ln_f64(upper / v);

@@ -25,8 +25,9 @@ fn cost(tree: &LightTree) -> f64 {
     tree.depth_first().filter(|cluster| cluster.count > 1).map(of_cluster).sum()
 }
 
-/// In squares that halve, a level costs half of the one above, so that all levels below a wall cost about two walls; the rest is
-/// lost where walls meet. Measured, in costs of the root: 7.4 (top-down), 5.7 (agglomerative; 8.2 if it does not see normals).
+/// In squares that halve, a level costs half of the one above, so that all levels below a wall cost
+/// about two walls; the rest is lost where walls meet. Measured, in costs of the root: 7.4
+/// (top-down), 5.7 (agglomerative; 8.2 if it does not see normals).
 #[test]
 fn clusters_are_compact_and_face_one_way() {
     let lights = room(20_000, 6);
@@ -37,7 +38,8 @@ fn clusters_are_compact_and_face_one_way() {
     }
 }
 
-/// Lights of two opposite normals, mixed in space: nodes of a hundredth of the lights hold one normal each.
+/// Lights of two opposite normals, mixed in space: nodes of a hundredth of the lights hold one
+/// normal each.
 #[test]
 fn opposite_normals_are_told_apart() {
     let mut s = Stream::new(3, Purpose::Test, 1);

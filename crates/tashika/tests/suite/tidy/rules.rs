@@ -1,4 +1,5 @@
-//! The rules, each a function from a file to what breaks it, as `path:line: what is wrong; what to do`.
+//! The rules, each a function from a file to what breaks it, as
+//! `path:line: what is wrong; what to do`.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,8 +1,9 @@
-//! Rust source as far as the rules of `tidy` look at it: words, paths and comments, each with its line.
+//! Rust source as far as the rules of `tidy` look at it: words, paths and comments, each with its
+//! line.
 //!
-//! A lexer drops what is not code (comments, strings, characters, lifetimes); nothing is parsed beyond
-//! paths, `use` trees, inline modules and the extent of items under `#[cfg(test)]`. Source that compiles
-//! is assumed. What is not understood panics, so that no code goes unseen.
+//! A lexer drops what is not code (comments, strings, characters, lifetimes); nothing is parsed
+//! beyond paths, `use` trees, inline modules and the extent of items under `#[cfg(test)]`. Source
+//! that compiles is assumed. What is not understood panics, so that no code goes unseen.
 
 /// A word, `::`, or any other sign that is not blank.
 #[derive(Clone, Debug, PartialEq, Eq)]

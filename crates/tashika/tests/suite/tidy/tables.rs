@@ -1,7 +1,7 @@
 //! What is allowed: the layers, and the lists of exceptions, each entry with its reason.
 //!
-//! The layers are also in the documentation of `lib.rs`; a test compares the two. Entries of [`DEPENDENCIES`]
-//! and [`HASHED`] that are no longer needed fail a test.
+//! The layers are also in the documentation of `lib.rs`; a test compares the two. Entries of
+//! [`DEPENDENCIES`] and [`HASHED`] that are no longer needed fail a test.
 
 /// A module of the library and what it may use.
 pub(super) struct Module {
@@ -60,7 +60,8 @@ pub(super) struct SideBySide {
     pub(super) lists: &'static [&'static str],
 }
 
-/// Modules whose files are alternatives to each other: they share what their `mod.rs` and their common files offer, and no more.
+/// Modules whose files are alternatives to each other: they share what their `mod.rs` and their
+/// common files offer, and no more.
 pub(super) const SIDE_BY_SIDE: &[SideBySide] =
     &[SideBySide { module: "integrator", common: &["options", "published"], lists: &["method"] }];
 
@@ -103,7 +104,8 @@ pub(super) const FORBIDDEN: &[(&[&str], &str)] = &[
     (&["Instant", "SystemTime"], "the library reads no clock; results would hang on it"),
 ];
 
-/// Functions of `f32` and `f64` whose last bits differ between machines. (clippy.toml covers `f32`, tests included.)
+/// Functions of `f32` and `f64` whose last bits differ between machines. (clippy.toml covers `f32`,
+/// tests included.)
 pub(super) const ELEMENTARY: &[&str] = &[
     "sin", "cos", "tan", "sin_cos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2",
     "exp_m1", "ln", "ln_1p", "log", "log2", "log10", "powf", "powi", "cbrt", "hypot",

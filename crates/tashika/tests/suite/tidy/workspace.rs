@@ -1,4 +1,5 @@
-//! The source files of the workspace: every file that some crate is built from, by following its `mod`s.
+//! The source files of the workspace: every file that some crate is built from, by following its
+//! `mod`s.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! Fields of the material extensions that the `gltf` crate does not know, with the defaults of their specifications.
+//! Fields of the material extensions that the `gltf` crate does not know, with the defaults of
+//! their specifications.
 //!
 //! Numbers are as they stand in the file; their ranges are checked where they are used.
 
@@ -95,7 +96,8 @@ impl Default for Volume {
     }
 }
 
-/// The strength of `KHR_materials_sheen`, `KHR_materials_iridescence` or `KHR_materials_dispersion`: without it they do nothing.
+/// The strength of `KHR_materials_sheen`, `KHR_materials_iridescence` or
+/// `KHR_materials_dispersion`: without it they do nothing.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Strength {

@@ -9,7 +9,8 @@
 //! | diffuse transmission | `diffuseTransmissionFactor · (1 − m)` | a surface that only lets light through, diffusely |
 //! | transmission | `transmissionFactor · (1 − m)` | glass: without thickness, or solid where `KHR_materials_volume` gives it one |
 //!
-//! Glass without thickness is smooth, and its tint is the base colour. Solid glass has at each crossing the factor
+//! Glass without thickness is smooth, and its tint is the base colour. Solid glass has at each
+//! crossing the factor
 //!
 //! ```text
 //! baseColorFactor · attenuationColor^(thicknessFactor / (2 · attenuationDistance))
@@ -18,10 +19,12 @@
 //! which is Lambert–Beer's law over the thickness for light that crosses the surface twice.
 //!
 //! # Limits
-//! A coat over metal has the reflectance of a dielectric at normal incidence at all angles: a mix has one amount for all directions.
-//! Metal that is textured counts as metal there. The tint of solid glass has no texture. Glass has no coat.
+//! A coat over metal has the reflectance of a dielectric at normal incidence at all angles: a mix
+//! has one amount for all directions. Metal that is textured counts as metal there. The tint of
+//! solid glass has no texture. Glass has no coat.
 //!
-//! Held to this by `gltf_materials::transmission_*`, `gltf_materials::clear_coats_*`, `gltf_materials::leaves_*`.
+//! Held to this by `gltf_materials::transmission_*`, `gltf_materials::clear_coats_*`,
+//! `gltf_materials::leaves_*`.
 
 use super::fields::{Clearcoat, DiffuseTransmission, Volume};
 use super::opaque::Opaque;
@@ -36,7 +39,8 @@ use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
 /// Reflectance of a clear coat at normal incidence: an index of 1.5, which the extension fixes.
 const COAT_F0: f32 = 0.04;
 
-/// Roughness up to which a pane counts as smooth: less than the eye makes out through a window. Chosen.
+/// Roughness up to which a pane counts as smooth: less than the eye makes out through a window.
+/// Chosen.
 const SMOOTH_ROUGHNESS: f32 = 0.1;
 
 /// Indices of refraction that glass may have; 1 would be no surface at all.
@@ -139,7 +143,8 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     reader.mix(below, surface, amount, "glass")
 }
 
-/// What absorption leaves at each crossing of the surface of something solid; none of something without thickness.
+/// What absorption leaves at each crossing of the surface of something solid; none of something
+/// without thickness.
 fn absorption(reader: &mut Reader<'_, '_>) -> Result<Option<Rgb>> {
     let Some(volume) = reader.extension::<Volume>(VOLUME)? else { return Ok(None) };
     let field = |name: &str| format!("extensions.{VOLUME}.{name}");

@@ -7,16 +7,17 @@
 //! | [`opaque`] | the opaque surface: metallic-roughness, specular-glossiness, unlit |
 //! | [`layers`] | clear coat, diffuse transmission, transmission |
 //!
-//! A material is read when a primitive first wants it. One that primitives want with different vertex colours is read once for each
-//! colour, which multiplies the base colour and the opacity.
+//! A material is read when a primitive first wants it. One that primitives want with different
+//! vertex colours is read once for each colour, which multiplies the base colour and the opacity.
 //!
 //! # Limits
-//! A material uses one set of texture coordinates, that of its first texture; others are noted. The frame of a normal map is that of the
-//! mesh's texture coordinates: a `KHR_texture_transform` that turns or mirrors the map does not turn the frame.
+//! A material uses one set of texture coordinates, that of its first texture; others are noted. The
+//! frame of a normal map is that of the mesh's texture coordinates: a `KHR_texture_transform` that
+//! turns or mirrors the map does not turn the frame.
 //!
 //! # Held to this by
-//! `gltf::metallic_roughness_with_index_and_specular`, `gltf::emission_is_factor_times_strength`, `gltf::alpha_modes`,
-//! `gltf_materials`.
+//! `gltf::metallic_roughness_with_index_and_specular`, `gltf::emission_is_factor_times_strength`,
+//! `gltf::alpha_modes`, `gltf_materials`.
 
 mod fields;
 mod layers;
@@ -130,8 +131,8 @@ fn emission(reader: &mut Reader<'_, '_>) -> Result<Option<Emission>> {
     Ok(Some(Emission { radiance, two_sided: material.double_sided }))
 }
 
-/// Opacity `factor · A(texture)`; none if that is one everywhere or the file says not to look. A texture that is `lost`, that is could
-/// not be read, tells nothing about opacity.
+/// Opacity `factor · A(texture)`; none if that is one everywhere or the file says not to look. A
+/// texture that is `lost`, that is could not be read, tells nothing about opacity.
 fn alpha(
     reader: &mut Reader<'_, '_>,
     factor: f32,
@@ -158,7 +159,8 @@ fn alpha(
     Ok(Some(Alpha { value: FloatInput { factor, texture }, mode }))
 }
 
-/// The normal map. glTF's `+y` is up in the image, where `v` runs down, as it is [here](NormalInput::Map).
+/// The normal map. glTF's `+y` is up in the image, where `v` runs down, as it is
+/// [here](NormalInput::Map).
 fn normal(reader: &mut Reader<'_, '_>) -> Result<Option<NormalInput>> {
     let Some(map) = &reader.material.normal_texture else { return Ok(None) };
     if !map.scale.is_finite() {

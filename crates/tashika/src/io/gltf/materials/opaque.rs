@@ -1,15 +1,17 @@
 //! The opaque surface of a material.
 //!
-//! A dielectric's reflectance at normal incidence is, with `n` from `KHR_materials_ior` (default 1.5, so 0.04) and the rest from
-//! `KHR_materials_specular` (default 1),
+//! A dielectric's reflectance at normal incidence is, with `n` from `KHR_materials_ior` (default
+//! 1.5, so 0.04) and the rest from `KHR_materials_specular` (default 1),
 //!
 //! ```text
 //! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularColorTexture · specularFactor · specularTexture
 //! ```
 //!
-//! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` and `α_b = α`; here both are `√(α_t α_b)`.
+//! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` and
+//! `α_b = α`; here both are `√(α_t α_b)`.
 //!
-//! `KHR_materials_pbrSpecularGlossiness` becomes, with `s` its specular colour and `g` its glossiness,
+//! `KHR_materials_pbrSpecularGlossiness` becomes, with `s` its specular colour and `g` its
+//! glossiness,
 //!
 //! ```text
 //! base colour = diffuse · (1 − max s),   metalness = 0,   F₀ = s,   roughness = 1 − g
@@ -18,11 +20,12 @@
 //! with `1 − s` channel by channel in place of `1 − max s` where `s` is textured.
 //!
 //! # Limits
-//! `specularFactor` also scales the reflectance at grazing angles in the extension; here only at normal incidence. At zero on
-//! a dielectric, where nothing of the reflection is left, the surface is Lambertian.
+//! `specularFactor` also scales the reflectance at grazing angles in the extension; here only at
+//! normal incidence. At zero on a dielectric, where nothing of the reflection is left, the surface
+//! is Lambertian.
 //!
-//! Sources: the extensions' specifications (Khronos). Held to this by `gltf::metallic_roughness_with_index_and_specular`,
-//! `gltf_materials`.
+//! Sources: the extensions' specifications (Khronos). Held to this by
+//! `gltf::metallic_roughness_with_index_and_specular`, `gltf_materials`.
 
 use super::fields::{Anisotropy, SpecularGlossiness, Strength};
 use super::reader::Reader;
@@ -204,7 +207,8 @@ fn isotropic(reader: &mut Reader<'_, '_>, roughness: f32) -> Result<f32> {
     Ok((along * across).sqrt().sqrt())
 }
 
-/// The index of refraction. Zero is the extension's way of asking for a reflectance of one, which the formula gives.
+/// The index of refraction. Zero is the extension's way of asking for a reflectance of one, which
+/// the formula gives.
 fn ior(reader: &mut Reader<'_, '_>) -> Result<f32> {
     let Some(ior) = reader.material.extensions.as_ref().and_then(|e| e.ior.as_ref()) else {
         return Ok(1.5);

@@ -79,7 +79,8 @@ impl<'r, 's> Reader<'r, 's> {
         met(extension, field, at, self.builder)
     }
 
-    /// A normal texture as other textures are; its extensions are known to the `gltf` crate by name only.
+    /// A normal texture as other textures are; its extensions are known to the `gltf` crate by name
+    /// only.
     pub fn normal_info(&self, map: &json::material::NormalTexture) -> Result<json::texture::Info> {
         let transform = map.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
         let transform = match transform {
@@ -171,7 +172,8 @@ impl<'r, 's> Reader<'r, 's> {
         }
     }
 
-    /// `first`, but `second` on the share `amount`; parts that never show are left out. `what` names the second part.
+    /// `first`, but `second` on the share `amount`; parts that never show are left out. `what`
+    /// names the second part.
     pub fn mix(
         &mut self,
         first: Surface,

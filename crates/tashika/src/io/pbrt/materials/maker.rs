@@ -67,7 +67,8 @@ impl Maker<'_, '_> {
         Some(FloatInput { factor: value.factor.max(0.0), ..value })
     }
 
-    /// `α` of the parameters `roughness` or `uroughness` and `vroughness`, each with `prefix` before it.
+    /// `α` of the parameters `roughness` or `uroughness` and `vroughness`, each with `prefix`
+    /// before it.
     pub(super) fn alpha(&mut self, prefix: &str, default: f32) -> Result<FloatInput> {
         let remap = self.parameters.boolean("remaproughness").unwrap_or(true);
         let both = self.float(&format!("{prefix}roughness")).unwrap_or(default.into());
@@ -126,7 +127,8 @@ impl Maker<'_, '_> {
         Ok(ior.clamp(least, most))
     }
 
-    /// The Fresnel reflectance of a metal by `eta` and `k`, each with `prefix` before it; copper without.
+    /// The Fresnel reflectance of a metal by `eta` and `k`, each with `prefix` before it; copper
+    /// without.
     pub(super) fn conductor(&mut self, prefix: &str) -> Result<ConductorFresnel> {
         let mut values = [Rgb::BLACK; 2];
         for (value, name) in values.iter_mut().zip(["eta", "k"]) {
@@ -186,7 +188,8 @@ impl Maker<'_, '_> {
     }
 }
 
-/// `Au` of `metal-Au-eta`, `metal-Au-k`, `Au`, and of the file `spds/Au.eta.spd` that pbrt-v3's scenes bring along.
+/// `Au` of `metal-Au-eta`, `metal-Au-k`, `Au`, and of the file `spds/Au.eta.spd` that pbrt-v3's
+/// scenes bring along.
 fn metal_name(name: &str) -> &str {
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let file = file.strip_suffix(".spd").unwrap_or(file);

@@ -1,9 +1,11 @@
 //! `Material`, `MakeNamedMaterial`, `NamedMaterial`.
 //!
-//! Emission and alpha belong to shapes in pbrt and to materials here: a material of the file becomes one of the
-//! scene for each light and alpha that it is used with, in the order in which they are met.
+//! Emission and alpha belong to shapes in pbrt and to materials here: a material of the file
+//! becomes one of the scene for each light and alpha that it is used with, in the order in which
+//! they are met.
 //!
-//! Held to this by `suite::pbrt_appearance::materials_*`, and for what the types become, by [`v3`] and [`v4`].
+//! Held to this by `suite::pbrt_appearance::materials_*`, and for what the types become, by [`v3`]
+//! and [`v4`].
 
 mod maker;
 mod v3;

@@ -15,7 +15,8 @@
 //! | `hair`, `fourier` | Lambert of the hair's colour; grey |
 //! | `none`, an empty name | invisible |
 //!
-//! Source: the format description of pbrt-v3. Tested by `suite::pbrt_appearance::materials_of_pbrt_v3_*`.
+//! Source: the format description of pbrt-v3. Tested by
+//! `suite::pbrt_appearance::materials_of_pbrt_v3_*`.
 
 use super::maker::Maker;
 use super::{GREY, Materials};
@@ -160,8 +161,8 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
     Ok((Surface::Mix { first, second, amount: amount.into() }, opacity))
 }
 
-/// A dielectric over a scattering half-space. `reflectance` is the name of its diffuse reflectance where the
-/// format has one.
+/// A dielectric over a scattering half-space. `reflectance` is the name of its diffuse reflectance
+/// where the format has one.
 pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Result<Surface> {
     let ior = m.ior(&["eta"])?.max(1.05);
     let given = match reflectance {
@@ -185,7 +186,8 @@ pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Re
     Ok(Surface::Plastic { diffuse, specular: Rgb::WHITE.into(), ior, facets: alpha.into() })
 }
 
-/// Diffuse reflectance of a half-space with absorption `a`, scattering `s` and a boundary (Jensen 2001, section 2.3):
+/// Diffuse reflectance of a half-space with absorption `a`, scattering `s` and a boundary (Jensen
+/// 2001, section 2.3):
 ///
 /// ```text
 /// α = s / (a + s),   R = α/2 (1 + e^{−4/3 A √(3(1−α))}) e^{−√(3(1−α))},   A = (1 + F) / (1 − F)

@@ -214,7 +214,8 @@ fn height_field(p: &Parameters) -> Result<Option<MeshData>> {
     shapes::heightfield(size, heights, &p.at()).map(Some)
 }
 
-/// The mesh with the texture coordinates that triangles have without any: corners are parted for them.
+/// The mesh with the texture coordinates that triangles have without any: corners are parted for
+/// them.
 pub(super) fn with_default_uvs(data: MeshData) -> MeshData {
     let corners = data.triangles.iter().flatten().map(|&i| i as usize);
     let positions: Vec<Vec3> = corners.clone().map(|i| data.positions[i]).collect();

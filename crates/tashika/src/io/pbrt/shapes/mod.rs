@@ -1,16 +1,16 @@
 //! `Shape`: meshes with their material.
 //!
-//! A shape becomes a mesh in its own space, placed by the transform that was current. Meshes of the same
-//! parameters, material and orientation are kept once, however often a file repeats them.
+//! A shape becomes a mesh in its own space, placed by the transform that was current. Meshes of the
+//! same parameters, material and orientation are kept once, however often a file repeats them.
 //!
-//! Light leaves on the side of pbrt's surface normal. For triangles that is the side of the vertex normals, or
-//! else the side from which the corners run counter-clockwise *in the space of the shape*: the exclusive or
-//! with the handedness of the transform in pbrt makes up for its triangles being in the world.
-//! `ReverseOrientation` turns it around, where there are vertex normals only in pbrt-v4. For quadrics it is the
-//! side of their own normals, which it turns around too.
+//! Light leaves on the side of pbrt's surface normal. For triangles that is the side of the vertex
+//! normals, or else the side from which the corners run counter-clockwise *in the space of the
+//! shape*: the exclusive or with the handedness of the transform in pbrt makes up for its triangles
+//! being in the world. `ReverseOrientation` turns it around, where there are vertex normals only in
+//! pbrt-v4. For quadrics it is the side of their own normals, which it turns around too.
 //!
-//! Alpha textures cut holes in pbrt-v3 (where they are 0) and let a fraction through in pbrt-v4. Area lights of
-//! shapes inside objects are left out, as in pbrt.
+//! Alpha textures cut holes in pbrt-v3 (where they are 0) and let a fraction through in pbrt-v4.
+//! Area lights of shapes inside objects are left out, as in pbrt.
 //!
 //! Source: Pharr et al. 2023, chapter 6. Tested by `suite::pbrt::shapes_*`.
 

@@ -33,7 +33,8 @@ fn grain_along_y(p: Vec3, _: Vec3) -> Vec2 {
     Vec2::new(0.5 * p.y, 1.3 * (p.x + p.z))
 }
 
-/// A round leg from the origin up to `height`, thicker at the top, leaning towards the top by `lean` (m).
+/// A round leg from the origin up to `height`, thicker at the top, leaning towards the top by
+/// `lean` (m).
 fn leg(height: f32, radii: [f32; 2], lean: Vec2) -> Shape {
     let [foot, top] = radii;
     let profile = creased(&[[0.0, 0.0], [foot - 0.002, 0.0], [foot, 0.002], [top, height], [0.0, height]]);

@@ -59,8 +59,8 @@ impl Palette {
 /// Reflectance of brass at normal incidence; a usual value of graphics, not measured.
 const BRASS: ConductorFresnel = ConductorFresnel::Schlick { f0: Rgb::new(0.80, 0.62, 0.33) };
 
-/// Gold: `η` and `k` at wavelengths near those of the sRGB primaries (about 0.61, 0.55 and 0.46 µm),
-/// rounded from Johnson, Christy 1972, Phys. Rev. B 6, 4370.
+/// Gold: `η` and `k` at wavelengths near those of the sRGB primaries (about 0.61, 0.55 and 0.46
+/// µm), rounded from Johnson, Christy 1972, Phys. Rev. B 6, 4370.
 pub const GOLD: ConductorFresnel =
     ConductorFresnel::Exact { eta: Rgb::new(0.21, 0.42, 1.36), k: Rgb::new(3.27, 2.35, 1.85) };
 

@@ -1,12 +1,14 @@
 //! The furnished room.
 //!
-//! A room of 6.0 × 2.8 × 4.5 m, closed but for one window. Daylight comes through venetian blinds, from a
-//! panel of luminance about 5 W·m⁻²·sr⁻¹ and from a low sun; a pendant lamp in a shade of slats adds warm light
-//! from inside. Both are seen from most points through gaps only, the floor is glossy (Phong exponent
-//! 90), and exponents from 5 to 1000 stand in a row: many lights matter, most of them for a few pixels
-//! each, which is what makes error estimation hard for glossy materials (Iwasaki 2019).
+//! A room of 6.0 × 2.8 × 4.5 m, closed but for one window. Daylight comes through venetian blinds,
+//! from a panel of luminance about 5 W·m⁻²·sr⁻¹ and from a low sun; a pendant lamp in a shade of
+//! slats adds warm light from inside. Both are seen from most points through gaps only, the floor
+//! is glossy (Phong exponent 90), and exponents from 5 to 1000 stand in a row: many lights matter,
+//! most of them for a few pixels each, which is what makes error estimation hard for glossy
+//! materials (Iwasaki 2019).
 //!
-//! Axes: `x` from the window's wall to the opposite one, `y` up, `z` from the coloured wall towards the camera.
+//! Axes: `x` from the window's wall to the opposite one, `y` up, `z` from the coloured wall towards
+//! the camera.
 
 mod bookshelf;
 mod decoration;
@@ -58,8 +60,8 @@ const LAMP: Vec3 = Vec3::new(3.70, 1.72, 2.20);
 
 /// The scene `room`: a furnished glossy room of some 150 000 triangles, 230 000 with all instances.
 ///
-/// Cameras: `main`, the whole room at 640×360 pixels, and `close`, the things on the table with a shallow
-/// depth of field.
+/// Cameras: `main`, the whole room at 640×360 pixels, and `close`, the things on the table with a
+/// shallow depth of field.
 pub fn room() -> Scene {
     build().expect("the built-in scene room is valid")
 }

@@ -191,7 +191,8 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("glass ball", glass, sphere(0.055, 56, 28).at(books + Vec3::Y * (0.057 + 0.0555)))
 }
 
-/// Five equal balls that differ in their Phong exponent only, each on a ring, and two vases beside them.
+/// Five equal balls that differ in their Phong exponent only, each on a ring, and two vases beside
+/// them.
 fn row_of_exponents(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const RADIUS: f32 = 0.1;
     let ball = sphere(RADIUS, 48, 24);

@@ -54,8 +54,8 @@ fn image(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Rgb) -> Image {
     Image { name: name.into(), width, height, pixels: Pixels::Srgb8(pixels) }
 }
 
-/// Grain along `u`: bands of growth bent by noise, and fine fibres. A factor from about 0.4 to 1, redder where
-/// it is darker.
+/// Grain along `u`: bands of growth bent by noise, and fine fibres. A factor from about 0.4 to 1,
+/// redder where it is darker.
 pub fn wood_grain() -> Image {
     let (bend, fibre) = (Noise::new(1, [3, 8]), Noise::new(2, [16, 96]));
     image("wood grain", [256, 256], |uv| {

@@ -60,7 +60,8 @@ fn walls(stage: &mut Stage, palette: &Palette) -> Result<()> {
         [[low, along, -outwards], [low, -outwards, up], [high, -along, -outwards], [high, -outwards, -up]];
     let reveal = reveal.map(|[corner, e, f]| quad(corner + outwards, [e, f]));
     stage.put("reveal", palette.wall, Shape::merged(reveal))?;
-    // Light that misses the window ends here; no virtual light is spent on the outside of the house.
+    // Light that misses the window ends here; no virtual light is spent on the outside of the
+    // house.
     let facade = stage.material("facade", matte(Rgb::BLACK))?;
     stage.put("facade", facade, holed_wall(-WALL))
 }

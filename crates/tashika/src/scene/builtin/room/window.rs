@@ -138,8 +138,8 @@ fn curtains(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
 /// A sky panel outside and a sun above it, both seen only through the window.
 ///
-/// The sun is a spot light whose cone is filled by the window: parallel light would spend nearly all
-/// its light paths on the roof.
+/// The sun is a spot light whose cone is filled by the window: parallel light would spend nearly
+/// all its light paths on the roof.
 fn daylight(stage: &mut Stage) -> Result<()> {
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
     let sky = stage.emissive("sky", SKY)?;

@@ -2,8 +2,8 @@
 //!
 //! Vertex `(i, j)` of `(columns + 1) × (rows + 1)` is `position(i, j)`; its texture coordinates are
 //! `(i / columns, j / rows)`. The front is the side of `∂p/∂i × ∂p/∂j`. A vertex normal is the mean
-//! direction of the unit normals of the cells around it (cross products of their diagonals), exact to second
-//! order in the size of the cells where neighbours are of equal size.
+//! direction of the unit normals of the cells around it (cross products of their diagonals), exact
+//! to second order in the size of the cells where neighbours are of equal size.
 
 use glam::{Vec2, Vec3};
 
@@ -20,9 +20,9 @@ pub enum Ends {
 
 /// Tessellates a surface over `cells = [columns, rows]`; `ends` says the same of each direction.
 ///
-/// Where ends are joined, `position` is not called for the last index. Two equal rows in a
-/// sequence make a crease: the normals on both sides of it are not averaged. A row whose positions are
-/// all equal is a pole.
+/// Where ends are joined, `position` is not called for the last index. Two equal rows in a sequence
+/// make a crease: the normals on both sides of it are not averaged. A row whose positions are all
+/// equal is a pole.
 pub fn grid(cells: [usize; 2], ends: [Ends; 2], position: impl Fn(usize, usize) -> Vec3) -> Shape {
     let [columns, rows] = cells;
     // What an index is once joined ends are identified.

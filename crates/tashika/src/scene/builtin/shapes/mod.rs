@@ -5,7 +5,8 @@
 //!
 //! # Guarantee
 //! * Triangles run counter-clockwise when seen from outside (closed shapes), or from the side named
-//!   by the generator (sheets), and every vertex normal lies on that side of the triangles about it.
+//!   by the generator (sheets), and every vertex normal lies on that side of the triangles about
+//!   it.
 //! * No two corners of a triangle coincide.
 //!
 //! # Held to this by
@@ -59,7 +60,8 @@ impl Shape {
         self.triangles.extend(other.triangles.into_iter().map(|t| t.map(|i| i + first)));
     }
 
-    /// The shape under an affine map; a mirror turns the triangles around, so that outside stays outside.
+    /// The shape under an affine map; a mirror turns the triangles around, so that outside stays
+    /// outside.
     #[must_use]
     pub fn moved(mut self, map: Affine3A) -> Self {
         // Normals transform with the transposed inverse.

@@ -1,8 +1,8 @@
 //! Outlines swept along curves.
 //!
-//! The frames along the curve turn about it as little as possible (double reflection; Wang, Jüttler, Zheng,
-//! Liu 2008, "Computation of Rotation Minimizing Frames", ACM TOG 27(1)). On a closed curve the
-//! remaining angle between first and last frame is spread evenly.
+//! The frames along the curve turn about it as little as possible (double reflection; Wang,
+//! Jüttler, Zheng, Liu 2008, "Computation of Rotation Minimizing Frames", ACM TOG 27(1)). On a
+//! closed curve the remaining angle between first and last frame is spread evenly.
 
 use std::f32::consts::TAU;
 
@@ -35,9 +35,9 @@ impl Section {
     }
 }
 
-/// Sweeps `section`, scaled by `scale(t)` with `t` from 0 to 1 by index, along `path` (at least 2 points,
-/// no two neighbours equal). Open ends are closed with flat caps; joined ones do not repeat the
-/// first point.
+/// Sweeps `section`, scaled by `scale(t)` with `t` from 0 to 1 by index, along `path` (at least 2
+/// points, no two neighbours equal). Open ends are closed with flat caps; joined ones do not repeat
+/// the first point.
 pub fn sweep(path: &[Vec3], ends: Ends, section: &Section, scale: impl Fn(f32) -> f32) -> Shape {
     let frames = frames(path, ends, section.up);
     let sides = section.outline.len();
@@ -65,8 +65,8 @@ pub fn tube(path: &[Vec3], ends: Ends, sides: usize, radius: impl Fn(f32) -> f32
     sweep(path, ends, &Section::superellipse(Vec2::ONE, 1.0, sides, up), radius)
 }
 
-/// A `(p, q)` torus knot about the `y` axis, as a tube of radius `tube_radius` around a curve on a torus of
-/// radii `major` and `minor` (m).
+/// A `(p, q)` torus knot about the `y` axis, as a tube of radius `tube_radius` around a curve on a
+/// torus of radii `major` and `minor` (m).
 pub fn torus_knot(windings: [u32; 2], radii: [f32; 2], tube_radius: f32, cells: [usize; 2]) -> Shape {
     let [p, q] = windings.map(|w| w as f32);
     let [major, minor] = radii;

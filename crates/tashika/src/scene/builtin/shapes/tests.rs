@@ -7,7 +7,8 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::*;
 use crate::math::elementary::rotation;
 
-/// Volume inside a closed shape, positive if its triangles face outwards (m³): sum of signed tetrahedra.
+/// Volume inside a closed shape, positive if its triangles face outwards (m³): sum of signed
+/// tetrahedra.
 fn signed_volume(shape: &Shape) -> f64 {
     let corner = |i: u32| shape.positions[i as usize].as_dvec3();
     shape.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum()
@@ -19,7 +20,8 @@ fn polygon_share(n: usize) -> f64 {
     angle.sin() / angle
 }
 
-/// Volume of the polyhedron that `lathe` makes of `profile`: frusta with regular polygons as sections.
+/// Volume of the polyhedron that `lathe` makes of `profile`: frusta with regular polygons as
+/// sections.
 fn lathe_volume(profile: &[Vec2], segments: usize) -> f64 {
     let frusta = profile.windows(2).map(|w| {
         let (r, s, h) = (f64::from(w[0].x), f64::from(w[1].x), f64::from(w[1].y - w[0].y));
@@ -63,9 +65,10 @@ fn polyhedra() -> Vec<(&'static str, Shape, f64)> {
     ]
 }
 
-/// Closed smooth shapes with the volume of the *formula* and the largest relative loss of an inscribed
-/// polyhedron: chords of angle `δ` lie `δ²/12` of the radius below the surface on average, which is `δ²/6` of
-/// the volume of a cylinder and `δ²/4` of that of a ball, once for each direction.
+/// Closed smooth shapes with the volume of the *formula* and the largest relative loss of an
+/// inscribed polyhedron: chords of angle `δ` lie `δ²/12` of the radius below the surface on
+/// average, which is `δ²/6` of the volume of a cylinder and `δ²/4` of that of a ball, once for each
+/// direction.
 fn smooth_solids() -> Vec<(&'static str, Shape, f64, f64)> {
     let loss = |cells: [usize; 2]| cells.iter().map(|&n| (TAU / n as f64).powi(2) / 4.0).sum::<f64>();
     let straight = [Vec3::ZERO, Vec3::new(0.0, 0.0, 2.0)];
@@ -168,7 +171,8 @@ fn normals_agree_with_the_winding() {
 #[test]
 fn smooth_normals_are_those_of_the_surface_and_creases_stay_sharp() {
     let ball = sphere(2.0, 48, 24);
-    // A vertex normal averages cells symmetrically; across rows of angle δ it is off by less than δ².
+    // A vertex normal averages cells symmetrically; across rows of angle δ it is off by less than
+    // δ².
     let tolerance = (TAU as f32 / 48.0).powi(2);
     for (p, n) in ball.positions.iter().zip(&ball.normals) {
         assert!((*n - *p / 2.0).length() < tolerance, "{p} {n}");
