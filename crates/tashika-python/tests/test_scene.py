@@ -328,7 +328,7 @@ def test_lights_that_are_asked_for_are_beside_the_scenes_or_instead(tmp_path: Pa
     plain = tashika.load("builtin:tiny")
     pictures = [tashika.render(s, size=(8, 8), method="path", paths=4) for s in (lit, plain)]
     assert pictures[0]["radiance"].mean() > pictures[1]["radiance"].mean()
-    with pytest.raises(tashika.InputError, match="moon"):
+    with pytest.raises(tashika.OptionError, match="moon"):
         tashika.load("builtin:tiny", lights=["moon"])
     with pytest.raises(tashika.FileError, match=r"absent\.hdr"):
         tashika.load("builtin:tiny", environment=str(tmp_path / "absent.hdr"))

@@ -13,8 +13,8 @@
 //! The appendix says of this coupling of the parts that it breaks the conservation of energy, and
 //! so it does: `ω_i·h` is small only near the mirror direction at grazing angles, so that the
 //! diffuse part stays bright where the other reflects everything. Alone each part reflects at most
-//! all light. Together, a white base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`, 1.03
-//! for `cos θ_o ≥ 0.5`, 1.16 at 0.3, and nearly 2 at the horizon if `α` is small.
+//! all light. Together, a white base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`,
+//! 1.03 for `cos θ_o ≥ 0.5`, 1.16 at 0.3, and nearly 2 at the horizon if `α` is small.
 //!
 //! # Difference from the appendix
 //! * `G₂` is height-correlated, which the appendix's discussion prefers to its separable form.
