@@ -327,7 +327,8 @@ def test_lights_that_are_asked_for_are_beside_the_scenes_or_instead(tmp_path: Pa
     assert lit.light_changes == ["environment sky:elevation=40,azimuth=120,turbidity=3", f"light {lamp}"]
     plain = tashika.load("builtin:tiny")
     pictures = [tashika.render(s, size=(8, 8), method="path", paths=4) for s in (lit, plain)]
-    assert pictures[0]["radiance"].mean() > pictures[1]["radiance"].mean()
+    assert pictures[0]["radiance"].mean() > 1.2 * pictures[1]["radiance"].mean()
+    assert f"light {lamp}" in pictures[0].metadata["scene.changes"]
     with pytest.raises(tashika.OptionError, match="moon"):
         tashika.load("builtin:tiny", lights=["moon"])
     with pytest.raises(tashika.FileError, match=r"absent\.hdr"):
