@@ -9,7 +9,7 @@ use super::relight::DEFAULT_LIGHT;
 use super::{
     AimedMap, Beam, Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId,
     IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface,
-    Texture, TextureId, check,
+    Texture, TextureId, TurnedAway, check,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -51,6 +51,7 @@ impl SceneBuilder {
             digest: None,
             changes: Vec::new(),
             has_default_light: false,
+            turned_away: TurnedAway::default(),
         };
         Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
     }
@@ -125,15 +126,9 @@ impl SceneBuilder {
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
         check::material(&material, &self.scene)
             .map_err(|wrong| wrong.error(self.origin.clone().item(format!("material {}", material.name))))?;
-        let (glassy, cost) = match &material.surface {
-            Surface::Glass { .. } | Surface::ThinGlass { .. } => (true, 1),
-            Surface::Mix { first, second, .. } => {
-                let part = |m: &MaterialId| (self.scene.glassy[m.index()], self.material_costs[m.index()]);
-                let ((a, c), (b, d)) = (part(first), part(second));
-                (a || b, 1 + c + d)
-            }
-            _ => (false, 1),
-        };
+        let is_glass = matches!(material.surface, Surface::Glass { .. } | Surface::ThinGlass { .. });
+        let glassy = is_glass || material.others().any(|m| self.scene.glassy[m.index()]);
+        let cost = 1 + material.others().map(|m| self.material_costs[m.index()]).sum::<u32>();
         if cost > MAX_MIXED {
             let at = self.origin.clone().item(format!("material {}", material.name));
             let found = format!("a mix of {cost} materials");
@@ -266,6 +261,11 @@ impl SceneBuilder {
         let axis = aimed.axis();
         self.scene.intensity_maps.push(aimed);
         self.add_emitter(Emitter::Image { position, axis, intensity: intensity * map.brightest(), beam })
+    }
+
+    /// Sets what stands in for shading normals that turn away from the viewer.
+    pub fn set_turned_away(&mut self, rule: TurnedAway) {
+        self.scene.turned_away = rule;
     }
 
     /// Sets what is seen where no surface is; radiances must be finite and not negative.

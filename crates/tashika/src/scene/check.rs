@@ -97,11 +97,8 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     if let Some(t) = material.textures().find(|t| t.index() >= scene.textures.len()) {
         return Err(Wrong::new(format!("texture {}", t.index()), "a texture of this scene"));
     }
-    if let Surface::Mix { first, second, .. } = &material.surface {
-        let parts = [first, second];
-        if let Some(m) = parts.into_iter().find(|m| m.index() >= scene.materials.len()) {
-            return Err(Wrong::new(format!("material {}", m.index()), "a material added before the mix"));
-        }
+    if let Some(m) = material.others().find(|m| m.index() >= scene.materials.len()) {
+        return Err(Wrong::new(format!("material {}", m.index()), "a material added before"));
     }
     let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
     // A material has at most two parts; they are at the two ends of the numbers that choose.

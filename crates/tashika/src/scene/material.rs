@@ -289,6 +289,18 @@ pub enum NormalInput {
     },
 }
 
+/// What the back of a surface scatters: the side that its geometric normal points away from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Back {
+    /// The same as the front.
+    #[default]
+    Same,
+    /// Nothing.
+    Black,
+    /// What the front of another material does.
+    Material(MaterialId),
+}
+
 /// What a mesh is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -296,6 +308,8 @@ pub struct Material {
     pub name: String,
     /// How it scatters light.
     pub surface: Surface,
+    /// How its back does; that of a part of a mix is not looked at.
+    pub back: Back,
     /// Light that it emits, if any.
     pub emission: Option<Emission>,
     /// Opacity, if not opaque everywhere.
@@ -307,7 +321,7 @@ pub struct Material {
 impl Material {
     /// A material that only scatters.
     pub fn new(name: impl Into<String>, surface: Surface) -> Self {
-        Self { name: name.into(), surface, emission: None, alpha: None, normal: None }
+        Self { name: name.into(), surface, back: Back::Same, emission: None, alpha: None, normal: None }
     }
 
     /// Whether rays may pass as if nothing were there.
@@ -318,6 +332,19 @@ impl Material {
     /// Whether any of its inputs is textured.
     pub fn is_textured(&self) -> bool {
         self.textures().next().is_some()
+    }
+
+    /// The materials that it refers to.
+    pub(super) fn others(&self) -> impl Iterator<Item = MaterialId> {
+        let parts = match &self.surface {
+            Surface::Mix { first, second, .. } => [Some(*first), Some(*second)],
+            _ => [None; 2],
+        };
+        let back = match self.back {
+            Back::Material(back) => Some(back),
+            Back::Same | Back::Black => None,
+        };
+        parts.into_iter().flatten().chain(back)
     }
 
     /// Every texture the material looks up, but for those of the parts of a mix.

@@ -40,7 +40,8 @@ pub use environment_blocks::EnvironmentBlocks;
 pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
 pub use material::{
-    Alpha, AlphaMode, CoatBase, ColorInput, Emission, FacetInput, FloatInput, Material, NormalInput, Surface,
+    Alpha, AlphaMode, Back, CoatBase, ColorInput, Emission, FacetInput, FloatInput, Material, NormalInput,
+    Surface,
 };
 pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};
@@ -49,7 +50,7 @@ pub use part::Part;
 pub use projection::Projection;
 pub use relight::Lamp;
 pub use sphere_map::SphereMap;
-pub use surface::SurfacePoint;
+pub use surface::{SurfacePoint, TurnedAway};
 pub use texels::{Image, Pixels, Sampling, Wrap};
 pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};
 
@@ -114,6 +115,7 @@ pub struct Scene {
     /// What its user asked for in place of what the file says.
     changes: Vec<String>,
     has_default_light: bool,
+    turned_away: TurnedAway,
 }
 
 impl Scene {

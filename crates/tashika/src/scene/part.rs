@@ -48,6 +48,12 @@ pub struct Part {
     pub through: bool,
 }
 
+impl Part {
+    /// It reflects nothing.
+    pub const BLACK: Self =
+        Self { bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK }), weight: 1.0, through: false };
+}
+
 /// Where and how a surface is looked at.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look<'a> {

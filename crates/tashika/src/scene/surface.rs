@@ -4,9 +4,22 @@ use glam::{Vec2, Vec3, Vec3A};
 
 use super::normal_map::{Corners, perturbed};
 use super::part::Look;
-use super::{InstanceId, Material, Part, Scene};
+use super::{Back, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
 use crate::math::{GAMMA_4, GAMMA_7, offset_from_surface};
+
+/// What a viewer sees where the shading normal turns away from him, as it does at the silhouettes
+/// of coarse meshes with smooth normals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TurnedAway {
+    /// The surface by its geometric normal, as if it were flat.
+    #[default]
+    Flat,
+    /// The surface by the opposite of its shading normal: it is lit by what is before the surface
+    /// *and* behind the shading normal, so nearly black. Renderers that go by the shading normal
+    /// alone, as Mitsuba 3 and pbrt-v4 do, show this.
+    Opposite,
+}
 
 /// A point on a triangle of an instance.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +37,8 @@ pub struct SurfacePoint {
     pub uv: Vec2,
     /// Where it is.
     pub instance: InstanceId,
+    /// What stands in for the shading normal where it turns away.
+    pub turned_away: TurnedAway,
 }
 
 impl SurfacePoint {
@@ -44,11 +59,15 @@ impl SurfacePoint {
     }
 
     /// The same as whoever looks at the surface along `direction` sees them: where the shading
-    /// normal turns away, as it does at the silhouettes of smooth-shaded meshes, the geometric one
-    /// stands in for it.
+    /// normal turns away, something [stands in](TurnedAway) for it.
     pub fn normals_seen_from(&self, direction: Vec3) -> (Vec3, Vec3) {
         let (ng, ns) = self.normals_towards(direction);
-        (ng, if ns.dot(direction) > 0.0 { ns } else { ng })
+        let seen = match self.turned_away {
+            _ if ns.dot(direction) > 0.0 => ns,
+            TurnedAway::Flat => ng,
+            TurnedAway::Opposite => -ns,
+        };
+        (ng, seen)
     }
 }
 
@@ -107,7 +126,15 @@ impl Scene {
             let corners = Corners { positions: w, uvs: indices.map(|i| mesh.uvs[i]) };
             shading_normal = perturbed(input, self.textures(), uv, &corners, shading_normal, n);
         }
-        SurfacePoint { position, error, geometric_normal: n, shading_normal, uv, instance }
+        SurfacePoint {
+            position,
+            error,
+            geometric_normal: n,
+            shading_normal,
+            uv,
+            instance,
+            turned_away: self.turned_away,
+        }
     }
 
     fn uv_at(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> Vec2 {
@@ -121,11 +148,18 @@ impl Scene {
     /// The part of the surface at a point, seen from the unit direction `outgoing`, that the
     /// uniform number `u` in `[0, 1)` chooses.
     pub fn part(&self, point: &SurfacePoint, outgoing: Vec3, u: f32) -> Part {
+        let material = self.material_of(point.instance);
+        let is_back = point.geometric_normal.dot(outgoing) < 0.0;
+        let material = match material.back {
+            Back::Black if is_back => return Part::BLACK,
+            Back::Material(back) if is_back => &self.materials[back.index()],
+            _ => material,
+        };
         let cos = point.shading_normal.dot(outgoing).abs();
-        self.part_of(self.material_of(point.instance), point.uv, cos, u)
+        self.part_of(material, point.uv, cos, u)
     }
 
-    /// The same for one of the scene's materials.
+    /// The same for the front of one of the scene's materials.
     ///
     /// * `cos`: absolute cosine between the shading normal and the direction from which it is seen,
     ///   0 to 1.

@@ -59,7 +59,8 @@ impl Vertex {
     pub(super) fn next(point: &GatherPoint, surface: &SurfacePoint, left: Option<f32>) -> Self {
         let Some(amplitude) = left else { return Self::first(point, None) };
         // At silhouettes viewers see another shading normal than light does.
-        let same = point.frame.n.dot(surface.shading_normal).abs() > SAME;
+        let (_, lit) = surface.normals_towards(point.geometric_normal);
+        let same = point.frame.n.dot(lit) > SAME;
         let has_rest = !(same && matches!(point.bsdf, Bsdf::Lambert(_)));
         Self { point: *point, carried: Carried::BySurface(*surface), amplitude, has_rest }
     }

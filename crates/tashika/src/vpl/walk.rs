@@ -222,7 +222,7 @@ fn scattered(
 mod tests {
     use super::*;
     use crate::bsdf::{Lambert, Plastic};
-    use crate::scene::InstanceId;
+    use crate::scene::{InstanceId, TurnedAway};
     use crate::stats::Moments;
 
     /// What goes to a part of the directions is the kernel's integral over it, whatever directions
@@ -231,17 +231,28 @@ mod tests {
     #[test]
     fn scattered_light_is_what_viewers_see() {
         let ns = Vec3::new(0.8, 0.0, 0.6);
-        let point = SurfacePoint {
+        let point = |turned_away| SurfacePoint {
             position: Vec3::ZERO,
             error: Vec3::ZERO,
             geometric_normal: Vec3::Z,
             shading_normal: ns,
             uv: glam::Vec2::ZERO,
             instance: InstanceId(0),
+            turned_away,
         };
         let lambert = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
         let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, facets: 0.4.into() };
-        for (bsdf, through) in [(lambert, false), (lambert, true), (Bsdf::Plastic(plastic), false)] {
+        let plastic = Bsdf::Plastic(plastic);
+        let (flat, opposite) = ((TurnedAway::Flat, Vec3::Z), (TurnedAway::Opposite, -ns));
+        for (bsdf, through, (rule, stand_in)) in [
+            (lambert, false, flat),
+            (lambert, true, flat),
+            (plastic, false, flat),
+            (lambert, false, opposite),
+            (lambert, true, opposite),
+            (plastic, false, opposite),
+        ] {
+            let point = point(rule);
             for incoming in [Vec3::new(0.48, 0.64, 0.6), Vec3::new(-0.96, 0.0, 0.28)] {
                 let side = if through { -1.0 } else { 1.0 };
                 let is_behind = |direction: Vec3| direction.dot(ns) * side < 0.0;
@@ -257,7 +268,7 @@ mod tests {
                     let even = warp::sphere(s.uniform_2());
                     let mut value = 0.0;
                     if even.z * side > 0.0 {
-                        let seen = if is_behind(even) { Vec3::Z * side } else { ns * side };
+                        let seen = if is_behind(even) { stand_in * side } else { ns * side };
                         let frame = Frame::about(seen * side);
                         let viewer = if through { Vec3::Z } else { frame.to_local(even) };
                         let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming)).r;

@@ -14,8 +14,8 @@ use tashika::integrator::{
 use tashika::math::{Mat3, Vec3};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{
-    Alpha, AlphaMode, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, MeshData,
-    Pixels, SceneBuilder, Surface,
+    Alpha, AlphaMode, Back, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, MeshData,
+    Pixels, SceneBuilder, Surface, TurnedAway,
 };
 use tashika::stats::Moments;
 use tashika::transport::Transport;
@@ -194,11 +194,17 @@ fn the_clamp_is_made_good() {
 }
 
 /// Walls whose shading normals lean by up to 65 degrees: light that is scattered to the back of
-/// these is on its way to other surfaces as it is to the camera, which sees the geometric normal
-/// there.
+/// these is on its way to other surfaces as it is to the camera, which sees there what the rule
+/// says.
 #[test]
 fn leaning_shading_normals_lose_no_light() {
+    leaning_shading_normals(TurnedAway::Flat);
+    leaning_shading_normals(TurnedAway::Opposite);
+}
+
+fn leaning_shading_normals(rule: TurnedAway) {
     let mut b = diffuse_room();
+    b.set_turned_away(rule);
     add_ceiling_lamp(&mut b, 5.0);
     let mut add = |corner: [f32; 3], u: Vec3, v: Vec3| {
         let panel = parallelogram(corner.into(), u, v);
@@ -212,7 +218,21 @@ fn leaning_shading_normals_lose_no_light() {
     add([-0.99, 0.01, -0.99], y, z);
     add([-0.99, 0.01, -0.99], x, y);
     add([0.99, 0.01, -0.99], z, y);
-    transport_agrees(b, 0.02, "leaning normals");
+    transport_agrees(b, 0.02, &format!("leaning normals, {rule:?}"));
+}
+
+/// Screens of which one side is black, or of another material: what meets that side is what is
+/// reflected there, for eyes and for light.
+#[test]
+fn backs_scatter_by_themselves() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let gloss = b.add_material(Material::new("gloss", plastic(0.15))).unwrap();
+    for (x, back) in [(-0.6, Back::Black), (0.0, Back::Material(gloss)), (0.5, Back::Black)] {
+        let screen = parallelogram(Vec3::new(x, 0.02, -0.3), Vec3::Y, Vec3::new(0.3, 0.0, 0.5));
+        place(&mut b, screen, Material { back, ..Material::new("screen", lambert(0.9)) });
+    }
+    transport_agrees(b, 0.02, "backs");
 }
 
 /// Broad and narrow lobes, at gather points and on the way; coats, whose diffuse part is no plain

@@ -25,6 +25,7 @@ mod light_images;
 mod light_transport;
 mod mitsuba;
 mod mitsuba_materials;
+mod mitsuba_sides;
 mod obj;
 mod obj_features;
 mod pbrt;

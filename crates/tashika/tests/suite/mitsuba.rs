@@ -736,7 +736,6 @@ fn example(kind: &str, name: &str) -> String {
     let textured = |texture: String| bsdf("diffuse", &texture);
     let film = |plugin: &str| format!("<sensor type=\"perspective\"><film type=\"{plugin}\"/></sensor>");
     match (kind, name) {
-        ("material", "twosided of two") => bsdf("twosided", &diffuse.repeat(2)),
         ("material", "anisotropic roughness") => {
             bsdf("roughconductor", &format!("{ggx}<float name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.2\"/>"))
         }

@@ -18,7 +18,7 @@ const fn none(kind: &'static str, name: &'static str, how: &'static str) -> Feat
     Feature::new(kind, name, Ignored, how)
 }
 
-/// What the Mitsuba loader knows. All materials reflect on both sides, whether `twosided` or not.
+/// What the Mitsuba loader knows.
 pub(in crate::io) const FEATURES: &[Feature] = &[
     // Materials.
     full("material", "diffuse", "Lambertian"),
@@ -57,8 +57,11 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     full("material", "bumpmap", "shading normals from heights"),
     full("material", "normalmap", "shading normals from a map"),
     full("material", "mask", "opacity"),
-    full("material", "twosided", "its material"),
-    near("material", "twosided of two", "the first of its materials on both sides"),
+    full(
+        "material",
+        "twosided",
+        "its material on both sides, or one on each; other opaque ones are black behind",
+    ),
     full("material", "blendbsdf", "one of two at each point, at random"),
     full("material", "mixturebsdf", "one of several at each point, at random"),
     full("material", "difftrans", "Lambertian transmission"),

@@ -2,7 +2,7 @@
 //!
 //! | Mitsuba | here |
 //! |---|---|
-//! | `twosided` | its (first) material: all materials reflect on both sides |
+//! | `twosided` | its material on both sides, or one on each; others are black behind |
 //! | `mask` | [`Alpha`] |
 //! | `bumpmap`, `normalmap` | [`NormalInput`] |
 //! | `blendbsdf`, `mixturebsdf` | [`Surface::Mix`]; with `null`, opacity |
@@ -21,8 +21,8 @@ use super::{Progress, Translation};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::scene::{
-    Alpha, AlphaMode, Channel, CoatBase, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput,
-    NoteKind, Surface, Texture,
+    Alpha, AlphaMode, Back, Channel, CoatBase, ColorInput, Emission, FloatInput, Material, MaterialId,
+    NormalInput, NoteKind, Surface, Texture,
 };
 
 /// Most parts of a mixture.
@@ -47,7 +47,8 @@ impl Translation<'_> {
             Some(bsdf) => self.material(bsdf)?,
             None => {
                 let reflectance = if light.is_some() { Rgb::BLACK } else { GREY };
-                Material::new("without material", Surface::Lambert { reflectance: reflectance.into() })
+                let surface = Surface::Lambert { reflectance: reflectance.into() };
+                Material { back: Back::Black, ..Material::new("without material", surface) }
             }
         };
         if let Some((_, emission)) = light {
@@ -93,11 +94,15 @@ impl Translation<'_> {
         let mut nested = document.children(object, Class::Bsdf).map(|(_, o)| o);
         match object.plugin.as_str() {
             "twosided" => {
-                let inner = self.inner(object, nested.next())?;
-                if nested.next().is_some() {
-                    self.feature("material", "twosided of two", &object.at)?;
-                }
-                Ok(inner)
+                let front = self.inner(object, nested.next())?;
+                let back = match nested.next() {
+                    Some(back) => {
+                        let back = self.material(back)?;
+                        Back::Material(self.part(back, "the material of the other side")?)
+                    }
+                    None => Back::Same,
+                };
+                Ok(Material { back, ..front })
             }
             "mask" => {
                 let mut inner = self.inner(object, nested.next())?;
@@ -159,7 +164,17 @@ impl Translation<'_> {
                 object.accept_all();
                 Ok(invisible(name))
             }
-            _ => self.surface(object).map(|surface| Material::new(name, surface)),
+            plugin => {
+                let surface = self.surface(object)?;
+                let back = match &surface {
+                    Surface::Glass { .. } | Surface::ThinGlass { .. } | Surface::Translucent { .. } => {
+                        Back::Same
+                    }
+                    _ if matches!(plugin, "principledthin" | "hair") => Back::Same,
+                    _ => Back::Black,
+                };
+                Ok(Material { back, ..Material::new(name, surface) })
+            }
         }
     }
 
@@ -203,21 +218,25 @@ impl Translation<'_> {
             (false, false) => {
                 let normal = if first.normal == second.normal { first.normal } else { None };
                 if normal.is_none() && (first.normal.is_some() || second.normal.is_some()) {
-                    self.note_of_mix("normals of the parts of a mix: not used");
+                    self.note_of_part("normals of the parts of a mix: not used");
                 }
-                if first.alpha.is_some() || second.alpha.is_some() {
-                    self.note_of_mix("opacity of the parts of a mix: not used");
-                }
-                let [first, second] = [first, second].map(|part| {
-                    self.builder.add_material(Material { emission: None, alpha: None, normal: None, ..part })
-                });
+                let back = if first.back == second.back { first.back } else { Back::Same };
+                let [first, second] = [first, second].map(|part| self.part(part, "the parts of a mix"));
                 let surface = Surface::Mix { first: first?, second: second?, amount };
-                Ok(Material { normal, ..Material::new(name, surface) })
+                Ok(Material { normal, back, ..Material::new(name, surface) })
             }
         }
     }
 
-    fn note_of_mix(&mut self, message: &str) {
+    /// A material of which another one uses the surface alone.
+    fn part(&mut self, material: Material, what: &str) -> Result<MaterialId> {
+        if material.alpha.is_some() {
+            self.note_of_part(&format!("opacity of {what}: not used"));
+        }
+        self.builder.add_material(Material { emission: None, alpha: None, normal: None, ..material })
+    }
+
+    fn note_of_part(&mut self, message: &str) {
         let at = crate::error::Location::file(self.files.path());
         self.notes.push(NoteKind::Ignored, message, at);
     }

@@ -21,7 +21,7 @@
 //! give the same scene.
 //!
 //! # Limits
-//! Surfaces reflect on both sides, also those that are not `twosided`. No participating media, no
+//! Opaque surfaces are black behind unless they are `twosided`. No participating media, no
 //! polarization; spectra become colours.
 //!
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
@@ -62,7 +62,7 @@ use super::SceneFiles;
 use super::assets::ImageCache;
 use super::features::{Feature, Support};
 use crate::error::{Error, Location, Result};
-use crate::scene::{Material, MaterialId, MeshId, NoteKind, Notes, Scene, SceneBuilder};
+use crate::scene::{Material, MaterialId, MeshId, NoteKind, Notes, Scene, SceneBuilder, TurnedAway};
 
 pub(super) use features::FEATURES;
 
@@ -77,10 +77,12 @@ const MAX_DEPTH: usize = 64;
 pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut notes = Notes::default();
     let document = reader::read(files, &mut notes)?;
+    let mut builder = SceneBuilder::new(files.name(), Location::file(files.path()));
+    builder.set_turned_away(TurnedAway::Opposite);
     let mut translation = Translation {
         files,
         document: &document,
-        builder: SceneBuilder::new(files.name(), Location::file(files.path())),
+        builder,
         notes,
         images: ImageCache::new(),
         textures: BTreeMap::new(),

@@ -10,7 +10,7 @@ use super::version::Version;
 use crate::error::{Error, Location, Result};
 use crate::io::assets::ImageCache;
 use crate::io::{Feature, SceneFiles};
-use crate::scene::{NoteKind, Notes, SceneBuilder};
+use crate::scene::{NoteKind, Notes, SceneBuilder, TurnedAway};
 
 /// After so many different names that mean nothing the further ones are counted only; chosen.
 const MAX_NAMED: usize = 100;
@@ -40,9 +40,13 @@ pub(super) struct Loading<'f> {
 impl<'f> Loading<'f> {
     /// An empty scene.
     pub(super) fn new(files: &'f SceneFiles, version: Version) -> Self {
+        let mut builder = SceneBuilder::new(files.name(), Location::file(files.path()));
+        if version == Version::V4 {
+            builder.set_turned_away(TurnedAway::Opposite);
+        }
         Self {
             files,
-            builder: SceneBuilder::new(files.name(), Location::file(files.path())),
+            builder,
             version,
             images: ImageCache::new(),
             maps: Maps::new(),

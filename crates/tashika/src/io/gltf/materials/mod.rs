@@ -92,11 +92,10 @@ fn read(reader: &mut Reader<'_, '_>) -> Result<Material> {
     let opaque = Opaque::read(reader)?;
     let surface = layers::surface(reader, &opaque)?;
     let material = Material {
-        surface,
         emission: emission(reader)?,
         alpha: alpha(reader, opaque.opacity, opaque.texture, opaque.texture_lost)?,
         normal: normal(reader)?,
-        name: reader.name(),
+        ..Material::new(reader.name(), surface)
     };
     if reader.material.occlusion_texture.is_some() {
         met("material", "occlusionTexture", reader.at("occlusionTexture"), reader.builder)?;
