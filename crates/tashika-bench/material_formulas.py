@@ -49,16 +49,19 @@ def schlick(f0, cos):
     return f0 + (1 - f0) * ((1 - cos) ** 5)[..., None]
 
 
-def smith(cos, alpha):
-    """Heitz's `Lambda` of GGX."""
-    return 0.5 * (np.sqrt(1 + alpha**2 * (1 / np.maximum(cos * cos, 1e-12) - 1)) - 1)
+def smith(w, alpha):
+    """Heitz's `Lambda` of GGX, with `alpha` for all directions, or along and across the first axis."""
+    along, across = np.broadcast_to(alpha, 2)
+    slope = ((along * w[..., 0]) ** 2 + (across * w[..., 1]) ** 2) / np.maximum(w[..., 2] ** 2, 1e-12)
+    return 0.5 * (np.sqrt(1 + slope) - 1)
 
 
 def facets(wo, wi, alpha):
-    """`D G / (4 c_o c_i)` and `h.wo`."""
+    """`D G / (4 c_o c_i)` and `h.wo`, with `alpha` for all directions, or along and across the first axis."""
     h = unit(wo + wi)
-    d = alpha**2 / (np.pi * ((alpha**2 - 1) * h[..., 2] ** 2 + 1) ** 2)
-    g = 1 / (1 + smith(wo[..., 2], alpha) + smith(wi[..., 2], alpha))
+    along, across = np.broadcast_to(alpha, 2)
+    d = 1 / (np.pi * along * across * ((h[..., 0] / along) ** 2 + (h[..., 1] / across) ** 2 + h[..., 2] ** 2) ** 2)
+    g = 1 / (1 + smith(wo, alpha) + smith(wi, alpha))
     return d * g / (4 * wo[..., 2] * wi[..., 2]), (h * wo).sum(-1)
 
 
@@ -85,7 +88,8 @@ NO_VALUES = [np.full(3, np.nan)] * len(PAIRS)
 
 def visible_normals(wo, alpha):
     """Normals of facets that each of `wo` sees (Heitz 2018)."""
-    stretched = unit(wo * [alpha, alpha, 1.0])
+    stretch = [*np.broadcast_to(alpha, 2), 1.0]
+    stretched = unit(wo * stretch)
     across = np.stack([-stretched[:, 1], stretched[:, 0], np.zeros(len(wo))], axis=-1)
     length = np.linalg.norm(across, axis=-1, keepdims=True)
     across = np.where(length > 1e-9, across / np.maximum(length, 1e-9), [1.0, 0.0, 0.0])
@@ -97,7 +101,7 @@ def visible_normals(wo, alpha):
     y = (1 - s) * np.sqrt(np.maximum(1 - x * x, 0)) + s * y
     z = np.sqrt(np.maximum(1 - x * x - y * y, 0))
     h = x[:, None] * across + y[:, None] * along + z[:, None] * stretched
-    return unit(h * [alpha, alpha, 1.0])
+    return unit(h * stretch)
 
 
 def through_interface(wo, alpha, eta):
@@ -110,7 +114,7 @@ def through_interface(wo, alpha, eta):
     bent = (cos / eta - cos_t)[:, None] * h - wo / eta
     out = np.where(reflected[:, None], mirror, bent)
     right = np.where(reflected, out[:, 2] > 0, out[:, 2] < 0)
-    o, i = smith(wo[:, 2], alpha), smith(np.abs(out[:, 2]), alpha)
+    o, i = smith(wo, alpha), smith(out, alpha)
     return out, reflected, np.where(right, (1 + o) / (1 + o + i), 0.0)
 
 
@@ -161,9 +165,12 @@ def metal(fresnel, alpha):
     return f
 
 
-def metallic_roughness(base, metallic, roughness, f0):
+def metallic_roughness(base, metallic, roughness, f0, anisotropy=0.0):
+    across = roughness**2
+    along = across + (1 - across) * anisotropy**2
+
     def f(wo, wi):
-        lobe, cos = facets(wo, wi, roughness**2)
+        lobe, cos = facets(wo, wi, (along, across))
         layer = schlick(np.full(3, f0), cos)
         dielectric = (1 - layer) * base / np.pi + layer * lobe[..., None]
         return (1 - metallic) * dielectric + metallic * schlick(base, cos) * lobe[..., None]
@@ -208,6 +215,11 @@ def materials():
             text = f'{{ "baseColorFactor": [{color}], "metallicFactor": {metallic}, "roughnessFactor": {roughness} }}'
             text = f'{{ "pbrMetallicRoughness": {text} }}'
             yield "glTF", text, row_of(metallic_roughness(COLOR, metallic, roughness, 0.04))
+    for anisotropy, roughness in ((0.5, 0.45), (0.9, 0.3)):
+        text = f'{{ "baseColorFactor": [{color}], "roughnessFactor": {roughness} }}'
+        extension = f'"extensions": {{ "KHR_materials_anisotropy": {{ "anisotropyStrength": {anisotropy} }} }}'
+        text = f'{{ "pbrMetallicRoughness": {text}, {extension} }}'
+        yield "glTF", text, row_of(metallic_roughness(COLOR, 1.0, roughness, 0.04, anisotropy))
     text = '{ "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": { "KHR_materials_ior": { "ior": 1.8 } } }'
     yield "glTF", text, row_of(metallic_roughness(np.ones(3), 0.0, 1.0, (0.8 / 2.8) ** 2))
     kd = " ".join(f"{c:g}" for c in COLOR)
@@ -216,6 +228,11 @@ def materials():
         text = f"illum 2; Kd {kd}; Ks 0.3 0.3 0.2; Ns {exponent}"
         yield "MTL", text, row_of(phong(COLOR, np.array([0.3, 0.3, 0.2]), exponent))
     yield "MTL", f"Kd {kd}; Pr 0.6; Pm 0.5; Ni 1.5", row_of(metallic_roughness(COLOR, 0.5, 0.6, 0.04))
+    for along, across in ((0.1, 0.4), (0.4, 0.1)):
+        brushed = f'"bool remaproughness" false "float uroughness" {along} "float vroughness" {across}'
+        text = f'"conductor" "rgb reflectance" {rgb(COLOR)} {brushed}'
+        yield pbrt, text, row_of(metal(lambda cos: conductor(cos, np.ones(3), k), (along, across)))
+        yield pbrt, f'"dielectric" "float eta" 1.5 {brushed}', rough_glass((along, across), 1.5)
 
 
 def main():

@@ -60,6 +60,15 @@ def materials():
                 string("distribution", distribution),
                 number("alpha", alpha),
             )
+        # Along the direction that all are seen from, and across.
+        for along, across in ((0.05, 0.4), (0.4, 0.05), (0.3, 0.15)):
+            yield bsdf(
+                "roughconductor",
+                string("material", "Au"),
+                string("distribution", distribution),
+                number("alpha_u", along),
+                number("alpha_v", across),
+            )
     for ior in (1.3, 1.5, 1.9):
         yield bsdf("thindielectric", number("int_ior", ior), number("ext_ior", 1.0))
     for ior in (1.3, 1.5, 1.9):
@@ -71,6 +80,10 @@ def materials():
         for distribution in ("ggx", "beckmann"):
             for alpha in (0.05, 0.25, 0.5):
                 yield bsdf("roughdielectric", string("distribution", distribution), number("alpha", alpha), *inside)
+    for distribution in ("ggx", "beckmann"):
+        for along, across in ((0.1, 0.4), (0.4, 0.1)):
+            alphas = number("alpha_u", along), number("alpha_v", across)
+            yield bsdf("roughdielectric", string("distribution", distribution), *alphas, number("int_ior", 1.5), number("ext_ior", 1.0))
     color = COLOR.format("base_color")
     for metallic in (0.0, 0.3, 1.0):
         for roughness in (0.1, 0.3, 0.6, 1.0):
@@ -82,6 +95,9 @@ def materials():
     yield bsdf("principled", color, number("clearcoat", 1.0), number("clearcoat_gloss", 0.2))
     yield bsdf("principled", color, number("flatness", 1.0))
     yield bsdf("principled", color, number("anisotropic", 0.9))
+    for anisotropic, roughness in ((0.5, 0.3), (0.9, 0.4), (0.9, 1.0)):
+        yield bsdf("principled", color, number("anisotropic", anisotropic), number("roughness", roughness), number("metallic", 1.0))
+    yield bsdf("principled", color, number("anisotropic", 0.6), number("roughness", 0.4), number("spec_trans", 1.0), number("eta", 1.5))
     yield bsdf("principled", color, number("spec_trans", 1.0), number("eta", 1.5))
     plain = bsdf("diffuse", COLOR.format("reflectance"))
     yield bsdf("twosided", plain)

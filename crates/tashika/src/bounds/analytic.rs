@@ -24,12 +24,12 @@
 //! `bounds::tests::analytic`.
 
 use super::angle::{Angle, TURN};
-use super::lobes::facets::{self, Ring};
+use super::lobes::facets::{self, Ring, Widths};
 use super::lobes::fresnel::Reflected;
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, LENGTHS, least_from_mirror};
 use super::{Reflector, Towards, UpperMaterial};
-use crate::bsdf::{FacetModel, MIN_COSINE, Microfacets};
+use crate::bsdf::{FacetModel, MIN_COSINE};
 use crate::math::{Cone, Vec3};
 
 /// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to
@@ -71,9 +71,9 @@ struct FacetRange {
     /// At least the largest channel of `F` for cosines of incidence from `k / KNOTS` on; zeros if
     /// there is no such lobe.
     reflected: [f32; KNOTS],
-    /// Smallest and largest roughness of each model, in the order of [`FacetModel::ALL`]; [`NONE`]
-    /// if there is no such lobe.
-    alphas: [[f32; 2]; FacetModel::ALL.len()],
+    /// Roughnesses of each model, in the order of [`FacetModel::ALL`]; [`Widths::NONE`] if there is
+    /// no such lobe.
+    widths: [Widths; FacetModel::ALL.len()],
 }
 
 /// A range of nothing.
@@ -87,7 +87,7 @@ const EMPTY: UpperAnalytic = UpperAnalytic {
     peak: 0.0,
     phong: PhongRange { scale: 0.0, exponents: NONE },
     min_cos_o: f32::INFINITY,
-    facets: FacetRange { reflected: [0.0; KNOTS], alphas: [NONE; FacetModel::ALL.len()] },
+    facets: FacetRange { reflected: [0.0; KNOTS], widths: [Widths::NONE; FacetModel::ALL.len()] },
 };
 
 impl UpperMaterial for UpperAnalytic {
@@ -113,9 +113,10 @@ impl UpperMaterial for UpperAnalytic {
                 let phong = PhongRange { scale: scale as f32, exponents: [exponent as f32; 2] };
                 Self { phong, ..glossy() }
             }
-            Lobe::Facets { facets: Microfacets { alpha, model }, reflected } => {
-                let alphas = FacetModel::ALL.map(|other| if other == model { [alpha; 2] } else { NONE });
-                let facets = FacetRange { reflected: table(&reflected), alphas };
+            Lobe::Facets { facets, reflected } => {
+                let widths = FacetModel::ALL
+                    .map(|model| if model == facets.model { Widths::of(&facets) } else { Widths::NONE });
+                let facets = FacetRange { reflected: table(&reflected), widths };
                 Self { facets, ..glossy() }
             }
         }
@@ -136,8 +137,8 @@ impl UpperMaterial for UpperAnalytic {
         for (mine, others) in self.facets.reflected.iter_mut().zip(other.facets.reflected) {
             *mine = mine.max(others);
         }
-        for (mine, others) in self.facets.alphas.iter_mut().zip(other.facets.alphas) {
-            *mine = hull(*mine, others);
+        for (mine, others) in self.facets.widths.iter_mut().zip(other.facets.widths) {
+            *mine = mine.union(others);
         }
     }
 
@@ -207,11 +208,11 @@ impl FacetRange {
             f64::from(self.reflected[knot.min(KNOTS - 1)])
         };
         let (least, viewer) = (half.least_from_normal, points.widest_viewer);
-        let models = FacetModel::ALL.into_iter().zip(self.alphas).filter(|(_, alphas)| *alphas != NONE);
-        let bounds = models.map(|(model, alphas)| {
-            let alphas = alphas.map(f64::from);
-            facets::upper_reflection(model, alphas, least, viewer, all, reflected)
-                * facets::upper_visibility_cos(model, alphas[0], min_cos_o, max_cos_i)
+        let models =
+            FacetModel::ALL.into_iter().zip(self.widths).filter(|(_, widths)| *widths != Widths::NONE);
+        let bounds = models.map(|(model, widths)| {
+            facets::upper_reflection(model, widths, least, viewer, all, reflected)
+                * facets::upper_visibility_cos(model, f64::from(widths.narrowest), min_cos_o, max_cos_i)
         });
         bounds.fold(0.0, f64::max)
     }

@@ -20,10 +20,10 @@
 use glam::DVec3;
 
 use super::angle::Angle;
-use super::lobes::facets::{self, Ring};
+use super::lobes::facets::{self, Ring, Widths};
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, least_from_mirror};
-use crate::bsdf::{Bsdf, MIN_COSINE, Microfacets};
+use crate::bsdf::{Bsdf, MIN_COSINE};
 use crate::math::{Cone, Frame, Vec3};
 
 /// One gather point, as far as its material goes.
@@ -81,14 +81,15 @@ impl Reflector {
         let lobe_cos = match parts.lobe {
             Lobe::None => 0.0,
             Lobe::Phong { scale, exponent } => scale * phong::upper_peak(exponent, directions.least_mirror()),
-            Lobe::Facets { facets: Microfacets { alpha, model }, reflected } => {
-                let alpha = f64::from(alpha);
+            Lobe::Facets { facets: of_lobe, reflected } => {
+                let (widths, model) = (Widths::of(&of_lobe), of_lobe.model);
+                let narrowest = f64::from(widths.narrowest);
                 let half = HalfVectors::new(&directions, &[Some(Bundle::of(&Cone::ALL))], Angle::ZERO);
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light: 1.0 };
                 let viewer = directions.widest_viewer;
                 let reflected = |ring: Ring| reflected.upper(ring.cos_incidence);
-                facets::upper_reflection(model, [alpha; 2], Angle::ZERO, viewer, all, reflected)
-                    * facets::upper_visibility_cos(model, alpha, f64::from(cos_o), 1.0)
+                facets::upper_reflection(model, widths, Angle::ZERO, viewer, all, reflected)
+                    * facets::upper_visibility_cos(model, narrowest, f64::from(cos_o), 1.0)
             }
         };
         OverAll { diffuse: parts.diffuse, lobe_cos }
@@ -125,8 +126,9 @@ impl Reflector {
                 let least = least_from_mirror(&directions(), &lights);
                 scale * phong::upper_power([exponent; 2], least) * cosine(factor, max_cos_i)
             }
-            Lobe::Facets { facets: Microfacets { alpha, model }, reflected } => {
-                let alpha = f64::from(alpha);
+            Lobe::Facets { facets: of_lobe, reflected } => {
+                let (widths, model) = (Widths::of(&of_lobe), of_lobe.model);
+                let narrowest = f64::from(widths.narrowest);
                 let directions = directions();
                 let least = least_from_mirror(&directions, &lights);
                 let half = HalfVectors::new(&directions, &lights, least);
@@ -137,10 +139,10 @@ impl Reflector {
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light };
                 let cos_o = f64::from(cos_o);
                 let viewer = directions.widest_viewer;
-                facets::upper_reflection(model, [alpha; 2], half.least_from_normal, viewer, all, |ring| {
+                facets::upper_reflection(model, widths, half.least_from_normal, viewer, all, |ring| {
                     let visibility = match factor {
-                        Factor::One => facets::upper_visibility(model, alpha, cos_o, ring.cos_light),
-                        Factor::Cosine => facets::upper_visibility_cos(model, alpha, cos_o, max_cos_i),
+                        Factor::One => facets::upper_visibility(model, narrowest, cos_o, ring.cos_light),
+                        Factor::Cosine => facets::upper_visibility_cos(model, narrowest, cos_o, max_cos_i),
                     };
                     reflected.upper(ring.cos_incidence) * visibility
                 })

@@ -42,8 +42,7 @@ impl Coated {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let coat =
-            self.facets.reflection(half, wo.z, wi[2]) * fresnel::dielectric(half.cos_incidence(), self.ior);
+        let coat = self.facets.reflection(half, wo, wi) * fresnel::dielectric(half.cos_incidence(), self.ior);
         let boundary = self.boundary();
         let passed = R::splat(boundary.transmittance(wo.z)) * boundary.transmittance(wi[2]);
         sum_of_lobes(diffuse_brdf(self.base(&boundary)), passed, self.specular, coat)
@@ -52,7 +51,7 @@ impl Coated {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.coat_probability(wo.z) else { return 0.0 };
-        let coat = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
+        let coat = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * coat
     }
 
@@ -101,6 +100,6 @@ impl Coated {
         validate::fraction("reflectance", self.reflectance)?;
         validate::fraction("specular", self.specular)?;
         validate::ior(self.ior)?;
-        validate::alpha(self.facets.alpha)
+        validate::facets(self.facets)
     }
 }

@@ -71,14 +71,14 @@ impl Conductor {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let facets = self.facets.reflection(half, wo.z, wi[2]);
+        let facets = self.facets.reflection(half, wo, wi);
         let (f, specular) = (self.fresnel.of(half.cos_incidence()), self.specular.to_array());
         each!(|channel| f[channel] * R::splat(specular[channel]) * facets)
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()))
+        self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi)
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
@@ -94,6 +94,6 @@ impl Conductor {
             }
         }
         validate::fraction("specular", self.specular)?;
-        validate::alpha(self.facets.alpha)
+        validate::facets(self.facets)
     }
 }

@@ -46,7 +46,7 @@ impl MetallicRoughness {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let facets = self.facets.reflection(half, wo.z, wi[2]);
+        let facets = self.facets.reflection(half, wo, wi);
         let f = fresnel::schlick(self.f0, half.cos_incidence());
         let over_diffuse = fresnel::schlick(self.dielectric_f0, half.cos_incidence());
         let diffuse = diffuse_brdf(self.diffuse).to_array();
@@ -58,7 +58,7 @@ impl MetallicRoughness {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let p = self.facet_probability(wo.z);
-        let facets = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
+        let facets = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
     }
 
@@ -87,6 +87,6 @@ impl MetallicRoughness {
         validate::fraction("diffuse", self.diffuse)?;
         validate::fraction("f0", self.f0)?;
         validate::fraction("dielectric f0", self.dielectric_f0)?;
-        validate::alpha(self.facets.alpha)
+        validate::facets(self.facets)
     }
 }

@@ -61,7 +61,7 @@ pub use lambert::Lambert;
 pub(crate) use lobes::glossy_probability;
 use lobes::{diffuse_brdf, sum_of_lobes};
 pub use metallic_roughness::MetallicRoughness;
-pub use microfacet::{FacetModel, MIN_ALPHA, Microfacets};
+pub use microfacet::{FacetModel, MAX_ALPHA, MIN_ALPHA, Microfacets};
 pub use phong::Phong;
 pub use plastic::Plastic;
 pub use principled::{MAX_SHEEN, Principled, TintedFresnel};
@@ -283,16 +283,17 @@ impl Bsdf {
         }
     }
 
-    /// The GGX roughness `α` of its lobe, or of one as wide: `√(2/(n + 2))` for Phong's exponent
-    /// `n` (Walter et al. 2007); none if it has no lobe of finite width.
+    /// The GGX roughness `α` of its lobe, the geometric mean of brushed surfaces, or of one as wide:
+    /// `√(2/(n + 2))` for Phong's exponent `n` (Walter et al. 2007); none if it has no lobe of
+    /// finite width.
     pub fn roughness(&self) -> Option<f32> {
         match self {
             Self::Phong(b) => (!b.specular.is_black()).then(|| (2.0 / (b.exponent + 2.0)).sqrt()),
-            Self::Plastic(b) => Some(b.facets.alpha),
-            Self::Conductor(b) => Some(b.facets.alpha),
-            Self::Coated(b) => (!b.specular.is_black()).then_some(b.facets.alpha),
-            Self::MetallicRoughness(b) => Some(b.facets.alpha),
-            Self::Principled(b) => Some(b.facets.alpha),
+            Self::Plastic(b) => Some(b.facets.mean()),
+            Self::Conductor(b) => Some(b.facets.mean()),
+            Self::Coated(b) => (!b.specular.is_black()).then_some(b.facets.mean()),
+            Self::MetallicRoughness(b) => Some(b.facets.mean()),
+            Self::Principled(b) => Some(b.facets.mean()),
             Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
         }
     }

@@ -33,7 +33,7 @@ impl Plastic {
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
-        let facets = self.facets.reflection(half, wo.z, wi[2]);
+        let facets = self.facets.reflection(half, wo, wi);
         let glossy = facets * fresnel::dielectric(half.cos_incidence(), self.ior);
         sum_of_lobes(diffuse_brdf(self.diffuse), R::splat(1.0), self.specular, glossy)
     }
@@ -41,7 +41,7 @@ impl Plastic {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.lobe_probability(wo.z) else { return 0.0 };
-        let lobe = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
+        let lobe = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * lobe
     }
 
@@ -65,6 +65,6 @@ impl Plastic {
         validate::fraction("specular", self.specular)?;
         validate::fraction_of_sum("diffuse + specular", self.diffuse + self.specular)?;
         validate::ior(self.ior)?;
-        validate::alpha(self.facets.alpha)
+        validate::facets(self.facets)
     }
 }

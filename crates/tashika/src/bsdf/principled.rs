@@ -78,7 +78,7 @@ impl Principled {
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let cos_d = half.cos_incidence();
-        let facets = self.facets.reflection(half, wo.z, wi[2]);
+        let facets = self.facets.reflection(half, wo, wi);
         let reflected = self.fresnel.at(cos_d);
         let shape = self.shape(wo.z, wi[2], cos_d);
         let grazing = schlick_weight(cos_d);
@@ -102,7 +102,7 @@ impl Principled {
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let p = self.facet_probability(wo.z);
-        let facets = self.facets.reflection_pdf(wo.z, HalfVector::between(wo, wi.to_array()));
+        let facets = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
     }
 
@@ -151,6 +151,6 @@ impl Principled {
         validate::in_range("share of Schlick's", self.fresnel.schlick, 0.0, 1.0)?;
         validate::fraction("f0", self.fresnel.f0)?;
         validate::ior(self.fresnel.ior)?;
-        validate::alpha(self.facets.alpha)
+        validate::facets(self.facets)
     }
 }

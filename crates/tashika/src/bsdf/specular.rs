@@ -85,7 +85,8 @@ impl Glass {
         let stays = wi.z * side > MIN_COSINE;
         let crosses = wi.z * side < -MIN_COSINE;
         let arrives = if lobe == Lobe::SpecularReflection { stays } else { crosses };
-        let weight = weight * facets.unshadowed(up.z, wi.z.abs());
+        let leaving = Vec3::new(wi.x, wi.y, wi.z.abs());
+        let weight = weight * facets.unshadowed(up, leaving);
         arrives.then_some(BsdfSample { wi, weight, pdf, lobe })
     }
 
@@ -108,7 +109,7 @@ impl Glass {
         validate::ior(self.ior)?;
         validate::fraction("reflectance", self.reflectance)?;
         validate::fraction("transmittance", self.transmittance)?;
-        self.facets.map_or(Ok(()), |facets| validate::alpha(facets.alpha))
+        self.facets.map_or(Ok(()), validate::facets)
     }
 }
 

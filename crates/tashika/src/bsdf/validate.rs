@@ -3,6 +3,7 @@
 //! Messages read `field = value; expected low to high`, so that whoever loads a material only adds
 //! the file and the name of the material. Tested by `bsdf::tests::limits`.
 
+use super::{FacetModel, MAX_ALPHA, MIN_ALPHA, Microfacets};
 use crate::color::Rgb;
 
 /// Range of the index of refraction, relative to the medium outside.
@@ -42,9 +43,12 @@ pub(super) fn fraction_of_sum(field: &str, sum: Rgb) -> Result<(), String> {
     fraction(field, sum.map(|s| if s > 1.0 && s <= 1.0 + SUM_SLACK { 1.0 } else { s }))
 }
 
-/// A GGX roughness.
-pub(super) fn alpha(value: f32) -> Result<(), String> {
-    in_range("alpha", value, super::MIN_ALPHA, 1.0)
+/// The roughness of facets.
+pub(super) fn facets(facets: Microfacets) -> Result<(), String> {
+    in_range("alpha", facets.narrowest(), MIN_ALPHA, 1.0)?;
+    let largest = if facets.model == FacetModel::Beckmann { 1.0 } else { MAX_ALPHA };
+    // The minimum above leaves out what is not a number.
+    facets.alpha.into_iter().try_for_each(|alpha| in_range("alpha", alpha, MIN_ALPHA, largest))
 }
 
 /// A relative index of refraction.

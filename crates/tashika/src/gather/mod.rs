@@ -259,7 +259,7 @@ impl Scatter {
         // Light that comes through gathers behind the surface; its part is Lambertian, whatever the
         // viewer's direction.
         let side = if through { -1.0 } else { 1.0 };
-        let frame = Frame::about(shading_normal * side);
+        let frame = surface.frame(shading_normal * side);
         Self::Gathers(GatherPoint {
             position: surface.leave(geometric_normal * side),
             geometric_normal: geometric_normal * side,
@@ -278,14 +278,14 @@ impl SpecularPoint {
         // orientation.
         let (ng, ns) = self.surface.normals_seen_from(self.outgoing);
         let outside = if ng.dot(self.surface.geometric_normal) > 0.0 { ns } else { -ns };
-        let frame = Frame::about(outside);
+        let frame = self.surface.frame(outside);
         let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
         let mut direction = frame.to_world(sample.wi).normalize();
         let above = ng.dot(direction) > 0.0;
         if above != (sample.lobe == Lobe::SpecularReflection) {
             // A shading normal that leans away sends light to the wrong side; the geometric one
             // never does.
-            let frame = Frame::about(self.surface.geometric_normal);
+            let frame = self.surface.frame(self.surface.geometric_normal);
             let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
             direction = frame.to_world(sample.wi).normalize();
         }

@@ -26,6 +26,19 @@ impl Frame {
         }
     }
 
+    /// A frame about the unit vector `n` whose first axis is `direction` made orthogonal to it; that
+    /// of [`Frame::about`] where nothing is left of it.
+    pub fn along(n: Vec3, direction: Vec3) -> Self {
+        let t = direction - n * n.dot(direction);
+        if t.length_squared() <= 1e-12 * direction.length_squared() {
+            return Self::about(n);
+        }
+        let t = t.normalize();
+        // What rounding left along `n` of nearly parallel directions.
+        let t = (t - n * n.dot(t)).normalize();
+        Self { t, b: n.cross(t), n }
+    }
+
     /// World direction to local coordinates.
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.t), v.dot(self.b), v.dot(self.n))
@@ -51,6 +64,14 @@ mod tests {
             assert!((f.t.cross(f.b) - f.n).length() < 1e-6, "right-handed");
             let w = Vec3::new(0.3, -0.2, 0.9);
             assert!((f.to_local(f.to_world(w)) - w).length() < 1e-6);
+            // Nearly parallel to the normal, and longer than it.
+            for direction in [w, 1e3 * (n + 2e-6 * f.b), n, Vec3::ZERO] {
+                let f = Frame::along(n, direction);
+                assert!(f.t.dot(f.b).abs() < 1e-6 && f.t.dot(f.n).abs() < 1e-6 && f.b.dot(f.n).abs() < 1e-6);
+                assert!((f.t.length() - 1.0).abs() < 1e-6 && (f.t.cross(f.b) - f.n).length() < 1e-6);
+            }
+            let f = Frame::along(n, w);
+            assert!(f.to_local(w).y.abs() < 1e-6 && f.to_local(w).x > 0.0, "in the plane of both");
         }
     }
 }

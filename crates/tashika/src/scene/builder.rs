@@ -39,6 +39,7 @@ impl SceneBuilder {
             instances: Vec::new(),
             materials: Vec::new(),
             glassy: Vec::new(),
+            brushed: Vec::new(),
             images: Vec::new(),
             textures: Vec::new(),
             emitters: Vec::new(),
@@ -135,9 +136,20 @@ impl SceneBuilder {
             return Err(Error::invalid(at, found, format!("at most {MAX_MIXED}")));
         }
         self.scene.glassy.push(glassy);
+        self.scene.brushed.push(self.is_brushed(&material.surface));
         self.material_costs.push(cost);
         self.scene.materials.push(material);
         Ok(MaterialId(self.scene.materials.len() as u32 - 1))
+    }
+
+    /// Whether the facets of a surface, or of a part of a mix, have a direction.
+    pub(crate) fn is_brushed(&self, surface: &Surface) -> bool {
+        match surface {
+            Surface::Mix { first, second, .. } => {
+                [first, second].into_iter().any(|part| self.scene.brushed[part.index()])
+            }
+            surface => surface.is_brushed(),
+        }
     }
 
     /// Adds a mesh.

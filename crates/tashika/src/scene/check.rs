@@ -8,7 +8,8 @@ use glam::Vec2;
 
 use super::part::Look;
 use super::{
-    AlphaMode, ColorInput, FloatInput, Image, Material, NormalInput, Pixels, Scene, Surface, Texture,
+    AlphaMode, ColorInput, FacetInput, FloatInput, Image, Material, NormalInput, Pixels, Scene, Surface,
+    Texture,
 };
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
@@ -94,6 +95,12 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
         }
         _ => {}
     }
+    if let Some(tangent) = &material.tangent
+        && !tangent.rotation.is_finite()
+    {
+        let found = format!("rotation of the tangent = {}", tangent.rotation);
+        return Err(Wrong::new(found, "a finite number"));
+    }
     if let Some(t) = material.textures().find(|t| t.index() >= scene.textures.len()) {
         return Err(Wrong::new(format!("texture {}", t.index()), "a texture of this scene"));
     }
@@ -131,6 +138,10 @@ fn number(name: &str, v: f32) -> Checked {
 fn surface(surface: &Surface) -> Checked {
     let color = |name, input: &ColorInput| color(name, input.factor);
     let number = |name, input: &FloatInput| number(name, input.factor);
+    let roughness = |facets: &FacetInput| {
+        number("alpha", &facets.alpha)?;
+        facets.across.iter().try_for_each(|across| number("alpha across the tangent", across))
+    };
     match surface {
         Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
             color("reflectance", reflectance)
@@ -147,11 +158,11 @@ fn surface(surface: &Surface) -> Checked {
         Surface::Plastic { diffuse, specular, facets, .. } => {
             color("diffuse", diffuse)?;
             color("specular", specular)?;
-            number("alpha", &facets.alpha)
+            roughness(facets)
         }
         Surface::Conductor { fresnel, specular, facets } => {
             color("specular", specular)?;
-            number("alpha", &facets.alpha)?;
+            roughness(facets)?;
             match fresnel {
                 ConductorFresnel::Schlick { f0 } => color("f0", &(*f0).into()),
                 ConductorFresnel::Exact { eta, k } => {
@@ -163,15 +174,26 @@ fn surface(surface: &Surface) -> Checked {
         Surface::Coated { reflectance, specular, facets, .. } => {
             color("reflectance", reflectance)?;
             color("specular", specular)?;
-            number("alpha", &facets.alpha)
+            roughness(facets)
         }
-        Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } => {
+        Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, anisotropy, .. } => {
+            number("anisotropy", anisotropy)?;
             color("base colour", base_color)?;
             number("metallic", metallic)?;
             number("roughness", roughness)?;
             color("specular f0", specular_f0)
         }
-        Surface::Principled { base_color, metallic, roughness, specular_tint, sheen, sheen_tint, ior: _ } => {
+        Surface::Principled {
+            base_color,
+            metallic,
+            roughness,
+            specular_tint,
+            sheen,
+            sheen_tint,
+            anisotropic,
+            ior: _,
+        } => {
+            number("anisotropic", anisotropic)?;
             color("base colour", base_color)?;
             number("metallic", metallic)?;
             number("roughness", roughness)?;
@@ -180,7 +202,7 @@ fn surface(surface: &Surface) -> Checked {
             number("sheen tint", sheen_tint)
         }
         Surface::Glass { reflectance, transmittance, facets, .. } => {
-            number("alpha", &facets.alpha)?;
+            roughness(facets)?;
             color("reflectance", &(*reflectance).into())?;
             color("transmittance", &(*transmittance).into())
         }

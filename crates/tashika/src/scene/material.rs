@@ -3,7 +3,7 @@
 
 use glam::Vec2;
 
-use super::{Channel, MaterialId, TextureId, Textures};
+use super::{Channel, FacetInput, MaterialId, TangentInput, TextureId, Textures};
 use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 
@@ -48,27 +48,6 @@ impl FloatInput {
 impl From<f32> for FloatInput {
     fn from(factor: f32) -> Self {
         Self { factor, texture: None }
-    }
-}
-
-/// The facets of a rough surface, their roughness possibly textured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FacetInput {
-    /// Roughness `α`; 0 is smooth.
-    pub alpha: FloatInput,
-    /// What they are distributed by.
-    pub model: FacetModel,
-}
-
-impl From<FloatInput> for FacetInput {
-    fn from(alpha: FloatInput) -> Self {
-        Self { alpha, model: FacetModel::default() }
-    }
-}
-
-impl From<f32> for FacetInput {
-    fn from(alpha: f32) -> Self {
-        FloatInput::from(alpha).into()
     }
 }
 
@@ -154,6 +133,8 @@ pub enum Surface {
         roughness: FloatInput,
         /// Reflectance at normal incidence of the dielectric part.
         specular_f0: ColorInput,
+        /// Strength `s` of brushing, 0 to 1: along the tangent `α` is `α + (1 − α) s²`.
+        anisotropy: FloatInput,
         /// What the facets are distributed by.
         model: FacetModel,
     },
@@ -173,6 +154,9 @@ pub enum Surface {
         sheen: FloatInput,
         /// Share of it that has the hue of the base colour, 0 to 1.
         sheen_tint: FloatInput,
+        /// Strength `s` of brushing, 0 to 1: with `a = √(1 − 0.9 s)`, `α` is divided by `a` along
+        /// the tangent and multiplied by it across.
+        anisotropic: FloatInput,
     },
     /// Perfect mirror.
     Mirror {
@@ -316,12 +300,22 @@ pub struct Material {
     pub alpha: Option<Alpha>,
     /// Perturbation of the shading normal, if any.
     pub normal: Option<NormalInput>,
+    /// How the tangent of brushed facets is turned, if it is; of a mix for both its parts.
+    pub tangent: Option<TangentInput>,
 }
 
 impl Material {
     /// A material that only scatters.
     pub fn new(name: impl Into<String>, surface: Surface) -> Self {
-        Self { name: name.into(), surface, back: Back::Same, emission: None, alpha: None, normal: None }
+        Self {
+            name: name.into(),
+            surface,
+            back: Back::Same,
+            emission: None,
+            alpha: None,
+            normal: None,
+            tangent: None,
+        }
     }
 
     /// Whether rays may pass as if nothing were there.
@@ -351,6 +345,7 @@ impl Material {
     pub(super) fn textures(&self) -> impl Iterator<Item = TextureId> {
         let color = |c: &ColorInput| c.texture;
         let number = |f: &FloatInput| f.texture.map(|t| t.0);
+        let across = |facets: &FacetInput| facets.across.as_ref().and_then(number);
         let mut all: Vec<Option<TextureId>> = match &self.surface {
             Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => vec![color(reflectance)],
             Surface::Translucent { reflectance, transmittance }
@@ -359,14 +354,19 @@ impl Material {
             }
             Surface::Phong { diffuse, specular, .. } => vec![color(diffuse), color(specular)],
             Surface::Plastic { diffuse, specular, facets, .. } => {
-                vec![color(diffuse), color(specular), number(&facets.alpha)]
+                vec![color(diffuse), color(specular), number(&facets.alpha), across(facets)]
             }
-            Surface::Conductor { specular, facets, .. } => vec![color(specular), number(&facets.alpha)],
+            Surface::Conductor { specular, facets, .. } => {
+                vec![color(specular), number(&facets.alpha), across(facets)]
+            }
             Surface::Coated { reflectance, specular, facets, .. } => {
-                vec![color(reflectance), color(specular), number(&facets.alpha)]
+                vec![color(reflectance), color(specular), number(&facets.alpha), across(facets)]
             }
-            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } => {
-                vec![color(base_color), number(metallic), number(roughness), color(specular_f0)]
+            Surface::MetallicRoughness {
+                base_color, metallic, roughness, specular_f0, anisotropy, ..
+            } => {
+                let numbers = [metallic, roughness, anisotropy];
+                numbers.map(number).into_iter().chain([color(base_color), color(specular_f0)]).collect()
             }
             Surface::Principled {
                 base_color,
@@ -375,12 +375,13 @@ impl Material {
                 specular_tint,
                 sheen,
                 sheen_tint,
+                anisotropic,
                 ior: _,
             } => {
-                let numbers = [metallic, roughness, specular_tint, sheen, sheen_tint];
+                let numbers = [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic];
                 numbers.map(number).into_iter().chain([color(base_color)]).collect()
             }
-            Surface::Glass { facets, .. } => vec![number(&facets.alpha)],
+            Surface::Glass { facets, .. } => vec![number(&facets.alpha), across(facets)],
             Surface::Mix { amount, .. } => vec![number(amount)],
         };
         all.push(self.emission.and_then(|e| e.radiance.texture));
@@ -389,6 +390,7 @@ impl Material {
             NormalInput::Map { texture, .. } => Some(texture),
             NormalInput::Bump { height } => height.texture.map(|t| t.0),
         }));
+        all.push(self.tangent.and_then(|t| t.direction));
         all.into_iter().flatten()
     }
 }

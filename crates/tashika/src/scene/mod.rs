@@ -16,6 +16,7 @@ mod digest;
 mod emitter;
 mod environment;
 mod environment_blocks;
+mod facets;
 mod intensity_map;
 mod lens;
 mod material;
@@ -37,11 +38,11 @@ pub use camera::{Camera, CameraSample};
 pub use emitter::{Beam, Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;
+pub use facets::{FacetInput, TangentInput};
 pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
 pub use material::{
-    Alpha, AlphaMode, Back, CoatBase, ColorInput, Emission, FacetInput, FloatInput, Material, NormalInput,
-    Surface,
+    Alpha, AlphaMode, Back, CoatBase, ColorInput, Emission, FloatInput, Material, NormalInput, Surface,
 };
 pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};
@@ -101,6 +102,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// For each material whether it is glass, or a mix with glass.
     glassy: Vec<bool>,
+    /// For each material whether its facets have a direction, or a mix has such a part.
+    brushed: Vec<bool>,
     images: Vec<Image>,
     textures: Vec<Texture>,
     emitters: Vec<Emitter>,

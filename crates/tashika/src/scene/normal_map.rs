@@ -32,7 +32,7 @@ pub(super) struct Corners {
 
 impl Corners {
     /// `∂p/∂u` and `∂p/∂v` (m); `None` where the coordinates do not span the plane.
-    fn derivatives(&self) -> Option<(Vec3, Vec3)> {
+    pub(super) fn derivatives(&self) -> Option<(Vec3, Vec3)> {
         let (p, t) = (self.positions, self.uvs);
         let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
         let (t1, t2) = (t[1] - t[0], t[2] - t[0]);

@@ -29,6 +29,7 @@
 
 use glam::Vec2;
 
+use super::facets::{drawn_out, of_aspect};
 use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
     Bsdf, Coated, Conductor, FacetModel, Glass, Lambert, MAX_SHEEN, MIN_ALPHA, MetallicRoughness,
@@ -93,8 +94,7 @@ impl<'a> Look<'a> {
 
     /// The facets; `None` where it is smooth.
     fn facets(&self, input: &FacetInput) -> Option<Microfacets> {
-        let alpha = input.alpha.at(self.textures, self.uv);
-        (alpha > 0.0).then(|| Microfacets { alpha: alpha.clamp(MIN_ALPHA, 1.0), model: input.model })
+        input.at(self.textures, self.uv)
     }
 
     /// The part of `material` that the uniform number `u` in `[0, 1)` chooses.
@@ -165,12 +165,20 @@ impl<'a> Look<'a> {
                     }
                 }
             }
-            Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, model } => {
+            Surface::MetallicRoughness {
+                base_color,
+                metallic,
+                roughness,
+                specular_f0,
+                anisotropy,
+                model,
+            } => {
                 let base = self.color(base_color);
                 let metallic = metallic.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let roughness = roughness.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let dielectric_f0 = self.color(specular_f0);
-                let alpha = (roughness * roughness).clamp(MIN_ALPHA, 1.0);
+                let strength = anisotropy.at(self.textures, self.uv).clamp(0.0, 1.0);
+                let alpha = drawn_out(roughness * roughness, strength);
                 whole(Bsdf::MetallicRoughness(MetallicRoughness {
                     diffuse: base * (1.0 - metallic),
                     f0: dielectric_f0.lerp(base, metallic),
@@ -186,18 +194,19 @@ impl<'a> Look<'a> {
                 specular_tint,
                 sheen,
                 sheen_tint,
+                anisotropic,
             } => {
                 let base = self.color(base_color);
-                let inputs = [metallic, roughness, specular_tint, sheen, sheen_tint];
+                let inputs = [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic];
                 let inputs = inputs.map(|input| input.at(self.textures, self.uv).clamp(0.0, 1.0));
-                let [metallic, roughness, specular_tint, sheen, sheen_tint] = inputs;
+                let [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic] = inputs;
                 let hue = hue(base);
                 let opaque = 1.0 - metallic;
                 // What is Schlick's: of the metal, and of the tinted part of the rest.
                 let tinted = opaque * specular_tint;
                 let schlick = metallic + tinted;
                 let f0 = base * metallic + hue * (fresnel::dielectric(1.0, *ior) * tinted);
-                let alpha = (roughness * roughness).clamp(MIN_ALPHA, 1.0);
+                let alpha = of_aspect(roughness, anisotropic);
                 whole(Bsdf::Principled(Principled {
                     diffuse: base * opaque,
                     roughness,

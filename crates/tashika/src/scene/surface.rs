@@ -2,11 +2,12 @@
 
 use glam::{Vec2, Vec3, Vec3A};
 
+use super::facets::tangent;
 use super::normal_map::{Corners, perturbed};
 use super::part::Look;
 use super::{Back, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
-use crate::math::{GAMMA_4, GAMMA_7, offset_from_surface};
+use crate::math::{Frame, GAMMA_4, GAMMA_7, offset_from_surface};
 
 /// What a viewer sees where the shading normal turns away from him, as it does at the silhouettes
 /// of coarse meshes with smooth normals.
@@ -33,6 +34,9 @@ pub struct SurfacePoint {
     pub geometric_normal: Vec3,
     /// Unit shading normal, in the hemisphere of the geometric one.
     pub shading_normal: Vec3,
+    /// Unit direction along which brushed facets have the first of their roughnesses, roughly in
+    /// the surface; none where the material has no such facets.
+    pub tangent: Option<Vec3>,
     /// Texture coordinates; zero if the mesh has none.
     pub uv: Vec2,
     /// Where it is.
@@ -47,6 +51,14 @@ impl SurfacePoint {
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let n = self.geometric_normal;
         offset_from_surface(self.position, self.error, if direction.dot(n) < 0.0 { -n } else { n })
+    }
+
+    /// The frame in which the surface scatters, about a unit normal on either side.
+    pub fn frame(&self, normal: Vec3) -> Frame {
+        match self.tangent {
+            None => Frame::about(normal),
+            Some(tangent) => Frame::along(normal, tangent),
+        }
     }
 
     /// Both normals, turned to the side of `direction`.
@@ -120,17 +132,24 @@ impl Scene {
             }
         }
         let uv = self.uv_at(instance, triangle, b);
-        if let Some(input) = &self.material_of(instance).normal
-            && !mesh.uvs.is_empty()
+        let material = self.material_of(instance);
+        let corners =
+            || (!mesh.uvs.is_empty()).then(|| Corners { positions: w, uvs: indices.map(|i| mesh.uvs[i]) });
+        if let Some(input) = &material.normal
+            && let Some(corners) = corners()
         {
-            let corners = Corners { positions: w, uvs: indices.map(|i| mesh.uvs[i]) };
             shading_normal = perturbed(input, self.textures(), uv, &corners, shading_normal, n);
         }
+        let tangent = self.brushed[mesh.material.index()].then(|| {
+            let input = material.tangent.as_ref();
+            tangent(input, self.textures(), uv, corners().as_ref(), shading_normal, n)
+        });
         SurfacePoint {
             position,
             error,
             geometric_normal: n,
             shading_normal,
+            tangent,
             uv,
             instance,
             turned_away: self.turned_away,

@@ -146,7 +146,8 @@ mod tests {
         let mut color = || Rgb::new(s.uniform(), s.uniform(), s.uniform()) * 0.5;
         let (a, b, c) = (color(), color(), color());
         let (alpha, ior) = (0.001 + 0.999 * s.uniform() * s.uniform(), 1.0 + s.uniform());
-        let facets = Microfacets { alpha, model: FacetModel::ALL[s.below(3) as usize] };
+        let across = if s.below(2) == 0 { alpha } else { 0.3 };
+        let facets = Microfacets { alpha: [alpha, across], model: FacetModel::ALL[s.below(3) as usize] };
         match s.below(7) {
             0 => Bsdf::Lambert(Lambert { reflectance: a }),
             1 => {

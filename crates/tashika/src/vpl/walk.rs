@@ -152,7 +152,7 @@ fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut 
     if cos_ng * cos_ns <= 0.0 {
         return None;
     }
-    let frame = Frame::about(ns);
+    let frame = point.frame(ns);
     let sample = bsdf.sample(frame.to_local(incoming), s.uniform_3())?;
     let direction = frame.to_world(sample.wi).normalize();
     let (out_ng, out_ns) = (ng.dot(direction), ns.dot(direction));
@@ -188,7 +188,7 @@ fn scattered(
     let (ng, ns) = point.normals_towards(incoming);
     // A part that lets light through is Lambertian: no lobe of its own is to be drawn from.
     let by_geometry = Frame::about(if through { -ng } else { ng });
-    let by_shading = Frame::about(ns);
+    let by_shading = point.frame(ns);
     let wo = by_shading.to_local(incoming);
     let share = match (matches!(bsdf, Bsdf::Lambert(_)) || wo.z <= 0.0, ng == ns) {
         (true, _) => 1.0,
@@ -211,7 +211,7 @@ fn scattered(
         density += (1.0 - share) * bsdf.pdf(wo, by_shading.to_local(direction));
     }
     let (_, seen) = point.normals_seen_from(direction);
-    let frame = Frame::about(if through { -seen } else { seen });
+    let frame = point.frame(if through { -seen } else { seen });
     let viewer = if through { Vec3::Z } else { frame.to_local(direction) };
     let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming));
     let factor = kernel * (cos / (ng.dot(incoming) * density));
@@ -236,6 +236,7 @@ mod tests {
             error: Vec3::ZERO,
             geometric_normal: Vec3::Z,
             shading_normal: ns,
+            tangent: None,
             uv: glam::Vec2::ZERO,
             instance: InstanceId(0),
             turned_away,

@@ -143,6 +143,11 @@ fn example(kind: &str, name: &str) -> Document {
                 json!({ "roughnessFactor": 0, "metallicFactor": 0, "baseColorTexture": { "index": 0 } });
             d = glass(json!({ "thicknessFactor": 1 }), textured);
         }
+        ("KHR_materials_anisotropy", "anisotropyTexture") => {
+            d = glass(json!({ "thicknessFactor": 1 }), smooth);
+            let brushed = json!({ "anisotropyStrength": 0.5, "anisotropyTexture": { "index": 0 } });
+            d.json["materials"][0]["extensions"]["KHR_materials_anisotropy"] = brushed;
+        }
         ("KHR_materials_clearcoat", "clearcoatNormalTexture") => {
             let coat = json!({ "clearcoatFactor": 1, "clearcoatNormalTexture": { "index": 0 } });
             d = with_material(json!({ "extensions": { "KHR_materials_clearcoat": coat } }));

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use tashika::color::Rgb;
 use tashika::scene::{
     Channel, ColorInput, FloatInput, Material, NormalInput, NoteKind, Pixels, Sampling, Scene, Surface,
-    Texture,
+    TangentInput, Texture,
 };
 
 use super::gltf::{CORNERS, Document, notes, only_note, surface_of};
@@ -238,12 +238,41 @@ fn clear_coats_replace_the_highlight_of_a_dielectric_and_mirror_over_metal() {
 }
 
 #[test]
-fn anisotropy_becomes_the_roughness_between() {
-    let (surface, _) =
-        surface_of(dielectric(0.5, json!({ "KHR_materials_anisotropy": { "anisotropyStrength": 0.5 } })));
-    let Surface::MetallicRoughness { roughness, .. } = surface else { panic!("{surface:?}") };
-    // α = 0.25 across, 0.25 + 0.75/4 = 0.4375 along.
-    assert!((roughness.factor - (0.25_f32 * 0.4375).sqrt().sqrt()).abs() < 1e-6, "{roughness:?}");
+fn anisotropy_has_a_strength_and_a_direction() {
+    let brushed = json!({ "KHR_materials_anisotropy": {
+        "anisotropyStrength": 0.5, "anisotropyRotation": 0.3, "anisotropyTexture": { "index": 0 },
+    } });
+    let scene = textured(dielectric(0.5, brushed));
+    let material = used(&scene);
+    let Surface::MetallicRoughness { roughness, anisotropy, .. } = material.surface else { panic!() };
+    assert_eq!(roughness.factor, 0.5);
+    // A texel of the image; the strength is its blue.
+    let (texture, channel) = anisotropy.texture.unwrap();
+    assert_eq!((anisotropy.factor, channel), (0.5, Channel::B));
+    assert_eq!(material.tangent, Some(TangentInput { rotation: 0.3, direction: Some(texture) }));
+
+    let even = json!({ "KHR_materials_anisotropy": { "anisotropyRotation": 0.3 } });
+    let scene = textured(dielectric(0.5, even));
+    assert_eq!(used(&scene).tangent, None);
+}
+
+/// Glass is brushed, too: `α` is 0.25 across and `0.25 + 0.75/4` along.
+#[test]
+fn glass_is_brushed_where_nothing_of_it_is_textured() {
+    let extensions = |texture: Value| {
+        json!({
+            "KHR_materials_anisotropy": { "anisotropyStrength": 0.5, "anisotropyTexture": texture },
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": 1 },
+        })
+    };
+    let facets = |texture| {
+        let scene = textured(dielectric(0.5, extensions(texture)));
+        let Surface::Glass { facets, .. } = used(&scene).surface else { panic!() };
+        (facets.alpha.factor, facets.across.map(|across| across.factor))
+    };
+    assert_eq!(facets(Value::Null), (0.4375, Some(0.25)));
+    assert_eq!(facets(json!({ "index": 0 })), (0.25, None));
 }
 
 #[test]

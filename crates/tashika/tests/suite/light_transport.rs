@@ -11,11 +11,11 @@ use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
     ControlOptions, Estimator, Exact, GuidedLights, LightTransport, Path, PathStop, Truth,
 };
-use tashika::math::{Mat3, Vec3};
+use tashika::math::{Mat3, Vec2, Vec3};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{
-    Alpha, AlphaMode, Back, CoatBase, Emitter, Environment, Falloff, FalloffShape, Image, Material, MeshData,
-    Pixels, SceneBuilder, Surface, TurnedAway,
+    Alpha, AlphaMode, Back, CoatBase, Emitter, Environment, FacetInput, Falloff, FalloffShape, Image,
+    Material, MeshData, Pixels, SceneBuilder, Surface, TurnedAway,
 };
 use tashika::stats::Moments;
 use tashika::transport::Transport;
@@ -259,6 +259,13 @@ fn gloss_is_put_back() {
     };
     let right = cuboid(Vec3::new(0.5, 0.02, -0.1), Vec3::new(0.8, 0.8, 0.3), false);
     place(&mut b, right, Material::new("coated", coated));
+    // Brushed along a diagonal.
+    let facets = FacetInput { across: Some(0.1.into()), ..0.5.into() };
+    let Surface::Conductor { fresnel, specular, .. } = metal else { unreachable!() };
+    let mut back = parallelogram(Vec3::new(-0.9, 0.6, -0.98), Vec3::X * 0.6, Vec3::Y * 0.6);
+    let brushed = |positions: &[Vec3]| positions.iter().map(|p| Vec2::new(p.x + p.y, p.x - p.y)).collect();
+    back.uvs = brushed(&back.positions);
+    place(&mut b, back, Material::new("brushed", Surface::Conductor { fresnel, specular, facets }));
     transport_agrees(b, 0.02, "gloss");
 }
 
@@ -276,6 +283,7 @@ fn cloth_and_retro_reflection_are_put_back() {
         specular_tint: 0.5.into(),
         sheen: 1.0.into(),
         sheen_tint: 0.5.into(),
+        anisotropic: 0.0.into(),
     };
     let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
     place(&mut b, floor, Material::new("floor", principled(1.0, 0.0)));

@@ -1,6 +1,7 @@
 //! The library's one test binary: everything that needs more than one module.
 
 mod adversarial;
+mod brushed;
 mod cases;
 mod closed_forms;
 mod control;

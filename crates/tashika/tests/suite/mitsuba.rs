@@ -222,7 +222,7 @@ fn materials_become_surfaces_with_their_parameters() {
         base: CoatBase::Saturating,
         specular: color(Rgb::WHITE),
         ior: 1.5,
-        facets: FacetInput { alpha: 0.3.into(), model: FacetModel::GgxIndependent },
+        facets: FacetInput::even(0.3.into(), FacetModel::GgxIndependent),
     };
     assert_eq!(plastic.surface, expected);
     let phong = material("<bsdf type=\"phong\"><float name=\"exponent\" value=\"50\"/></bsdf>");
@@ -737,7 +737,11 @@ fn example(kind: &str, name: &str) -> String {
     let film = |plugin: &str| format!("<sensor type=\"perspective\"><film type=\"{plugin}\"/></sensor>");
     match (kind, name) {
         ("material", "anisotropic roughness") => {
-            bsdf("roughconductor", &format!("{ggx}<float name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.2\"/>"))
+            bsdf("roughplastic", &format!("{ggx}<float name=\"alpha_u\" value=\"0.1\"/><float name=\"alpha_v\" value=\"0.2\"/>"))
+        }
+        ("material", "principled anisotropic") => {
+            let textured = bitmap("anisotropic", "");
+            bsdf("principled", &format!("<float name=\"spec_trans\" value=\"1\"/>{textured}"))
         }
         ("material", "twosided" | "mask" | "bumpmap" | "coating") => bsdf(name, diffuse),
         ("material", "roughcoating") => bsdf(name, &format!("{ggx}{diffuse}")),

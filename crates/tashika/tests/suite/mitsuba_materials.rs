@@ -16,10 +16,9 @@ const PAIRS: [[f32; 3]; 3] = [[75.0, 50.0, 150.0], [40.0, 30.0, 100.0], [12.0, 2
 
 /// What is off by more than 1 %, by what a row holds: albedos and values, at most how far; the
 /// first that fits counts.
-const OFF: [(&str, [f64; 2]); 4] = [
+const OFF: [(&str, [f64; 2]); 3] = [
     ("roughplastic", [0.012, 0.022]),
     // The notes say so.
-    ("anisotropic", [0.38, 7.0]),
     ("clearcoat", [0.15, 0.16]),
     ("flatness", [0.29, 0.35]),
 ];

@@ -366,7 +366,7 @@ fn materials_of_pbrt_v4_become_surfaces() {
     };
     let gold = fresnel.at(1.0);
     assert!(gold.r > 0.9 && gold.b < 0.6, "{gold:?}");
-    assert!((value(facets.alpha) - 0.02_f32.sqrt()).abs() < 1e-6, "the geometric mean of 0.2 and 0.1");
+    assert_eq!((value(facets.alpha), facets.across.map(value)), (0.2, Some(0.1)), "along and across");
     let Surface::Conductor { fresnel, .. } = v4("\"conductor\" \"rgb reflectance\" [0.9 0.5 0.1]") else {
         panic!()
     };

@@ -25,7 +25,7 @@ use super::spans::{Directions, Horizon, Spans};
 use super::texel::Texel;
 use crate::bounds::Reflector;
 use crate::bounds::angle::Angle;
-use crate::bounds::lobes::facets::{upper_distribution, upper_visibility, upper_visibility_cos};
+use crate::bounds::lobes::facets::{Widths, upper_distribution, upper_visibility, upper_visibility_cos};
 use crate::bounds::lobes::{Lobe, Parts, phong, round_up};
 use crate::bsdf::{Bsdf, FacetModel, MIN_COSINE, Microfacets};
 use crate::color::Rgb;
@@ -163,11 +163,12 @@ impl Source {
 
     /// At least `D G₂ / (4 c_o c_i)`, or that times `c_i`, as in `bounds::lobes::facets`.
     fn facets<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f64; N] {
-        let Microfacets { alpha, model } = self.facets;
-        if model == FacetModel::Ggx {
+        let model = self.facets.model;
+        if model == FacetModel::Ggx && self.facets.is_even() {
             return self.correlated(horizon, spans).map(f64::from);
         }
-        let (alpha, cos_o) = (f64::from(alpha), f64::from(self.cos_o));
+        let widths = Widths::of(&self.facets);
+        let (narrowest, cos_o) = (f64::from(widths.narrowest), f64::from(self.cos_o));
         std::array::from_fn(|u| {
             if !horizon.above[u] {
                 return 0.0;
@@ -175,18 +176,19 @@ impl Source {
             let sin = f64::from(spans.half_sin[u]);
             let half = Angle { sin, cos: (1.0 - sin * sin).max(0.0).sqrt() };
             let visibility = match self.bounded {
-                Bounded::Brdf => upper_visibility(model, alpha, cos_o, f64::from(spans.min_cos_i[u])),
+                Bounded::Brdf => upper_visibility(model, narrowest, cos_o, f64::from(spans.min_cos_i[u])),
                 Bounded::LobeCosine => {
-                    upper_visibility_cos(model, alpha, cos_o, f64::from(horizon.max_cos_i[u]))
+                    upper_visibility_cos(model, narrowest, cos_o, f64::from(horizon.max_cos_i[u]))
                 }
             };
-            upper_distribution(model, [alpha; 2], half) * visibility
+            upper_distribution(model, widths, half) * visibility
         })
     }
 
-    /// The same of GGX facets that are correlated by height, for a row at once.
+    /// The same of GGX facets that are correlated by height and as rough in all directions, for a
+    /// row at once.
     fn correlated<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f32; N] {
-        let alpha = self.facets.alpha;
+        let alpha = self.facets.widest();
         let alpha2 = alpha * alpha;
         let stretch = |cos: f32| (alpha2 + (1.0 - alpha2) * cos * cos).sqrt();
         let stretch_o = stretch(self.cos_o);
@@ -206,7 +208,7 @@ impl Source {
     fn near_peak(&self, half_sin: f32) -> bool {
         match self.lobe {
             Lobe::None | Lobe::Phong { .. } => false,
-            Lobe::Facets { .. } => half_sin < self.facets.alpha.min(WIDEST_PEAK),
+            Lobe::Facets { .. } => half_sin < self.facets.widest().min(WIDEST_PEAK),
         }
     }
 

@@ -5,6 +5,18 @@
 //! and roughness, `V = G₂ / (4 c_o c_i)` falls with `α`, `c_o` and `c_i`, and `V c_i` grows with
 //! `c_i`.
 //!
+//! # Brushed surfaces
+//! Let `α_n ≤ α_w` be the roughnesses along the two axes. With `q = h_x²/α_u² + h_y²/α_v²`, GGX has
+//! `D = 1 / (π α_n α_w (q + h_z²)²)`, Beckmann's `D = e^(−q/h_z²) / (π α_n α_w h_z⁴)`. Both fall with
+//! `q`, and `q ≥ (h_x² + h_y²)/α_w²`; so
+//!
+//! ```text
+//! D ≤ (α_w/α_n) D(α_w)      in all directions, and equal along the axis of α_w
+//! V ≤ V(α_n)                since α_u² ω_x² + α_v² ω_y² ≥ α_n² sin²θ
+//! ```
+//!
+//! where `D(α)` and `V(α)` are those of a surface as rough as that in all directions.
+//!
 //! The product of the largest factors is far from the largest product where a wide cone of lights
 //! holds both the mirror direction, at which `D` is large, and grazing ones, at which `F` is; so
 //! [`upper_reflection`] takes them ring by ring.
@@ -19,7 +31,7 @@
 use super::{beckmann, ggx};
 use crate::bounds::angle::Angle;
 use crate::bounds::spans::LENGTHS;
-use crate::bsdf::FacetModel;
+use crate::bsdf::{FacetModel, Microfacets};
 
 /// Tangents of the angle of the half vector, in units of the largest `α`, between which the factors
 /// are bounded one by one. There, `D` of GGX is `4`, `10²` and `10⁴` times below its peak. Chosen.
@@ -28,6 +40,40 @@ const CUTS: [f64; 3] = [1.0, 3.0, 10.0];
 /// Below this `c_o` the factors are bounded all at once: rounding may turn the half vectors of
 /// nearly opposite directions anywhere.
 const MIN_COS_O: f64 = 0.01;
+
+/// Roughnesses of a set of facets of one model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::bounds) struct Widths {
+    /// Least and largest of the larger roughnesses `α_w`.
+    pub(in crate::bounds) widest: [f32; 2],
+    /// Least of the smaller roughnesses `α_n`.
+    pub(in crate::bounds) narrowest: f32,
+    /// At least the largest `α_w/α_n`.
+    pub(in crate::bounds) ratio: f32,
+}
+
+impl Widths {
+    /// Of nothing.
+    pub(in crate::bounds) const NONE: Self =
+        Self { widest: [f32::INFINITY, f32::NEG_INFINITY], narrowest: f32::INFINITY, ratio: 1.0 };
+
+    /// Of one surface.
+    pub(in crate::bounds) fn of(facets: &Microfacets) -> Self {
+        let (narrowest, widest) = (facets.narrowest(), facets.widest());
+        let ratio = if facets.is_even() { 1.0 } else { (widest / narrowest).next_up() };
+        Self { widest: [widest; 2], narrowest, ratio }
+    }
+
+    /// Of what either holds.
+    pub(in crate::bounds) fn union(self, other: Self) -> Self {
+        let ([low, high], [other_low, other_high]) = (self.widest, other.widest);
+        Self {
+            widest: [low.min(other_low), high.max(other_high)],
+            narrowest: self.narrowest.min(other.narrowest),
+            ratio: self.ratio.max(other.ratio),
+        }
+    }
+}
 
 /// What is known where the half vector is within a range of angles from the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +87,7 @@ pub(in crate::bounds) struct Ring {
 /// At least `D · others` for all `α` in the range and all half vectors from `least` on.
 ///
 /// * `model`: of `D`.
+/// * `widths`: of `D`.
 /// * `viewer`: at least the angle between any normal and its viewer.
 /// * `all`: what is known of all directions.
 /// * `others`: at least the other factors within a ring; it may grow as the ring's cosines fall.
@@ -50,7 +97,7 @@ pub(in crate::bounds) struct Ring {
 /// of incidence is at most `θ_o + θ`, and that of the light `θ_o + 2θ`.
 pub(in crate::bounds) fn upper_reflection(
     model: FacetModel,
-    alphas: [f64; 2],
+    widths: Widths,
     mut least: Angle,
     viewer: Angle,
     all: Ring,
@@ -62,7 +109,7 @@ pub(in crate::bounds) fn upper_reflection(
         // nearer to one of them.
         let slack = LENGTHS * (1.0 + 1.0 / viewer.cos);
         for cut in CUTS {
-            let tan = cut * alphas[1];
+            let tan = cut * f64::from(widths.widest[1]);
             if least.sin >= tan * least.cos {
                 continue;
             }
@@ -76,19 +123,21 @@ pub(in crate::bounds) fn upper_reflection(
             if ring == all {
                 break;
             }
-            largest = largest.max(upper_distribution(model, alphas, least) * others(ring));
+            largest = largest.max(upper_distribution(model, widths, least) * others(ring));
             least = end;
         }
     }
-    largest.max(upper_distribution(model, alphas, least) * others(all))
+    largest.max(upper_distribution(model, widths, least) * others(all))
 }
 
-/// At least `D` (sr⁻¹) for all `α` in the range and all angles of the half vector from `least` on.
-pub(in crate::bounds) fn upper_distribution(model: FacetModel, alphas: [f64; 2], least: Angle) -> f64 {
-    match model {
+/// At least `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least` on.
+pub(in crate::bounds) fn upper_distribution(model: FacetModel, widths: Widths, least: Angle) -> f64 {
+    let alphas = widths.widest.map(f64::from);
+    let even = match model {
         FacetModel::Ggx | FacetModel::GgxIndependent => ggx::upper_distribution(alphas, least),
         FacetModel::Beckmann => beckmann::upper_distribution(alphas, least),
-    }
+    };
+    even * f64::from(widths.ratio)
 }
 
 /// At least `G₂ / (4 c_o c_i)` for all cosines and roughnesses from the given ones on.
@@ -112,8 +161,8 @@ pub(in crate::bounds) fn upper_visibility_cos(model: FacetModel, alpha: f64, cos
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::Microfacets;
     use crate::bsdf::microfacet::HalfVector;
+    use crate::math::Vec3;
 
     const EVERYTHING: Ring = Ring { cos_incidence: 0.0, cos_light: 0.0 };
     const UPRIGHT: HalfVector<f32> = HalfVector { tangential2: 0.0, axial2: 1.0 };
@@ -124,13 +173,14 @@ mod tests {
     }
 
     fn distribution(model: FacetModel, half: HalfVector<f32>, alpha: f32) -> f64 {
-        let facets = Microfacets { alpha, model };
+        let facets = Microfacets::even(alpha, model);
         // Seen from the normal nothing is masked.
-        4.0 * f64::from(facets.reflection(half, 1.0, 1.0))
+        4.0 * f64::from(facets.reflection(half, Vec3::Z, [0.0, 0.0, 1.0]))
     }
 
     fn visibility(model: FacetModel, cos_o: f32, cos_i: f32, alpha: f32) -> f64 {
-        let all = Microfacets { alpha, model }.reflection(UPRIGHT, cos_o, cos_i);
+        let wo = Vec3::new(0.0, 0.0, cos_o);
+        let all = Microfacets::even(alpha, model).reflection(UPRIGHT, wo, [0.0, 0.0, cos_i]);
         f64::from(all) / distribution(model, UPRIGHT, alpha)
     }
 
@@ -144,7 +194,8 @@ mod tests {
     #[test]
     fn ranges_of_roughness_hold_and_are_tight() {
         let of = |model, alphas: [f64; 2], least: Angle| {
-            upper_reflection(model, alphas, least, Angle::ZERO, EVERYTHING, |_| 1.0)
+            let widths = Widths { widest: alphas.map(|a| a as f32), narrowest: alphas[0] as f32, ratio: 1.0 };
+            upper_reflection(model, widths, least, Angle::ZERO, EVERYTHING, |_| 1.0)
         };
         for (model, alphas) in models_of([[1e-3, 1e-3], [1e-3, 1e-2], [0.05, 0.4], [1e-3, 1.0], [1.0, 1.0]]) {
             for tan in [0.0, 1e-4, 1e-3, 3e-3, 0.03, 0.2, 0.9, 4.0, 100.0] {
@@ -185,8 +236,9 @@ mod tests {
                         let widest = (viewer + std::f64::consts::FRAC_PI_2) / 2.0;
                         let others = |incidence: f64| 1e-6 + (1.0 - incidence.cos()).powf(steep);
                         let all = Ring { cos_incidence: widest.cos(), cos_light: 1.0 };
+                        let widths = Widths::of(&Microfacets::even(alpha as f32, model));
                         let bound =
-                            upper_reflection(model, [alpha; 2], angle(least), angle(viewer), all, |ring| {
+                            upper_reflection(model, widths, angle(least), angle(viewer), all, |ring| {
                                 others(ring.cos_incidence.acos())
                             });
                         let mut largest = 0.0_f64;

@@ -1,7 +1,8 @@
 //! Upper bounds of the factors of GGX reflection.
 //!
 //! ```text
-//! D  = [ (1 + t) α / (α² + t) ]² / π            t = tan²θ_h; falls with t; largest over α at α = √t
+//! D  = [ (1 + t) α / (α² + t) ]² / π            t = tan²θ_h; falls with t; largest over α at α = √t      where α ≤ 1
+//!    ≤ α² / π                                                                                        where α ≥ 1
 //! V  = ½ / (c_o S(c_i) + c_i S(c_o))              correlated by height; falls with α, c_o and c_i
 //! V c_i = ½ / (c_o S(c_i) / c_i + S(c_o))         falls with α and c_o, grows with c_i
 //! V  = v(c_o) v(c_i), v(c) = 1 / (c + S(c))       independent; v falls with α and c, v c = 1 / (1 + S(c)/c) grows with c
@@ -26,8 +27,11 @@ pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
         return 0.0;
     }
     let tan = least.sin / least.cos;
-    let alpha = tan.clamp(alphas[0], alphas[1]);
-    let root = alpha * (1.0 + tan * tan) / (alpha * alpha + tan * tan);
+    let alpha = tan.clamp(alphas[0].min(1.0), alphas[1].min(1.0));
+    let mut root = alpha * (1.0 + tan * tan) / (alpha * alpha + tan * tan);
+    if alphas[1] > 1.0 {
+        root = root.max(alphas[1]);
+    }
     root * root * FRAC_1_PI
 }
 

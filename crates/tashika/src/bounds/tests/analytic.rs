@@ -44,7 +44,7 @@ fn points(kind: Kind, mixed: bool, s: &mut Stream) -> Vec<Reflector> {
 }
 
 /// Lights in any direction, or where the first point is bright.
-fn lights(first: &Reflector, s: &mut Stream) -> Towards {
+pub(super) fn lights(first: &Reflector, s: &mut Stream) -> Towards {
     let size = log_uniform(s, 1e-4, 3.0);
     let center = match s.below(4) {
         0 => near(DVec3::Z, 3.2, s),
@@ -74,7 +74,12 @@ fn into(towards: &Towards, v: DVec3) -> Vec3 {
 }
 
 /// The largest `M` found; each value is shown to `look`.
-fn climb(points: &[Reflector], towards: &Towards, s: &mut Stream, mut look: impl FnMut(f32)) -> f32 {
+pub(super) fn climb(
+    points: &[Reflector],
+    towards: &Towards,
+    s: &mut Stream,
+    mut look: impl FnMut(f32),
+) -> f32 {
     let (distance, reach) = match towards {
         Towards::Box(b) => (b.center().as_dvec3().length(), 0.5 * f64::from(b.diagonal())),
         Towards::Cone(cone) => (1.0, half_angle(cone).max(1e-7)),
@@ -114,7 +119,7 @@ fn climb(points: &[Reflector], towards: &Towards, s: &mut Stream, mut look: impl
     largest
 }
 
-fn merged<B: UpperMaterial>(points: &[Reflector]) -> B {
+pub(super) fn merged<B: UpperMaterial>(points: &[Reflector]) -> B {
     let mut bounds: Vec<B> = points.iter().map(B::of_point).collect();
     // Neighbours first, as in a tree.
     while bounds.len() > 1 {
@@ -231,7 +236,7 @@ fn near_equal_children_have_the_bound_of_one() {
         let first = random_point(kind, &mut s);
         // `ln D` of Beckmann's facets changes by `2 tan θ_h / α²`, and is above −80.
         let is_wide = |facets: Microfacets| {
-            facets.alpha > if facets.model == FacetModel::Beckmann { 0.3 } else { 0.05 }
+            facets.mean() > if facets.model == FacetModel::Beckmann { 0.3 } else { 0.05 }
         };
         let rough = match first.bsdf {
             Bsdf::Phong(b) => b.exponent < 1e3,

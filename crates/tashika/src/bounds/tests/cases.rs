@@ -52,7 +52,7 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
         1 => 1.0,
         _ => log_uniform(s, MIN_ALPHA, 1.0),
     };
-    let facets = Microfacets { alpha, model: FacetModel::ALL[s.below(3) as usize] };
+    let facets = Microfacets::even(alpha, FacetModel::ALL[s.below(3) as usize]);
     let exponent = match pick {
         0 => 0.0,
         1 => 1e6,

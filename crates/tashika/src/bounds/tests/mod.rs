@@ -1,6 +1,7 @@
 //! Bounds against random members.
 
 mod analytic;
+mod brushed;
 pub(super) mod cases;
 mod cube_map;
 mod geometry;

@@ -139,7 +139,7 @@ fn single_directions_have_nearly_their_value() {
             let (n, values) = (point.normal(), reflected(&point, d));
             let is_off = |facets: Microfacets| {
                 let clear = if facets.model == FacetModel::Beckmann { 0.1..0.7 } else { 0.05..2.0 };
-                !clear.contains(&facets.alpha)
+                !clear.contains(&facets.mean())
             };
             let is_left_out = match point.bsdf {
                 Bsdf::Phong(b) => b.exponent > 1e4,

@@ -39,13 +39,17 @@ fn between(nodes: &[f32], value: f32) -> (usize, f32) {
 
 impl Boundary {
     /// Of facets of a roughness in `[0, 1]` to a medium of relative index `ior` from 1.0001 to 5;
-    /// smooth up to
-    /// [`MIN_ALPHA`].
+    /// smooth up to [`MIN_ALPHA`]. Of brushed ones as if they were as rough in all directions as
+    /// their root mean square: with 0.1 and 0.4, what a coat of index 1.5 reflects with its base is
+    /// within 2 % of what a simulation says where it is seen from 40° and more above the surface,
+    /// and 8 % too much 12° above it, along the smaller.
     #[inline]
     pub(crate) fn new(facets: Microfacets, ior: f32) -> Self {
         let entering = 1.0 - fresnel::dielectric_average(ior);
         let smooth = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0 - entering / (ior * ior)];
-        let [k, q @ .., inside] = if facets.alpha > MIN_ALPHA { fitted(facets, ior, smooth) } else { smooth };
+        let alpha = facets.root_mean_square();
+        let [k, q @ .., inside] =
+            if alpha > MIN_ALPHA { fitted(alpha, facets.model, ior, smooth) } else { smooth };
         Self { ior, smooth: k, cubic: q, inside }
     }
 
@@ -79,7 +83,7 @@ impl Boundary {
 }
 
 /// The numbers of the table about a roughness and an index.
-fn fitted(Microfacets { alpha, model }: Microfacets, ior: f32, smooth: [f32; 6]) -> [f32; 6] {
+fn fitted(alpha: f32, model: FacetModel, ior: f32, smooth: [f32; 6]) -> [f32; 6] {
     let fits: &Fits = match model {
         FacetModel::Ggx => &GGX,
         FacetModel::GgxIndependent => &GGX_INDEPENDENT,
@@ -106,7 +110,8 @@ mod tests {
     use crate::rng::{Purpose, Stream};
 
     /// `G₂ / G₁(o)` of directions at these cosines.
-    fn unshadowed(seen: f32, cos: f32, Microfacets { alpha, model }: Microfacets) -> f32 {
+    fn unshadowed(seen: f32, cos: f32, facets: Microfacets) -> f32 {
+        let (alpha, model) = (facets.mean(), facets.model);
         let slope = |cos: f32| alpha * (1.0 - cos * cos).max(0.0).sqrt() / cos;
         let inverse = |cos: f32| 0.5 * (1.0 + (1.0 + slope(cos) * slope(cos)).sqrt());
         let slope = slope(cos);
@@ -146,7 +151,7 @@ mod tests {
         let mut s = Stream::new(11, Purpose::Test, 0);
         let alphas = [0.01, 0.03, 0.1, 0.2, 0.42, 0.75, 1.0];
         for facets in
-            FacetModel::ALL.iter().flat_map(|&model| alphas.map(|alpha| Microfacets { alpha, model }))
+            FacetModel::ALL.iter().flat_map(|&model| alphas.map(|alpha| Microfacets::even(alpha, model)))
         {
             for ior in [1.2, 1.5, 1.62, 2.4, 4.0] {
                 let boundary = Boundary::new(facets, ior);

@@ -39,10 +39,13 @@ const UNMASKED: f32 = 1.6;
 const STEEPEST: f64 = 6.0;
 
 /// The density `D` of normals at `half` (sr⁻¹, per area of the surface).
+///
+/// * `slopes`: `t` of the exponent, times the squared length of `half` along the normal; of brushed
+///   surfaces with squeezed components.
 #[inline(always)]
-pub(crate) fn distribution<R: Real>(half: HalfVector<R>, alpha: f32) -> R {
+pub(super) fn distribution<R: Real>(half: HalfVector<R>, slopes: R, alpha: f32) -> R {
     let t = half.tangential2 / half.axial2;
-    let x = t * R::splat(1.0 / (alpha * alpha));
+    let x = slopes / half.axial2 * R::splat(1.0 / (alpha * alpha));
     let exponential = exp2_of(R::splat(-LOG2_E) * x.min(R::splat(DARK)));
     let root = t + R::splat(1.0);
     let density = exponential * (root * root) * R::splat(FRAC_1_PI / (alpha * alpha));
@@ -50,17 +53,25 @@ pub(crate) fn distribution<R: Real>(half: HalfVector<R>, alpha: f32) -> R {
 }
 
 /// `G₁ G₁ / (4 c_o c_i)`: masking and shadowing, independent, with the Jacobian of the reflection.
+///
+/// * `spread_o`, `spread_i`: [`spread`] of each direction.
 #[inline(always)]
-pub(crate) fn visibility<R: Real>(cos_o: f32, cos_i: R, alpha: f32) -> R {
-    R::splat(0.25 * unmasked(cos_o, alpha) / cos_o) * (unmasked(cos_i, alpha) / cos_i)
+pub(super) fn visibility<R: Real>(cos_o: f32, spread_o: f32, cos_i: R, spread_i: R) -> R {
+    R::splat(0.25 * unmasked(cos_o, spread_o) / cos_o) * (unmasked(cos_i, spread_i) / cos_i)
+}
+
+/// `α sin θ` of a direction of cosine `cos`.
+#[inline(always)]
+pub(super) fn spread<R: Real>(cos: R, alpha: f32) -> R {
+    let sin2 = (R::splat(1.0) - cos * cos).max(R::splat(f32::MIN_POSITIVE));
+    R::splat(alpha) * sin2.sqrt()
 }
 
 /// `G₁` at a cosine above zero.
 #[inline(always)]
-fn unmasked<R: Real>(cos: R, alpha: f32) -> R {
+fn unmasked<R: Real>(cos: R, spread: R) -> R {
     let one = R::splat(1.0);
-    let sin2 = (one - cos * cos).max(R::splat(f32::MIN_POSITIVE));
-    let a = cos / (R::splat(alpha) * sin2.sqrt());
+    let a = cos / spread;
     // Where it is not used it may not overflow.
     let a = a.min(R::splat(UNMASKED));
     let above = a * (R::splat(3.535) + R::splat(2.181) * a);
@@ -69,12 +80,12 @@ fn unmasked<R: Real>(cos: R, alpha: f32) -> R {
 }
 
 /// `A = ∫ (ω·m)⁺ D dm`: projected area of the facets that face a direction of cosine `cos`.
+///
+/// * `spread`: `α sin θ` of the direction.
 #[inline]
-pub(super) fn visible_area(cos: f32, alpha: f32) -> f32 {
-    let (cos, alpha) = (f64::from(cos), f64::from(alpha));
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    let a = cos / (alpha * sin).max(f64::MIN_POSITIVE);
-    let slopes = alpha * sin * exp_f64(-a * a) / std::f64::consts::PI.sqrt();
+pub(super) fn visible_area(cos: f64, spread: f64) -> f32 {
+    let a = cos / spread.max(f64::MIN_POSITIVE);
+    let slopes = spread * exp_f64(-a * a) / std::f64::consts::PI.sqrt();
     (0.5 * (cos * (2.0 - erfc(a)) + slopes)) as f32
 }
 

@@ -21,38 +21,42 @@ use crate::math::elementary::sin_cos;
 use crate::math::{Real, Vec3};
 
 /// The density `D` of normals at `half` (sr⁻¹, per area of the surface).
+///
+/// * `slopes`: `t` times the squared length of `half` along the normal; of brushed surfaces with
+///   squeezed components.
 #[inline(always)]
-pub(crate) fn distribution<R: Real>(half: HalfVector<R>, alpha: f32) -> R {
+pub(super) fn distribution<R: Real>(half: HalfVector<R>, slopes: R, alpha: f32) -> R {
     let HalfVector { tangential2, axial2 } = half;
-    let root = R::splat(alpha) * (tangential2 + axial2) / (R::splat(alpha * alpha) * axial2 + tangential2);
+    let root = R::splat(alpha) * (tangential2 + axial2) / (R::splat(alpha * alpha) * axial2 + slopes);
     root * root * R::splat(FRAC_1_PI)
 }
 
 /// `G₂ / (4 c_o c_i)`, correlated by height: masking and shadowing with the Jacobian of the
 /// reflection.
+///
+/// * `stretch_o`, `stretch_i`: [`stretch`] of each direction.
 #[inline(always)]
-pub(crate) fn visibility<R: Real>(cos_o: f32, cos_i: R, alpha: f32) -> R {
-    let both = R::splat(cos_o) * stretch(cos_i, alpha) + cos_i * R::splat(stretch(cos_o, alpha));
-    R::splat(0.5) / both
+pub(super) fn visibility<R: Real>(cos_o: f32, stretch_o: R, cos_i: R, stretch_i: R) -> R {
+    R::splat(0.5) / (R::splat(cos_o) * stretch_i + cos_i * stretch_o)
 }
 
 /// The same of independent masking and shadowing.
 #[inline(always)]
-pub(crate) fn independent_visibility<R: Real>(cos_o: f32, cos_i: R, alpha: f32) -> R {
-    R::splat(1.0) / (R::splat(cos_o + stretch(cos_o, alpha)) * (cos_i + stretch(cos_i, alpha)))
+pub(super) fn independent_visibility<R: Real>(cos_o: f32, stretch_o: f32, cos_i: R, stretch_i: R) -> R {
+    R::splat(1.0) / (R::splat(cos_o + stretch_o) * (cos_i + stretch_i))
 }
 
 /// `S(c)`: length of a direction of cosine `c` after stretching the surface to `α = 1`.
 #[inline(always)]
-fn stretch<R: Real>(cos: R, alpha: f32) -> R {
+pub(super) fn stretch<R: Real>(cos: R, alpha: f32) -> R {
     let alpha2 = alpha * alpha;
     (R::splat(alpha2) + R::splat(1.0 - alpha2) * cos * cos).sqrt()
 }
 
 /// `∫ (ω·m)⁺ D dm = c / G₁`: projected area of the facets that face a direction of cosine `cos`.
 #[inline]
-pub(super) fn visible_area(cos: f32, alpha: f32) -> f32 {
-    0.5 * (cos + stretch(cos, alpha))
+pub(super) fn visible_area(cos: f32, stretch: f32) -> f32 {
+    0.5 * (cos + stretch)
 }
 
 /// Draws a normal that the unit vector `w` (`z > 0`) sees on a surface of `α = 1`, not normalised.

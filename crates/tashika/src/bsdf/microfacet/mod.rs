@@ -9,6 +9,18 @@
 //! one direction sees are those of `ggx` or `beckmann`; `G₂` is by [`FacetModel`], since formats
 //! mean different things by the same roughness.
 //!
+//! # Brushed surfaces
+//! Facets of roughness `α_u` along the first axis of the shading frame and `α_v` along the second
+//! are those of roughness 1, squeezed by `α_u` and `α_v` (Heitz 2014, section 5). With the mean
+//! `ᾱ = √(α_u α_v)`, `h` the half vector of any length and `ω` a direction of cosine `c`,
+//!
+//! ```text
+//! D(h)    is that of ᾱ with (α_v/α_u) h_x² + (α_u/α_v) h_y² in place of h_x² + h_y² in t, but for 1 + t
+//! G₁(ω)   is that of the roughness α with α² sin²θ = α_u² ω_x² + α_v² ω_y²
+//! ```
+//!
+//! Surfaces that are as rough in all directions are evaluated without these sums.
+//!
 //! # Precision
 //! The half vector is never normalised: its angles come from `ω_o + ω_i` as it is, which cannot be
 //! zero for two directions above the horizon. What remains is the rounding of the directions: it
@@ -30,6 +42,9 @@ use crate::math::{Real, Vec3};
 /// 10 % above 0.01 (test `rounding_is_harmless_down_to_min_alpha`). Smoother surfaces are a
 /// [`Mirror`](super::Mirror) or [`Glass`](super::Glass), or are given this value.
 pub const MIN_ALPHA: f32 = 1e-3;
+
+/// Largest roughness along an axis. The principled material reaches `√10`.
+pub const MAX_ALPHA: f32 = 4.0;
 
 /// The distribution of the normals of facets, and how masking and shadowing go together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,57 +68,153 @@ impl FacetModel {
 /// The facets of a rough surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacets {
-    /// Roughness `α` in [[`MIN_ALPHA`], 1]. Higher values make the lobe wider.
-    pub alpha: f32,
+    /// Roughness `α` along the first and the second axis of the shading frame. Higher values make
+    /// the lobe wider. The smaller is in [[`MIN_ALPHA`], 1], the larger at most [`MAX_ALPHA`], of
+    /// Beckmann's facets 1.
+    pub alpha: [f32; 2],
     /// What they are distributed by.
     pub model: FacetModel,
 }
 
 impl Microfacets {
+    /// Facets of roughness `alpha` in all directions.
+    pub const fn even(alpha: f32, model: FacetModel) -> Self {
+        Self { alpha: [alpha; 2], model }
+    }
+
     /// GGX facets, correlated by height.
     pub const fn ggx(alpha: f32) -> Self {
-        Self { alpha, model: FacetModel::Ggx }
+        Self::even(alpha, FacetModel::Ggx)
+    }
+
+    /// Whether they are as rough in all directions.
+    #[inline(always)]
+    pub fn is_even(&self) -> bool {
+        self.alpha[0] == self.alpha[1]
+    }
+
+    /// The smaller roughness.
+    pub fn narrowest(&self) -> f32 {
+        self.alpha[0].min(self.alpha[1])
+    }
+
+    /// The larger roughness.
+    pub fn widest(&self) -> f32 {
+        self.alpha[0].max(self.alpha[1])
+    }
+
+    /// The geometric mean `ᾱ` of both.
+    #[inline(always)]
+    pub fn mean(&self) -> f32 {
+        let [u, v] = self.alpha;
+        if u == v { u } else { (u * v).sqrt() }
+    }
+
+    /// The root mean square of both.
+    #[inline(always)]
+    pub(super) fn root_mean_square(&self) -> f32 {
+        let [u, v] = self.alpha;
+        if u == v { u } else { (0.5 * (u * u + v * v)).sqrt() }
     }
 
     /// `D G₂ / (4 c_o c_i)` (sr⁻¹) of directions above the horizon.
+    ///
+    /// * `half`: of both.
     #[inline(always)]
-    pub fn reflection<R: Real>(&self, half: HalfVector<R>, cos_o: f32, cos_i: R) -> R {
-        let alpha = self.alpha;
+    pub fn reflection<R: Real>(&self, half: HalfVector<R>, wo: Vec3, wi: [R; 3]) -> R {
+        let (slopes, alpha, cos_i) = (self.squeezed(half, wo, wi), self.mean(), wi[2]);
         match self.model {
-            FacetModel::Ggx => ggx::distribution(half, alpha) * ggx::visibility(cos_o, cos_i, alpha),
+            FacetModel::Ggx => {
+                let [o, i] = [R::splat(self.stretch(wo.to_array())), self.stretch(wi)];
+                ggx::distribution(half, slopes, alpha) * ggx::visibility(wo.z, o, cos_i, i)
+            }
             FacetModel::GgxIndependent => {
-                ggx::distribution(half, alpha) * ggx::independent_visibility(cos_o, cos_i, alpha)
+                let (o, i) = (self.stretch(wo.to_array()), self.stretch(wi));
+                ggx::distribution(half, slopes, alpha) * ggx::independent_visibility(wo.z, o, cos_i, i)
             }
             FacetModel::Beckmann => {
-                beckmann::distribution(half, alpha) * beckmann::visibility(cos_o, cos_i, alpha)
+                let (o, i) = (self.spread(wo.to_array()), self.spread(wi));
+                beckmann::distribution(half, slopes, alpha) * beckmann::visibility(wo.z, o, cos_i, i)
             }
         }
     }
 
     /// Density (sr⁻¹) of the reflections drawn by [`Microfacets::sample_reflection`].
     #[inline]
-    pub fn reflection_pdf(&self, cos_o: f32, half: HalfVector<f32>) -> f32 {
+    pub fn reflection_pdf(&self, half: HalfVector<f32>, wo: Vec3, wi: Vec3) -> f32 {
+        let (slopes, alpha) = (self.squeezed(half, wo, wi.to_array()), self.mean());
+        let density = match self.model {
+            FacetModel::Ggx | FacetModel::GgxIndependent => ggx::distribution(half, slopes, alpha),
+            FacetModel::Beckmann => beckmann::distribution(half, slopes, alpha),
+        };
+        density / (4.0 * self.visible_area(wo))
+    }
+
+    /// `G₂ / G₁(o)`: how much of what facets seen from one side send to the other is not in shadow,
+    /// of directions above the horizon or mirrored to there.
+    pub(super) fn unshadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self.model {
+            FacetModel::Ggx => {
+                let [o, i] = [wo, wi].map(|w| self.stretch(w.to_array()));
+                4.0 * wi.z * self.visible_area(wo) * ggx::visibility(wo.z, o, wi.z, i)
+            }
+            FacetModel::GgxIndependent | FacetModel::Beckmann => wi.z / self.visible_area(wi),
+        }
+    }
+
+    /// `∫ (ω·m)⁺ D dm = c / G₁`: projected area of the facets that face a direction above the
+    /// horizon.
+    #[inline]
+    fn visible_area(&self, w: Vec3) -> f32 {
         match self.model {
             FacetModel::Ggx | FacetModel::GgxIndependent => {
-                ggx::distribution(half, self.alpha) / (4.0 * ggx::visible_area(cos_o, self.alpha))
+                ggx::visible_area(w.z, self.stretch(w.to_array()))
             }
             FacetModel::Beckmann => {
-                beckmann::distribution(half, self.alpha) / (4.0 * beckmann::visible_area(cos_o, self.alpha))
+                let [u, v] = self.alpha.map(f64::from);
+                let [x, y, cos] = [w.x, w.y, w.z].map(f64::from);
+                let spread = if u == v {
+                    u * (1.0 - cos * cos).max(0.0).sqrt()
+                } else {
+                    (u * u * x * x + v * v * y * y).sqrt()
+                };
+                beckmann::visible_area(cos, spread)
             }
         }
     }
 
-    /// `G₂ / G₁(o)`: how much of what facets seen from one side send to the other is not in shadow,
-    /// of the cosines of both with the normal, without sign.
-    pub(super) fn unshadowed(&self, cos_o: f32, cos_i: f32) -> f32 {
-        let alpha = self.alpha;
-        match self.model {
-            FacetModel::Ggx => {
-                4.0 * cos_i * ggx::visible_area(cos_o, alpha) * ggx::visibility(cos_o, cos_i, alpha)
-            }
-            FacetModel::GgxIndependent => cos_i / ggx::visible_area(cos_i, alpha),
-            FacetModel::Beckmann => cos_i / beckmann::visible_area(cos_i, alpha),
+    /// Squared length of the part of the half vector in the surface, each component in units of its
+    /// roughness, times `ᾱ²`.
+    #[inline(always)]
+    fn squeezed<R: Real>(&self, half: HalfVector<R>, wo: Vec3, wi: [R; 3]) -> R {
+        let [u, v] = self.alpha;
+        if u == v {
+            return half.tangential2;
         }
+        let (x, y) = (R::splat(wo.x) + wi[0], R::splat(wo.y) + wi[1]);
+        R::splat(v / u) * x * x + R::splat(u / v) * y * y
+    }
+
+    /// `S`: length of a direction after stretching the surface to a roughness of 1.
+    #[inline(always)]
+    fn stretch<R: Real>(&self, w: [R; 3]) -> R {
+        let [u, v] = self.alpha;
+        if u == v {
+            return ggx::stretch(w[2], u);
+        }
+        let (x, y) = (R::splat(u) * w[0], R::splat(v) * w[1]);
+        (x * x + y * y + w[2] * w[2]).sqrt()
+    }
+
+    /// `α sin θ` of a direction.
+    #[inline(always)]
+    fn spread<R: Real>(&self, w: [R; 3]) -> R {
+        let [u, v] = self.alpha;
+        if u == v {
+            return beckmann::spread(w[2], u);
+        }
+        let (x, y) = (R::splat(u) * w[0], R::splat(v) * w[1]);
+        (x * x + y * y).max(R::splat(f32::MIN_POSITIVE)).sqrt()
     }
 
     /// Reflects `wo` (`z > 0`) at a facet drawn from those that it sees.
@@ -119,13 +230,13 @@ impl Microfacets {
     /// A surface stretched to `α = 1` has facets of the same kind, of which `wo`, stretched, sees
     /// the same ones (Heitz and d'Eon 2014).
     pub fn sample_visible_normal(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
-        let alpha = self.alpha;
-        let w = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
+        let [along, across] = self.alpha;
+        let w = Vec3::new(along * wo.x, across * wo.y, wo.z).normalize();
         let h = match self.model {
             FacetModel::Ggx | FacetModel::GgxIndependent => ggx::sample_visible_normal(w, u),
             FacetModel::Beckmann => beckmann::sample_visible_normal(w, u),
         };
-        Vec3::new(alpha * h.x, alpha * h.y, h.z).normalize()
+        Vec3::new(along * h.x, across * h.y, h.z).normalize()
     }
 }
 

@@ -3,8 +3,8 @@
 use std::mem::discriminant;
 
 use super::super::{
-    Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Glass, Lambert, MIN_ALPHA, MetallicRoughness,
-    Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel,
+    Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Glass, Lambert, MAX_ALPHA, MIN_ALPHA,
+    MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -35,7 +35,8 @@ pub fn all() -> Vec<Case> {
     }
     add("Phong diffuse only".into(), phong(ORANGE, Rgb::BLACK, 50.0));
     let alphas = [MIN_ALPHA, 0.05, 0.4, 1.0];
-    for facets in FacetModel::ALL.iter().flat_map(|&model| alphas.map(|alpha| Microfacets { alpha, model })) {
+    let even = FacetModel::ALL.iter().flat_map(|&model| alphas.map(|alpha| Microfacets::even(alpha, model)));
+    for facets in even {
         let white = ConductorFresnel::Schlick { f0: Rgb::WHITE };
         add(format!("Conductor white, {facets:?}"), conductor(white, facets));
         add(format!("Conductor gold, {facets:?}"), conductor(gold(), facets));
@@ -46,6 +47,11 @@ pub fn all() -> Vec<Case> {
             format!("Principled, {facets:?}"),
             principled(ORANGE, Rgb::BLACK, 0.5, (0.0, Rgb::BLACK, 1.5), facets),
         );
+    }
+    for facets in brushed() {
+        let white = ConductorFresnel::Schlick { f0: Rgb::WHITE };
+        add(format!("Conductor white, {facets:?}"), conductor(white, facets));
+        add(format!("MetallicRoughness, {facets:?}"), metallic_roughness(ORANGE, Rgb::gray(0.3), facets));
     }
     let dark = ConductorFresnel::Schlick { f0: Rgb::BLACK };
     add("Conductor black but for grazing light".into(), conductor(dark, 0.2));
@@ -82,6 +88,15 @@ pub fn all() -> Vec<Case> {
     bsdfs.into_iter().map(|(name, bsdf)| Case { name, bsdf }).collect()
 }
 
+/// Facets of two roughnesses.
+pub fn brushed() -> Vec<Microfacets> {
+    let of = |alpha: [[f32; 2]; 2]| {
+        FacetModel::ALL.iter().flat_map(move |&model| alpha.map(|alpha| Microfacets { alpha, model }))
+    };
+    let wide = Microfacets { alpha: [MAX_ALPHA, 0.3], model: FacetModel::GgxIndependent };
+    of([[0.5, 0.1], [0.2, 1.0]]).chain([wide]).collect()
+}
+
 /// The cases whose density is a function.
 pub fn smooth() -> Vec<Case> {
     all().into_iter().filter(|case| !case.bsdf.is_specular()).collect()
@@ -92,7 +107,11 @@ pub fn random(stream: &mut Stream) -> Bsdf {
     let mut colour = || Rgb::from(stream.uniform_3());
     let (a, b) = (colour(), colour());
     let alpha = powf(MIN_ALPHA, stream.uniform()).max(MIN_ALPHA);
-    let facets = Microfacets { alpha, model: FacetModel::ALL[stream.below(3) as usize] };
+    let model = FacetModel::ALL[stream.below(3) as usize];
+    // As rough in all directions every second time; no lobe is a line that quadrature misses.
+    let across = alpha * (0.2 + 0.8 * stream.uniform());
+    let across = if stream.below(2) == 0 { alpha } else { across.clamp(MIN_ALPHA, alpha) };
+    let facets = Microfacets { alpha: [alpha, across], model };
     let ior = 1.0001 + 3.9 * stream.uniform() * stream.uniform();
     match stream.below(11) {
         0 => lambert(a),

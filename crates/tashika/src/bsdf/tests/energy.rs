@@ -151,10 +151,10 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
     for Case { name, mut bsdf } in cases::all() {
         match &mut bsdf {
             Bsdf::Phong(b) => b.exponent = 1.0,
-            Bsdf::Plastic(b) => b.facets.alpha = 1.0,
-            Bsdf::Coated(b) => b.facets.alpha = 1.0,
-            Bsdf::MetallicRoughness(b) => b.facets.alpha = 1.0,
-            Bsdf::Principled(b) => b.facets.alpha = 1.0,
+            Bsdf::Plastic(b) => b.facets.alpha = [1.0; 2],
+            Bsdf::Coated(b) => b.facets.alpha = [1.0; 2],
+            Bsdf::MetallicRoughness(b) => b.facets.alpha = [1.0; 2],
+            Bsdf::Principled(b) => b.facets.alpha = [1.0; 2],
             Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
             }
         }
@@ -178,12 +178,12 @@ fn the_rough_albedo_is_near_the_true_one() {
         let stated = bsdf.albedo();
         assert!(stated.is_valid() && stated.max_channel() <= 1.0, "{name}: {stated:?}");
         let wide = match bsdf {
-            Bsdf::Plastic(b) => b.facets.alpha > 0.1,
-            Bsdf::Conductor(b) => b.facets.alpha > 0.1,
-            Bsdf::Coated(b) => b.facets.alpha > 0.1,
-            Bsdf::MetallicRoughness(b) => b.facets.alpha > 0.1,
+            Bsdf::Plastic(b) => b.facets.widest() > 0.1,
+            Bsdf::Conductor(b) => b.facets.widest() > 0.1,
+            Bsdf::Coated(b) => b.facets.widest() > 0.1,
+            Bsdf::MetallicRoughness(b) => b.facets.widest() > 0.1,
             // What exceeds 1 is cut.
-            Bsdf::Principled(b) => b.facets.alpha > 0.1 || stated.max_channel() == 1.0,
+            Bsdf::Principled(b) => b.facets.widest() > 0.1 || stated.max_channel() == 1.0,
             Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
                 false
             }

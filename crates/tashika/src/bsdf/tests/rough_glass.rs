@@ -9,31 +9,34 @@ use crate::color::Rgb;
 use crate::math::Vec3;
 
 const IOR: f32 = 1.5;
-const ALPHA: f32 = 0.3;
+/// Along the two axes.
+const ALPHA: [f32; 2] = [0.4, 0.2];
 
 fn rough(model: FacetModel) -> Glass {
     let facets = Some(Microfacets { alpha: ALPHA, model });
     Glass { ior: IOR, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets }
 }
 
-/// `D(h)` and `G₂(o, i)` of unit directions, `h` above the surface; cosines without sign.
-fn facets(model: FacetModel, h: DVec3, cos_o: f64, cos_i: f64) -> (f64, f64) {
-    let a2 = f64::from(ALPHA).powi(2);
-    let tan2 = |c: f64| 1.0 / (c * c) - 1.0;
-    let ggx = a2 / (std::f64::consts::PI * (h.z * h.z * (a2 - 1.0) + 1.0).powi(2));
-    let lambda = |c: f64| ((1.0 + a2 * tan2(c)).sqrt() - 1.0) / 2.0;
+/// `D(h)` and `G₂(o, i)` of unit directions, `h` above the surface.
+fn facets(model: FacetModel, h: DVec3, o: DVec3, i: DVec3) -> (f64, f64) {
+    let [u, v] = ALPHA.map(f64::from);
+    let slope = (h.x * h.x / (u * u) + h.y * h.y / (v * v)) / (h.z * h.z);
+    let normalised = std::f64::consts::PI * u * v * h.z.powi(4);
+    let ggx = 1.0 / (normalised * (1.0 + slope).powi(2));
+    let seen = |w: DVec3| (w.x * w.x * u * u + w.y * w.y * v * v) / (w.z * w.z);
+    let lambda = |w: DVec3| ((1.0 + seen(w)).sqrt() - 1.0) / 2.0;
     match model {
-        FacetModel::Ggx => (ggx, 1.0 / (1.0 + lambda(cos_o) + lambda(cos_i))),
-        FacetModel::GgxIndependent => (ggx, 1.0 / ((1.0 + lambda(cos_o)) * (1.0 + lambda(cos_i)))),
+        FacetModel::Ggx => (ggx, 1.0 / (1.0 + lambda(o) + lambda(i))),
+        FacetModel::GgxIndependent => (ggx, 1.0 / ((1.0 + lambda(o)) * (1.0 + lambda(i)))),
         FacetModel::Beckmann => {
-            let d = (-tan2(h.z) / a2).exp() / (std::f64::consts::PI * a2 * h.z.powi(4));
-            let g1 = |c: f64| {
-                let a = 1.0 / (a2 * tan2(c)).sqrt();
+            let d = (-slope).exp() / normalised;
+            let g1 = |w: DVec3| {
+                let a = 1.0 / seen(w).sqrt();
                 let lambda = 0.5
                     * ((-a * a).exp() / (a * std::f64::consts::PI.sqrt()) - crate::math::elementary::erfc(a));
                 1.0 / (1.0 + lambda)
             };
-            (d, g1(cos_o) * g1(cos_i))
+            (d, g1(o) * g1(i))
         }
     }
 }
@@ -59,7 +62,7 @@ fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     let up = o.z.signum();
     if o.z * i.z > 0.0 {
         let h = (o + i).normalize();
-        let (d, g) = facets(model, h * up, cos_o, cos_i);
+        let (d, g) = facets(model, h * up, o, i);
         return fresnel(o.dot(h), eta) * d * g / (4.0 * cos_o);
     }
     let mut h = -(o + i * eta).normalize();
@@ -70,7 +73,7 @@ fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     if o_h <= 0.0 || i_h >= 0.0 {
         return 0.0;
     }
-    let (d, g) = facets(model, h * up, cos_o, cos_i);
+    let (d, g) = facets(model, h * up, o, i);
     let passed = eta * eta * (1.0 - fresnel(o_h, eta)) * d * g / (o_h + eta * i_h).powi(2);
     o_h * -i_h / cos_o * passed
 }

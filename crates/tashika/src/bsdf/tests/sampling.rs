@@ -41,8 +41,9 @@ fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
         | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. })
         | Bsdf::Principled(Principled { facets, .. }) => {
             // At grazing angles lobes are lines, and Beckmann's have no tails that lead to them.
-            is_line = facets.model == FacetModel::Beckmann && facets.alpha < 0.3 && wo.z < 0.1;
-            f64::from(if is_line { facets.alpha * wo.z } else { facets.alpha }).powi(2)
+            let alpha = facets.narrowest();
+            is_line = facets.model == FacetModel::Beckmann && alpha < 0.3 && wo.z < 0.1;
+            f64::from(if is_line { alpha * wo.z } else { alpha }).powi(2)
         }
     };
     let (sectors, levels) = if is_line { (256, 2) } else { (16, 0) };

@@ -16,6 +16,10 @@ use crate::math::Vec3;
 
 /// A pair of directions above the horizon and what the formulas need of it.
 struct Pair {
+    /// Both, and the half vector.
+    o: DVec3,
+    i: DVec3,
+    h: DVec3,
     cos_o: f64,
     cos_i: f64,
     /// Between the mirror direction of one and the other.
@@ -30,28 +34,31 @@ impl Pair {
         let (o, i) = (wo.as_dvec3().normalize(), wi.as_dvec3().normalize());
         let h = (o + i).normalize();
         let mirror = DVec3::new(-o.x, -o.y, o.z);
-        Self { cos_o: o.z, cos_i: i.z, cos_mirror: mirror.dot(i), cos_h: h.z, cos_d: o.dot(h) }
+        Self { o, i, h, cos_o: o.z, cos_i: i.z, cos_mirror: mirror.dot(i), cos_h: h.z, cos_d: o.dot(h) }
     }
 
-    /// `D G₂ / (4 c_o c_i)`.
+    /// `D G₂ / (4 c_o c_i)` of brushed facets (Heitz 2014, section 5).
     fn facets(&self, Microfacets { alpha, model }: Microfacets) -> f64 {
-        let (a2, tan2) = (f64::from(alpha).powi(2), |c: f64| 1.0 / (c * c) - 1.0);
-        let ggx = || a2 / (PI * (self.cos_h * self.cos_h * (a2 - 1.0) + 1.0).powi(2));
-        let lambda = |c: f64| ((1.0 + a2 * tan2(c)).sqrt() - 1.0) / 2.0;
-        let (of_o, of_i) = (lambda(self.cos_o), lambda(self.cos_i));
+        let [u, v] = alpha.map(f64::from);
+        // `tan²θ (cos²φ/α_u² + sin²φ/α_v²)`, and `α² tan²θ` with the roughness along a direction.
+        let slope = |w: DVec3| (w.x * w.x / (u * u) + w.y * w.y / (v * v)) / (w.z * w.z);
+        let seen = |w: DVec3| (w.x * w.x * u * u + w.y * w.y * v * v) / (w.z * w.z);
+        let ggx = || 1.0 / (PI * u * v * self.cos_h.powi(4) * (1.0 + slope(self.h)).powi(2));
+        let lambda = |w: DVec3| ((1.0 + seen(w)).sqrt() - 1.0) / 2.0;
+        let (of_o, of_i) = (lambda(self.o), lambda(self.i));
         let facets = match model {
             FacetModel::Ggx => ggx() / (1.0 + of_o + of_i),
             FacetModel::GgxIndependent => ggx() / ((1.0 + of_o) * (1.0 + of_i)),
             FacetModel::Beckmann => {
                 // The printed formula is 1.00005 at its end.
-                let g1 = |c: f64| match 1.0 / (a2 * tan2(c)).sqrt() {
+                let g1 = |w: DVec3| match 1.0 / seen(w).sqrt() {
                     a if a < 1.6 => {
                         ((3.535 * a + 2.181 * a * a) / (1.0 + 2.276 * a + 2.577 * a * a)).min(1.0)
                     }
                     _ => 1.0,
                 };
-                let exponential = (-tan2(self.cos_h) / a2).exp();
-                exponential / (PI * a2 * self.cos_h.powi(4)) * g1(self.cos_o) * g1(self.cos_i)
+                let exponential = (-slope(self.h)).exp();
+                exponential / (PI * u * v * self.cos_h.powi(4)) * g1(self.o) * g1(self.i)
             }
         };
         facets / (4.0 * self.cos_o * self.cos_i)
@@ -144,11 +151,13 @@ fn values_are_those_of_the_sources() {
     for Case { name, bsdf } in cases::all() {
         let (sharp, internal) = match bsdf {
             Bsdf::Phong(b) => (b.exponent > 1000.0, 0.0),
-            Bsdf::Plastic(b) => (b.facets.alpha < 0.05, 0.0),
-            Bsdf::Conductor(b) => (b.facets.alpha < 0.05, 0.0),
-            Bsdf::Coated(b) => (b.facets.alpha < 0.05, f64::from(Boundary::new(b.facets, b.ior).inside())),
-            Bsdf::MetallicRoughness(b) => (b.facets.alpha < 0.05, 0.0),
-            Bsdf::Principled(b) => (b.facets.alpha < 0.05, 0.0),
+            Bsdf::Plastic(b) => (b.facets.narrowest() < 0.05, 0.0),
+            Bsdf::Conductor(b) => (b.facets.narrowest() < 0.05, 0.0),
+            Bsdf::Coated(b) => {
+                (b.facets.narrowest() < 0.05, f64::from(Boundary::new(b.facets, b.ior).inside()))
+            }
+            Bsdf::MetallicRoughness(b) => (b.facets.narrowest() < 0.05, 0.0),
+            Bsdf::Principled(b) => (b.facets.narrowest() < 0.05, 0.0),
             Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (false, 0.0),
         };
         if sharp {

@@ -42,7 +42,12 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("attribute", "POSITION", Full, "vertices"),
     row("attribute", "NORMAL", Full, "shading normals; flat shading without them"),
     row("attribute", "TEXCOORD_0", Full, "texture coordinates; any set can be chosen"),
-    row("attribute", "TANGENT", Ignored, "normal maps take their tangents from the texture coordinates"),
+    row(
+        "attribute",
+        "TANGENT",
+        Ignored,
+        "normal maps and brushed surfaces take their tangents from the texture coordinates",
+    ),
     row("attribute", "COLOR_0", Approximated, "the mean over the primitive multiplies the base colour"),
     row("accessor", "sparse", Full, "elements replaced by others, with or without a buffer view"),
     row("accessor", "normalized", Full, "integers as fractions"),
@@ -137,11 +142,12 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
         "its highlight replaces that of a dielectric; over metal it is a share of 0.04 at all angles",
     ),
     row("KHR_materials_clearcoat", "clearcoatNormalTexture", Ignored, "the coat has the normals of the base"),
+    row("extension", "KHR_materials_anisotropy", Full, "facets of two roughnesses"),
     row(
-        "extension",
         "KHR_materials_anisotropy",
+        "anisotropyTexture",
         Approximated,
-        "the same roughness in all directions, √(α_t α_b)",
+        "glass is as rough in all directions where its roughness or its anisotropy is textured",
     ),
     row(
         "extension",

@@ -137,12 +137,12 @@ impl Meshes {
         let wanted = primitive.material.map(|m| m.value());
         let material = self.materials.get(source, builder, wanted, tint)?;
         let has_map = wanted.is_some_and(|i| source.root.materials[i].normal_texture.is_some());
-        if has_map && attribute(Semantic::Tangents).is_some() {
+        if (has_map || material.is_brushed) && attribute(Semantic::Tangents).is_some() {
             met("attribute", "TANGENT", at(".attributes.TANGENT"), builder)?;
         }
         let uvs = material.uv_set.and_then(|set| attribute(Semantic::TexCoords(set)).map(|uvs| (set, uvs)));
         if material.uv_set.is_some() && uvs.is_none() {
-            let message = "textured primitives without the texture coordinates that their material wants: one texel is used";
+            let message = "textured or brushed primitives without the texture coordinates that their material wants: one texel, or any direction, is used";
             builder.note(NoteKind::Approximated, message, at(".attributes"));
         }
         let normals = attribute(Semantic::Normals);

@@ -32,11 +32,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     full("material", "roughplastic", "rough dielectric coat over a Lambertian base"),
     near("material", "pplastic", "smooth or rough plastic, not polarized"),
     full("material", "principled", "Disney's principled material; glass where it transmits"),
-    near(
-        "material",
-        "principled anisotropic",
-        "as rough in all directions: up to 38 % off in what it reflects",
-    ),
+    near("material", "principled anisotropic", "of glass by its factor alone where it is textured"),
     near("material", "principled clearcoat", "none: up to 15 % off in what it reflects"),
     near("material", "principled flatness", "none: up to 29 % off in what it reflects"),
     near("material", "principled spec_trans", "opaque below 0.5, glass from it on"),
@@ -71,7 +67,11 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     none("material", "circular", "invisible"),
     near("material", "distribution phong", "Beckmann's of the same roughness"),
     near("material", "distribution as", "Beckmann's of the same roughness"),
-    near("material", "anisotropic roughness", "its geometric mean in all directions"),
+    near(
+        "material",
+        "anisotropic roughness",
+        "of ward the geometric mean in all directions, of plastic the root mean square in what the coat lets in",
+    ),
     // Textures and spectra.
     full("texture", "bitmap", "image"),
     full("texture", "checkerboard", "checkerboard"),

@@ -13,11 +13,8 @@ use crate::scene::{ColorInput, FacetInput, FloatInput, Surface};
 const MOSTLY_TRANSMITTING: f32 = 0.5;
 
 /// Shares whose effect is left out, by the row of the table that says so.
-const LEFT_OUT: [(&str, &str); 3] = [
-    ("anisotropic", "principled anisotropic"),
-    ("clearcoat", "principled clearcoat"),
-    ("flatness", "principled flatness"),
-];
+const LEFT_OUT: [(&str, &str); 2] =
+    [("clearcoat", "principled clearcoat"), ("flatness", "principled flatness")];
 
 impl Translation<'_> {
     /// `principled` and `principledthin`.
@@ -39,6 +36,7 @@ impl Translation<'_> {
         let metallic = self.share(object, "metallic", 0.0)?;
         let specular_tint = self.share(object, "spec_tint", 0.0)?;
         let (sheen, sheen_tint) = (self.share(object, "sheen", 0.0)?, self.share(object, "sheen_tint", 0.0)?);
+        let anisotropic = self.share(object, "anisotropic", 0.0)?;
         let ior = self.principled_ior(object)?;
         let transmission = self.share(object, "spec_trans", 0.0)?.factor;
         if transmission > 0.0 && transmission < 1.0 {
@@ -53,8 +51,14 @@ impl Translation<'_> {
             }
             // Light crosses two interfaces of a solid, each with the square root of the colour.
             let transmittance = base_color.factor.map(f32::sqrt);
+            if anisotropic.texture.is_some() {
+                self.feature("material", "principled anisotropic", &object.place_of("anisotropic"))?;
+            }
             let alpha = self.builder.power(roughness, 2.0)?;
-            let facets = FacetInput { alpha, model: FacetModel::GgxIndependent };
+            let aspect = (1.0 - 0.9 * anisotropic.factor).sqrt();
+            let by = |factor: f32| FloatInput { factor: alpha.factor * factor, ..alpha };
+            let across = (aspect < 1.0).then(|| by(aspect));
+            let facets = FacetInput { alpha: by(1.0 / aspect), across, model: FacetModel::GgxIndependent };
             return Ok(Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance, facets });
         }
         if through > 0.0 {
@@ -64,7 +68,16 @@ impl Translation<'_> {
                 transmittance: share(through),
             });
         }
-        Ok(Surface::Principled { base_color, metallic, roughness, ior, specular_tint, sheen, sheen_tint })
+        Ok(Surface::Principled {
+            base_color,
+            metallic,
+            roughness,
+            ior,
+            specular_tint,
+            sheen,
+            sheen_tint,
+            anisotropic,
+        })
     }
 
     /// A number from 0 to 1.

@@ -1,7 +1,8 @@
 //! `<bsdf>`s that stand alone into surfaces.
 //!
 //! * Facets are distributed by Beckmann, the default, or GGX, masked and shadowed independently.
-//!   Anisotropic: `√(αᵤ αᵥ)`.
+//!   Brushed where `αᵤ` and `αᵥ` differ; what a coat lets in takes the root mean square, and `ward`
+//!   `√(αᵤ αᵥ)`.
 //! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the
 //!   internal reflectance.
 //! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012);
@@ -69,6 +70,9 @@ impl Translation<'_> {
             "pplastic" if object.float("alpha").is_none() => self.plastic(object, 0.0.into()),
             "roughplastic" | "pplastic" => {
                 let facets = self.facets(object)?;
+                if facets.across.is_some() {
+                    self.feature("material", "anisotropic roughness", &object.at)?;
+                }
                 self.plastic(object, facets)
             }
             "principled" | "principledthin" => self.principled(object),
@@ -82,7 +86,12 @@ impl Translation<'_> {
                 object.accept(&["variant"]);
                 let diffuse = self.reflectance(object, "diffuse_reflectance", GREY)?;
                 let specular = self.reflectance(object, "specular_reflectance", Rgb::gray(0.2))?;
-                let alpha = f64::from(self.roughness(object)?.factor.max(1e-3));
+                let [u, v] = self.roughness(object)?;
+                if u != v {
+                    self.feature("material", "anisotropic roughness", &object.at)?;
+                }
+                let mean = if u == v { u.factor } else { (u.factor * v.factor).sqrt() };
+                let alpha = f64::from(mean.max(1e-3));
                 let exponent = (2.0 / (alpha * alpha) - 2.0).clamp(0.0, MAX_EXPONENT) as f32;
                 Ok(Surface::Phong { diffuse, specular, exponent })
             }
@@ -150,7 +159,7 @@ impl Translation<'_> {
 
     /// The facets of a bsdf.
     pub(super) fn facets(&mut self, object: &Object) -> Result<FacetInput> {
-        let alpha = self.roughness(object)?;
+        let [alpha, v] = self.roughness(object)?;
         let distribution = distribution(object);
         let model = match distribution.as_str() {
             "beckmann" => FacetModel::Beckmann,
@@ -162,27 +171,21 @@ impl Translation<'_> {
                 FacetModel::Beckmann
             }
         };
-        Ok(FacetInput { alpha, model })
+        Ok(FacetInput { alpha, across: (alpha != v).then_some(v), model })
     }
 
-    /// `alpha`, or the mean of `alpha_u` and `alpha_v`.
-    fn roughness(&mut self, object: &Object) -> Result<FloatInput> {
+    /// `alpha_u` and `alpha_v`, or `alpha` for both, 0 to 1.
+    fn roughness(&mut self, object: &Object) -> Result<[FloatInput; 2]> {
         object.accept(&["sample_visible"]);
-        let (u, v) = (self.float(object, "alpha_u", 0.1)?, self.float(object, "alpha_v", 0.1)?);
-        let isotropic = u == v;
-        let mut alpha = if isotropic && u == 0.1.into() { self.float(object, "alpha", 0.1)? } else { u };
-        if !isotropic {
-            self.feature("material", "anisotropic roughness", &object.at)?;
-            if u.texture.is_none() && v.texture.is_none() {
-                alpha.factor = (u.factor * v.factor).max(0.0).sqrt();
-            }
+        let mut both = [self.float(object, "alpha_u", 0.1)?, self.float(object, "alpha_v", 0.1)?];
+        if both == [0.1.into(); 2] {
+            both = [self.float(object, "alpha", 0.1)?; 2];
         }
-        if !(0.0..=1.0).contains(&alpha.factor) {
+        if both.iter().any(|alpha| !(0.0..=1.0).contains(&alpha.factor)) {
             let message = "roughness outside of 0 to 1: moved into it";
             self.notes.push(NoteKind::Repaired, message, object.place_of("alpha"));
-            alpha.factor = alpha.factor.clamp(0.0, 1.0);
         }
-        Ok(alpha)
+        Ok(both.map(|alpha| FloatInput { factor: alpha.factor.clamp(0.0, 1.0), ..alpha }))
     }
 
     fn conductor(&mut self, object: &Object, facets: FacetInput) -> Result<Surface> {
@@ -205,7 +208,7 @@ impl Translation<'_> {
             let name = object.text("material").unwrap_or(missing);
             match self.metal(object, name)? {
                 Some(constants) => constants,
-                None if facets.alpha == 0.0.into() => return Ok(Surface::Mirror { reflectance: specular }),
+                None if facets == 0.0.into() => return Ok(Surface::Mirror { reflectance: specular }),
                 // A reflectance of one in every direction.
                 None => {
                     return Ok(Surface::Conductor {

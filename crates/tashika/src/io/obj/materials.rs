@@ -165,6 +165,7 @@ impl Converter<'_, '_> {
             metallic: self.mapped_number(metallic, d.map_pm.as_ref()),
             roughness: self.mapped_number(roughness, d.map_pr.as_ref()),
             specular_f0: Rgb::gray(f0 * f0).into(),
+            anisotropy: 0.0.into(),
             model: FacetModel::Ggx,
         }
     }

@@ -59,7 +59,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
         "material",
         "disney",
         Approximated,
-        "principled without clearcoat, anisotropy and scattering below the surface; glass from spectrans 0.5",
+        "principled without clearcoat and scattering below the surface; even glass from spectrans 0.5",
     ),
     row("material", "hair", Approximated, "Lambert of the hair's colour"),
     row("material", "subsurface", Approximated, "diffuse with a dielectric's reflection"),

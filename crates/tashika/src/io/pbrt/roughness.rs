@@ -4,7 +4,6 @@
 //! pbrt-v3, remapped:   x = ln max(r, 10⁻³),   α = 1.62142 + 0.819955 x + 0.1734 x² + 0.0171201 x³ + 0.000640711 x⁴
 //! pbrt-v4, remapped:   α = √r
 //! otherwise:           α = r
-//! anisotropic:         α = √(α_u α_v)                                 (approximated)
 //! ```
 //!
 //! A texture of pbrt-v3's remapped roughness becomes `1.62 r^0.54`, which is within 6 % of the

@@ -12,6 +12,10 @@ use serde::de::IgnoredAny;
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Anisotropy {
     pub anisotropy_strength: f32,
+    /// Counter-clockwise (rad).
+    pub anisotropy_rotation: f32,
+    /// Direction in red and green, strength in blue.
+    pub anisotropy_texture: Option<Info>,
 }
 
 /// `KHR_materials_clearcoat`.

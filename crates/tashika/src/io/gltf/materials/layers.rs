@@ -87,6 +87,7 @@ fn coat(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
         metallic: if is_dielectric { 0.0.into() } else { 1.0.into() },
         roughness,
         specular_f0: Rgb::gray(COAT_F0).into(),
+        anisotropy: 0.0.into(),
         model: FacetModel::Ggx,
     };
     reader.mix(opaque.surface, coated, amount, "coat")
@@ -130,7 +131,7 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
                 reader.met_field(VOLUME, "baseColorTexture")?;
             }
             let transmittance = opaque.base_color.factor * absorption;
-            let facets = reader.builder.power(opaque.roughness, 2.0)?.into();
+            let facets = opaque.glass_facets(reader)?;
             Surface::Glass { ior, reflectance, transmittance, facets }
         }
         None => {

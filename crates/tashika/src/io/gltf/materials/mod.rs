@@ -52,8 +52,11 @@ pub(super) const NO_TINT: Tint = [1.0; 4];
 pub(super) struct UsedMaterial {
     /// The material.
     pub id: MaterialId,
-    /// The set of texture coordinates that it looks up, if it has a texture.
+    /// The set of texture coordinates that it looks up, if it has a texture, or that its facets are
+    /// brushed along.
     pub uv_set: Option<u32>,
+    /// Whether its facets are brushed.
+    pub is_brushed: bool,
 }
 
 /// The materials read so far, by index (none is glTF's default material) and tint.
@@ -81,8 +84,9 @@ impl Materials {
         let item = index.map_or_else(|| "default material".to_owned(), |i| format!("materials[{i}]"));
         let mut reader = Reader::new(source, builder, &mut self.textures, material, item, tint);
         let material = read(&mut reader)?;
-        let uv_set = reader.uv_set;
-        let used = UsedMaterial { uv_set, id: builder.add_material(material)? };
+        let is_brushed = material.tangent.is_some();
+        let uv_set = reader.uv_set.or(is_brushed.then_some(0));
+        let used = UsedMaterial { uv_set, is_brushed, id: builder.add_material(material)? };
         self.used.insert(key, used);
         Ok(used)
     }
@@ -95,6 +99,7 @@ fn read(reader: &mut Reader<'_, '_>) -> Result<Material> {
         emission: emission(reader)?,
         alpha: alpha(reader, opaque.opacity, opaque.texture, opaque.texture_lost)?,
         normal: normal(reader)?,
+        tangent: opaque.tangent,
         ..Material::new(reader.name(), surface)
     };
     if reader.material.occlusion_texture.is_some() {

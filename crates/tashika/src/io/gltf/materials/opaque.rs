@@ -7,8 +7,8 @@
 //! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularColorTexture · specularFactor · specularTexture
 //! ```
 //!
-//! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` and
-//! `α_b = α`; here both are `√(α_t α_b)`.
+//! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` along its
+//! direction and `α_b = α` across.
 //!
 //! `KHR_materials_pbrSpecularGlossiness` becomes, with `s` its specular colour and `g` its
 //! glossiness,
@@ -31,9 +31,9 @@ use super::fields::{Anisotropy, SpecularGlossiness, Strength};
 use super::reader::Reader;
 use crate::bsdf::FacetModel;
 use crate::color::Rgb;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::gltf::textures::{Content, UsedTexture};
-use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
+use crate::scene::{Channel, ColorInput, FacetInput, FloatInput, NoteKind, Surface, TangentInput};
 
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
 const ANISOTROPY: &str = "KHR_materials_anisotropy";
@@ -47,6 +47,10 @@ pub(super) struct Opaque {
     pub base_color: ColorInput,
     pub metallic: FloatInput,
     pub roughness: FloatInput,
+    /// Strength of brushing.
+    pub anisotropy: FloatInput,
+    /// Its direction, if it is brushed.
+    pub tangent: Option<TangentInput>,
     /// Index of refraction; 0 reflects everything.
     pub ior: f32,
     /// Factor on a dielectric's reflection at normal incidence, 0 to 1.
@@ -81,6 +85,8 @@ impl Opaque {
             base_color,
             metallic: 0.0.into(),
             roughness: 1.0.into(),
+            anisotropy: 0.0.into(),
+            tangent: None,
             ior: 1.5,
             specular: Rgb::WHITE,
             opacity: opacity * a,
@@ -99,7 +105,8 @@ impl Opaque {
         let textured =
             |factor, channel| FloatInput { factor, texture: texture.map(|t| (t.texture, channel)) };
         opaque.metallic = textured(metallic, Channel::B);
-        opaque.roughness = textured(isotropic(reader, roughness)?, Channel::G);
+        opaque.roughness = textured(roughness, Channel::G);
+        (opaque.anisotropy, opaque.tangent) = anisotropy(reader)?;
         opaque.ior = ior(reader)?;
         let (f0, strength) = opaque.f0(reader)?;
         if strength > 0.0 || metallic > 0.0 {
@@ -109,6 +116,7 @@ impl Opaque {
                 metallic,
                 roughness,
                 specular_f0: f0,
+                anisotropy: opaque.anisotropy,
                 model: FacetModel::Ggx,
             };
         }
@@ -118,6 +126,20 @@ impl Opaque {
             }
         }
         Ok(opaque)
+    }
+
+    /// The facets of glass of the same roughness.
+    pub fn glass_facets(&self, reader: &mut Reader<'_, '_>) -> Result<FacetInput> {
+        let alpha = reader.builder.power(self.roughness, 2.0)?;
+        if self.anisotropy == 0.0.into() {
+            return Ok(alpha.into());
+        }
+        if self.roughness.texture.is_some() || self.anisotropy.texture.is_some() {
+            reader.met_field(ANISOTROPY, "anisotropyTexture")?;
+            return Ok(alpha.into());
+        }
+        let along = alpha.factor + (1.0 - alpha.factor) * self.anisotropy.factor * self.anisotropy.factor;
+        Ok(FacetInput { alpha: along.into(), across: Some(alpha), model: FacetModel::Ggx })
     }
 
     /// A dielectric's reflectance at normal incidence, and the factor on all of its reflection.
@@ -178,12 +200,15 @@ impl Opaque {
                 metallic,
                 roughness,
                 specular_f0,
+                anisotropy: 0.0.into(),
                 model: FacetModel::Ggx,
             },
             takes_layers: false,
             base_color,
             metallic,
             roughness,
+            anisotropy: 0.0.into(),
+            tangent: None,
             ior: 1.5,
             specular: Rgb::WHITE,
             opacity: opacity * a,
@@ -193,18 +218,24 @@ impl Opaque {
     }
 }
 
-/// The roughness that is the same in all directions.
-fn isotropic(reader: &mut Reader<'_, '_>, roughness: f32) -> Result<f32> {
-    let Some(anisotropy) = reader.extension::<Anisotropy>(ANISOTROPY)? else { return Ok(roughness) };
-    let field = format!("extensions.{ANISOTROPY}.anisotropyStrength");
-    let strength = reader.number(&field, anisotropy.anisotropy_strength, 1.0)?;
+/// The strength and the direction of brushing.
+fn anisotropy(reader: &mut Reader<'_, '_>) -> Result<(FloatInput, Option<TangentInput>)> {
+    let even = (0.0.into(), None);
+    let Some(anisotropy) = reader.extension::<Anisotropy>(ANISOTROPY)? else { return Ok(even) };
+    let field = |name: &str| format!("extensions.{ANISOTROPY}.{name}");
+    let strength = reader.number(&field("anisotropyStrength"), anisotropy.anisotropy_strength, 1.0)?;
     if strength == 0.0 {
-        return Ok(roughness);
+        return Ok(even);
     }
-    reader.met_extension(ANISOTROPY)?;
-    let across = roughness * roughness;
-    let along = across + (1.0 - across) * strength * strength;
-    Ok((along * across).sqrt().sqrt())
+    let rotation = anisotropy.anisotropy_rotation;
+    if !rotation.is_finite() {
+        let expected = "a number that fits into 32 bits";
+        return Err(Error::invalid(reader.at(&field("anisotropyRotation")), format!("{rotation}"), expected));
+    }
+    let info = anisotropy.anisotropy_texture.as_ref();
+    let texture = reader.texture(&field("anisotropyTexture"), info, Content::Numbers)?.map(|t| t.texture);
+    let strength = FloatInput { factor: strength, texture: texture.map(|t| (t, Channel::B)) };
+    Ok((strength, Some(TangentInput { rotation, direction: texture })))
 }
 
 /// The index of refraction. Zero is the extension's way of asking for a reflectance of one, which

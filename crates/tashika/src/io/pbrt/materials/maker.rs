@@ -1,6 +1,6 @@
 //! Reading the parameters that materials have in common.
 
-use crate::bsdf::ConductorFresnel;
+use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 use crate::color::metals::conductor_rgb;
 use crate::error::Result;
@@ -13,7 +13,7 @@ use crate::io::pbrt::spectra::{self, Quantity};
 use crate::io::pbrt::textures::Textures;
 use crate::io::pbrt::version::Version;
 use crate::math::elementary::powf;
-use crate::scene::{ColorInput, FloatInput, ImageTexture, NormalInput, NoteKind, Texture};
+use crate::scene::{ColorInput, FacetInput, FloatInput, ImageTexture, NormalInput, NoteKind, Texture};
 
 /// Smallest and largest refractive index that is rendered; below, there is no boundary at all.
 const IOR_RANGE: (f32, f32) = (1.000_1, 5.0);
@@ -67,25 +67,41 @@ impl Maker<'_, '_> {
         Some(FloatInput { factor: value.factor.max(0.0), ..value })
     }
 
-    /// `α` of the parameters `roughness` or `uroughness` and `vroughness`, each with `prefix`
+    /// The facets of the parameters `roughness` or `uroughness` and `vroughness`, each with `prefix`
     /// before it.
-    pub(super) fn alpha(&mut self, prefix: &str, default: f32) -> Result<FloatInput> {
+    pub(super) fn facets(&mut self, prefix: &str, default: f32) -> Result<FacetInput> {
         let remap = self.parameters.boolean("remaproughness").unwrap_or(true);
         let both = self.float(&format!("{prefix}roughness")).unwrap_or(default.into());
         let u = self.float(&format!("{prefix}uroughness")).unwrap_or(both);
         let v = self.float(&format!("{prefix}vroughness")).unwrap_or(both);
-        if u != v {
-            let message = "different roughness along u and v: the geometric mean, or the texture along u";
-            self.loading.note(NoteKind::Approximated, message, self.parameters.at());
-        }
+        let alpha = self.alpha(u, remap)?;
+        let across = if u == v { None } else { Some(self.alpha(v, remap)?) };
+        Ok(FacetInput { alpha, across, model: FacetModel::Ggx })
+    }
+
+    /// The same where only one `α` can be rendered.
+    pub(super) fn even_alpha(&mut self, default: f32) -> Result<FloatInput> {
+        let FacetInput { alpha, across, .. } = self.facets("", default)?;
+        let Some(across) = across else { return Ok(alpha) };
+        let message =
+            "substrate of different roughness along u and v: the geometric mean, or the texture along u";
+        self.note(NoteKind::Approximated, message);
+        Ok(match (alpha.texture, across.texture) {
+            (None, None) => (alpha.factor * across.factor).sqrt().into(),
+            (Some(_), _) => alpha,
+            (None, Some(_)) => across,
+        })
+    }
+
+    /// `α` of a roughness.
+    fn alpha(&mut self, roughness: FloatInput, remap: bool) -> Result<FloatInput> {
         let version = self.loading.version;
-        if let (None, None) = (u.texture, v.texture) {
-            let [u, v] = [u, v].map(|r| roughness::alpha(r.factor, remap, version));
-            // Equal ones stay as they are, to the last bit.
-            return Ok(if u == v { u } else { (u * v).sqrt() }.into());
+        let Some((base, channel)) = roughness.texture else {
+            return Ok(roughness::alpha(roughness.factor, remap, version).into());
+        };
+        if !remap {
+            return Ok(roughness);
         }
-        let textured = if u.texture.is_some() { u } else { v };
-        let Some((base, channel)) = textured.texture.filter(|_| remap) else { return Ok(textured) };
         let (factor, exponent) = match version {
             Version::V4 => (1.0, 0.5),
             Version::V3 => {
@@ -95,7 +111,7 @@ impl Maker<'_, '_> {
             }
         };
         let power = self.loading.builder.add_texture(Texture::Power { base, exponent })?;
-        let factor = factor * powf(textured.factor, exponent);
+        let factor = factor * powf(roughness.factor, exponent);
         Ok(FloatInput { factor, texture: Some((power, channel)) })
     }
 

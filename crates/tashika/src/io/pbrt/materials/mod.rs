@@ -137,7 +137,8 @@ impl Materials {
                 Version::V3 => v3::surface(&mut maker, class, self)?,
                 Version::V4 => (v4::surface(&mut maker, class)?, None),
             };
-            let textured = parameters.has_textures() || parameters.string("normalmap").is_some();
+            let brushed = surface.as_ref().is_some_and(|s| maker.loading.builder.is_brushed(s));
+            let textured = brushed || parameters.has_textures() || parameters.string("normalmap").is_some();
             Definition { name: String::new(), surface, normal: maker.normal()?, opacity, textured }
         };
         definition.name = excerpt(name, 80);

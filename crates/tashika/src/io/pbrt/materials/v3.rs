@@ -10,7 +10,7 @@
 //! | `uber` | `Plastic`; with `Kr` or `Kt` a mix with a smooth coat or glass, each part divided by its share so that the sum is the material's; `opacity` is alpha |
 //! | `substrate` | metallic-roughness with `Kd` under a reflectance of `Ks` at normal incidence, instead of Ashikhmin and Shirley's formula |
 //! | `translucent` | Lambert on both sides, `reflect · Kd` and `transmit · Kd`; `Ks` is left out |
-//! | `disney` | principled; `spectrans` above 0.5: glass; without clearcoat, scattering below the surface, thin sheets and anisotropy |
+//! | `disney` | principled; `spectrans` above 0.5: glass; without clearcoat, scattering below the surface and thin sheets |
 //! | `subsurface`, `kdsubsurface` | `Plastic` with the diffuse reflectance of a half-space (Jensen 2001), or `Kd` |
 //! | `hair`, `fourier` | Lambert of the hair's colour; grey |
 //! | `none`, an empty name | invisible |
@@ -53,34 +53,35 @@ pub(super) fn surface(
             diffuse: m.color("Kd", 0.25)?,
             specular: m.color("Ks", 0.25)?,
             ior: 1.5,
-            facets: m.alpha("", 0.1)?.into(),
+            facets: m.facets("", 0.1)?,
         },
         "metal" => Surface::Conductor {
             fresnel: m.conductor("")?,
             specular: Rgb::WHITE.into(),
-            facets: m.alpha("", 0.01)?.into(),
+            facets: m.facets("", 0.01)?,
         },
         "mirror" => Surface::Mirror { reflectance: m.color("Kr", 0.9)? },
         "glass" => {
             let (reflectance, transmittance) = (m.plain_color("Kr", 1.0)?, m.plain_color("Kt", 1.0)?);
-            let alpha = m.alpha("", 0.0)?;
+            let rough = m.facets("", 0.0)?;
             // Smooth unless the file gives a roughness, though that of none would be mapped to one.
             let is_rough = ["uroughness", "vroughness", "roughness"]
                 .iter()
                 .any(|name| m.float(name).is_some_and(|r| r.factor > 0.0 || r.texture.is_some()));
-            let facets = if is_rough { alpha.into() } else { 0.0.into() };
+            let facets = if is_rough { rough } else { 0.0.into() };
             Surface::Glass { ior: m.ior(&["eta", "index"])?, reflectance, transmittance, facets }
         }
         "uber" => return uber(m, materials).map(|(surface, opacity)| (Some(surface), opacity)),
         "substrate" => {
             let base_color = m.color("Kd", 0.5)?;
             let specular_f0 = m.color("Ks", 0.5)?;
-            let alpha = m.alpha("", 0.1)?;
+            let alpha = m.even_alpha(0.1)?;
             Surface::MetallicRoughness {
                 base_color,
                 metallic: 0.0.into(),
                 roughness: m.loading.builder.power(alpha, 0.5)?,
                 specular_f0,
+                anisotropy: 0.0.into(),
                 model: FacetModel::Ggx,
             }
         }
@@ -102,13 +103,23 @@ pub(super) fn surface(
             let specular_tint = m.float("speculartint").unwrap_or(0.0.into());
             let sheen = m.float("sheen").unwrap_or(0.0.into());
             let sheen_tint = m.float("sheentint").unwrap_or(0.5.into());
+            let anisotropic = m.float("anisotropic").unwrap_or(0.0.into());
             m.parameters.accept_all();
             if transparent {
                 let (reflectance, transmittance) = (Rgb::WHITE, base_color.factor);
                 let facets = m.loading.builder.power(roughness, 2.0)?.into();
                 Surface::Glass { ior, reflectance, transmittance, facets }
             } else {
-                Surface::Principled { base_color, metallic, roughness, ior, specular_tint, sheen, sheen_tint }
+                Surface::Principled {
+                    base_color,
+                    metallic,
+                    roughness,
+                    ior,
+                    specular_tint,
+                    sheen,
+                    sheen_tint,
+                    anisotropic,
+                }
             }
         }
         "subsurface" | "kdsubsurface" => {
@@ -126,10 +137,10 @@ pub(super) fn surface(
 fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Option<FloatInput>)> {
     let (diffuse, specular) = (m.color("Kd", 0.25)?, m.color("Ks", 0.25)?);
     let (mirror, transmission) = (m.color("Kr", 0.0)?, m.plain_color("Kt", 0.0)?);
-    let (ior, alpha) = (m.ior(&["eta", "index"])?, m.alpha("", 0.1)?);
+    let (ior, facets) = (m.ior(&["eta", "index"])?, m.facets("", 0.1)?);
     let opacity = m.textures.color_or_float(m.loading, m.parameters, "opacity")?;
     let opacity = opacity.filter(|o| o.texture.is_some() || o.factor < 1.0);
-    let glossy = Surface::Plastic { diffuse, specular, ior, facets: alpha.into() };
+    let glossy = Surface::Plastic { diffuse, specular, ior, facets };
     let weights = [diffuse.factor + specular.factor, mirror.factor + transmission].map(Rgb::luminance);
     if weights[1] <= 0.0 {
         return Ok((glossy, opacity));
@@ -154,7 +165,7 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
         diffuse: share(diffuse, 1.0 - amount),
         specular: share(specular, 1.0 - amount),
         ior,
-        facets: alpha.into(),
+        facets,
     };
     let first = materials.part(m.loading, "uber: glossy part", first)?;
     let second = materials.part(m.loading, "uber: clear part", clear)?;
@@ -181,9 +192,9 @@ pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Re
             absorption.zip(scattering, |a, s| diffuse_reflectance(a, s, ior)).into()
         }
     };
-    let alpha = m.alpha("", 0.0)?;
+    let facets = m.facets("", 0.0)?;
     m.parameters.accept_all();
-    Ok(Surface::Plastic { diffuse, specular: Rgb::WHITE.into(), ior, facets: alpha.into() })
+    Ok(Surface::Plastic { diffuse, specular: Rgb::WHITE.into(), ior, facets })
 }
 
 /// Diffuse reflectance of a half-space with absorption `a`, scattering `s` and a boundary (Jensen

@@ -38,12 +38,17 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
             if m.color("albedo", 0.0)?.factor.max_channel() > 0.0 {
                 m.note(NoteKind::Approximated, "coats that scatter (albedo): clear");
             }
+            let facets = m.facets("", 0.0)?;
+            if facets.across.is_some() {
+                let message = "coats of different roughness along u and v: what they let in is that of the root mean square; up to 8 % off";
+                m.note(NoteKind::Approximated, message);
+            }
             Surface::Coated {
                 reflectance: m.color("reflectance", 0.5)?,
                 base: CoatBase::Saturating,
                 specular: Rgb::WHITE.into(),
                 ior: m.ior(&["eta"])?,
-                facets: m.alpha("", 0.0)?.into(),
+                facets,
             }
         }
         "conductor" => conductor(m, "", "")?,
@@ -53,7 +58,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
             surface
         }
         "dielectric" => {
-            let facets = m.alpha("", 0.0)?.into();
+            let facets = m.facets("", 0.0)?;
             let (ior, white) = (m.ior(&["eta"])?, Rgb::WHITE);
             Surface::Glass { ior, reflectance: white, transmittance: white, facets }
         }
@@ -79,7 +84,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
 }
 
 fn conductor(m: &mut Maker<'_, '_>, prefix: &str, roughness: &str) -> Result<Surface> {
-    let alpha = m.alpha(roughness, 0.0)?;
+    let facets = m.facets(roughness, 0.0)?;
     let reflectance = m.color_if_there("reflectance")?;
     let (fresnel, specular) = match reflectance {
         Some(color @ ColorInput { texture: Some(_), .. }) => {
@@ -88,7 +93,7 @@ fn conductor(m: &mut Maker<'_, '_>, prefix: &str, roughness: &str) -> Result<Sur
         Some(ColorInput { factor, texture: None }) => (of_reflectance(factor), Rgb::WHITE.into()),
         None => (m.conductor(prefix)?, Rgb::WHITE.into()),
     };
-    Ok(Surface::Conductor { fresnel, specular, facets: alpha.into() })
+    Ok(Surface::Conductor { fresnel, specular, facets })
 }
 
 /// A metal of that reflectance at normal incidence.
