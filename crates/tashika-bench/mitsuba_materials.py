@@ -99,7 +99,19 @@ def materials():
         yield bsdf("principled", color, number("anisotropic", anisotropic), number("roughness", roughness), number("metallic", 1.0))
     yield bsdf("principled", color, number("anisotropic", 0.6), number("roughness", 0.4), number("spec_trans", 1.0), number("eta", 1.5))
     yield bsdf("principled", color, number("spec_trans", 1.0), number("eta", 1.5))
+    for share in (0.2, 0.7):
+        yield bsdf("principled", color, number("spec_trans", share), number("eta", 1.5), number("metallic", 0.3))
+    for roughness in (0.3, 0.8):
+        inside = (color, number("eta", 1.5), number("roughness", roughness))
+        yield bsdf("principledthin", *inside)
+        yield bsdf("principledthin", *inside, number("diff_trans", 0.8))
+        yield bsdf("principledthin", *inside, number("spec_trans", 0.6))
+        yield bsdf("principledthin", *inside, number("flatness", 1.0))
+        yield bsdf("principledthin", *inside, number("sheen", 0.8))
     plain = bsdf("diffuse", COLOR.format("reflectance"))
+    for alpha in (0.1, 0.3):
+        inside = (number("int_ior", 1.5), number("ext_ior", 1.0), diffuse, string("distribution", "ggx"))
+        yield bsdf("pplastic", number("alpha", alpha), *inside)
     yield bsdf("twosided", plain)
     yield bsdf("mask", number("opacity", 0.3), plain)
     rough = bsdf("roughconductor", string("material", "Au"), number("alpha", 0.4))

@@ -71,6 +71,13 @@ impl Coated {
         reflectance.map(|r| r / (1.0 - inside + r * inside))
     }
 
+    /// The reflectance of a base that reflects `ρ` in all where this one reflects
+    /// `ρ'/(1 − ρ' F_int)`: light that the inside throws back is lost.
+    pub(crate) fn lossy(reflectance: Rgb, ior: f32, facets: Microfacets) -> Rgb {
+        let inside = Boundary::new(facets, ior).inside();
+        reflectance.map(|r| r / (1.0 + r * inside))
+    }
+
     /// The boundary of the coat.
     #[inline]
     pub(crate) fn boundary(&self) -> Boundary {

@@ -19,6 +19,7 @@ mod output;
 mod pbrt;
 mod ply;
 mod png;
+mod rough_diffuse;
 mod shapes;
 mod vpl_set;
 

@@ -42,6 +42,17 @@ impl FacetInput {
         Self { alpha, across: None, model }
     }
 
+    /// The facets of the principled material: `α/a` along the tangent and `α a` across it, with `a =
+    /// √(1 − 0.9 s)` (Burley 2012, section 5.4).
+    ///
+    /// * `alpha`: the square of its roughness.
+    /// * `anisotropic`: `s`, in `[0, 1]`.
+    pub fn of_aspect(alpha: FloatInput, anisotropic: f32, model: FacetModel) -> Self {
+        let aspect = aspect(anisotropic);
+        let by = |factor: f32| FloatInput { factor: alpha.factor * factor, ..alpha };
+        Self { alpha: by(1.0 / aspect), across: (aspect < 1.0).then(|| by(aspect)), model }
+    }
+
     /// The facets at `uv`; `None` where it is smooth.
     pub(super) fn at(&self, textures: Textures<'_>, uv: Vec2) -> Option<Microfacets> {
         let along = self.alpha.at(textures, uv);
@@ -74,13 +85,17 @@ pub(super) fn drawn_out(alpha: f32, strength: f32) -> [f32; 2] {
     [along, alpha].map(|alpha| alpha.clamp(MIN_ALPHA, 1.0))
 }
 
+fn aspect(anisotropic: f32) -> f32 {
+    (1.0 - 0.9 * anisotropic).sqrt()
+}
+
 /// `α` along and across the tangent of the principled material: `r²/a` and `r² a` with
 /// `a = √(1 − 0.9 s)` (Burley 2012, section 5.4).
 ///
 /// * `roughness`: `r`, in `[0, 1]`.
 /// * `anisotropic`: `s`, in `[0, 1]`.
 pub(super) fn of_aspect(roughness: f32, anisotropic: f32) -> [f32; 2] {
-    let (alpha, aspect) = (roughness * roughness, (1.0 - 0.9 * anisotropic).sqrt());
+    let (alpha, aspect) = (roughness * roughness, aspect(anisotropic));
     [(alpha / aspect).clamp(MIN_ALPHA, MAX_ALPHA), (alpha * aspect).clamp(MIN_ALPHA, 1.0)]
 }
 

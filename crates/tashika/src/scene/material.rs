@@ -61,6 +61,8 @@ pub enum CoatBase {
     /// The light that leaves is in proportion to it: the albedo is `ρ T`, `T` being what the coat
     /// lets in.
     Proportional,
+    /// It is that of the base alone, and light that the coat's inside throws back is lost.
+    Lossy,
 }
 
 /// How a surface scatters light: the closed family of [`Bsdf`](crate::bsdf::Bsdf) with textured

@@ -153,6 +153,7 @@ impl<'a> Look<'a> {
                 let reflectance = match base {
                     CoatBase::Saturating => reflectance,
                     CoatBase::Proportional => unit(Coated::saturating(reflectance, *ior, facets)),
+                    CoatBase::Lossy => unit(Coated::lossy(reflectance, *ior, facets)),
                 };
                 let specular = self.color(specular);
                 let coated = Coated { reflectance, specular, ior: *ior, facets };

@@ -73,8 +73,10 @@ fn rich() -> Document {
 /// The opaque surface of the first mesh, below all layers.
 fn opaque(scene: &Scene) -> Surface {
     let mut material = scene.meshes()[0].material;
-    while let Surface::Mix { first, .. } = scene.materials()[material.index()].surface {
-        material = first;
+    while let Surface::Mix { first, second, .. } = scene.materials()[material.index()].surface {
+        // Below a weaker reflection is the same surface without any.
+        let is_below = matches!(scene.materials()[first.index()].surface, Surface::Lambert { .. });
+        material = if is_below { second } else { first };
     }
     scene.materials()[material.index()].surface
 }

@@ -451,8 +451,8 @@ fn metallic_roughness_with_index_and_specular() {
     assert!(near(f0(json!({ "KHR_materials_ior": { "ior": 0.0 } })), [1.0; 3]), "zero asks for one");
     let specular = json!({ "specularFactor": 0.5, "specularColorFactor": [2, 1, 100] });
     assert!(
-        near(f0(json!({ "KHR_materials_specular": specular })), [0.04, 0.02, 0.5]),
-        "limited, then scaled"
+        near(f0(json!({ "KHR_materials_specular": specular })), [0.08, 0.04, 1.0]),
+        "limited; the strength is that of all that a dielectric reflects"
     );
 
     let mut d = Document::triangle();

@@ -126,9 +126,23 @@ fn example(kind: &str, name: &str) -> Document {
             d.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
             d.push("nodes", json!({ "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
         }
+        ("KHR_materials_transmission", "thicknessFactor") => {
+            d = glass(json!({}), smooth);
+        }
         ("KHR_materials_transmission", "roughnessFactor") => {
             let rough = json!({ "roughnessFactor": 0.5, "metallicFactor": 0 });
             d = glass(json!({}), rough);
+        }
+        ("KHR_materials_specular", field) => {
+            let fields = if field == "specularFactor" {
+                json!({ "specularTexture": { "index": 0 } })
+            } else {
+                json!({ "specularColorFactor": [1, 0.5, 0] })
+            };
+            d = with_material(json!({
+                "pbrMetallicRoughness": { "metallicFactor": 0.5 },
+                "extensions": { "KHR_materials_specular": fields },
+            }));
         }
         ("KHR_materials_volume", "attenuationDistance") => {
             let volume =

@@ -24,6 +24,8 @@ mod hard_light;
 mod light_changes;
 mod light_images;
 mod light_transport;
+mod material_coverage;
+mod material_rows;
 mod mitsuba;
 mod mitsuba_materials;
 mod mitsuba_sides;

@@ -271,9 +271,10 @@ fn materials_of_pbrt_v3_become_surfaces() {
         panic!()
     };
     assert_eq!((ior, transmittance), (1.3, Rgb::new(1.0, 0.5, 1.0)));
-    let Surface::Translucent { reflectance, transmittance } = v3(
-        "\"translucent\" \"rgb Kd\" [0.8 0.4 0.4] \"rgb reflect\" [0.5 0.5 0.5] \"rgb transmit\" [0.25 0.25 0.25]",
-    ) else {
+    let Surface::Translucent { reflectance, transmittance } =
+        v3("\"translucent\" \"rgb Kd\" [0.8 0.4 0.4] \"rgb Ks\" [0 0 0] \"rgb reflect\" [0.5 0.5 0.5] \
+         \"rgb transmit\" [0.25 0.25 0.25]")
+    else {
         panic!()
     };
     assert!(
@@ -301,7 +302,7 @@ fn materials_made_of_parts_keep_their_sum() {
     );
     let Surface::Mix { first, second, amount } = surface else { panic!("{surface:?}") };
     let share = value(amount);
-    assert!((share - 0.6).abs() < 1e-6);
+    assert!((share - 5.0 / 9.0).abs() < 1e-6);
     let Surface::Plastic { diffuse, specular, .. } = scene.materials()[first.index()].surface else {
         panic!()
     };

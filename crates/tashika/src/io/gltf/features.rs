@@ -96,7 +96,19 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
         "extension",
         "KHR_materials_specular",
         Full,
-        "reflectance at normal incidence, with both textures; white at grazing angles",
+        "factor on a dielectric's reflection, and its colour at normal incidence, with both textures",
+    ),
+    row(
+        "KHR_materials_specular",
+        "specularFactor",
+        Approximated,
+        "beside metal, where one of them is textured, the factor counts at normal incidence alone",
+    ),
+    row(
+        "KHR_materials_specular",
+        "specularColorFactor",
+        Approximated,
+        "beside metal or a texture, each channel dims its own of what is below: up to 15 % off",
     ),
     row(
         "extension",
@@ -106,9 +118,15 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     ),
     row(
         "KHR_materials_transmission",
+        "thicknessFactor",
+        Approximated,
+        "glass without thickness reflects at grazing angles as two faces do: up to 27 % off",
+    ),
+    row(
+        "KHR_materials_transmission",
         "roughnessFactor",
         Approximated,
-        "through glass without thickness light passes straight, as if it were smooth",
+        "through glass without thickness light passes straight, as if it were smooth: up to 249 % off",
     ),
     row(
         "extension",
@@ -133,7 +151,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
         "extension",
         "KHR_materials_diffuse_transmission",
         Approximated,
-        "a share of the surface lets light through diffusely and has no highlight",
+        "a share of the surface lets light through diffusely and has no highlight: up to 12 % off",
     ),
     row(
         "extension",

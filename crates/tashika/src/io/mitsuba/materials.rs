@@ -269,11 +269,15 @@ impl Translation<'_> {
             let expected = format!("a weight of at least 0 for each of 1 to {MAX_PARTS} materials");
             return Err(Error::invalid(object.place(), found, expected));
         }
-        if (sum - 1.0).abs() > WEIGHT_TOLERANCE {
-            let message = "weights of a mixture that do not add up to 1: divided by their sum";
+        let mut all: Vec<_> = parts.into_iter().zip(weights).collect();
+        if sum > 1.0 + WEIGHT_TOLERANCE {
+            let message = "weights of a mixture that add up to more than 1: divided by their sum";
             self.notes.push(NoteKind::Approximated, message, object.at.clone());
+        } else if sum < 1.0 - WEIGHT_TOLERANCE {
+            let black = Surface::Lambert { reflectance: Rgb::BLACK.into() };
+            all.push((Material::new("the rest of a mixture", black), 1.0 - sum));
         }
-        let mut all = parts.into_iter().zip(weights);
+        let mut all = all.into_iter();
         let Some((mut mixed, mut total)) = all.next() else { return Ok(invisible(name)) };
         for (part, weight) in all {
             total += weight;
@@ -284,16 +288,22 @@ impl Translation<'_> {
     }
 
     fn coat(&mut self, object: &Object, inner: Material) -> Result<Material> {
-        object.accept(&["thickness", "sigma_a", "sampling_weight", "specular_sampling_weight"]);
+        object.accept(&["thickness", "sampling_weight", "specular_sampling_weight"]);
+        if !self.constant_color(object, &["sigma_a"], Quantity::Number, Rgb::BLACK)?.is_black() {
+            self.feature("material", "coating sigma_a", &object.place_of("sigma_a"))?;
+        }
         let ior = self.ior(object)?;
         let facets = if object.plugin == "coating" { 0.0.into() } else { self.facets(object)? };
         let white = Rgb::WHITE;
         let specular = self.color(object, &["specular_reflectance"], Quantity::Reflectance, white)?;
         let surface = match inner.surface {
             Surface::Lambert { reflectance } => {
-                Surface::Coated { reflectance, base: CoatBase::Saturating, specular, ior, facets }
+                Surface::Coated { reflectance, base: CoatBase::Lossy, specular, ior, facets }
             }
-            other => other,
+            other => {
+                self.feature("material", "coating over no diffuse", &object.at)?;
+                other
+            }
         };
         Ok(Material { surface, ..inner })
     }

@@ -7,10 +7,8 @@ use super::surfaces::IOR_RANGE;
 use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
+use crate::io::dielectrics::single_face;
 use crate::scene::{ColorInput, FacetInput, FloatInput, Surface};
-
-/// Transmission from which a principled material is glass.
-const MOSTLY_TRANSMITTING: f32 = 0.5;
 
 /// Shares whose effect is left out, by the row of the table that says so.
 const LEFT_OUT: [(&str, &str); 2] =
@@ -38,46 +36,54 @@ impl Translation<'_> {
         let (sheen, sheen_tint) = (self.share(object, "sheen", 0.0)?, self.share(object, "sheen_tint", 0.0)?);
         let anisotropic = self.share(object, "anisotropic", 0.0)?;
         let ior = self.principled_ior(object)?;
-        let transmission = self.share(object, "spec_trans", 0.0)?.factor;
-        if transmission > 0.0 && transmission < 1.0 {
-            self.feature("material", "principled spec_trans", &object.place_of("spec_trans"))?;
-        }
+        let transmission = self.share(object, "spec_trans", 0.0)?;
         let through =
             if is_thin { self.float(object, "diff_trans", 0.0)?.factor.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
-        if transmission >= MOSTLY_TRANSMITTING {
-            if is_thin {
-                let reflectance = Rgb::WHITE.into();
-                return Ok(Surface::ThinGlass { ior, reflectance, transmittance: base_color });
+        let part = |share: f32| ColorInput { factor: base_color.factor * share, ..base_color };
+        let opaque = |metallic| match through > 0.0 {
+            true => Surface::Translucent { reflectance: part(1.0 - through), transmittance: part(through) },
+            false => {
+                // Sheets have gloss only where they transmit.
+                let ior = if is_thin { IOR_RANGE[0] as f32 } else { ior };
+                Surface::Principled {
+                    base_color,
+                    metallic,
+                    roughness,
+                    ior,
+                    specular_tint,
+                    sheen,
+                    sheen_tint,
+                    anisotropic,
+                }
             }
+        };
+        let amount = FloatInput { factor: transmission.factor * (1.0 - metallic.factor), ..transmission };
+        if amount.factor <= 0.0 {
+            return Ok(opaque(metallic));
+        }
+        if metallic.texture.is_some() {
+            self.feature("material", "principled spec_trans", &object.place_of("spec_trans"))?;
+        }
+        let glass = if is_thin {
+            let ior = single_face(ior);
+            Surface::ThinGlass { ior, reflectance: Rgb::WHITE.into(), transmittance: base_color }
+        } else {
             // Light crosses two interfaces of a solid, each with the square root of the colour.
             let transmittance = base_color.factor.map(f32::sqrt);
             if anisotropic.texture.is_some() {
                 self.feature("material", "principled anisotropic", &object.place_of("anisotropic"))?;
             }
             let alpha = self.builder.power(roughness, 2.0)?;
-            let aspect = (1.0 - 0.9 * anisotropic.factor).sqrt();
-            let by = |factor: f32| FloatInput { factor: alpha.factor * factor, ..alpha };
-            let across = (aspect < 1.0).then(|| by(aspect));
-            let facets = FacetInput { alpha: by(1.0 / aspect), across, model: FacetModel::GgxIndependent };
-            return Ok(Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance, facets });
+            let facets = FacetInput::of_aspect(alpha, anisotropic.factor, FacetModel::GgxIndependent);
+            Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance, facets }
+        };
+        if amount == 1.0.into() {
+            return Ok(glass);
         }
-        if through > 0.0 {
-            let share = |part: f32| ColorInput { factor: base_color.factor * part, ..base_color };
-            return Ok(Surface::Translucent {
-                reflectance: share(1.0 - through),
-                transmittance: share(through),
-            });
-        }
-        Ok(Surface::Principled {
-            base_color,
-            metallic,
-            roughness,
-            ior,
-            specular_tint,
-            sheen,
-            sheen_tint,
-            anisotropic,
-        })
+        // Both parts have the same gloss; what is not glass has all of the metal.
+        let rest = (1.0 - amount.factor).max(metallic.factor).max(f32::MIN_POSITIVE);
+        let rest = FloatInput { factor: metallic.factor / rest, ..metallic };
+        self.either("principled", opaque(rest), glass, amount)
     }
 
     /// A number from 0 to 1.

@@ -7,12 +7,14 @@
 //!   internal reflectance.
 //! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012);
 //!   otherwise that of `eta`.
-//! * `ward`: the Phong exponent `2/α² − 2` has the width of the lobe (Walter 2007, section 5.2).
+//! * `ward`: perfect metal of Beckmann's facets, whose lobe it is but for masking.
 //!
 //! Names of dielectrics are those of `dielectrics`, names and constants of metals those of Mitsuba
 //! (`metals`).
 //!
 //! Held to this by `suite::mitsuba`, and by `suite::mitsuba_materials` against Mitsuba itself.
+
+use std::f32::consts::FRAC_1_SQRT_2;
 
 use super::Translation;
 use super::inputs::{GREY, Quantity};
@@ -23,7 +25,8 @@ use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::dielectrics::refractive_index;
-use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, NoteKind, Surface};
+use crate::io::rough_diffuse;
+use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, Material, NoteKind, Surface};
 
 /// Ratios of refractive indices that surfaces take.
 pub(super) const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
@@ -44,8 +47,12 @@ impl Translation<'_> {
         match object.plugin.as_str() {
             "diffuse" => self.lambert(object),
             "roughdiffuse" => {
-                object.accept(&["alpha", "use_fast_approx"]);
-                self.lambert(object)
+                object.accept(&["use_fast_approx"]);
+                // Slopes of a standard deviation of α/√2.
+                let sigma = self.float(object, "alpha", 0.2)?.factor.max(0.0) * FRAC_1_SQRT_2;
+                let mut reflectance = self.diffuse(object)?;
+                reflectance.factor *= rough_diffuse::scale(sigma);
+                Ok(Surface::Lambert { reflectance })
             }
             "dielectric" | "roughdielectric" => {
                 let is_rough = object.plugin == "roughdielectric";
@@ -86,14 +93,9 @@ impl Translation<'_> {
                 object.accept(&["variant"]);
                 let diffuse = self.reflectance(object, "diffuse_reflectance", GREY)?;
                 let specular = self.reflectance(object, "specular_reflectance", Rgb::gray(0.2))?;
-                let [u, v] = self.roughness(object)?;
-                if u != v {
-                    self.feature("material", "anisotropic roughness", &object.at)?;
-                }
-                let mean = if u == v { u.factor } else { (u.factor * v.factor).sqrt() };
-                let alpha = f64::from(mean.max(1e-3));
-                let exponent = (2.0 / (alpha * alpha) - 2.0).clamp(0.0, MAX_EXPONENT) as f32;
-                Ok(Surface::Phong { diffuse, specular, exponent })
+                let [alpha, v] = self.roughness(object)?;
+                let across = (alpha != v).then_some(v);
+                self.ward(diffuse, specular, FacetInput { alpha, across, model: FacetModel::Beckmann })
             }
             "difftrans" => {
                 let transmittance = self.reflectance(object, "transmittance", GREY)?;
@@ -117,9 +119,51 @@ impl Translation<'_> {
         }
     }
 
+    /// Diffuse reflection and perfect metal of such facets, side by side.
+    fn ward(&mut self, diffuse: ColorInput, specular: ColorInput, facets: FacetInput) -> Result<Surface> {
+        let weights = [diffuse, specular].map(|c| c.factor.max_channel());
+        let sum = weights[0] + weights[1];
+        if weights[1] <= 0.0 {
+            return Ok(Surface::Lambert { reflectance: diffuse });
+        }
+        let amount = weights[1] / sum;
+        let share = |c: ColorInput, share: f32| ColorInput {
+            factor: (c.factor * (1.0 / (share * sum.max(1.0)))).map(|v| v.min(1.0)),
+            ..c
+        };
+        let lobe = Surface::Conductor {
+            fresnel: ConductorFresnel::Schlick { f0: WHITE },
+            specular: share(specular, amount),
+            facets,
+        };
+        if amount >= 1.0 {
+            return Ok(lobe);
+        }
+        let base = Surface::Lambert { reflectance: share(diffuse, 1.0 - amount) };
+        self.either("ward", base, lobe, amount)
+    }
+
+    /// One of two surfaces at each point, at random: the second on the share `amount`. `of` is what
+    /// they are parts of.
+    pub(super) fn either(
+        &mut self,
+        of: &str,
+        first: Surface,
+        second: Surface,
+        amount: impl Into<FloatInput>,
+    ) -> Result<Surface> {
+        let [first, second] = [("first", first), ("second", second)].map(|(which, surface)| {
+            self.builder.add_material(Material::new(format!("{of}: {which} part"), surface))
+        });
+        Ok(Surface::Mix { first: first?, second: second?, amount: amount.into() })
+    }
+
     fn lambert(&mut self, object: &Object) -> Result<Surface> {
-        let names = ["reflectance", "diffuse_reflectance"];
-        Ok(Surface::Lambert { reflectance: self.color(object, &names, Quantity::Reflectance, GREY)? })
+        Ok(Surface::Lambert { reflectance: self.diffuse(object)? })
+    }
+
+    fn diffuse(&mut self, object: &Object) -> Result<ColorInput> {
+        self.color(object, &["reflectance", "diffuse_reflectance"], Quantity::Reflectance, GREY)
     }
 
     pub(super) fn reflectance(&mut self, object: &Object, name: &str, missing: Rgb) -> Result<ColorInput> {

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `illum` 4, 6, 7 or 9, and `d` < 1 or a `Tf` that is not black, and `Ni` > 1 (or none: 1.5) | smooth glass of index `Ni`, transmittance `Tf` (or white); approximated |
 //! | `Pr`, `Pm` or a map of them is given | glTF's metallic-roughness: base `Kd`, `f₀` of `Ni` |
-//! | `illum` 5, or 3 without `Ns`, and `Ks` brighter than `Kd` | mirror of reflectance `Ks`; approximated |
+//! | `illum` 5, or 3 without `Ns`, and `Ks` brighter than `Kd` | mirror of reflectance `Ks` beside Lambert of `Kd`; approximated |
 //! | `illum` 0 or 1, or `Ks` black or absent | Lambert of reflectance `Kd` |
 //! | otherwise | Phong: diffuse `Kd`, specular `Ks`, exponent `Ns` |
 //!
@@ -69,7 +69,7 @@ pub(super) fn convert(
     builder: &mut SceneBuilder,
     notes: &mut Notes,
 ) -> Material {
-    let mut converter = Converter { definition, textures, builder, notes };
+    let mut converter = Converter { name, definition, textures, builder, notes };
     let surface = converter.surface();
     let glass = matches!(surface, Surface::Glass { .. });
     let (emission, alpha) = (converter.emission(), converter.alpha(glass));
@@ -82,6 +82,7 @@ pub(super) fn grey(name: &str) -> Material {
 }
 
 struct Converter<'a, 'f> {
+    name: &'a str,
     definition: &'a Definition,
     textures: &'a mut Textures<'f>,
     builder: &'a mut SceneBuilder,
@@ -115,7 +116,7 @@ impl Converter<'_, '_> {
         let mirror = d.illum == Some(5) || (d.illum == Some(3) && d.ns.is_none());
         if mirror && luminance(d.ks) > luminance(d.kd) {
             self.meaning("illum 3, 5");
-            return Surface::Mirror { reflectance: self.specular() };
+            return self.mirror();
         }
         let diffuse = self.diffuse();
         if matches!(d.illum, Some(0 | 1)) {
@@ -135,6 +136,32 @@ impl Converter<'_, '_> {
             );
         }
         Surface::Phong { diffuse, specular, exponent: self.number("Ns", d.ns, DEFAULT_EXPONENT, 0.0..=1e6) }
+    }
+
+    /// A mirror beside the diffuse reflection, if there is any.
+    fn mirror(&mut self) -> Surface {
+        let specular = self.specular();
+        let base = match self.definition.kd {
+            Some(kd) if !kd.is_black() => self.diffuse(),
+            _ => return Surface::Mirror { reflectance: specular },
+        };
+        let weights = [base, specular].map(|c| c.factor.max_channel());
+        let (sum, amount) = (weights[0] + weights[1], weights[1] / (weights[0] + weights[1]));
+        let share = |c: ColorInput, share: f32| ColorInput {
+            factor: (c.factor * (1.0 / (share * sum.max(1.0)))).map(|v| v.min(1.0)),
+            ..c
+        };
+        let parts = [
+            ("diffuse", Surface::Lambert { reflectance: share(base, 1.0 - amount) }),
+            ("mirror", Surface::Mirror { reflectance: share(specular, amount) }),
+        ];
+        let [first, second] = parts.map(|(part, surface)| {
+            self.builder.add_material(Material::new(format!("{}: {part}", self.name), surface)).ok()
+        });
+        match (first, second) {
+            (Some(first), Some(second)) => Surface::Mix { first, second, amount: amount.into() },
+            _ => Surface::Mirror { reflectance: specular },
+        }
     }
 
     fn glass(&mut self) -> Option<Surface> {

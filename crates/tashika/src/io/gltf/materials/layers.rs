@@ -32,6 +32,7 @@ use super::reader::Reader;
 use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::io::dielectrics::single_face;
 use crate::io::gltf::textures::Content;
 use crate::math::elementary::powf;
 use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
@@ -135,10 +136,10 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
             Surface::Glass { ior, reflectance, transmittance, facets }
         }
         None => {
-            if opaque.roughness.factor > SMOOTH_ROUGHNESS {
-                reader.met_field(GLASS, "roughnessFactor")?;
-            }
-            Surface::ThinGlass { ior, reflectance: reflectance.into(), transmittance: opaque.base_color }
+            let is_rough = opaque.roughness.factor > SMOOTH_ROUGHNESS;
+            reader.met_field(GLASS, if is_rough { "roughnessFactor" } else { "thicknessFactor" })?;
+            let (ior, reflectance) = (single_face(ior), reflectance.into());
+            Surface::ThinGlass { ior, reflectance, transmittance: opaque.base_color }
         }
     };
     reader.mix(below, surface, amount, "glass")

@@ -4,8 +4,16 @@
 //! 1.5, so 0.04) and the rest from `KHR_materials_specular` (default 1),
 //!
 //! ```text
-//! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularColorTexture · specularFactor · specularTexture
+//! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularColorTexture
 //! ```
+//!
+//! and all of its reflection has the factor `s = specularFactor · specularTexture`: a mix of
+//! Lambert and of the whole material, of which the second is chosen with probability
+//! `1 − (1 − s)(1 − m)`. Where `m` and `s` are both above zero and one of them is textured, `s`
+//! is a factor on `F₀` alone.
+//!
+//! What is below sees the brightest channel of the reflection, as there: of a tint, `1 − F` differs
+//! between channels by a factor that is the same at all angles, which the base colour takes.
 //!
 //! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` along its
 //! direction and `α_b = α` across.
@@ -19,11 +27,6 @@
 //!
 //! with `1 − s` channel by channel in place of `1 − max s` where `s` is textured.
 //!
-//! # Limits
-//! `specularFactor` also scales the reflectance at grazing angles in the extension; here only at
-//! normal incidence. At zero on a dielectric, where nothing of the reflection is left, the surface
-//! is Lambertian.
-//!
 //! Sources: the extensions' specifications (Khronos). Held to this by
 //! `gltf::metallic_roughness_with_index_and_specular`, `gltf_materials`.
 
@@ -36,6 +39,7 @@ use crate::io::gltf::textures::{Content, UsedTexture};
 use crate::scene::{Channel, ColorInput, FacetInput, FloatInput, NoteKind, Surface, TangentInput};
 
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+const SPECULAR: &str = "KHR_materials_specular";
 const ANISOTROPY: &str = "KHR_materials_anisotropy";
 
 /// What all layers of a material refer to.
@@ -109,17 +113,7 @@ impl Opaque {
         (opaque.anisotropy, opaque.tangent) = anisotropy(reader)?;
         opaque.ior = ior(reader)?;
         let (f0, strength) = opaque.f0(reader)?;
-        if strength > 0.0 || metallic > 0.0 {
-            let (base_color, metallic, roughness) = (opaque.base_color, opaque.metallic, opaque.roughness);
-            opaque.surface = Surface::MetallicRoughness {
-                base_color,
-                metallic,
-                roughness,
-                specular_f0: f0,
-                anisotropy: opaque.anisotropy,
-                model: FacetModel::Ggx,
-            };
-        }
+        opaque.surface = opaque.under(reader, f0, strength)?;
         for name in ["KHR_materials_sheen", "KHR_materials_iridescence", "KHR_materials_dispersion"] {
             if reader.extension::<Strength>(name)?.is_some_and(|s| s.is_there()) {
                 reader.met_extension(name)?;
@@ -142,15 +136,61 @@ impl Opaque {
         Ok(FacetInput { alpha: along.into(), across: Some(alpha), model: FacetModel::Ggx })
     }
 
+    /// The base under the reflection of a dielectric, of which there is the share `strength`.
+    fn under(&self, reader: &mut Reader<'_, '_>, f0: ColorInput, strength: FloatInput) -> Result<Surface> {
+        let of = |base_color, metallic, specular_f0| Surface::MetallicRoughness {
+            base_color,
+            metallic,
+            roughness: self.roughness,
+            specular_f0,
+            anisotropy: self.anisotropy,
+            model: FacetModel::Ggx,
+        };
+        let (metallic, whole) = (self.metallic, of(self.base_color, self.metallic, f0));
+        let is_textured = metallic.texture.is_some() || strength.texture.is_some();
+        if metallic == 1.0.into() {
+            return Ok(whole);
+        }
+        if metallic.factor == 0.0 {
+            let mut base = self.base_color;
+            let most = f0.factor.max_channel();
+            if f0.factor != Rgb::gray(most) {
+                if f0.texture.is_some() {
+                    reader.met_field(SPECULAR, "specularColorFactor")?;
+                }
+                base.factor =
+                    base.factor.zip(f0.factor, |b, f| if f < 1.0 { b * (1.0 - most) / (1.0 - f) } else { b });
+            }
+            let below = Surface::Lambert { reflectance: self.base_color };
+            return reader.mix(below, of(base, metallic, f0), strength, "reflection");
+        }
+        if f0.factor != Rgb::gray(f0.factor.max_channel()) {
+            reader.met_field(SPECULAR, "specularColorFactor")?;
+        }
+        if strength == 1.0.into() {
+            return Ok(whole);
+        }
+        if is_textured {
+            reader.met_field(SPECULAR, "specularFactor")?;
+            let texture = reader.product([f0.texture, strength.texture.map(|(t, _)| t)])?;
+            let f0 = ColorInput { factor: f0.factor * strength.factor, texture };
+            return Ok(of(self.base_color, metallic, f0));
+        }
+        let amount = 1.0 - (1.0 - metallic.factor) * (1.0 - strength.factor);
+        let below = Surface::Lambert { reflectance: self.base_color };
+        let metal = FloatInput::from(metallic.factor / amount);
+        reader.mix(below, of(self.base_color, metal, f0), amount.into(), "reflection")
+    }
+
     /// A dielectric's reflectance at normal incidence, and the factor on all of its reflection.
-    fn f0(&mut self, reader: &mut Reader<'_, '_>) -> Result<(ColorInput, f32)> {
+    fn f0(&mut self, reader: &mut Reader<'_, '_>) -> Result<(ColorInput, FloatInput)> {
         let from_index = (self.ior - 1.0) / (self.ior + 1.0);
         let f0 = Rgb::gray(from_index * from_index);
         let extensions = reader.material.extensions.as_ref();
         let Some(specular) = extensions.and_then(|e| e.specular.as_ref()) else {
-            return Ok((f0.into(), 1.0));
+            return Ok((f0.into(), 1.0.into()));
         };
-        let field = |name: &str| format!("extensions.KHR_materials_specular.{name}");
+        let field = |name: &str| format!("extensions.{SPECULAR}.{name}");
         let strength = reader.number(&field("specularFactor"), specular.specular_factor.0, 1.0)?;
         let tint = reader.color(&field("specularColorFactor"), specular.specular_color_factor.0, f32::MAX)?;
         let color = specular.specular_color_texture.as_ref();
@@ -158,9 +198,8 @@ impl Opaque {
         let number = specular.specular_texture.as_ref();
         let number = reader.texture(&field("specularTexture"), number, Content::Spread(3))?;
         self.specular = tint.map(|v| v.min(1.0)) * strength;
-        let factor = (f0 * tint).map(|v| v.min(1.0)) * strength;
-        let texture = reader.product([color, number].map(|t| t.map(|t| t.texture)))?;
-        Ok((ColorInput { factor, texture }, strength))
+        let f0 = ColorInput { factor: (f0 * tint).map(|v| v.min(1.0)), texture: color.map(|t| t.texture) };
+        Ok((f0, FloatInput { factor: strength, texture: number.map(|t| (t.texture, Channel::R)) }))
     }
 
     fn specular_glossiness(reader: &mut Reader<'_, '_>, glossy: &SpecularGlossiness) -> Result<Self> {

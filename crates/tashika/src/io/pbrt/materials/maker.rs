@@ -115,6 +115,16 @@ impl Maker<'_, '_> {
         Ok(FloatInput { factor, texture: Some((power, channel)) })
     }
 
+    /// The facets, smooth unless the file gives a roughness, though that of none would be mapped to
+    /// one.
+    pub(super) fn facets_if_rough(&mut self) -> Result<FacetInput> {
+        let facets = self.facets("", 0.0)?;
+        let is_rough = ["uroughness", "vroughness", "roughness"]
+            .iter()
+            .any(|name| self.float(name).is_some_and(|r| r.factor > 0.0 || r.texture.is_some()));
+        Ok(if is_rough { facets } else { 0.0.into() })
+    }
+
     /// A refractive index by number, or by the name of a glass.
     pub(super) fn ior(&mut self, names: &[&str]) -> Result<f32> {
         let mut ior = DEFAULT_IOR;
@@ -196,6 +206,11 @@ impl Maker<'_, '_> {
             return Ok(Some(NormalInput::Map { texture, scale: 1.0 }));
         }
         Ok(height.filter(|h| h.texture.is_some()).map(|height| NormalInput::Bump { height }))
+    }
+
+    /// Tells what the features table says about a part of a material.
+    pub(super) fn met(&mut self, name: &str) -> Result<()> {
+        self.loading.met("material", name, "left out", &self.parameters.at())
     }
 
     /// Tells that a material of that name is replaced; see the feature table.

@@ -7,6 +7,7 @@
 //! Held to this by `suite::pbrt_appearance::materials_*`, and for what the types become, by [`v3`]
 //! and [`v4`].
 
+mod disney;
 mod maker;
 mod v3;
 mod v4;
@@ -183,6 +184,21 @@ impl Materials {
     /// A material of the scene that only scatters.
     fn plain(&mut self, loading: &mut Loading<'_>, id: DefinitionId) -> Result<MaterialId> {
         self.material(loading, id, None, None)
+    }
+
+    /// One of two surfaces at each point, at random: the second on the share `amount`. `of` is what
+    /// they are parts of.
+    fn either(
+        &mut self,
+        loading: &mut Loading<'_>,
+        of: &str,
+        first: Surface,
+        second: Surface,
+        amount: impl Into<FloatInput>,
+    ) -> Result<Surface> {
+        let first = self.part(loading, &format!("{of}: first part"), first)?;
+        let second = self.part(loading, &format!("{of}: second part"), second)?;
+        Ok(Surface::Mix { first, second, amount: amount.into() })
     }
 
     /// A part of a material that consists of several.

@@ -2,16 +2,16 @@
 //!
 //! | type | surface |
 //! |---|---|
-//! | `matte` | Lambert; the Oren–Nayar roughness `sigma` is left out, noted |
+//! | `matte` | Lambert; of a roughness `sigma` as bright as it is in light from all around |
 //! | `plastic` | `Plastic`, index 1.5 |
 //! | `metal` | conductor of `eta`, `k` |
 //! | `mirror` | mirror of `Kr` |
 //! | `glass` | glass of `Kr`, `Kt` |
 //! | `uber` | `Plastic`; with `Kr` or `Kt` a mix with a smooth coat or glass, each part divided by its share so that the sum is the material's; `opacity` is alpha |
 //! | `substrate` | metallic-roughness with `Kd` under a reflectance of `Ks` at normal incidence, instead of Ashikhmin and Shirley's formula |
-//! | `translucent` | Lambert on both sides, `reflect · Kd` and `transmit · Kd`; `Ks` is left out |
-//! | `disney` | principled; `spectrans` above 0.5: glass; without clearcoat, scattering below the surface and thin sheets |
-//! | `subsurface`, `kdsubsurface` | `Plastic` with the diffuse reflectance of a half-space (Jensen 2001), or `Kd` |
+//! | `translucent` | a mix, as for `uber`, of Lambert on both sides, `reflect · Kd` and `transmit · Kd`, and of glass of the same shares of `Ks` |
+//! | `disney` | see `disney` |
+//! | `subsurface`, `kdsubsurface` | a coat over the diffuse reflectance of a half-space (Jensen 2001), or `Kd` |
 //! | `hair`, `fourier` | Lambert of the hair's colour; grey |
 //! | `none`, an empty name | invisible |
 //!
@@ -25,8 +25,9 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::pbrt::spectra::{self, Quantity};
 use crate::io::pbrt::textures::product;
+use crate::io::rough_diffuse;
 use crate::math::elementary::exp;
-use crate::scene::{ColorInput, FloatInput, NoteKind, Surface};
+use crate::scene::{CoatBase, ColorInput, FloatInput, Surface};
 
 /// Reflectance of hair without colour: brown.
 const HAIR: Rgb = Rgb::new(0.12, 0.07, 0.04);
@@ -43,11 +44,13 @@ pub(super) fn surface(
             return Ok((None, None));
         }
         "matte" => {
-            let sigma = m.float("sigma");
-            if sigma.is_some_and(|s| s.factor > 0.0) {
-                m.note(NoteKind::Approximated, "matte with sigma (Oren–Nayar): Lambert");
+            let sigma = m.float("sigma").map_or(0.0, |sigma| sigma.factor);
+            let mut reflectance = m.color("Kd", 0.5)?;
+            if sigma > 0.0 {
+                m.met("matte sigma")?;
+                reflectance.factor *= rough_diffuse::scale(sigma.min(90.0).to_radians());
             }
-            Surface::Lambert { reflectance: m.color("Kd", 0.5)? }
+            Surface::Lambert { reflectance }
         }
         "plastic" => Surface::Plastic {
             diffuse: m.color("Kd", 0.25)?,
@@ -63,12 +66,7 @@ pub(super) fn surface(
         "mirror" => Surface::Mirror { reflectance: m.color("Kr", 0.9)? },
         "glass" => {
             let (reflectance, transmittance) = (m.plain_color("Kr", 1.0)?, m.plain_color("Kt", 1.0)?);
-            let rough = m.facets("", 0.0)?;
-            // Smooth unless the file gives a roughness, though that of none would be mapped to one.
-            let is_rough = ["uroughness", "vroughness", "roughness"]
-                .iter()
-                .any(|name| m.float(name).is_some_and(|r| r.factor > 0.0 || r.texture.is_some()));
-            let facets = if is_rough { rough } else { 0.0.into() };
+            let facets = m.facets_if_rough()?;
             Surface::Glass { ior: m.ior(&["eta", "index"])?, reflectance, transmittance, facets }
         }
         "uber" => return uber(m, materials).map(|(surface, opacity)| (Some(surface), opacity)),
@@ -85,43 +83,8 @@ pub(super) fn surface(
                 model: FacetModel::Ggx,
             }
         }
-        "translucent" => {
-            let diffuse = m.color("Kd", 0.25)?;
-            let (reflect, transmit) = (m.color("reflect", 0.5)?, m.color("transmit", 0.5)?);
-            m.parameters.accept(&["Ks", "roughness", "remaproughness"]);
-            Surface::Translucent {
-                reflectance: product(m.loading, diffuse, reflect)?,
-                transmittance: product(m.loading, diffuse, transmit)?,
-            }
-        }
-        "disney" => {
-            let base_color = m.color("color", 0.5)?;
-            let ior = m.ior(&["eta"])?;
-            let transparent = m.float("spectrans").is_some_and(|s| s.factor > 0.5);
-            let metallic = m.float("metallic").unwrap_or(0.0.into());
-            let roughness = m.float("roughness").unwrap_or(0.5.into());
-            let specular_tint = m.float("speculartint").unwrap_or(0.0.into());
-            let sheen = m.float("sheen").unwrap_or(0.0.into());
-            let sheen_tint = m.float("sheentint").unwrap_or(0.5.into());
-            let anisotropic = m.float("anisotropic").unwrap_or(0.0.into());
-            m.parameters.accept_all();
-            if transparent {
-                let (reflectance, transmittance) = (Rgb::WHITE, base_color.factor);
-                let facets = m.loading.builder.power(roughness, 2.0)?.into();
-                Surface::Glass { ior, reflectance, transmittance, facets }
-            } else {
-                Surface::Principled {
-                    base_color,
-                    metallic,
-                    roughness,
-                    ior,
-                    specular_tint,
-                    sheen,
-                    sheen_tint,
-                    anisotropic,
-                }
-            }
-        }
+        "translucent" => translucent(m, materials)?,
+        "disney" => super::disney::surface(m, materials)?,
         "subsurface" | "kdsubsurface" => {
             subsurface(m, if class == "subsurface" { None } else { Some("Kd") })?
         }
@@ -141,15 +104,13 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
     let opacity = m.textures.color_or_float(m.loading, m.parameters, "opacity")?;
     let opacity = opacity.filter(|o| o.texture.is_some() || o.factor < 1.0);
     let glossy = Surface::Plastic { diffuse, specular, ior, facets };
-    let weights = [diffuse.factor + specular.factor, mirror.factor + transmission].map(Rgb::luminance);
+    // The smallest that keep all factors of the parts within 1, where those of the whole allow it.
+    let weights =
+        [diffuse.factor + specular.factor, mirror.factor.zip(transmission, f32::max)].map(Rgb::max_channel);
     if weights[1] <= 0.0 {
         return Ok((glossy, opacity));
     }
     let amount = weights[1] / (weights[0] + weights[1]);
-    let share = |c: ColorInput, share: f32| ColorInput {
-        factor: (c.factor * (1.0 / share)).map(|v| v.min(1.0)),
-        ..c
-    };
     let clear = if transmission.is_black() {
         let specular = share(mirror, amount);
         Surface::Plastic { diffuse: Rgb::BLACK.into(), specular, ior, facets: 0.0.into() }
@@ -167,9 +128,38 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
         ior,
         facets,
     };
-    let first = materials.part(m.loading, "uber: glossy part", first)?;
-    let second = materials.part(m.loading, "uber: clear part", clear)?;
-    Ok((Surface::Mix { first, second, amount: amount.into() }, opacity))
+    Ok((materials.either(m.loading, "uber", first, clear, amount)?, opacity))
+}
+
+/// A colour, divided by the share of the part of a mix that it belongs to.
+fn share(c: ColorInput, share: f32) -> ColorInput {
+    ColorInput { factor: (c.factor * (1.0 / share)).map(|v| v.min(1.0)), ..c }
+}
+
+/// Lambert on both sides, and the same shares of `Ks` at facets of glass.
+fn translucent(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<Surface> {
+    let (diffuse, specular) = (m.color("Kd", 0.25)?, m.plain_color("Ks", 0.25)?);
+    let (reflect, transmit) = (m.color("reflect", 0.5)?, m.color("transmit", 0.5)?);
+    let facets = m.facets("", 0.1)?;
+    let reflectance = product(m.loading, diffuse, reflect)?;
+    let transmittance = product(m.loading, diffuse, transmit)?;
+    let glossy = [reflect, transmit].map(|share| specular * share.factor);
+    let both = reflect.factor + transmit.factor;
+    let weights = [diffuse.factor * both, glossy[0].zip(glossy[1], f32::max)].map(Rgb::max_channel);
+    if weights[1] <= 0.0 {
+        return Ok(Surface::Translucent { reflectance, transmittance });
+    }
+    let amount = weights[1] / (weights[0] + weights[1]);
+    let [on, through] = glossy.map(|c| share(c.into(), amount).factor);
+    let glass = Surface::Glass { ior: 1.5, reflectance: on, transmittance: through, facets };
+    if amount >= 1.0 {
+        return Ok(glass);
+    }
+    let leaf = Surface::Translucent {
+        reflectance: share(reflectance, 1.0 - amount),
+        transmittance: share(transmittance, 1.0 - amount),
+    };
+    materials.either(m.loading, "translucent", leaf, glass, amount)
 }
 
 /// A dielectric over a scattering half-space. `reflectance` is the name of its diffuse reflectance
@@ -192,9 +182,12 @@ pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Re
             absorption.zip(scattering, |a, s| diffuse_reflectance(a, s, ior)).into()
         }
     };
-    let facets = m.facets("", 0.0)?;
+    let facets = m.facets_if_rough()?;
     m.parameters.accept_all();
-    Ok(Surface::Plastic { diffuse, specular: Rgb::WHITE.into(), ior, facets })
+    // What leaves is in proportion to the reflectance and to what enters, whatever the boundary
+    // throws back inside.
+    let (base, specular) = (CoatBase::Proportional, Rgb::WHITE.into());
+    Ok(Surface::Coated { reflectance: diffuse, base, specular, ior, facets })
 }
 
 /// Diffuse reflectance of a half-space with absorption `a`, scattering `s` and a boundary (Jensen

@@ -5,11 +5,11 @@
 //! | `diffuse` | Lambert |
 //! | `coateddiffuse` | `Coated`; thickness, absorption and scattering in the coat are left out |
 //! | `conductor` | conductor of `eta`, `k`, or of `reflectance` as `η = 1`, `k = 2√r / √(1−r)` |
-//! | `coatedconductor` | its conductor; the coat is left out |
+//! | `coatedconductor` | a conductor that reflects at normal incidence what both together do |
 //! | `dielectric` | glass |
 //! | `thindielectric` | a pane |
 //! | `diffusetransmission` | Lambert on both sides |
-//! | `subsurface` | `Plastic` with the diffuse reflectance of a half-space |
+//! | `subsurface` | a coat over the diffuse reflectance of a half-space |
 //! | `hair`, `measured` | Lambert of the hair's colour; grey |
 //! | `interface`, `none`, an empty name | invisible |
 //!
@@ -19,7 +19,7 @@
 use super::GREY;
 use super::maker::Maker;
 use super::v3::{hair, subsurface};
-use crate::bsdf::ConductorFresnel;
+use crate::bsdf::{ConductorFresnel, fresnel};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::{CoatBase, ColorInput, NoteKind, Surface};
@@ -52,11 +52,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
             }
         }
         "conductor" => conductor(m, "", "")?,
-        "coatedconductor" => {
-            let surface = conductor(m, "conductor.", "conductor.")?;
-            m.parameters.accept_all();
-            surface
-        }
+        "coatedconductor" => coated_conductor(m)?,
         "dielectric" => {
             let facets = m.facets("", 0.0)?;
             let (ior, white) = (m.ior(&["eta"])?, Rgb::WHITE);
@@ -94,6 +90,27 @@ fn conductor(m: &mut Maker<'_, '_>, prefix: &str, roughness: &str) -> Result<Sur
         None => (m.conductor(prefix)?, Rgb::WHITE.into()),
     };
     Ok(Surface::Conductor { fresnel, specular, facets })
+}
+
+/// Metal that reflects at normal incidence what metal and coat together do:
+/// `F + (1 − F)² R / (1 − F R)`, the metal's constants being relative to the coat.
+fn coated_conductor(m: &mut Maker<'_, '_>) -> Result<Surface> {
+    let surface = conductor(m, "conductor.", "conductor.")?;
+    let inside = m.ior(&["interface.eta"])?;
+    if m.facets("interface.", 0.0)? != 0.0.into() {
+        m.met("coatedconductor interface.roughness")?;
+    }
+    m.parameters.accept_all();
+    let Surface::Conductor { fresnel, specular, facets } = surface else { return Ok(surface) };
+    let coat = fresnel::dielectric(1.0, inside);
+    let below = match fresnel {
+        ConductorFresnel::Exact { eta, k } => {
+            ConductorFresnel::Exact { eta: (eta / inside).map(|v| v.max(1e-3)), k: k / inside }.at(1.0)
+        }
+        textured @ ConductorFresnel::Schlick { .. } => textured.at(1.0),
+    };
+    let f0 = below.map(|r| coat + (1.0 - coat) * (1.0 - coat) * r / (1.0 - coat * r));
+    Ok(Surface::Conductor { fresnel: ConductorFresnel::Schlick { f0 }, specular, facets })
 }
 
 /// A metal of that reflectance at normal incidence.

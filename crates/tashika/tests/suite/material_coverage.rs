@@ -1,0 +1,128 @@
+//! Every material that a loader accepts has a row in a table of what it reflects, and every note
+//! that says how far one is off says what the rows say.
+//!
+//! The features tables are the list: a material that is added there without a row fails here.
+
+use tashika::io::{Feature, Support, features};
+
+use crate::material_rows::{Row, rows, told};
+
+/// Materials without rows: nothing that could be compared is read of them, or they are not what a
+/// surface reflects.
+const NOT_COMPARED: &[(&str, &str)] = &[
+    // Fibres and cloth by their colour; what was measured is not read.
+    ("pbrt", "hair"),
+    ("pbrt", "fourier"),
+    ("pbrt", "measured"),
+    ("Mitsuba", "hair"),
+    ("Mitsuba", "hk"),
+    ("Mitsuba", "irawan"),
+    ("Mitsuba", "measured"),
+    ("Mitsuba", "measured_polarized"),
+    // What light meets below a surface.
+    ("pbrt", "disney scatterdistance"),
+    ("Mitsuba", "coating sigma_a"),
+    // Nothing is there.
+    ("pbrt", ""),
+    ("pbrt", "none"),
+    ("pbrt", "interface"),
+    ("Mitsuba", "null"),
+    // Normals and light, held by tests of their own.
+    ("glTF", "normalTexture"),
+    ("glTF", "emissiveTexture"),
+    ("glTF", "doubleSided"),
+    ("glTF", "KHR_materials_emissive_strength"),
+    // Shown as it is, without light.
+    ("glTF", "KHR_materials_unlit"),
+    // By texture, or by distances that a surface does not know.
+    ("glTF", "baseColorTexture"),
+    ("glTF", "attenuationDistance"),
+    ("OBJ", "newmtl"),
+    ("OBJ", "Ke"),
+    ("OBJ", "Ka"),
+    ("OBJ", "norm"),
+    ("OBJ", "map_Kd -o -s -clamp -imfchan"),
+    ("OBJ", "map_Kd with black Kd"),
+    ("OBJ", "d 0"),
+    // By texture.
+    ("Mitsuba", "principled spec_trans"),
+    ("Mitsuba", "principled anisotropic"),
+    ("glTF", "specularFactor"),
+    // Stretched facets and layers that have no formula here, and distributions that only old
+    // versions had.
+    ("Mitsuba", "anisotropic roughness"),
+    ("Mitsuba", "distribution as"),
+    ("Mitsuba", "distribution phong"),
+    ("glTF", "KHR_materials_clearcoat"),
+];
+
+/// Whether a row of a features table is about what a surface is made of.
+fn is_material(feature: &Feature) -> bool {
+    let accepted = matches!(feature.support, Support::Full | Support::Approximated);
+    let of_material = ["material", "material statement"].contains(&feature.kind)
+        || feature.name.starts_with("KHR_materials_")
+        || feature.kind.starts_with("KHR_materials_");
+    accepted && of_material
+}
+
+fn message(feature: &Feature) -> String {
+    format!("{} {:?}: {}", feature.kind, feature.name, feature.how)
+}
+
+/// Whether a row of a table has the material of a feature: by the note that it gives, or by name.
+fn has(row: &Row, format: &str, feature: &Feature) -> bool {
+    if feature.support != Support::Full {
+        return row.notes.contains(&message(feature));
+    }
+    let name = feature.name;
+    row.format.starts_with(match format {
+        "OBJ" => "MTL",
+        other => other,
+    }) && match format {
+        "Mitsuba" => row.text.contains(&format!("type=\"{name}\"")),
+        "OBJ" => row.text.split("; ").any(|statement| statement.split(' ').next() == Some(name)),
+        _ => row.text.contains(&format!("\"{name}\"")),
+    }
+}
+
+#[test]
+fn every_material_that_is_read_has_a_row() {
+    let mut missing = Vec::new();
+    let mut unused: Vec<_> = NOT_COMPARED.to_vec();
+    for format in features() {
+        for feature in format.rows.iter().filter(|feature| is_material(feature)) {
+            let exception = (format.format, feature.name);
+            let rows = rows().iter().filter(|row| has(row, format.format, feature)).count();
+            if NOT_COMPARED.contains(&exception) {
+                unused.retain(|known| *known != exception);
+                assert_eq!(rows, 0, "{exception:?} can be compared");
+            } else if rows == 0 {
+                missing.push(exception);
+            }
+        }
+    }
+    assert!(missing.is_empty(), "without a row: {missing:?}");
+    assert!(unused.is_empty(), "exceptions that are no materials: {unused:?}");
+}
+
+/// The number of a note is the least whole percent that covers its rows.
+#[test]
+fn notes_say_how_far_materials_are_off() {
+    let mut wrong = Vec::new();
+    for format in features() {
+        for feature in format.rows.iter().filter(|feature| is_material(feature)) {
+            if feature.support == Support::Full || NOT_COMPARED.contains(&(format.format, feature.name)) {
+                continue;
+            }
+            let said = told(feature.how).unwrap_or(0.01);
+            // Where another note says more, it is about that.
+            let most = |row: &&Row| row.notes.iter().filter_map(|note| told(note)).all(|t| t <= said);
+            let rows = rows().iter().filter(|row| has(row, format.format, feature)).filter(most);
+            let worst = rows.map(|row| row.off[0]).fold(0.0, f64::max);
+            if worst > said || worst < said - 0.02 {
+                wrong.push(format!("{worst:.3} {} {}", format.format, message(feature)));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
