@@ -5,8 +5,8 @@
 //! in base 64. Neighbouring pixels agree in most of their upper bytes, so that images of 640 × 360
 //! pixels take about 2 bytes a sample.
 //!
-//! Only planes that a reader of the page asks for, by their row of the schema, are written; a plane that two images share is
-//! written once.
+//! Only planes that a reader of the page asks for, by their row of the schema, are written; a plane
+//! that two images share is written once.
 
 use std::io::Write;
 
