@@ -58,6 +58,11 @@ impl Tally {
         Claim::ALL.into_iter().filter(|claim| claim.is_some()).map(|claim| self.of(claim)).sum()
     }
 
+    /// Pixels that claim nothing, out of budget or not.
+    pub fn silent(&self) -> u64 {
+        self.of(Claim::None) + self.out_of_budget - self.wider
+    }
+
     /// Pixels that were rendered.
     pub fn rendered(&self) -> u64 {
         self.by_claim.iter().sum::<u64>() + self.out_of_budget
@@ -122,7 +127,7 @@ mod tests {
             (Claim::None, Stop::NotRendered),
         ]);
         assert_eq!(Claim::ALL.map(|claim| found.of(claim)), [2, 1, 0, 2, 0]);
-        assert_eq!((found.claiming(), found.out_of_budget, found.wider), (3, 2, 1));
+        assert_eq!((found.claiming(), found.out_of_budget, found.wider, found.silent()), (3, 2, 1, 3));
         assert_eq!((found.not_found, found.rendered(), found.pixels()), (1, 7, 8));
     }
 

@@ -114,7 +114,7 @@ impl Counts {
             lines.push(format!("The picture is {ABOUT}; the view “image” has the estimates."));
         }
         for claim in Claim::ALL {
-            let n = tally.of(claim);
+            let n = if claim.is_some() { tally.of(claim) } else { tally.silent() };
             if n > 0 && (claim.is_some() || tally.claiming() > 0) {
                 let [one, many] = claim.sentences();
                 lines.push(format!("{} {}", count(n), if n == 1 { one } else { many }));
