@@ -359,11 +359,11 @@ def address_of(program):
 
 
 def live_page(browser):
-    """A render that is watched: tiles appear, the promise is told, and the end is what is written."""
+    """A render that is watched: tiles appear, the claims are told, and the end is what is written."""
     with started(f"{RENDER} -o live.exr") as program:
         opened = Opened(browser, address_of(program))
         opened.page.wait_for_selector("#left option", state="attached", timeout=60_000)
-        opened.page.wait_for_function("() => /keep their promise/.test(document.getElementById('news-text').textContent)")
+        opened.page.wait_for_function("() => /with a claim/.test(document.getElementById('news-text').textContent)")
         assert opened.page.get_attribute("#viewer", "data-finished") == "false", "it was over before it was seen"
         opened.shot("live-midway")
         opened.page.wait_for_selector("#viewer[data-finished=true]", timeout=300_000)

@@ -22,7 +22,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use tashika::accel::Tracer;
-use tashika::integrator::{Claim, Method, Truth};
+use tashika::integrator::{Method, Promise, Truth};
 use tashika::render::with_threads;
 use tashika_bench::embree::{Build, Call, Library4, Segment, Traced};
 use tashika_bench::measure::{Timed, Variant, cpu_seconds, in_turns, median};
@@ -130,7 +130,7 @@ fn sum(of: &SubjectArgs, method: Method, vpls: u64, points: u64) -> Result<Subje
     subject(&SubjectArgs { method, truth: Some(Truth::Vpl), vpls, points, ..of.clone() })
 }
 
-const OURS: Method = Method::Tashika(Claim::Calibrated);
+const OURS: Method = Method::Tashika(Promise::Calibrated);
 
 fn whole_render(of: &Subject) {
     drop(black_box(of.render(&of.tracer)));
@@ -230,7 +230,7 @@ fn whole_sums(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
 
 fn certified(_: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let method = |method| sum(of, method, 10_000, 16).map(|of| rays(&of));
-    let (ours, published) = (method(Method::Tashika(Claim::Certified))?, method(Method::Iwasaki2019)?);
+    let (ours, published) = (method(Method::Tashika(Promise::Certified))?, method(Method::Iwasaki2019)?);
     Ok(Some(format!("{:.2}", ours / published)))
 }
 

@@ -17,6 +17,8 @@ use crate::summary::counted;
 #[derive(Debug, Serialize)]
 pub struct Audit {
     /// Pixels within the tolerance.
+    pub within: u64,
+    /// The same, by its name in earlier versions.
     pub kept: u64,
     /// Pixels that were looked at.
     pub of: u64,
@@ -28,7 +30,12 @@ pub struct Audit {
     pub confidence: f64,
     /// Largest relative error found; none if infinite.
     pub worst: f64,
-    /// Whether the whole interval is below the confidence of the claim.
+    /// Of the pixels that were looked at, those that claim something within their budget.
+    pub claiming: u64,
+    /// Of these, pixels within the tolerance.
+    pub claiming_within: u64,
+    /// Whether these are fewer than the confidence of the claims allows: the whole interval of
+    /// their share is below it. Where nothing is claimed, nothing is contradicted.
     pub contradicts: bool,
 }
 
@@ -68,15 +75,18 @@ pub fn audit(
     let mut pool = Pool::new(tolerance);
     // The truth is a film of the whole image.
     pool.add(film, &converged(&exact.film.cropped(film.window())?, &tolerance))?;
-    let share = pool.within();
+    let (share, claiming) = (pool.within(), pool.claiming_within());
     let interval = share.interval();
     Ok(Some(Audit {
+        within: share.count,
         kept: share.count,
         of: share.of,
         low: interval.low,
         high: interval.high,
         confidence: Claims::CONFIDENCE,
         worst: pool.quantile(100),
-        contradicts: interval.high < options.confidence,
+        claiming: claiming.of,
+        claiming_within: claiming.count,
+        contradicts: claiming.of > 0 && claiming.interval().high < options.confidence,
     }))
 }

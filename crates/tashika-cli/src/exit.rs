@@ -5,8 +5,7 @@ use std::process::ExitCode;
 
 use tashika::error::Error;
 
-/// Everything was written; says whether the promise was kept. Of several images the last of these
-/// counts.
+/// Files were written, and this is to be known of them; of several images the last of these counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// Done (0).

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use tashika::film::Plane;
-use tashika::integrator::{ErrorClaim, StopReason};
+use tashika::film::{RenderFilm, Tally};
 use tashika::io::{read_exr, write_exr, write_file, write_png};
 use tashika::render::{Merged, Merger};
 use tashika::report::{RenderFacts, about_light_not_found, count, render_page};
@@ -21,6 +20,9 @@ struct Report {
     parts: usize,
     /// Pixels that were rendered.
     pixels: u64,
+    /// These by what they claim, and the ones that were not rendered.
+    tally: Tally,
+    /// Names of earlier versions for what `tally` has.
     promise_met: u64,
     budget_hit: u64,
     not_found: u64,
@@ -62,8 +64,9 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     if !plan.common.quiet {
         rows(&report, &merged).print()?;
     }
+    let tally = &report.tally;
     let accepts = plan.accept_budget || Integration::was_picture(merged.film.metadata());
-    Ok(if report.budget_hit + report.not_found > 0 && !accepts { Outcome::BudgetHit } else { Outcome::Done })
+    Ok(if tally.out_of_budget + tally.not_found > 0 && !accepts { Outcome::BudgetHit } else { Outcome::Done })
 }
 
 /// The parts, read and joined one after the other.
@@ -92,16 +95,14 @@ fn told_missing(merged: &Merged) -> String {
 }
 
 fn report(plan: &MergePlan, merged: &Merged) -> Report {
-    let codes = |name| merged.film.plane(name).and_then(Plane::u32_samples).unwrap_or_default();
-    let (stops, claims) = (codes("stop"), codes("claim"));
-    let ended = |reason: StopReason| stops.iter().filter(|stop| **stop == reason.id()).count() as u64;
-    let keeps = |stop: u32, claim: u32| stop != StopReason::Budget.id() && claim != ErrorClaim::None.id();
+    let tally = RenderFilm::of(&merged.film).tally();
     Report {
         parts: plan.parts.len(),
-        pixels: stops.len() as u64 - ended(StopReason::NotRendered),
-        promise_met: stops.iter().zip(claims).filter(|(stop, claim)| keeps(**stop, **claim)).count() as u64,
-        budget_hit: ended(StopReason::Budget),
-        not_found: ended(StopReason::NotFound),
+        pixels: tally.rendered(),
+        tally,
+        promise_met: tally.claiming(),
+        budget_hit: tally.out_of_budget,
+        not_found: tally.not_found,
         missing: merged.missing.clone(),
         of: merged.of,
         missing_pixels: merged.missing_pixels,
@@ -113,15 +114,12 @@ fn report(plan: &MergePlan, merged: &Merged) -> Report {
 fn rows(report: &Report, merged: &Merged) -> Rows {
     let mut rows = Rows::default();
     rows.push("parts", count(report.parts as u64));
-    rows.push(
-        "pixels",
-        format!("{}, {} keep what they claim", count(report.pixels), count(report.promise_met)),
-    );
-    if report.budget_hit > 0 {
-        rows.push("", format!("{} of them ran out of budget", count(report.budget_hit)));
+    rows.push("pixels", format!("{}, {} with a claim", count(report.pixels), count(report.tally.claiming())));
+    if report.tally.out_of_budget > 0 {
+        rows.push("", format!("{} of them ran out of budget", count(report.tally.out_of_budget)));
     }
-    if report.not_found > 0 {
-        rows.push("", about_light_not_found(report.not_found));
+    if report.tally.not_found > 0 {
+        rows.push("", about_light_not_found(report.tally.not_found));
     }
     if !report.complete {
         rows.push("", format!("NOT COMPLETE: {}", told_missing(merged)));

@@ -5,12 +5,11 @@ use std::thread::available_parallelism;
 
 use tashika::accel::Tracer;
 use tashika::experiment::{OtherSet, until_converged};
-use tashika::film::Film;
+use tashika::film::{Film, keys, planes};
 use tashika::integrator::{
     ControlOptions, Exact, GuidedLights, Integrator, LightTransport, LitBy, Path, PathStop, Setting,
 };
 use tashika::io::{save_vpls, write_exr, write_file, write_png};
-use tashika::reconstruction::RECONSTRUCTION;
 use tashika::render::{Finished, RenderOptions, Totals, blank, resume};
 use tashika::report::{ErrorBudget, RenderFacts, error_budget, render_page};
 use tashika::request::Integration;
@@ -133,8 +132,9 @@ fn image(
     if let Some(audit) = &audit {
         meter.finish();
         let metadata = rendered.film.metadata_mut();
-        metadata.set("audit.kept", audit.kept);
-        metadata.set("audit.of", audit.of);
+        metadata.set(keys::AUDIT_WITHIN, audit.within);
+        metadata.set(keys::AUDIT_KEPT, audit.within);
+        metadata.set(keys::AUDIT_OF, audit.of);
     }
     if rendered.complete && plan.share.is_whole() {
         timed(&mut seconds.reconstruction, || Integration::finish(&mut rendered.film));
@@ -173,16 +173,18 @@ fn image(
         truth: rendered
             .film
             .metadata()
-            .text("truth")
+            .text(keys::TRUTH)
             .filter(|_| plan.integration.promises())
             .map(str::to_owned),
+        pairs_are: rendered.film.metadata().text(keys::PAIRS_ARE).map(str::to_owned),
         error_budget: error_budget(&rendered.film),
         other_set,
         audit,
-        reconstructed: rendered.film.plane(RECONSTRUCTION.name).is_some(),
+        reconstructed: rendered.film.plane(planes::RECONSTRUCTION).is_some(),
         exposure_stops,
     };
-    let (complete, fallen_short) = (done.complete, done.totals.budget_hit + done.totals.not_found);
+    let tally = done.totals.tally;
+    let (complete, fallen_short) = (done.complete, tally.out_of_budget + tally.not_found);
     let report = report(plan, done, seconds);
     let facts = RenderFacts {
         name: outputs.exr.display().to_string(),
@@ -293,6 +295,7 @@ struct Done<'a> {
     pixels_asked: u64,
     complete: bool,
     truth: Option<String>,
+    pairs_are: Option<String>,
     error_budget: Option<ErrorBudget>,
     other_set: Option<OtherSet>,
     audit: Option<Audit>,
@@ -305,7 +308,8 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
     let totals = &done.totals;
     let Stage { scene, camera, size, window, .. } = stage;
     let lights = done.lit.report(plan);
-    let mean = |sum: u64| if totals.pixels > 0 { sum as f64 / totals.pixels as f64 } else { 0.0 };
+    let (tally, pixels) = (totals.tally, totals.tally.rendered());
+    let mean = |sum: u64| if pixels > 0 { sum as f64 / pixels as f64 } else { 0.0 };
     RenderReport {
         version: env!("CARGO_PKG_VERSION"),
         scene: scene.name().to_owned(),
@@ -326,14 +330,16 @@ fn report(plan: &RenderPlan, done: Done<'_>, seconds: Seconds) -> RenderReport {
         filter: plan.gather.filter,
         lights,
         seed: plan.seed,
-        pixels: totals.pixels,
+        pixels,
         pixels_asked: done.pixels_asked,
         complete: done.complete,
-        promise_met: totals.promise_met,
+        tally,
+        promise_met: tally.claiming(),
         picture: plan.integration.is_picture(),
         reconstructed: done.reconstructed,
-        budget_hit: totals.budget_hit,
-        not_found: totals.not_found,
+        budget_hit: tally.out_of_budget,
+        not_found: tally.not_found,
+        pairs_are: done.pairs_are,
         truth: done.truth.clone(),
         error_budget: done.error_budget,
         rays_per_pixel: mean(totals.rays),

@@ -75,8 +75,8 @@ impl LivePage {
     pub fn show(&self, done: &Finished<'_>, text: String) {
         self.film.update(done.film, done.tile);
         let progress = &done.progress;
-        let promise_met = progress.promise_met;
-        self.film.progress(Headline { text, pixels: progress.pixels, of: progress.of, promise_met });
+        let (pixels, claiming) = (progress.tally.rendered(), progress.tally.claiming());
+        self.film.progress(Headline { text, pixels, of: progress.of, claiming, promise_met: claiming });
     }
 
     /// Shows the film as it was written, as long as anybody watches and Ctrl-C does not end it.

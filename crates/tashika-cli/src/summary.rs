@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
 use tashika::experiment::OtherSet;
+use tashika::film::Tally;
 use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
@@ -200,16 +201,20 @@ pub struct RenderReport {
     pub pixels_asked: u64,
     /// Whether all of them were.
     pub complete: bool,
-    /// Pixels that keep what they claim.
+    /// The pixels by what they claim.
+    pub tally: Tally,
+    /// Pixels that claim something within their budget, by its name in earlier versions.
     pub promise_met: u64,
     /// Whether nobody asked for an error, so that pixels may run out of budget.
     pub picture: bool,
     /// Whether the PNG is a reconstruction.
     pub reconstructed: bool,
-    /// Pixels that ran out of budget.
+    /// Pixels that ran out of budget, by its name in earlier versions.
     pub budget_hit: u64,
-    /// Pixels of which too much light cannot be found.
+    /// Pixels of which too much light cannot be found, by its name in earlier versions.
     pub not_found: u64,
+    /// What pairs are, by the method.
+    pub pairs_are: Option<String>,
     /// What the promise is about, if there is one.
     pub truth: Option<String>,
     /// What the half-widths are made of, if intervals are claimed.
@@ -283,12 +288,15 @@ impl RenderReport {
         };
         let share = if self.tiles == "1/1" { String::new() } else { format!(" (tiles {})", self.tiles) };
         rows.push("pixels", format!("{}{share}{state}", HumanCount(self.pixels)));
-        if self.budget_hit > 0 {
+        if self.tally.out_of_budget > 0 {
             let further = if self.picture { "; --error works on until they are good enough" } else { "" };
-            rows.push("", format!("{} of them ran out of budget{further}", HumanCount(self.budget_hit)));
+            rows.push(
+                "",
+                format!("{} of them ran out of budget{further}", HumanCount(self.tally.out_of_budget)),
+            );
         }
-        if self.not_found > 0 {
-            rows.push("", about_light_not_found(self.not_found));
+        if self.tally.not_found > 0 {
+            rows.push("", about_light_not_found(self.tally.not_found));
         }
         if let Some(truth) = &self.truth {
             rows.push("truth", about_truth(truth));
@@ -310,12 +318,17 @@ impl RenderReport {
             rows.push("other VPLs", other_set.words());
         }
         if let Some(audit) = &self.audit {
-            let Audit { kept, of, low, high, contradicts, .. } = audit;
+            let Audit { within, of, low, high, claiming, claiming_within, contradicts, .. } = audit;
+            let claims = if claiming == of || *claiming == 0 {
+                String::new()
+            } else {
+                format!(", {claiming_within} of the {claiming} that claim to be")
+            };
             let verdict = if *contradicts { ": LESS than claimed" } else { "" };
             rows.push(
                 "audit",
                 format!(
-                    "{kept} of {of} pixels at random are within the error ({:.1} to {:.1} % at 95 %){verdict}",
+                    "{within} of {of} pixels at random are within the error ({:.1} to {:.1} % at 95 %){claims}{verdict}",
                     100.0 * low,
                     100.0 * high
                 ),
@@ -326,8 +339,9 @@ impl RenderReport {
         rows.push(
             "work",
             format!(
-                "a pixel: {} pairs, {} rays; {}",
+                "a pixel: {} {}, {} rays; {}",
                 HumanCount(self.pairs_per_pixel.round() as u64),
+                self.pairs_are.as_deref().unwrap_or("pairs"),
                 HumanCount(self.rays_per_pixel.round() as u64),
                 rate(self.rays_per_second)
             ),

@@ -61,7 +61,7 @@ impl Drop for End<'_> {
 }
 
 /// Runs `work` on a pool of so many threads, zero being one a core; `progress` is called with
-/// pixels, pixels in all, those that keep their promise, and rays.
+/// pixels, pixels in all, those that claim something within their budget, and rays.
 ///
 /// # Errors
 /// What the work returns, as an exception; what `progress` or a signal's handler raises.
@@ -107,8 +107,8 @@ pub fn attended<T: Send>(
 
 fn attend(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>, watch: &Watch) -> PyResult<()> {
     py.check_signals()?;
-    if let (Some(progress), Some(Progress { pixels, of, promise_met, rays })) = (progress, watch.take()) {
-        progress.call1((pixels, of, promise_met, rays))?;
+    if let (Some(progress), Some(Progress { tally, of, rays })) = (progress, watch.take()) {
+        progress.call1((tally.rendered(), of, tally.claiming(), rays))?;
     }
     Ok(())
 }

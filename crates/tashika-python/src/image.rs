@@ -8,7 +8,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 use tashika::experiment::OtherSet;
-use tashika::film::{Film, Plane, Samples, Value};
+use tashika::film::{Film, Plane, RenderFilm, Samples, Value, keys};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
 use tashika::render::Merger;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
@@ -17,6 +17,7 @@ use tashika::request::Integration;
 use crate::arrays::array;
 use crate::compare::compare;
 use crate::errors::{option, raised};
+use crate::json::from_json;
 use crate::notebook;
 
 /// What the plane without a name is called here.
@@ -25,8 +26,8 @@ const MAIN: &str = "radiance";
 /// An image: a mapping from names of planes to read-only NumPy arrays.
 ///
 /// "radiance" is the main plane, float32 of shape (height, width, 3) in W/m²/sr, linear Rec. 709.
-/// Planes of one channel have the shape (height, width): "half_width" and "standard_error" of the
-/// luminance, "claim" and "stop" as uint32 codes, "pairs", "rays", "depth" and so on; `planes` says
+/// Planes of one channel have the shape (height, width): "half_width" and "standard_error" of what
+/// is controlled, "claim" and "stop" as uint32 codes, "pairs", "rays", "depth" and so on; `planes` says
 /// what each means. Rows go down from the top. An array is made when it is first asked for, and
 /// kept.
 ///
@@ -50,7 +51,7 @@ pub struct Image {
 impl Image {
     /// An image that was rendered.
     pub(crate) fn new(film: Film) -> Self {
-        let name = film.metadata().text("method").unwrap_or("image").into();
+        let name = film.metadata().text(keys::METHOD).unwrap_or("image").into();
         Self::named(film, name)
     }
 
@@ -104,11 +105,11 @@ impl Image {
 
     /// The error that it was told to keep to.
     fn tolerance(&self) -> Tolerance {
-        let number = |name: &str| self.film.metadata().number(name);
+        let number = |key| self.film.metadata().number(key);
         let default = Tolerance::default();
         Tolerance {
-            relative: number("error").unwrap_or(default.relative),
-            absolute: number("error_absolute").unwrap_or(default.absolute),
+            relative: number(keys::ERROR).unwrap_or(default.relative),
+            absolute: number(keys::ERROR_ABSOLUTE).unwrap_or(default.absolute),
         }
     }
 }
@@ -133,7 +134,16 @@ impl Image {
     /// plane "stop".
     #[getter]
     fn complete(&self) -> bool {
-        self.film.metadata().bool("complete").unwrap_or(true)
+        self.film.metadata().bool(keys::COMPLETE).unwrap_or(true)
+    }
+
+    /// How many pixels claim what: a dict with a count for each kind of claim ("none", "exact",
+    /// "published", "calibrated", "certified", of pixels within their budget) and for
+    /// "out_of_budget", "wider" (of these, with an interval all the same), "not_found" and
+    /// "not_rendered".
+    #[getter]
+    fn tally<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        from_json(py, &RenderFilm::of(&self.film).tally())
     }
 
     /// How the image was made: names and values, sorted.

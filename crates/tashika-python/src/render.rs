@@ -55,7 +55,7 @@ use crate::words;
 ///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
 ///   remove it when the image is saved. Damage in it is warned of and rendered again; one of
 ///   another render is an `InputError`.
-/// - `progress`: called as `progress(pixels, of, promise_met, rays)` about ten times a second. What
+/// - `progress`: called as `progress(pixels, of, claiming, rays)` about ten times a second. What
 ///   it raises ends the render and is raised again, and so does Ctrl-C.
 ///
 /// A scene keeps the VPLs of its last render of light transport, for the next with the same.

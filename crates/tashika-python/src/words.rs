@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use tashika::gather::Filter;
-use tashika::integrator::{Claim, Method};
+use tashika::integrator::{Method, Promise};
 use tashika::render::TileShare;
 use tashika::vpl::Clamp;
 
@@ -42,10 +42,10 @@ pub fn all_measured() -> Vec<Method> {
 }
 
 /// By which kind of argument an interval is claimed.
-pub fn claim(name: &str) -> PyResult<Claim> {
+pub fn claim(name: &str) -> PyResult<Promise> {
     match name {
-        "calibrated" => Ok(Claim::Calibrated),
-        "certified" => Ok(Claim::Certified),
+        "calibrated" => Ok(Promise::Calibrated),
+        "certified" => Ok(Promise::Certified),
         _ => Err(option("claim", name, "calibrated or certified")),
     }
 }

@@ -79,7 +79,7 @@ def test_notebooks_show_the_image_and_its_half_widths(image: tashika.Image) -> N
     page = image._repr_html_()
     pictures = [base64.b64decode(data) for data in re.findall(r'base64,([^"]+)"', page)]
     assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
-    assert "tiny: all 192 pixels keep the promise to be within 2 % at 95 % confidence" in page
+    assert "tiny: all 192 pixels claim to be within 2 % at 95 % confidence" in page
     assert repr(image).startswith("<tashika.Image 16x12: tiny: all 192 pixels")
     # What the set is worth, of a promise about its sum.
     assert re.search(r"as many others change a pixel by [\d.]+ % in the median", repr(image)), repr(image)

@@ -7,11 +7,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use tashika::error::{Error, Location, Result};
-use tashika::film::{Film, Metadata, Window};
+use tashika::film::{Film, Metadata, PlaneSpec, Window, planes};
 use tashika::io::ExrFile;
 
-/// Name of the plane that a reference becomes.
-const REFERENCE: &str = "reference";
+/// The plane that a reference becomes.
+const REFERENCE: PlaneSpec = planes::REFERENCE;
 
 /// A film in a file, and what its errors are measured from.
 pub(crate) struct Rows {
@@ -76,8 +76,9 @@ fn paired(path: &Path, name: &Path, film: &ExrFile) -> Result<ExrFile> {
             "channels R, G and B, or one channel".to_owned(),
         );
     }
-    if film.planes().iter().any(|p| p.name == REFERENCE) {
-        let found = format!("a reference for {}, which has a layer {REFERENCE:?} itself", name.display());
+    if film.planes().iter().any(|p| p.name == REFERENCE.name) {
+        let found =
+            format!("a reference for {}, which has a layer {:?} itself", name.display(), REFERENCE.name);
         return refuse(found, "one of them".to_owned());
     }
     Ok(reference)

@@ -71,7 +71,9 @@ pub struct Headline {
     pub pixels: u64,
     /// Pixels to do in all.
     pub of: u64,
-    /// Of the finished pixels, those that keep what they claim.
+    /// Of the finished pixels, those that claim something within their budget.
+    pub claiming: u64,
+    /// The same, by its name in earlier versions.
     pub promise_met: u64,
 }
 

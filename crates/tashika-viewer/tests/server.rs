@@ -170,12 +170,12 @@ fn the_state_tells_what_there_is_and_grows_with_it() {
     assert_eq!((&first["planes"][0], &first["planes"][2]["kind"]), (&radiance, &Json::from("u32")));
 
     second.update(&film(), Window { width: 16, height: 16, ..WINDOW });
-    second.progress(Headline { text: "half".to_owned(), pixels: 2, of: 4, promise_met: 1 });
+    second.progress(Headline { text: "half".to_owned(), pixels: 2, of: 4, claiming: 1, promise_met: 1 });
     let later = get(&server, "state").json();
     assert_eq!(later["version"].as_u64().unwrap(), state["version"].as_u64().unwrap() + 2);
     assert_eq!(
         later["headline"],
-        serde_json::json!({"text": "half", "pixels": 2, "of": 4, "promise_met": 1})
+        serde_json::json!({"text": "half", "pixels": 2, "of": 4, "claiming": 1, "promise_met": 1})
     );
     assert_eq!((&later["ready"], &later["images"][1]["label"]), (&Json::from(0.5), &Json::from("second")));
 }

@@ -412,6 +412,8 @@ pub enum Method {
     Iwasaki2019,
     /// Ours: refined until the interval of each pixel is narrow enough, and the interval holds
     Tashika,
+    /// The same with certified claims: --method tashika --claim certified
+    TashikaCertified,
     /// Path tracing, an independent estimate of light transport itself
     Path,
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use tashika::experiment::{Cell, Grouping};
 use tashika::gather::GatherOptions;
-use tashika::integrator::{Claim, ControlOptions, Ingredient, MANY_PAIRS, Method};
+use tashika::integrator::{ControlOptions, Ingredient, MANY_PAIRS, Method, Promise};
 use tashika::vpl::VplOptions;
 
 use super::{Common, Lights, StagePlan, TransportPlan, gather_options, vpl_options};
@@ -302,7 +302,7 @@ impl AblationPlan {
             MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Folder(&folder))?;
         let first = measure.cells[0];
         let methods =
-            std::iter::once(Method::Tashika(Claim::Calibrated)).chain(Ingredient::ALL.map(Method::Without));
+            std::iter::once(Method::Tashika(Promise::Calibrated)).chain(Ingredient::ALL.map(Method::Without));
         measure.cells = methods.map(|method| Cell { method, ..first }).collect();
         Ok(Self { measure, gather, lights, pixels: args.trials.pixels, folder })
     }

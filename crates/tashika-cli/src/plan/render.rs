@@ -147,7 +147,7 @@ fn typed(name: &str) -> String {
 }
 
 fn request(args: &RenderArgs) -> Request {
-    use integrator::{Claim as Claimed, Method as Many};
+    use integrator::{Method as Many, Promise};
     Request {
         method: match args.method {
             Method::Exact => Some(Many::Exact),
@@ -156,12 +156,13 @@ fn request(args: &RenderArgs) -> Request {
             Method::Nabata2016 => Some(Many::Nabata2016),
             Method::Sakai2018 => Some(Many::Sakai2018),
             Method::Iwasaki2019 => Some(Many::Iwasaki2019),
-            Method::Tashika => Some(Many::Tashika(Claimed::Calibrated)),
+            Method::Tashika => Some(Many::Tashika(Promise::Calibrated)),
+            Method::TashikaCertified => Some(Many::Tashika(Promise::Certified)),
             Method::Path => None,
         },
         claim: args.claim.map(|claim| match claim {
-            Claim::Calibrated => Claimed::Calibrated,
-            Claim::Certified => Claimed::Certified,
+            Claim::Calibrated => Promise::Calibrated,
+            Claim::Certified => Promise::Certified,
         }),
         truth: args.truth,
         error: args.error,

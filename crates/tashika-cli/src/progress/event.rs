@@ -45,9 +45,13 @@ pub struct Standing {
     pub pixels: u64,
     /// Pixels to do in all.
     pub of: u64,
-    /// Finished pixels that keep what was promised, where something was.
-    pub promise_met: Option<u64>,
+    /// Finished pixels that claim something within their budget, where any may.
+    pub claiming: Option<u64>,
     /// The same as a share of the finished pixels.
+    pub claiming_share: Option<f64>,
+    /// The same as `claiming`, by its name in earlier versions.
+    pub promise_met: Option<u64>,
+    /// The same as `claiming_share`, by its name in earlier versions.
     pub promise_share: Option<f64>,
     /// Rays and segments traced.
     pub rays: u64,
@@ -84,8 +88,8 @@ impl Standing {
         let Self { pixels, of, rays_per_second, .. } = *self;
         let mut words =
             format!("{} %: {} of {} pixels", floored(pixels, of), HumanCount(pixels), HumanCount(of));
-        if let Some(met) = self.promise_met.filter(|_| pixels > 0) {
-            words += &format!(", {} % keep their promise", floored(met, pixels));
+        if let Some(claiming) = self.claiming.filter(|_| pixels > 0) {
+            words += &format!(", {} % with a claim", floored(claiming, pixels));
         }
         let left = self.seconds_left.map_or_else(|| "unknown time".to_owned(), clock);
         words += &format!(", {}, {left} left", rate(rays_per_second));
@@ -133,6 +137,8 @@ mod tests {
     const STANDING: Standing = Standing {
         pixels: 2_500,
         of: 10_000,
+        claiming: Some(2_500),
+        claiming_share: Some(1.0),
         promise_met: Some(2_500),
         promise_share: Some(1.0),
         rays: 50_000_000,
@@ -146,14 +152,14 @@ mod tests {
     fn the_line_has_what_is_known() {
         assert_eq!(
             STANDING.words(),
-            "25.0 %: 2,500 of 10,000 pixels, 100.0 % keep their promise, 2.0 Mrays/s, 1:15 left, 412 MB"
+            "25.0 %: 2,500 of 10,000 pixels, 100.0 % with a claim, 2.0 Mrays/s, 1:15 left, 412 MB"
         );
-        let little = Standing { promise_met: None, memory_bytes: None, ..STANDING };
+        let little = Standing { claiming: None, memory_bytes: None, ..STANDING };
         assert_eq!(little.words(), "25.0 %: 2,500 of 10,000 pixels, 2.0 Mrays/s, 1:15 left");
         let begun = Standing {
             pixels: 0,
             of: 10,
-            promise_met: Some(0),
+            claiming: Some(0),
             rays_per_second: 0.0,
             seconds_left: None,
             memory_bytes: None,
@@ -164,9 +170,8 @@ mod tests {
 
     #[test]
     fn shares_are_rounded_down() {
-        let almost =
-            Standing { pixels: 999_999, of: 1_000_000, promise_met: Some(999_998), ..STANDING }.words();
-        assert!(almost.starts_with("99.9 %") && almost.contains("99.9 % keep"), "100 % means all: {almost}");
+        let almost = Standing { pixels: 999_999, of: 1_000_000, claiming: Some(999_998), ..STANDING }.words();
+        assert!(almost.starts_with("99.9 %") && almost.contains("99.9 % with"), "100 % means all: {almost}");
         assert_eq!(
             (floored(3, 3), floored(0, 0), floored(1, 3)),
             ("100.0".into(), "0.0".into(), "33.3".into())

@@ -55,7 +55,7 @@ pub struct Meter {
 struct State {
     begun: Instant,
     progress: Progress,
-    /// Whether the pixels of this phase keep promises.
+    /// Whether pixels of this phase may claim something.
     promises: bool,
     pace: Pace,
     sinks: Vec<Sink>,
@@ -129,7 +129,7 @@ impl Meter {
         self.begin(what, false);
     }
 
-    /// The same, of a render whose pixels promise something.
+    /// The same, of a render whose pixels may claim something.
     pub fn promising_phase(&self, what: &str) {
         self.begin(what, true);
     }
@@ -153,8 +153,9 @@ impl Meter {
         let now = Instant::now();
         let seconds = (now - state.begun).as_secs_f64();
         state.progress = *progress;
-        state.pace.observe(progress.pixels, progress.of, seconds);
-        let all = progress.pixels == progress.of;
+        let pixels = progress.tally.rendered();
+        state.pace.observe(pixels, progress.of, seconds);
+        let all = pixels == progress.of;
         // Programs are told of the last pixel too.
         let due = |sink: &Sink| now - sink.told >= sink.interval || (all && sink.json);
         if state.sinks.iter().any(due) {
@@ -238,13 +239,18 @@ impl State {
     }
 
     fn standing(&self, seconds: f64) -> Standing {
-        let Progress { pixels, of, promise_met, rays } = self.progress;
-        let share = promise_met as f64 / pixels.max(1) as f64;
+        let Progress { tally, of, rays } = self.progress;
+        let (pixels, claiming) = (tally.rendered(), tally.claiming());
+        let share = claiming as f64 / pixels.max(1) as f64;
+        let claiming_share = (self.promises && pixels > 0).then_some(share);
+        let claiming = self.promises.then_some(claiming);
         Standing {
             pixels,
             of,
-            promise_met: self.promises.then_some(promise_met),
-            promise_share: (self.promises && pixels > 0).then_some(share),
+            claiming,
+            claiming_share,
+            promise_met: claiming,
+            promise_share: claiming_share,
             rays,
             rays_per_second: rays as f64 / seconds.max(1e-9),
             seconds,

@@ -189,7 +189,8 @@ fn a_film_being_rendered_shows_what_was_told_of_it() {
         let top = TileAddress { level: description.levels - 1, x: 0, y: 0 };
         assert!(live.tile(top, &["stop"]).unwrap().bytes == expected(&shown, &description, top, &["stop"]));
 
-        let headline = Headline { text: "a quarter".to_owned(), pixels: 1, of: 4, promise_met: 1 };
+        let headline =
+            Headline { text: "a quarter".to_owned(), pixels: 1, of: 4, claiming: 1, promise_met: 1 };
         live.progress(headline.clone());
         let Status { live: is_live, finished, ready, headline: told, .. } = live.status();
         assert_eq!((is_live, finished, ready, told), (true, false, 0.25, Some(headline)));

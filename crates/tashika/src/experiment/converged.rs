@@ -6,8 +6,8 @@
 //!
 //! Held to this by `experiment::tests`.
 
-use crate::film::{Film, Plane};
-use crate::integrator::{ControlOptions, PathStop, StopReason};
+use crate::film::{Film, Plane, Stop, planes};
+use crate::integrator::{ControlOptions, PathStop};
 use crate::report::Tolerance;
 
 /// Share of the tolerance that the standard error of the truth may have.
@@ -35,7 +35,7 @@ pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
 /// # Panics
 /// If it is not a film of [`render`](crate::render) in luminance.
 pub fn converged(film: &Film, tolerance: &Tolerance) -> Film {
-    let errors = film.plane("standard_error").and_then(Plane::f32_samples).expect("a film of `render`");
+    let errors = film.plane(planes::STANDARD_ERROR).and_then(Plane::f32_samples).expect("a film of `render`");
     let colors = film.colors().expect("a film of `render`");
     let unknown: Vec<bool> = colors
         .zip(errors)
@@ -46,9 +46,9 @@ pub fn converged(film: &Film, tolerance: &Tolerance) -> Film {
         .collect();
     let mut film = film.clone();
     let pixels: Vec<(u32, u32)> = film.window().pixels().collect();
-    let stop = film.plane_mut("stop").expect("a film of `render`");
+    let stop = film.plane_mut(planes::STOP).expect("a film of `render`");
     for ((x, y), _) in pixels.into_iter().zip(unknown).filter(|(_, unknown)| *unknown) {
-        stop.set_u32(x, y, &[StopReason::NotRendered.id()]);
+        stop.set_u32(x, y, &[Stop::NotRendered.id()]);
     }
     film
 }

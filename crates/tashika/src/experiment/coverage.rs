@@ -103,8 +103,7 @@ impl Ground<'_> {
             let integrator = cell.method.integrator(self.lit_by, &ControlOptions { seed, ..cell.options });
             let tell = |now: &Progress| {
                 (watch.progress)(&Progress {
-                    pixels: before.pixels + now.pixels,
-                    promise_met: before.promise_met + now.promise_met,
+                    tally: before.tally + now.tally,
                     rays: before.rays + now.rays,
                     ..before
                 });
@@ -119,8 +118,7 @@ impl Ground<'_> {
             for (pool, reference) in pools.iter_mut().zip(references) {
                 pool.add(&rendered.film, reference)?;
             }
-            before.pixels += rendered.totals.pixels;
-            before.promise_met += rendered.totals.promise_met;
+            before.tally = before.tally + rendered.totals.tally;
             before.rays += rendered.totals.rays;
         }
         Ok(Some((pools, seconds)))

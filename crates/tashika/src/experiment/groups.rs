@@ -11,8 +11,8 @@
 use std::fmt;
 
 use crate::bsdf::Bsdf;
-use crate::film::{Film, Plane};
-use crate::integrator::{Setting, StopReason};
+use crate::film::{Film, Plane, RenderFilm, Stop, planes};
+use crate::integrator::Setting;
 
 /// What pixels are grouped by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -54,13 +54,10 @@ impl Grouping {
     /// # Panics
     /// If the film is not of [`render`](crate::render).
     pub fn groups(self, reference: &Film, setting: &Setting<'_>) -> Vec<Group> {
-        let stop = reference.plane("stop").expect("a film of `render`");
-        let held: Vec<[u32; 2]> = reference
-            .window()
-            .pixels()
-            .map(|(x, y)| [x, y])
-            .filter(|&[x, y]| stop.u32_at(x, y)[0] != StopReason::NotRendered.id())
-            .collect();
+        let read = RenderFilm::of(reference);
+        let pixels = reference.window().pixels().enumerate();
+        let held: Vec<[u32; 2]> =
+            pixels.filter(|(pixel, _)| read.is_rendered(*pixel)).map(|(_, (x, y))| [x, y]).collect();
         let (names, classes): (&[&str], Vec<usize>) = match self {
             Self::Brightness => (BRIGHTNESS, by_brightness(reference, &held)),
             Self::Material => (MATERIAL, held.iter().map(|pixel| material(setting, *pixel)).collect()),
@@ -86,10 +83,10 @@ const MATERIAL: &[&str] = &["nothing", "diffuse", "glossy", "diffuse and glossy"
 fn only(reference: &Film, members: &[[u32; 2]]) -> Film {
     let mut film = reference.clone();
     let all: Vec<(u32, u32)> = film.window().pixels().collect();
-    let stop = film.plane_mut("stop").expect("a film of `render`");
+    let stop = film.plane_mut(planes::STOP).expect("a film of `render`");
     let kept: Vec<u32> = members.iter().map(|&[x, y]| stop.u32_at(x, y)[0]).collect();
     for (x, y) in all {
-        stop.set_u32(x, y, &[StopReason::NotRendered.id()]);
+        stop.set_u32(x, y, &[Stop::NotRendered.id()]);
     }
     for (&[x, y], kept) in members.iter().zip(kept) {
         stop.set_u32(x, y, &[kept]);

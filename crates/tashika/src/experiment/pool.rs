@@ -23,8 +23,7 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::film::{Film, Plane};
-use crate::integrator::StopReason;
+use crate::film::{Film, RenderFilm, Stop, keys};
 use crate::report::{Claims, Comparison, Named, Tolerance, compare};
 use crate::stats::{Interval, clopper_pearson};
 
@@ -55,6 +54,7 @@ pub struct Pool {
     tolerance: Tolerance,
     errors: Vec<f64>,
     claims: Share,
+    claiming: Share,
     budget_hit: u64,
     pairs: f64,
     rays: f64,
@@ -63,39 +63,45 @@ pub struct Pool {
 impl Pool {
     /// A pool without trials, for that tolerance.
     pub fn new(tolerance: Tolerance) -> Self {
-        let claims = Share { count: 0, of: 0 };
-        Self { tolerance, errors: Vec::new(), claims, budget_hit: 0, pairs: 0.0, rays: 0.0 }
+        let none = Share { count: 0, of: 0 };
+        Self {
+            tolerance,
+            errors: Vec::new(),
+            claims: none,
+            claiming: none,
+            budget_hit: 0,
+            pairs: 0.0,
+            rays: 0.0,
+        }
     }
 
     /// Adds the pixels that both films hold; returns how they compare.
     ///
     /// # Errors
     /// As [`compare`](crate::report::compare()).
-    ///
-    /// # Panics
-    /// If one of the films is not of [`render`](crate::render).
     pub fn add(&mut self, film: &Film, reference: &Film) -> Result<Comparison> {
-        let name = film.metadata().text("method").unwrap_or("estimate");
+        let name = film.metadata().text(keys::METHOD).unwrap_or("estimate");
         let image = Named { name: Path::new(name), film };
-        let reference = Named { name: Path::new("reference"), film: reference };
+        let reference = Named { name: Path::new("the reference"), film: reference };
         let comparison = compare(image, reference, &self.tolerance)?;
         if let Some(claims) = &comparison.claims {
             self.claims.count += claims.kept;
             self.claims.of += claims.of;
         }
-        let [pairs, rays] = ["pairs", "rays"]
-            .map(|name| film.plane(name).and_then(Plane::f32_samples).expect("a film of `render`"));
-        let [stops, reference_stops] = [film, reference.film]
-            .map(|film| film.plane("stop").and_then(Plane::u32_samples).expect("a film of `render`"));
-        let absent = StopReason::NotRendered.id();
-        for (i, error) in comparison.errors.iter().enumerate() {
-            if stops[i] == absent || reference_stops[i] == absent {
+        let (read, truth) = (RenderFilm::of(film), RenderFilm::of(reference.film));
+        for (i, ((x, y), error)) in film.window().pixels().zip(&comparison.errors).enumerate() {
+            if !(read.is_rendered(i) && truth.is_rendered(i)) {
                 continue;
             }
+            let record = read.at(x, y);
+            if record.claim.is_some() && record.stop != Stop::Budget {
+                self.claiming.of += 1;
+                self.claiming.count += u64::from(*error <= self.tolerance.relative);
+            }
             self.errors.push(if error.is_nan() { f64::INFINITY } else { *error });
-            self.budget_hit += u64::from(stops[i] == StopReason::Budget.id());
-            self.pairs += f64::from(pairs[i]);
-            self.rays += f64::from(rays[i]);
+            self.budget_hit += u64::from(record.stop == Stop::Budget);
+            self.pairs += record.pairs as f64;
+            self.rays += record.rays as f64;
         }
         Ok(comparison)
     }
@@ -109,6 +115,11 @@ impl Pool {
     pub fn within(&self) -> Share {
         let count = self.errors.iter().filter(|error| **error <= self.tolerance.relative).count() as u64;
         Share { count, of: self.trials() }
+    }
+
+    /// Trials within the tolerance, of those that claim something within their budget.
+    pub fn claiming_within(&self) -> Share {
+        self.claiming
     }
 
     /// Claims whose interval holds the reference, of the claims made.

@@ -217,7 +217,7 @@ fn a_cell_is_what_its_renders_are() {
         assert_eq!(pool.rays_per_pixel(), rays as f64 / 60.0);
         assert!(within > 0 && within < 60 && kept < 60, "the case tells: {within} within, {kept} kept");
         let told = *told.lock().unwrap();
-        assert_eq!((told.pixels, told.of, told.rays), (60, 60, rays));
+        assert_eq!((told.tally.rendered(), told.of, told.rays), (60, 60, rays));
 
         let numbers = |pool: &Pool| (pool.within(), pool.claims(), pool.mean(), pool.quantile(95));
         for threads in [1, 2] {

@@ -1,9 +1,9 @@
 //! Provenance of a film: what it shows and how it was made, as named values.
 //!
-//! Names are sorted, so that equal films become equal files. In OpenEXR the value named `seed` is
-//! the attribute `tashika:seed`; [`crate::io`] says which attribute type each value gets. No time,
-//! no thread count and no host name belongs here: the film is a function of scene, options and
-//! seed.
+//! This program's own names are the rows of [`keys`](super::keys). They are sorted, so that equal
+//! films become equal files. In OpenEXR the value named `seed` is the attribute `tashika:seed`;
+//! [`crate::io`] says which attribute type each value gets. No time, no thread count and no host
+//! name belongs here: the film is a function of scene, options and seed.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -100,7 +100,8 @@ impl Metadata {
     ///
     /// # Panics
     /// If the name is empty, longer than [`Self::MAX_NAME_BYTES`] or not printable ASCII.
-    pub fn set(&mut self, name: &str, value: impl Into<Value>) {
+    pub fn set(&mut self, name: impl AsRef<str>, value: impl Into<Value>) {
+        let name = name.as_ref();
         assert!(
             !name.is_empty()
                 && name.len() <= Self::MAX_NAME_BYTES
@@ -111,12 +112,12 @@ impl Metadata {
     }
 
     /// The value of that name.
-    pub fn get(&self, name: &str) -> Option<&Value> {
-        self.0.get(name)
+    pub fn get(&self, name: impl AsRef<str>) -> Option<&Value> {
+        self.0.get(name.as_ref())
     }
 
     /// The value of that name, if it is text.
-    pub fn text(&self, name: &str) -> Option<&str> {
+    pub fn text(&self, name: impl AsRef<str>) -> Option<&str> {
         match self.get(name) {
             Some(Value::Text(text)) => Some(text),
             _ => None,
@@ -124,7 +125,7 @@ impl Metadata {
     }
 
     /// The value of that name, if it is a yes or no.
-    pub fn bool(&self, name: &str) -> Option<bool> {
+    pub fn bool(&self, name: impl AsRef<str>) -> Option<bool> {
         match self.get(name) {
             Some(Value::Bool(yes)) => Some(*yes),
             _ => None,
@@ -132,7 +133,7 @@ impl Metadata {
     }
 
     /// The value of that name, if it is a number of either kind.
-    pub fn number(&self, name: &str) -> Option<f64> {
+    pub fn number(&self, name: impl AsRef<str>) -> Option<f64> {
         match self.get(name) {
             Some(Value::Int(number)) => Some(*number as f64),
             Some(Value::Float(number)) => Some(*number),

@@ -17,9 +17,13 @@
 
 mod metadata;
 mod plane;
+mod record;
 
 pub use metadata::{Metadata, Value};
 pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
+pub use record::{
+    Claim, Code, HalfWidths, Key, PixelRecord, PlaneRow, RenderFilm, SCHEMA, Shown, Stop, Tally, keys, planes,
+};
 
 use std::fmt;
 use std::str::FromStr;
@@ -238,7 +242,8 @@ impl Film {
     ///
     /// # Panics
     /// If the windows differ, or there is a plane of that name.
-    pub fn adopt_main(&mut self, mut from: Self, name: &str) {
+    pub fn adopt_main(&mut self, mut from: Self, name: impl AsRef<str>) {
+        let name = name.as_ref();
         assert_eq!(self.window, from.window, "films of different windows");
         assert!(self.plane(name).is_none(), "two planes {name:?}");
         if let Some(at) = from.planes.iter().position(|p| p.name().is_empty()) {
@@ -260,8 +265,8 @@ impl Film {
     /// A plane alone, as the main one; what other planes say of the main one is not about it. None
     /// if there is no such plane.
     #[must_use]
-    pub fn only(&self, name: &str) -> Option<Self> {
-        let planes = vec![self.plane(name)?.clone().renamed("")];
+    pub fn only(&self, name: impl AsRef<str>) -> Option<Self> {
+        let planes = vec![self.plane(name)?.clone().renamed(planes::RADIANCE.name)];
         Some(Self::from_planes(self.size, self.window, planes, self.metadata.clone()))
     }
 
@@ -286,12 +291,14 @@ impl Film {
     }
 
     /// The plane of that name; the main one has the empty name.
-    pub fn plane(&self, name: &str) -> Option<&Plane> {
+    pub fn plane(&self, name: impl AsRef<str>) -> Option<&Plane> {
+        let name = name.as_ref();
         self.planes.iter().find(|p| p.name() == name)
     }
 
     /// The plane of that name, to be filled.
-    pub fn plane_mut(&mut self, name: &str) -> Option<&mut Plane> {
+    pub fn plane_mut(&mut self, name: impl AsRef<str>) -> Option<&mut Plane> {
+        let name = name.as_ref();
         self.planes.iter_mut().find(|p| p.name() == name)
     }
 
@@ -307,7 +314,7 @@ impl Film {
 
     /// Colours of the main plane; `None` if the film has no such plane. See [`Plane::colors`].
     pub fn colors(&self) -> Option<impl Iterator<Item = Rgb> + '_> {
-        self.plane("")?.colors()
+        self.plane(planes::RADIANCE)?.colors()
     }
 }
 

@@ -12,7 +12,7 @@ pub enum SampleKind {
     U32,
 }
 
-/// What a plane holds; integrators declare theirs as constants.
+/// What a plane holds; those of renders are in [`planes`](super::planes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaneSpec {
     /// Name in lower case, without a point; empty for the main plane.
@@ -25,6 +25,13 @@ pub struct PlaneSpec {
     pub kind: SampleKind,
     /// What the numbers mean, in one sentence.
     pub doc: &'static str,
+}
+
+/// A plane is asked for by its name.
+impl AsRef<str> for PlaneSpec {
+    fn as_ref(&self) -> &str {
+        self.name
+    }
 }
 
 /// Samples of a plane: pixel by pixel in rows, channels side by side.
@@ -126,14 +133,19 @@ impl Plane {
     /// Colours in the order of [`Window::pixels`]: channels `R`, `G`, `B`, or one channel as gray;
     /// `None` if there are others.
     pub fn colors(&self) -> Option<impl Iterator<Item = Rgb> + '_> {
-        let samples = self.f32_samples()?;
-        let channel = |name: &str| self.channels.iter().position(|c| c == name);
-        let [r, g, b] = match (channel("R"), channel("G"), channel("B")) {
-            (Some(r), Some(g), Some(b)) => [r, g, b],
-            _ if self.channels.len() == 1 => [0; 3],
-            _ => return None,
-        };
+        let (samples, [r, g, b]) = (self.f32_samples()?, self.color_channels()?);
         Some(samples.chunks_exact(self.channels.len()).map(move |p| Rgb::new(p[r], p[g], p[b])))
+    }
+
+    /// Which channels are red, green and blue; none if there is no such colour, or it is no
+    /// floating-point number.
+    pub(super) fn color_channels(&self) -> Option<[usize; 3]> {
+        self.f32_samples()?;
+        let channel = |name: &str| self.channels.iter().position(|c| c == name);
+        match (channel("R"), channel("G"), channel("B")) {
+            (Some(r), Some(g), Some(b)) => Some([r, g, b]),
+            _ => (self.channels.len() == 1).then_some([0; 3]),
+        }
     }
 
     /// Name; empty for the main plane.

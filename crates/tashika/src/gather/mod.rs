@@ -28,6 +28,7 @@ use glam::{Vec2, Vec3};
 use crate::accel::Tracer;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
+use crate::film::PixelRecord;
 use crate::math::{Frame, Ray};
 use crate::rng::{self, Purpose};
 use crate::scene::{Camera, CameraSample, Part, Scene, SurfacePoint};
@@ -60,6 +61,14 @@ pub struct Features {
     pub albedo: Rgb,
     /// Share of samples that met a surface.
     pub coverage: f32,
+}
+
+/// The record of a pixel of which nothing else is known.
+impl From<Features> for PixelRecord {
+    fn from(features: Features) -> Self {
+        let Features { depth, normal, albedo, coverage } = features;
+        Self { depth, normal, albedo, coverage, ..Self::default() }
+    }
 }
 
 /// The finite sum of one pixel, before any light is looked at.

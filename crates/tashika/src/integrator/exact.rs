@@ -8,10 +8,10 @@
 //! Work goes VPL by VPL: all points of a tile make one fan of segments to it, the order in which
 //! rays are fastest.
 
-use super::{ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason};
+use super::{Claim, Integrator, PixelRecord, Setting, Stop};
 use crate::accel::SegmentBatch;
 use crate::color::RgbSum;
-use crate::film::{Metadata, Window};
+use crate::film::{Metadata, Window, keys};
 use crate::gather::{GatherPoint, PixelSum};
 use crate::transport::{Receivers, Transport};
 use crate::vpl::VplSet;
@@ -39,9 +39,10 @@ impl Integrator for Exact<'_> {
 
     fn describe(&self, metadata: &mut Metadata) {
         super::describe_lights(self.lights.provenance(), metadata);
+        metadata.set(keys::PAIRS_ARE, "terms of the sum");
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         let pixels: Vec<PixelSum> =
             tile.pixels().map(|(x, y)| setting.view.pixel(setting.tracer, [x, y])).collect();
         let transport =
@@ -87,15 +88,13 @@ impl Integrator for Exact<'_> {
             .map(|(i, pixel)| {
                 let mut total = sums.totals[i];
                 total.add(pixel.background);
-                PixelEstimate {
+                PixelRecord {
                     radiance: total.total(),
-                    standard_error: 0.0,
-                    claim: ErrorClaim::Exact,
-                    half_widths: HalfWidths::default(),
-                    stop: StopReason::Complete,
+                    claim: Claim::Exact,
+                    stop: Stop::Complete,
                     pairs: self.lights.len() as u64 * pixel.points.len() as u64,
                     rays: sums.rays[i],
-                    features: pixel.features,
+                    ..pixel.features.into()
                 }
             })
             .collect()

@@ -30,7 +30,7 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{ControlOptions, Integrator, Lights, PixelEstimate, Published, Scope, Setting};
+use super::{ControlOptions, Integrator, Lights, PixelRecord, Published, Scope, Setting};
 use crate::bounds::UpperAnalytic;
 use crate::cut::Representatives;
 use crate::film::{Metadata, Window};
@@ -64,7 +64,7 @@ impl Integrator for Mdlc<'_> {
         self.0.describe(metadata);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         self.0.estimate::<UpperAnalytic, Representatives>(setting, tile)
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::{
-    Claim, ControlOptions, Exact, Ingredient, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016,
+    ControlOptions, Exact, Ingredient, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016, Promise,
     Sakai2018, Tashika,
 };
 use crate::error::{Error, Result};
@@ -27,7 +27,7 @@ pub enum Method {
     /// Iwasaki 2019.
     Iwasaki2019,
     /// Ours.
-    Tashika(Claim),
+    Tashika(Promise),
     /// Ours, calibrated, without one of its ingredients.
     Without(Ingredient),
 }
@@ -50,8 +50,8 @@ impl Method {
         Self::Nabata2016,
         Self::Sakai2018,
         Self::Iwasaki2019,
-        Self::Tashika(Claim::Calibrated),
-        Self::Tashika(Claim::Certified),
+        Self::Tashika(Promise::Calibrated),
+        Self::Tashika(Promise::Certified),
     ];
 
     /// Name on the command line and in files.
@@ -63,8 +63,7 @@ impl Method {
             Self::Nabata2016 => "nabata2016",
             Self::Sakai2018 => "sakai2018",
             Self::Iwasaki2019 => "iwasaki2019",
-            Self::Tashika(Claim::Calibrated) => "tashika",
-            Self::Tashika(Claim::Certified) => "tashika-certified",
+            Self::Tashika(promise) => promise.method_name(),
             Self::Without(ingredient) => ingredient.left_out(),
         }
     }
@@ -102,7 +101,7 @@ impl Method {
             Self::Sakai2018 => Box::new(Sakai2018::new(lights, options)),
             Self::Iwasaki2019 => Box::new(Iwasaki2019::new(lights, options)),
             Self::Without(ingredient) => Box::new(Tashika::without(lights, options, ingredient)),
-            Self::Tashika(claim) => Box::new(Tashika::new(lights, options, claim)),
+            Self::Tashika(promise) => Box::new(Tashika::new(lights, options, promise)),
         }
     }
 }

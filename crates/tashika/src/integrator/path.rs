@@ -16,12 +16,12 @@
 //! do not, it stops before it has met the rare bright path. So its interval is claimed as that of a
 //! published method is.
 
-use super::{ControlOptions, ErrorClaim, HalfWidths, Integrator, PixelEstimate, Setting, StopReason};
+use super::{Claim, ControlOptions, Integrator, PixelRecord, Setting, Stop, Truth};
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
-use crate::film::{Metadata, Window};
-use crate::gather::{Features, Scatter};
+use crate::film::{Metadata, Window, keys};
+use crate::gather::Scatter;
 use crate::math::Ray;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
@@ -95,7 +95,7 @@ impl<'s> Path<'s> {
         Ok(Self { emitters: EmitterSampler::new(tracer.scene()), stop, max_depth })
     }
 
-    fn pixel(&self, setting: &Setting<'_>, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelEstimate {
+    fn pixel(&self, setting: &Setting<'_>, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelRecord {
         let parts = match &self.stop {
             PathStop::Count(_) => ControlOptions::default().controlled.parts(),
             PathStop::Until { options, .. } => options.controlled.parts(),
@@ -111,7 +111,7 @@ impl<'s> Path<'s> {
             PathStop::Until { first, .. } => first,
         };
         let mut done = 0;
-        let (claim, stop) = loop {
+        let (claim, half_width, stop) = loop {
             for k in done..wanted {
                 let [u, v] = stream.uniform_2();
                 let [s, t] = stream.uniform_2();
@@ -123,27 +123,26 @@ impl<'s> Path<'s> {
             }
             done = wanted;
             let PathStop::Until { options, most, .. } = &self.stop else {
-                break (ErrorClaim::None, StopReason::SampleCount);
+                break (Claim::None, 0.0, Stop::SampleCount);
             };
             let half_width = half_width(&moments, options.confidence);
             if half_width <= options.tolerance(&sum.scaled(1.0 / f64::from(done))) {
-                let (half_width, confidence) = (half_width as f32, options.confidence as f32);
-                break (ErrorClaim::Published { half_width, confidence }, StopReason::RuleMet);
+                break (Claim::Published, half_width as f32, Stop::RuleMet);
             }
             if done >= *most {
-                break (ErrorClaim::None, StopReason::Budget);
+                break (Claim::None, 0.0, Stop::Budget);
             }
             wanted = done.saturating_add(done / 2).min(*most);
         };
-        PixelEstimate {
+        PixelRecord {
             radiance: sum.scaled(1.0 / f64::from(done)).total(),
             standard_error: moments.iter().map(Moments::standard_error).fold(0.0, f64::max) as f32,
             claim,
-            half_widths: HalfWidths::default(),
+            half_width,
             stop,
             pairs: u64::from(done),
             rays: tracing.rays,
-            features: Features::default(),
+            ..PixelRecord::default()
         }
     }
 }
@@ -161,22 +160,23 @@ impl Integrator for Path<'_> {
     }
 
     fn describe(&self, metadata: &mut Metadata) {
-        metadata.set("truth", "transport");
+        metadata.set(keys::TRUTH, Truth::Transport.to_string());
+        metadata.set(keys::PAIRS_ARE, "paths");
         match &self.stop {
-            PathStop::Count(count) => metadata.set("paths", *count),
+            PathStop::Count(count) => metadata.set(keys::PATHS, *count),
             PathStop::Until { options, first, most } => {
-                metadata.set("paths.first", *first);
-                metadata.set("paths.most", *most);
-                metadata.set("error", options.error);
-                metadata.set("control", options.controlled.to_string());
-                metadata.set("error_absolute", options.absolute_error);
-                metadata.set("confidence", options.confidence);
+                metadata.set(keys::PATHS_FIRST, *first);
+                metadata.set(keys::PATHS_MOST, *most);
+                metadata.set(keys::ERROR, options.error);
+                metadata.set(keys::CONTROL, options.controlled.to_string());
+                metadata.set(keys::ERROR_ABSOLUTE, options.absolute_error);
+                metadata.set(keys::CONFIDENCE, options.confidence);
             }
         }
-        metadata.set("max_depth", self.max_depth);
+        metadata.set(keys::MAX_DEPTH, self.max_depth);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         let mut tracing = Tracing {
             tracer: setting.tracer,
             emitters: &self.emitters,

@@ -4,11 +4,11 @@
 //! transport and the same rays. They differ in what is clustered (lights, or pairs with gather
 //! points), how a pair is estimated, how the material is bounded, and when they stop.
 
-use super::{ControlOptions, ErrorClaim, HalfWidths, Lights, PixelEstimate, Setting, StopReason};
+use super::{Claim, ControlOptions, HalfWidths, Lights, PixelRecord, Setting, Stop};
 use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
 use crate::cut::{Clusters, Cut, CutEnd, CutEstimate, CutMemory, PairEstimates, StoppingRule, gather_tree};
-use crate::film::{Metadata, Window};
+use crate::film::{Metadata, Window, keys};
 use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
@@ -54,14 +54,15 @@ impl Published<'_> {
     /// Writes down what the result depends on.
     pub(super) fn describe(&self, metadata: &mut Metadata) {
         super::describe_lights(self.lights.provenance, metadata);
-        metadata.set("max_pairs", self.max_pairs);
-        metadata.set("cut.seed", self.seed);
+        metadata.set(keys::MAX_PAIRS, self.max_pairs);
+        metadata.set(keys::PAIRS_ARE, "pairs of clusters");
+        metadata.set(keys::CUT_SEED, self.seed);
         match self.rule {
-            StoppingRule::LargestUpper { error } => metadata.set("error", error),
+            StoppingRule::LargestUpper { error } => metadata.set(keys::ERROR, error),
             StoppingRule::Interval { error, confidence, min_pairs } => {
-                metadata.set("error", error);
-                metadata.set("confidence", confidence);
-                metadata.set("min_pairs", min_pairs);
+                metadata.set(keys::ERROR, error);
+                metadata.set(keys::CONFIDENCE, confidence);
+                metadata.set(keys::MIN_PAIRS, min_pairs);
             }
         }
     }
@@ -72,7 +73,7 @@ impl Published<'_> {
         &self,
         setting: &Setting<'_>,
         tile: &Window,
-    ) -> Vec<PixelEstimate> {
+    ) -> Vec<PixelRecord> {
         let mut memory = CutMemory::default();
         tile.pixels().map(|(x, y)| self.pixel::<B, S>(setting, [x, y], &mut memory)).collect()
     }
@@ -82,7 +83,7 @@ impl Published<'_> {
         setting: &Setting<'_>,
         [x, y]: [u32; 2],
         memory: &mut CutMemory,
-    ) -> PixelEstimate {
+    ) -> PixelRecord {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let key = rng::key(self.seed, Purpose::Cut, u64::from(y) << 32 | u64::from(x));
         let mut cut = |points: &[GatherPoint], number: u64| {
@@ -105,28 +106,25 @@ impl Published<'_> {
             rays += cut.segments;
         }
         let stop = if cuts.iter().any(|cut| cut.end == CutEnd::Budget) {
-            StopReason::Budget
+            Stop::Budget
         } else if cuts.iter().any(|cut| cut.end == CutEnd::RuleMet) {
-            StopReason::RuleMet
+            Stop::RuleMet
         } else {
-            StopReason::Complete
+            Stop::Complete
         };
-        let claim = match self.rule.confidence() {
-            Some(confidence) if stop != StopReason::Budget => ErrorClaim::Published {
-                half_width: squared_width.sqrt() as f32,
-                confidence: confidence as f32,
-            },
-            _ => ErrorClaim::None,
-        };
-        PixelEstimate {
+        let states_interval = self.rule.confidence().is_some() && stop != Stop::Budget;
+        let claim = if states_interval { Claim::Published } else { Claim::None };
+        let half_width = claim.stated(squared_width.sqrt());
+        PixelRecord {
             radiance: radiance.total(),
             standard_error: variance.sqrt() as f32,
             claim,
-            half_widths: HalfWidths { clustering: claim.half_width(), ..HalfWidths::default() },
+            half_width,
+            half_widths: HalfWidths { clustering: half_width, ..HalfWidths::default() },
             stop,
             pairs,
             rays,
-            features: pixel.features,
+            ..pixel.features.into()
         }
     }
 

@@ -25,7 +25,7 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelEstimate, Published, Scope, Setting};
+use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelRecord, Published, Scope, Setting};
 use crate::bounds::UpperConstant;
 use crate::cut::FreshStrata;
 use crate::film::{Metadata, Window};
@@ -56,7 +56,7 @@ impl Integrator for Sakai2018<'_> {
         self.0.describe(metadata);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         self.0.estimate::<UpperConstant, FreshStrata>(setting, tile)
     }
 }

@@ -33,7 +33,7 @@ use std::path::Path;
 use super::output::write_file;
 use crate::color::{Rgb, srgb_encode};
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Plane};
+use crate::film::{Film, Plane, RenderFilm};
 use crate::math::elementary::{exp, ln, powf};
 use crate::reconstruction::seen;
 use crate::report::srgb_png;
@@ -123,12 +123,8 @@ pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u
 
 /// Whether each pixel was rendered, in the order of [`Plane::colors`].
 fn rendered(film: &Film) -> Vec<bool> {
-    match film.plane("stop").and_then(Plane::u32_samples) {
-        Some(reasons) if reasons.len() as u64 == film.window().area() => {
-            reasons.iter().map(|&r| r != 0).collect()
-        }
-        _ => vec![true; film.window().area() as usize],
-    }
+    let read = RenderFilm::of(film);
+    (0..film.window().area() as usize).map(|pixel| read.is_rendered(pixel)).collect()
 }
 
 /// Stops that put the log-average at middle gray; 0 for a black film.
@@ -185,7 +181,7 @@ fn to_8_bits(value: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{PlaneSpec, SampleKind, Window};
+    use crate::film::{PlaneSpec, SampleKind, Window, planes};
 
     const SPECS: &[PlaneSpec] = &[
         PlaneSpec {
@@ -209,8 +205,8 @@ mod tests {
         let window = Window { x: 2, y: 1, width: pixels.len() as u32, height: 1 };
         let mut film = Film::new([pixels.len() as u32 + 2, 2], window, SPECS).unwrap();
         for (i, p) in pixels.iter().enumerate() {
-            film.plane_mut("").unwrap().set_f32(2 + i as u32, 1, &p[..3]);
-            film.plane_mut("stop").unwrap().set_u32(2 + i as u32, 1, &[p[3] as u32]);
+            film.plane_mut(planes::RADIANCE).unwrap().set_f32(2 + i as u32, 1, &p[..3]);
+            film.plane_mut(planes::STOP).unwrap().set_u32(2 + i as u32, 1, &[p[3] as u32]);
         }
         film
     }

@@ -32,35 +32,26 @@ mod outliers;
 mod pixels;
 
 use crate::color::Rgb;
-use crate::film::{Film, Plane, PlaneSpec, SampleKind, Samples};
+use crate::film::{Film, Plane, Samples, planes};
 use pixels::Pixels;
-
-/// The plane that a reconstruction is.
-pub const RECONSTRUCTION: PlaneSpec = PlaneSpec {
-    name: "reconstruction",
-    channels: &["R", "G", "B"],
-    unit: "W·m⁻²·sr⁻¹",
-    kind: SampleKind::F32,
-    doc: "radiance as a mean of pixels that are alike; nothing is claimed of it",
-};
 
 /// What is said of it to people.
 pub const ABOUT: &str = "reconstructed: means of pixels that are alike, of which nothing is claimed";
 
-/// Adds the plane [`RECONSTRUCTION`] to a film; nothing if it has one, or lacks what tells which
+/// Adds the plane [`RECONSTRUCTION`](planes::RECONSTRUCTION) to a film; nothing if it has one, or lacks what tells which
 /// pixels are alike. Runs on the current thread pool.
 ///
 /// # Example
 /// ```
-/// use tashika::film::{Film, Window};
-/// use tashika::reconstruction::{RECONSTRUCTION, reconstruct};
+/// use tashika::film::{Film, Window, planes};
+/// use tashika::reconstruction::reconstruct;
 ///
 /// let mut film = Film::new([4, 4], Window::full([4, 4]), &[]).unwrap();
 /// reconstruct(&mut film);
-/// assert!(film.plane(RECONSTRUCTION.name).is_none(), "there is nothing to see");
+/// assert!(film.plane(planes::RECONSTRUCTION).is_none(), "there is nothing to see");
 /// ```
 pub fn reconstruct(film: &mut Film) {
-    if film.plane(RECONSTRUCTION.name).is_some() {
+    if film.plane(planes::RECONSTRUCTION).is_some() {
         return;
     }
     let Some(pixels) = Pixels::of(film) else { return };
@@ -69,12 +60,12 @@ pub fn reconstruct(film: &mut Film) {
     let Some(estimates) = film.colors() else { return };
     let of_pixel = |(mean, estimate): (Option<Rgb>, Rgb)| mean.unwrap_or(estimate).to_array();
     let samples = means.into_iter().zip(estimates).flat_map(of_pixel).collect();
-    film.add_plane(&RECONSTRUCTION, Samples::F32(samples));
+    film.add_plane(&planes::RECONSTRUCTION, Samples::F32(samples));
 }
 
 /// What is to be seen of a film: the reconstruction, or else the main plane.
 pub fn seen(film: &Film) -> Option<&Plane> {
-    film.plane(RECONSTRUCTION.name).or_else(|| film.plane(""))
+    film.plane(planes::RECONSTRUCTION).or_else(|| film.plane(planes::RADIANCE))
 }
 
 /// About `e^−x` for `x` of at least 0; zero from 4 on.
@@ -88,7 +79,7 @@ fn kernel(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Window;
+    use crate::film::{PlaneSpec, SampleKind, Window};
     use crate::rng::{Purpose, Stream};
 
     const SIZE: [u32; 2] = [48, 32];
@@ -151,7 +142,7 @@ mod tests {
     fn edges_of_surfaces_stay() {
         let (mut film, truth) = walls([1.0, 1.3], 0.3);
         reconstruct(&mut film);
-        let plane = film.plane("reconstruction").unwrap();
+        let plane = film.plane(planes::RECONSTRUCTION).unwrap();
         for x in [23, 24] {
             let of_truth = |y: u32| f64::from(plane.f32_at(x, y)[1] / truth[Window::full(SIZE).index(x, y)]);
             let mean = (0..SIZE[1]).map(of_truth).sum::<f64>() / f64::from(SIZE[1]);
@@ -166,7 +157,7 @@ mod tests {
     fn edges_of_shadows_stay() {
         let (mut film, truth) = walls([1.0, 3.0], 0.1);
         for (x, y) in Window::full(SIZE).pixels() {
-            film.plane_mut("normal").unwrap().set_f32(x, y, &[0.0, 0.0, 1.0]);
+            film.plane_mut(planes::NORMAL).unwrap().set_f32(x, y, &[0.0, 0.0, 1.0]);
         }
         reconstruct(&mut film);
         let [before, after] = ["", "reconstruction"].map(|name| error(&film, name, &truth));
@@ -180,10 +171,10 @@ mod tests {
         reconstruct(&mut film);
         assert!(error(&film, "reconstruction", &truth) < 1e-5);
         let (mut film, truth) = walls([1.0, 3.0], 0.3);
-        film.plane_mut("standard_error").unwrap().set_f32(10, 10, &[0.0]);
-        let exact = film.plane("").unwrap().f32_at(10, 10).to_vec();
+        film.plane_mut(planes::STANDARD_ERROR).unwrap().set_f32(10, 10, &[0.0]);
+        let exact = film.plane(planes::RADIANCE).unwrap().f32_at(10, 10).to_vec();
         reconstruct(&mut film);
-        let kept = film.plane("reconstruction").unwrap().f32_at(10, 10);
+        let kept = film.plane(planes::RECONSTRUCTION).unwrap().f32_at(10, 10);
         assert!(kept.iter().zip(&exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{kept:?} {exact:?}");
         drop(truth);
     }
@@ -194,11 +185,11 @@ mod tests {
     fn outliers_are_tamed_and_lamps_are_not() {
         for (is_lamp, most) in [(false, 1.3), (true, 1e9)] {
             let (mut film, truth) = walls([1.0, 1.0], 0.1);
-            film.plane_mut("").unwrap().set_f32(30, 16, &[700.0; 3]);
+            film.plane_mut(planes::RADIANCE).unwrap().set_f32(30, 16, &[700.0; 3]);
             let told = if is_lamp { 7.0 } else { 700.0 };
-            film.plane_mut("standard_error").unwrap().set_f32(30, 16, &[told]);
+            film.plane_mut(planes::STANDARD_ERROR).unwrap().set_f32(30, 16, &[told]);
             reconstruct(&mut film);
-            let plane = film.plane("reconstruction").unwrap();
+            let plane = film.plane(planes::RECONSTRUCTION).unwrap();
             for (i, (x, y)) in Window::full(SIZE).pixels().enumerate() {
                 let of_truth = plane.f32_at(x, y)[1] / truth[i];
                 let most = if (x, y) == (30, 16) { most } else { 1.3 };
@@ -213,17 +204,17 @@ mod tests {
     #[test]
     fn infinite_pixels_do_not_spread() {
         let (mut film, truth) = walls([1.0, 3.0], 0.1);
-        film.plane_mut("").unwrap().set_f32(30, 16, &[f32::INFINITY; 3]);
-        film.plane_mut("standard_error").unwrap().set_f32(12, 9, &[f32::INFINITY]);
+        film.plane_mut(planes::RADIANCE).unwrap().set_f32(30, 16, &[f32::INFINITY; 3]);
+        film.plane_mut(planes::STANDARD_ERROR).unwrap().set_f32(12, 9, &[f32::INFINITY]);
         reconstruct(&mut film);
-        let plane = film.plane("reconstruction").unwrap();
+        let plane = film.plane(planes::RECONSTRUCTION).unwrap();
         for (i, (x, y)) in Window::full(SIZE).pixels().enumerate() {
             let value = plane.f32_at(x, y)[1];
             let is_sound = (value / truth[i] - 1.0).abs() < 0.5;
             assert!(is_sound != ((x, y) == (30, 16)), "({x}, {y}): {value} for {}", truth[i]);
         }
         assert_eq!(plane.f32_at(30, 16)[1], f32::INFINITY);
-        assert_eq!(plane.f32_at(12, 9), film.plane("").unwrap().f32_at(12, 9));
+        assert_eq!(plane.f32_at(12, 9), film.plane(planes::RADIANCE).unwrap().f32_at(12, 9));
     }
 
     /// Images smaller than the reach of a mean are averaged as far as they go.
@@ -235,7 +226,7 @@ mod tests {
             let mut part = film.cropped(window).unwrap();
             reconstruct(&mut part);
             for (x, y) in window.pixels() {
-                let of_truth = part.plane("reconstruction").unwrap().f32_at(x, y)[1]
+                let of_truth = part.plane(planes::RECONSTRUCTION).unwrap().f32_at(x, y)[1]
                     / truth[Window::full(SIZE).index(x, y)];
                 assert!((0.1..2.0).contains(&of_truth), "{width}x{height} ({x}, {y}): {of_truth}");
             }

@@ -1,7 +1,7 @@
 //! What is known of each pixel, as it is compared.
 
 use crate::color::Rgb;
-use crate::film::{Film, Plane};
+use crate::film::{Film, Plane, PlaneSpec, planes};
 use crate::math::elementary::ln;
 
 /// Keeps the irradiance of dark surfaces finite.
@@ -37,12 +37,13 @@ impl Pixels {
     /// None if the film lacks a plane.
     pub fn of(film: &Film) -> Option<Self> {
         let window = film.window();
-        let plane = |name: &str, channels: usize| {
-            film.plane(name).filter(|p| p.channels().len() == channels).and_then(Plane::f32_samples)
+        let plane = |spec: PlaneSpec| {
+            let plane = film.plane(spec).filter(|p| p.channels().len() == spec.channels.len());
+            plane.and_then(Plane::f32_samples)
         };
-        let (albedo, normal) = (plane("albedo", 3)?, plane("normal", 3)?);
-        let (depth, coverage) = (plane("depth", 1)?, plane("coverage", 1)?);
-        let standard_error = plane("standard_error", 1)?;
+        let (albedo, normal) = (plane(planes::ALBEDO)?, plane(planes::NORMAL)?);
+        let (depth, coverage) = (plane(planes::DEPTH)?, plane(planes::COVERAGE)?);
+        let standard_error = plane(planes::STANDARD_ERROR)?;
         let albedo: Vec<Rgb> = albedo
             .chunks_exact(3)
             .map(|a| Rgb::new(a[0], a[1], a[2]))

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use super::TileShare;
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Metadata, Plane, SampleKind, Value, Window};
+use crate::film::{Film, Metadata, RenderFilm, SampleKind, Value, Window, keys, planes};
 
 /// What is known of a film that was joined from parts.
 #[derive(Clone, Debug)]
@@ -81,11 +81,13 @@ impl Merger {
             let inside = format!("pixels inside {}", self.film.window());
             return Err(self.refused(name, format!("the pixels {}", part.window()), inside));
         }
-        let there = stops(name, part)?;
-        let rendered = || part.window().pixels().zip(there).filter(|(_, stop)| **stop != 0).map(|(at, _)| at);
-        let here = stops(name, &self.film)?;
-        let has = |x, y| here[self.film.window().index(x, y)] != 0;
-        if let Some((x, y)) = rendered().find(|(x, y)| has(*x, *y) && !same_pixel(&self.film, part, *x, *y)) {
+        let there = rendered(name, part)?;
+        let rendered_there = || part.window().pixels().zip(&there).filter(|(_, is)| **is).map(|(at, _)| at);
+        let here = rendered(name, &self.film)?;
+        let has = |x, y| here[self.film.window().index(x, y)];
+        if let Some((x, y)) =
+            rendered_there().find(|(x, y)| has(*x, *y) && !same_pixel(&self.film, part, *x, *y))
+        {
             let found = format!("another value for pixel {x},{y} than an earlier part");
             return Err(Error::invalid(Location::file(name), found, "parts that agree where they overlap"));
         }
@@ -93,9 +95,9 @@ impl Merger {
         let (left, width) = (part.window().x, part.window().width as usize);
         for (y, row) in (part.window().y..).zip(there.chunks_exact(width)) {
             let mut x = left;
-            for run in row.chunk_by(|a, b| (*a != 0) == (*b != 0)) {
+            for run in row.chunk_by(|a, b| a == b) {
                 let count = run.len() as u32;
-                if run[0] != 0 {
+                if run[0] {
                     self.film.copy_pixels([x, y], part, [x, y], count);
                 }
                 x += count;
@@ -113,13 +115,13 @@ impl Merger {
     /// None of a film that was made by this program.
     pub fn finish(self) -> Result<Merged> {
         let Self { mut film, first, shares, of } = self;
-        let missing_pixels = stops(&first, &film)?.iter().filter(|stop| **stop == 0).count() as u64;
+        let missing_pixels = rendered(&first, &film)?.iter().filter(|is| !**is).count() as u64;
         let all = || (1..=of).filter(|_| of > 1 && missing_pixels > 0);
         let missing = all().filter(|n| !shares.contains(n)).collect();
         let share =
             if all().next().is_none() { TileShare::default() } else { TileShare::of_numbers(shares, of)? };
-        film.metadata_mut().set("tiles", share.to_string());
-        film.metadata_mut().set("complete", missing_pixels == 0);
+        film.metadata_mut().set(keys::TILES, share.to_string());
+        film.metadata_mut().set(keys::COMPLETE, missing_pixels == 0);
         Ok(Merged { film, missing, of, missing_pixels })
     }
 
@@ -177,7 +179,7 @@ fn same_pixel(a: &Film, b: &Film, x: u32, y: u32) -> bool {
 /// The window of the render, of which a part may have some: small parts are believed as to how
 /// large the image is, as `--size` is.
 fn window_of(name: &Path, part: &Film) -> Result<Window> {
-    let Some(text) = part.metadata().text("window") else { return Ok(part.window()) };
+    let Some(text) = part.metadata().text(keys::WINDOW) else { return Ok(part.window()) };
     let window: Option<Window> = text.parse().ok();
     window.filter(|window| Film::check(part.size(), *window).is_ok()).ok_or_else(|| {
         let found = format!("a film whose window is {text:?}");
@@ -185,19 +187,18 @@ fn window_of(name: &Path, part: &Film) -> Result<Window> {
     })
 }
 
-fn stops<'f>(name: &Path, film: &'f Film) -> Result<&'f [u32]> {
-    let plane = film.plane("stop").filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
-    plane.ok_or_else(|| {
-        Error::invalid(
-            Location::file(name),
-            "a film without the plane `stop`",
-            "a part that `tashika render` wrote",
-        )
-    })
+/// Whether each pixel was rendered, of a film that says so.
+fn rendered(name: &Path, film: &Film) -> Result<Vec<bool>> {
+    let read = RenderFilm::of(film);
+    if !read.has_stops() {
+        let found = format!("a film without the plane `{}`", planes::STOP.name);
+        return Err(Error::invalid(Location::file(name), found, "a part that `tashika render` wrote"));
+    }
+    Ok((0..film.window().area() as usize).map(|pixel| read.is_rendered(pixel)).collect())
 }
 
 fn share_of(name: &Path, film: &Film) -> Result<TileShare> {
-    let text = film.metadata().text("tiles").unwrap_or_default();
+    let text = film.metadata().text(keys::TILES).unwrap_or_default();
     text.parse().map_err(|_| {
         let found = format!("a film whose shares of the tiles are {text:?}");
         Error::invalid(Location::file(name), found, "a part that `tashika render --tiles K/N` wrote")
@@ -206,7 +207,7 @@ fn share_of(name: &Path, film: &Film) -> Result<TileShare> {
 
 /// What may differ between parts of one render.
 fn may_differ(name: &str) -> bool {
-    name == "tiles" || name == "complete" || name.starts_with("audit.")
+    keys::about(name) == keys::About::Part
 }
 
 #[cfg(test)]
@@ -226,12 +227,12 @@ mod tests {
     fn part(share: &str, mine: impl Fn(u32, u32) -> bool) -> Film {
         let mut film = Film::new([10, 10], WINDOW, SPECS).unwrap();
         for (x, y) in WINDOW.pixels().filter(|(x, y)| mine(*x, *y)) {
-            film.plane_mut("").unwrap().set_f32(x, y, &[x as f32, y as f32, -0.0]);
-            film.plane_mut("stop").unwrap().set_u32(x, y, &[3]);
+            film.plane_mut(planes::RADIANCE).unwrap().set_f32(x, y, &[x as f32, y as f32, -0.0]);
+            film.plane_mut(planes::STOP).unwrap().set_u32(x, y, &[3]);
         }
-        film.metadata_mut().set("seed", 7_u32);
-        film.metadata_mut().set("tiles", share);
-        film.metadata_mut().set("complete", true);
+        film.metadata_mut().set(keys::SEED, 7_u32);
+        film.metadata_mut().set(keys::TILES, share);
+        film.metadata_mut().set(keys::COMPLETE, true);
         film
     }
 
@@ -260,12 +261,12 @@ mod tests {
     fn parts_may_be_films_of_some_of_the_window() {
         let whole = part("1/1", |_, _| true);
         let said = |mut film: Film| {
-            film.metadata_mut().set("window", WINDOW.to_string());
+            film.metadata_mut().set(keys::WINDOW, WINDOW.to_string());
             film
         };
         let cut = |share: &str, window: Window| {
             let mut film = whole.cropped(window).unwrap();
-            film.metadata_mut().set("tiles", share);
+            film.metadata_mut().set(keys::TILES, share);
             said(film)
         };
         let [left, right] = [("1/2", WINDOW.x, 3), ("2/2", WINDOW.x + 3, 2)]
@@ -284,7 +285,7 @@ mod tests {
         );
         for said in ["all", "0,0,11,10", "3,3,0,2"] {
             let mut odd = left.clone();
-            odd.metadata_mut().set("window", said);
+            odd.metadata_mut().set(keys::WINDOW, said);
             let found = merged(&[&odd]).unwrap_err().to_string();
             assert!(found.contains(&format!("a.exr: a film whose window is {said:?}")), "{found}");
         }
@@ -296,15 +297,15 @@ mod tests {
         let found = merged(&[&a, &c]).unwrap();
         let of_second = WINDOW.pixels().filter(|(x, y)| (x + y) % 3 == 1).count() as u64;
         assert_eq!((found.missing, found.missing_pixels), (vec![2], of_second));
-        assert_eq!(found.film.metadata().text("tiles"), Some("1,3/3"));
-        assert_eq!(found.film.metadata().bool("complete"), Some(false));
-        assert_eq!(found.film.plane("stop").unwrap().u32_at(2, 5), [0]);
+        assert_eq!(found.film.metadata().text(keys::TILES), Some("1,3/3"));
+        assert_eq!(found.film.metadata().bool(keys::COMPLETE), Some(false));
+        assert_eq!(found.film.plane(planes::STOP).unwrap().u32_at(2, 5), [0]);
         // Parts can be merged again.
         let b = part("2/3", |x, y| (x + y) % 3 == 1);
         assert_eq!(merged(&[&found.film, &b]).unwrap().film, part("1/1", |_, _| true));
         // A part that was interrupted leaves pixels out, but no share.
         let mut broken = part("2/3", |x, y| (x + y) % 3 == 1 && y < 5);
-        broken.metadata_mut().set("complete", false);
+        broken.metadata_mut().set(keys::COMPLETE, false);
         let found = merged(&[&a, &broken, &c]).unwrap();
         assert!(found.missing.is_empty() && found.missing_pixels > 0);
     }
@@ -314,17 +315,17 @@ mod tests {
         let a = part("1/2", |x, _| x % 2 == 0);
         let said = |b: &Film| merged(&[&a, b]).unwrap_err().to_string();
         let mut b = part("2/2", |x, _| x % 2 == 1);
-        b.metadata_mut().set("seed", 8_u32);
+        b.metadata_mut().set(keys::SEED, 8_u32);
         assert!(said(&b).contains("b.exr: seed = 8; expected as in a.exr: seed = 7"), "{}", said(&b));
         let mut b = part("2/2", |x, _| x % 2 == 1);
-        b.metadata_mut().set("error", 0.02);
+        b.metadata_mut().set(keys::ERROR, 0.02);
         assert!(said(&b).contains("error = 0.02; expected as in a.exr: no error"), "{}", said(&b));
         assert!(
             said(&part("2/3", |_, _| false)).contains("a share of 3; expected as in a.exr: a share of 2")
         );
         assert!(said(&part("2", |_, _| false)).contains("shares of the tiles are \"2\""));
         let mut b = part("1/2", |x, _| x % 2 == 0);
-        b.plane_mut("").unwrap().set_f32(4, 4, &[4.0, 4.0, 0.0]);
+        b.plane_mut(planes::RADIANCE).unwrap().set_f32(4, 4, &[4.0, 4.0, 0.0]);
         assert!(said(&b).contains("b.exr: another value for pixel 4,4"), "{}", said(&b));
         let mut merger = Merger::new(Path::new("a.exr"), &a).unwrap();
         assert!(merger.add(Path::new("b.exr"), &b).is_err());
@@ -336,7 +337,7 @@ mod tests {
         );
         let other = |size, window| {
             let mut film = Film::new(size, window, SPECS).unwrap();
-            film.metadata_mut().set("tiles", "2/2");
+            film.metadata_mut().set(keys::TILES, "2/2");
             film
         };
         assert!(
@@ -350,7 +351,7 @@ mod tests {
             said(&few)
         );
         let mut audited = part("2/2", |x, _| x % 2 == 1);
-        audited.metadata_mut().set("audit.of", 3_u32);
+        audited.metadata_mut().set(keys::AUDIT_OF, 3_u32);
         assert_eq!(
             merged(&[&audited, &a]).unwrap().film,
             part("1/1", |_, _| true),

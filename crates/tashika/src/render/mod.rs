@@ -21,8 +21,8 @@ use rayon::prelude::*;
 
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
-use crate::film::{Film, PlaneSpec, SampleKind, Window};
-use crate::integrator::{ErrorClaim, Integrator, PixelEstimate, Setting, StopReason};
+use crate::film::{Film, PixelRecord, RenderFilm, Tally, Window, keys};
+use crate::integrator::{Integrator, Setting};
 
 /// What is rendered of an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,12 +36,10 @@ pub struct RenderOptions {
 /// How far a render is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Pixels finished.
-    pub pixels: u64,
+    /// The finished pixels, by what they claim.
+    pub tally: Tally,
     /// Pixels to do in all.
     pub of: u64,
-    /// Of the finished pixels, those whose estimate is exact or as good as was asked for.
-    pub promise_met: u64,
     /// Rays and segments traced for them.
     pub rays: u64,
 }
@@ -57,20 +55,14 @@ pub struct Finished<'a> {
     pub tile: Window,
 }
 
-/// Sums over the pixels that were rendered.
+/// Sums over the pixels that were rendered, as the film has them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// Pixels.
-    pub pixels: u64,
-    /// Pixels whose estimate is exact or as good as was asked for.
-    pub promise_met: u64,
-    /// Pixels that ran out of budget.
-    pub budget_hit: u64,
-    /// Pixels of which too much light cannot be found.
-    pub not_found: u64,
-    /// Terms of sums that were looked at, or paths.
+    /// The pixels, by what they claim.
+    pub tally: Tally,
+    /// Sum of the plane [`PAIRS`](crate::film::planes::PAIRS).
     pub pairs: u64,
-    /// Rays and segments traced.
+    /// Sum of the plane [`RAYS`](crate::film::planes::RAYS).
     pub rays: u64,
     /// Mean radiance (W·m⁻²·sr⁻¹).
     pub mean: Rgb,
@@ -79,79 +71,13 @@ pub struct Totals {
 /// A film and how it came to be.
 #[derive(Clone, Debug)]
 pub struct Rendered {
-    /// The planes; pixels that were not rendered are zero and say so in `stop`.
+    /// The planes ([`PixelRecord::PLANES`]); pixels that were not rendered are zero and say so in
+    /// `stop`.
     pub film: Film,
     /// Whether every pixel that was asked for was rendered.
     pub complete: bool,
     /// Sums over the rendered pixels.
     pub totals: Totals,
-}
-
-const PLANES: &[PlaneSpec] = &[
-    plane("", &["R", "G", "B"], "W·m⁻²·sr⁻¹", SampleKind::F32, "estimated radiance, linear Rec. 709"),
-    plane(
-        "standard_error",
-        &["Y"],
-        "W·m⁻²·sr⁻¹",
-        SampleKind::F32,
-        "standard error of the luminance, 0 if exact",
-    ),
-    plane(
-        "half_width",
-        &["Y"],
-        "W·m⁻²·sr⁻¹",
-        SampleKind::F32,
-        "half-width of the interval that is claimed for the luminance, 0 if exact or nothing is claimed",
-    ),
-    plane(
-        "half_width_parts",
-        &["clustering", "lights", "compensation"],
-        "W·m⁻²·sr⁻¹",
-        SampleKind::F32,
-        "what the half-width would be if one source of error were all: few terms drawn, few VPLs, few paths of what VPLs do not carry",
-    ),
-    plane(
-        "claim",
-        &["id"],
-        "1",
-        SampleKind::U32,
-        "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified",
-    ),
-    plane(
-        "stop",
-        &["id"],
-        "1",
-        SampleKind::U32,
-        "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 budget, 5 light not found",
-    ),
-    plane("pairs", &["n"], "1", SampleKind::F32, "terms of the sum that were looked at, or paths"),
-    plane("rays", &["n"], "1", SampleKind::F32, "rays and segments traced"),
-    plane("depth", &["Z"], "m", SampleKind::F32, "mean distance to the first surface, 0 where there is none"),
-    plane(
-        "normal",
-        &["X", "Y", "Z"],
-        "1",
-        SampleKind::F32,
-        "mean shading normal of the first surface, world",
-    ),
-    plane(
-        "albedo",
-        &["R", "G", "B"],
-        "1",
-        SampleKind::F32,
-        "mean rough reflectance of the surface that gathers",
-    ),
-    plane("coverage", &["A"], "1", SampleKind::F32, "share of camera samples that met a surface"),
-];
-
-const fn plane(
-    name: &'static str,
-    channels: &'static [&'static str],
-    unit: &'static str,
-    kind: SampleKind,
-    doc: &'static str,
-) -> PlaneSpec {
-    PlaneSpec { name, channels, unit, kind, doc }
 }
 
 /// Runs `work` on a pool of that many threads; zero is one a core.
@@ -189,9 +115,9 @@ pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &Rende
     setting.view.gather.validate()?;
     Film::check(setting.view.size, options.window)?;
     let part = options.share.part(&options.window, setting.view.gather.points);
-    let mut film = Film::new(setting.view.size, part, PLANES)?;
-    film.metadata_mut().set("tiles", options.share.to_string());
-    film.metadata_mut().set("window", options.window.to_string());
+    let mut film = Film::new(setting.view.size, part, PixelRecord::PLANES)?;
+    film.metadata_mut().set(keys::TILES, options.share.to_string());
+    film.metadata_mut().set(keys::WINDOW, options.window.to_string());
     describe(setting, integrator, &mut film);
     Ok(film)
 }
@@ -251,7 +177,7 @@ pub fn render_pixels(
 ) -> Result<Rendered> {
     setting.view.gather.validate()?;
     let size = setting.view.size;
-    let mut film = Film::new(size, Window::full(size), PLANES)?;
+    let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES)?;
     let mut sorted = pixels.to_vec();
     sorted.sort_unstable();
     let outside = sorted.iter().find(|[x, y]| !film.window().contains(*x, *y));
@@ -261,7 +187,7 @@ pub fn render_pixels(
         let expected = format!("pixels of the image of {width}x{height}, each once");
         return Err(Error::option("pixels", format!("{x},{y}"), expected));
     }
-    film.metadata_mut().set("pixels", pixels.len() as u64);
+    film.metadata_mut().set(keys::PIXELS, pixels.len() as u64);
     describe(setting, integrator, &mut film);
     let tiles: Vec<Window> = pixels.iter().map(|&[x, y]| Window { x, y, width: 1, height: 1 }).collect();
     let begun = Begun { film, tiles: Vec::new() };
@@ -273,37 +199,23 @@ struct Shared {
     film: Film,
     progress: Progress,
     totals: Totals,
-    sum: RgbSum,
 }
 
 impl Shared {
-    /// Counts a pixel that is finished.
-    fn count(&mut self, claims: bool, stop: u32, pairs: u64, rays: u64) {
-        self.totals.pixels += 1;
-        let out_of_budget = stop == StopReason::Budget.id();
-        let keeps = claims && !out_of_budget;
-        self.totals.promise_met += u64::from(keeps);
-        self.totals.budget_hit += u64::from(out_of_budget);
-        self.totals.not_found += u64::from(stop == StopReason::NotFound.id());
-        self.totals.pairs += pairs;
-        self.totals.rays += rays;
-        self.progress.pixels += 1;
-        self.progress.promise_met += u64::from(keeps);
-        self.progress.rays += rays;
-    }
-
-    /// Counts a tile that the film has already; its colours are summed.
-    fn count_finished(&mut self, tile: &Window) -> RgbSum {
+    /// Counts a finished tile as the film has it, so that totals are the same whether tiles are
+    /// rendered or read; its colours are summed.
+    fn count(&mut self, tile: &Window) -> RgbSum {
         let mut sum = RgbSum::default();
+        let film = RenderFilm::of(&self.film);
         for (x, y) in tile.pixels() {
-            let code = |name: &str| self.film.plane(name).map_or(0, |p| p.u32_at(x, y)[0]);
-            let number = |name: &str| self.film.plane(name).map_or(0.0, |p| p.f32_at(x, y)[0]) as u64;
-            let (claim, stop) = (code("claim"), code("stop"));
-            let (pairs, rays) = (number("pairs"), number("rays"));
-            let color = self.film.plane("").expect("the film was made from PLANES").f32_at(x, y);
-            sum.add(Rgb::new(color[0], color[1], color[2]));
-            self.count(claim != ErrorClaim::None.id(), stop, pairs, rays);
+            let record = film.at(x, y);
+            sum.add(record.radiance);
+            self.totals.tally.count(record.claim, record.stop);
+            self.totals.pairs += record.pairs;
+            self.totals.rays += record.rays;
         }
+        self.progress.tally = self.totals.tally;
+        self.progress.rays = self.totals.rays;
         sum
     }
 }
@@ -321,14 +233,13 @@ fn render_tiles(
         film: begun.film,
         progress: Progress { of, ..Progress::default() },
         totals: Totals::default(),
-        sum: RgbSum::default(),
     };
     let place = |tile: &Window| (tile.y, tile.x, tile.height, tile.width);
     let known: BTreeSet<_> = begun.tiles.iter().map(place).collect();
     let finished: Vec<Option<RgbSum>> = tiles
         .iter()
         .map(|tile| {
-            let sum = known.contains(&place(tile)).then(|| shared.count_finished(tile))?;
+            let sum = known.contains(&place(tile)).then(|| shared.count(tile))?;
             watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
             Some(sum)
         })
@@ -342,77 +253,54 @@ fn render_tiles(
                 return finished;
             }
             let estimates = integrator.estimate(setting, tile);
-            let mut sum = RgbSum::default();
             let mut shared = shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            for ((x, y), e) in tile.pixels().zip(&estimates) {
-                store(&mut shared.film, x, y, e);
-                sum.add(e.radiance);
-                shared.count(e.claim != ErrorClaim::None, e.stop.id(), e.pairs, e.rays);
+            for ((x, y), record) in tile.pixels().zip(&estimates) {
+                record.store(&mut shared.film, x, y);
             }
+            let sum = shared.count(tile);
             watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
             Some(sum)
         })
         .collect();
-    let Shared { mut film, mut totals, mut sum, .. } =
+    let Shared { mut film, mut totals, .. } =
         shared.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut sum = RgbSum::default();
     // In the order of the tiles: the sum must not depend on which thread was faster.
     for s in sums.iter().flatten() {
         sum.merge(s);
     }
-    totals.mean = if totals.pixels > 0 {
-        let n = totals.pixels as f64;
+    let pixels = totals.tally.rendered();
+    totals.mean = if pixels > 0 {
+        let n = pixels as f64;
         let [r, g, b] = sum.channels().map(|c| (c / n) as f32);
         Rgb::new(r, g, b)
     } else {
         Rgb::BLACK
     };
     let complete = sums.iter().all(Option::is_some);
-    film.metadata_mut().set("complete", complete);
+    film.metadata_mut().set(keys::COMPLETE, complete);
     Rendered { film, complete, totals }
 }
 
 /// Everything that the film is a function of, as far as this layer knows it.
 fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film) {
     let m = film.metadata_mut();
-    m.set("version", env!("CARGO_PKG_VERSION"));
-    m.set("scene", setting.tracer.scene().name());
+    m.set(keys::VERSION, env!("CARGO_PKG_VERSION"));
+    m.set(keys::SCENE, setting.tracer.scene().name());
     if let Some(digest) = setting.tracer.scene().digest() {
-        m.set("scene.digest", format!("{digest:016x}"));
+        m.set(keys::SCENE_DIGEST, format!("{digest:016x}"));
     }
     let scene = setting.tracer.scene();
     if !scene.changes().is_empty() {
-        m.set("scene.changes", scene.changes().join("; "));
+        m.set(keys::SCENE_CHANGES, scene.changes().join("; "));
     }
     if scene.has_default_light() {
-        m.set("scene.light", "default");
+        m.set(keys::SCENE_LIGHT, "default");
     }
-    m.set("camera", setting.view.camera.name.as_str());
-    m.set("method", integrator.name());
-    m.set("seed", setting.view.seed);
-    m.set("gather.points", setting.view.gather.points);
-    m.set("gather.filter", setting.view.gather.filter.name());
+    m.set(keys::CAMERA, setting.view.camera.name.as_str());
+    m.set(keys::METHOD, integrator.name());
+    m.set(keys::SEED, setting.view.seed);
+    m.set(keys::GATHER_POINTS, setting.view.gather.points);
+    m.set(keys::GATHER_FILTER, setting.view.gather.filter.name());
     integrator.describe(m);
-}
-
-fn store(film: &mut Film, x: u32, y: u32, e: &PixelEstimate) {
-    let f = &e.features;
-    // In the order of PLANES.
-    let [color, error, half_width, half_widths, claim, stop, pairs, rays, depth, normal, albedo, coverage] =
-        film.planes_mut()
-    else {
-        unreachable!("the film was made from PLANES")
-    };
-    color.set_f32(x, y, &e.radiance.to_array());
-    error.set_f32(x, y, &[e.standard_error]);
-    half_width.set_f32(x, y, &[e.claim.half_width()]);
-    let parts = e.half_widths;
-    half_widths.set_f32(x, y, &[parts.clustering, parts.lights, parts.compensation]);
-    claim.set_u32(x, y, &[e.claim.id()]);
-    stop.set_u32(x, y, &[e.stop.id()]);
-    pairs.set_f32(x, y, &[e.pairs as f32]);
-    rays.set_f32(x, y, &[e.rays as f32]);
-    depth.set_f32(x, y, &[f.depth]);
-    normal.set_f32(x, y, &f.normal.to_array());
-    albedo.set_f32(x, y, &f.albedo.to_array());
-    coverage.set_f32(x, y, &[f.coverage]);
 }

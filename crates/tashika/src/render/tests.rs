@@ -39,8 +39,11 @@ fn chosen_pixels_are_those_of_the_image_and_no_others_are_rendered() {
             }
         }
         let told = told.into_inner().unwrap();
-        assert_eq!(told.iter().map(|p| (p.pixels, p.of)).collect::<Vec<_>>(), [(1, 3), (2, 3), (3, 3)]);
-        assert_eq!((told[2].rays, some.totals.pixels), (some.totals.rays, 3));
+        assert_eq!(
+            told.iter().map(|p| (p.tally.rendered(), p.of)).collect::<Vec<_>>(),
+            [(1, 3), (2, 3), (3, 3)]
+        );
+        assert_eq!((told[2].rays, some.totals.tally.rendered()), (some.totals.rays, 3));
     });
 }
 
@@ -54,7 +57,7 @@ fn pixels_outside_or_named_twice_are_refused_and_none_is_begun_when_cancelled() 
         assert!(said(&[[1, 1], [40, 0]]).starts_with("pixels = 40,0; expected pixels of the image of 40x9"));
         assert!(said(&[[1, 2], [3, 4], [1, 2]]).starts_with("pixels = 1,2;"));
         let stopped = render_pixels(setting, exact, &[[1, 1]], &|_| {}, &AtomicBool::new(true)).unwrap();
-        assert!(!stopped.complete && stopped.totals.pixels == 0);
+        assert!(!stopped.complete && stopped.totals.tally.rendered() == 0);
     });
 }
 
@@ -62,7 +65,7 @@ fn pixels_outside_or_named_twice_are_refused_and_none_is_begun_when_cancelled() 
 fn who_watches_is_shown_each_tile_once_with_its_pixels_done() {
     with_setting(|setting, exact| {
         let options = RenderOptions { window: Window::full(setting.view.size), share: TileShare::default() };
-        let seen = Mutex::new(Film::new(setting.view.size, options.window, PLANES).unwrap());
+        let seen = Mutex::new(Film::new(setting.view.size, options.window, PixelRecord::PLANES).unwrap());
         let told = Mutex::new(Vec::new());
         let watch = |done: &Finished<'_>| {
             let mut seen = seen.lock().unwrap();
@@ -80,7 +83,9 @@ fn who_watches_is_shown_each_tile_once_with_its_pixels_done() {
             assert_eq!(seen.plane(name), rendered.film.plane(name), "{name:?}");
         }
         let last = told.last().unwrap();
-        assert!(told.len() > 1 && told.windows(2).all(|two| two[0].pixels < two[1].pixels));
-        assert_eq!((last.pixels, last.of, last.promise_met), (360, 360, rendered.totals.promise_met));
+        assert!(
+            told.len() > 1 && told.windows(2).all(|two| two[0].tally.rendered() < two[1].tally.rendered())
+        );
+        assert_eq!((last.tally, last.of, last.tally.claiming()), (rendered.totals.tally, 360, 360));
     });
 }

@@ -19,7 +19,8 @@
 //! VPLs, so that it is narrower than the variation from render to render; and a reference that is
 //! itself noisy breaks claims that hold.
 
-use crate::film::{Film, Metadata, Plane, Value};
+use crate::film::keys::{self, About};
+use crate::film::{Film, Metadata, RenderFilm, Value};
 use crate::stats::{Interval, clopper_pearson};
 
 /// How many claims were kept.
@@ -45,38 +46,15 @@ impl Claims {
     }
 }
 
-/// The half-widths of a film's claims.
-pub(super) struct Claimed<'f> {
-    half_widths: &'f [f32],
-    kinds: Option<&'f [u32]>,
-}
-
-impl<'f> Claimed<'f> {
-    /// By that film; none if it has no half-widths.
-    pub(super) fn of(film: &'f Film) -> Option<Self> {
-        let single = |name: &str| film.plane(name).filter(|p| p.channels().len() == 1);
-        Some(Self {
-            half_widths: single("half_width").and_then(Plane::f32_samples)?,
-            kinds: single("claim").and_then(Plane::u32_samples),
-        })
-    }
-
-    /// Of the pixel at that position (W·m⁻²·sr⁻¹); none if it claims nothing.
-    pub(super) fn half_width(&self, pixel: usize) -> Option<f64> {
-        let is_claim = self.kinds.is_none_or(|kinds| kinds[pixel] != 0);
-        is_claim.then(|| f64::from(self.half_widths[pixel]))
-    }
-
-    /// What storing colours in single precision may have moved them, at that distance from a
-    /// reference of that size.
-    pub(super) fn rounding(distance: f64, size: f64) -> f64 {
-        f64::from(f32::EPSILON) * (size + distance)
-    }
+/// What storing colours in single precision may have moved them, at that distance from a reference
+/// of that size.
+pub(super) fn rounding(distance: f64, size: f64) -> f64 {
+    f64::from(f32::EPSILON) * (size + distance)
 }
 
 /// Counts the claims that are kept.
 pub(super) struct Judge<'f> {
-    claimed: Claimed<'f>,
+    film: RenderFilm<'f>,
     same_truth: bool,
     kept: u64,
     of: u64,
@@ -85,14 +63,15 @@ pub(super) struct Judge<'f> {
 impl<'f> Judge<'f> {
     /// For the claims of a film by that reference; none if it has no half-widths.
     pub(super) fn of(film: &'f Film, reference: &Film) -> Option<Self> {
-        let claimed = Claimed::of(film)?;
-        Some(Self { claimed, same_truth: same_truth(film, reference), kept: 0, of: 0 })
+        let same_truth = same_truth(film, reference);
+        let film = RenderFilm::of(film);
+        film.has_half_widths().then_some(Self { film, same_truth, kept: 0, of: 0 })
     }
 
     /// Judges the pixel at that position by its distance from a reference of that size.
     pub(super) fn judge(&mut self, pixel: usize, distance: f64, size: f64) {
-        let Some(half_width) = self.claimed.half_width(pixel) else { return };
-        let allowed = half_width + Claimed::rounding(distance, size);
+        let Some(half_width) = self.film.half_width(pixel) else { return };
+        let allowed = f64::from(half_width) + rounding(distance, size);
         self.of += 1;
         // A half-width that is not a number keeps nothing.
         self.kept += u64::from(distance <= allowed);
@@ -113,10 +92,10 @@ pub(super) fn same_truth(film: &Film, reference: &Film) -> bool {
 /// What the metadata say of the truth that a film estimates: scene, camera, and, unless it is light
 /// transport, what VPLs and gather points were drawn from.
 fn truth_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
-    let is_transport = metadata.text("truth") == Some("transport");
-    metadata.iter().filter(move |(name, _)| {
-        let of_sum = *name == "seed" || name.starts_with("vpls") || name.starts_with("gather.points");
-        ["scene", "scene.digest", "camera", "truth", "gather.filter"].contains(name)
-            || (of_sum && !is_transport)
+    let is_transport = metadata.text(keys::TRUTH) == Some("transport");
+    metadata.iter().filter(move |(name, _)| match keys::about(name) {
+        About::Truth => true,
+        About::Sum => !is_transport,
+        About::Making | About::Part => false,
     })
 }

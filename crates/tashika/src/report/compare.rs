@@ -33,9 +33,9 @@ use std::path::Path;
 
 use super::claims::{Claims, Judge};
 use super::intervals::{Intervals, Meeting};
-use crate::color::{Controlled, LUMINANCE_WEIGHTS, Rgb};
+use crate::color::{LUMINANCE_WEIGHTS, Rgb};
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Plane, Window};
+use crate::film::{Film, Plane, RenderFilm, Window};
 
 /// A film and the name of its file, for messages.
 #[derive(Clone, Copy, Debug)]
@@ -153,7 +153,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let rendered = both_rendered(image.film, reference.film);
     let pairs = colors(image)?.zip(colors(reference)?).zip(rendered);
 
-    let controlled = controlled(image.film);
+    let controlled = RenderFilm::of(image.film).controlled();
     let mut out = Comparison::empty(image.film.window(), *tolerance);
     let mut judge = Judge::of(image.film, reference.film);
     let mut meeting = Meeting::of(image.film, reference.film);
@@ -235,13 +235,8 @@ impl Comparison {
     }
 }
 
-/// What the film controlled the error of; luminance if it does not say.
-pub(super) fn controlled(film: &Film) -> Controlled {
-    film.metadata().text("control").and_then(Controlled::named).unwrap_or_default()
-}
-
 /// Luminance in `f64`, so that the sum of three large channels stays finite.
-pub(super) fn luminance(color: Rgb) -> f64 {
+fn luminance(color: Rgb) -> f64 {
     color.to_array().iter().zip(LUMINANCE_WEIGHTS).map(|(c, w)| f64::from(*c) * f64::from(w)).sum()
 }
 
@@ -293,12 +288,6 @@ pub(super) fn colors<'a>(named: Named<'a>) -> Result<impl Iterator<Item = Rgb> +
 
 /// Whether each pixel was rendered in both films; films without a plane `stop` are whole.
 fn both_rendered(image: &Film, reference: &Film) -> Vec<bool> {
-    let mut rendered = vec![true; image.window().area() as usize];
-    for film in [image, reference] {
-        let reasons = film.plane("stop").filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
-        for (rendered, reason) in rendered.iter_mut().zip(reasons.into_iter().flatten()) {
-            *rendered &= *reason != 0;
-        }
-    }
-    rendered
+    let films = [image, reference].map(RenderFilm::of);
+    (0..image.window().area() as usize).map(|i| films.iter().all(|film| film.is_rendered(i))).collect()
 }

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::film::{Film, Plane};
+use crate::film::{Film, HalfWidths, RenderFilm, planes};
 
-/// What half-widths are made of: medians over the pixels that claim an interval, relative to their
-/// luminance. Each says how wide the interval would be if its source of error were all.
+/// What half-widths are made of: medians over the pixels that claim an interval, relative to the
+/// pixels by what was controlled. Each says how wide the interval would be if its source of error were all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorBudget {
     /// Of the whole half-width.
@@ -21,15 +21,19 @@ pub struct ErrorBudget {
 /// Of a film with the planes `half_width` and `half_width_parts`; none if it has none, or no lit
 /// pixel claims an interval.
 pub fn error_budget(film: &Film) -> Option<ErrorBudget> {
-    let totals = film.plane("half_width").and_then(Plane::f32_samples)?;
-    let parts = film.plane("half_width_parts").filter(|p| p.channels().len() == 3)?.f32_samples()?;
+    let read = RenderFilm::of(film);
+    film.plane(planes::HALF_WIDTH_PARTS).filter(|_| read.has_half_widths())?;
     let mut relative: [Vec<f64>; 4] = Default::default();
-    for (color, (total, parts)) in film.colors()?.zip(totals.iter().zip(parts.chunks_exact(3))) {
-        let luminance = color.luminance();
-        if *total > 0.0 && luminance > 0.0 {
-            for (all, part) in relative.iter_mut().zip([*total, parts[0], parts[1], parts[2]]) {
-                all.push(f64::from(part / luminance));
-            }
+    for (pixel, (x, y)) in film.window().pixels().enumerate() {
+        let total = read.relative_half_width(pixel).filter(|total| *total > 0.0 && total.is_finite());
+        let Some(total) = total else { continue };
+        let record = read.at(x, y);
+        // What the whole is relative to, its parts are.
+        let scale = total / f64::from(record.half_width);
+        let HalfWidths { clustering, lights, compensation } = record.half_widths;
+        let parts = [clustering, lights, compensation].map(|part| scale * f64::from(part));
+        for (all, part) in relative.iter_mut().zip([total, parts[0], parts[1], parts[2]]) {
+            all.push(part);
         }
     }
     if relative[0].is_empty() {

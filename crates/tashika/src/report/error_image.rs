@@ -10,11 +10,10 @@ use embedded_graphics::mono_font::ascii::{FONT_8X13, FONT_10X20};
 use embedded_graphics::text::Baseline;
 
 use super::color_scale::{BEYOND, ColorScale, NO_VALUE};
-use super::compare::{Comparison, Tolerance, luminance};
+use super::compare::{Comparison, Tolerance};
 use super::picture::Picture;
 use super::words::{percent_of_error, percent_of_share, percent_of_tolerance};
-use crate::color::Rgb;
-use crate::film::{Film, Plane};
+use crate::film::{Film, RenderFilm};
 
 /// End of the scale, in tolerances; there is a tick for each.
 const TICKS: u32 = 5;
@@ -48,18 +47,15 @@ pub fn error_image(comparison: &Comparison) -> Picture {
 }
 
 /// Draws what a film says of its own error, on the same scale: the half-width that each pixel
-/// claims, relative to its luminance. Pixels that claim nothing are gray. None if the film has no
+/// claims, relative to the pixel by what was controlled. Pixels that claim nothing are gray. None if the film has no
 /// half-widths or no colours.
 pub fn half_width_image(film: &Film, tolerance: &Tolerance) -> Option<Picture> {
-    let half_widths = film.plane("half_width").filter(|p| p.channels().len() == 1)?.f32_samples()?;
-    let kinds = film.plane("claim").filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
-    let claims = |pixel: usize| kinds.is_none_or(|kinds| kinds[pixel] != 0);
-    let relative = |(pixel, (color, half_width)): (usize, (Rgb, &f32))| match *half_width {
-        _ if !claims(pixel) => f64::NAN,
-        0.0 => 0.0,
-        half_width => f64::from(half_width) / luminance(color),
-    };
-    let widths: Vec<f64> = film.colors()?.zip(half_widths).enumerate().map(relative).collect();
+    let read = RenderFilm::of(film);
+    if !read.has_half_widths() || film.colors().is_none() {
+        return None;
+    }
+    let pixels = 0..film.window().area() as usize;
+    let widths: Vec<f64> = pixels.map(|pixel| read.relative_half_width(pixel).unwrap_or(f64::NAN)).collect();
     let claimed = widths.iter().filter(|width| !width.is_nan());
     let share = claimed.clone().count() as f64 / widths.len() as f64;
     let widest = claimed.copied().fold(0.0, f64::max);

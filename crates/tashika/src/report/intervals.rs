@@ -44,9 +44,8 @@
 //! # Held to this by
 //! The tests below, on films whose intervals are known, and on normal errors.
 
-use super::claims::{Claimed, Claims, same_truth};
-use super::compare::controlled;
-use crate::film::Film;
+use super::claims::{Claims, rounding, same_truth};
+use crate::film::{Film, RenderFilm};
 use crate::stats::{Interval, clopper_pearson};
 
 /// How many intervals of two films about the same truth are disjoint: `|a − b| > h_a + h_b`, and a
@@ -74,7 +73,7 @@ impl Intervals {
 
 /// Counts intervals that are disjoint.
 pub(super) struct Meeting<'f> {
-    claimed: [Claimed<'f>; 2],
+    films: [RenderFilm<'f>; 2],
     claimed_in_both: u64,
     disjoint: u64,
 }
@@ -83,19 +82,23 @@ impl<'f> Meeting<'f> {
     /// Of two films; none unless both have half-widths, of the same quantity and about the same
     /// truth.
     pub(super) fn of(image: &'f Film, reference: &'f Film) -> Option<Self> {
-        let claimed = [Claimed::of(image)?, Claimed::of(reference)?];
-        let is_one_truth = same_truth(image, reference) && controlled(image) == controlled(reference);
-        is_one_truth.then_some(Self { claimed, claimed_in_both: 0, disjoint: 0 })
+        let films = [image, reference].map(RenderFilm::of);
+        let [a, b] = &films;
+        let can_meet = a.has_half_widths()
+            && b.has_half_widths()
+            && same_truth(image, reference)
+            && a.controlled() == b.controlled();
+        can_meet.then_some(Self { films, claimed_in_both: 0, disjoint: 0 })
     }
 
     /// Takes the pixel at that position, where the films are at that distance and the reference is
     /// of that size.
     pub(super) fn take(&mut self, pixel: usize, distance: f64, size: f64) {
-        let [Some(h_a), Some(h_b)] = self.claimed.each_ref().map(|claimed| claimed.half_width(pixel)) else {
+        let [Some(h_a), Some(h_b)] = self.films.map(|film| film.half_width(pixel).map(f64::from)) else {
             return;
         };
         self.claimed_in_both += 1;
-        let allowed = h_a + h_b + Claimed::rounding(distance, size);
+        let allowed = h_a + h_b + rounding(distance, size);
         // A half-width that is not a number holds nothing.
         let may_both_hold = distance <= allowed;
         self.disjoint += u64::from(!may_both_hold);
@@ -114,7 +117,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::film::{PlaneSpec, SampleKind, Window};
+    use crate::film::{Claim, PlaneSpec, SampleKind, Window};
     use crate::report::{Comparison, Named, Tolerance, compare, summary};
     use crate::rng::{Purpose, Stream};
     use crate::stats::normal_quantile;
@@ -126,12 +129,11 @@ mod tests {
     const COLOR: PlaneSpec = spec("", &["R", "G", "B"], SampleKind::F32);
     const HALF_WIDTH: PlaneSpec = spec("half_width", &["Y"], SampleKind::F32);
     const CLAIM: PlaneSpec = spec("claim", &["id"], SampleKind::U32);
-    // As the integrators number their claims.
-    const NONE: u32 = 0;
-    const EXACT: u32 = 1;
-    const PUBLISHED: u32 = 2;
-    const CALIBRATED: u32 = 3;
-    const CERTIFIED: u32 = 4;
+    const NONE: u32 = Claim::None.id();
+    const EXACT: u32 = Claim::Exact.id();
+    const PUBLISHED: u32 = Claim::Published.id();
+    const CALIBRATED: u32 = Claim::Calibrated.id();
+    const CERTIFIED: u32 = Claim::Certified.id();
 
     /// Gray, half-width and claim of each pixel of a row.
     fn film(pixels: &[(f32, f32, u32)]) -> Film {

@@ -15,7 +15,7 @@
 //! # Held to this by
 //! The tests below.
 
-use crate::film::{Film, Plane, Window};
+use crate::film::{Film, RenderFilm, Window};
 
 /// The least certain pixel of each block of `factor × factor` pixels of `part`, block by block in
 /// rows, in coordinates of the full image; blocks at the right and at the bottom may be smaller.
@@ -24,7 +24,8 @@ use crate::film::{Film, Plane, Window};
 /// If `factor` is zero, or `part` is not inside the film's window.
 pub fn least_certain(film: &Film, part: Window, factor: u32) -> Vec<[u32; 2]> {
     assert!(factor > 0, "a block has pixels");
-    let doubt = Doubt::of(film);
+    let (read, window) = (RenderFilm::of(film), film.window());
+    let doubt_at = |x, y| doubt(&read, window.index(x, y));
     let mut chosen =
         Vec::with_capacity((part.width.div_ceil(factor) * part.height.div_ceil(factor)) as usize);
     for top in (part.y..part.y + part.height).step_by(factor as usize) {
@@ -35,9 +36,9 @@ pub fn least_certain(film: &Film, part: Window, factor: u32) -> Vec<[u32; 2]> {
                 width: factor.min(part.x + part.width - left),
                 height: factor.min(part.y + part.height - top),
             };
-            let mut pick = ([left, top], doubt.at(left, top));
+            let mut pick = ([left, top], doubt_at(left, top));
             for (x, y) in block.pixels().skip(1) {
-                let here = doubt.at(x, y);
+                let here = doubt_at(x, y);
                 if here > pick.1 {
                     pick = ([x, y], here);
                 }
@@ -48,47 +49,23 @@ pub fn least_certain(film: &Film, part: Window, factor: u32) -> Vec<[u32; 2]> {
     chosen
 }
 
-/// What is known of how certain pixels are.
-struct Doubt<'a> {
-    film: &'a Film,
-    stop: Option<&'a [u32]>,
-    claim: Option<&'a [u32]>,
-    half_width: Option<&'a [f32]>,
-    colors: Option<&'a Plane>,
-}
-
-impl<'a> Doubt<'a> {
-    fn of(film: &'a Film) -> Self {
-        let single = |name| film.plane(name).filter(|p| p.channels().len() == 1);
-        Self {
-            film,
-            stop: single("stop").and_then(Plane::u32_samples),
-            claim: single("claim").and_then(Plane::u32_samples),
-            half_width: single("half_width").and_then(Plane::f32_samples),
-            colors: film.plane("").filter(|p| p.channels().len() == 3 && p.f32_samples().is_some()),
-        }
-    }
-
-    /// The relative half-width; infinite where nothing is claimed, −1 where nothing was rendered.
-    fn at(&self, x: u32, y: u32) -> f32 {
-        let i = self.film.window().index(x, y);
-        if self.stop.is_some_and(|stop| stop[i] == 0) {
-            return -1.0;
-        }
-        if self.claim.is_some_and(|claim| claim[i] == 0) {
-            return f32::INFINITY;
-        }
-        let (Some(half_width), Some(colors)) = (self.half_width, self.colors) else { return 0.0 };
-        let [r, g, b] = colors.f32_at(x, y) else { unreachable!("three channels") };
-        let luminance = crate::color::Rgb::new(*r, *g, *b).luminance();
-        if half_width[i] > 0.0 { half_width[i] / luminance.max(f32::MIN_POSITIVE) } else { 0.0 }
+/// The relative half-width of a pixel; infinite where nothing is claimed, −1 where nothing was
+/// rendered.
+fn doubt(film: &RenderFilm<'_>, pixel: usize) -> f64 {
+    if !film.is_rendered(pixel) {
+        -1.0
+    } else if !film.claim(pixel).is_some() && film.has_claims() {
+        f64::INFINITY
+    } else {
+        // An interval about black is still more than none.
+        film.relative_half_width(pixel).map_or(0.0, |width| width.min(f64::MAX))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{PlaneSpec, SampleKind};
+    use crate::film::{PlaneSpec, SampleKind, planes};
 
     const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
         PlaneSpec { name, channels, unit: "1", kind, doc: "" }
@@ -105,10 +82,10 @@ mod tests {
     fn film(half_width: impl Fn(u32, u32) -> f32) -> Film {
         let mut film = Film::new([10, 10], WINDOW, SPECS).unwrap();
         for (x, y) in WINDOW.pixels() {
-            film.plane_mut("").unwrap().set_f32(x, y, &[2.0; 3]);
-            film.plane_mut("half_width").unwrap().set_f32(x, y, &[half_width(x, y)]);
-            film.plane_mut("claim").unwrap().set_u32(x, y, &[3]);
-            film.plane_mut("stop").unwrap().set_u32(x, y, &[3]);
+            film.plane_mut(planes::RADIANCE).unwrap().set_f32(x, y, &[2.0; 3]);
+            film.plane_mut(planes::HALF_WIDTH).unwrap().set_f32(x, y, &[half_width(x, y)]);
+            film.plane_mut(planes::CLAIM).unwrap().set_u32(x, y, &[3]);
+            film.plane_mut(planes::STOP).unwrap().set_u32(x, y, &[3]);
         }
         film
     }
@@ -122,7 +99,7 @@ mod tests {
             let (left, top) = (3 + 2 * (i as u32 % 3), 1 + 2 * (i as u32 / 3));
             let block = Window { x: left, y: top, width: 2.min(8 - left), height: 2 };
             assert!(block.contains(x, y), "{x},{y} is not in block {i}");
-            let width = |x, y| film.plane("half_width").unwrap().f32_at(x, y)[0];
+            let width = |x, y| film.plane(planes::HALF_WIDTH).unwrap().f32_at(x, y)[0];
             assert!(block.pixels().all(|(a, b)| width(a, b) <= width(x, y)), "block {i}");
         }
         assert_eq!(least_certain(&film, WINDOW, 1), WINDOW.pixels().map(|(x, y)| [x, y]).collect::<Vec<_>>());
@@ -131,12 +108,12 @@ mod tests {
     #[test]
     fn pixels_without_a_claim_are_never_hidden_and_those_not_rendered_always_if_they_can_be() {
         let mut film = film(|_, _| 1e30);
-        film.plane_mut("claim").unwrap().set_u32(6, 3, &[0]);
-        film.plane_mut("claim").unwrap().set_u32(4, 1, &[0]);
-        film.plane_mut("stop").unwrap().set_u32(4, 1, &[0]);
+        film.plane_mut(planes::CLAIM).unwrap().set_u32(6, 3, &[0]);
+        film.plane_mut(planes::CLAIM).unwrap().set_u32(4, 1, &[0]);
+        film.plane_mut(planes::STOP).unwrap().set_u32(4, 1, &[0]);
         assert_eq!(least_certain(&film, WINDOW, 8), [[6, 3]]);
         for (x, y) in WINDOW.pixels().filter(|p| *p != (7, 4)) {
-            film.plane_mut("stop").unwrap().set_u32(x, y, &[0]);
+            film.plane_mut(planes::STOP).unwrap().set_u32(x, y, &[0]);
         }
         assert_eq!(least_certain(&film, WINDOW, 8), [[7, 4]], "the only one that was rendered");
     }

@@ -19,7 +19,7 @@ use std::fmt;
 
 use super::framing::SIZE;
 use crate::error::{Error, Result};
-use crate::film::Metadata;
+use crate::film::{Metadata, keys};
 use crate::scene::{Blades, Camera, Lens, Projection, SphereMap};
 
 /// Vertical field of view where nobody says (radians): 40°.
@@ -92,20 +92,20 @@ impl CameraChange {
     /// joined with it.
     pub fn describe(&self, metadata: &mut Metadata) {
         if let Some(projection) = self.projection {
-            metadata.set("camera.projection", projection.to_string());
+            metadata.set(keys::CAMERA_PROJECTION, projection.to_string());
         }
-        for (name, number) in [
-            ("camera.fov", self.fov),
-            ("camera.lens_radius", self.lens_radius),
-            ("camera.focus_distance", self.focus_distance),
-            ("camera.blade_rotation", self.blade_rotation),
+        for (key, number) in [
+            (keys::CAMERA_FOV, self.fov),
+            (keys::CAMERA_LENS_RADIUS, self.lens_radius),
+            (keys::CAMERA_FOCUS_DISTANCE, self.focus_distance),
+            (keys::CAMERA_BLADE_ROTATION, self.blade_rotation),
         ] {
             if let Some(number) = number {
-                metadata.set(name, f64::from(number));
+                metadata.set(key, f64::from(number));
             }
         }
         if let Some(blades) = self.blades {
-            metadata.set("camera.blades", blades);
+            metadata.set(keys::CAMERA_BLADES, blades);
         }
     }
 
@@ -334,7 +334,7 @@ mod tests {
         let change = CameraChange { projection: Some(ProjectionName::Fisheye), fov: Some(200.0), ..NOTHING };
         let mut metadata = Metadata::default();
         change.describe(&mut metadata);
-        assert_eq!(metadata.text("camera.projection"), Some("fisheye"));
+        assert_eq!(metadata.text(keys::CAMERA_PROJECTION), Some("fisheye"));
         assert_ne!(metadata, Metadata::default());
         let mut other = Metadata::default();
         CameraChange { fov: Some(190.0), ..change }.describe(&mut other);

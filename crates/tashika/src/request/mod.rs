@@ -34,9 +34,9 @@ pub use framing::{Framed, Framing};
 
 use crate::color::Controlled;
 use crate::error::{Error, Result};
-use crate::film::{Film, Metadata};
+use crate::film::{Film, Metadata, keys};
 use crate::gather::{Filter, GatherOptions};
-use crate::integrator::{Claim, ControlOptions, Method, PathStop, Truth};
+use crate::integrator::{ControlOptions, Method, PathStop, Promise, Truth};
 use crate::reconstruction::reconstruct;
 use crate::vpl::{Clamp, VplOptions};
 
@@ -48,8 +48,6 @@ const PICTURE_WORK: u64 = 50_000_000;
 /// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an
 /// error.
 const PIXEL_WORK: [u64; 2] = [128, 4096];
-/// Name among the metadata of a film, which is true where nobody asked for an error.
-const PICTURE: &str = "picture";
 /// Terms of a pixel up to which ours is the whole sum: that takes no longer than to know it to 2 %.
 /// Measured.
 const SHORT_SUM: u64 = 16_000;
@@ -73,7 +71,7 @@ pub struct Request {
     /// How pixels are computed; nothing is path tracing. Default: ours.
     pub method: Option<Method>,
     /// What our method claims, whatever `method` says of it.
-    pub claim: Option<Claim>,
+    pub claim: Option<Promise>,
     /// What the error is the distance from, for our method.
     pub truth: Option<Truth>,
     /// Relative error that a pixel may have.
@@ -105,7 +103,7 @@ pub struct Request {
 impl Default for Request {
     fn default() -> Self {
         Self {
-            method: Some(Method::Tashika(Claim::Calibrated)),
+            method: Some(Method::Tashika(Promise::Calibrated)),
             claim: None,
             truth: None,
             error: None,
@@ -175,11 +173,21 @@ impl Request {
     /// [`Error::Option`] naming what is out of range or does not go with the rest, by the name of its field.
     pub fn resolve(&self) -> Result<Resolved> {
         let options = self.control_options()?;
+        if let (Some(Method::Tashika(Promise::Certified)), Some(Promise::Calibrated)) =
+            (self.method, self.claim)
+        {
+            let method = Promise::Certified.method_name();
+            return Err(Error::option(
+                "claim",
+                Promise::Calibrated,
+                format!("certified, or a method other than {method}"),
+            ));
+        }
         let integration = match self.method() {
             None => Integration::Path(self.path_stop(options)?),
             Some(method) if self.is_about_all_sets() => {
                 let truth = self.truth();
-                if method == Method::Tashika(Claim::Certified) {
+                if method == Method::Tashika(Promise::Certified) {
                     let expected = format!("calibrated with truth {truth}, about which there is no proof");
                     return Err(Error::option("claim", "certified", expected));
                 }
@@ -253,7 +261,7 @@ impl Request {
     }
 
     fn truth(&self) -> Truth {
-        let is_of_a_sum = self.lights_given || self.method() == Some(Method::Tashika(Claim::Certified));
+        let is_of_a_sum = self.lights_given || self.method() == Some(Method::Tashika(Promise::Certified));
         self.truth.unwrap_or(if is_of_a_sum { Truth::Vpl } else { Truth::Transport })
     }
 
@@ -331,9 +339,14 @@ impl Request {
 }
 
 impl Integration {
-    /// Whether an error is promised.
+    /// Whether pixels may claim something about their error: the bound by which
+    /// [`Method::Lightcuts`] and [`Method::Mdlc`] stop is no claim, nor is a number of paths.
     pub fn promises(&self) -> bool {
-        !matches!(self, Self::Path(PathStop::Count(_)))
+        match self {
+            Self::ManyLights { method, .. } => *method == Method::Exact || method.states_interval(),
+            Self::Transport { .. } => true,
+            Self::Path(stop) => matches!(stop, PathStop::Until { .. }),
+        }
     }
 
     /// Whether what is promised, or computed, is a sum over one set of VPLs.
@@ -348,7 +361,7 @@ impl Integration {
 
     /// Whether the metadata are those of a film that was rendered so.
     pub fn was_picture(metadata: &Metadata) -> bool {
-        metadata.bool(PICTURE) == Some(true)
+        metadata.bool(keys::PICTURE) == Some(true)
     }
 
     /// Does with a finished film what was asked for beyond its estimates: a picture is
@@ -363,7 +376,7 @@ impl Integration {
     /// Writes what a film says of the request beyond what its integrator does.
     pub fn describe(&self, metadata: &mut Metadata) {
         if self.is_picture() {
-            metadata.set(PICTURE, true);
+            metadata.set(keys::PICTURE, true);
         }
     }
 

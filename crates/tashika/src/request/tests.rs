@@ -15,7 +15,7 @@ fn refused(request: &Request) -> String {
 /// Everything is said that can be said at once.
 fn all_said() -> Request {
     Request {
-        claim: Some(Claim::Calibrated),
+        claim: Some(Promise::Calibrated),
         truth: Some(Truth::Vpl),
         error: Some(0.1),
         control: Some(Controlled::Luminance),
@@ -38,7 +38,7 @@ fn what_is_not_said_is_the_default() {
     let lights = VplOptions::default();
     let ours = Resolved {
         integration: Integration::ManyLights {
-            method: Method::Tashika(Claim::Calibrated),
+            method: Method::Tashika(Promise::Calibrated),
             lights: Some(lights.clone()),
             options,
         },
@@ -47,11 +47,11 @@ fn what_is_not_said_is_the_default() {
     };
     assert_eq!(resolved(&Request::of_a_sum()), ours);
     let given = resolved(&Request { lights_given: true, ..Request::default() });
-    let method = Method::Tashika(Claim::Calibrated);
+    let method = Method::Tashika(Promise::Calibrated);
     assert_eq!(given.integration, Integration::ManyLights { method, lights: None, options });
     let both = Request { lights_given: true, truth: Some(Truth::Transport), ..Request::default() };
     assert!(matches!(resolved(&both).integration, Integration::Transport { lights: None, .. }));
-    let certified = resolved(&Request { claim: Some(Claim::Certified), ..Request::default() });
+    let certified = resolved(&Request { claim: Some(Promise::Certified), ..Request::default() });
     assert!(matches!(certified.integration, Integration::ManyLights { .. }));
 
     let transport = Request::default();
@@ -86,6 +86,15 @@ fn what_is_not_said_is_the_default() {
     let stop = PathStop::Until { options: told, first: 64, most: 1 << 20 };
     assert_eq!(resolved(&until).integration, Integration::Path(stop));
     assert!(resolved(&until).integration.promises());
+    for method in [Method::Lightcuts, Method::Mdlc] {
+        let bounded = Request { method: Some(method), ..Request::default() };
+        assert!(!resolved(&bounded).integration.promises(), "{method} stops by a bound and claims nothing");
+    }
+    let published = Request { method: Some(Method::Nabata2016), ..Request::default() };
+    assert!(resolved(&published).integration.promises());
+    let named = Request { method: Some(Method::Tashika(Promise::Certified)), ..Request::default() };
+    let both = Request { claim: Some(Promise::Calibrated), ..named };
+    assert!(both.resolve().unwrap_err().to_string().contains("tashika-certified"));
 }
 
 #[test]
@@ -113,7 +122,7 @@ fn what_is_said_arrives() {
     };
     let lights = VplOptions { count: 300, clamp: Clamp::Off, seed: 9, ..VplOptions::default() };
     let found = resolved(&all_said());
-    let method = Method::Tashika(Claim::Calibrated);
+    let method = Method::Tashika(Promise::Calibrated);
     assert_eq!(found.integration, Integration::ManyLights { method, lights: Some(lights.clone()), options });
     let gather = GatherOptions { points: 3, filter: Filter::Tent };
     assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
@@ -131,8 +140,8 @@ fn what_is_said_arrives() {
     assert_eq!(found.gather.filter, Filter::Tent);
     assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "max_pairs"]);
 
-    let certified = Request { claim: Some(Claim::Certified), lights_given: true, ..Request::default() };
-    let method = Method::Tashika(Claim::Certified);
+    let certified = Request { claim: Some(Promise::Certified), lights_given: true, ..Request::default() };
+    let method = Method::Tashika(Promise::Certified);
     let options = ControlOptions::default();
     assert_eq!(resolved(&certified).integration, Integration::ManyLights { method, lights: None, options });
 }
@@ -162,7 +171,7 @@ fn each_method_says_what_means_nothing_to_it() {
 #[test]
 fn what_does_not_go_together_is_refused() {
     let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
-    let certified = Request { claim: Some(Claim::Certified), ..transport };
+    let certified = Request { claim: Some(Promise::Certified), ..transport };
     assert!(refused(&certified).contains("claim = certified; expected calibrated with truth transport"));
     let path = Request { method: None, ..Request::default() };
     assert!(
@@ -228,16 +237,16 @@ fn short_sums_are_whole() {
         _ => None,
     };
     let sum = Request::of_a_sum;
-    let certified = Method::Tashika(Claim::Certified);
+    let certified = Method::Tashika(Promise::Certified);
     assert_eq!(over(sum(), 4_000, 4), Some(Method::Exact));
-    assert_eq!(over(sum(), 4_001, 4), Some(Method::Tashika(Claim::Calibrated)));
-    assert_eq!(over(sum(), 3_000_000_000, 2), Some(Method::Tashika(Claim::Calibrated)));
+    assert_eq!(over(sum(), 4_001, 4), Some(Method::Tashika(Promise::Calibrated)));
+    assert_eq!(over(sum(), 3_000_000_000, 2), Some(Method::Tashika(Promise::Calibrated)));
     let of = |method| Request { method: Some(method), ..sum() };
     assert_eq!(over(of(certified), 100, 4), Some(Method::Exact));
     assert_eq!(over(of(Method::Lightcuts), 100, 4), Some(Method::Lightcuts));
     assert_eq!(
         over(Request { max_pairs: Some(99), ..sum() }, 100, 4),
-        Some(Method::Tashika(Claim::Calibrated))
+        Some(Method::Tashika(Promise::Calibrated))
     );
     assert_eq!(over(Request::default(), 100, 4), None);
 }

@@ -10,9 +10,7 @@ use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{
-    Claim, ControlOptions, ErrorClaim, LitBy, Method, PixelEstimate, Setting, StopReason,
-};
+use tashika::integrator::{Claim, ControlOptions, LitBy, Method, PixelRecord, Promise, Setting, Stop};
 use tashika::math::Vec3;
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{Camera, Emitter, Environment, Material, MeshData, SceneBuilder, Surface};
@@ -22,8 +20,8 @@ use tashika::warp;
 
 use crate::cases::{builder, cuboid, lambert, parallelogram, place};
 
-const CALIBRATED: Method = Method::Tashika(Claim::Calibrated);
-const CERTIFIED: Method = Method::Tashika(Claim::Certified);
+const CALIBRATED: Method = Method::Tashika(Promise::Calibrated);
+const CERTIFIED: Method = Method::Tashika(Promise::Certified);
 /// Gather points a pixel.
 const POINTS: u32 = 4;
 /// Distance from which lights are not brighter any more (m), as traced sets have one.
@@ -63,14 +61,14 @@ impl World {
         look(View { camera: &self.tracer.scene().cameras()[0], size: self.size, gather, seed: 2 })
     }
 
-    fn estimate(&self, method: Method, options: &ControlOptions) -> Vec<PixelEstimate> {
+    fn estimate(&self, method: Method, options: &ControlOptions) -> Vec<PixelRecord> {
         let integrator = method.integrator(LitBy { set: &self.set, tree: Some(&self.tree) }, options);
         self.see(|view| {
             integrator.estimate(&Setting { tracer: &self.tracer, view }, &Window::full(self.size))
         })
     }
 
-    fn exact(&self) -> Vec<PixelEstimate> {
+    fn exact(&self) -> Vec<PixelRecord> {
         self.estimate(Method::Exact, &ControlOptions::default())
     }
 }
@@ -106,8 +104,8 @@ impl Judged {
         for seed in 1..=seeds {
             let estimates = self.world.estimate(method, &ControlOptions { seed, ..*options });
             for (e, &truth) in estimates.iter().zip(&self.truth) {
-                let (found, half_width) = (luminance(e), f64::from(e.claim.half_width()));
-                assert!(e.stop != StopReason::Budget && e.claim != ErrorClaim::None, "{method}: {e:?}");
+                let (found, half_width) = (luminance(e), f64::from(e.half_width));
+                assert!(e.stop != Stop::Budget && e.claim != Claim::None, "{method}: {e:?}");
                 assert!(half_width <= options.error * found * (1.0 + 1e-5), "{method}: {e:?}");
                 if truth == 0.0 {
                     assert_eq!(found, 0.0, "{method}: {e:?}");
@@ -153,7 +151,7 @@ impl Judged {
     }
 }
 
-fn luminance(e: &PixelEstimate) -> f64 {
+fn luminance(e: &PixelRecord) -> f64 {
     f64::from(e.radiance.luminance())
 }
 
@@ -397,10 +395,10 @@ fn pixels_that_see_the_sky_alone_are_exact_and_cost_nothing() {
     for method in [CALIBRATED, CERTIFIED] {
         let mut sky = 0;
         for (number, e) in world.estimate(method, &options).iter().enumerate() {
-            if e.features.coverage == 0.0 {
+            if e.coverage == 0.0 {
                 sky += 1;
                 assert_eq!((e.radiance, e.pairs, e.standard_error), (Rgb::gray(0.5), 0, 0.0), "{method}");
-                assert_eq!((e.claim, e.stop), (ErrorClaim::Exact, StopReason::Complete), "{method}");
+                assert_eq!((e.claim, e.stop), (Claim::Exact, Stop::Complete), "{method}");
                 // A pixel pays its share of its cell's pilot, wherever that looks; cells of sky
                 // have none.
                 assert!(e.rays == 0 || (method == CALIBRATED && number >= 16 * 32), "{method}: {e:?}");
@@ -416,7 +414,7 @@ fn black_surfaces_are_exact_and_cost_nothing() {
     let world = World::new(floor(0.0), ABOVE[0], ABOVE[1], 1.0, lights);
     for method in [CALIBRATED, CERTIFIED] {
         for e in world.estimate(method, &ControlOptions::default()) {
-            assert_eq!((e.radiance, e.rays, e.claim), (Rgb::BLACK, 0, ErrorClaim::Exact), "{method}");
+            assert_eq!((e.radiance, e.rays, e.claim), (Rgb::BLACK, 0, Claim::Exact), "{method}");
         }
     }
 }
@@ -436,8 +434,8 @@ fn a_green_floor_in_a_red_mirror_is_found_to_be_black() {
     let world = World::new(b, [0.0, 1.0, 0.0], [0.0, 3.0, 0.1], 0.4, lights);
     for method in [CALIBRATED, CERTIFIED] {
         for e in world.estimate(method, &ControlOptions::default()) {
-            assert!(e.features.coverage == 1.0 && e.pairs > 1, "{e:?}");
-            assert_eq!((e.radiance, e.claim), (Rgb::BLACK, ErrorClaim::Exact), "{method}: {e:?}");
+            assert!(e.coverage == 1.0 && e.pairs > 1, "{e:?}");
+            assert_eq!((e.radiance, e.claim), (Rgb::BLACK, Claim::Exact), "{method}: {e:?}");
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::film::Window;
-use tashika::integrator::{ErrorClaim, Exact, Integrator, PixelEstimate, Setting};
+use tashika::integrator::{Claim, Exact, Integrator, PixelRecord, Setting};
 use tashika::math::Vec3;
 use tashika::scene::{Camera, Falloff, FalloffShape, Material};
 use tashika::vpl::{Provenance, Vpl, VplKind, VplSet};
@@ -36,7 +36,7 @@ fn light(kind: VplKind, direction: Vec3) -> Vpl {
 
 /// The estimate of each pixel of an 8×8 image, with the place on the floor that it sees (one gather
 /// point a pixel).
-fn pixels(tracer: &Tracer, lights: Vec<Vpl>, clamp_distance: f32) -> Vec<(Vec3, PixelEstimate)> {
+fn pixels(tracer: &Tracer, lights: Vec<Vpl>, clamp_distance: f32) -> Vec<(Vec3, PixelRecord)> {
     let set = VplSet::new(lights, Provenance { clamp_distance, ..Provenance::default() });
     let view = view(tracer.scene(), [8, 8], 1, 1);
     let setting = Setting { tracer, view };
@@ -97,7 +97,7 @@ fn one_light_over_a_plane_follows_the_inverse_square_and_cosine_laws() {
                 } else {
                     assert_close(e.radiance, expected, &format!("{:?}, clamp {clamp}", l.kind));
                 }
-                assert_eq!((e.claim, e.pairs), (ErrorClaim::Exact, 1));
+                assert_eq!((e.claim, e.pairs), (Claim::Exact, 1));
             }
         }
     }

@@ -6,17 +6,15 @@ use tashika::accel::Tracer;
 use tashika::color::{Controlled, Rgb};
 use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{
-    Claim, ControlOptions, ErrorClaim, LitBy, Method, PixelEstimate, Setting, StopReason,
-};
+use tashika::integrator::{Claim, ControlOptions, LitBy, Method, PixelRecord, Promise, Setting, Stop};
 use tashika::scene::builtin;
 use tashika::stats::Moments;
 use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{Provenance, Vpl, VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [16, 10];
-const CALIBRATED: Method = Method::Tashika(Claim::Calibrated);
-const CERTIFIED: Method = Method::Tashika(Claim::Certified);
+const CALIBRATED: Method = Method::Tashika(Promise::Calibrated);
+const CERTIFIED: Method = Method::Tashika(Promise::Certified);
 
 /// The built-in box, and lights in it.
 struct World {
@@ -38,7 +36,7 @@ impl World {
         Self { tracer, set, tree }
     }
 
-    fn estimate(&self, method: Method, options: &ControlOptions, points: u32) -> Vec<PixelEstimate> {
+    fn estimate(&self, method: Method, options: &ControlOptions, points: u32) -> Vec<PixelRecord> {
         let scene = self.tracer.scene().clone();
         let gather = GatherOptions { points, ..GatherOptions::default() };
         let view = View { camera: &scene.cameras()[0], size: SIZE, gather, seed: 2 };
@@ -46,12 +44,12 @@ impl World {
         integrator.estimate(&Setting { tracer: &self.tracer, view }, &Window::full(SIZE))
     }
 
-    fn exact(&self, points: u32) -> Vec<PixelEstimate> {
+    fn exact(&self, points: u32) -> Vec<PixelRecord> {
         self.estimate(Method::Exact, &ControlOptions::default(), points)
     }
 }
 
-fn luminance(e: &PixelEstimate) -> f64 {
+fn luminance(e: &PixelRecord) -> f64 {
     f64::from(e.radiance.luminance())
 }
 
@@ -62,10 +60,10 @@ fn the_finest_cut_is_the_whole_sum_and_says_so() {
     for method in [CALIBRATED, CERTIFIED] {
         let mut complete = 0;
         for (a, b) in world.estimate(method, &options, 3).iter().zip(&world.exact(3)) {
-            assert_eq!(a.stop == StopReason::Complete, a.claim == ErrorClaim::Exact, "{method}");
+            assert_eq!(a.stop == Stop::Complete, a.claim == Claim::Exact, "{method}");
             // Where what is left has bounds of next to nothing, the rule is met before.
-            assert_ne!(a.stop, StopReason::Budget, "{method}");
-            complete += u32::from(a.stop == StopReason::Complete);
+            assert_ne!(a.stop, Stop::Budget, "{method}");
+            complete += u32::from(a.stop == Stop::Complete);
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
             assert!((luminance(a) - luminance(b)).abs() <= allowed, "{method}: {a:?} {b:?}");
         }
@@ -87,7 +85,7 @@ fn inherited_samples_are_unbiased() {
             let options =
                 ControlOptions { error: 1e-9, max_pairs: Some(150), seed, ..ControlOptions::default() };
             for (m, e) in moments.iter_mut().zip(world.estimate(method, &options, 4)) {
-                assert!(e.claim == ErrorClaim::None || e.stop == StopReason::Complete, "{e:?}");
+                assert!(e.claim == Claim::None || e.stop == Stop::Complete, "{e:?}");
                 m.push(luminance(&e));
                 said += f64::from(e.standard_error).powi(2) / runs as f64;
             }
@@ -110,11 +108,11 @@ fn kept(world: &World, method: Method, options: &ControlOptions, seeds: u64) -> 
             let (found, truth) = (luminance(e), luminance(truth));
             let rounding = 1e-5 * truth;
             let distance = (found - truth).abs();
-            assert_ne!(e.stop, StopReason::Budget);
-            holds += u64::from(distance <= f64::from(e.claim.half_width()) + rounding);
+            assert_ne!(e.stop, Stop::Budget);
+            holds += u64::from(distance <= f64::from(e.half_width) + rounding);
             within += u64::from(distance <= options.error * truth + rounding);
             all += 1;
-            assert!(f64::from(e.claim.half_width()) <= options.error * found * (1.0 + 1e-5), "{e:?}");
+            assert!(f64::from(e.half_width) <= options.error * found * (1.0 + 1e-5), "{e:?}");
         }
     }
     [holds, within].map(|n| n as f64 / f64::from(all as u32))
@@ -165,7 +163,7 @@ fn calibrated_intervals_hold_as_often_as_they_say() {
 }
 
 /// The largest error of the three channels, relative to the largest channel.
-fn worst_channel(e: &PixelEstimate, truth: &PixelEstimate) -> (f64, f64) {
+fn worst_channel(e: &PixelRecord, truth: &PixelRecord) -> (f64, f64) {
     Controlled::Channels.size_and_distance(truth.radiance, e.radiance)
 }
 
@@ -183,7 +181,7 @@ fn every_channel_is_kept_where_all_are_controlled() {
     world.tree = LightTree::build(&world.set, LightTreeBuilder::default());
     let exact = world.exact(4);
     for (method, least) in [(CALIBRATED, 0.9), (CERTIFIED, 0.97)] {
-        let control = |controlled: Controlled, judge: &dyn Fn(&PixelEstimate, &PixelEstimate) -> bool| {
+        let control = |controlled: Controlled, judge: &dyn Fn(&PixelRecord, &PixelRecord) -> bool| {
             let (mut good, mut rays) = (0, 0);
             for seed in 1..=3 {
                 let options = ControlOptions {
@@ -200,13 +198,13 @@ fn every_channel_is_kept_where_all_are_controlled() {
             }
             (f64::from(good) / 480.0, rays)
         };
-        let within = |e: &PixelEstimate, truth: &PixelEstimate| {
+        let within = |e: &PixelRecord, truth: &PixelRecord| {
             let (size, distance) = worst_channel(e, truth);
             distance <= 0.05 * size * (1.0 + 1e-5)
         };
-        let held = |e: &PixelEstimate, truth: &PixelEstimate| {
+        let held = |e: &PixelRecord, truth: &PixelRecord| {
             let (size, distance) = worst_channel(e, truth);
-            distance <= f64::from(e.claim.half_width()) + 1e-5 * size && within(e, truth)
+            distance <= f64::from(e.half_width) + 1e-5 * size && within(e, truth)
         };
         let (kept, rays) = control(Controlled::Channels, &held);
         assert!(kept >= least, "{method}: {kept}");
@@ -228,11 +226,11 @@ fn what_is_tolerated_in_the_dark_is_not_worked_for() {
     for method in [CALIBRATED, CERTIFIED] {
         let tolerant = world.estimate(method, &options, 4);
         let strict = world.estimate(method, &ControlOptions { absolute_error: 0.0, ..options }, 4);
-        let rays = |all: &[PixelEstimate]| all.iter().map(|e| e.rays).sum::<u64>();
+        let rays = |all: &[PixelRecord]| all.iter().map(|e| e.rays).sum::<u64>();
         assert!(2 * rays(&tolerant) < rays(&strict), "{method}");
         let good = tolerant.iter().zip(&exact).filter(|(e, truth)| {
             let distance = (luminance(e) - luminance(truth)).abs();
-            assert!(f64::from(e.claim.half_width()) <= absolute_error * (1.0 + 1e-5), "{method}: {e:?}");
+            assert!(f64::from(e.half_width) <= absolute_error * (1.0 + 1e-5), "{method}: {e:?}");
             distance <= absolute_error
         });
         // 95 % of 160, less five standard errors of as many.

@@ -117,5 +117,5 @@ fn a_cancelled_render_says_which_pixels_it_has() {
     assert!(!r.complete && r.film.metadata().bool("complete") == Some(false));
     let done =
         r.film.plane("stop").unwrap().u32_samples().unwrap().iter().filter(|s| **s != 0).count() as u64;
-    assert!(done > 0 && done < 96 * 96 && done == r.totals.pixels, "{done}");
+    assert!(done > 0 && done < 96 * 96 && done == r.totals.tally.rendered(), "{done}");
 }

@@ -4,7 +4,7 @@
 use tashika::color::Rgb;
 use tashika::film::Film;
 use tashika::integrator::{
-    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, Path, PathStop, StopReason, Truth,
+    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, Path, PathStop, Stop, Truth,
 };
 use tashika::math::Vec3;
 use tashika::scene::{Camera, Environment, Material, SceneBuilder, Surface};
@@ -38,7 +38,7 @@ fn said(film: &Film) -> Vec<Said> {
     let of_pixel = |(i, found): (usize, f64)| Said {
         found,
         half_width: (claims[i] > 0).then(|| half_widths[i].into()),
-        is_found: stops[i] != StopReason::NotFound.id(),
+        is_found: stops[i] != Stop::NotFound.id(),
     };
     luminances(film).into_iter().enumerate().map(of_pixel).collect()
 }

@@ -71,7 +71,7 @@ impl Stored {
         for [x, y] in PIXELS {
             let pixel = Window { x, y, width: 1, height: 1 };
             let estimate = &integrator.estimate(&setting, &pixel)[0];
-            let (Rgb { r, g, b }, half_width) = (estimate.radiance, estimate.claim.half_width());
+            let (Rgb { r, g, b }, half_width) = (estimate.radiance, estimate.half_width);
             let counts = (estimate.stop, estimate.pairs, estimate.rays);
             writeln!(
                 table,

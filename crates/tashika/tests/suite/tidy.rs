@@ -116,6 +116,19 @@ fn no_code_is_unsafe() {
 }
 
 #[test]
+fn planes_and_metadata_are_named_in_one_table() {
+    assert_all_keep(schema);
+    for (path, names, _) in OTHER_NAMES {
+        for name in *names {
+            let there = sources().iter().filter(|f| f.path == *path).any(|f| {
+                f.built.iter().any(|(token, _)| matches!(token, source::Token::Text(text) if text == name))
+            });
+            assert!(there, "{path} does not say {name:?}; remove it from OTHER_NAMES");
+        }
+    }
+}
+
+#[test]
 fn files_have_a_head_and_an_end() {
     assert_all_keep(upkeep);
 }

@@ -37,10 +37,10 @@ pub use lights::GuidedLights;
 use std::cell::OnceCell;
 use std::sync::OnceLock;
 
-use super::{ControlOptions, Integrator, PixelEstimate, Setting, Truth};
+use super::{Claim, ControlOptions, Integrator, PixelRecord, Setting, Truth};
 use crate::accel::{Glass, Tracer};
 use crate::cut::{CellVisibility, CutMemory, Pilot, PilotVisibility};
-use crate::film::{Metadata, Window};
+use crate::film::{Metadata, Window, keys};
 use crate::rng::{self, Purpose};
 use crate::transport::Transport;
 use crate::vpl::EmitterSampler;
@@ -133,17 +133,18 @@ impl Integrator for LightTransport<'_> {
     fn describe(&self, metadata: &mut Metadata) {
         super::describe_lights(self.lights.provenance(), metadata);
         let o = &self.options;
-        metadata.set("truth", self.lights.truth().to_string());
-        metadata.set("error", o.error);
-        metadata.set("control", o.controlled.to_string());
-        metadata.set("error_absolute", o.absolute_error);
-        metadata.set("confidence", o.confidence);
-        metadata.set("claim", "calibrated");
-        metadata.set("max_pairs", self.most_work());
-        metadata.set("cut.seed", o.seed);
+        metadata.set(keys::TRUTH, self.lights.truth().to_string());
+        metadata.set(keys::ERROR, o.error);
+        metadata.set(keys::CONTROL, o.controlled.to_string());
+        metadata.set(keys::ERROR_ABSOLUTE, o.absolute_error);
+        metadata.set(keys::CONFIDENCE, o.confidence);
+        metadata.set(keys::CLAIM, Claim::Calibrated.code().name);
+        metadata.set(keys::MAX_PAIRS, self.most_work());
+        metadata.set(keys::PAIRS_ARE, "pairs of clusters, and paths");
+        metadata.set(keys::CUT_SEED, o.seed);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         let (tracer, view) = (setting.tracer, setting.view);
         let transport =
             Transport::new(self.clamp_distance(0)).with_glass(Glass::SolidStops).within(tracer.scene());

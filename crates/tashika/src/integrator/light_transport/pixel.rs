@@ -1,7 +1,7 @@
 //! A pixel from its first look to its last: estimates that grow, and what is tried where growth is
 //! not enough.
 
-use super::super::{ErrorClaim, HalfWidths, PixelEstimate, StopReason};
+use super::super::{Claim, HalfWidths, PixelRecord, Stop};
 use super::estimate::{Common, Estimate, Estimator, Points};
 use super::interval::{Finding, Looks, Source};
 use super::{CLAMPS, LightTransport, Visibility};
@@ -114,7 +114,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
     }
 
     /// Works until the promise is kept, or nothing helps.
-    pub(super) fn estimate(mut self, memory: &mut CutMemory) -> PixelEstimate {
+    pub(super) fn estimate(mut self, memory: &mut CutMemory) -> PixelRecord {
         let only = self.method.only.filter(|_| self.common.compensates);
         let begins_with_paths = only.map_or_else(|| self.are_vpls_in_vain(), |only| only == Estimator::Paths);
         let is_met_by_vpls = !begins_with_paths && self.by_vpls(memory);
@@ -331,30 +331,26 @@ impl<'a, 'v> Pixel<'a, 'v> {
     }
 
     /// What is said of the pixel.
-    fn stated(&self) -> PixelEstimate {
+    fn stated(&self) -> PixelRecord {
         let found = self.finding.expect("each pixel is looked at");
-        let (half_width, confidence) = (found.half_width as f32, self.method.options.confidence as f32);
         let is_found = self.importance_not_found <= NEGLIGIBLE * found.tolerance;
         let stop = match self.is_met {
-            _ if !is_found => StopReason::NotFound,
-            true => StopReason::RuleMet,
-            false => StopReason::Budget,
+            _ if !is_found => Stop::NotFound,
+            true => Stop::RuleMet,
+            false => Stop::Budget,
         };
-        let claim = if is_found && self.may_claim {
-            ErrorClaim::Calibrated { half_width, confidence }
-        } else {
-            ErrorClaim::None
-        };
+        let claim = if is_found && self.may_claim { Claim::Calibrated } else { Claim::None };
         let [clustering, lights, compensation] = found.parts().map(|h| h as f32);
-        PixelEstimate {
+        PixelRecord {
             radiance: found.mean.total(),
             standard_error: found.standard_error() as f32,
             claim,
+            half_width: claim.stated(found.half_width),
             half_widths: HalfWidths { clustering, lights, compensation },
             stop,
             pairs: self.pairs,
             rays: self.rays,
-            features: self.features,
+            ..self.features.into()
         }
     }
 }

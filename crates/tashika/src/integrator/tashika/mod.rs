@@ -13,8 +13,8 @@
 //!
 //! | claim | order of refinement | interval |
 //! |---|---|---|
-//! | [`Claim::Calibrated`] | by upper bounds and pilot visibility ([`PilotVisibility`]) | Student's, with a term for what is rare and bright; measured coverage |
-//! | [`Claim::Certified`] | by upper bounds | a finite-sample certificate, with `δ/J` for each of the `J` looks that there can be; proven |
+//! | [`Promise::Calibrated`] | by upper bounds and pilot visibility ([`PilotVisibility`]) | Student's, with a term for what is rare and bright; measured coverage |
+//! | [`Promise::Certified`] | by upper bounds | a finite-sample certificate, with `δ/J` for each of the `J` looks that there can be; proven |
 //!
 //! # Assumptions of the certificate
 //! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of
@@ -42,23 +42,21 @@ use schedule::{CALIBRATED, CERTIFIED, OFTEN, Schedule};
 use std::fmt;
 use std::sync::OnceLock;
 
-use super::{
-    ControlOptions, ErrorClaim, HalfWidths, Integrator, Lights, MANY_PAIRS, PixelEstimate, Setting,
-    StopReason,
-};
+use super::{Claim, ControlOptions, HalfWidths, Integrator, Lights, MANY_PAIRS, PixelRecord, Setting, Stop};
 use crate::bounds::UpperAnalytic;
 use crate::color::RgbSum;
 use crate::cut::{
     CellVisibility, Clusters, CutMemory, InheritedCut, Pilot, PilotVisibility, Rank, StrataOptions,
     VisibilityPrior, gather_tree,
 };
-use crate::film::{Metadata, Window};
+use crate::film::{Metadata, Window, keys};
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
 
-/// By which kind of argument an interval is stated.
+/// By which kind of argument intervals are to be stated: what is asked for. What is then said of
+/// each pixel is a [`Claim`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Claim {
+pub enum Promise {
     /// Measured: on scenes at large, at least as many intervals hold as the confidence says.
     #[default]
     Calibrated,
@@ -66,12 +64,27 @@ pub enum Claim {
     Certified,
 }
 
-impl fmt::Display for Claim {
+impl Promise {
+    /// What is claimed of a pixel whose interval is narrow enough.
+    pub fn claim(self) -> Claim {
+        match self {
+            Self::Calibrated => Claim::Calibrated,
+            Self::Certified => Claim::Certified,
+        }
+    }
+
+    /// Name of the method that promises so, on the command line and in files.
+    pub fn method_name(self) -> &'static str {
+        match self {
+            Self::Calibrated => "tashika",
+            Self::Certified => "tashika-certified",
+        }
+    }
+}
+
+impl fmt::Display for Promise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Calibrated => "calibrated",
-            Self::Certified => "certified",
-        })
+        f.write_str(self.claim().code().name)
     }
 }
 
@@ -82,7 +95,7 @@ impl fmt::Display for Claim {
 pub struct Tashika<'a> {
     lights: Lights<'a>,
     options: ControlOptions,
-    claim: Claim,
+    promise: Promise,
     left_out: Option<Ingredient>,
     pilot: OnceLock<PilotVisibility>,
 }
@@ -92,7 +105,7 @@ struct Ended {
     /// With the background.
     sum: RgbSum,
     interval: Interval,
-    stop: StopReason,
+    stop: Stop,
 }
 
 /// The widest interval of what is controlled.
@@ -104,13 +117,13 @@ struct Interval {
 
 impl<'a> Tashika<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &ControlOptions, claim: Claim) -> Self {
-        Self { lights, options: *options, claim, left_out: None, pilot: OnceLock::new() }
+    pub fn new(lights: Lights<'a>, options: &ControlOptions, promise: Promise) -> Self {
+        Self { lights, options: *options, promise, left_out: None, pilot: OnceLock::new() }
     }
 
     /// The calibrated method without one of its ingredients.
     pub fn without(lights: Lights<'a>, options: &ControlOptions, ingredient: Ingredient) -> Self {
-        Self { left_out: Some(ingredient), ..Self::new(lights, options, Claim::Calibrated) }
+        Self { left_out: Some(ingredient), ..Self::new(lights, options, Promise::Calibrated) }
     }
 
     fn has(&self, ingredient: Ingredient) -> bool {
@@ -128,10 +141,10 @@ impl<'a> Tashika<'a> {
     }
 
     fn schedule(&self) -> Schedule {
-        match self.claim {
-            Claim::Calibrated if self.has(Ingredient::FewLooks) => CALIBRATED,
-            Claim::Calibrated => OFTEN,
-            Claim::Certified => CERTIFIED,
+        match self.promise {
+            Promise::Calibrated if self.has(Ingredient::FewLooks) => CALIBRATED,
+            Promise::Calibrated => OFTEN,
+            Promise::Certified => CERTIFIED,
         }
     }
 
@@ -141,7 +154,7 @@ impl<'a> Tashika<'a> {
         [x, y]: [u32; 2],
         visibility: Option<&CellVisibility<'_>>,
         memory: &mut CutMemory,
-    ) -> PixelEstimate {
+    ) -> PixelRecord {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let number = u64::from(y) << 32 | u64::from(x);
         let key = rng::key(self.options.seed, Purpose::Cut, number);
@@ -157,22 +170,22 @@ impl<'a> Tashika<'a> {
         let cut = InheritedCut::new(clusters, rank, options, setting.tracer, samples, memory);
         let (ended, pairs, segments) = self.control(cut, &background);
         let rays = segments + visibility.map_or(0, |v| v.segments_per_pixel);
-        let (half_width, confidence) = (ended.interval.half_width as f32, self.options.confidence as f32);
-        let claim = match (ended.stop, self.claim) {
-            (StopReason::Complete, _) => ErrorClaim::Exact,
-            (StopReason::RuleMet, Claim::Calibrated) => ErrorClaim::Calibrated { half_width, confidence },
-            (StopReason::RuleMet, Claim::Certified) => ErrorClaim::Certified { half_width, confidence },
-            _ => ErrorClaim::None,
+        let claim = match ended.stop {
+            Stop::Complete => Claim::Exact,
+            Stop::RuleMet => self.promise.claim(),
+            _ => Claim::None,
         };
-        PixelEstimate {
+        let half_width = claim.stated(ended.interval.half_width);
+        PixelRecord {
             radiance: ended.sum.total(),
             standard_error: ended.interval.standard_error as f32,
             claim,
-            half_widths: HalfWidths { clustering: claim.half_width(), ..HalfWidths::default() },
+            half_width,
+            half_widths: HalfWidths { clustering: half_width, ..HalfWidths::default() },
             stop: ended.stop,
             pairs,
             rays,
-            features: pixel.features,
+            ..pixel.features.into()
         }
     }
 
@@ -184,7 +197,7 @@ impl<'a> Tashika<'a> {
     ) -> (Ended, u64, u64) {
         let Some(mut cut) = cut else {
             let interval = Interval::default();
-            return (Ended { sum: *background, interval, stop: StopReason::Complete }, 0, 0);
+            return (Ended { sum: *background, interval, stop: Stop::Complete }, 0, 0);
         };
         let max_pairs = self.max_pairs();
         let schedule = self.schedule();
@@ -197,11 +210,11 @@ impl<'a> Tashika<'a> {
             sum.merge(&gathered);
             let interval = self.interval(&cut, &gathered, looks);
             let stop = if cut.is_whole() {
-                Some(StopReason::Complete)
+                Some(Stop::Complete)
             } else if interval.half_width <= self.options.tolerance(&sum) {
-                Some(StopReason::RuleMet)
+                Some(Stop::RuleMet)
             } else if cut.pairs() >= max_pairs {
-                Some(StopReason::Budget)
+                Some(Stop::Budget)
             } else {
                 None
             };
@@ -219,10 +232,10 @@ impl<'a> Tashika<'a> {
         let mut widest = Interval::default();
         for part in 0..parts {
             let spread = cut.spread(part, gathered);
-            let half_width = match self.claim {
-                Claim::Calibrated if self.has(Ingredient::RareLight) => spread.calibrated(1.0 - delta),
-                Claim::Calibrated => spread.student(1.0 - delta),
-                Claim::Certified => spread.certified(delta / f64::from(looks)),
+            let half_width = match self.promise {
+                Promise::Calibrated if self.has(Ingredient::RareLight) => spread.calibrated(1.0 - delta),
+                Promise::Calibrated => spread.student(1.0 - delta),
+                Promise::Certified => spread.certified(delta / f64::from(looks)),
             };
             let standard_error = spread.variance.sqrt();
             if half_width >= widest.half_width {
@@ -247,26 +260,27 @@ impl<'a> Tashika<'a> {
 
 impl Integrator for Tashika<'_> {
     fn name(&self) -> &'static str {
-        self.left_out.map_or("tashika", Ingredient::left_out)
+        self.left_out.map_or(self.promise.method_name(), Ingredient::left_out)
     }
 
     fn describe(&self, metadata: &mut Metadata) {
         super::describe_lights(self.lights.provenance, metadata);
         let o = &self.options;
-        metadata.set("error", o.error);
-        metadata.set("control", o.controlled.to_string());
-        metadata.set("error_absolute", o.absolute_error);
-        metadata.set("confidence", o.confidence);
-        metadata.set("claim", self.claim.to_string());
-        metadata.set("max_pairs", self.max_pairs());
-        metadata.set("cut.seed", o.seed);
+        metadata.set(keys::ERROR, o.error);
+        metadata.set(keys::CONTROL, o.controlled.to_string());
+        metadata.set(keys::ERROR_ABSOLUTE, o.absolute_error);
+        metadata.set(keys::CONFIDENCE, o.confidence);
+        metadata.set(keys::CLAIM, self.promise.to_string());
+        metadata.set(keys::MAX_PAIRS, self.max_pairs());
+        metadata.set(keys::PAIRS_ARE, "pairs of clusters");
+        metadata.set(keys::CUT_SEED, o.seed);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelEstimate> {
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         let mut cells: Vec<([u32; 2], CellVisibility<'_>)> = Vec::new();
         let mut memory = CutMemory::default();
         let mut estimate = |pixel: [u32; 2]| {
-            if self.claim == Claim::Certified || !self.has(Ingredient::Pilot) {
+            if self.promise == Promise::Certified || !self.has(Ingredient::Pilot) {
                 return self.pixel(setting, pixel, None, &mut memory);
             }
             let cell = PilotVisibility::cell_of(pixel);

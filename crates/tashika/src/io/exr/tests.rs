@@ -101,8 +101,11 @@ fn a_line_says_what_the_image_is_and_promises() {
     film.metadata_mut().set("error", 0.05);
     film.metadata_mut().set("confidence", 0.95);
     film.metadata_mut().set("truth", "transport");
-    let promised = "; luminance within 5 % of light transport at 95 % in each pixel whose claim.id is not 0";
+    let promised = "; luminance within 5 % of light transport at 95 % in each pixel whose claim.id is not 0 and whose stop.id is not 4";
     assert_eq!(line(&film), Some(format!("{made}{promised}")));
+    film.metadata_mut().set("error_absolute", 0.25);
+    assert!(line(&film).unwrap().contains("transport, or 0.25 where it is dark, at 95 %"));
+    film.metadata_mut().set("error_absolute", 0.0);
     film.metadata_mut().set("complete", false);
     assert_eq!(line(&film), Some(format!("{made}{promised}; NOT COMPLETE")));
     assert_eq!(decoded(&encode(&film).unwrap()).unwrap(), film, "it is no part of the film");

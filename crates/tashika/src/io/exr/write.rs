@@ -10,8 +10,9 @@ use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{Compression, Vec2};
 
 use super::{PLANES, PREFIX, PlaneRecord, at};
+use crate::color::Controlled;
 use crate::error::Result;
-use crate::film::{Film, Samples, Value, channel_name};
+use crate::film::{Claim, Film, RenderFilm, Samples, Stop, Value, channel_name, keys, planes};
 use crate::io::output::write_file;
 use crate::report::percent_of_tolerance;
 
@@ -84,26 +85,40 @@ pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What the image is and what it promises, in a line of ASCII; none for a film that does not say
+/// What the image is and what it claims, in a line of ASCII; none for a film that does not say
 /// how it was made.
 fn comments(film: &Film) -> Option<String> {
     let metadata = film.metadata();
-    let (scene, method) = (metadata.text("scene")?, metadata.text("method")?);
+    let (scene, method) = (metadata.text(keys::SCENE)?, metadata.text(keys::METHOD)?);
     let mut line = format!("{scene} by {method}: radiance in W/(m^2 sr), linear Rec. 709");
-    if let Some(error) = metadata.number("error") {
-        let truth = match metadata.text("truth") {
+    if let Some(error) = metadata.number(keys::ERROR) {
+        let truth = match metadata.text(keys::TRUTH) {
             Some("transport") => "light transport",
             Some("clamped") => "what its virtual point lights give on average",
             _ => "the sum over its virtual point lights",
         };
-        let what = if metadata.text("control") == Some("channels") { "each channel" } else { "luminance" };
+        let read = RenderFilm::of(film);
+        let what = match read.controlled() {
+            Controlled::Luminance => "luminance",
+            Controlled::Channels => "each channel",
+        };
         line += &format!("; {what} within {} of {truth}", percent_of_tolerance(error));
-        if let Some(confidence) = metadata.number("confidence") {
+        if let Some(absolute) = metadata.number(keys::ERROR_ABSOLUTE).filter(|absolute| *absolute > 0.0) {
+            line += &format!(", or {absolute} where it is dark,");
+        }
+        if let Some(confidence) = metadata.number(keys::CONFIDENCE) {
             line += &format!(" at {}", percent_of_tolerance(confidence));
         }
-        line += " in each pixel whose claim.id is not 0";
+        let (claim, stop) = (planes::CLAIM, planes::STOP);
+        line += &format!(
+            " in each pixel whose {} is not {} and whose {} is not {}",
+            channel_name(claim.name, claim.channels[0]),
+            Claim::None.id(),
+            channel_name(stop.name, stop.channels[0]),
+            Stop::Budget.id()
+        );
     }
-    if metadata.bool("complete") == Some(false) {
+    if metadata.bool(keys::COMPLETE) == Some(false) {
         line += "; NOT COMPLETE";
     }
     Some(line)

@@ -5,8 +5,8 @@
 //! in base 64. Neighbouring pixels agree in most of their upper bytes, so that images of 640 × 360
 //! pixels take about 2 bytes a sample.
 //!
-//! Only planes that a reader of the page asks for are written; a plane that two images share is
-//! written once.
+//! Only planes that a reader of the page asks for, by their row of the schema, are written; a plane
+//! that two images share is written once.
 
 use std::io::Write;
 
@@ -18,16 +18,12 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Shown;
-use crate::film::{Film, Plane, SampleKind, Samples, Value};
+use crate::film::{Film, Plane, PlaneSpec, SCHEMA, SampleKind, Samples, Value, planes};
 use crate::report::{count, least_certain};
 
 /// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9
 /// MB.
 const MOST_PIXELS: u64 = 300_000;
-/// What tells how sure a pixel is and what it cost.
-const PLANES: [&str; 7] = ["", "reconstruction", "half_width", "claim", "stop", "pairs", "rays"];
-/// Name of the plane that the reference becomes.
-const REFERENCE: &str = "reference";
 
 /// What a page holds of some images.
 #[derive(Default)]
@@ -86,19 +82,21 @@ pub(super) fn embed(shown: &[Shown<'_>]) -> Embedded {
     });
     let images = shown.iter().enumerate().map(|(index, image)| {
         let film = image.film;
-        let mut planes: Vec<PlaneText> = PLANES
-            .iter()
-            .filter_map(|name| film.plane(name))
+        let asked_for = SCHEMA.iter().filter(|row| row.in_pages);
+        let mut texts: Vec<PlaneText> = asked_for
+            .filter_map(|row| film.plane(row.spec))
             .map(|plane| text(plane, plane.name(), film, &picks))
             .collect();
-        if let Some((reference, plane)) = image.reference.and_then(|r| Some((r, r.plane("")?))) {
+        if let Some((reference, plane)) = image.reference.and_then(|r| Some((r, r.plane(planes::RADIANCE)?)))
+        {
+            let PlaneSpec { name, doc, .. } = planes::REFERENCE;
             let same = |other: &Shown<'_>| other.reference.is_some_and(|r| std::ptr::eq(r, reference));
             let mut plane = match shown[..index].iter().position(same) {
-                Some(earlier) => PlaneText { same_as: Some(earlier), data: None, ..head(plane, REFERENCE) },
-                None => text(plane, REFERENCE, reference, &picks),
+                Some(earlier) => PlaneText { same_as: Some(earlier), data: None, ..head(plane, name) },
+                None => text(plane, name, reference, &picks),
             };
-            plane.doc = "what errors are measured from".to_owned();
-            planes.push(plane);
+            plane.doc = doc.to_owned();
+            texts.push(plane);
         }
         Image {
             label: image.label.clone(),
@@ -107,7 +105,7 @@ pub(super) fn embed(shown: &[Shown<'_>]) -> Embedded {
             factor,
             picks: places.clone(),
             metadata: film.metadata().iter().map(|(name, value)| (name.to_owned(), json(value))).collect(),
-            planes,
+            planes: texts,
         }
     });
     let note = (factor > 1).then(|| {

@@ -9,7 +9,8 @@
 //! scripts then ask for tiles, a state, and single pixels below the page's own address.
 //!
 //! The template is `assets/page.html` (minijinja, which escapes what it fills in), the scripts are
-//! `assets/*.js`, the plots are SVG by plotters.
+//! `assets/*.js`, the plots are SVG by plotters. What claims, reasons, planes and metadata there are,
+//! scripts are told by `record_script`.
 //!
 //! # Guarantee
 //! Equal contents give equal bytes. Nothing that comes from outside, names of files and scenes
@@ -21,6 +22,7 @@
 mod compared;
 mod embedded;
 mod plots;
+mod record_script;
 mod rendered;
 
 pub use compared::compare_page;
@@ -36,7 +38,7 @@ use crate::film::{Film, Metadata};
 
 const TEMPLATE: &str = include_str!("assets/page.html");
 const STYLE: &str = include_str!("assets/style.css");
-/// In the order in which they need each other.
+/// In the order in which they need each other, behind [`record_script`].
 const SCRIPTS: [&str; 4] = [
     include_str!("assets/planes.js"),
     include_str!("assets/views.js"),
@@ -165,6 +167,10 @@ impl<'a> Page<'a> {
         let mut environment = Environment::new();
         environment.add_template("page.html", TEMPLATE).expect("the template is part of the program");
         let template = environment.get_template("page.html").expect("it was added");
+        let scripts: Vec<Value> = std::iter::once(record_script::text())
+            .chain(SCRIPTS.map(str::to_owned))
+            .map(Value::from_safe_string)
+            .collect();
         let filled = template.render(context! {
             title => &self.title,
             headline => &self.headline,
@@ -180,7 +186,7 @@ impl<'a> Page<'a> {
             command => &self.command,
             provenance => self.provenance.iter().map(|p| context! { label => &p.label, rows => &p.rows }).collect::<Vec<_>>(),
             style => Value::from_safe_string(STYLE.to_owned()),
-            scripts => SCRIPTS.map(|script| Value::from_safe_string(script.to_owned())).to_vec(),
+            scripts => scripts,
             data => Value::from_safe_string(data),
         });
         filled.expect("the template names only what is filled in")

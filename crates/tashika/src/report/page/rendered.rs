@@ -1,9 +1,9 @@
 //! The page of a render: which pixels to trust, how much, and why.
 
 use super::{Images, Page, Plot, Provenance, Shown};
-use crate::color::Rgb;
-use crate::film::{Film, Plane};
-use crate::reconstruction::{ABOUT, RECONSTRUCTION};
+use crate::color::Controlled;
+use crate::film::{Claim, Film, Plane, RenderFilm, Stop, Tally, keys, planes};
+use crate::reconstruction::ABOUT;
 use crate::report::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
 };
@@ -32,139 +32,112 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
     page.html()
 }
 
-/// What is promised of how many pixels of a film, in a sentence.
+/// What is claimed of how many pixels of a film, in a sentence.
 pub fn headline(film: &Film) -> String {
     Counts::of(film).headline(film)
 }
 
-/// How many pixels are of which kind.
+/// How many pixels claim what.
 struct Counts {
-    rendered: u64,
-    all: u64,
-    /// By the number of the claim, of pixels that did not run out of budget; the first is of pixels
-    /// that claim nothing, out of budget or not.
-    claims: [u64; 5],
-    out_of_budget: u64,
-    /// Of which too much light cannot be found.
-    not_found: u64,
-    /// Half-widths relative to the pixel that those out of budget claim all the same.
+    tally: Tally,
+    /// Relative half-widths of the pixels that ran out of budget and claim an interval all the same,
+    /// in order.
     wider: Vec<f64>,
 }
 
 impl Counts {
     fn of(film: &Film) -> Self {
-        let all = film.window().area();
-        let mut found =
-            Self { rendered: 0, all, claims: [0; 5], out_of_budget: 0, not_found: 0, wider: Vec::new() };
-        let plane = |name| film.plane(name).filter(|p| p.channels().len() == 1).and_then(Plane::u32_samples);
-        if let (Some(stops), Some(claims)) = (plane("stop"), plane("claim")) {
-            let half_widths = film.plane("half_width").and_then(Plane::f32_samples);
-            let luminances = film.colors().map(|colors| colors.map(Rgb::luminance).collect::<Vec<f32>>());
-            for (pixel, (stop, claim)) in
-                stops.iter().zip(claims).enumerate().filter(|(_, (stop, _))| **stop != 0)
-            {
-                found.rendered += 1;
-                let is_out = *stop == 4;
-                found.out_of_budget += u64::from(is_out);
-                found.not_found += u64::from(*stop == 5);
-                if !is_out || *claim == 0 {
-                    found.claims[(*claim as usize).min(4)] += 1;
-                } else if let (Some(half_widths), Some(luminances)) = (half_widths, &luminances) {
-                    found
-                        .wider
-                        .push(f64::from(half_widths[pixel] / luminances[pixel].max(f32::MIN_POSITIVE)));
-                }
-            }
-            found.wider.sort_by(f64::total_cmp);
-        }
-        found
+        let read = RenderFilm::of(film);
+        let pixels = 0..film.window().area() as usize;
+        let out = pixels.filter(|pixel| read.stop(*pixel) == Stop::Budget);
+        let mut wider: Vec<f64> = out.filter_map(|pixel| read.relative_half_width(pixel)).collect();
+        wider.sort_by(f64::total_cmp);
+        Self { tally: read.tally(), wider }
     }
 
-    fn kept(&self) -> u64 {
-        self.claims[1..].iter().sum()
-    }
-
-    /// What is promised of how many pixels.
+    /// What is claimed of how many pixels. Nothing here has judged a claim, so none is called kept.
     fn headline(&self, film: &Film) -> String {
         let metadata = film.metadata();
-        let scene = metadata.text("scene").unwrap_or("an image");
-        let of = format!("{} pixels", count(self.rendered));
-        let who = if self.kept() == self.rendered {
-            format!("all {of} keep")
+        let scene = metadata.text(keys::SCENE).unwrap_or("an image");
+        let (rendered, claiming) = (self.tally.rendered(), self.tally.claiming());
+        let of = format!("{} pixels", count(rendered));
+        let who = if claiming == rendered {
+            format!("all {of}")
         } else {
-            format!("{} of {of} keep", percent_of_share(self.kept() as f64 / self.rendered.max(1) as f64))
+            format!("{} of {of}", percent_of_share(claiming as f64 / rendered.max(1) as f64))
         };
-        match (metadata.number("error"), metadata.number("confidence")) {
-            _ if self.kept() == 0 && self.wider.is_empty() => {
-                format!("{scene}: {of}, about whose error nothing is promised")
+        let published = self.tally.of(Claim::Published) > 0;
+        match (metadata.number(keys::ERROR), metadata.number(keys::CONFIDENCE)) {
+            _ if claiming == 0 && self.tally.wider == 0 => {
+                format!("{scene}: {of}, about whose error nothing is claimed")
             }
-            _ if self.claims[1] == self.rendered => format!("{scene}: all {of} are exact"),
+            _ if self.tally.of(Claim::Exact) == rendered => format!("{scene}: all {of} are exact"),
             (Some(error), Some(confidence)) => {
+                let claim = if published { "claim, as their method was published," } else { "claim" };
+                let dark = match metadata.number(keys::ERROR_ABSOLUTE) {
+                    Some(absolute) if absolute > 0.0 => {
+                        format!(", or {absolute} W·m⁻²·sr⁻¹ where it is dark,")
+                    }
+                    _ => String::new(),
+                };
+                let channels = match RenderFilm::of(film).controlled() {
+                    Controlled::Luminance => "",
+                    Controlled::Channels => " in each channel",
+                };
                 let others = self.wider.get(self.wider.len() / 2).map_or_else(String::new, |half_width| {
                     format!(", half of the others to be within {}", percent_of_error(*half_width))
                 });
                 format!(
-                    "{scene}: {who} the promise to be within {} at {} confidence{others}",
+                    "{scene}: {who} {claim} to be within {}{dark}{channels} at {} confidence{others}",
                     percent_of_tolerance(error),
                     percent_of_tolerance(confidence)
                 )
             }
-            _ => format!("{scene}: {who} what they claim"),
+            _ => format!("{scene}: {who} claim an interval"),
         }
     }
 
     fn lines(&self, film: &Film) -> Vec<String> {
+        let (metadata, tally) = (film.metadata(), &self.tally);
         let mut lines = Vec::new();
-        if (self.kept() > 0 || !self.wider.is_empty())
-            && let Some(truth) = film.metadata().text("truth")
+        if (tally.claiming() > 0 || tally.wider > 0)
+            && let Some(truth) = metadata.text(keys::TRUTH)
         {
-            lines.push(format!("The promise is about the distance from {}.", about_truth(truth)));
+            lines.push(format!("The claim is about the distance from {}.", about_truth(truth)));
         }
-        if film.plane(RECONSTRUCTION.name).is_some() {
+        if let (Some(within), Some(of)) =
+            (metadata.number(keys::AUDIT_WITHIN), metadata.number(keys::AUDIT_OF))
+        {
+            lines.push(format!("An audit found {within} of {of} pixels at random within the error."));
+        }
+        if film.plane(planes::RECONSTRUCTION).is_some() {
             lines.push(format!("The picture is {ABOUT}; the view “image” has the estimates."));
         }
-        for (id, (one, many)) in KINDS.into_iter().enumerate() {
-            let n = self.claims[id];
-            if n > 0 && (id > 0 || self.kept() > 0) {
+        for claim in Claim::ALL {
+            let n = if claim.is_some() { tally.of(claim) } else { tally.silent() };
+            if n > 0 && (claim.is_some() || tally.claiming() > 0) {
+                let [one, many] = claim.sentences();
                 lines.push(format!("{} {}", count(n), if n == 1 { one } else { many }));
             }
         }
-        if self.out_of_budget > 0 {
-            let n = count(self.out_of_budget);
-            let wider = match self.wider.len() as u64 {
+        if tally.out_of_budget > 0 {
+            let n = count(tally.out_of_budget);
+            let wider = match tally.wider {
                 0 => String::new(),
                 with => format!(", {} with a wider interval", count(with)),
             };
             lines.push(format!("{n} ran out of budget{wider}; the view “why work stopped” shows where."));
         }
-        if self.not_found > 0 {
-            lines.push(about_light_not_found(self.not_found));
+        if tally.not_found > 0 {
+            lines.push(about_light_not_found(tally.not_found));
         }
-        if self.rendered < self.all {
-            let (rendered, all) = (count(self.rendered), count(self.all));
+        if tally.not_rendered > 0 {
+            let (rendered, all) = (count(tally.rendered()), count(tally.pixels()));
             lines.push(format!("NOT COMPLETE: {rendered} of {all} pixels were rendered."));
         }
         lines
     }
 }
-
-/// What is said of pixels of each claim: of one, and of several.
-const KINDS: [(&str, &str); 5] = [
-    ("claims nothing: do not rely on it.", "claim nothing: do not rely on them."),
-    ("is the whole sum, exact up to rounding.", "are the whole sum, exact up to rounding."),
-    (
-        "carries an interval as its method was published, not checked by this program.",
-        "carry intervals as their method was published, not checked by this program.",
-    ),
-    (
-        "carries a calibrated interval: it holds at least as often as the confidence says, by measurement on other scenes.",
-        "carry calibrated intervals: they hold at least as often as the confidence says, by measurement on other scenes.",
-    ),
-    (
-        "carries a certified interval: it holds by a theorem.",
-        "carry certified intervals: they hold by a theorem.",
-    ),
-];
 
 /// Distributions of what is claimed and of what it cost.
 fn plots(film: &Film) -> Vec<Plot> {
@@ -176,18 +149,16 @@ fn plots(film: &Film) -> Vec<Plot> {
             "How narrow the intervals are: share of pixels whose relative half-width is at most x; the line is the tolerance",
             "relative half-width",
             &[("pixels that claim an interval".to_owned(), half_widths)],
-            film.metadata().number("error"),
+            film.metadata().number(keys::ERROR),
         ));
     }
-    for (name, caption) in [
-        ("rays", "What pixels cost: rays and segments traced"),
-        ("pairs", "What pixels cost: terms of the sum that were looked at"),
-    ] {
-        let plane = film.plane(name).filter(|p| p.channels().len() == 1).and_then(Plane::f32_samples);
+    let pairs = film.metadata().text(keys::PAIRS_ARE).unwrap_or("what was looked at");
+    for (spec, caption) in [(planes::RAYS, planes::RAYS.doc), (planes::PAIRS, pairs)] {
+        let plane = film.plane(spec).filter(|p| p.channels().len() == 1).and_then(Plane::f32_samples);
         let values: Vec<f64> = plane.into_iter().flatten().map(|v| f64::from(*v)).collect();
         if values.iter().any(|v| *v > 0.0) {
-            let x = format!("{name} a pixel");
-            plots.push(Plot::histogram(name, caption, &x, &values, &|v: f64| count(v.round() as u64)));
+            let (caption, x) = (format!("What pixels cost: {caption}"), format!("{} a pixel", spec.name));
+            plots.push(Plot::histogram(spec.name, &caption, &x, &values, &|v: f64| count(v.round() as u64)));
         }
     }
     plots
@@ -195,17 +166,7 @@ fn plots(film: &Film) -> Vec<Plot> {
 
 /// Relative half-widths of the pixels that claim an interval.
 fn half_widths(film: &Film) -> Vec<f64> {
-    let single = |name| film.plane(name).filter(|p: &&Plane| p.channels().len() == 1);
-    let (Some(half), Some(claims), Some(colors)) = (
-        single("half_width").and_then(Plane::f32_samples),
-        single("claim").and_then(Plane::u32_samples),
-        film.colors(),
-    ) else {
-        return Vec::new();
-    };
-    let claimed = colors.zip(half.iter().zip(claims)).filter(|(_, (_, claim))| **claim > 1);
-    claimed
-        .map(|(color, (half, _))| if *half > 0.0 { f64::from(half / color.luminance()) } else { 0.0 })
-        .filter(|h| !h.is_nan())
-        .collect()
+    let read = RenderFilm::of(film);
+    let pixels = (0..film.window().area() as usize).filter(|pixel| read.claim(*pixel).states_interval());
+    pixels.filter_map(|pixel| read.relative_half_width(pixel)).filter(|h| !h.is_nan()).collect()
 }

@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::Value as Json;
 
 use super::*;
-use crate::film::{PlaneSpec, SampleKind, Samples, Window};
+use crate::film::{Claim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Window, keys, planes};
 use crate::report::{Named, Tolerance, compare};
 
 const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
@@ -97,7 +97,7 @@ fn names_and_metadata_are_never_markup() {
         !page.contains("<script>") && !page.contains("alert(1)</script>"),
         "only the page's own scripts, which have a nonce"
     );
-    assert_eq!(page.matches("</script>").count(), 1 + SCRIPTS.len());
+    assert_eq!(page.matches("</script>").count(), 2 + SCRIPTS.len());
     assert!(!page.contains("<b>&") && page.contains("&lt;b&gt;&amp;"));
     assert!(!page.contains("a'\"<.exr"));
     assert_eq!(data(&page)["images"][0]["metadata"]["scene"], "</script><script>alert(1)</script>");
@@ -143,7 +143,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     let mut film = film(5, 2);
     let page = rendered(&film);
     for words in [
-        "90.0 % of 10 pixels keep the promise to be within 2 % at 95 % confidence",
+        "90.0 % of 10 pixels claim to be within 2 % at 95 % confidence",
         "1 claims nothing: do not rely on it.",
         "9 carry calibrated intervals",
         "1 ran out of budget",
@@ -156,7 +156,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     film.plane_mut("claim").unwrap().set_u32(11, 4, &[3]);
     let page = rendered(&film);
     for words in [
-        "90.0 % of 10 pixels keep the promise to be within 2 % at 95 % confidence, half of the others to be within 1.00 %",
+        "90.0 % of 10 pixels claim to be within 2 % at 95 % confidence, half of the others to be within 1.00 %",
         "9 carry calibrated intervals",
         "1 ran out of budget, 1 with a wider interval",
     ] {
@@ -166,7 +166,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     film.plane_mut("stop").unwrap().set_u32(11, 4, &[5]);
     let page = rendered(&film);
     assert!(
-        page.contains("90.0 % of 10 pixels keep")
+        page.contains("90.0 % of 10 pixels claim")
             && page.contains("light was not found for 1: it comes over mirrors")
     );
     assert!(!page.contains("ran out of budget"));
@@ -180,7 +180,64 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     for (x, y) in film.window().pixels().collect::<Vec<_>>() {
         film.plane_mut("claim").unwrap().set_u32(x, y, &[0]);
     }
-    assert!(rendered(&film).contains("9 pixels, about whose error nothing is promised"));
+    assert!(rendered(&film).contains("9 pixels, about whose error nothing is claimed"));
+}
+
+/// A claim is called kept by nobody but a reference.
+#[test]
+fn published_claims_are_told_as_such_and_none_is_called_kept() {
+    let mut film = film(5, 2);
+    for (x, y) in film.window().pixels().collect::<Vec<_>>() {
+        film.plane_mut(planes::CLAIM).unwrap().set_u32(x, y, &[Claim::Published.id()]);
+        film.plane_mut(planes::STOP).unwrap().set_u32(x, y, &[Stop::RuleMet.id()]);
+    }
+    let published = "all 10 pixels claim, as their method was published, to be within 2 % at 95 % confidence";
+    assert!(headline(&film).ends_with(published), "{}", headline(&film));
+    film.metadata_mut().set(keys::ERROR_ABSOLUTE, 0.5);
+    film.metadata_mut().set(keys::CONTROL, "channels");
+    let dark = "within 2 %, or 0.5 W·m⁻²·sr⁻¹ where it is dark, in each channel at 95 % confidence";
+    assert!(headline(&film).ends_with(dark), "{}", headline(&film));
+    let body = rendered(&film);
+    let told = body.split("<script").next().unwrap();
+    assert!(!told.contains("kept") && !told.contains("keep"), "{told}");
+    film.metadata_mut().set(keys::AUDIT_WITHIN, 9_u32);
+    film.metadata_mut().set(keys::AUDIT_OF, 10_u32);
+    assert!(rendered(&film).contains("An audit found 9 of 10 pixels at random within the error."));
+}
+
+/// What scripts ask of the tables is in the tables, and they write no name of a plane themselves.
+#[test]
+fn scripts_know_planes_codes_and_metadata_from_the_tables_alone() {
+    let record = record_script::record();
+    let mut asked = 0;
+    for script in SCRIPTS {
+        for (prefix, table) in [
+            ("PLANE.", "plane"),
+            ("KEY.", "key"),
+            ("Record.plane.", "plane"),
+            ("Record.key.", "key"),
+            ("Record.claim.", "claim"),
+            ("Record.stop.", "stop"),
+            ("Record.control.", "control"),
+        ] {
+            for rest in script.split(prefix).skip(1) {
+                let name: String =
+                    rest.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+                assert!(!record[table][&name].is_null(), "{prefix}{name} is in no table");
+                asked += 1;
+            }
+        }
+        for row in SCHEMA.iter().filter(|row| !row.spec.name.is_empty()) {
+            for quote in ['"', '\'', '`'] {
+                let literal = format!("{quote}{}{quote}", row.spec.name);
+                assert!(!script.contains(&literal), "{literal}: ask for Record.plane");
+            }
+        }
+    }
+    assert!(asked > 20, "{asked}");
+    assert_eq!(record["plane"]["radiance"], "");
+    assert_eq!((&record["claim"]["certified"], &record["stop"]["not_found"]), (&4.into(), &5.into()));
+    assert_eq!(record["planes"][4]["shown"]["code"][3]["label"], "calibrated");
 }
 
 #[test]

@@ -78,6 +78,15 @@ fn broken_rules_are_seen() {
         3
     );
     assert_eq!(differs("let y = sin(x); let exp = log.sqrt(); impl Log { fn log(&self) {} }"), 0);
+    let looked_up = |text: &str| schema(&snippet("render", &format!("fn f() {{ {text} }}"))).len();
+    assert_eq!(looked_up(r#"film.plane("stop"); film.plane_mut("").set_u32(x, y, &[0]);"#), 2);
+    assert_eq!(
+        looked_up(r#"film.metadata().text("seed"); metadata.set("error", 1.0); m.set("scene", s)"#),
+        3
+    );
+    assert_eq!(looked_up(r#"let plane = |name| film.plane(name); plane("claim"); f("half_width")"#), 2);
+    assert_eq!(looked_up(r#"film.plane(planes::STOP); Error::option("seed", 1, ""); row.text("error")"#), 0);
+    assert_eq!(schema(&snippet("film::record::keys", r#"const K: &str = "audit.of";"#)).len(), 0);
     assert_eq!(unsafe_code(&snippet("rng", "#[cfg(test)] mod t { unsafe fn f() {} }")).len(), 1);
 
     let kept = |text: &str| upkeep(&snippet("rng", text)).len();

@@ -3,6 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use tashika::film::SCHEMA;
+use tashika::film::keys::KEYS;
+
 use super::source::{Path as CodePath, Token, file_modules, paths};
 use super::tables::*;
 use super::workspace::File;
@@ -154,6 +157,39 @@ pub(super) fn unsafe_code(file: &File) -> Vec<String> {
             file.says(*line, "unsafe: write it safely, or list the file in UNSAFE of tidy/tables.rs")
         })
         .collect()
+}
+
+/// Planes and values of the metadata are asked for by their rows in `film/record`, not by name.
+pub(super) fn schema(file: &File) -> Vec<String> {
+    if file.path.starts_with(SCHEMA_HOME) {
+        return Vec::new();
+    }
+    let is_name = |text: &str| {
+        SCHEMA.iter().any(|row| row.spec.name == text) || KEYS.iter().any(|key| key.name == text)
+    };
+    // Names that are no words of everyday.
+    let is_telling = |text: &str| is_name(text) && text.contains(['_', '.']);
+    let mut wrong = Vec::new();
+    for (i, (token, line)) in file.built.iter().enumerate() {
+        let Token::Text(text) = token else { continue };
+        let before = |k: usize| i.checked_sub(k).map(|at| &file.built[at].0);
+        let is = |k: usize, word: &str| before(k).is_some_and(|token| token.is(word));
+        let sign = |k: usize, sign: char| before(k) == Some(&Token::Sign(sign));
+        let asks = ["set", "get", "text", "number", "bool"].iter().any(|word| is(2, word)) && sign(3, '.');
+        let of_metadata = ["metadata", "m"].iter().any(|word| is(4, word))
+            || sign(4, ')') && ["metadata", "metadata_mut"].iter().any(|word| is(6, word));
+        let of_film = ["plane", "plane_mut", "only"].iter().any(|word| is(2, word));
+        let looks_up = sign(1, '(') && (of_film || asks && of_metadata);
+        let is_allowed =
+            OTHER_NAMES.iter().any(|(path, names, _)| *path == file.path && names.contains(&text.as_str()));
+        if (looks_up || is_telling(text)) && !is_allowed {
+            wrong.push(file.says(
+                *line,
+                format!("{text:?}: ask by the row in film/record; what means something else goes to OTHER_NAMES of tidy/tables.rs"),
+            ));
+        }
+    }
+    wrong
 }
 
 /// Every file says what it is, ends in time, and is finished.

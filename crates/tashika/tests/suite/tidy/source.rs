@@ -1,7 +1,7 @@
 //! Rust source as far as the rules of `tidy` look at it: words, paths and comments, each with its
 //! line.
 //!
-//! A lexer drops what is not code (comments, strings, characters, lifetimes); nothing is parsed
+//! A lexer drops what is not code (comments, characters, lifetimes); nothing is parsed
 //! beyond paths, `use` trees, inline modules and the extent of items under `#[cfg(test)]`. Source
 //! that compiles is assumed. What is not understood panics, so that no code goes unseen.
 
@@ -12,8 +12,10 @@ pub enum Token {
     Word(String),
     /// The separator of a path.
     Separator,
-    /// A sign; `0` stands for a literal.
+    /// A sign; `0` stands for a number.
     Sign(char),
+    /// What stands between the quotes of a string, as it is written.
+    Text(String),
 }
 
 /// A token and its line, from 1.
@@ -79,7 +81,7 @@ impl Token {
     fn word(&self) -> Option<&str> {
         match self {
             Self::Word(w) => Some(w),
-            Self::Separator | Self::Sign(_) => None,
+            Self::Separator | Self::Sign(_) | Self::Text(_) => None,
         }
     }
 }
@@ -101,7 +103,10 @@ pub fn lex(text: &str) -> Lexed {
         match (chars[i], at(i + 1)) {
             ('/', '/') => i = end_of_line(&chars, i),
             ('/', '*') => i = end_of_block_comment(&chars, i),
-            ('"', _) => i = end_of_quoted(&chars, i + 1, '"'),
+            ('"', _) => {
+                i = end_of_quoted(&chars, i + 1, '"');
+                lexed.tokens.push((Token::Text(chars[start + 1..i - 1].iter().collect()), line));
+            }
             ('\'', '\\') => i = end_of_quoted(&chars, i + 1, '\''),
             // A lifetime has no closing quote behind its first letter.
             ('\'', _) if at(i + 2) == '\'' => i += 3,
@@ -230,6 +235,7 @@ fn shows(token: &Token, text: &str) -> bool {
         Token::Word(w) => w == text,
         Token::Separator => text == "::",
         Token::Sign(c) => text.chars().eq([*c]),
+        Token::Text(_) => false,
     }
 }
 
@@ -306,7 +312,7 @@ pub fn paths(tokens: &[Placed]) -> Vec<Path> {
                     line,
                 }));
             }
-            Token::Separator | Token::Sign(_) => i += 1,
+            Token::Separator | Token::Sign(_) | Token::Text(_) => i += 1,
         }
     }
     // `impl Trait + use<'a>` imports nothing.
@@ -346,7 +352,7 @@ fn expand(
                 return end + 1;
             }
             // The generic arguments of `Vec::<f32>` are paths of their own.
-            Token::Separator | Token::Sign(_) => {
+            Token::Separator | Token::Sign(_) | Token::Text(_) => {
                 out.push((segments, *line));
                 return i;
             }

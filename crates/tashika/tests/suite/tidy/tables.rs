@@ -144,6 +144,14 @@ pub(super) const UNSAFE: &[(&str, &str)] = &[
     ("crates/tashika-bench/src/embree.rs", "a C library, loaded at run time"),
 ];
 
+/// Where the names of planes and of values of the metadata are written.
+pub(super) const SCHEMA_HOME: &str = "crates/tashika/src/film/";
+
+/// Strings that look like the name of a plane or of a value of the metadata and mean something else:
+/// file, strings, reason.
+pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] =
+    &[("crates/tashika/src/request/mod.rs", &["max_pairs"], "an option of a request")];
+
 /// Most lines of a file, and of one that holds tests only.
 pub(super) const MOST_LINES: usize = 700;
 pub(super) const MOST_LINES_OF_TESTS: usize = 900;

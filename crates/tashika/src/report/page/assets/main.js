@@ -43,13 +43,16 @@
   /** Lists all views of all images; what is chosen stays chosen. */
   const list = () => {
     const several = source.images.length > 1;
-    const tolerance = data.tolerance ?? source.images[0]?.metadata?.error ?? 0.02;
+    const tolerance = data.tolerance ?? source.images[0]?.metadata?.[Record.key.error] ?? 0.02;
     state.views = source.images.flatMap((image, i) =>
       Views.of(image, i, source, palette, tolerance, several ? `${image.label}: ` : ""),
     );
     // Errors are those of the estimate.
     const isJudged = state.views.some(({ id }) => id === "0/error");
-    for (const [side, wanted] of [["left", [isJudged ? "0/estimate" : "0/reconstruction", "0/estimate"]], ["right", ["0/error", "0/half_width", "1/estimate", "0/rays", "0/estimate"]]]) {
+    const { reconstruction, half_width: halfWidth, rays } = Record.plane;
+    const wantedLeft = [isJudged ? "0/estimate" : `0/${reconstruction}`, "0/estimate"];
+    const wantedRight = ["0/error", `0/${halfWidth}`, "1/estimate", `0/${rays}`, "0/estimate"];
+    for (const [side, wanted] of [["left", wantedLeft], ["right", wantedRight]]) {
       const select = controls[side];
       const before = select.value;
       select.replaceChildren(...state.views.map(({ id, label }) => option(id, label)));
@@ -110,8 +113,9 @@
     if (state.touched || !source.images.length) return;
     const overview = source.overview(0);
     const has = (name) => source.images[0].planes.some((plane) => plane.name === name);
-    const seen = ["reconstruction", ""].find(has);
-    const planes = seen === undefined ? null : overview.planes(has("stop") ? [seen, "stop"] : [seen]);
+    const { reconstruction, radiance, stop } = Record.plane;
+    const seen = [reconstruction, radiance].find(has);
+    const planes = seen === undefined ? null : overview.planes(has(stop) ? [seen, stop] : [seen]);
     if (!planes) return;
     state.automatic = Views.automaticStops(planes[0], planes[1]?.[0]);
     expose();

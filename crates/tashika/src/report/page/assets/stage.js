@@ -249,8 +249,8 @@ const Stage = (() => {
 
     /** A patch as a picture; made again only when its samples or its style are others. */
     paint(view, patch) {
-      const hasStop = this.source.images[view.image].planes.some(({ name }) => name === "stop");
-      const arrays = patch.planes(hasStop ? [...view.planes, "stop"] : view.planes);
+      const hasStop = this.source.images[view.image].planes.some(({ name }) => name === Record.plane.stop);
+      const arrays = patch.planes(hasStop ? [...view.planes, Record.plane.stop] : view.planes);
       const key = `${view.id}|${patch.key}`;
       const known = this.painted.get(key);
       if (!arrays) return known?.picture;
@@ -262,7 +262,7 @@ const Stage = (() => {
       const image = new ImageData(patch.width, patch.height);
       view.paint(arrays, image.data, this.style);
       if (stop) {
-        for (let i = 0; i < stop.length; i++) if (stop[i] === 0) image.data[4 * i + 3] = 0;
+        for (let i = 0; i < stop.length; i++) if (stop[i] === Record.stop.not_rendered) image.data[4 * i + 3] = 0;
       }
       const picture = known?.picture ?? document.createElement("canvas");
       picture.width = patch.width;

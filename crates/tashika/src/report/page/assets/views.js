@@ -2,26 +2,16 @@
 // What can be shown of an image: for each view its planes, how samples become colours, its legend, and numbers in words.
 
 const Views = (() => {
-  const CLAIMS = [
-    ["nothing is claimed", "#d55e00"],
-    ["exact", "#0072b2"],
-    ["published", "#e69f00"],
-    ["calibrated", "#56b4e9"],
-    ["certified", "#009e73"],
-  ];
-  const STOPS = [
-    ["not rendered", "#969696"],
-    ["complete", "#0072b2"],
-    ["sample count", "#cc79a7"],
-    ["rule met", "#009e73"],
-    ["out of budget", "#d55e00"],
-    ["light not found", "#f0e442"],
-  ];
+  const { plane: PLANE, key: KEY } = Record;
+  /** What is known of planes, by name. */
+  const ROWS = new Map(Record.planes.map((row) => [row.name, row]));
   const KEPT = [
-    ["kept: the reference is inside the interval", "#56b4e9"],
-    ["broken: the reference is outside", "#d55e00"],
-    ["nothing is claimed", "#969696"],
+    { id: 0, label: "kept: the reference is inside the interval", color: "#56b4e9" },
+    { id: 1, label: "broken: the reference is outside", color: "#d55e00" },
+    { id: 2, label: "nothing is claimed", color: "#969696" },
   ];
+  /** What the code of a plane means. */
+  const meaning = (plane, id) => ROWS.get(plane).shown.code.find((code) => code.id === id)?.label;
 
   const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
   const luminance = (r, g, b) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -87,7 +77,7 @@ const Views = (() => {
     let sum = 0;
     for (let i = 0; i < r.length; i++) {
       const l = luminance(r[i], (g ?? r)[i], (b ?? r)[i]);
-      if ((!stop || stop[i]) && l > 0 && Number.isFinite(l)) {
+      if (stop?.[i] !== Record.stop.not_rendered && l > 0 && Number.isFinite(l)) {
         lit.push(l);
         sum += l;
       }
@@ -150,10 +140,10 @@ const Views = (() => {
   };
 
   const codes = (list) => {
-    const colors = list.map(([, color]) => rgb(color));
+    const colors = new Map(list.map(({ id, color }) => [id, rgb(color)]));
     return (value) => (arrays, out) => {
       for (let i = 0; i < out.length / 4; i++) {
-        const [r, g, b] = colors[value(arrays, i)] ?? [0, 0, 0];
+        const [r, g, b] = colors.get(value(arrays, i)) ?? [0, 0, 0];
         out[4 * i] = r;
         out[4 * i + 1] = g;
         out[4 * i + 2] = b;
@@ -187,9 +177,11 @@ const Views = (() => {
     return low < high ? [low, high] : [low, low + 1];
   };
 
+  const controlsChannels = (metadata) => metadata?.[KEY.control] === Record.control.channels;
+
   /** Size of a radiance that errors are relative to, and the distance of two: by luminance, or by the worst channel. */
   const measure = (metadata) => {
-    const byChannels = metadata?.control === "channels";
+    const byChannels = controlsChannels(metadata);
     return {
       size: (c, i) => {
         const [r, g, b] = c.length >= 3 ? c : [c[0], c[0], c[0]];
@@ -208,7 +200,7 @@ const Views = (() => {
 
   /**
    * All views of one image. A view: { id, label, kind, planes, paint(arrays, bytes, style), legend(style) }, where arrays[k] are the
-   * channels of planes[k]; pixels whose plane `stop` is 0 are left out by whoever draws.
+   * channels of planes[k]; pixels that were not rendered are left out by whoever draws.
    */
   const of = (image, index, source, palette, tolerance, prefix) => {
     const planes = new Map(image.planes.map((plane) => [plane.name, plane]));
@@ -223,7 +215,7 @@ const Views = (() => {
       const value = ([c, h], i) => ratio(h[channel][i], size(c, i)) / (2 * tolerance);
       add(id, label, {
         kind: "error",
-        planes: ["", plane],
+        planes: [PLANE.radiance, plane],
         paint: each(value, palette),
         legend: () => ramp("0 %", typed(2 * tolerance), `> ${typed(2 * tolerance)}`),
       });
@@ -246,12 +238,12 @@ const Views = (() => {
       });
     };
     const coded = (id, label, list, names, value) =>
-      add(id, label, { kind: "code", planes: names, paint: codes(list)(value), legend: () => ({ codes: list }) });
+      add(id, label, { kind: "code", planes: names, paint: codes(list)(value), legend: () => ({ codes: list.map(({ label, color }) => [label, color]) }) });
     const single = (name) => planes.get(name)?.channels.length === 1;
 
-    const colored = [...planes.values()].filter(({ name, channels }) => name === "" || name === "reference" || channels.join("") === "RGB");
-    for (const { name } of colored) {
-      add(name || "estimate", { "": "image", reference: "reference", reconstruction: "picture, reconstructed" }[name] ?? name, {
+    const isColor = ({ name, channels }) => ROWS.get(name)?.shown === "color" || channels.join("") === "RGB";
+    for (const { name } of [...planes.values()].filter(isColor)) {
+      add(name || "estimate", ROWS.get(name)?.label ?? name, {
         kind: "radiance",
         planes: [name],
         paint: radiance(palette),
@@ -261,34 +253,34 @@ const Views = (() => {
             : null,
       });
     }
-    if (planes.has("") && planes.has("reference")) {
+    if (planes.has(PLANE.radiance) && planes.has(PLANE.reference)) {
       const error = ([c, r], i) => ratio(distance(c, r, i), size(r, i)) / (5 * tolerance);
       add("error", "true relative error", {
         kind: "error",
-        planes: ["", "reference"],
+        planes: [PLANE.radiance, PLANE.reference],
         paint: each(error, palette),
         legend: () => ramp("0 %", typed(5 * tolerance), `> ${typed(5 * tolerance)}`),
       });
-      if (single("half_width")) {
-        const claim = single("claim") ? ["claim"] : [];
-        coded("kept", "claims kept", KEPT, ["", "reference", "half_width", ...claim], ([c, r, h, k], i) => {
-          if (k && k[0][i] === 0) return 2;
+      if (single(PLANE.half_width)) {
+        const claim = single(PLANE.claim) ? [PLANE.claim] : [];
+        coded("kept", "claims kept", KEPT, [PLANE.radiance, PLANE.reference, PLANE.half_width, ...claim], ([c, r, h, k], i) => {
+          if (k && k[0][i] === Record.claim.none) return 2;
           const off = distance(c, r, i);
           return off <= h[0][i] + 2 ** -23 * (size(r, i) + off) ? 0 : 1;
         });
       }
     }
-    if (planes.has("") && single("half_width")) relative("half_width", "relative half-width", "half_width");
-    if (single("claim")) coded("claim", "claim", CLAIMS, ["claim"], ([c], i) => c[0][i]);
-    if (single("stop")) coded("stop", "why work stopped", STOPS, ["stop"], ([c], i) => c[0][i]);
-    for (const name of ["pairs", "rays"]) {
-      if (single(name)) sequential(name, `${name} a pixel`, name, 0, true);
-    }
-    const done = new Set(["", "reference", "half_width", "claim", "stop", "pairs", "rays"]);
-    for (const { name, channels } of planes.values()) {
-      if (done.has(name) || channels.join("") === "RGB") continue;
-      if (channels.join("") === "XYZ") {
-        add(name, name, {
+    // By their rows: half-widths first, then codes and counts; what is left, in the order of the film.
+    const rest = [...planes.values()].filter((plane) => !isColor(plane));
+    const rank = ({ name }) => {
+      const shown = ROWS.get(name)?.shown;
+      if (name === PLANE.half_width) return 0;
+      return shown?.code ? 1 : shown === "count" ? 2 : 3;
+    };
+    for (const { name, channels } of rest.sort((a, b) => rank(a) - rank(b))) {
+      const { shown, label = name.replaceAll("_", " ") } = ROWS.get(name) ?? { shown: channels.join("") === "XYZ" ? "direction" : "value" };
+      if (shown === "direction") {
+        add(name, label, {
           kind: "vector",
           planes: [name],
           paint: ([c], out) => {
@@ -302,12 +294,10 @@ const Views = (() => {
         continue;
       }
       channels.forEach((channel, c) => {
-        const label = channels.length > 1 ? `${name}: ${channel}` : name;
-        if (name.startsWith("half_width") || name === "standard_error") {
-          relative(`${name}.${channel}`, `relative ${label.replaceAll("_", " ")}`, name, c);
-        } else {
-          sequential(`${name}.${channel}`, label.replaceAll("_", " "), name, c, false);
-        }
+        const [id, what] = channels.length > 1 ? [`${name}.${channel}`, `${label}: ${channel}`] : [name, label];
+        if (shown.code) coded(id, what, shown.code, [name], ([codes], i) => codes[c][i]);
+        else if (shown !== "relative") sequential(id, what, name, c, shown === "count");
+        else if (planes.has(PLANE.radiance)) relative(id, what, name, c);
       });
     }
     return views;
@@ -316,24 +306,25 @@ const Views = (() => {
   /** A pixel in one line: `0.4213 ± 0.0081 (calibrated, 95 %), 1,212 rays, rule met`. */
   const sentence = (pixel, metadata) => {
     const told = [];
-    const stop = pixel.stop?.[0];
-    if (stop === 0) return STOPS[0][0];
-    if (pixel[""]) {
-      const [r, g = r, b = r] = pixel[""];
-      const controlled = metadata?.control === "channels" ? Math.max(r, g, b) : luminance(r, g, b);
-      const claim = pixel.claim?.[0];
-      const [value, half] = withHalfWidth(controlled, claim === 0 ? 0 : pixel.half_width?.[0]);
-      const confidence = metadata?.confidence;
-      const kind = claim === undefined ? null : CLAIMS[claim]?.[0];
+    const stop = pixel[PLANE.stop]?.[0];
+    if (stop === Record.stop.not_rendered) return meaning(PLANE.stop, stop);
+    const radiance = pixel[PLANE.radiance];
+    if (radiance) {
+      const [r, g = r, b = r] = radiance;
+      const controlled = controlsChannels(metadata) ? Math.max(r, g, b) : luminance(r, g, b);
+      const claim = pixel[PLANE.claim]?.[0];
+      const [value, half] = withHalfWidth(controlled, claim === Record.claim.none ? 0 : pixel[PLANE.half_width]?.[0]);
+      const confidence = metadata?.[KEY.confidence];
+      const kind = claim === undefined ? null : meaning(PLANE.claim, claim);
       const sure = [kind, half && confidence ? typed(confidence) : null].filter(Boolean).join(", ");
       told.push(value + (half ? ` ± ${half}` : "") + (sure ? ` (${sure})` : ""));
     }
-    if (pixel.rays) told.push(`${count(pixel.rays[0])} rays`);
-    if (stop !== undefined) told.push(STOPS[stop]?.[0]);
-    if (pixel.reference && pixel[""]) {
+    if (pixel[PLANE.rays]) told.push(`${count(pixel[PLANE.rays][0])} rays`);
+    if (stop !== undefined) told.push(meaning(PLANE.stop, stop));
+    if (pixel[PLANE.reference] && radiance) {
       const wrap = (c) => c.map((v) => [v]);
       const { size, distance } = measure(metadata);
-      const [image, reference] = [wrap(pixel[""]), wrap(pixel.reference)];
+      const [image, reference] = [wrap(radiance), wrap(pixel[PLANE.reference])];
       told.push(`off by ${percent(ratio(distance(image, reference, 0), size(reference, 0)))}`);
     }
     return told.join(", ");

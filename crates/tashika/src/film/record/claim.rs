@@ -1,0 +1,191 @@
+//! What is claimed of a pixel, and why work on it ended.
+
+use serde::{Deserialize, Serialize};
+
+/// What an estimate claims about its distance to the truth that it estimates.
+///
+/// Which truth that is, and with which confidence an interval holds, is said once for a film, by
+/// the metadata [`TRUTH`](super::keys::TRUTH) and [`CONFIDENCE`](super::keys::CONFIDENCE).
+///
+/// Held to this by the suite's `control` and `cuts`, against exact sums.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Claim {
+    /// Nothing.
+    #[default]
+    None,
+    /// It is the sum over the given VPLs and gather points, to rounding.
+    Exact,
+    /// The interval that a published method states: the truth is said to be within the half-width.
+    /// Neither proven nor calibrated.
+    Published,
+    /// An interval that holds at least as often as its confidence says, on scenes at large;
+    /// measured, not proven.
+    Calibrated,
+    /// An interval that holds with at least the confidence, for this pixel; proven.
+    Certified,
+}
+
+/// Why work on a pixel ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Stop {
+    /// It has not begun.
+    #[default]
+    NotRendered,
+    /// There was nothing left to do.
+    Complete,
+    /// The number of samples that was asked for is reached.
+    SampleCount,
+    /// The method's own rule says that it is accurate enough.
+    RuleMet,
+    /// It has cost as much as permitted.
+    Budget,
+    /// There is light that the method cannot find, too much of it for a claim.
+    NotFound,
+}
+
+/// A code of a plane: a small number that stands for words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Code {
+    /// The number in the plane.
+    pub id: u32,
+    /// Name for programs.
+    pub name: &'static str,
+    /// What it means, in a few words.
+    pub label: &'static str,
+    /// The colour by which pages show it, `#rrggbb`.
+    pub color: &'static str,
+}
+
+const fn code(id: u32, name: &'static str, label: &'static str, color: &'static str) -> Code {
+    Code { id, name, label, color }
+}
+
+impl Claim {
+    /// All claims, in the order of their codes.
+    pub const ALL: [Self; 5] = [Self::None, Self::Exact, Self::Published, Self::Calibrated, Self::Certified];
+
+    /// The codes of the plane `claim`, in the order of [`Self::ALL`].
+    pub const CODES: &[Code] = &[
+        code(0, "none", "nothing is claimed", "#d55e00"),
+        code(1, "exact", "exact", "#0072b2"),
+        code(2, "published", "published", "#e69f00"),
+        code(3, "calibrated", "calibrated", "#56b4e9"),
+        code(4, "certified", "certified", "#009e73"),
+    ];
+
+    /// Its row in [`Self::CODES`].
+    pub const fn code(self) -> &'static Code {
+        &Self::CODES[self as usize]
+    }
+
+    /// Number of the claim in the plane `claim` of a film.
+    pub const fn id(self) -> u32 {
+        self.code().id
+    }
+
+    /// The claim of that number. A number that this version does not know claims nothing that it
+    /// could repeat.
+    pub fn of_id(id: u32) -> Self {
+        Self::ALL.into_iter().find(|claim| claim.id() == id).unwrap_or_default()
+    }
+
+    /// Whether anything is claimed.
+    pub fn is_some(self) -> bool {
+        self != Self::None
+    }
+
+    /// Whether an interval is stated: not of what is exact, or claims nothing.
+    pub fn states_interval(self) -> bool {
+        match self {
+            Self::None | Self::Exact => false,
+            Self::Published | Self::Calibrated | Self::Certified => true,
+        }
+    }
+
+    /// The half-width as it is stated (W·m⁻²·sr⁻¹): zero where no interval is.
+    pub fn stated(self, half_width: f64) -> f32 {
+        if self.states_interval() { half_width as f32 } else { 0.0 }
+    }
+
+    /// What is said of one pixel that claims this, and of several, behind their number.
+    pub fn sentences(self) -> [&'static str; 2] {
+        match self {
+            Self::None => ["claims nothing: do not rely on it.", "claim nothing: do not rely on them."],
+            Self::Exact => {
+                ["is the whole sum, exact up to rounding.", "are the whole sum, exact up to rounding."]
+            }
+            Self::Published => [
+                "carries an interval as its method was published, not checked by this program.",
+                "carry intervals as their method was published, not checked by this program.",
+            ],
+            Self::Calibrated => [
+                "carries a calibrated interval: it holds at least as often as the confidence says, by measurement on other scenes.",
+                "carry calibrated intervals: they hold at least as often as the confidence says, by measurement on other scenes.",
+            ],
+            Self::Certified => [
+                "carries a certified interval: it holds by a theorem.",
+                "carry certified intervals: they hold by a theorem.",
+            ],
+        }
+    }
+}
+
+impl Stop {
+    /// All reasons, in the order of their codes.
+    pub const ALL: [Self; 6] =
+        [Self::NotRendered, Self::Complete, Self::SampleCount, Self::RuleMet, Self::Budget, Self::NotFound];
+
+    /// The codes of the plane `stop`, in the order of [`Self::ALL`].
+    pub const CODES: &[Code] = &[
+        code(0, "not_rendered", "not rendered", "#969696"),
+        code(1, "complete", "complete", "#0072b2"),
+        code(2, "sample_count", "sample count", "#cc79a7"),
+        code(3, "rule_met", "rule met", "#009e73"),
+        code(4, "budget", "out of budget", "#d55e00"),
+        code(5, "not_found", "light not found", "#f0e442"),
+    ];
+
+    /// Its row in [`Self::CODES`].
+    pub const fn code(self) -> &'static Code {
+        &Self::CODES[self as usize]
+    }
+
+    /// Number of the reason in the plane `stop` of a film.
+    pub const fn id(self) -> u32 {
+        self.code().id
+    }
+
+    /// The reason of that number. Of a number that this version does not know it is only known that
+    /// the pixel was rendered: as if it had run out of budget.
+    pub fn of_id(id: u32) -> Self {
+        Self::ALL.into_iter().find(|stop| stop.id() == id).unwrap_or(Self::Budget)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_read_back_and_in_order() {
+        for (claim, code) in Claim::ALL.into_iter().zip(Claim::CODES) {
+            assert_eq!((claim.code(), Claim::of_id(code.id)), (code, claim));
+        }
+        for (stop, code) in Stop::ALL.into_iter().zip(Stop::CODES) {
+            assert_eq!((stop.code(), Stop::of_id(code.id)), (code, stop));
+        }
+        assert_eq!((Claim::ALL.len(), Stop::ALL.len()), (Claim::CODES.len(), Stop::CODES.len()));
+    }
+
+    #[test]
+    fn a_code_of_another_version_claims_nothing() {
+        assert_eq!(Claim::of_id(5), Claim::None);
+        assert_eq!(Stop::of_id(6), Stop::Budget, "it was rendered, and is not to be relied on");
+    }
+
+    #[test]
+    fn only_intervals_have_a_half_width() {
+        let stated = Claim::ALL.map(|claim| claim.stated(0.5));
+        assert_eq!(stated, [0.0, 0.0, 0.5, 0.5, 0.5]);
+    }
+}

@@ -1,0 +1,131 @@
+//! The metadata of films: one table of names and what they say.
+
+use std::fmt;
+
+/// What a value of the metadata is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// Which truth the film estimates, whatever that is.
+    Truth,
+    /// Which truth it estimates, if that is a sum over VPLs and gather points.
+    Sum,
+    /// How it was made.
+    Making,
+    /// The part of an image that this film is, or what was found out about it: parts of one image
+    /// may differ in it.
+    Part,
+}
+
+/// A row of [`KEYS`]: the name of a value in the metadata of films.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Key {
+    /// Name in the metadata; in OpenEXR the attribute is this after `tashika:`.
+    pub name: &'static str,
+    /// What the value is about.
+    pub about: About,
+    /// What the value says.
+    pub doc: &'static str,
+}
+
+impl AsRef<str> for Key {
+    fn as_ref(&self) -> &str {
+        self.name
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// What a value of that name is about; of a name that is in no row, how the film was made.
+pub fn about(name: &str) -> About {
+    KEYS.iter().find(|key| key.name == name).map_or(About::Making, |key| key.about)
+}
+
+macro_rules! keys {
+    ($($key:ident $name:literal $about:ident, $doc:literal;)+) => {
+        $(
+            #[doc = $doc]
+            pub const $key: Key = Key { name: $name, about: About::$about, doc: $doc };
+        )+
+
+        /// Every name that this program gives to a value of the metadata.
+        pub const KEYS: &[Key] = &[$($key),+];
+    };
+}
+
+keys! {
+    VERSION "version" Making, "version of the program";
+    SCENE "scene" Truth, "name of the scene";
+    SCENE_DIGEST "scene.digest" Truth, "digest of the scene's content, 16 hexadecimal digits";
+    SCENE_CHANGES "scene.changes" Making, "what was changed of the scene's lights";
+    SCENE_LIGHT "scene.light" Making, "`default` if the scene had no light and was given some";
+    CAMERA "camera" Truth, "name of the camera";
+    CAMERA_PROJECTION "camera.projection" Making, "projection that was asked for";
+    CAMERA_FOV "camera.fov" Making, "field of view that was asked for (degrees)";
+    CAMERA_LENS_RADIUS "camera.lens_radius" Making, "radius of the lens that was asked for (m)";
+    CAMERA_FOCUS_DISTANCE "camera.focus_distance" Making, "distance of focus that was asked for (m)";
+    CAMERA_BLADES "camera.blades" Making, "blades of the lens that were asked for";
+    CAMERA_BLADE_ROTATION "camera.blade_rotation" Making, "their rotation that was asked for (degrees)";
+    METHOD "method" Making, "name of the method";
+    SEED "seed" Sum, "seed of the gather points, or of the paths";
+    GATHER_POINTS "gather.points" Sum, "gather points a pixel";
+    GATHER_FILTER "gather.filter" Truth, "pixel filter";
+    TRUTH "truth" Truth, "what is estimated: `vpl`, `clamped` or `transport`";
+    VPLS "vpls" Sum, "VPLs";
+    VPLS_REQUESTED "vpls.requested" Sum, "VPLs that were asked for";
+    VPLS_DIRECT "vpls.direct" Sum, "VPLs of direct light";
+    VPLS_INDIRECT "vpls.indirect" Sum, "VPLs of indirect light";
+    VPLS_PATHS "vpls.paths" Sum, "light paths that they come from";
+    VPLS_SEED "vpls.seed" Sum, "seed of the light paths";
+    VPLS_MAX_DEPTH "vpls.max_depth" Sum, "longest light path (segments)";
+    VPLS_SCENE "vpls.scene" Sum, "name of the scene in which they were traced";
+    VPLS_CLAMP_DISTANCE "vpls.clamp_distance_m" Sum, "distance below which the geometric term is clamped (m)";
+    VPLS_GLOSSY_SHARE "vpls.glossy_share" Sum, "share of the glossy reflection that VPLs carry";
+    ERROR "error" Making, "relative error that is allowed, 0 to 1";
+    ERROR_ABSOLUTE "error_absolute" Making, "error that is enough where it is dark (W·m⁻²·sr⁻¹)";
+    CONFIDENCE "confidence" Making, "confidence of the intervals, 0 to 1";
+    CONTROL "control" Making, "what the error is the error of: `luminance` or `channels`";
+    CLAIM "claim" Making, "kind of the intervals: `calibrated` or `certified`";
+    PICTURE "picture" Making, "true if nobody asked for an error";
+    MAX_PAIRS "max_pairs" Making, "most pairs a pixel";
+    MIN_PAIRS "min_pairs" Making, "fewest pairs a pixel";
+    PAIRS_ARE "pairs.are" Making, "what the plane `pairs` counts";
+    CUT_SEED "cut.seed" Making, "seed of the samples of cuts";
+    PATHS "paths" Making, "paths a pixel";
+    PATHS_FIRST "paths.first" Making, "paths a pixel before its first look at the error";
+    PATHS_MOST "paths.most" Making, "most paths a pixel";
+    MAX_DEPTH "max_depth" Making, "longest path (segments)";
+    WINDOW "window" Making, "the part of the image that was asked for: x,y,width,height (pixels)";
+    PIXELS "pixels" Making, "pixels, if they were named one by one";
+    TILES "tiles" Part, "shares of the tiles: numbers/all";
+    COMPLETE "complete" Part, "whether every pixel that was asked for was rendered";
+    AUDIT_OF "audit.of" Part, "pixels that an audit looked at";
+    AUDIT_WITHIN "audit.within" Part, "of these, pixels within the allowed error";
+    AUDIT_KEPT "audit.kept" Part, "the same as `audit.within`, for readers of earlier versions";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_there_once_and_can_name_a_value() {
+        let mut metadata = crate::film::Metadata::default();
+        for (i, key) in KEYS.iter().enumerate() {
+            assert!(KEYS[..i].iter().all(|other| other.name != key.name), "{key} twice");
+            metadata.set(key, true);
+        }
+        assert_eq!(metadata.iter().count(), KEYS.len());
+    }
+
+    #[test]
+    fn values_say_what_they_are_about() {
+        assert_eq!(
+            ["seed", "scene", "tiles", "unheard"].map(about),
+            [About::Sum, About::Truth, About::Part, About::Making]
+        );
+    }
+}

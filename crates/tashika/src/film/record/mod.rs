@@ -1,0 +1,188 @@
+//! What a rendered film says of its pixels, typed: what is claimed, why work ended, what it cost.
+//!
+//! | file | what it has |
+//! |---|---|
+//! | `claim` | [`Claim`] and [`Stop`]: the codes, with their words and colours |
+//! | `schema` | [`SCHEMA`]: a row for each plane, from which [`PixelRecord`] and [`planes`] are made |
+//! | `keys` | [`keys`]: a row for each value of the metadata |
+//! | `tally` | [`Tally`]: how many pixels claim what |
+//!
+//! Nothing above this module writes a code, or the name of a plane or of a value, by hand; pages get
+//! them from here as data. *(tidy)*
+//!
+//! # Films of others
+//! Films need not come from this program. Without a plane `stop` every pixel counts as rendered;
+//! without a plane `claim`, every half-width as a claim that somebody published.
+
+mod claim;
+pub mod keys;
+mod schema;
+mod tally;
+
+pub use claim::{Claim, Code, Stop};
+pub use keys::Key;
+pub use schema::{HalfWidths, PixelRecord, PlaneRow, SCHEMA, Shown, planes};
+pub use tally::Tally;
+
+use super::{Film, Plane, PlaneSpec};
+use crate::color::{Controlled, Rgb};
+
+/// A film, read as what it says of its pixels.
+///
+/// Pixels are named by their place in the order of [`Window::pixels`](super::Window::pixels), but
+/// in [`Self::at`]. All methods panic if there is no such pixel.
+///
+/// # Example
+/// ```
+/// use tashika::film::{Claim, Film, PixelRecord, RenderFilm, Stop, Window};
+///
+/// let size = [2, 1];
+/// let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES)?;
+/// let record = PixelRecord { claim: Claim::Exact, stop: Stop::Complete, ..Default::default() };
+/// record.store(&mut film, 1, 0);
+/// let read = RenderFilm::of(&film);
+/// assert_eq!(read.at(1, 0), record);
+/// assert_eq!((read.tally().of(Claim::Exact), read.tally().not_rendered), (1, 1));
+/// # Ok::<(), tashika::error::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct RenderFilm<'f> {
+    film: &'f Film,
+    claims: Option<&'f [u32]>,
+    stops: Option<&'f [u32]>,
+    half_widths: Option<&'f [f32]>,
+    colors: Option<(&'f Plane, [usize; 3])>,
+}
+
+impl<'f> RenderFilm<'f> {
+    /// Reads that film; takes no time.
+    pub fn of(film: &'f Film) -> Self {
+        let single = |spec: PlaneSpec| film.plane(spec).filter(|plane| plane.channels().len() == 1);
+        Self {
+            film,
+            claims: single(planes::CLAIM).and_then(Plane::u32_samples),
+            stops: single(planes::STOP).and_then(Plane::u32_samples),
+            half_widths: single(planes::HALF_WIDTH).and_then(Plane::f32_samples),
+            colors: film.plane(planes::RADIANCE).and_then(|plane| Some((plane, plane.color_channels()?))),
+        }
+    }
+
+    /// All that the film says of a pixel of the full image; what it has no plane for is zero.
+    pub fn at(&self, x: u32, y: u32) -> PixelRecord {
+        PixelRecord::load(self.film, x, y)
+    }
+
+    /// Whether the film says why work ended, and so which pixels were rendered.
+    pub fn has_stops(&self) -> bool {
+        self.stops.is_some()
+    }
+
+    /// Whether the film says what is claimed.
+    pub fn has_claims(&self) -> bool {
+        self.claims.is_some()
+    }
+
+    /// Whether the film has half-widths.
+    pub fn has_half_widths(&self) -> bool {
+        self.half_widths.is_some()
+    }
+
+    /// Why work on the pixel ended; [`Stop::Complete`] in a film that does not say.
+    pub fn stop(&self, pixel: usize) -> Stop {
+        self.stops.map_or(Stop::Complete, |stops| Stop::of_id(stops[pixel]))
+    }
+
+    /// Whether the pixel was rendered.
+    pub fn is_rendered(&self, pixel: usize) -> bool {
+        self.stop(pixel) != Stop::NotRendered
+    }
+
+    /// What is claimed of the pixel.
+    pub fn claim(&self, pixel: usize) -> Claim {
+        match (self.claims, self.half_widths) {
+            (Some(claims), _) => Claim::of_id(claims[pixel]),
+            (None, Some(_)) => Claim::Published,
+            (None, None) => Claim::None,
+        }
+    }
+
+    /// The half-width that is claimed of the pixel (W·m⁻²·sr⁻¹), 0 if it is exact; none if nothing
+    /// is claimed, or the film has no half-widths.
+    pub fn half_width(&self, pixel: usize) -> Option<f32> {
+        let half_widths = self.half_widths?;
+        self.claim(pixel).is_some().then(|| half_widths[pixel])
+    }
+
+    /// The same relative to the pixel, by what is controlled; infinite where it is black, not a
+    /// number where its colour is none. None without colours, too.
+    pub fn relative_half_width(&self, pixel: usize) -> Option<f64> {
+        let (half_width, color) = (self.half_width(pixel)?, self.color(pixel)?);
+        let size = self.controlled().size_and_distance(color, color).0;
+        Some(if half_width == 0.0 { 0.0 } else { f64::from(half_width) / size })
+    }
+
+    /// What the film controlled the error of; luminance if it does not say.
+    pub fn controlled(&self) -> Controlled {
+        self.film.metadata().text(keys::CONTROL).and_then(Controlled::named).unwrap_or_default()
+    }
+
+    /// How many pixels claim what.
+    pub fn tally(&self) -> Tally {
+        let mut tally = Tally::default();
+        for pixel in 0..self.film.window().area() as usize {
+            tally.count(self.claim(pixel), self.stop(pixel));
+        }
+        tally
+    }
+
+    fn color(&self, pixel: usize) -> Option<Rgb> {
+        let (plane, channels) = self.colors?;
+        let samples = plane.f32_samples()?;
+        let at = pixel * plane.channels().len();
+        let [r, g, b] = channels.map(|channel| samples[at + channel]);
+        Some(Rgb::new(r, g, b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Window;
+
+    fn film(specs: &[PlaneSpec]) -> Film {
+        let size = [3, 1];
+        Film::new(size, Window::full(size), specs).unwrap()
+    }
+
+    #[test]
+    fn a_film_of_others_is_whole_and_its_half_widths_are_claims() {
+        let bare = film(&[planes::RADIANCE]);
+        let read = RenderFilm::of(&bare);
+        assert_eq!((read.tally().of(Claim::None), read.half_width(0)), (3, None));
+        let mut stated = film(&[planes::RADIANCE, planes::HALF_WIDTH]);
+        stated.plane_mut(planes::HALF_WIDTH).unwrap().set_f32(1, 0, &[0.5]);
+        let read = RenderFilm::of(&stated);
+        assert_eq!((read.tally().of(Claim::Published), read.half_width(1)), (3, Some(0.5)));
+        assert!(read.is_rendered(2) && !read.has_stops());
+    }
+
+    #[test]
+    fn half_widths_are_relative_to_what_is_controlled() {
+        let mut film = film(PixelRecord::PLANES);
+        let blue = PixelRecord {
+            radiance: Rgb::new(0.0, 0.0, 2.0),
+            half_width: 0.5,
+            claim: Claim::Certified,
+            ..PixelRecord::default()
+        };
+        blue.store(&mut film, 0, 0);
+        PixelRecord { claim: Claim::None, ..blue }.store(&mut film, 1, 0);
+        PixelRecord { claim: Claim::Exact, half_width: 0.0, ..PixelRecord::default() }.store(&mut film, 2, 0);
+        let luminance = RenderFilm::of(&film);
+        let of_blue = luminance.relative_half_width(0).unwrap();
+        assert!((of_blue - 0.25 / 0.0722).abs() < 1e-3, "{of_blue}");
+        assert_eq!((luminance.relative_half_width(1), luminance.relative_half_width(2)), (None, Some(0.0)));
+        film.metadata_mut().set(keys::CONTROL, "channels");
+        assert_eq!(RenderFilm::of(&film).relative_half_width(0), Some(0.25));
+    }
+}

@@ -1,0 +1,362 @@
+//! The planes of a rendered film: one table, from which the record of a pixel, the film's planes,
+//! their documentation and what pages show of them are made.
+//!
+//! A plane more is a row more here. What its samples are made of is a [`Sample`], and whoever knows
+//! the value sets the field of that name; where nobody does it is zero.
+
+use serde::Serialize;
+
+use super::claim::{Claim, Code, Stop};
+use crate::color::Rgb;
+use crate::film::{Film, Plane, PlaneSpec, SampleKind};
+use crate::math::Vec3;
+
+/// How a plane is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shown {
+    /// As colours, exposed as a radiance is.
+    Color,
+    /// Each channel relative to the radiance: errors and half-widths.
+    Relative,
+    /// As one of several codes.
+    Code(&'static [Code]),
+    /// By its logarithm: counts.
+    Count,
+    /// By its value.
+    Value,
+    /// As a direction.
+    Direction,
+}
+
+/// A row of [`SCHEMA`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaneRow {
+    /// Name of the row, by which programs ask for the plane; a plane may have no name of its own.
+    pub key: &'static str,
+    /// Name, channels, unit and meaning of the plane.
+    pub spec: PlaneSpec,
+    /// What it is called where people choose what to look at.
+    pub label: &'static str,
+    /// How it is looked at.
+    pub shown: Shown,
+    /// Whether pages that hold their samples hold it.
+    pub in_pages: bool,
+}
+
+/// What the samples of a plane at one pixel are, together.
+trait Sample: Sized {
+    /// How they are stored.
+    const KIND: SampleKind;
+    /// Sets them.
+    fn put(self, plane: &mut Plane, x: u32, y: u32);
+    /// Reads them; none if the plane holds others.
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self>;
+}
+
+/// `N` floating-point samples.
+fn floats<const N: usize>(plane: &Plane, x: u32, y: u32) -> Option<[f32; N]> {
+    (plane.kind() == SampleKind::F32).then(|| plane.f32_at(x, y).try_into().ok())?
+}
+
+fn number(plane: &Plane, x: u32, y: u32) -> Option<u32> {
+    let numbers = (plane.kind() == SampleKind::U32).then(|| plane.u32_at(x, y))?;
+    <[u32; 1]>::try_from(numbers).ok().map(|[number]| number)
+}
+
+impl Sample for f32 {
+    const KIND: SampleKind = SampleKind::F32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_f32(x, y, &[self]);
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        floats(plane, x, y).map(|[value]| value)
+    }
+}
+
+/// A count, stored to the 24 bits of an `f32`.
+impl Sample for u64 {
+    const KIND: SampleKind = SampleKind::F32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_f32(x, y, &[self as f32]);
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        floats(plane, x, y).map(|[value]| value as Self)
+    }
+}
+
+impl Sample for Rgb {
+    const KIND: SampleKind = SampleKind::F32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_f32(x, y, &self.to_array());
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        floats(plane, x, y).map(|[r, g, b]| Self::new(r, g, b))
+    }
+}
+
+impl Sample for Vec3 {
+    const KIND: SampleKind = SampleKind::F32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_f32(x, y, &self.to_array());
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        floats(plane, x, y).map(Self::from_array)
+    }
+}
+
+impl Sample for HalfWidths {
+    const KIND: SampleKind = SampleKind::F32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_f32(x, y, &[self.clustering, self.lights, self.compensation]);
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        floats(plane, x, y).map(|[clustering, lights, compensation]| Self {
+            clustering,
+            lights,
+            compensation,
+        })
+    }
+}
+
+impl Sample for Claim {
+    const KIND: SampleKind = SampleKind::U32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_u32(x, y, &[self.id()]);
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        number(plane, x, y).map(Self::of_id)
+    }
+}
+
+impl Sample for Stop {
+    const KIND: SampleKind = SampleKind::U32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_u32(x, y, &[self.id()]);
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        number(plane, x, y).map(Self::of_id)
+    }
+}
+
+/// What a half-width is made of, where an estimate knows: what each source of error would make it
+/// if it were all (W·m⁻²·sr⁻¹).
+///
+/// Errors of independent sources add up in squares, so the whole is less than the sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HalfWidths {
+    /// That few terms of the sums over VPLs were drawn.
+    pub clustering: f32,
+    /// That the VPLs, and the gather points, are some of all that there could be.
+    pub lights: f32,
+    /// That what VPLs do not carry is estimated by few paths.
+    pub compensation: f32,
+}
+
+macro_rules! schema {
+    (
+        record { $(
+            $field:ident: $sample:ty => $key:ident $name:literal [$($channel:literal),+] $unit:literal,
+                $shown:expr, in_pages $in_pages:literal, $label:literal, $doc:literal;
+        )+ }
+        beside { $(
+            $other:ident $other_name:literal [$($other_channel:literal),+] $other_unit:literal,
+                $other_shown:expr, in_pages $other_in_pages:literal, $other_label:literal, $other_doc:literal;
+        )* }
+    ) => {
+        /// What a film says of a pixel, and an integrator of its estimate: a field for each plane
+        /// of the [`SCHEMA`] that renders have.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct PixelRecord { $(
+            #[doc = concat!("In ", $unit, ": ", $doc, ".")]
+            pub $field: $sample,
+        )+ }
+
+        /// The planes by name.
+        pub mod planes {
+            use super::*;
+            $(
+                #[doc = $doc]
+                pub const $key: PlaneSpec = PlaneSpec {
+                    name: $name,
+                    channels: &[$($channel),+],
+                    unit: $unit,
+                    kind: <$sample as Sample>::KIND,
+                    doc: $doc,
+                };
+            )+
+            $(
+                #[doc = $other_doc]
+                pub const $other: PlaneSpec = PlaneSpec {
+                    name: $other_name,
+                    channels: &[$($other_channel),+],
+                    unit: $other_unit,
+                    kind: SampleKind::F32,
+                    doc: $other_doc,
+                };
+            )*
+        }
+
+        /// Every plane that this program writes or shows, in the order of a film.
+        pub const SCHEMA: &[PlaneRow] = &[
+            $(PlaneRow {
+                key: stringify!($key),
+                spec: planes::$key,
+                label: $label,
+                shown: $shown,
+                in_pages: $in_pages,
+            },)+
+            $(PlaneRow {
+                key: stringify!($other),
+                spec: planes::$other,
+                label: $other_label,
+                shown: $other_shown,
+                in_pages: $other_in_pages,
+            },)*
+        ];
+
+        impl PixelRecord {
+            /// The planes of a film that holds records, in the order in which
+            /// [`store`](Self::store) wants them.
+            pub const PLANES: &[PlaneSpec] = &[$(planes::$key),+];
+
+            /// Sets the pixel of a film of [`Self::PLANES`].
+            ///
+            /// # Panics
+            /// If the film has not these planes first, or the pixel is outside.
+            pub fn store(&self, film: &mut Film, x: u32, y: u32) {
+                let mut planes = film.planes_mut().iter_mut();
+                $(
+                    let plane = planes.next().filter(|plane| plane.name() == $name);
+                    self.$field.put(plane.expect("a film of PLANES"), x, y);
+                )+
+            }
+
+            /// What a film says of a pixel; a field whose plane the film lacks is zero.
+            ///
+            /// # Panics
+            /// If the pixel is outside.
+            pub(super) fn load(film: &Film, x: u32, y: u32) -> Self {
+                Self { $(
+                    $field: film
+                        .plane(planes::$key)
+                        .and_then(|plane| Sample::get(plane, x, y))
+                        .unwrap_or_default(),
+                )+ }
+            }
+        }
+    };
+}
+
+schema! {
+    record {
+        radiance: Rgb => RADIANCE "" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
+            Shown::Color, in_pages true, "image",
+            "estimated radiance, linear Rec. 709";
+        standard_error: f32 => STANDARD_ERROR "standard_error" ["Y"] "W·m⁻²·sr⁻¹",
+            Shown::Relative, in_pages false, "relative standard error",
+            "standard error of what is controlled (the luminance, or the worst channel if `control` says channels), 0 if exact";
+        half_width: f32 => HALF_WIDTH "half_width" ["Y"] "W·m⁻²·sr⁻¹",
+            Shown::Relative, in_pages true, "relative half-width",
+            "half-width of the interval that is claimed for what is controlled (the luminance, or each channel if `control` says channels), 0 if exact or nothing is claimed";
+        half_widths: HalfWidths => HALF_WIDTH_PARTS "half_width_parts" ["clustering", "lights", "compensation"] "W·m⁻²·sr⁻¹",
+            Shown::Relative, in_pages false, "relative half-width by source",
+            "what the half-width would be if one source of error were all: few terms drawn, few VPLs, few paths of what VPLs do not carry";
+        claim: Claim => CLAIM "claim" ["id"] "1",
+            Shown::Code(Claim::CODES), in_pages true, "claim",
+            "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified";
+        stop: Stop => STOP "stop" ["id"] "1",
+            Shown::Code(Stop::CODES), in_pages true, "why work stopped",
+            "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 out of budget, 5 light not found";
+        pairs: u64 => PAIRS "pairs" ["n"] "1",
+            Shown::Count, in_pages true, "pairs a pixel",
+            "how much was looked at: terms, pairs of clusters or paths, as `pairs.are` says";
+        rays: u64 => RAYS "rays" ["n"] "1",
+            Shown::Count, in_pages true, "rays a pixel",
+            "rays and segments traced";
+        depth: f32 => DEPTH "depth" ["Z"] "m",
+            Shown::Value, in_pages false, "depth",
+            "mean distance to the first surface, 0 where there is none";
+        normal: Vec3 => NORMAL "normal" ["X", "Y", "Z"] "1",
+            Shown::Direction, in_pages false, "normal",
+            "mean shading normal of the first surface, world";
+        albedo: Rgb => ALBEDO "albedo" ["R", "G", "B"] "1",
+            Shown::Color, in_pages false, "albedo",
+            "mean rough reflectance of the surface that gathers";
+        coverage: f32 => COVERAGE "coverage" ["A"] "1",
+            Shown::Value, in_pages false, "coverage",
+            "share of camera samples that met a surface";
+    }
+    beside {
+        RECONSTRUCTION "reconstruction" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
+            Shown::Color, in_pages true, "picture, reconstructed",
+            "radiance as a mean of pixels that are alike; nothing is claimed of it";
+        REFERENCE "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
+            Shown::Color, in_pages false, "reference",
+            "what errors are measured from";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Window;
+
+    /// A record whose fields all differ from zero and from each other.
+    fn record() -> PixelRecord {
+        PixelRecord {
+            radiance: Rgb::new(1.0, 2.0, 3.0),
+            standard_error: 4.0,
+            half_width: 5.0,
+            half_widths: HalfWidths { clustering: 6.0, lights: 7.0, compensation: 8.0 },
+            claim: Claim::Calibrated,
+            stop: Stop::Budget,
+            pairs: 9,
+            rays: 10,
+            depth: 11.0,
+            normal: Vec3::new(12.0, 13.0, 14.0),
+            albedo: Rgb::new(15.0, 16.0, 17.0),
+            coverage: 18.0,
+        }
+    }
+
+    #[test]
+    fn a_record_comes_back_from_a_film() {
+        let size = [3, 2];
+        let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES).unwrap();
+        record().store(&mut film, 2, 1);
+        assert_eq!(PixelRecord::load(&film, 2, 1), record());
+        assert_eq!(PixelRecord::load(&film, 1, 1), PixelRecord::default());
+        assert_eq!(film.plane(planes::HALF_WIDTH_PARTS).unwrap().f32_at(2, 1), [6.0, 7.0, 8.0]);
+        assert_eq!(film.plane(planes::STOP).unwrap().u32_at(2, 1), [4]);
+    }
+
+    #[test]
+    fn what_a_film_lacks_is_zero() {
+        let size = [1, 1];
+        let specs = [planes::RADIANCE, PlaneSpec { kind: SampleKind::F32, ..planes::CLAIM }];
+        let mut film = Film::new(size, Window::full(size), &specs).unwrap();
+        film.plane_mut(planes::CLAIM).unwrap().set_f32(0, 0, &[3.0]);
+        let found = PixelRecord::load(&film, 0, 0);
+        assert_eq!((found.claim, found.rays), (Claim::None, 0), "a claim is no real number");
+    }
+
+    #[test]
+    fn planes_of_codes_say_what_each_code_means() {
+        for row in SCHEMA {
+            let Shown::Code(codes) = row.shown else { continue };
+            let told = row.spec.doc.split_once(": ").unwrap().1;
+            let expected: Vec<String> =
+                codes.iter().map(|code| format!("{} {}", code.id, code.label)).collect();
+            assert_eq!(told.replace("0 nothing,", "0 nothing is claimed,"), expected.join(", "));
+        }
+    }
+
+    #[test]
+    fn names_and_keys_are_there_once() {
+        for (i, row) in SCHEMA.iter().enumerate() {
+            let mut before = SCHEMA[..i].iter();
+            assert!(before.all(|other| other.spec.name != row.spec.name && other.key != row.key), "{row:?}");
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! How many pixels claim what.
+
+use std::array;
+use std::ops::Add;
+
+use serde::ser::{Serialize, SerializeMap, Serializer};
+
+use super::claim::{Claim, Stop};
+
+/// Pixels by what they claim: each is of one kind.
+///
+/// | kind | a pixel is of it |
+/// |---|---|
+/// | not rendered | if [`Stop::NotRendered`] |
+/// | out of budget | if [`Stop::Budget`], whatever it claims: its interval is wider than was asked for |
+/// | exact, published, calibrated, certified | by its [`Claim`] |
+/// | none | if it claims nothing |
+///
+/// A claim is what an estimate says of itself. Whether it is *kept* only a reference or an audit
+/// can tell: see `report::Claims`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// By claim, of rendered pixels that did not run out of budget.
+    by_claim: [u64; Claim::ALL.len()],
+    /// Pixels that ran out of budget.
+    pub out_of_budget: u64,
+    /// Of these, the ones that state an interval all the same.
+    pub wider: u64,
+    /// Of the pixels that claim nothing, those of which too much light cannot be found.
+    pub not_found: u64,
+    /// Pixels that were not rendered.
+    pub not_rendered: u64,
+}
+
+impl Tally {
+    /// Counts a pixel.
+    pub fn count(&mut self, claim: Claim, stop: Stop) {
+        match stop {
+            Stop::NotRendered => self.not_rendered += 1,
+            Stop::Budget => {
+                self.out_of_budget += 1;
+                self.wider += u64::from(claim.is_some());
+            }
+            Stop::Complete | Stop::SampleCount | Stop::RuleMet | Stop::NotFound => {
+                self.by_claim[claim as usize] += 1;
+                self.not_found += u64::from(stop == Stop::NotFound);
+            }
+        }
+    }
+
+    /// Pixels that claim this, within the budget.
+    pub fn of(&self, claim: Claim) -> u64 {
+        self.by_claim[claim as usize]
+    }
+
+    /// Pixels that claim anything, within the budget.
+    pub fn claiming(&self) -> u64 {
+        Claim::ALL.into_iter().filter(|claim| claim.is_some()).map(|claim| self.of(claim)).sum()
+    }
+
+    /// Pixels that claim nothing, out of budget or not.
+    pub fn silent(&self) -> u64 {
+        self.of(Claim::None) + self.out_of_budget - self.wider
+    }
+
+    /// Pixels that were rendered.
+    pub fn rendered(&self) -> u64 {
+        self.by_claim.iter().sum::<u64>() + self.out_of_budget
+    }
+
+    /// All pixels.
+    pub fn pixels(&self) -> u64 {
+        self.rendered() + self.not_rendered
+    }
+}
+
+/// Of the pixels of both.
+impl Add for Tally {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            by_claim: array::from_fn(|k| self.by_claim[k] + other.by_claim[k]),
+            out_of_budget: self.out_of_budget + other.out_of_budget,
+            wider: self.wider + other.wider,
+            not_found: self.not_found + other.not_found,
+            not_rendered: self.not_rendered + other.not_rendered,
+        }
+    }
+}
+
+/// By name: those of [`Claim::CODES`], then `out_of_budget` and the rest.
+impl Serialize for Tally {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for claim in Claim::ALL {
+            map.serialize_entry(claim.code().name, &self.of(claim))?;
+        }
+        map.serialize_entry("out_of_budget", &self.out_of_budget)?;
+        map.serialize_entry("wider", &self.wider)?;
+        map.serialize_entry("not_found", &self.not_found)?;
+        map.serialize_entry("not_rendered", &self.not_rendered)?;
+        map.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tally(pixels: &[(Claim, Stop)]) -> Tally {
+        let mut tally = Tally::default();
+        pixels.iter().for_each(|(claim, stop)| tally.count(*claim, *stop));
+        tally
+    }
+
+    #[test]
+    fn each_pixel_is_of_one_kind() {
+        let found = tally(&[
+            (Claim::Exact, Stop::Complete),
+            (Claim::Calibrated, Stop::RuleMet),
+            (Claim::Calibrated, Stop::RuleMet),
+            (Claim::Calibrated, Stop::Budget),
+            (Claim::None, Stop::Budget),
+            (Claim::None, Stop::NotFound),
+            (Claim::None, Stop::SampleCount),
+            (Claim::None, Stop::NotRendered),
+        ]);
+        assert_eq!(Claim::ALL.map(|claim| found.of(claim)), [2, 1, 0, 2, 0]);
+        assert_eq!((found.claiming(), found.out_of_budget, found.wider, found.silent()), (3, 2, 1, 3));
+        assert_eq!((found.not_found, found.rendered(), found.pixels()), (1, 7, 8));
+    }
+
+    #[test]
+    fn programs_read_it_by_name() {
+        let json = serde_json::to_value(tally(&[(Claim::Certified, Stop::RuleMet)])).unwrap();
+        let expected = serde_json::json!({
+            "none": 0, "exact": 0, "published": 0, "calibrated": 0, "certified": 1,
+            "out_of_budget": 0, "wider": 0, "not_found": 0, "not_rendered": 0,
+        });
+        assert_eq!(json, expected);
+    }
+}
