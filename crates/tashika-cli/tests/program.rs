@@ -225,10 +225,18 @@ fn an_audit_says_what_was_kept() {
     folder.run(&format!("{stage} --crop 3,2,9,7 --audit 99 --json c.json")).succeeds();
     assert_eq!(folder.json("c.json")["audit"]["of"], 63, "all pixels of the part");
 
-    // A cut that may not grow claims nothing, and is far off.
+    // A cut that may not grow is far off, but claims nothing that could be contradicted.
     let run = folder.run(&format!("{stage} --audit 60 --max-pairs 2 --json b.json"));
+    assert_eq!(run.code, Some(4), "{}", run.stderr);
+    let audit = folder.json("b.json")["audit"].clone();
+    assert!(audit["contradicts"] == false && audit["claiming"] == 0, "{audit}");
+    assert!(audit["within"].as_u64().unwrap() < 30, "{audit}");
+    // The published rule claims what nine pixels of 384 do not keep.
+    let published = "render builtin:tiny --size 24x16 --truth vpl --vpls 3000 --gather 16 --error 10%";
+    let rule = "--method iwasaki2019 --confidence 99% --audit 384 --json d.json";
+    let run = folder.run(&format!("{published} {rule}"));
     assert_eq!(run.code, Some(5), "{}", run.stderr);
-    assert_eq!(folder.json("b.json")["audit"]["contradicts"], true);
+    assert_eq!(folder.json("d.json")["audit"]["contradicts"], true);
     folder.run(&format!("{stage} --method exact --audit 9 -o e.exr")).succeeds();
     assert!(
         folder.run(&format!("{stage} --method exact --audit 9")).stderr.contains("--audit means nothing")

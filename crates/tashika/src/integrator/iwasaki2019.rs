@@ -13,6 +13,16 @@
 //! Two terms of each pair; stop if `ΔL̂ ≤ ε L̂`; else split the pair with the largest predicted
 //! variance along the cluster with the longer diagonal, with two fresh terms of each child.
 //!
+//! # Where it is
+//!
+//! | symbol | here |
+//! |---|---|
+//! | `y₁`, `y₂`, `s_CG²` | [`FreshStrata`] |
+//! | `ΔL̂ ≤ ε L̂` (equation 2), `t_α` | [`StoppingRule::Interval`](crate::cut::StoppingRule) |
+//! | `W_G I_C M_ub G_ub` (equation 3), the choice of the pair | [`Clusters`](crate::cut::Clusters), [`Cut`](crate::cut::Cut) |
+//! | `M_ub`, its cube map | [`UpperCubeMap`] |
+//! | `G_ub` | [`upper_geometric`](crate::bounds::upper_geometric) |
+//!
 //! # Differences
 //! What the source leaves open or does otherwise, and what is done here:
 //! * Equation 3 is printed without the squares on `M_ub` and `G_ub`, which cannot be meant: the

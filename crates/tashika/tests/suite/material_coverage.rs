@@ -48,6 +48,7 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("Mitsuba", "principled spec_trans"),
     ("Mitsuba", "principled anisotropic"),
     ("glTF", "specularFactor"),
+    ("glTF", "anisotropyTexture"),
     // Stretched facets and layers that have no formula here, and distributions that only old
     // versions had.
     ("Mitsuba", "anisotropic roughness"),
