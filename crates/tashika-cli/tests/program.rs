@@ -225,12 +225,13 @@ fn an_audit_says_what_was_kept() {
     folder.run(&format!("{stage} --crop 3,2,9,7 --audit 99 --json c.json")).succeeds();
     assert_eq!(folder.json("c.json")["audit"]["of"], 63, "all pixels of the part");
 
-    // A cut that may not grow is far off, but claims nothing that could be contradicted.
+    // Cuts that may not grow are far off, but claim nothing that could be contradicted.
     let run = folder.run(&format!("{stage} --audit 60 --max-pairs 2 --json b.json"));
     assert_eq!(run.code, Some(4), "{}", run.stderr);
     let audit = folder.json("b.json")["audit"].clone();
-    assert!(audit["contradicts"] == false && audit["claiming"] == 0, "{audit}");
-    assert!(audit["within"].as_u64().unwrap() < 30, "{audit}");
+    assert!(audit["within"].as_u64().unwrap() < 54, "{audit}");
+    assert!(audit["contradicts"] == false && audit["claiming"].as_u64().unwrap() < 30, "{audit}");
+    assert_eq!(audit["claiming_within"], audit["claiming"]);
     // The published rule claims what nine pixels of 384 do not keep.
     let published = "render builtin:tiny --size 24x16 --truth vpl --vpls 3000 --gather 16 --error 10%";
     let rule = "--method iwasaki2019 --confidence 99% --audit 384 --json d.json";
