@@ -263,8 +263,7 @@ fn gloss_is_put_back() {
     let facets = FacetInput { across: Some(0.1.into()), ..0.5.into() };
     let Surface::Conductor { fresnel, specular, .. } = metal else { unreachable!() };
     let mut back = parallelogram(Vec3::new(-0.9, 0.6, -0.98), Vec3::X * 0.6, Vec3::Y * 0.6);
-    let brushed = |positions: &[Vec3]| positions.iter().map(|p| Vec2::new(p.x + p.y, p.x - p.y)).collect();
-    back.uvs = brushed(&back.positions);
+    back.uvs = back.positions.iter().map(|p| Vec2::new(p.x + p.y, p.x - p.y)).collect();
     place(&mut b, back, Material::new("brushed", Surface::Conductor { fresnel, specular, facets }));
     transport_agrees(b, 0.02, "gloss");
 }
