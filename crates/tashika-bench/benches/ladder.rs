@@ -22,7 +22,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use tashika::accel::Tracer;
-use tashika::integrator::{Method, Promise, Truth};
+use tashika::integrator::{Promise, SumMethod, Truth};
 use tashika::render::with_threads;
 use tashika_bench::embree::{Build, Call, Library4, Segment, Traced};
 use tashika_bench::measure::{Timed, Variant, cpu_seconds, in_turns, median};
@@ -125,12 +125,12 @@ fn subject(args: &SubjectArgs) -> Result<Subject> {
 }
 
 /// A sum over one set of so many VPLs, at so many gather points, by a method.
-fn sum(of: &SubjectArgs, method: Method, vpls: u64, points: u64) -> Result<Subject> {
+fn sum(of: &SubjectArgs, method: SumMethod, vpls: u64, points: u64) -> Result<Subject> {
     let [vpls, points] = [vpls, points].map(Some);
     subject(&SubjectArgs { method, truth: Some(Truth::Vpl), vpls, points, ..of.clone() })
 }
 
-const OURS: Method = Method::Tashika(Promise::Calibrated);
+const OURS: SumMethod = SumMethod::Tashika(Promise::Calibrated);
 
 fn whole_render(of: &Subject) {
     drop(black_box(of.render(&of.tracer)));
@@ -220,7 +220,7 @@ fn many_points(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
 
 fn whole_sums(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let speed = |(vpls, points): (u64, u64)| -> Result<String> {
-        let [whole, ours] = [Method::Exact, OURS].map(|method| sum(of, method, vpls, points));
+        let [whole, ours] = [SumMethod::Exact, OURS].map(|method| sum(of, method, vpls, points));
         Ok(ratio(&renders(args, &[&whole?, &ours?])?[1]))
     };
     let speeds: Result<Vec<String>> =
@@ -230,7 +230,8 @@ fn whole_sums(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
 
 fn certified(_: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let method = |method| sum(of, method, 10_000, 16).map(|of| rays(&of));
-    let (ours, published) = (method(Method::Tashika(Promise::Certified))?, method(Method::Iwasaki2019)?);
+    let (ours, published) =
+        (method(SumMethod::Tashika(Promise::Certified))?, method(SumMethod::Iwasaki2019)?);
     Ok(Some(format!("{:.2}", ours / published)))
 }
 

@@ -3,18 +3,17 @@
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use tashika::accel::Tracer;
 use tashika::film::Window;
-use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{GuidedLights, Integrator, LightTransport, LitBy, Method, Setting, Truth};
+use tashika::integrator::{MANY_PAIRS, Setting, SumMethod, Truth};
 use tashika::io::{LoadOptions, load_scene};
-use tashika::render::{RenderOptions, Rendered, TileShare, render};
-use tashika::request::{Integration, Request};
-use tashika::scene::{Camera, Scene, builtin};
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::render::Rendered;
+use tashika::renderer::{Lights, Prepared, Renderer};
+use tashika::request::{Framing, Method, Request};
+use tashika::scene::{Scene, builtin};
+use tashika::tree::LightTree;
 use tashika::vpl::VplSet;
 
 /// What is rendered, as it is typed. What is not said is as the program has it.
@@ -37,7 +36,7 @@ pub struct SubjectArgs {
     pub vpls: Option<u64>,
     /// Method
     #[arg(long, default_value = "tashika")]
-    pub method: Method,
+    pub method: SumMethod,
     /// What the error is the distance from: transport, clamped or vpl
     #[arg(long, value_parser = truth)]
     pub truth: Option<Truth>,
@@ -75,16 +74,7 @@ pub struct Subject {
     args: SubjectArgs,
     /// Rays.
     pub tracer: Tracer,
-    lit: Lit,
-    integration: Integration,
-    gather: GatherOptions,
-    camera: Camera,
-}
-
-/// The lights of a subject.
-enum Lit {
-    Set(VplSet, LightTree),
-    Guided(GuidedLights),
+    prepared: Prepared<'static>,
 }
 
 /// Reads the scene that was typed.
@@ -103,88 +93,62 @@ impl Subject {
 
     /// Makes everything that a render with this tracer needs.
     pub fn of(tracer: Tracer, args: &SubjectArgs) -> Result<Self, Box<dyn Error>> {
-        let SubjectArgs { method, truth, error, vpls, points, .. } = *args;
-        let request =
-            Request { method: Some(method), truth, error, vpls, gather: points, ..Request::default() };
-        let resolved = request.resolve()?;
-        let (integration, gather) = (resolved.integration.sized(args.size), resolved.gather);
-        let camera = tracer.scene().cameras()[0].clone();
-        let view = View { camera: &camera, size: args.size, gather, seed: request.seed };
-        let lit = match &integration {
-            Integration::ManyLights { lights: Some(options), .. } => {
-                let set = VplSet::trace(&tracer, options)?;
-                let tree = LightTree::build(&set, LightTreeBuilder::default());
-                Lit::Set(set, tree)
-            }
-            Integration::Transport { lights: Some(options), truth, .. } => {
-                Lit::Guided(GuidedLights::trace(&tracer, options, *truth, &view)?)
-            }
-            _ => unreachable!("a method of lights that are not given traces them"),
+        let SubjectArgs { method, truth, error, vpls, points, size, crop, .. } = *args;
+        // Sums are measured as they are estimated, however short: no cut is too large.
+        let is_our_sum = matches!(method, SumMethod::Tashika(_)) && truth == Some(Truth::Vpl);
+        let max_pairs = is_our_sum.then_some(MANY_PAIRS);
+        let request = Request {
+            method: method.into(),
+            truth,
+            error,
+            max_pairs,
+            vpls,
+            gather: points,
+            ..Request::default()
         };
-        Ok(Self { args: args.clone(), tracer, lit, integration, gather, camera })
+        let framing = Framing { size: Some(size), crop: Some(middle(size, crop)) };
+        let prepared = Renderer::on(&tracer).request(request).framing(framing).prepare()?;
+        Ok(Self { args: args.clone(), tracer, prepared })
     }
 
-    /// What integrators need.
+    /// What integrators need, with rays from this tracer.
     pub fn setting<'a>(&'a self, tracer: &'a Tracer) -> Setting<'a> {
-        let Self { camera, gather, .. } = self;
-        Setting { tracer, view: View { camera, size: self.args.size, gather: *gather, seed: 1 } }
+        Setting { tracer, ..self.prepared.setting() }
     }
 
     /// The one set of VPLs and its tree, if the render is a sum over it.
     pub fn set(&self) -> Option<(&VplSet, &LightTree)> {
-        match &self.lit {
-            Lit::Set(set, tree) => Some((set, tree)),
-            Lit::Guided(_) => None,
+        match self.prepared.lights() {
+            Lights::Set(lights) => Some((lights.set(), lights.tree())),
+            Lights::Guided(_) | Lights::Emitters => None,
         }
     }
 
     /// The part of the image that is rendered.
     pub fn window(&self) -> Window {
-        let [width, height] = self.args.size;
-        let side = self.args.crop.unwrap_or(u32::MAX);
-        let (w, h) = (side.min(width), side.min(height));
-        Window { x: (width - w) / 2, y: (height - h) / 2, width: w, height: h }
+        self.prepared.window()
     }
 
     /// Renders, with this tracer or one that is heard.
     pub fn render(&self, tracer: &Tracer) -> Rendered {
-        match (&self.integration, &self.lit) {
-            (Integration::ManyLights { method, options, .. }, Lit::Set(set, tree)) => {
-                let lit = LitBy { set, tree: Some(tree) };
-                self.render_by(tracer, method.integrator(lit, options).as_ref())
-            }
-            (Integration::Transport { options, .. }, Lit::Guided(lights)) => {
-                self.render_by(tracer, &LightTransport::new(tracer, lights, options))
-            }
-            _ => unreachable!("lights are made for the integration"),
-        }
-    }
-
-    fn render_by(&self, tracer: &Tracer, integrator: &dyn Integrator) -> Rendered {
-        let window = RenderOptions { window: self.window(), share: TileShare::default() };
-        let never = AtomicBool::new(false);
-        render(&self.setting(tracer), integrator, &window, &|_| (), &never)
-            .expect("options are those of a render")
+        self.prepared.on(tracer).render().expect("options are those of a render")
     }
 
     /// How many VPLs there are.
     pub fn lights(&self) -> u64 {
-        match &self.lit {
-            Lit::Set(set, _) => set.len() as u64,
-            Lit::Guided(lights) => lights.count(),
-        }
+        self.prepared.lights().provenance().map_or(0, |lights| lights.direct + lights.indirect)
     }
 
     /// One line about it.
     pub fn describe(&self) -> String {
         let [width, height] = self.args.size;
         let window = self.window();
-        let about = match &self.integration {
-            Integration::ManyLights { method, options, .. } => format!("{method}, error {}", options.error),
-            Integration::Transport { truth, options, .. } => {
+        let about = match self.prepared.method() {
+            Method::Sum { method, options, .. } => format!("{method}, error {}", options.error),
+            Method::Transport { truth, options, .. } => {
                 format!("{}, truth {truth}, error {}", self.args.method, options.error)
             }
-            Integration::Path(_) => "path".to_owned(),
+            Method::Path(_) => "path".to_owned(),
         };
         format!(
             "{}, {width}x{height} ({}x{} in the middle), {} VPLs, {} gather points, {about}",
@@ -192,7 +156,14 @@ impl Subject {
             window.width,
             window.height,
             self.lights(),
-            self.gather.points,
+            self.prepared.setting().view.gather.points,
         )
     }
+}
+
+/// A square of this side in the middle of an image; all of it if none is said.
+fn middle([width, height]: [u32; 2], side: Option<u32>) -> Window {
+    let side = side.unwrap_or(u32::MAX);
+    let (w, h) = (side.min(width), side.min(height));
+    Window { x: (width - w) / 2, y: (height - h) / 2, width: w, height: h }
 }

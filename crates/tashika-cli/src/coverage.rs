@@ -4,10 +4,11 @@ use tashika::experiment::{Column, Ground, Group};
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, about_intervals, prepare, quantities, scenery};
+use crate::measure::{Bench, Findings, Subjects, about_intervals, prepare, quantities, scenery};
 use crate::plan::CoveragePlan;
 use crate::progress::{Meter, metered};
-use crate::summary::counted;
+use crate::summary::{Seconds, counted};
+use crate::watcher::Watcher;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
@@ -33,8 +34,10 @@ pub fn run(plan: &CoveragePlan) -> Result<Outcome, Failure> {
 
 fn work(plan: &CoveragePlan, meter: &Meter) -> Result<Outcome, Failure> {
     let common = &plan.measure.common;
-    let (stage, pixels, lit) = prepare(&plan.measure, &plan.lights, plan.pixels, meter)?;
-    let setting = stage.setting(plan.gather, plan.measure.seed);
+    let watcher = Watcher::new(meter, Seconds::default());
+    let (stage, subjects) = prepare(&plan.measure, &plan.asked, Some(plan.pixels), meter, &watcher)?;
+    let Subjects { prepared, pixels, lights } = &subjects;
+    let setting = prepared.setting();
     let cells = &plan.measure.cells;
     let mut findings = Findings {
         title: format!(
@@ -42,10 +45,10 @@ fn work(plan: &CoveragePlan, meter: &Meter) -> Result<Outcome, Failure> {
             stage.scene.name()
         ),
         above: vec![
-            scenery(&stage, &pixels),
+            scenery(&stage, pixels),
             format!(
                 "{}; {}",
-                quantities(lit.set.len() as u64, &plan.gather),
+                quantities(lights.set().len() as u64, &setting.view.gather),
                 counted(cells[0].seeds, "seed", "seeds")
             ),
         ],
@@ -58,12 +61,11 @@ fn work(plan: &CoveragePlan, meter: &Meter) -> Result<Outcome, Failure> {
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
-        let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
+        let Some(reference) = bench.exact(&setting, lights, pixels)? else { return Ok(()) };
         let groups: Vec<Group> =
             plan.by.iter().flat_map(|grouping| grouping.groups(&reference, &setting)).collect();
         findings.of = cells.len() * (1 + groups.len());
-        let ground =
-            Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &groups };
+        let ground = Ground { setting, lights, pixels, reference: &reference, groups: &groups };
         for cell in cells {
             let Some(rows) = bench.run(&ground, cell)? else { break };
             findings.rows.extend(rows);

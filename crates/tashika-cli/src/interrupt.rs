@@ -35,8 +35,18 @@ pub fn listen(common: &Common) {
 
 /// Runs `work` with a flag that the first Ctrl-C sets.
 pub fn with_flag<T>(work: impl FnOnce(&AtomicBool) -> T) -> T {
-    RENDERING.store(true, Ordering::SeqCst);
+    heed(true);
     let result = work(&ASKED);
-    RENDERING.store(false, Ordering::SeqCst);
+    heed(false);
     result
+}
+
+/// The flag that the first Ctrl-C sets while it is [heeded](heed).
+pub fn flag() -> &'static AtomicBool {
+    &ASKED
+}
+
+/// From now on Ctrl-C sets the flag, or ends the program.
+pub fn heed(whether: bool) {
+    RENDERING.store(whether, Ordering::SeqCst);
 }

@@ -10,7 +10,6 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
-mod audit;
 mod compare;
 mod coverage;
 mod exit;
@@ -18,8 +17,6 @@ mod experiment;
 mod farm;
 mod info;
 mod interrupt;
-mod kept;
-mod lit;
 mod measure;
 mod merge;
 mod plan;
@@ -32,6 +29,7 @@ mod tev;
 mod values;
 mod view;
 mod vpl;
+mod watcher;
 
 use std::process::ExitCode;
 

@@ -2,6 +2,7 @@
 //! is told at the end.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -10,47 +11,52 @@ use tashika::experiment::{
 };
 use tashika::film::{Film, Window};
 use tashika::gather::GatherOptions;
-use tashika::integrator::{Exact, LitBy, Setting};
+use tashika::integrator::{FullSum, Setting};
 use tashika::io::write_file;
+use tashika::renderer::{Lights, Prepared};
 use tashika::report::{Claims, Page, Shown, percent_of_error, percent_of_share, percent_of_tolerance};
-use tashika::tree::LightTree;
-use tashika::vpl::VplSet;
+use tashika::tree::LightSet;
 
 use crate::exit::{Failure, Outcome};
-use crate::plan::{Common, Folder, Lights, MeasurePlan};
+use crate::plan::{Asked, Common, Folder, MeasurePlan};
 use crate::progress::Meter;
-use crate::stage::{Stage, light_tree, stored_lights};
+use crate::stage::{Stage, stored_lights};
 use crate::summary::{Seconds, but_box, counted, print, typed_command, write_json};
+use crate::watcher::Watcher;
 
-/// Lights and the tree over them.
-pub struct Lit {
+/// Pixels of one view, and the lights that they are summed over.
+pub struct Subjects<'m> {
+    /// The view.
+    pub prepared: Prepared<'m>,
+    /// The pixels.
+    pub pixels: Pixels,
     /// The lights.
-    pub set: VplSet,
-    /// The tree.
-    pub tree: LightTree,
+    pub lights: Arc<LightSet>,
 }
 
-impl Lit {
-    /// For the methods.
-    pub fn by(&self) -> LitBy<'_> {
-        LitBy { set: &self.set, tree: Some(&self.tree) }
-    }
-}
-
-/// Scene, pixels and lights of a measurement.
-pub fn prepare(
+/// Scene, pixels and lights of a measurement; all pixels if no number is said.
+pub fn prepare<'m>(
     plan: &MeasurePlan,
-    lights: &Lights,
-    pixels: u64,
+    asked: &Asked,
+    pixels: Option<u64>,
     meter: &Meter,
-) -> Result<(Stage, Pixels, Lit), Failure> {
+    watcher: &'m Watcher<'m>,
+) -> Result<(Stage, Subjects<'m>), Failure> {
     let mut seconds = Seconds::default();
-    let stored = stored_lights(Some(lights), meter, &mut seconds)?;
+    let stored = stored_lights(asked.vpl_file(), meter, &mut seconds)?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
-    let pixels = Pixels::of(Window::full(stage.size), Some(pixels), plan.seed)?;
-    let set = stage.lights(lights, stored, meter, &mut seconds)?;
-    let tree = light_tree(&set, meter, &mut seconds);
-    Ok((stage, pixels, Lit { set, tree }))
+    let pixels = Pixels::of(Window::full(stage.framed.size), pixels, plan.seed)?;
+    let prepared = stage.prepare(asked, stored, meter, watcher)?;
+    let lights = light_set(&prepared);
+    Ok((stage, Subjects { prepared, pixels, lights }))
+}
+
+/// The one set of lights of what is measured against sums over it.
+pub fn light_set(prepared: &Prepared<'_>) -> Arc<LightSet> {
+    match prepared.lights() {
+        Lights::Set(lights) => Arc::clone(lights),
+        Lights::Emitters | Lights::Guided(_) => unreachable!("a sum was asked for"),
+    }
 }
 
 /// Measures, and stops when Ctrl-C says so.
@@ -68,10 +74,15 @@ impl Bench<'_> {
     }
 
     /// The exact sums of some pixels; none if interrupted.
-    pub fn exact(&self, setting: &Setting<'_>, lit: &Lit, pixels: &Pixels) -> Result<Option<Film>, Failure> {
+    pub fn exact(
+        &self,
+        setting: &Setting<'_>,
+        lights: &LightSet,
+        pixels: &Pixels,
+    ) -> Result<Option<Film>, Failure> {
         let of = counted(pixels.count(), "pixel", "pixels");
         self.meter.phase(&format!("exact sums of {of}"));
-        let exact = Exact::new(&lit.set);
+        let exact = FullSum::new(lights.set());
         let rendered = pixels.render(setting, &exact, &|p| self.meter.update(p), self.cancel)?;
         Ok(rendered.complete.then_some(rendered.film))
     }
@@ -92,7 +103,7 @@ impl Bench<'_> {
             cancel: self.cancel,
             clock: &|| begun.elapsed().as_secs_f64(),
         };
-        let all = subject(&ground.setting, ground.lit_by.set, ground.pixels);
+        let all = subject(&ground.setting, ground.lights, ground.pixels);
         let group = |group: &Group| Subject { pixels: group.pixels, group: Some(group.name), ..all.clone() };
         let groups: Vec<Subject> = ground.groups.iter().map(group).collect();
         let found = ground.run(cell, &watch)?;
@@ -113,10 +124,10 @@ pub fn told(cell: &Cell) -> String {
 }
 
 /// What cells are run on.
-pub fn subject(setting: &Setting<'_>, set: &VplSet, pixels: &Pixels) -> Subject {
+pub fn subject(setting: &Setting<'_>, lights: &LightSet, pixels: &Pixels) -> Subject {
     Subject {
         scene: setting.tracer.scene().name().to_owned(),
-        vpls: set.len() as u64,
+        vpls: lights.set().len() as u64,
         gather: setting.view.gather.points,
         pixels: pixels.count(),
         group: None,
@@ -125,12 +136,12 @@ pub fn subject(setting: &Setting<'_>, set: &VplSet, pixels: &Pixels) -> Subject 
 
 /// What was measured on, in words.
 pub fn scenery(stage: &Stage, pixels: &Pixels) -> String {
-    let [width, height] = stage.size;
+    let [width, height] = stage.framed.size;
     let chosen = match pixels {
         Pixels::All(_) => "all pixels".to_owned(),
         Pixels::Chosen(pixels) => format!("{} at random", counted(pixels.len() as u64, "pixel", "pixels")),
     };
-    format!("{}, {width}x{height}, camera {}: {chosen}", stage.scene.name(), stage.camera.name)
+    format!("{}, {width}x{height}, camera {}: {chosen}", stage.scene.name(), stage.framed.camera.name)
 }
 
 /// Rows, and how they are shown.

@@ -7,7 +7,7 @@ use tashika::film::{RenderFilm, Tally};
 use tashika::io::{read_exr, write_exr, write_file, write_png};
 use tashika::render::{Merged, Merger};
 use tashika::report::{RenderFacts, about_light_not_found, count, render_page};
-use tashika::request::Integration;
+use tashika::request::Method;
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::MergePlan;
@@ -46,7 +46,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         return Err(Failure::file(message));
     }
     if merged.missing_pixels == 0 {
-        Integration::finish(&mut merged.film);
+        Method::finish(&mut merged.film);
     }
     write_exr(&plan.exr, &merged.film)?;
     write_png(&plan.png, &merged.film, &plan.tone_map)?;
@@ -65,7 +65,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         rows(&report, &merged).print()?;
     }
     let tally = &report.tally;
-    let accepts = plan.accept_budget || Integration::was_picture(merged.film.metadata());
+    let accepts = plan.accept_budget || Method::was_picture(merged.film.metadata());
     Ok(if tally.out_of_budget + tally.not_found > 0 && !accepts { Outcome::BudgetHit } else { Outcome::Done })
 }
 

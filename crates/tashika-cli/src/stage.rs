@@ -1,20 +1,20 @@
-//! What a picture is made of, made once and timed: scene, camera, rays, lights, light tree.
+//! What is looked at, made once and timed: scene, cameras, the tree for rays, and lights from a
+//! file.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use tashika::accel::Tracer;
-use tashika::film::Window;
-use tashika::gather::{GatherOptions, View};
-use tashika::integrator::Setting;
 use tashika::io::load_vpls;
-use tashika::request::Framed;
+use tashika::renderer::{Observer, Prepared, Renderer};
+use tashika::request::{CameraChange, Framed, Framing};
 use tashika::scene::{Camera, Scene};
-use tashika::tree::{LightTree, LightTreeBuilder};
-use tashika::vpl::{VplOptions, VplSet};
+use tashika::tree::LightSet;
+use tashika::vpl::VplSet;
 
 use crate::exit::Failure;
-use crate::plan::{Lights, StagePlan};
+use crate::plan::{Asked, StagePlan};
 use crate::progress::Meter;
 use crate::summary::{Seconds, counted};
 
@@ -22,14 +22,13 @@ use crate::summary::{Seconds, counted};
 pub struct Stage {
     /// The scene.
     pub scene: Arc<Scene>,
-    /// The camera.
-    pub camera: Camera,
-    /// Size of the full image (pixels).
-    pub size: [u32; 2],
-    /// The part that the user or the camera asks for.
-    pub window: Window,
+    /// The camera as the scene has it.
+    camera: Camera,
+    change: CameraChange,
+    /// The camera, the size and the part of the image, as they are rendered.
+    pub framed: Framed,
     /// Rays.
-    pub tracer: Arc<Tracer>,
+    pub tracer: Tracer,
 }
 
 impl Stage {
@@ -48,77 +47,72 @@ impl Stage {
         meter.phase(&format!("reading {}", plan.scene.label()));
         let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
         tell_notes(plan, &scene, meter)?;
-        let mut framed = Vec::new();
+        // What is wrong with a camera is told before the work on the trees.
+        let mut seen = Vec::new();
         for camera in plan.cameras.of(&scene)? {
-            framed.push(plan.framing.of(&plan.change.of(camera)?)?);
+            seen.push((camera.clone(), plan.framing.of(&plan.change.of(camera)?)?));
         }
         meter.phase("building the tree for rays");
-        let tracer = Arc::new(timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene))));
-        let stage = |Framed { camera, size, window }| {
-            let (scene, tracer) = (Arc::clone(&scene), Arc::clone(&tracer));
-            Self { scene, camera, size, window, tracer }
+        let tracer = timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene)));
+        let stage = |(camera, framed)| {
+            let (scene, tracer) = (Arc::clone(&scene), tracer.clone());
+            Self { scene, camera, change: plan.change, framed, tracer }
         };
-        Ok(framed.into_iter().map(stage).collect())
+        Ok(seen.into_iter().map(stage).collect())
     }
 
-    /// What integrators need.
-    pub fn setting(&self, gather: GatherOptions, seed: u64) -> Setting<'_> {
-        Setting { tracer: &self.tracer, view: View { camera: &self.camera, size: self.size, gather, seed } }
-    }
-
-    /// The lights, `stored` if they come from a file; says what is odd about them.
-    pub fn lights(
+    /// Renders what is asked for, with the lights of the file if there is one.
+    pub fn renderer<'o>(
         &self,
-        plan: &Lights,
+        asked: &Asked,
+        stored: Option<Arc<LightSet>>,
+        observer: &'o dyn Observer,
+    ) -> Renderer<'o> {
+        let Framed { size, window, .. } = self.framed;
+        let renderer = Renderer::on(&self.tracer)
+            .camera(self.camera.clone())
+            .camera_change(self.change)
+            .framing(Framing { size: Some(size), crop: Some(window) })
+            .request(asked.request.clone())
+            .observer(observer);
+        match stored {
+            Some(lights) => renderer.lights(lights),
+            None => renderer,
+        }
+    }
+
+    /// Makes what a render needs; says what is odd about its lights.
+    pub fn prepare<'o>(
+        &self,
+        asked: &Asked,
         stored: Option<VplSet>,
         meter: &Meter,
-        seconds: &mut Seconds,
-    ) -> Result<VplSet, Failure> {
-        let set = match (stored, plan) {
-            (Some(set), _) => set,
-            (None, Lights::Trace(options)) => self.trace(options, meter, seconds)?,
-            (None, Lights::File(path)) => timed(&mut seconds.vpls, || load_vpls(path))?,
-        };
-        set.validate_for(&self.scene)?;
-        if set.is_empty() {
+        observer: &'o dyn Observer,
+    ) -> Result<Prepared<'o>, Failure> {
+        let prepared = self.renderer(asked, stored.map(|set| Arc::new(set.into())), observer).prepare()?;
+        let Some(lights) = prepared.lights().provenance() else { return Ok(prepared) };
+        if lights.direct + lights.indirect == 0 {
             meter.note("nothing in the scene sends out light; only what is seen directly will show");
         }
-        let (theirs, ours) = (&set.provenance().scene, self.scene.name());
-        if let (Some(path), true) = (plan.file(), theirs != ours) {
+        let (theirs, ours) = (&lights.scene, self.scene.name());
+        if let (Some(path), true) = (asked.vpl_file(), theirs != ours) {
             let path = path.display();
             meter.note(&format!("{path} was traced in the scene {theirs}, not in {ours}"));
         }
-        Ok(set)
-    }
-
-    /// Traces lights.
-    pub fn trace(
-        &self,
-        options: &VplOptions,
-        meter: &Meter,
-        seconds: &mut Seconds,
-    ) -> Result<VplSet, Failure> {
-        meter.phase(&format!("tracing about {}", counted(options.count, "VPL", "VPLs")));
-        Ok(timed(&mut seconds.vpls, || VplSet::trace(&self.tracer, options))?)
+        Ok(prepared)
     }
 }
 
 /// The lights of a file, if they come from one: it is small beside most scenes, so that what is
 /// wrong with it is told first.
 pub fn stored_lights(
-    plan: Option<&Lights>,
+    path: Option<&Path>,
     meter: &Meter,
     seconds: &mut Seconds,
 ) -> Result<Option<VplSet>, Failure> {
-    let Some(path) = plan.and_then(Lights::file) else { return Ok(None) };
+    let Some(path) = path else { return Ok(None) };
     meter.phase(&format!("reading {}", path.display()));
     Ok(Some(timed(&mut seconds.vpls, || load_vpls(path))?))
-}
-
-/// The tree over the lights.
-pub fn light_tree(set: &VplSet, meter: &Meter, seconds: &mut Seconds) -> LightTree {
-    meter.phase("building the light tree");
-    timed(&mut seconds.trees, || LightTree::build(set, LightTreeBuilder::default()))
 }
 
 /// Notes on the scene that are told; `info` tells all.

@@ -10,9 +10,9 @@ use tashika::film::Tally;
 use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
+use tashika::renderer::Audit;
 use tashika::report::{ErrorBudget, about_light_not_found, about_truth, percent_of_error};
 
-use crate::audit::Audit;
 use crate::exit::Failure;
 use crate::progress::rate;
 
@@ -94,7 +94,7 @@ pub fn but_box(filter: Filter) -> String {
 }
 
 /// Where the lights of a render came from.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct LightsReport {
     /// How many.
     pub count: u64,
@@ -183,7 +183,7 @@ pub struct RenderReport {
     /// Share of the tiles.
     pub tiles: String,
     /// Method.
-    pub method: &'static str,
+    pub method: String,
     /// Paths a pixel, if the method traces them.
     pub paths: Option<u32>,
     /// Gather points a pixel, if the method has them.

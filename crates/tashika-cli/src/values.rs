@@ -4,7 +4,7 @@ use tashika::color::Controlled;
 use tashika::experiment::Grouping;
 use tashika::film::Window;
 use tashika::gather::Filter;
-use tashika::integrator::{Method, Truth};
+use tashika::integrator::{SumMethod, Truth};
 use tashika::io::Exposure;
 use tashika::request::ProjectionName;
 use tashika::vpl::Clamp;
@@ -117,19 +117,19 @@ fn named<T: Copy + ToString>(all: &[T], typed: &str) -> Result<T, String> {
 }
 
 /// A method that is measured: any but the exact one, by which the others are judged.
-pub fn method(typed: &str) -> Result<Method, String> {
+pub fn method(typed: &str) -> Result<SumMethod, String> {
     let method = measured().find(|method| method.name() == typed.trim());
     method.ok_or_else(|| format!("expected {}, or several of them with commas between", method_names()))
 }
 
 /// Names of the methods that are measured.
 pub fn method_names() -> String {
-    measured().map(Method::name).collect::<Vec<_>>().join(", ")
+    measured().map(SumMethod::name).collect::<Vec<_>>().join(", ")
 }
 
 /// The methods that are measured.
-pub fn measured() -> impl Iterator<Item = Method> {
-    Method::ALL.into_iter().filter(|method| *method != Method::Exact)
+pub fn measured() -> impl Iterator<Item = SumMethod> {
+    SumMethod::ALL.into_iter().filter(|method| *method != SumMethod::Exact)
 }
 
 #[cfg(test)]
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn methods_are_those_that_can_be_wrong() {
-        assert_eq!(method("mdlc"), Ok(Method::Mdlc));
+        assert_eq!(method("mdlc"), Ok(SumMethod::Mdlc));
         for typed in ["exact", "path", "", "MDLC"] {
             let said = method(typed).unwrap_err();
             assert!(said.contains("lightcuts, mdlc,") && !said.contains("exact"), "{typed}: {said}");

@@ -12,7 +12,7 @@ use tashika::film::{Film, Plane, RenderFilm, Samples, Value, keys};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
 use tashika::render::Merger;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
-use tashika::request::Integration;
+use tashika::request::Method;
 
 use crate::arrays::array;
 use crate::compare::compare;
@@ -329,7 +329,7 @@ pub fn merge(py: Python<'_>, parts: &Bound<'_, PyAny>) -> PyResult<Image> {
     let merger = merger.ok_or_else(|| option("parts", 0, "at least one image"))?;
     let mut merged = merger.finish().map_err(raised)?;
     if merged.missing_pixels == 0 {
-        py.detach(|| Integration::finish(&mut merged.film));
+        py.detach(|| Method::finish(&mut merged.film));
     }
     Ok(Image::new(merged.film))
 }

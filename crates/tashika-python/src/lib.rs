@@ -11,7 +11,6 @@ mod compare;
 mod errors;
 mod image;
 mod json;
-mod kept;
 mod materials;
 mod measure;
 mod notebook;

@@ -1,21 +1,24 @@
 //! Measurements: exact sums of single pixels, and how often methods keep to their tolerance.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use pyo3::prelude::*;
 use tashika::experiment::{Cell, Ground, Group, Grouping, Pixels, Pool, Row, Subject, Watch as Listener};
 use tashika::film::Window;
-use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{ControlOptions, Exact, LitBy, Method, Setting};
+use tashika::integrator::{ControlOptions, SumMethod};
 use tashika::render::render_pixels;
-use tashika::request::{Framed, Framing, Request};
+use tashika::renderer::{Lights, Prepared, Renderer};
+use tashika::request::{Framing, Request};
+use tashika::scene::Camera;
+use tashika::tree::LightSet;
 
 use crate::arrays::vectors;
 use crate::attended::{Watch, attended};
 use crate::errors::{option, raised};
 use crate::json::from_json;
 use crate::scene::Scene;
-use crate::vpls::Lights;
+use crate::vpls;
 use crate::words;
 
 /// The exact many-light sums of some pixels, (x, y) from the top left: radiance, float32 of shape
@@ -49,14 +52,13 @@ pub fn exact<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.get();
     let camera = scene.camera(camera)?;
-    let Framed { camera, size, .. } = Framing { size, crop: None }.of(camera).map_err(raised)?;
-    let view = View { camera: &camera, size, gather: points(gather, filter)?, seed };
-    let lights = Lights::of(vpls, clamp, seed)?;
+    let sum = Sum::of(vpls, clamp, gather, filter, seed)?;
+    let framing = Framing { size, crop: None };
+    framing.of(camera).map_err(raised)?;
     let rendered = attended(py, threads, progress, |watch| {
-        let lit = lights.lit(scene)?;
-        let setting = Setting { tracer: scene.tracer(), view };
-        let exact = Exact::new(lit.set().set());
-        render_pixels(&setting, &exact, &pixels, &|p| watch.tell(p), watch.cancel())
+        let prepared = sum.renderer(scene, camera).framing(framing).prepare()?;
+        let exact = prepared.integrator()?;
+        render_pixels(&prepared.setting(), exact.as_ref(), &pixels, &|p| watch.tell(p), watch.cancel())
     })?;
     let plane = &rendered.film.planes()[0];
     vectors(
@@ -112,19 +114,43 @@ pub fn coverage<'py>(
     let by: Vec<Grouping> =
         by.iter().map(|name| words::named("by", name, &Grouping::ALL)).collect::<PyResult<_>>()?;
     let camera = scene.camera(camera)?;
-    let Framed { camera, size, .. } = Framing { size, crop: None }.of(camera).map_err(raised)?;
-    let view = View { camera: &camera, size, gather: points(gather, filter)?, seed };
+    let framing = Framing { size, crop: None };
+    let size = framing.of(camera).map_err(raised)?.size;
     let chosen = Pixels::of(Window::full(size), pixels, seed).map_err(raised)?;
-    let lights = Lights::of(vpls, clamp, seed)?;
-    let measured =
-        attended(py, threads, progress, |watch| measure(scene, &lights, view, &chosen, &cells, &by, watch))?;
+    let sum = Sum::of(vpls, clamp, gather, filter, seed)?;
+    let measured = attended(py, threads, progress, |watch| {
+        let prepared = sum.renderer(scene, camera).framing(framing).prepare()?;
+        measure(&prepared, &chosen, &cells, &by, watch)
+    })?;
     from_json(py, &measured)
 }
 
-/// So many gather points a pixel, or the default, with this filter.
-fn points(gather: Option<u64>, filter: Option<&str>) -> PyResult<GatherOptions> {
-    let filter = filter.map(words::filter).transpose()?;
-    Request { gather, filter, ..Request::of_a_sum() }.gather_options().map_err(raised)
+/// What is asked of exact sums: lights that are given or traced, and gather points.
+struct Sum {
+    given: Option<Arc<LightSet>>,
+    request: Request,
+}
+
+impl Sum {
+    fn of(
+        vpls: Option<&Bound<'_, PyAny>>,
+        clamp: Option<&Bound<'_, PyAny>>,
+        gather: Option<u64>,
+        filter: Option<&str>,
+        seed: u64,
+    ) -> PyResult<Self> {
+        let (given, of_lights) = vpls::said(vpls, clamp)?;
+        let filter = filter.map(words::filter).transpose()?;
+        let method = SumMethod::Exact.into();
+        let request = Request { method, gather, filter, seed, ..of_lights };
+        request.resolve().map_err(raised)?;
+        Ok(Self { given: given.map(|set| set.get().shared()), request })
+    }
+
+    fn renderer<'s>(&self, scene: &'s Scene, camera: &Camera) -> Renderer<'s> {
+        let renderer = scene.renderer(camera, &self.request);
+        self.given.iter().cloned().fold(renderer, Renderer::lights)
+    }
 }
 
 fn cells(
@@ -142,7 +168,7 @@ fn cells(
         Some(names) => names.iter().map(|name| words::measured(name)).collect::<PyResult<_>>()?,
     };
     let options = ControlOptions { max_pairs, ..ControlOptions::default() };
-    let common = Cell { method: Method::Exact, options, tolerance: 0.0, seeds };
+    let common = Cell { method: SumMethod::Exact, options, tolerance: 0.0, seeds };
     let told = errors.iter().map(|error| ControlOptions { error: *error, ..options });
     let told = told
         .chain(confidences.iter().map(|confidence| ControlOptions { confidence: *confidence, ..options }));
@@ -152,29 +178,26 @@ fn cells(
 
 /// The rows of all cells; fewer if it was cancelled.
 fn measure(
-    scene: &Scene,
-    lights: &Lights,
-    view: View<'_>,
+    prepared: &Prepared<'_>,
     pixels: &Pixels,
     cells: &[Cell],
     by: &[Grouping],
     watch: &Watch,
 ) -> tashika::error::Result<Vec<Row>> {
-    let lit = lights.lit(scene)?;
-    let (set, setting) = (lit.set().set(), Setting { tracer: scene.tracer(), view });
+    let (setting, exact) = (prepared.setting(), prepared.integrator()?);
+    let Lights::Set(lights) = prepared.lights() else { unreachable!("a sum was asked for") };
     let progress = |p: &_| watch.tell(p);
-    let exact = pixels.render(&setting, &Exact::new(set), &progress, watch.cancel())?;
+    let exact = pixels.render(&setting, exact.as_ref(), &progress, watch.cancel())?;
     let mut rows = Vec::new();
     if !exact.complete {
         return Ok(rows);
     }
     let groups: Vec<Group> = by.iter().flat_map(|grouping| grouping.groups(&exact.film, &setting)).collect();
-    let lit_by = LitBy { set, tree: Some(lit.set().tree()) };
-    let ground = Ground { setting, lit_by, pixels, reference: &exact.film, groups: &groups };
+    let ground = Ground { setting, lights, pixels, reference: &exact.film, groups: &groups };
     let all = Subject {
         scene: setting.tracer.scene().name().to_owned(),
-        vpls: set.len() as u64,
-        gather: view.gather.points,
+        vpls: lights.set().len() as u64,
+        gather: setting.view.gather.points,
         pixels: pixels.count(),
         group: None,
     };

@@ -2,26 +2,25 @@
 
 use std::ffi::CString;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
 
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use tashika::color::Controlled;
 use tashika::error::Result;
-use tashika::experiment::OtherSet;
-use tashika::film::Window;
-use tashika::gather::View;
-use tashika::integrator::{GuidedLights, Integrator, LightTransport, LitBy, Path, Setting, Truth};
-use tashika::render::{Finished, RenderOptions, Rendered, TileShare, blank, resume};
-use tashika::request::{CameraChange, Framed, Framing, Integration, ProjectionName, Request, Resolved};
-use tashika::vpl::VplOptions;
+use tashika::film::{Film, Window};
+use tashika::integrator::Truth;
+use tashika::io::KeptTiles;
+use tashika::render::{Begun, Finished, Progress, TileShare};
+use tashika::renderer::{Observer, Renderer};
+use tashika::request::{CameraChange, Framing, ProjectionName, Request};
 
 use crate::attended::{Watch, attended};
 use crate::errors::raised;
 use crate::image::Image;
-use crate::kept::Kept;
 use crate::scene::Scene;
-use crate::vpls::{self, Lights, VplSet};
+use crate::vpls;
 use crate::words;
 
 /// Renders an image; other Python threads run meanwhile.
@@ -124,90 +123,72 @@ pub fn render(
         seed,
         ..of_lights
     };
-    let Resolved { integration, gather, unused } = request.resolve().map_err(raised)?;
     let projection =
         projection.map(|name| words::named("projection", name, &ProjectionName::ALL)).transpose()?;
-    let change = CameraChange { projection, fov, lens_radius, focus_distance, blades, blade_rotation };
-    let camera = change.of(scene.camera(camera)?).map_err(raised)?;
     let crop = crop.map(|[x, y, width, height]| Window { x, y, width, height });
-    let Framed { camera, size, window } = Framing { size, crop }.of(&camera).map_err(raised)?;
+    let change = CameraChange { projection, fov, lens_radius, focus_distance, blades, blade_rotation };
+    let (camera, framing) = (scene.camera(camera)?, Framing { size, crop });
+    // What is wrong is raised before the work begins.
+    framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
-    for name in unused {
+    for name in request.resolve().map_err(raised)?.unused {
         let name = if name == "lights" { "vpls" } else { name };
         warn(py, &format!("{name} means nothing to the method {method} and is not used"))?;
     }
-    let view = View { camera: &camera, size, gather, seed };
-    let options = RenderOptions { window, share };
-    let kept = Kept::new(checkpoint);
-    let (rendered, other_set) = attended(py, threads, progress, |watch| {
-        let (mut rendered, other_set) =
-            rendered(scene, &integration, given, (view, &change), &options, &kept, watch)?;
-        if rendered.complete && options.share.is_whole() {
-            Integration::finish(&mut rendered.film);
-        }
-        Ok((rendered, other_set))
+    let given = given.map(|set| set.get().shared());
+    let kept = KeptTiles::new(checkpoint);
+    let troubles = Mutex::new(Vec::new());
+    let trouble = |what| troubles.lock().unwrap_or_else(PoisonError::into_inner).push(what);
+    let (film, other_set) = attended(py, threads, progress, |watch| {
+        let watch = Keeping { watch, kept: &kept, trouble: &trouble };
+        let renderer = scene.renderer(camera, &request).observer(&watch);
+        let renderer = renderer.camera_change(change).framing(framing).tiles(share);
+        let prepared = given.into_iter().fold(renderer, Renderer::lights).prepare()?;
+        let rendered = prepared.render_from(|film| watch.begin(film))?;
+        let other_set = prepared.other_set(&rendered)?;
+        Ok((rendered.film, other_set))
     })?;
-    for trouble in kept.troubles() {
+    for trouble in troubles.into_inner().unwrap_or_else(PoisonError::into_inner) {
         warn(py, &trouble)?;
     }
-    Ok(Image::new(rendered.film).beside(other_set))
+    Ok(Image::new(film).beside(other_set))
 }
 
 fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)
 }
 
-/// The film, and what another set of lights would change, if one was traced for it.
-fn rendered(
-    scene: &Scene,
-    integration: &Integration,
-    given: Option<Py<VplSet>>,
-    (view, change): (View<'_>, &CameraChange),
-    part: &RenderOptions,
-    kept: &Kept,
-    watch: &Watch,
-) -> Result<(Rendered, Option<OtherSet>)> {
-    let tracer = scene.tracer();
-    let run = |integrator: &dyn Integrator| {
-        let setting = Setting { tracer, view };
-        let mut film = blank(&setting, integrator, part)?;
-        integration.describe(film.metadata_mut());
-        change.describe(film.metadata_mut());
-        let begun = kept.begin(film)?;
-        let told = |done: &Finished<'_>| {
-            kept.add(done);
-            watch.tell(&done.progress);
-        };
-        resume(&setting, integrator, part, begun, &told, watch.cancel())
-    };
-    match &integration.sized(view.size) {
-        asked @ Integration::ManyLights { lights, options, .. } => {
-            let traced = || lights.clone().unwrap_or_default();
-            let lights = given.map_or_else(|| Lights::Trace(traced()), Lights::Given);
-            let lit = lights.lit(scene)?;
-            let chosen = asked.over(lit.set().set().len(), view.gather.points);
-            let Integration::ManyLights { method, .. } = &chosen else {
-                unreachable!("a sum remains a sum");
-            };
-            let tree = method.needs_tree().then(|| lit.set().tree());
-            let rendered = run(method.integrator(LitBy { set: lit.set().set(), tree }, options).as_ref())?;
-            if let (Lights::Trace(lights), true) = (&lights, rendered.complete && part.share.is_whole()) {
-                let setting = Setting { tracer, view };
-                let other = OtherSet::of(&rendered.film, &setting, *method, options, lights, watch.cancel())?;
-                return Ok((rendered, other));
-            }
-            Ok((rendered, None))
+/// Watches a render, and keeps its finished tiles.
+struct Keeping<'a> {
+    watch: &'a Watch,
+    kept: &'a KeptTiles,
+    trouble: &'a (dyn Fn(String) + Sync),
+}
+
+impl Keeping<'_> {
+    /// What the render that begins with this film goes on from.
+    fn begin(&self, film: Film) -> Result<Begun> {
+        let (begun, damage) = self.kept.begin(film)?;
+        if let (Some(path), Some(damage)) = (self.kept.path(), damage) {
+            (self.trouble)(format!("{}: {damage}; it was rendered again", path.display()));
         }
-        Integration::Transport { lights, truth, options, .. } => {
-            let lights = match (lights, given) {
-                (Some(traced), _) => scene.guided_lights(traced, *truth, &view)?,
-                (None, Some(set)) => Arc::new(GuidedLights::given(tracer, set.get().set(), *truth, &view)?),
-                (None, None) => unreachable!("lights are given or traced"),
-            };
-            Ok((run(&LightTransport::new(tracer, &lights, options))?, None))
+        Ok(begun)
+    }
+}
+
+impl Observer for Keeping<'_> {
+    fn tile(&self, done: &Finished<'_>) {
+        if let Err(trouble) = self.kept.add(done) {
+            (self.trouble)(format!("not all tiles were kept: {trouble}"));
         }
-        Integration::Path(stop) => {
-            Ok((run(&Path::new(tracer, *stop, VplOptions::default().path_depth())?)?, None))
-        }
+        self.progress(&done.progress);
+    }
+
+    fn progress(&self, progress: &Progress) {
+        self.watch.tell(progress);
+    }
+
+    fn cancel(&self) -> &AtomicBool {
+        self.watch.cancel()
     }
 }

@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
 use tashika::error::{Error, Location, Result};
-use tashika::gather::{Filter, View};
-use tashika::integrator::{GuidedLights, Truth};
 use tashika::io::{AskedEnvironment, AskedLight, LightChanges, LoadOptions, load_scene};
+use tashika::renderer::{LightCache, Renderer};
+use tashika::request::Request;
 use tashika::scene::{self, builtin as made};
-use tashika::vpl::VplOptions;
 
 use crate::building::{Camera, Light, Mesh, Parts, build};
 use crate::errors::{option, raised};
@@ -31,18 +30,13 @@ use crate::materials::Material;
 pub struct Scene {
     scene: Arc<scene::Scene>,
     tracer: OnceLock<Tracer>,
-    guided: Mutex<Option<Traced>>,
-}
-
-/// Lights guided to a view, and what they were traced by.
-struct Traced {
-    by: (VplOptions, Truth, scene::Camera, [u32; 2], Filter),
-    lights: Arc<GuidedLights>,
+    /// Of its last render of light transport, so that shares of an image have them in common.
+    lights: LightCache,
 }
 
 impl Scene {
     pub(crate) fn new(scene: scene::Scene) -> Self {
-        Self { scene: Arc::new(scene), tracer: OnceLock::new(), guided: Mutex::default() }
+        Self { scene: Arc::new(scene), tracer: OnceLock::new(), lights: LightCache::default() }
     }
 
     /// Rays; the tree for them is built when it is first needed, on the current pool.
@@ -50,22 +44,9 @@ impl Scene {
         self.tracer.get_or_init(|| Tracer::new(Arc::clone(&self.scene)))
     }
 
-    /// Lights guided to a view: those of the last call, if they are the same, so that shares of an
-    /// image have them in common.
-    pub(crate) fn guided_lights(
-        &self,
-        lights: &VplOptions,
-        truth: Truth,
-        view: &View<'_>,
-    ) -> Result<Arc<GuidedLights>> {
-        let by = (lights.clone(), truth, view.camera.clone(), view.size, view.gather.filter);
-        let known = || self.guided.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(traced) = known().as_ref().filter(|traced| traced.by == by) {
-            return Ok(Arc::clone(&traced.lights));
-        }
-        let lights = Arc::new(GuidedLights::trace(self.tracer(), lights, truth, view)?);
-        *known() = Some(Traced { by, lights: Arc::clone(&lights) });
-        Ok(lights)
+    /// What is asked for of this scene, with the VPLs of its last render; for the pool of the work.
+    pub(crate) fn renderer(&self, camera: &scene::Camera, request: &Request) -> Renderer<'_> {
+        Renderer::on(self.tracer()).camera(camera.clone()).request(request.clone()).light_cache(&self.lights)
     }
 
     /// The camera of that name, or the first.

@@ -1,14 +1,14 @@
 //! Sets of virtual point lights: traced, read, or made of arrays.
 
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use tashika::io::{load_vpls, save_vpls};
 use tashika::request::Request;
-use tashika::tree::{LightTree, LightTreeBuilder};
-use tashika::vpl::{self, Provenance, Vpl, VplKind, VplOptions};
+use tashika::tree::LightSet;
+use tashika::vpl::{self, Provenance, Vpl, VplKind};
 
 use crate::arrays::{array, float_rows, index_column, vectors};
 use crate::attended::attended;
@@ -27,23 +27,16 @@ use crate::words;
 /// ((209, 3), dtype('float32'), 'tiny')
 /// ```
 #[pyclass(frozen, module = "tashika")]
-pub struct VplSet {
-    set: vpl::VplSet,
-    tree: OnceLock<LightTree>,
-}
+pub struct VplSet(Arc<LightSet>);
 
 impl VplSet {
     pub(crate) fn new(set: vpl::VplSet) -> Self {
-        Self { set, tree: OnceLock::new() }
+        Self(Arc::new(set.into()))
     }
 
-    pub(crate) fn set(&self) -> &vpl::VplSet {
-        &self.set
-    }
-
-    /// The tree over the lights; it is built when it is first needed.
-    pub(crate) fn tree(&self) -> &LightTree {
-        self.tree.get_or_init(|| LightTree::build(&self.set, LightTreeBuilder::default()))
+    /// The set, with the tree over it once that is built.
+    pub(crate) fn shared(&self) -> Arc<LightSet> {
+        Arc::clone(&self.0)
     }
 }
 
@@ -122,45 +115,45 @@ impl VplSet {
 
     /// Writes the set to a file, whole or not at all. Raises `FileError`.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| save_vpls(&path, &self.set)).map_err(raised)
+        py.detach(|| save_vpls(&path, self.0.set())).map_err(raised)
     }
 
     /// Positions (m), float32 of shape (n, 3); zero for directional lights.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(py, self.set.lights().iter().map(|light| light.position.to_array()))
+        vectors(py, self.0.set().lights().iter().map(|light| light.position.to_array()))
     }
 
     /// Unit normals or axes, float32 of shape (n, 3); zero for omni lights.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(py, self.set.lights().iter().map(|light| light.direction.to_array()))
+        vectors(py, self.0.set().lights().iter().map(|light| light.direction.to_array()))
     }
 
     /// Intensities (W/sr), or irradiances (W/m²) of directional lights, float32 of shape (n, 3).
     #[getter]
     fn intensities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(py, self.set.lights().iter().map(|light| light.intensity.to_array()))
+        vectors(py, self.0.set().lights().iter().map(|light| light.intensity.to_array()))
     }
 
     /// Numbers of `KINDS`, uint32 of shape (n,).
     #[getter]
     fn kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, self.set.lights().iter().map(|light| light.kind.number() as u32), &[self.set.len()])
+        array(py, self.0.set().lights().iter().map(|light| light.kind.number() as u32), &[self.0.set().len()])
     }
 
     /// Where the set came from: scene, seed, counts, clamp distance (m).
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        from_json(py, self.set.provenance())
+        from_json(py, self.0.set().provenance())
     }
 
     fn __len__(&self) -> usize {
-        self.set.len()
+        self.0.set().len()
     }
 
     fn __repr__(&self) -> String {
-        format!("<tashika.VplSet of {:?}: {} lights>", self.set.provenance().scene, self.set.len())
+        format!("<tashika.VplSet of {:?}: {} lights>", self.0.set().provenance().scene, self.0.set().len())
     }
 }
 
@@ -214,56 +207,4 @@ pub fn said(
         ..Request::default()
     };
     Ok((given, request))
-}
-
-/// The lights that something is computed with.
-pub enum Lights {
-    /// These.
-    Given(Py<VplSet>),
-    /// To be traced.
-    Trace(VplOptions),
-}
-
-impl Lights {
-    /// As [`said`], of one set.
-    pub fn of(
-        vpls: Option<&Bound<'_, PyAny>>,
-        clamp: Option<&Bound<'_, PyAny>>,
-        seed: u64,
-    ) -> PyResult<Self> {
-        let (given, request) = said(vpls, clamp)?;
-        let traced = || Request { seed, ..request }.lights().map(Self::Trace).map_err(raised);
-        given.map_or_else(traced, |set| Ok(Self::Given(set)))
-    }
-
-    /// The set, traced if it has to be; for the pool of the work.
-    pub fn lit(&self, scene: &Scene) -> tashika::error::Result<Lit<'_>> {
-        Ok(match self {
-            Self::Given(set) => {
-                set.get().set.validate_for(scene.tracer().scene())?;
-                Lit::Given(set.get())
-            }
-            Self::Trace(options) => {
-                Lit::Traced(Box::new(VplSet::new(vpl::VplSet::trace(scene.tracer(), options)?)))
-            }
-        })
-    }
-}
-
-/// Lights that are there.
-pub enum Lit<'a> {
-    /// The caller's.
-    Given(&'a VplSet),
-    /// Made for this.
-    Traced(Box<VplSet>),
-}
-
-impl Lit<'_> {
-    /// The set.
-    pub fn set(&self) -> &VplSet {
-        match self {
-            Self::Given(set) => set,
-            Self::Traced(set) => set,
-        }
-    }
 }

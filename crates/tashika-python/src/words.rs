@@ -2,8 +2,9 @@
 
 use pyo3::prelude::*;
 use tashika::gather::Filter;
-use tashika::integrator::{Method, Promise};
+use tashika::integrator::{Promise, SumMethod};
 use tashika::render::TileShare;
+use tashika::request::MethodName;
 use tashika::vpl::Clamp;
 
 use crate::errors::{option, raised};
@@ -16,19 +17,13 @@ pub fn named<T: Copy + ToString>(argument: &str, name: &str, all: &[T]) -> PyRes
     })
 }
 
-/// A method that images are made with; none is path tracing.
-pub fn method(name: &str) -> PyResult<Option<Method>> {
-    if name == "path" {
-        return Ok(None);
-    }
-    Method::ALL.into_iter().find(|m| m.name() == name).map(Some).ok_or_else(|| {
-        let names = Method::ALL.map(Method::name).join(", ");
-        option("method", name, format!("one of {names}, path"))
-    })
+/// A method that images are made with.
+pub fn method(name: &str) -> PyResult<MethodName> {
+    name.parse().map_err(raised)
 }
 
 /// A method that is measured: any but the exact one, by which the others are judged.
-pub fn measured(name: &str) -> PyResult<Method> {
+pub fn measured(name: &str) -> PyResult<SumMethod> {
     let all = all_measured();
     all.iter()
         .copied()
@@ -37,8 +32,8 @@ pub fn measured(name: &str) -> PyResult<Method> {
 }
 
 /// The methods that are measured.
-pub fn all_measured() -> Vec<Method> {
-    Method::ALL.into_iter().filter(|method| *method != Method::Exact).collect()
+pub fn all_measured() -> Vec<SumMethod> {
+    SumMethod::ALL.into_iter().filter(|method| *method != SumMethod::Exact).collect()
 }
 
 /// By which kind of argument an interval is claimed.

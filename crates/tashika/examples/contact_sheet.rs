@@ -5,28 +5,23 @@
 //!
 //! `LIST` names a scene file below `FOLDER` on each line, optionally followed by a tab and the name
 //! of a camera. The sheet has
-//! [`COLUMNS`] pictures a row, of the sizes that fit into 320 × 180 pixels and with the work a pixel of such a picture, in the order of the list, each exposed by its own log-average; what could not be loaded is red. A table
-//! of names, sizes, times and what the pixels are worth is printed.
+//! [`COLUMNS`] pictures a row, of the sizes that fit into 320 × 180 pixels, in the order of the list,
+//! each exposed by its own log-average; what could not be loaded is red. A table of names, sizes,
+//! times and what the pixels are worth is printed.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program: what it prints is its result")]
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use std::{env, fs};
 
-use tashika::accel::Tracer;
+use tashika::Renderer;
 use tashika::color::Rgb;
 use tashika::error::Error;
 use tashika::film::{Film, Plane, PlaneSpec, SampleKind, Window};
-use tashika::gather::View;
-use tashika::integrator::{GuidedLights, LightTransport, Setting};
 use tashika::io::{Exposure, LoadOptions, ToneMap, load_scene, write_png};
 use tashika::reconstruction::seen;
-use tashika::render::{RenderOptions, TileShare, render};
 use tashika::report::error_budget;
-use tashika::request::{Integration, Request};
 
 /// Pictures a row.
 const COLUMNS: u32 = 5;
@@ -55,26 +50,12 @@ fn picture(path: &Path, camera: Option<&str>) -> Result<(Colors, [u32; 2], Strin
     let loaded = start.elapsed().as_secs_f64();
     let notes: u64 = scene.notes().iter().map(|n| n.count).sum();
     let told = format!("{} triangles, {} notes, loaded in {loaded:.1} s", scene.instanced_triangles(), notes);
-    let tracer = Tracer::new(Arc::new(scene));
-    let scene = tracer.scene();
-    let camera = camera.and_then(|name| scene.camera(name)).unwrap_or(&scene.cameras()[0]);
+    let camera = camera.and_then(|name| scene.camera(name)).unwrap_or(&scene.cameras()[0]).clone();
     let [w, h] = camera.resolution.unwrap_or([4, 3]);
     let most = CELL.map(|side| side - 2 * FRAME);
     let scale = (f64::from(most[0]) / f64::from(w)).min(f64::from(most[1]) / f64::from(h));
     let size = [w, h].map(|side| ((f64::from(side) * scale) as u32).max(1));
-    let asked = Request::default().resolve()?;
-    let integration = asked.integration.sized(CELL.map(|side| side - 2 * FRAME));
-    let Integration::Transport { lights: Some(lights), truth, options, .. } = &integration else {
-        unreachable!("light transport is the default");
-    };
-    let view = View { camera, size, gather: asked.gather, seed: 1 };
-    let lights = GuidedLights::trace(&tracer, lights, *truth, &view)?;
-    let integrator = LightTransport::new(&tracer, &lights, options);
-    let setting = Setting { tracer: &tracer, view };
-    let options = RenderOptions { window: Window::full(size), share: TileShare::default() };
-    let mut film = render(&setting, &integrator, &options, &|_| (), &AtomicBool::new(false))?.film;
-    integration.describe(film.metadata_mut());
-    Integration::finish(&mut film);
+    let film = Renderer::new(scene).camera(camera).size(size).render()?.film;
     let pixels = film.window().pixels();
     let half_width = error_budget(&film).map_or(0.0, |budget| 100.0 * budget.total);
     let told = format!("{told}, {:.0} s in all, half-width {half_width:.1} %", start.elapsed().as_secs_f64());

@@ -1,7 +1,38 @@
 //! # tashika: a many-light renderer that knows its own error
 //!
-//! Layers, from the bottom; a module uses only those above it in this list (kept by the test
-//! `tidy`).
+//! State a tolerance and a confidence; each pixel is rendered until it is within the tolerance, and
+//! says how sure it is and why.
+//!
+//! ```
+//! use tashika::{Claim, Renderer, RenderFilm, scene::builtin};
+//!
+//! let image = Renderer::new(builtin::tiny()).error(0.2).size([16, 12]).vpls(20_000).render()?;
+//! let pixel = RenderFilm::of(&image.film).at(3, 5);
+//! assert_eq!(pixel.claim, Claim::Calibrated);
+//! println!("{} ± {} W·m⁻²·sr⁻¹", pixel.radiance.luminance(), pixel.half_width);
+//! # Ok::<(), tashika::Error>(())
+//! ```
+//!
+//! | to | use |
+//! |---|---|
+//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] says what was approximated |
+//! | make one | [`SceneBuilder`](scene::SceneBuilder); [`scene::builtin`] has two |
+//! | render | [`Renderer`], by any [`MethodName`](request::MethodName); [`Observer`](renderer::Observer) watches and ends it |
+//! | judge what was rendered | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |
+//! | read a film | [`RenderFilm`], [`Film`] and its [`planes`](film::planes); [`Claim`] and [`Stop`] say what a pixel claims and why work ended |
+//! | write it | [`write_exr`], [`io::write_png`]; pages are [`report::render_page`] |
+//! | write a method of one's own | [`Integrator`](integrator::Integrator); the example `own_method` |
+//! | use the statistics alone | [`stats::stratified`]: intervals of strata, calibrated and certified |
+//!
+//! Examples that run are in `examples/`: `render`, `own_method`, `certificate`. Lengths are in
+//! metres, radiance in W·m⁻²·sr⁻¹, colours linear Rec. 709. All work runs on the current thread
+//! pool; the same request gives the same bits on any number of threads.
+//!
+//! The rest of the modules is what these are made of: public for experiments, and no boundary that
+//! is kept from one version to the next.
+//!
+//! # Layers
+//! From the bottom; a module uses only those above it in this list (kept by the test `tidy`).
 //!
 //! | layer | modules |
 //! |---|---|
@@ -15,6 +46,7 @@
 //! | 7 | [`integrator`] |
 //! | 8 | [`reconstruction`], [`render`], [`report`], [`request`] |
 //! | 9 | [`experiment`], [`io`] |
+//! | 10 | [`renderer`] |
 #![deny(unsafe_code)]
 
 pub mod accel;
@@ -32,6 +64,7 @@ pub mod io;
 pub mod math;
 pub mod reconstruction;
 pub mod render;
+pub mod renderer;
 pub mod report;
 pub mod request;
 pub mod rng;
@@ -42,6 +75,12 @@ pub mod tree;
 pub mod uncarried;
 pub mod vpl;
 pub mod warp;
+
+pub use error::{Error, Result};
+pub use film::{Claim, Film, RenderFilm, Stop};
+pub use io::{load_scene, write_exr};
+pub use renderer::Renderer;
+pub use scene::Scene;
 
 /// The example of the README, compiled and run as a test of the documentation.
 #[cfg(doctest)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 use tashika::experiment::Grouping;
-use tashika::integrator::Method;
+use tashika::integrator::SumMethod;
 
 use super::{ClampArgs, CommonArgs, FilterArgs, GatherArgs, LightArgs, SourceArgs, StageArgs};
 use crate::values;
@@ -61,7 +61,7 @@ most a quarter of its own error. The folder gets the truth as reference.exr, to 
 pub struct MeasureArgs {
     #[arg(long, value_name = "A,B", value_delimiter = ',', value_parser = values::method, help_heading = "Method",
         help = format!("Methods, of {} [default: all of them]", values::method_names()))]
-    pub methods: Vec<Method>,
+    pub methods: Vec<SumMethod>,
 
     /// Seed of gather points, lights and the choice of pixels; methods have the seeds 1, 2, ...
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]

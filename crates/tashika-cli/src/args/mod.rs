@@ -18,6 +18,7 @@ use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
 use tashika::io::{AskedEnvironment, AskedLight, Exposure};
 use tashika::render::TileShare;
+use tashika::request::MethodName;
 use tashika::vpl::{Clamp, VplOptions};
 
 use crate::tev;
@@ -416,6 +417,13 @@ pub enum Method {
     TashikaCertified,
     /// Path tracing, an independent estimate of light transport itself
     Path,
+}
+
+impl Method {
+    /// The method as the library calls it: by the same name.
+    pub fn name(self) -> tashika::error::Result<MethodName> {
+        self.to_possible_value().expect("no method is hidden").get_name().parse()
+    }
 }
 
 #[derive(Debug, ClapArgs)]

@@ -5,9 +5,11 @@ use tashika::experiment::{Column, Ground};
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, about_intervals, prepare, quantities, scenery};
+use crate::measure::{Bench, Findings, Subjects, about_intervals, prepare, quantities, scenery};
 use crate::plan::AblationPlan;
 use crate::progress::Meter;
+use crate::summary::Seconds;
+use crate::watcher::Watcher;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
@@ -23,11 +25,13 @@ const COLUMNS: &[Column] = &[
 /// Runs the whole method, then each of the others.
 pub fn work(plan: &AblationPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
-    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, meter)?;
-    let setting = stage.setting(plan.gather, measure.seed);
+    let watcher = Watcher::new(meter, Seconds::default());
+    let (stage, subjects) = prepare(measure, &plan.asked, Some(plan.pixels), meter, &watcher)?;
+    let Subjects { prepared, pixels, lights } = &subjects;
+    let setting = prepared.setting();
     let mut findings = Findings {
         title: format!("{}: what each ingredient is worth", stage.scene.name()),
-        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, &plan.gather)],
+        above: vec![scenery(&stage, pixels), quantities(lights.set().len() as u64, &setting.view.gather)],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,
@@ -37,9 +41,8 @@ pub fn work(plan: &AblationPlan, meter: &Meter) -> Result<Outcome, Failure> {
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
-        let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
-        let ground =
-            Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
+        let Some(reference) = bench.exact(&setting, lights, pixels)? else { return Ok(()) };
+        let ground = Ground { setting, lights, pixels, reference: &reference, groups: &[] };
         for cell in &measure.cells {
             let Some(row) = bench.row(&ground, cell)? else { break };
             findings.rows.push(row);

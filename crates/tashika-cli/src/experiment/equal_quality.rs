@@ -7,9 +7,11 @@ use tashika::report::{percent_of_share, percent_of_tolerance};
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, about_intervals, not_reached, prepare, quantities, scenery};
+use crate::measure::{Bench, Findings, Subjects, about_intervals, not_reached, prepare, quantities, scenery};
 use crate::plan::EqualQualityPlan;
 use crate::progress::Meter;
+use crate::summary::Seconds;
+use crate::watcher::Watcher;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
@@ -26,8 +28,10 @@ const COLUMNS: &[Column] = &[
 /// Searches, method by method.
 pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
-    let (stage, pixels, lit) = prepare(measure, &plan.lights, plan.pixels, meter)?;
-    let setting = stage.setting(plan.gather, measure.seed);
+    let watcher = Watcher::new(meter, Seconds::default());
+    let (stage, subjects) = prepare(measure, &plan.asked, Some(plan.pixels), meter, &watcher)?;
+    let Subjects { prepared, pixels, lights } = &subjects;
+    let setting = prepared.setting();
     let asked = format!(
         "Asked of each method: {} of the pixels within {} of the exact sum.",
         percent_of_share(plan.share),
@@ -35,7 +39,11 @@ pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> 
     );
     let mut findings = Findings {
         title: format!("{}: what the same quality costs", stage.scene.name()),
-        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, &plan.gather), asked],
+        above: vec![
+            scenery(&stage, pixels),
+            quantities(lights.set().len() as u64, &setting.view.gather),
+            asked,
+        ],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,
@@ -45,9 +53,8 @@ pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> 
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
-        let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
-        let ground =
-            Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
+        let Some(reference) = bench.exact(&setting, lights, pixels)? else { return Ok(()) };
+        let ground = Ground { setting, lights, pixels, reference: &reference, groups: &[] };
         for cell in &measure.cells {
             let Some(row) = search(&bench, &ground, cell, plan.share)? else { break };
             if row.within_tolerance < plan.share {

@@ -1,15 +1,19 @@
 //! `tashika experiment scaling`: rays a pixel against the numbers of lights and of gather points.
 
+use std::sync::Arc;
+
 use tashika::experiment::{Column, Ground, Pixels};
 use tashika::film::Window;
+use tashika::tree::LightSet;
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, Lit, about_intervals, scenery};
+use crate::measure::{Bench, Findings, about_intervals, light_set, scenery};
 use crate::plan::ScalingPlan;
 use crate::progress::Meter;
-use crate::stage::{Stage, light_tree};
+use crate::stage::Stage;
 use crate::summary::Seconds;
+use crate::watcher::Watcher;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
@@ -29,7 +33,8 @@ pub fn work(plan: &ScalingPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
     let mut seconds = Seconds::default();
     let stage = Stage::load(&measure.stage, meter, &mut seconds)?;
-    let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), measure.seed)?;
+    let pixels = Pixels::of(Window::full(stage.framed.size), Some(plan.pixels), measure.seed)?;
+    let watcher = Watcher::new(meter, seconds);
     let mut findings = Findings {
         title: format!(
             "{}: what pixels cost by the number of lights and of gather points",
@@ -37,7 +42,7 @@ pub fn work(plan: &ScalingPlan, meter: &Meter) -> Result<Outcome, Failure> {
         ),
         above: vec![scenery(&stage, &pixels)],
         rows: Vec::new(),
-        of: plan.lights.len() * plan.gather.len() * measure.cells.len(),
+        of: plan.asked.iter().map(Vec::len).sum::<usize>() * measure.cells.len(),
         columns: COLUMNS,
         below: about_intervals(),
         images: Vec::new(),
@@ -45,17 +50,18 @@ pub fn work(plan: &ScalingPlan, meter: &Meter) -> Result<Outcome, Failure> {
     };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
-        for options in &plan.lights {
-            if bench.interrupted() {
-                break;
-            }
-            let set = stage.trace(options, meter, &mut seconds)?;
-            let lit = Lit { tree: light_tree(&set, meter, &mut seconds), set };
-            for gather in &plan.gather {
-                let setting = stage.setting(*gather, measure.seed);
-                let Some(reference) = bench.exact(&setting, &lit, &pixels)? else { return Ok(()) };
-                let ground =
-                    Ground { setting, lit_by: lit.by(), pixels: &pixels, reference: &reference, groups: &[] };
+        for of_lights in &plan.asked {
+            // Traced once for all numbers of gather points.
+            let mut traced: Option<Arc<LightSet>> = None;
+            for asked in of_lights {
+                if bench.interrupted() {
+                    return Ok(());
+                }
+                let prepared = stage.renderer(asked, traced.clone(), &watcher).prepare()?;
+                let lights = traced.insert(light_set(&prepared));
+                let setting = prepared.setting();
+                let Some(reference) = bench.exact(&setting, lights, &pixels)? else { return Ok(()) };
+                let ground = Ground { setting, lights, pixels: &pixels, reference: &reference, groups: &[] };
                 for cell in &measure.cells {
                     let Some(row) = bench.row(&ground, cell)? else { return Ok(()) };
                     findings.rows.push(row);

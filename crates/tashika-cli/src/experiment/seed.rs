@@ -1,18 +1,22 @@
 //! `tashika experiment seed`: whole images of all methods, and their errors.
 
 use tashika::experiment::{Cell, Column, Pixels, Pool, Row};
-use tashika::film::{Film, Window};
+use tashika::film::Film;
 use tashika::integrator::Setting;
 use tashika::io::{Exposure, ToneMap, write_exr, write_file, write_png};
 use tashika::report::{error_image, percent_of_tolerance};
+use tashika::tree::LightSet;
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, Lit, about_intervals, quantities, scenery, subject, told};
+use crate::measure::{
+    Bench, Findings, Subjects, about_intervals, prepare, quantities, scenery, subject, told,
+};
 use crate::plan::{Folder, SeedPlan};
 use crate::progress::Meter;
-use crate::stage::{Stage, light_tree, stored_lights, timed};
+use crate::stage::timed;
 use crate::summary::Seconds;
+use crate::watcher::Watcher;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
@@ -35,17 +39,14 @@ const REFERENCE: &str = "reference";
 /// Renders, compares, writes everything.
 pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
-    let mut seconds = Seconds::default();
-    let stored = stored_lights(Some(&plan.lights), meter, &mut seconds)?;
-    let stage = Stage::load(&measure.stage, meter, &mut seconds)?;
-    let window = Window::full(stage.size);
-    let pixels = Pixels::of(window, plan.pixels, measure.seed)?;
-    let set = stage.lights(&plan.lights, stored, meter, &mut seconds)?;
-    let lit = Lit { tree: light_tree(&set, meter, &mut seconds), set };
+    let watcher = Watcher::new(meter, Seconds::default());
+    let (stage, subjects) = prepare(measure, &plan.asked, plan.pixels, meter, &watcher)?;
+    let Subjects { prepared, pixels, lights } = &subjects;
+    let setting = prepared.setting();
     let error = percent_of_tolerance(measure.cells[0].tolerance);
     let mut findings = Findings {
         title: format!("{}: within {error} of the exact sum", stage.scene.name()),
-        above: vec![scenery(&stage, &pixels), quantities(lit.set.len() as u64, &plan.gather)],
+        above: vec![scenery(&stage, pixels), quantities(lights.set().len() as u64, &setting.view.gather)],
         rows: Vec::new(),
         of: measure.cells.len(),
         columns: COLUMNS,
@@ -56,9 +57,8 @@ pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let mut gallery = Gallery { folder: &plan.folder, exposure: Exposure::Auto };
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
-        let run =
-            Run { bench, setting: stage.setting(plan.gather, measure.seed), lit: &lit, pixels: &pixels };
-        let Some(reference) = run.bench.exact(&run.setting, &lit, &pixels)? else { return Ok(()) };
+        let run = Run { bench, setting, lights, pixels };
+        let Some(reference) = run.bench.exact(&run.setting, lights, pixels)? else { return Ok(()) };
         write_exr(&plan.folder.file(&format!("{REFERENCE}.exr")), &reference)?;
         if let Pixels::All(_) = pixels {
             gallery.show(&reference, REFERENCE)?;
@@ -80,7 +80,7 @@ pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
 struct Run<'a> {
     bench: Bench<'a>,
     setting: Setting<'a>,
-    lit: &'a Lit,
+    lights: &'a LightSet,
     pixels: &'a Pixels,
 }
 
@@ -95,7 +95,7 @@ impl Run<'_> {
         let meter = self.bench.meter;
         let all = Pixels::All(reference.window());
         meter.phase(&told(cell));
-        let integrator = cell.method.integrator(self.lit.by(), &cell.options);
+        let integrator = cell.method.integrator(self.lights, &cell.options)?;
         let mut seconds = 0.0;
         let rendered = timed(&mut seconds, || {
             all.render(&self.setting, integrator.as_ref(), &|p| meter.update(p), self.bench.cancel)
@@ -105,7 +105,7 @@ impl Run<'_> {
         }
         let mut pool = Pool::new(cell.allowed());
         let comparison = pool.add(&rendered.film, reference)?;
-        let row = Row::new(&subject(&self.setting, &self.lit.set, self.pixels), cell.into(), &pool, seconds);
+        let row = Row::new(&subject(&self.setting, self.lights, self.pixels), cell.into(), &pool, seconds);
         let name = cell.method.name();
         write_exr(&gallery.folder.file(&format!("{name}.exr")), &rendered.film)?;
         gallery.show(&rendered.film, name)?;

@@ -5,19 +5,23 @@ use std::time::Instant;
 
 use tashika::experiment::{Column, Pixels, Pool, Row, Subject, Told, converged, until_converged};
 use tashika::film::{Film, Window};
-use tashika::integrator::{ControlOptions, GuidedLights, Integrator, LightTransport, Path, Setting, Truth};
+use tashika::gather::View;
+use tashika::integrator::{ControlOptions, GuidedLights, Integrator, LightTransport, PathTracer, Setting};
 use tashika::io::{read_exr, write_exr};
+use tashika::renderer::Lights;
 use tashika::report::{Named, Tolerance, compare, percent_of_share, percent_of_tolerance};
+use tashika::request::{Framed, Request};
 use tashika::vpl::VplOptions;
 
 use crate::args::TransportMethod;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::measure::{Bench, Findings, about_intervals, quantities, scenery};
-use crate::plan::TransportPlan;
+use crate::plan::{Asked, TransportPlan};
 use crate::progress::Meter;
 use crate::stage::Stage;
 use crate::summary::{Seconds, counted};
+use crate::watcher::Watcher;
 
 const COLUMNS: &[Column] = &[
     Column::Method,
@@ -43,7 +47,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     // A file that cannot be read is told before any work.
     let stored = plan.reference.as_ref().map(|file| read_exr(file)).transpose()?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
-    let pixels = Pixels::of(Window::full(stage.size), Some(plan.pixels), plan.seed)?;
+    let pixels = Pixels::of(Window::full(stage.framed.size), Some(plan.pixels), plan.seed)?;
     let mut trials: Vec<Trials<'_>> = plan
         .methods
         .iter()
@@ -60,6 +64,8 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         reference: None,
     };
     let (mut vpls, mut tracing, mut traced) = (0, 0.0, 0);
+    let watcher = Watcher::new(meter, seconds);
+    let gather = plan.request.gather_options()?;
     interrupt::with_flag(|cancel| -> Result<(), Failure> {
         let bench = Bench { meter, cancel };
         let truth = match &stored {
@@ -69,11 +75,13 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         let Some(truth) = truth else { return Ok(()) };
         for number in 0..plan.seeds {
             let seed = plan.seed.wrapping_add(number);
-            meter.phase(&format!("tracing about {}", counted(plan.lights.count, "VPL", "VPLs")));
-            let setting = stage.setting(plan.gather, seed);
+            let request = Request { seed, ..plan.request.clone() };
+            let asked = Asked { request, vpl_file: None };
             let begun = Instant::now();
-            let lights = VplOptions { seed, ..plan.lights.clone() };
-            let lights = GuidedLights::trace(&stage.tracer, &lights, Truth::Transport, &setting.view)?;
+            let prepared = stage.prepare(&asked, None, meter, &watcher)?;
+            let Lights::Guided(lights) = prepared.lights() else {
+                unreachable!("light transport was asked for");
+            };
             tracing += begun.elapsed().as_secs_f64();
             traced += 1;
             vpls = lights.count();
@@ -81,7 +89,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
                 if !trials.render(
                     plan,
                     &bench,
-                    &Drawn { setting, lights: &lights, number },
+                    &Drawn { setting: prepared.setting(), lights, number },
                     &pixels,
                     &truth,
                 )? {
@@ -93,10 +101,10 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     })?;
     // What was rendered before an interruption is told.
     let begun = trials.iter().filter(|trials| !trials.films.is_empty());
-    findings.rows = begun.map(|trials| trials.row(plan, &stage, vpls)).collect();
+    findings.rows = begun.map(|trials| trials.row(&stage, vpls, gather.points)).collect();
     findings.below.extend(trials.iter().filter_map(Trials::disjoint));
     if traced > 0 {
-        let lights = quantities(vpls, &plan.gather);
+        let lights = quantities(vpls, &gather);
         let (tracing, seeds) = (tracing / f64::from(traced), counted(plan.seeds, "seed", "seeds"));
         findings.above.push(format!("{lights}, traced in {tracing:.1} s; {seeds}"));
     }
@@ -120,9 +128,12 @@ fn truth(
     let strictest =
         plan.options.iter().min_by(|a, b| a.error.total_cmp(&b.error)).expect("there is an error");
     let length = until_converged(strictest, plan.most_paths);
-    let path = Path::new(&stage.tracer, length, plan.lights.path_depth())?;
+    let path = PathTracer::new(&stage.tracer, length, VplOptions::default().path_depth())?;
     bench.meter.phase(&format!("path tracing the truth of {}", counted(pixels.count(), "pixel", "pixels")));
-    let setting = stage.setting(plan.gather, plan.seed ^ OTHER_SEED);
+    let Framed { camera, size, .. } = &stage.framed;
+    let gather = plan.request.gather_options()?;
+    let view = View { camera, size: *size, gather, seed: plan.seed ^ OTHER_SEED };
+    let setting = Setting { tracer: &stage.tracer, view };
     let rendered = pixels.render(&setting, &path, &|p| bench.meter.update(p), bench.cancel)?;
     if !rendered.complete {
         return Ok(None);
@@ -176,11 +187,11 @@ impl<'a> Trials<'a> {
     ) -> Result<bool, Failure> {
         let Drawn { setting, lights, number } = *drawn;
         let options = ControlOptions { seed: self.options.seed.wrapping_add(number), ..*self.options };
-        let depth = plan.lights.path_depth();
+        let depth = VplOptions::default().path_depth();
         let integrator: Box<dyn Integrator> = match self.method {
             TransportMethod::Tashika => Box::new(LightTransport::new(setting.tracer, lights, &options)),
             TransportMethod::Path => {
-                Box::new(Path::new(setting.tracer, plan.stops_by_itself(&options), depth)?)
+                Box::new(PathTracer::new(setting.tracer, plan.stops_by_itself(&options), depth)?)
             }
         };
         bench.meter.phase(&format!("{}, error {}", self.name(), percent_of_tolerance(options.error)));
@@ -206,12 +217,12 @@ impl<'a> Trials<'a> {
         Ok(true)
     }
 
-    fn row(&self, plan: &TransportPlan, stage: &Stage, vpls: u64) -> Row {
+    fn row(&self, stage: &Stage, vpls: u64, gather: u32) -> Row {
         let seeds = self.films.len() as u64;
         let subject = Subject {
             scene: stage.scene.name().to_owned(),
             vpls,
-            gather: plan.gather.points,
+            gather,
             // Without those whose truth is not known well enough.
             pixels: self.pool.trials() / seeds,
             group: None,

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use tashika::request::Integration;
+use tashika::request::Method;
 use tashika::scene::builtin;
 
 use crate::exit::Failure;
-use crate::plan::{FarmPlan, Lights};
+use crate::plan::FarmPlan;
 
 /// What an engine is to do: `lights` if there are any, then each share, then `merge`.
 pub struct Job {
@@ -58,15 +58,16 @@ impl Job {
             words.extend(["--light".to_owned(), light.with_absolute_path()?.to_string()]);
         }
         let lights_file = path_text(&folder.join("lights.vpl"))?;
-        if let Some(file) = plan.render.lights.as_ref().and_then(Lights::file) {
+        if let Some(file) = plan.render.asked.vpl_file() {
             words = without(&words, &["--vpl-file"]);
             words.extend(["--vpl-file".to_owned(), path_text(&absolute(file)?)?]);
         }
-        let (mut truth, mut traced) = (None, matches!(&plan.render.lights, Some(Lights::Trace(_))));
-        if let Integration::Transport { lights: Some(_), truth: about, .. } = &plan.render.integration {
+        let (truth, traced) = match &plan.render.resolved.method {
+            Method::Sum { lights, .. } => (None, lights.is_some()),
             // Lights that are given are else taken for a sum's.
-            (truth, traced) = (Some(about), true);
-        }
+            Method::Transport { lights, truth, .. } => (lights.as_ref().map(|_| truth), lights.is_some()),
+            Method::Path(_) => (None, false),
+        };
         let lights = traced.then(|| {
             let mut line = vec![program.clone()];
             line.extend(without(&words, &QUIET));

@@ -4,11 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use tashika::experiment::{Cell, Grouping};
-use tashika::gather::GatherOptions;
-use tashika::integrator::{ControlOptions, Ingredient, MANY_PAIRS, Method, Promise};
-use tashika::vpl::VplOptions;
+use tashika::integrator::{ControlOptions, Ingredient, MANY_PAIRS, Promise, SumMethod};
+use tashika::request::Request;
 
-use super::{Common, Lights, StagePlan, TransportPlan, gather_options, vpl_options};
+use super::{Asked, Common, StagePlan, TransportPlan};
 use crate::args::{
     AblationArgs, CommonArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs,
     SeedArgs, StageArgs,
@@ -59,7 +58,7 @@ impl MeasurePlan {
         }
         let methods = if args.methods.is_empty() { measured().collect() } else { args.methods.clone() };
         let common = Cell {
-            method: Method::Exact,
+            method: SumMethod::Exact,
             options: ControlOptions { max_pairs: told.max_pairs, ..ControlOptions::default() },
             tolerance: 0.0,
             seeds: told.seeds,
@@ -85,10 +84,8 @@ impl MeasurePlan {
 pub struct CoveragePlan {
     /// What all measurements have.
     pub measure: MeasurePlan,
-    /// Gather points.
-    pub gather: GatherOptions,
-    /// The lights.
-    pub lights: Lights,
+    /// Gather points and lights.
+    pub asked: Asked,
     /// Pixels at random.
     pub pixels: u64,
     /// What they are grouped by, besides.
@@ -102,8 +99,7 @@ pub struct CoveragePlan {
 impl CoveragePlan {
     /// Checks what was typed, and that the outputs can be written.
     pub fn new(args: &CoverageArgs) -> Result<Self, Failure> {
-        let gather = gather_options(args.gather.points, &args.gather.filter)?;
-        let lights = Lights::of(&args.source, args.measure.seed)?;
+        let asked = Asked::of_a_sum(&args.source, &args.gather, args.measure.seed)?;
         let told = Told {
             errors: &args.error,
             confidences: &args.confidence,
@@ -112,11 +108,10 @@ impl CoveragePlan {
         };
         let outputs: Vec<&Path> = args.html.iter().chain(&args.csv).map(PathBuf::as_path).collect();
         let measure =
-            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Files(&outputs))?;
+            MeasurePlan::new(&args.stage, &args.measure, &told, asked.vpl_file(), Outputs::Files(&outputs))?;
         Ok(Self {
             measure,
-            gather,
-            lights,
+            asked,
             pixels: args.trials.pixels,
             by: args.by.clone(),
             html: args.html.clone(),
@@ -169,10 +164,8 @@ impl ExperimentPlan {
 pub struct SeedPlan {
     /// What all measurements have.
     pub measure: MeasurePlan,
-    /// Gather points.
-    pub gather: GatherOptions,
-    /// The lights.
-    pub lights: Lights,
+    /// Gather points and lights.
+    pub asked: Asked,
     /// Pixels whose exact sums are computed; none: all.
     pub pixels: Option<u64>,
     /// Where everything goes.
@@ -181,8 +174,16 @@ pub struct SeedPlan {
 
 impl SeedPlan {
     fn new(args: &SeedArgs) -> Result<Self, Failure> {
-        let gather = gather_options(Some(args.gather), &args.filter)?;
-        let lights = Lights::new(args.vpl_file.as_deref(), Some(args.vpls), &args.clamp, args.measure.seed)?;
+        let request = Request {
+            // Of a file, that is how many there are.
+            vpls: args.vpl_file.is_none().then_some(args.vpls),
+            clamp: args.clamp.clamp,
+            gather: Some(args.gather),
+            filter: args.filter.filter,
+            seed: args.measure.seed,
+            ..Request::of_a_sum()
+        };
+        let asked = Asked::new(request, args.vpl_file.as_deref())?;
         let folder = Folder::new(&args.out);
         let told = Told {
             errors: &[args.tolerance.error],
@@ -191,8 +192,8 @@ impl SeedPlan {
             seeds: 1,
         };
         let measure =
-            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Folder(&folder))?;
-        Ok(Self { measure, gather, lights, pixels: args.pixels, folder })
+            MeasurePlan::new(&args.stage, &args.measure, &told, asked.vpl_file(), Outputs::Folder(&folder))?;
+        Ok(Self { measure, asked, pixels: args.pixels, folder })
     }
 }
 
@@ -201,10 +202,8 @@ impl SeedPlan {
 pub struct ScalingPlan {
     /// What all measurements have.
     pub measure: MeasurePlan,
-    /// Gather points, one after the other.
-    pub gather: Vec<GatherOptions>,
-    /// The lights, one after the other.
-    pub lights: Vec<VplOptions>,
+    /// For each number of lights, each number of gather points.
+    pub asked: Vec<Vec<Asked>>,
     /// Pixels at random.
     pub pixels: u64,
     /// Where the tables go.
@@ -213,11 +212,19 @@ pub struct ScalingPlan {
 
 impl ScalingPlan {
     fn new(args: &ScalingArgs) -> Result<Self, Failure> {
-        let gather: Result<_, _> =
-            args.gather.iter().map(|n| gather_options(Some(*n), &args.filter)).collect();
-        let lights = args.vpls.iter().map(|n| vpl_options(Some(*n), &args.clamp, args.measure.seed));
-        let lights: Result<_, _> = lights.collect();
-        let (gather, lights) = (gather?, lights?);
+        let request = Request {
+            clamp: args.clamp.clamp,
+            filter: args.filter.filter,
+            seed: args.measure.seed,
+            ..Request::of_a_sum()
+        };
+        let of = |vpls: u64| {
+            let of = |points: &u64| {
+                Asked::new(Request { vpls: Some(vpls), gather: Some(*points), ..request.clone() }, None)
+            };
+            args.gather.iter().map(of).collect()
+        };
+        let asked = args.vpls.iter().map(|vpls| of(*vpls)).collect::<Result<_, _>>()?;
         let folder = Folder::new(&args.out);
         let told = Told {
             errors: &[args.tolerance.error],
@@ -226,7 +233,7 @@ impl ScalingPlan {
             seeds: args.trials.seeds,
         };
         let measure = MeasurePlan::new(&args.stage, &args.measure, &told, None, Outputs::Folder(&folder))?;
-        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, folder })
+        Ok(Self { measure, asked, pixels: args.trials.pixels, folder })
     }
 }
 
@@ -235,10 +242,8 @@ impl ScalingPlan {
 pub struct EqualQualityPlan {
     /// What all measurements have; the errors in the cells are where the searches begin.
     pub measure: MeasurePlan,
-    /// Gather points.
-    pub gather: GatherOptions,
-    /// The lights.
-    pub lights: Lights,
+    /// Gather points and lights.
+    pub asked: Asked,
     /// Pixels at random.
     pub pixels: u64,
     /// Share of them that has to be within the tolerance.
@@ -249,8 +254,7 @@ pub struct EqualQualityPlan {
 
 impl EqualQualityPlan {
     fn new(args: &EqualQualityArgs) -> Result<Self, Failure> {
-        let gather = gather_options(args.gather.points, &args.gather.filter)?;
-        let lights = Lights::of(&args.source, args.measure.seed)?;
+        let asked = Asked::of_a_sum(&args.source, &args.gather, args.measure.seed)?;
         if !(args.share > 0.0 && args.share <= 1.0) {
             return Err(Failure::option("share", args.share, "above 0, at most 1 (100%)"));
         }
@@ -262,8 +266,8 @@ impl EqualQualityPlan {
             seeds: args.trials.seeds,
         };
         let measure =
-            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Folder(&folder))?;
-        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, share: args.share, folder })
+            MeasurePlan::new(&args.stage, &args.measure, &told, asked.vpl_file(), Outputs::Folder(&folder))?;
+        Ok(Self { measure, asked, pixels: args.trials.pixels, share: args.share, folder })
     }
 }
 
@@ -272,10 +276,8 @@ impl EqualQualityPlan {
 pub struct AblationPlan {
     /// What all measurements have.
     pub measure: MeasurePlan,
-    /// Gather points.
-    pub gather: GatherOptions,
-    /// The lights.
-    pub lights: Lights,
+    /// Gather points and lights.
+    pub asked: Asked,
     /// Pixels at random.
     pub pixels: u64,
     /// Where the tables go.
@@ -284,8 +286,7 @@ pub struct AblationPlan {
 
 impl AblationPlan {
     fn new(args: &AblationArgs) -> Result<Self, Failure> {
-        let gather = gather_options(args.gather.points, &args.gather.filter)?;
-        let lights = Lights::of(&args.source, args.measure.seed)?;
+        let asked = Asked::of_a_sum(&args.source, &args.gather, args.measure.seed)?;
         if !args.measure.methods.is_empty() {
             return Err(Failure::usage(
                 "--methods does not go with ablation, which has methods of its own".to_owned(),
@@ -299,12 +300,12 @@ impl AblationPlan {
             seeds: args.trials.seeds,
         };
         let mut measure =
-            MeasurePlan::new(&args.stage, &args.measure, &told, lights.file(), Outputs::Folder(&folder))?;
+            MeasurePlan::new(&args.stage, &args.measure, &told, asked.vpl_file(), Outputs::Folder(&folder))?;
         let first = measure.cells[0];
-        let methods =
-            std::iter::once(Method::Tashika(Promise::Calibrated)).chain(Ingredient::ALL.map(Method::Without));
+        let methods = std::iter::once(SumMethod::Tashika(Promise::Calibrated))
+            .chain(Ingredient::ALL.map(SumMethod::Without));
         measure.cells = methods.map(|method| Cell { method, ..first }).collect();
-        Ok(Self { measure, gather, lights, pixels: args.trials.pixels, folder })
+        Ok(Self { measure, asked, pixels: args.trials.pixels, folder })
     }
 }
 

@@ -21,7 +21,6 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use tashika::film::Window;
-use tashika::gather::GatherOptions;
 use tashika::io::{LightChanges, LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
 use tashika::report::Tolerance;
 use tashika::request::{CameraChange, Framing, Request};
@@ -29,8 +28,8 @@ use tashika::scene::{Scene, builtin};
 use tashika::vpl::VplOptions;
 
 use crate::args::{
-    CameraArgs, ClampArgs, CommonArgs, CompareArgs, FilterArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs,
-    ServeArgs, SourceArgs, StageArgs, ViewArgs, VplArgs,
+    CameraArgs, CommonArgs, CompareArgs, GatherArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs, ServeArgs,
+    SourceArgs, StageArgs, ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
 
@@ -118,46 +117,40 @@ impl SceneSource {
     }
 }
 
-/// Where the lights come from.
-#[derive(Debug)]
-pub enum Lights {
-    /// Traced for this render.
-    Trace(VplOptions),
-    /// Read from a file.
-    File(PathBuf),
+/// What is asked of pixels, and the lights if they come from a file.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// What is asked for.
+    pub request: Request,
+    /// The file of the VPLs.
+    pub vpl_file: Option<PathBuf>,
 }
 
-impl Lights {
-    /// The lights of a file, or `vpls` of them traced with this clamp and seed.
-    fn new(file: Option<&Path>, vpls: Option<u64>, clamp: &ClampArgs, seed: u64) -> Result<Self, Failure> {
-        Ok(match file {
-            Some(file) => Self::File(file.to_owned()),
-            None => Self::Trace(vpl_options(vpls, clamp, seed)?),
-        })
+impl Asked {
+    /// Checks every value.
+    fn new(request: Request, vpl_file: Option<&Path>) -> Result<Self, Failure> {
+        let request = Request { lights_given: vpl_file.is_some(), ..request };
+        request.resolve()?;
+        Ok(Self { request, vpl_file: vpl_file.map(Path::to_owned) })
     }
 
-    /// What was typed of lights that are traced or read.
-    fn of(source: &SourceArgs, seed: u64) -> Result<Self, Failure> {
-        Self::new(source.vpl_file.as_deref(), source.lights.vpls, &source.lights.clamp, seed)
+    /// What was typed of a sum over lights that are traced or read, at gather points.
+    fn of_a_sum(source: &SourceArgs, gather: &GatherArgs, seed: u64) -> Result<Self, Failure> {
+        let request = Request {
+            vpls: source.lights.vpls,
+            clamp: source.lights.clamp.clamp,
+            gather: gather.points,
+            filter: gather.filter.filter,
+            seed,
+            ..Request::of_a_sum()
+        };
+        Self::new(request, source.vpl_file.as_deref())
     }
 
-    /// The file that they are read from, if they are.
-    pub fn file(&self) -> Option<&Path> {
-        match self {
-            Self::Trace(_) => None,
-            Self::File(path) => Some(path),
-        }
+    /// The file of the VPLs, if there is one.
+    pub fn vpl_file(&self) -> Option<&Path> {
+        self.vpl_file.as_deref()
     }
-}
-
-/// So many lights, or the default, with this clamp and seed.
-fn vpl_options(vpls: Option<u64>, clamp: &ClampArgs, seed: u64) -> Result<VplOptions, Failure> {
-    Ok(Request { vpls, clamp: clamp.clamp, seed, ..Request::default() }.lights()?)
-}
-
-/// So many gather points, or the default, with this filter.
-fn gather_options(points: Option<u64>, filter: &FilterArgs) -> Result<GatherOptions, Failure> {
-    Ok(Request { gather: points, filter: filter.filter, ..Request::of_a_sum() }.gather_options()?)
 }
 
 /// What is looked at, from where, how large.
@@ -260,7 +253,9 @@ impl VplPlan {
         }
         let scene = SceneSource::new(args.input.as_deref(), &args.scene_args)?;
         let seed = args.seed.unwrap_or(VplOptions::default().seed);
-        let options = vpl_options(args.lights.vpls, &args.lights.clamp, seed)?;
+        let request =
+            Request { vpls: args.lights.vpls, clamp: args.lights.clamp.clamp, seed, ..Request::default() };
+        let options = request.lights()?;
         let output = args.output.as_deref().map(|path| with_ending(path, "vpl")).transpose()?;
         let outputs: Vec<&Path> = output.as_deref().into_iter().collect();
         let inputs: Vec<&Path> = scene.files().collect();

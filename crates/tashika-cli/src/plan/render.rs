@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use tashika::gather::GatherOptions;
-use tashika::integrator;
+use tashika::integrator::{Promise, SumMethod};
 use tashika::io::ToneMap;
 use tashika::render::TileShare;
-use tashika::request::{Integration, Request, Resolved};
+use tashika::request::{Method, Request, Resolved};
 
-use super::{Common, Lights, Outputs, Serving, StagePlan};
-use crate::args::{Claim, Method, RenderArgs};
+use super::{Asked, Common, Outputs, Serving, StagePlan};
+use crate::args::{Claim, RenderArgs};
 use crate::exit::Failure;
 
 /// A render.
@@ -19,16 +18,12 @@ pub struct RenderPlan {
     pub stage: StagePlan,
     /// Which tiles.
     pub share: TileShare,
-    /// Gather points.
-    pub gather: GatherOptions,
-    /// Method.
-    pub integration: Integration,
-    /// The one set of lights, if the method sums over one, or if it is given.
-    pub lights: Option<Lights>,
+    /// What is asked of pixels.
+    pub asked: Asked,
+    /// What that comes to, for an image of any size.
+    pub resolved: Resolved,
     /// Where the lights are written, if they are all that is made.
     pub write_vpls: Option<PathBuf>,
-    /// Seed of the camera samples.
-    pub seed: u64,
     /// Files to write; of several cameras, what theirs are named after.
     pub outputs: Outputs,
     /// How the picture is made.
@@ -55,19 +50,13 @@ impl RenderPlan {
         let stage = StagePlan::new(&args.stage, args.crop)?;
         let tone_map = ToneMap { exposure: args.exposure };
         tone_map.validate()?;
-        let Resolved { integration, gather, unused } = request(args).resolve()?;
-        let mut unused: Vec<String> = unused.into_iter().map(typed).collect();
-        let lights = match &integration {
-            Integration::ManyLights { lights: Some(options), .. } => Some(Lights::Trace(options.clone())),
-            Integration::ManyLights { lights: None, .. } | Integration::Transport { lights: None, .. } => {
-                args.source.vpl_file.clone().map(Lights::File)
-            }
-            Integration::Transport { .. } | Integration::Path(_) => None,
-        };
-        if args.write_vpls.is_some() && matches!(integration, Integration::Path(_)) {
+        let asked = Asked::new(request(args)?, args.source.vpl_file.as_deref())?;
+        let resolved = asked.request.resolve()?;
+        let mut unused: Vec<String> = resolved.unused.iter().copied().map(typed).collect();
+        if args.write_vpls.is_some() && matches!(resolved.method, Method::Path(_)) {
             return Err(Failure::usage("--write-vpls: --method path has no virtual point lights"));
         }
-        let audit = args.audit.filter(|_| can_be_audited(&integration));
+        let audit = args.audit.filter(|_| can_be_audited(&resolved.method));
         if audit.is_none() && args.audit.is_some() {
             unused.push("--audit".to_owned());
         }
@@ -78,7 +67,7 @@ impl RenderPlan {
             let cameras = stage.cameras.typed();
             return Err(Failure::option("camera", cameras, format!("one camera with {option}")));
         }
-        let inputs = stage.inputs(args.source.vpl_file.as_deref());
+        let inputs = stage.inputs(asked.vpl_file());
         if !args.serve && (args.serving.port != 0 || args.serving.no_browser) {
             return Err(Failure::usage("--port and --no-browser go with --serve"));
         }
@@ -99,18 +88,16 @@ impl RenderPlan {
         Ok(Self {
             stage,
             share: args.tiles.clone().unwrap_or_default(),
-            gather,
-            lights,
             write_vpls: args.write_vpls.clone(),
-            seed: args.seed,
             outputs,
             tone_map,
             tev: args.tev.clone(),
             checkpoint,
-            accept_budget: integration.is_picture() || args.budget.accept_budget,
+            accept_budget: resolved.method.is_picture() || args.budget.accept_budget,
             serve,
             common,
-            integration,
+            asked,
+            resolved,
             audit,
             unused,
         })
@@ -130,11 +117,11 @@ fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
 }
 
 /// Whether something was promised that is not computed anyway.
-fn can_be_audited(integration: &Integration) -> bool {
-    match integration {
-        Integration::ManyLights { method, .. } => *method != integrator::Method::Exact,
-        Integration::Transport { .. } => true,
-        Integration::Path(_) => false,
+fn can_be_audited(method: &Method) -> bool {
+    match method {
+        Method::Sum { method, .. } => *method != SumMethod::Exact,
+        Method::Transport { .. } => true,
+        Method::Path(_) => false,
     }
 }
 
@@ -146,20 +133,9 @@ fn typed(name: &str) -> String {
     }
 }
 
-fn request(args: &RenderArgs) -> Request {
-    use integrator::{Method as Many, Promise};
-    Request {
-        method: match args.method {
-            Method::Exact => Some(Many::Exact),
-            Method::Lightcuts => Some(Many::Lightcuts),
-            Method::Mdlc => Some(Many::Mdlc),
-            Method::Nabata2016 => Some(Many::Nabata2016),
-            Method::Sakai2018 => Some(Many::Sakai2018),
-            Method::Iwasaki2019 => Some(Many::Iwasaki2019),
-            Method::Tashika => Some(Many::Tashika(Promise::Calibrated)),
-            Method::TashikaCertified => Some(Many::Tashika(Promise::Certified)),
-            Method::Path => None,
-        },
+fn request(args: &RenderArgs) -> Result<Request, Failure> {
+    Ok(Request {
+        method: args.method.name()?,
         claim: args.claim.map(|claim| match claim {
             Claim::Calibrated => Promise::Calibrated,
             Claim::Certified => Promise::Certified,
@@ -177,5 +153,5 @@ fn request(args: &RenderArgs) -> Request {
         gather: args.gather.points,
         filter: args.gather.filter.filter,
         seed: args.seed,
-    }
+    })
 }

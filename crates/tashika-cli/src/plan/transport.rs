@@ -2,10 +2,8 @@
 
 use std::path::PathBuf;
 
-use tashika::gather::GatherOptions;
 use tashika::integrator::{ControlOptions, PathStop, Truth};
 use tashika::request::Request;
-use tashika::vpl::VplOptions;
 
 use super::{Common, Folder, StagePlan};
 use crate::args::{TransportArgs, TransportMethod};
@@ -16,10 +14,8 @@ use crate::exit::Failure;
 pub struct TransportPlan {
     /// Scene, camera, size.
     pub stage: StagePlan,
-    /// Gather points.
-    pub gather: GatherOptions,
-    /// How each set is traced.
-    pub lights: VplOptions,
+    /// Gather points and lights, of the first seed and for the strictest error.
+    pub request: Request,
     /// Who.
     pub methods: Vec<TransportMethod>,
     /// What they are told, one after the other; at least one.
@@ -55,11 +51,10 @@ impl TransportPlan {
             clamp: args.lights.clamp.clamp,
             gather: args.gather.points,
             filter: args.gather.filter.filter,
-            paths: Some(args.paths),
             seed: args.seed,
             ..Request::default()
         };
-        let lights = request.many_lights()?;
+        request.resolve()?;
         let confidence = args.confidence;
         let told = |error| ControlOptions { error, confidence, seed: args.seed, ..ControlOptions::default() };
         let options: Vec<ControlOptions> = args.error.iter().map(|error| told(*error)).collect();
@@ -68,11 +63,12 @@ impl TransportPlan {
         let inputs = stage.inputs(args.reference.as_deref());
         let common = folder.common(&args.common, &inputs)?;
         Ok(Self {
-            gather: request.gather_options()?,
-            lights,
+            most_paths: Request { paths: Some(args.paths), ..request.clone() }
+                .path_count()?
+                .unwrap_or(u32::MAX),
+            request,
             methods: args.methods.clone(),
             options,
-            most_paths: request.path_count()?.unwrap_or(u32::MAX),
             reference: args.reference.clone(),
             pixels: args.pixels,
             seed: args.seed,

@@ -12,9 +12,10 @@ use std::sync::atomic::AtomicBool;
 use super::{Group, Pixels, Pool};
 use crate::error::Result;
 use crate::film::Film;
-use crate::integrator::{ControlOptions, LitBy, Method, Setting};
+use crate::integrator::{ControlOptions, Setting, SumMethod};
 use crate::render::Progress;
 use crate::report::Tolerance;
+use crate::tree::LightSet;
 
 /// What methods are held against each other on.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +23,7 @@ pub struct Ground<'a> {
     /// The world and the gather points.
     pub setting: Setting<'a>,
     /// The VPLs.
-    pub lit_by: LitBy<'a>,
+    pub lights: &'a LightSet,
     /// The pixels.
     pub pixels: &'a Pixels,
     /// Their exact sums.
@@ -35,7 +36,7 @@ pub struct Ground<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// The method.
-    pub method: Method,
+    pub method: SumMethod,
     /// What it is told; the seed is replaced.
     pub options: ControlOptions,
     /// Relative tolerance by which it is judged.
@@ -47,7 +48,7 @@ pub struct Cell {
 impl Cell {
     /// One cell for each method, error and confidence; methods that state no interval take no
     /// confidence.
-    pub fn grid(methods: &[Method], errors: &[f64], confidences: &[f64], common: &Self) -> Vec<Self> {
+    pub fn grid(methods: &[SumMethod], errors: &[f64], confidences: &[f64], common: &Self) -> Vec<Self> {
         let mut cells = Vec::new();
         for &method in methods {
             for &error in errors {
@@ -100,7 +101,7 @@ impl Ground<'_> {
         let mut seconds = 0.0;
         let mut before = Progress { of: cell.seeds * self.pixels.count(), ..Progress::default() };
         for seed in 1..=cell.seeds {
-            let integrator = cell.method.integrator(self.lit_by, &ControlOptions { seed, ..cell.options });
+            let integrator = cell.method.integrator(self.lights, &ControlOptions { seed, ..cell.options })?;
             let tell = |now: &Progress| {
                 (watch.progress)(&Progress {
                     tally: before.tally + now.tally,

@@ -8,10 +8,10 @@ use serde::Serialize;
 use super::{Pixels, Pool};
 use crate::error::Result;
 use crate::film::Film;
-use crate::integrator::{ControlOptions, LitBy, Method, Setting};
+use crate::integrator::{ControlOptions, Setting, SumMethod};
 use crate::report::{Tolerance, percent_of_error};
 use crate::rng::{self, Purpose};
-use crate::tree::{LightTree, LightTreeBuilder};
+use crate::tree::LightSet;
 use crate::vpl::{VplOptions, VplSet};
 
 /// Pixels that are rendered with the other set.
@@ -41,15 +41,14 @@ impl OtherSet {
     pub fn of(
         film: &Film,
         setting: &Setting<'_>,
-        method: Method,
+        method: SumMethod,
         options: &ControlOptions,
         lights: &VplOptions,
         cancel: &AtomicBool,
     ) -> Result<Option<Self>> {
         let lights = VplOptions { seed: rng::key(lights.seed, Purpose::Replicate, 0), ..lights.clone() };
-        let set = VplSet::trace(setting.tracer, &lights)?;
-        let tree = method.needs_tree().then(|| LightTree::build(&set, LightTreeBuilder::default()));
-        let integrator = method.integrator(LitBy { set: &set, tree: tree.as_ref() }, options);
+        let lights = LightSet::new(VplSet::trace(setting.tracer, &lights)?);
+        let integrator = method.integrator(&lights, options)?;
         let count = PIXELS.min(film.window().area());
         let pixels = Pixels::of(film.window(), Some(count), setting.view.seed.wrapping_add(SEED))?;
         let other = pixels.render(setting, integrator.as_ref(), &|_| (), cancel)?;

@@ -7,11 +7,11 @@ use super::*;
 use crate::accel::Tracer;
 use crate::film::{Film, PlaneSpec, SampleKind, Window};
 use crate::gather::{GatherOptions, View};
-use crate::integrator::{ControlOptions, Exact, LitBy, Method, Setting};
+use crate::integrator::{ControlOptions, FullSum, Setting, SumMethod};
 use crate::render::{Progress, render_pixels, with_threads};
 use crate::report::Tolerance;
 use crate::scene::builtin;
-use crate::tree::{LightTree, LightTreeBuilder};
+use crate::tree::LightSet;
 use crate::vpl::{VplOptions, VplSet};
 
 const WINDOW: Window = Window { x: 3, y: 7, width: 5, height: 4 };
@@ -125,7 +125,7 @@ fn trials_of_all_seeds_are_pooled() {
     assert_eq!((pool.quantile(95), pool.quantile(100)), (f64::INFINITY, f64::INFINITY));
 
     let options = ControlOptions { error: 0.01, ..ControlOptions::default() };
-    let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.02, seeds: 2 };
+    let cell = Cell { method: SumMethod::Iwasaki2019, options, tolerance: 0.02, seeds: 2 };
     let subject = Subject { scene: "made".to_owned(), vpls: 1234, gather: 4, pixels: 4, group: None };
     let row = Row::new(&subject, (&cell).into(), &pool, 1.5);
     assert_eq!((row.within_tolerance, row.claims_kept, row.claims), (3.0 / 7.0, Some(0.8), 5));
@@ -140,14 +140,14 @@ fn trials_of_all_seeds_are_pooled() {
 #[test]
 fn methods_without_intervals_have_no_confidence() {
     let common = Cell {
-        method: Method::Exact,
+        method: SumMethod::Exact,
         options: ControlOptions { max_pairs: Some(7), ..ControlOptions::default() },
         tolerance: 0.0,
         seeds: 3,
     };
-    let cells = Cell::grid(&[Method::Mdlc, Method::Sakai2018], &[0.01, 0.05], &[0.5, 0.9], &common);
+    let cells = Cell::grid(&[SumMethod::Mdlc, SumMethod::Sakai2018], &[0.01, 0.05], &[0.5, 0.9], &common);
     let told: Vec<_> = cells.iter().map(|c| (c.method, c.tolerance, c.confidence())).collect();
-    let (mdlc, sakai) = (Method::Mdlc, Method::Sakai2018);
+    let (mdlc, sakai) = (SumMethod::Mdlc, SumMethod::Sakai2018);
     let expected = [
         (mdlc, 0.01, None),
         (mdlc, 0.05, None),
@@ -166,15 +166,14 @@ fn methods_without_intervals_have_no_confidence() {
 /// it now and then.
 fn on_ground<T>(pixels: &Pixels, work: impl FnOnce(&Ground<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
-    let set = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
-    let tree = LightTree::build(&set, LightTreeBuilder::default());
+    let lights = VplOptions { count: 300, ..VplOptions::default() };
+    let lights = LightSet::new(VplSet::trace(&tracer, &lights).unwrap());
     let camera = &tracer.scene().cameras()[0];
     let view = View { camera, size: [24, 16], gather: GatherOptions::default(), seed: 3 };
     let setting = Setting { tracer: &tracer, view };
     let go = AtomicBool::new(false);
-    let reference = pixels.render(&setting, &Exact::new(&set), &|_| {}, &go).unwrap().film;
-    let lit_by = LitBy { set: &set, tree: Some(&tree) };
-    work(&Ground { setting, lit_by, pixels, reference: &reference, groups: &[] })
+    let reference = pixels.render(&setting, &FullSum::new(lights.set()), &|_| {}, &go).unwrap().film;
+    work(&Ground { setting, lights: &lights, pixels, reference: &reference, groups: &[] })
 }
 
 #[test]
@@ -184,7 +183,7 @@ fn a_cell_is_what_its_renders_are() {
     on_ground(&pixels, |ground| {
         let go = AtomicBool::new(false);
         let options = ControlOptions { error: 0.2, confidence: 0.5, ..ControlOptions::default() };
-        let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.05, seeds: 2 };
+        let cell = Cell { method: SumMethod::Iwasaki2019, options, tolerance: 0.05, seeds: 2 };
         let told = std::sync::Mutex::new(Progress::default());
         // A clock that moves on by a second whenever it is looked at.
         let looks = AtomicU32::new(0);
@@ -198,7 +197,7 @@ fn a_cell_is_what_its_renders_are() {
         assert_eq!(seconds, 2.0, "one for each seed");
         let (mut within, mut kept, mut rays) = (0, 0, 0);
         for seed in [1, 2] {
-            let method = cell.method.integrator(ground.lit_by, &ControlOptions { seed, ..options });
+            let method = cell.method.integrator(ground.lights, &ControlOptions { seed, ..options }).unwrap();
             let single = render_pixels(&ground.setting, method.as_ref(), chosen, &|_| {}, &go).unwrap();
             rays += single.totals.rays;
             for &[x, y] in chosen {
@@ -234,7 +233,7 @@ fn the_exact_method_is_always_within() {
     let all = Pixels::of(Window::full([24, 16]), None, 5).unwrap();
     on_ground(&all, |ground| {
         let options = ControlOptions::default();
-        let cell = Cell { method: Method::Exact, options, tolerance: 1e-6, seeds: 1 };
+        let cell = Cell { method: SumMethod::Exact, options, tolerance: 1e-6, seeds: 1 };
         let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false), clock: &|| 0.0 };
         let pool = &ground.run(&cell, &watch).unwrap().unwrap().0[0];
         let every = Share { count: 384, of: 384 };
@@ -253,7 +252,7 @@ fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
             assert_eq!(groups.iter().map(|g| g.pixels).sum::<u64>(), 384, "{grouping}");
             assert!(groups.len() > 1, "{grouping}: {:?}", groups.iter().map(|g| g.name).collect::<Vec<_>>());
             let options = ControlOptions { error: 0.2, confidence: 0.5, ..ControlOptions::default() };
-            let cell = Cell { method: Method::Iwasaki2019, options, tolerance: 0.05, seeds: 1 };
+            let cell = Cell { method: SumMethod::Iwasaki2019, options, tolerance: 0.05, seeds: 1 };
             let watch = Watch { progress: &|_| {}, cancel: &AtomicBool::new(false), clock: &|| 0.0 };
             let (pools, _) = Ground { groups: &groups, ..*ground }.run(&cell, &watch).unwrap().unwrap();
             let of_groups = pools[1..].iter().map(|pool| pool.within());
@@ -304,7 +303,7 @@ fn tables_are_aligned_and_pages_escape() {
     };
     let subject = Subject { scene: "made".to_owned(), vpls: 55_000, gather: 4, pixels: 3, group: None };
     let options = ControlOptions::default();
-    let cell = Cell { method: Method::Mdlc, options, tolerance: 0.02, seeds: 1 };
+    let cell = Cell { method: SumMethod::Mdlc, options, tolerance: 0.02, seeds: 1 };
     let row = Row::new(&subject, (&cell).into(), &pool, 0.25);
     let columns = [Column::Method, Column::Vpls, Column::Confidence, Column::Within, Column::Claims];
     let table = Table::new(std::slice::from_ref(&row), &columns);

@@ -48,11 +48,11 @@ use crate::film::{Metadata, Window};
 
 /// Iwasaki 2019.
 #[derive(Clone, Copy, Debug)]
-pub struct Iwasaki2019<'a>(Published<'a>);
+pub(super) struct Iwasaki2019<'a>(Published<'a>);
 
 impl<'a> Iwasaki2019<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
+    pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scope: Scope::Pixel,

@@ -40,11 +40,11 @@ const MAX_CUT: u64 = 1000;
 
 /// Lightcuts (Walter 2005).
 #[derive(Clone, Copy, Debug)]
-pub struct Lightcuts<'a>(Published<'a>);
+pub(super) struct Lightcuts<'a>(Published<'a>);
 
 impl<'a> Lightcuts<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
+    pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scope: Scope::Point,

@@ -40,11 +40,11 @@ const MAX_CUT: u64 = 1000;
 
 /// Multidimensional Lightcuts (Walter 2006).
 #[derive(Clone, Copy, Debug)]
-pub struct Mdlc<'a>(Published<'a>);
+pub(super) struct Mdlc<'a>(Published<'a>);
 
 impl<'a> Mdlc<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
+    pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scope: Scope::Pixel,

@@ -4,16 +4,15 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::{
-    ControlOptions, Exact, Ingredient, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016, Promise,
-    Sakai2018, Tashika,
+    ControlOptions, FullSum, Ingredient, Integrator, Iwasaki2019, Lightcuts, Lights, Mdlc, Nabata2016,
+    Promise, Sakai2018, Tashika,
 };
 use crate::error::{Error, Result};
-use crate::tree::LightTree;
-use crate::vpl::VplSet;
+use crate::tree::LightSet;
 
 /// A method that estimates the sum over a set of VPLs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Method {
+pub enum SumMethod {
     /// The whole sum.
     Exact,
     /// Walter 2005.
@@ -32,16 +31,7 @@ pub enum Method {
     Without(Ingredient),
 }
 
-/// A set of VPLs, and the tree over them.
-#[derive(Clone, Copy, Debug)]
-pub struct LitBy<'a> {
-    /// The set.
-    pub set: &'a VplSet,
-    /// The tree over it, for the methods that [need](Method::needs_tree) one.
-    pub tree: Option<&'a LightTree>,
-}
-
-impl Method {
+impl SumMethod {
     /// All methods that images are made with, in the order of their years.
     pub const ALL: [Self; 8] = [
         Self::Exact,
@@ -83,17 +73,21 @@ impl Method {
         self != Self::Exact
     }
 
-    /// The method on these lights.
+    /// The method on these lights, whose tree is built if it needs one.
     ///
-    /// # Panics
-    /// If it needs a tree and there is none.
-    pub fn integrator<'a>(self, lit_by: LitBy<'a>, options: &ControlOptions) -> Box<dyn Integrator + 'a> {
+    /// # Errors
+    /// As [`ControlOptions::validate`].
+    pub fn integrator<'a>(
+        self,
+        lights: &'a LightSet,
+        options: &ControlOptions,
+    ) -> Result<Box<dyn Integrator + 'a>> {
+        options.validate()?;
         if self == Self::Exact {
-            return Box::new(Exact::new(lit_by.set));
+            return Ok(Box::new(FullSum::new(lights.set())));
         }
-        let tree = lit_by.tree.expect("the method needs a light tree");
-        let lights = Lights { tree, provenance: lit_by.set.provenance() };
-        match self {
+        let lights = Lights { tree: lights.tree(), provenance: lights.provenance() };
+        Ok(match self {
             Self::Exact => unreachable!("handled above"),
             Self::Lightcuts => Box::new(Lightcuts::new(lights, options)),
             Self::Mdlc => Box::new(Mdlc::new(lights, options)),
@@ -102,17 +96,17 @@ impl Method {
             Self::Iwasaki2019 => Box::new(Iwasaki2019::new(lights, options)),
             Self::Without(ingredient) => Box::new(Tashika::without(lights, options, ingredient)),
             Self::Tashika(promise) => Box::new(Tashika::new(lights, options, promise)),
-        }
+        })
     }
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for SumMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
-impl FromStr for Method {
+impl FromStr for SumMethod {
     type Err = Error;
 
     fn from_str(name: &str) -> Result<Self> {
@@ -129,10 +123,10 @@ mod tests {
 
     #[test]
     fn names_are_read_back() {
-        for method in Method::ALL {
-            assert_eq!(method.name().parse::<Method>().unwrap(), method);
+        for method in SumMethod::ALL {
+            assert_eq!(method.name().parse::<SumMethod>().unwrap(), method);
         }
-        let message = "iwasaki".parse::<Method>().unwrap_err().to_string();
+        let message = "iwasaki".parse::<SumMethod>().unwrap_err().to_string();
         assert!(message.contains("iwasaki2019"), "{message}");
     }
 }

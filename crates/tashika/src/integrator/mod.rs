@@ -1,6 +1,6 @@
 //! Integrators: from a tile of pixels to estimates, each saying how sure it is.
 
-mod exact;
+mod full_sum;
 mod iwasaki2019;
 mod light_transport;
 mod lightcuts;
@@ -8,25 +8,27 @@ mod mdlc;
 mod method;
 mod nabata2016;
 mod options;
-mod path;
+mod path_tracer;
 mod published;
 mod sakai2018;
 mod tashika;
 
 pub use crate::film::{Claim, HalfWidths, PixelRecord, Stop};
-pub use exact::Exact;
-pub use iwasaki2019::Iwasaki2019;
+pub use full_sum::FullSum;
 pub use light_transport::{Estimator, GuidedLights, LightTransport};
-pub use lightcuts::Lightcuts;
-pub use mdlc::Mdlc;
-pub use method::{LitBy, Method};
-pub use nabata2016::Nabata2016;
-pub use options::{ControlOptions, Lights, MANY_PAIRS, Truth};
-pub use path::{Path, PathStop};
-pub use sakai2018::Sakai2018;
-pub use tashika::{Ingredient, Promise, Tashika};
+pub use method::SumMethod;
+pub use options::{ControlOptions, MANY_PAIRS, Truth};
+pub use path_tracer::{PathStop, PathTracer};
+pub use tashika::{Ingredient, Promise};
 
+use iwasaki2019::Iwasaki2019;
+use lightcuts::Lightcuts;
+use mdlc::Mdlc;
+use nabata2016::Nabata2016;
+use options::Lights;
 use published::{Published, Scope};
+use sakai2018::Sakai2018;
+use tashika::Tashika;
 
 use crate::accel::Tracer;
 use crate::film::{Metadata, Window, keys};

@@ -35,11 +35,11 @@ use crate::film::{Metadata, Window};
 
 /// The error estimation framework of Nabata 2016.
 #[derive(Clone, Copy, Debug)]
-pub struct Nabata2016<'a>(Published<'a>);
+pub(super) struct Nabata2016<'a>(Published<'a>);
 
 impl<'a> Nabata2016<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
+    pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scope: Scope::Point,

@@ -9,7 +9,7 @@ use crate::vpl::Provenance;
 
 /// The lights of an image, in a tree.
 #[derive(Clone, Copy, Debug)]
-pub struct Lights<'a> {
+pub(super) struct Lights<'a> {
     /// The tree over them.
     pub tree: &'a LightTree,
     /// Where they come from, with the clamp that belongs to them.

@@ -32,11 +32,11 @@ use crate::film::{Metadata, Window};
 
 /// Sakai 2018.
 #[derive(Clone, Copy, Debug)]
-pub struct Sakai2018<'a>(Published<'a>);
+pub(super) struct Sakai2018<'a>(Published<'a>);
 
 impl<'a> Sakai2018<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
+    pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,
             scope: Scope::Pixel,

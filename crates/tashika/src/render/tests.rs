@@ -6,16 +6,16 @@ use std::sync::atomic::AtomicBool;
 use super::*;
 use crate::accel::Tracer;
 use crate::gather::{GatherOptions, View};
-use crate::integrator::Exact;
+use crate::integrator::FullSum;
 use crate::scene::builtin;
 use crate::vpl::{VplOptions, VplSet};
 
-fn with_setting<T>(work: impl FnOnce(&Setting<'_>, &Exact<'_>) -> T) -> T {
+fn with_setting<T>(work: impl FnOnce(&Setting<'_>, &FullSum<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let lights = VplSet::trace(&tracer, &VplOptions { count: 50, ..VplOptions::default() }).unwrap();
     let camera = &tracer.scene().cameras()[0];
     let view = View { camera, size: [40, 9], gather: GatherOptions::default(), seed: 3 };
-    work(&Setting { tracer: &tracer, view }, &Exact::new(&lights))
+    work(&Setting { tracer: &tracer, view }, &FullSum::new(&lights))
 }
 
 #[test]

@@ -3,17 +3,17 @@
 //!
 //! The program and the Python package say the same things in their own ways; what they come to is
 //! decided here, once, so that the same words give the same image. A [`Request`] holds what was
-//! said, [`Request::resolve`] gives an [`Integration`] with every value in range, and tells what
+//! said, [`Request::resolve`] gives a [`Method`] with every value in range, and tells what
 //! was said in vain: an option that means nothing to the method is no error, but its user should
 //! know.
 //!
 //! | not said | is |
 //! |---|---|
-//! | method | ours, with calibrated claims; whatever it claims, sums of few terms are computed whole ([`Integration::over`]) |
+//! | method | ours, with calibrated claims; whatever it claims, sums of few terms are computed whole ([`Method::over`]) |
 //! | truth | light transport; the sum over one set of VPLs for certified claims, and where these are given |
 //! | error | 5 % of light transport, 2 % of a sum |
 //! | confidence, control, absolute | those of [`ControlOptions`] |
-//! | most pairs | that of the method; of light transport without an error, by the size of the image ([`Integration::sized`]) |
+//! | most pairs | that of the method; of light transport without an error, by the size of the image ([`Method::sized`]) |
 //! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, 250,000 to four million |
 //! | gather points | those of [`GatherOptions`]; 2.56/ε where the truth is about all of them, 32 to 256 |
 //! | filter | the box |
@@ -26,31 +26,22 @@
 
 mod camera_change;
 mod framing;
+mod method;
 #[cfg(test)]
 mod tests;
 
 pub use camera_change::{CameraChange, ProjectionName};
 pub use framing::{Framed, Framing};
+pub use method::{Method, MethodName};
 
 use crate::color::Controlled;
 use crate::error::{Error, Result};
-use crate::film::{Film, Metadata, keys};
 use crate::gather::{Filter, GatherOptions};
-use crate::integrator::{ControlOptions, Method, PathStop, Promise, Truth};
-use crate::reconstruction::reconstruct;
+use crate::integrator::{ControlOptions, PathStop, Promise, SumMethod, Truth};
 use crate::vpl::{Clamp, VplOptions};
 
 /// Relative error of light transport that a picture is to have if nobody says.
 const PICTURE_ERROR: f64 = 0.05;
-/// Pairs and paths of all pixels, at most, where nobody asks for an error: a picture in minutes, of
-/// which each pixel says what it is worth.
-const PICTURE_WORK: u64 = 50_000_000;
-/// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an
-/// error.
-const PIXEL_WORK: [u64; 2] = [128, 4096];
-/// Terms of a pixel up to which ours is the whole sum: that takes no longer than to know it to 2 %.
-/// Measured.
-const SHORT_SUM: u64 = 16_000;
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
@@ -68,8 +59,8 @@ const MANY_POINTS: [f64; 2] = [32.0, 256.0];
 /// What was said; nothing stands for the default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
-    /// How pixels are computed; nothing is path tracing. Default: ours.
-    pub method: Option<Method>,
+    /// The method by its name. Default: ours.
+    pub method: MethodName,
     /// What our method claims, whatever `method` says of it.
     pub claim: Option<Promise>,
     /// What the error is the distance from, for our method.
@@ -103,7 +94,7 @@ pub struct Request {
 impl Default for Request {
     fn default() -> Self {
         Self {
-            method: Some(Method::Tashika(Promise::Calibrated)),
+            method: MethodName::default(),
             claim: None,
             truth: None,
             error: None,
@@ -122,38 +113,11 @@ impl Default for Request {
     }
 }
 
-/// How pixels are computed, with what only that method needs.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Integration {
-    /// A sum over one set of VPLs.
-    ManyLights {
-        /// How the sum is found.
-        method: Method,
-        /// How the set is traced; nothing if it is given.
-        lights: Option<VplOptions>,
-        /// What methods that control their error are told.
-        options: ControlOptions,
-    },
-    /// One large set of VPLs, as one of all that there could be.
-    Transport {
-        /// How it is traced; nothing if it is given.
-        lights: Option<VplOptions>,
-        /// Light transport, or what is left of it without what VPLs do not carry.
-        truth: Truth,
-        /// What is promised.
-        options: ControlOptions,
-        /// Whether nobody asked for an error, so that pixels may run out of budget.
-        is_picture: bool,
-    },
-    /// Path tracing.
-    Path(PathStop),
-}
-
 /// A request with every value in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolved {
     /// How pixels are computed.
-    pub integration: Integration,
+    pub method: Method,
     /// Gather points.
     pub gather: GatherOptions,
     /// Names of what was said and means nothing to the method: fields of [`Request`], `lights` for
@@ -173,8 +137,8 @@ impl Request {
     /// [`Error::Option`] naming what is out of range or does not go with the rest, by the name of its field.
     pub fn resolve(&self) -> Result<Resolved> {
         let options = self.control_options()?;
-        if let (Some(Method::Tashika(Promise::Certified)), Some(Promise::Calibrated)) =
-            (self.method, self.claim)
+        if (self.method.of_lights(), self.claim)
+            == (Some(SumMethod::Tashika(Promise::Certified)), Some(Promise::Calibrated))
         {
             let method = Promise::Certified.method_name();
             return Err(Error::option(
@@ -183,15 +147,15 @@ impl Request {
                 format!("certified, or a method other than {method}"),
             ));
         }
-        let integration = match self.method() {
-            None => Integration::Path(self.path_stop(options)?),
+        let method = match self.sum_method() {
+            None => Method::Path(self.path_stop(options)?),
             Some(method) if self.is_about_all_sets() => {
                 let truth = self.truth();
-                if method == Method::Tashika(Promise::Certified) {
+                if method == SumMethod::Tashika(Promise::Certified) {
                     let expected = format!("calibrated with truth {truth}, about which there is no proof");
                     return Err(Error::option("claim", "certified", expected));
                 }
-                Integration::Transport {
+                Method::Transport {
                     lights: if self.lights_given { None } else { Some(self.many_lights()?) },
                     truth,
                     options,
@@ -200,10 +164,10 @@ impl Request {
             }
             Some(method) => {
                 let lights = if self.lights_given { None } else { Some(self.lights()?) };
-                Integration::ManyLights { method, lights, options }
+                Method::Sum { method, lights, options }
             }
         };
-        Ok(Resolved { integration, gather: self.gather_options()?, unused: self.unused() })
+        Ok(Resolved { method, gather: self.gather_options()?, unused: self.unused() })
     }
 
     /// How one set of VPLs is traced.
@@ -253,15 +217,17 @@ impl Request {
         count.map(Some).ok_or_else(|| Error::option("paths", said, format!("1 to {}", u32::MAX)))
     }
 
-    fn method(&self) -> Option<Method> {
-        match (self.method, self.claim) {
-            (Some(Method::Tashika(_)), Some(claim)) => Some(Method::Tashika(claim)),
+    /// What the method makes of a sum over VPLs; none is path tracing.
+    fn sum_method(&self) -> Option<SumMethod> {
+        match (self.method.of_lights(), self.claim) {
+            (Some(SumMethod::Tashika(_)), Some(claim)) => Some(SumMethod::Tashika(claim)),
             (method, _) => method,
         }
     }
 
     fn truth(&self) -> Truth {
-        let is_of_a_sum = self.lights_given || self.method() == Some(Method::Tashika(Promise::Certified));
+        let is_of_a_sum =
+            self.lights_given || self.sum_method() == Some(SumMethod::Tashika(Promise::Certified));
         self.truth.unwrap_or(if is_of_a_sum { Truth::Vpl } else { Truth::Transport })
     }
 
@@ -271,7 +237,7 @@ impl Request {
     }
 
     fn is_ours(&self) -> bool {
-        matches!(self.method, Some(Method::Tashika(_)))
+        matches!(self.method, MethodName::ManyLights(SumMethod::Tashika(_)))
     }
 
     /// Whether the VPLs stand for all that there could be.
@@ -315,11 +281,11 @@ impl Request {
     }
 
     fn unused(&self) -> Vec<&'static str> {
-        let is_path = self.method.is_none();
-        let is_exact = self.method == Some(Method::Exact);
+        let is_path = self.method == MethodName::Path;
+        let is_exact = self.method == SumMethod::Exact.into();
         let until = is_path && self.error.is_some();
         let is_ours = self.is_ours();
-        let states_interval = self.method().is_some_and(Method::states_interval);
+        let states_interval = self.sum_method().is_some_and(SumMethod::states_interval);
         let said_in_vain = [
             ("vpls", self.vpls.is_some() && is_path),
             ("clamp", self.clamp.is_some() && is_path),
@@ -335,77 +301,6 @@ impl Request {
             ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path)),
         ];
         said_in_vain.into_iter().filter(|(_, vain)| *vain).map(|(name, _)| name).collect()
-    }
-}
-
-impl Integration {
-    /// Whether pixels may claim something about their error: the bound by which
-    /// [`Method::Lightcuts`] and [`Method::Mdlc`] stop is no claim, nor is a number of paths.
-    pub fn promises(&self) -> bool {
-        match self {
-            Self::ManyLights { method, .. } => *method == Method::Exact || method.states_interval(),
-            Self::Transport { .. } => true,
-            Self::Path(stop) => matches!(stop, PathStop::Until { .. }),
-        }
-    }
-
-    /// Whether what is promised, or computed, is a sum over one set of VPLs.
-    pub fn is_of_a_sum(&self) -> bool {
-        matches!(self, Self::ManyLights { .. })
-    }
-
-    /// Whether pixels may run out of budget without anybody's being disappointed.
-    pub fn is_picture(&self) -> bool {
-        matches!(self, Self::Transport { is_picture: true, .. })
-    }
-
-    /// Whether the metadata are those of a film that was rendered so.
-    pub fn was_picture(metadata: &Metadata) -> bool {
-        metadata.bool(keys::PICTURE) == Some(true)
-    }
-
-    /// Does with a finished film what was asked for beyond its estimates: a picture is
-    /// [reconstructed](reconstruct). Whoever joins parts of a film calls it for the whole, with
-    /// what the parts say. Runs on the current thread pool.
-    pub fn finish(film: &mut Film) {
-        if Self::was_picture(film.metadata()) {
-            reconstruct(film);
-        }
-    }
-
-    /// Writes what a film says of the request beyond what its integrator does.
-    pub fn describe(&self, metadata: &mut Metadata) {
-        if self.is_picture() {
-            metadata.set(keys::PICTURE, true);
-        }
-    }
-
-    /// The same over so many VPLs at so many gather points a pixel: by our method, a sum of at most
-    /// 16,000 terms is computed whole, unless it was said how large its cuts may be.
-    #[must_use]
-    pub fn over(&self, lights: usize, points: u32) -> Self {
-        let mut chosen = self.clone();
-        if let Self::ManyLights { method: method @ Method::Tashika(_), options, .. } = &mut chosen
-            && options.max_pairs.is_none()
-            && lights as u64 * u64::from(points) <= SHORT_SUM
-        {
-            *method = Method::Exact;
-        }
-        chosen
-    }
-
-    /// The same for an image of that size (pixels). A picture for which nobody asked for an error
-    /// has so much work in all that it takes minutes, whatever its size: 50 million pairs and
-    /// paths, 128 to 4096 a pixel.
-    #[must_use]
-    pub fn sized(&self, size: [u32; 2]) -> Self {
-        let mut sized = self.clone();
-        if let Self::Transport { options, is_picture: true, .. } = &mut sized {
-            let pixels = size.map(u64::from).iter().product::<u64>().max(1);
-            let [fewest, most] = PIXEL_WORK;
-            options.max_pairs.get_or_insert((PICTURE_WORK / pixels).clamp(fewest, most));
-        }
-        sized
     }
 }
 

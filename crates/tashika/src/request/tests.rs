@@ -37,8 +37,8 @@ fn what_is_not_said_is_the_default() {
     let options = ControlOptions::default();
     let lights = VplOptions::default();
     let ours = Resolved {
-        integration: Integration::ManyLights {
-            method: Method::Tashika(Promise::Calibrated),
+        method: Method::Sum {
+            method: SumMethod::Tashika(Promise::Calibrated),
             lights: Some(lights.clone()),
             options,
         },
@@ -47,16 +47,16 @@ fn what_is_not_said_is_the_default() {
     };
     assert_eq!(resolved(&Request::of_a_sum()), ours);
     let given = resolved(&Request { lights_given: true, ..Request::default() });
-    let method = Method::Tashika(Promise::Calibrated);
-    assert_eq!(given.integration, Integration::ManyLights { method, lights: None, options });
+    let method = SumMethod::Tashika(Promise::Calibrated);
+    assert_eq!(given.method, Method::Sum { method, lights: None, options });
     let both = Request { lights_given: true, truth: Some(Truth::Transport), ..Request::default() };
-    assert!(matches!(resolved(&both).integration, Integration::Transport { lights: None, .. }));
+    assert!(matches!(resolved(&both).method, Method::Transport { lights: None, .. }));
     let certified = resolved(&Request { claim: Some(Promise::Certified), ..Request::default() });
-    assert!(matches!(certified.integration, Integration::ManyLights { .. }));
+    assert!(matches!(certified.method, Method::Sum { .. }));
 
     let transport = Request::default();
     let of_sets = Resolved {
-        integration: Integration::Transport {
+        method: Method::Transport {
             lights: Some(VplOptions { count: 1_000_000, ..lights.clone() }),
             truth: Truth::Transport,
             options: ControlOptions { error: 0.05, ..options },
@@ -74,33 +74,33 @@ fn what_is_not_said_is_the_default() {
         let lights = Some(VplOptions { count, ..lights.clone() });
         let options = ControlOptions { error, ..options };
         let truth = Truth::Transport;
-        assert_eq!(found.integration, Integration::Transport { lights, truth, options, is_picture: false });
+        assert_eq!(found.method, Method::Transport { lights, truth, options, is_picture: false });
         assert_eq!(found.gather.points, points);
     }
 
-    let path = Request { method: None, ..Request::default() };
-    assert_eq!(resolved(&path).integration, Integration::Path(PathStop::Count(64)));
-    assert!(!resolved(&path).integration.promises());
+    let path = Request { method: MethodName::Path, ..Request::default() };
+    assert_eq!(resolved(&path).method, Method::Path(PathStop::Count(64)));
+    assert!(!resolved(&path).method.promises());
     let until = Request { error: Some(0.1), ..path };
     let told = ControlOptions { error: 0.1, ..options };
     let stop = PathStop::Until { options: told, first: 64, most: 1 << 20 };
-    assert_eq!(resolved(&until).integration, Integration::Path(stop));
-    assert!(resolved(&until).integration.promises());
-    for method in [Method::Lightcuts, Method::Mdlc] {
-        let bounded = Request { method: Some(method), ..Request::default() };
-        assert!(!resolved(&bounded).integration.promises(), "{method} stops by a bound and claims nothing");
+    assert_eq!(resolved(&until).method, Method::Path(stop));
+    assert!(resolved(&until).method.promises());
+    for method in [SumMethod::Lightcuts, SumMethod::Mdlc] {
+        let bounded = Request { method: method.into(), ..Request::default() };
+        assert!(!resolved(&bounded).method.promises(), "{method} stops by a bound and claims nothing");
     }
-    let published = Request { method: Some(Method::Nabata2016), ..Request::default() };
-    assert!(resolved(&published).integration.promises());
-    let named = Request { method: Some(Method::Tashika(Promise::Certified)), ..Request::default() };
+    let published = Request { method: SumMethod::Nabata2016.into(), ..Request::default() };
+    assert!(resolved(&published).method.promises());
+    let named = Request { method: SumMethod::Tashika(Promise::Certified).into(), ..Request::default() };
     let both = Request { claim: Some(Promise::Calibrated), ..named };
     assert!(both.resolve().unwrap_err().to_string().contains("tashika-certified"));
 }
 
 #[test]
 fn a_picture_without_an_error_has_its_work_by_its_size() {
-    let work = |request: &Request, size| match resolved(request).integration.sized(size) {
-        Integration::Transport { options, .. } => options.max_pairs,
+    let work = |request: &Request, size| match resolved(request).method.sized(size) {
+        Method::Transport { options, .. } => options.max_pairs,
         other => panic!("{other:?}"),
     };
     let bare = Request::default();
@@ -122,28 +122,25 @@ fn what_is_said_arrives() {
     };
     let lights = VplOptions { count: 300, clamp: Clamp::Off, seed: 9, ..VplOptions::default() };
     let found = resolved(&all_said());
-    let method = Method::Tashika(Promise::Calibrated);
-    assert_eq!(found.integration, Integration::ManyLights { method, lights: Some(lights.clone()), options });
+    let method = SumMethod::Tashika(Promise::Calibrated);
+    assert_eq!(found.method, Method::Sum { method, lights: Some(lights.clone()), options });
     let gather = GatherOptions { points: 3, filter: Filter::Tent };
     assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
     let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
-    assert_eq!(
-        found.integration,
-        Integration::Transport { lights: Some(lights), truth, options, is_picture: false }
-    );
+    assert_eq!(found.method, Method::Transport { lights: Some(lights), truth, options, is_picture: false });
     assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
-    let found = resolved(&Request { method: None, ..all_said() });
-    assert_eq!(found.integration, Integration::Path(PathStop::Until { options, first: 5, most: 5 }));
+    let found = resolved(&Request { method: MethodName::Path, ..all_said() });
+    assert_eq!(found.method, Method::Path(PathStop::Until { options, first: 5, most: 5 }));
     assert_eq!(found.gather.filter, Filter::Tent);
     assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "max_pairs"]);
 
     let certified = Request { claim: Some(Promise::Certified), lights_given: true, ..Request::default() };
-    let method = Method::Tashika(Promise::Certified);
+    let method = SumMethod::Tashika(Promise::Certified);
     let options = ControlOptions::default();
-    assert_eq!(resolved(&certified).integration, Integration::ManyLights { method, lights: None, options });
+    assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
 }
 
 #[test]
@@ -152,19 +149,19 @@ fn each_method_says_what_means_nothing_to_it() {
     let ours_alone = ["control", "absolute"];
     let of_ours = ["claim", "truth"];
     let exact = [&["paths", "error"][..], &ours_alone, &["confidence"], &of_ours, &["max_pairs"]].concat();
-    assert_eq!(unused(Some(Method::Exact), Some(0.1)), exact);
-    for method in [Method::Lightcuts, Method::Mdlc] {
+    assert_eq!(unused(SumMethod::Exact.into(), Some(0.1)), exact);
+    for method in [SumMethod::Lightcuts, SumMethod::Mdlc] {
         assert_eq!(
-            unused(Some(method), None),
+            unused(method.into(), None),
             [&["paths"][..], &ours_alone, &["confidence"], &of_ours].concat()
         );
     }
-    for method in [Method::Nabata2016, Method::Sakai2018, Method::Iwasaki2019] {
-        assert_eq!(unused(Some(method), None), [&["paths"][..], &ours_alone, &of_ours].concat());
+    for method in [SumMethod::Nabata2016, SumMethod::Sakai2018, SumMethod::Iwasaki2019] {
+        assert_eq!(unused(method.into(), None), [&["paths"][..], &ours_alone, &of_ours].concat());
     }
     let counted = ["vpls", "clamp", "gather", "control", "absolute", "confidence", "claim", "truth"];
-    assert_eq!(unused(None, None), [&counted[..], &["max_pairs"]].concat());
-    let given = Request { method: None, lights_given: true, ..Request::default() };
+    assert_eq!(unused(MethodName::Path, None), [&counted[..], &["max_pairs"]].concat());
+    let given = Request { method: MethodName::Path, lights_given: true, ..Request::default() };
     assert_eq!(resolved(&given).unused, ["lights"]);
 }
 
@@ -173,7 +170,7 @@ fn what_does_not_go_together_is_refused() {
     let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
     let certified = Request { claim: Some(Promise::Certified), ..transport };
     assert!(refused(&certified).contains("claim = certified; expected calibrated with truth transport"));
-    let path = Request { method: None, ..Request::default() };
+    let path = Request { method: MethodName::Path, ..Request::default() };
     assert!(
         refused(&Request { paths: Some(0), ..path.clone() }).contains("paths = 0; expected 1 to 4294967295")
     );
@@ -230,23 +227,23 @@ fn short_sums_are_whole() {
     let over = |request: Request, lights: usize, points: u32| match request
         .resolve()
         .unwrap()
-        .integration
+        .method
         .over(lights, points)
     {
-        Integration::ManyLights { method, .. } => Some(method),
+        Method::Sum { method, .. } => Some(method),
         _ => None,
     };
     let sum = Request::of_a_sum;
-    let certified = Method::Tashika(Promise::Certified);
-    assert_eq!(over(sum(), 4_000, 4), Some(Method::Exact));
-    assert_eq!(over(sum(), 4_001, 4), Some(Method::Tashika(Promise::Calibrated)));
-    assert_eq!(over(sum(), 3_000_000_000, 2), Some(Method::Tashika(Promise::Calibrated)));
-    let of = |method| Request { method: Some(method), ..sum() };
-    assert_eq!(over(of(certified), 100, 4), Some(Method::Exact));
-    assert_eq!(over(of(Method::Lightcuts), 100, 4), Some(Method::Lightcuts));
+    let certified = SumMethod::Tashika(Promise::Certified);
+    assert_eq!(over(sum(), 4_000, 4), Some(SumMethod::Exact));
+    assert_eq!(over(sum(), 4_001, 4), Some(SumMethod::Tashika(Promise::Calibrated)));
+    assert_eq!(over(sum(), 3_000_000_000, 2), Some(SumMethod::Tashika(Promise::Calibrated)));
+    let of = |method: SumMethod| Request { method: method.into(), ..sum() };
+    assert_eq!(over(of(certified), 100, 4), Some(SumMethod::Exact));
+    assert_eq!(over(of(SumMethod::Lightcuts), 100, 4), Some(SumMethod::Lightcuts));
     assert_eq!(
         over(Request { max_pairs: Some(99), ..sum() }, 100, 4),
-        Some(Method::Tashika(Promise::Calibrated))
+        Some(SumMethod::Tashika(Promise::Calibrated))
     );
     assert_eq!(over(Request::default(), 100, 4), None);
 }

@@ -8,6 +8,7 @@
 //!
 //! * [`LightTree`]: once for an image, over 1 to 10⁸ lights of all kinds, by one of two builders
 //!   ([`LightTreeBuilder`]).
+//! * [`LightSet`]: a set of lights with the tree over it.
 //! * [`GatherTree`]: once for a pixel, over 1 to 1024 points, with a bound of the material at each
 //!   node.
 //!
@@ -22,6 +23,7 @@
 mod agglomerative;
 mod build;
 mod gather_tree;
+mod light_set;
 mod light_tree;
 mod partners;
 mod prefix;
@@ -33,4 +35,5 @@ mod validate;
 mod tests;
 
 pub use gather_tree::{GatherNode, GatherTree};
+pub use light_set::LightSet;
 pub use light_tree::{LightCluster, LightTree, LightTreeBuilder};

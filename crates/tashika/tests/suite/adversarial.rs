@@ -10,18 +10,18 @@ use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{Claim, ControlOptions, LitBy, Method, PixelRecord, Promise, Setting, Stop};
+use tashika::integrator::{Claim, ControlOptions, PixelRecord, Promise, Setting, Stop, SumMethod};
 use tashika::math::Vec3;
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{Camera, Emitter, Environment, Material, MeshData, SceneBuilder, Surface};
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::tree::LightSet;
 use tashika::vpl::{Provenance, Vpl, VplKind, VplSet};
 use tashika::warp;
 
 use crate::cases::{builder, cuboid, lambert, parallelogram, place};
 
-const CALIBRATED: Method = Method::Tashika(Promise::Calibrated);
-const CERTIFIED: Method = Method::Tashika(Promise::Certified);
+const CALIBRATED: SumMethod = SumMethod::Tashika(Promise::Calibrated);
+const CERTIFIED: SumMethod = SumMethod::Tashika(Promise::Certified);
 /// Gather points a pixel.
 const POINTS: u32 = 4;
 /// Distance from which lights are not brighter any more (m), as traced sets have one.
@@ -37,8 +37,7 @@ const BROKEN: f64 = 0.8;
 /// A scene and its lights.
 struct World {
     tracer: Arc<Tracer>,
-    set: VplSet,
-    tree: LightTree,
+    lights: LightSet,
     size: [u32; 2],
 }
 
@@ -52,8 +51,7 @@ impl World {
 
     fn lit(tracer: Arc<Tracer>, lights: Vec<Vpl>, clamp_distance: f32) -> Self {
         let set = VplSet::new(lights, Provenance { clamp_distance, ..Provenance::default() });
-        let tree = LightTree::build(&set, LightTreeBuilder::default());
-        Self { tracer, set, tree, size: [16, 10] }
+        Self { tracer, lights: set.into(), size: [16, 10] }
     }
 
     fn see<T>(&self, look: impl FnOnce(View<'_>) -> T) -> T {
@@ -61,15 +59,15 @@ impl World {
         look(View { camera: &self.tracer.scene().cameras()[0], size: self.size, gather, seed: 2 })
     }
 
-    fn estimate(&self, method: Method, options: &ControlOptions) -> Vec<PixelRecord> {
-        let integrator = method.integrator(LitBy { set: &self.set, tree: Some(&self.tree) }, options);
+    fn estimate(&self, method: SumMethod, options: &ControlOptions) -> Vec<PixelRecord> {
+        let integrator = method.integrator(&self.lights, options).unwrap();
         self.see(|view| {
             integrator.estimate(&Setting { tracer: &self.tracer, view }, &Window::full(self.size))
         })
     }
 
     fn exact(&self) -> Vec<PixelRecord> {
-        self.estimate(Method::Exact, &ControlOptions::default())
+        self.estimate(SumMethod::Exact, &ControlOptions::default())
     }
 }
 
@@ -98,7 +96,7 @@ impl Judged {
     }
 
     /// Pixels that get nothing have to be estimated at nothing, and do not count.
-    fn kept(&self, method: Method, options: &ControlOptions, seeds: u64) -> Kept {
+    fn kept(&self, method: SumMethod, options: &ControlOptions, seeds: u64) -> Kept {
         let mut kept = Kept::default();
         let mut lit = 0.0;
         for seed in 1..=seeds {
@@ -146,7 +144,7 @@ impl Judged {
     /// The scene is a hard one: the published rule keeps far less than the 95 % that it says.
     fn published_intervals_do_not_hold(&self) {
         let options = ControlOptions { error: 0.05, confidence: 0.95, ..ControlOptions::default() };
-        let kept = self.kept(Method::Iwasaki2019, &options, 2);
+        let kept = self.kept(SumMethod::Iwasaki2019, &options, 2);
         assert!(kept.holds < BROKEN, "{kept:?}");
     }
 }

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::film::Window;
-use tashika::integrator::{Claim, Exact, Integrator, PixelRecord, Setting};
+use tashika::integrator::{Claim, FullSum, Integrator, PixelRecord, Setting};
 use tashika::math::Vec3;
 use tashika::scene::{Camera, Falloff, FalloffShape, Material};
 use tashika::vpl::{Provenance, Vpl, VplKind, VplSet};
@@ -40,7 +40,7 @@ fn pixels(tracer: &Tracer, lights: Vec<Vpl>, clamp_distance: f32) -> Vec<(Vec3, 
     let set = VplSet::new(lights, Provenance { clamp_distance, ..Provenance::default() });
     let view = view(tracer.scene(), [8, 8], 1, 1);
     let setting = Setting { tracer, view };
-    let estimates = Exact::new(&set).estimate(&setting, &Window::full([8, 8]));
+    let estimates = FullSum::new(&set).estimate(&setting, &Window::full([8, 8]));
     let places = (0..64).map(|i| {
         // The camera ray met with the plane by hand, rather than by the tracer.
         let ray = view.camera_ray([i % 8, i / 8], 0).0.unwrap();

@@ -6,21 +6,20 @@ use tashika::accel::Tracer;
 use tashika::color::{Controlled, Rgb};
 use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{Claim, ControlOptions, LitBy, Method, PixelRecord, Promise, Setting, Stop};
+use tashika::integrator::{Claim, ControlOptions, PixelRecord, Promise, Setting, Stop, SumMethod};
 use tashika::scene::builtin;
 use tashika::stats::Moments;
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::tree::LightSet;
 use tashika::vpl::{Provenance, Vpl, VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [16, 10];
-const CALIBRATED: Method = Method::Tashika(Promise::Calibrated);
-const CERTIFIED: Method = Method::Tashika(Promise::Certified);
+const CALIBRATED: SumMethod = SumMethod::Tashika(Promise::Calibrated);
+const CERTIFIED: SumMethod = SumMethod::Tashika(Promise::Certified);
 
 /// The built-in box, and lights in it.
 struct World {
     tracer: Tracer,
-    set: VplSet,
-    tree: LightTree,
+    lights: LightSet,
 }
 
 impl World {
@@ -32,20 +31,19 @@ impl World {
         let mut lights = traced.lights().to_vec();
         change(&mut lights);
         let set = VplSet::new(lights, Provenance { ..traced.provenance().clone() });
-        let tree = LightTree::build(&set, LightTreeBuilder::default());
-        Self { tracer, set, tree }
+        Self { tracer, lights: set.into() }
     }
 
-    fn estimate(&self, method: Method, options: &ControlOptions, points: u32) -> Vec<PixelRecord> {
+    fn estimate(&self, method: SumMethod, options: &ControlOptions, points: u32) -> Vec<PixelRecord> {
         let scene = self.tracer.scene().clone();
         let gather = GatherOptions { points, ..GatherOptions::default() };
         let view = View { camera: &scene.cameras()[0], size: SIZE, gather, seed: 2 };
-        let integrator = method.integrator(LitBy { set: &self.set, tree: Some(&self.tree) }, options);
+        let integrator = method.integrator(&self.lights, options).unwrap();
         integrator.estimate(&Setting { tracer: &self.tracer, view }, &Window::full(SIZE))
     }
 
     fn exact(&self, points: u32) -> Vec<PixelRecord> {
-        self.estimate(Method::Exact, &ControlOptions::default(), points)
+        self.estimate(SumMethod::Exact, &ControlOptions::default(), points)
     }
 }
 
@@ -100,7 +98,7 @@ fn inherited_samples_are_unbiased() {
 }
 
 /// Share of pixels of several seeds whose interval holds, and whose error is within `error`.
-fn kept(world: &World, method: Method, options: &ControlOptions, seeds: u64) -> [f64; 2] {
+fn kept(world: &World, method: SumMethod, options: &ControlOptions, seeds: u64) -> [f64; 2] {
     let exact = world.exact(4);
     let (mut holds, mut within, mut all) = (0, 0, 0);
     for seed in 1..=seeds {
@@ -176,9 +174,8 @@ fn every_channel_is_kept_where_all_are_controlled() {
         channels[number % 3] = light.intensity.max_channel();
         Vpl { intensity: Rgb::from(channels), ..*light }
     };
-    let lights = world.set.lights().iter().enumerate().map(pure).collect();
-    world.set = VplSet::new(lights, world.set.provenance().clone());
-    world.tree = LightTree::build(&world.set, LightTreeBuilder::default());
+    let lights = world.lights.set().lights().iter().enumerate().map(pure).collect();
+    world.lights = VplSet::new(lights, world.lights.provenance().clone()).into();
     let exact = world.exact(4);
     for (method, least) in [(CALIBRATED, 0.9), (CERTIFIED, 0.97)] {
         let control = |controlled: Controlled, judge: &dyn Fn(&PixelRecord, &PixelRecord) -> bool| {

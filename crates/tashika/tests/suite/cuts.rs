@@ -5,9 +5,9 @@ use std::sync::Arc;
 use tashika::accel::Tracer;
 use tashika::film::Window;
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{Claim, ControlOptions, LitBy, Method, PixelRecord, Setting, Stop};
+use tashika::integrator::{Claim, ControlOptions, PixelRecord, Setting, Stop, SumMethod};
 use tashika::scene::builtin;
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::tree::LightSet;
 use tashika::vpl::{Vpl, VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [12, 8];
@@ -15,8 +15,7 @@ const SIZE: [u32; 2] = [12, 8];
 /// A scene with glossy surfaces, its lights, and their tree.
 struct World {
     tracer: Arc<Tracer>,
-    set: VplSet,
-    tree: LightTree,
+    lights: LightSet,
 }
 
 impl World {
@@ -24,13 +23,12 @@ impl World {
         let tracer = Arc::new(Tracer::new(Arc::new(builtin::tiny())));
         let set =
             VplSet::trace(&tracer, &VplOptions { count: vpls, seed: 4, ..VplOptions::default() }).unwrap();
-        let tree = LightTree::build(&set, LightTreeBuilder::default());
-        Self { tracer, set, tree }
+        Self { tracer, lights: set.into() }
     }
 
     fn estimate(
         &self,
-        method: Method,
+        method: SumMethod,
         options: &ControlOptions,
         points: u32,
         tile: Window,
@@ -42,14 +40,19 @@ impl World {
             gather: GatherOptions { points, ..GatherOptions::default() },
             seed: 2,
         };
-        let integrator = method.integrator(LitBy { set: &self.set, tree: Some(&self.tree) }, options);
+        let integrator = method.integrator(&self.lights, options).unwrap();
         integrator.estimate(&Setting { tracer: &self.tracer, view }, &tile)
     }
 }
 
-const PUBLISHED: [Method; 5] =
-    [Method::Lightcuts, Method::Mdlc, Method::Nabata2016, Method::Sakai2018, Method::Iwasaki2019];
-const WITH_INTERVAL: [Method; 3] = [Method::Nabata2016, Method::Sakai2018, Method::Iwasaki2019];
+const PUBLISHED: [SumMethod; 5] = [
+    SumMethod::Lightcuts,
+    SumMethod::Mdlc,
+    SumMethod::Nabata2016,
+    SumMethod::Sakai2018,
+    SumMethod::Iwasaki2019,
+];
+const WITH_INTERVAL: [SumMethod; 3] = [SumMethod::Nabata2016, SumMethod::Sakai2018, SumMethod::Iwasaki2019];
 
 fn luminance(e: &PixelRecord) -> f64 {
     f64::from(e.radiance.luminance())
@@ -59,7 +62,7 @@ fn luminance(e: &PixelRecord) -> f64 {
 fn the_finest_cut_is_the_whole_sum() {
     let world = World::new(150);
     let all = Window::full(SIZE);
-    let exact = world.estimate(Method::Exact, &ControlOptions::default(), 3, all);
+    let exact = world.estimate(SumMethod::Exact, &ControlOptions::default(), 3, all);
     let options = ControlOptions { error: 1e-12, max_pairs: Some(1 << 20), ..ControlOptions::default() };
     for method in PUBLISHED {
         let finest = world.estimate(method, &options, 3, all);
@@ -93,7 +96,7 @@ fn the_finest_cut_is_the_whole_sum() {
 fn estimates_of_a_fixed_cut_are_unbiased() {
     let world = World::new(400);
     let all = Window::full(SIZE);
-    let exact = world.estimate(Method::Exact, &ControlOptions::default(), 4, all);
+    let exact = world.estimate(SumMethod::Exact, &ControlOptions::default(), 4, all);
     let runs = 400;
     for method in PUBLISHED {
         let mut moments = vec![tashika::stats::Moments::default(); exact.len()];
@@ -178,17 +181,15 @@ fn promising_more_costs_more() {
 fn twice_the_light_is_twice_the_picture_to_the_bit() {
     let world = World::new(500);
     let doubled: Vec<Vpl> =
-        world.set.lights().iter().map(|l| Vpl { intensity: l.intensity * 2.0, ..*l }).collect();
-    let set = VplSet::new(doubled, world.set.provenance().clone());
-    let tree = LightTree::build(&set, LightTreeBuilder::default());
+        world.lights.set().lights().iter().map(|l| Vpl { intensity: l.intensity * 2.0, ..*l }).collect();
+    let lights = VplSet::new(doubled, world.lights.provenance().clone()).into();
     let all = Window::full(SIZE);
-    let bright = World { tracer: Arc::clone(&world.tracer), set, tree };
+    let bright = World { tracer: Arc::clone(&world.tracer), lights };
     // What is seen directly is not doubled; the film's background is taken off.
-    let none = VplSet::new(Vec::new(), world.set.provenance().clone());
-    let tree = LightTree::build(&none, LightTreeBuilder::default());
-    let dark = World { tracer: Arc::clone(&world.tracer), set: none, tree };
+    let lights = VplSet::new(Vec::new(), world.lights.provenance().clone()).into();
+    let dark = World { tracer: Arc::clone(&world.tracer), lights };
     let options = ControlOptions::default();
-    let background = dark.estimate(Method::Exact, &options, 2, all);
+    let background = dark.estimate(SumMethod::Exact, &options, 2, all);
     let mut compared = 0;
     for method in PUBLISHED {
         let (once, twice) =

@@ -7,12 +7,12 @@ use tashika::accel::Tracer;
 use tashika::film::{Film, Window};
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{
-    ControlOptions, Exact, GuidedLights, Integrator, LightTransport, LitBy, Method, Path, PathStop, Setting,
-    Truth,
+    ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
+    SumMethod, Truth,
 };
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
 use tashika::scene::builtin;
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::tree::LightSet;
 use tashika::vpl::{VplOptions, VplSet};
 
 const SIZE: [u32; 2] = [37, 23];
@@ -31,8 +31,8 @@ const METHODS: [&str; 8] = [
 fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film, VplSet) {
     with_threads(threads, || {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));
-        let set =
-            VplSet::trace(&tracer, &VplOptions { count: 3000, seed: 9, ..VplOptions::default() }).unwrap();
+        let lights = VplOptions { count: 3000, seed: 9, ..VplOptions::default() };
+        let lights = LightSet::new(VplSet::trace(&tracer, &lights).unwrap());
         let scene = tracer.scene().clone();
         let view = View {
             camera: &scene.cameras()[0],
@@ -40,24 +40,23 @@ fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film,
             gather: GatherOptions { points: 3, ..GatherOptions::default() },
             seed: 5,
         };
-        let tree = LightTree::build(&set, LightTreeBuilder::default());
         let published = ControlOptions { error: 0.1, ..ControlOptions::default() };
         let options = RenderOptions { window, share };
         let render = |integrator: Box<dyn Integrator + '_>| {
             let setting = Setting { tracer: &tracer, view };
             render(&setting, &*integrator, &options, &|_| (), &AtomicBool::new(false)).unwrap().film
         };
-        let film = match method.parse::<Method>() {
+        let film = match method.parse::<SumMethod>() {
             Err(_) if method == "light transport" => {
                 let lights = VplOptions { count: 2000, seed: 9, ..VplOptions::default() };
                 let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
                 let options = ControlOptions { error: 0.5, ..published };
                 render(Box::new(LightTransport::new(&tracer, &guided, &options)))
             }
-            Ok(method) => render(method.integrator(LitBy { set: &set, tree: Some(&tree) }, &published)),
-            Err(_) => render(Box::new(Path::new(&tracer, PathStop::Count(8), 16).unwrap())),
+            Ok(method) => render(method.integrator(&lights, &published).unwrap()),
+            Err(_) => render(Box::new(PathTracer::new(&tracer, PathStop::Count(8), 16).unwrap())),
         };
-        (film, set)
+        (film, lights.set().clone())
     })
     .unwrap()
 }
@@ -112,7 +111,7 @@ fn a_cancelled_render_says_which_pixels_it_has() {
     let stop_after_first =
         |_: &tashika::render::Finished<'_>| cancel.store(true, std::sync::atomic::Ordering::Relaxed);
     let r =
-        render(&Setting { tracer: &tracer, view }, &Exact::new(&set), &options, &stop_after_first, &cancel)
+        render(&Setting { tracer: &tracer, view }, &FullSum::new(&set), &options, &stop_after_first, &cancel)
             .unwrap();
     assert!(!r.complete && r.film.metadata().bool("complete") == Some(false));
     let done =

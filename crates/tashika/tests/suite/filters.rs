@@ -16,7 +16,7 @@ use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::film::{Film, Window};
 use tashika::gather::{Filter, GatherOptions, View};
-use tashika::integrator::{Exact, Integrator, Path, PathStop};
+use tashika::integrator::{FullSum, Integrator, PathStop, PathTracer};
 use tashika::math::Vec3;
 use tashika::math::elementary::{erfc, sin_cos_f64};
 use tashika::scene::{Camera, Emitter, Environment, Material, Projection};
@@ -156,7 +156,7 @@ fn an_edge_is_the_step_response_of_the_filter_by_gather_points() {
                 let tracer = seen.tracer(edge, axis);
                 let set = lights(&tracer, seen);
                 for filter in Filter::ALL {
-                    let film = image(&tracer, &Exact::new(&set), filter, POINTS, 11);
+                    let film = image(&tracer, &FullSum::new(&set), filter, POINTS, 11);
                     assert_eq!(film.metadata().text("gather.filter"), Some(filter.name()));
                     // Each coordinate of 2ⁿ points of a scrambled Sobol' sequence has one point in
                     // each of 2ⁿ equal parts, and the part that the edge cuts decides about one
@@ -175,7 +175,7 @@ fn the_path_tracer_has_the_same_filter() {
     for seen in [Seen::Lamp, Seen::Floor] {
         for (axis, edge) in [(0, EDGES[0]), (1, EDGES[1])] {
             let tracer = seen.tracer(edge, axis);
-            let path = Path::new(&tracer, PathStop::Count(PATHS), 4).unwrap();
+            let path = PathTracer::new(&tracer, PathStop::Count(PATHS), 4).unwrap();
             for filter in Filter::ALL {
                 let film = image(&tracer, &path, filter, 1, 12);
                 // Bernstein's inequality for shares of independent paths, each pixel wrong with
@@ -202,8 +202,8 @@ fn what_is_the_same_everywhere_stays_so_up_to_the_border() {
     b.add_camera(Camera::look_at("c", Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.9)).unwrap();
     let tracer = tracer(b);
     let set = VplSet::new(Vec::new(), Provenance::default());
-    let path = Path::new(&tracer, PathStop::Count(16), 4).unwrap();
-    let exact = Exact::new(&set);
+    let path = PathTracer::new(&tracer, PathStop::Count(16), 4).unwrap();
+    let exact = FullSum::new(&set);
     for filter in Filter::ALL {
         for integrator in [&exact as &dyn Integrator, &path] {
             let film = image(&tracer, integrator, filter, 16, 13);

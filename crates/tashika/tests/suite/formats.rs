@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use tashika::accel::Tracer;
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{Path, PathStop};
+use tashika::integrator::{PathStop, PathTracer};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::scene::{Camera, Scene};
 
@@ -206,7 +206,7 @@ fn load(name: &str, files: &[(&str, &str)]) -> Scene {
 fn picture(scene: Scene, camera: &Camera, seed: u64) -> (Vec<[f64; 3]>, Vec<f64>) {
     let tracer = Tracer::new(Arc::new(scene));
     let view = View { camera, size: [8, 8], gather: GatherOptions::default(), seed };
-    let film = film_of(&tracer, &Path::new(&tracer, PathStop::Count(2000), 20).unwrap(), view);
+    let film = film_of(&tracer, &PathTracer::new(&tracer, PathStop::Count(2000), 20).unwrap(), view);
     let errors = film.plane("standard_error").unwrap().f32_samples().unwrap();
     let colors = film.colors().unwrap().map(|c| c.to_array().map(f64::from)).collect();
     (colors, errors.iter().map(|e| f64::from(*e)).collect())

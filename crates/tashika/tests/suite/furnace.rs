@@ -8,7 +8,7 @@
 use std::f32::consts::PI;
 
 use tashika::accel::Tracer;
-use tashika::integrator::{Exact, Path, PathStop};
+use tashika::integrator::{FullSum, PathStop, PathTracer};
 use tashika::math::Vec3;
 use tashika::math::elementary::sin_cos;
 use tashika::scene::{Camera, MeshData};
@@ -76,7 +76,7 @@ fn over_sets(tracer: &Tracer, sets: u64, count: u64, seed: u64) -> Vec<Moments> 
         let options =
             VplOptions { count, seed: seed + k, clamp: Clamp::Off, max_depth: 1000, ..VplOptions::default() };
         let set = VplSet::trace(tracer, &options).unwrap();
-        for (m, l) in pixels.iter_mut().zip(luminances(&film(tracer, &Exact::new(&set), [4, 4], 2, k))) {
+        for (m, l) in pixels.iter_mut().zip(luminances(&film(tracer, &FullSum::new(&set), [4, 4], 2, k))) {
             m.push(l);
         }
     }
@@ -112,7 +112,7 @@ fn a_box_is_filled_with_constant_radiance() {
 #[test]
 fn the_path_tracer_finds_the_same() {
     let tracer = furnace(sphere(24, 48), 0.9);
-    let film = film(&tracer, &Path::new(&tracer, PathStop::Count(2000), 1000).unwrap(), [4, 4], 1, 1);
+    let film = film(&tracer, &PathTracer::new(&tracer, PathStop::Count(2000), 1000).unwrap(), [4, 4], 1, 1);
     let errors = film.plane("standard_error").unwrap().f32_samples().unwrap();
     for (l, e) in luminances(&film).iter().zip(errors) {
         assert!(*e < 0.05 && (l - EXPECTED).abs() < Z * f64::from(*e), "{l} ± {e}");

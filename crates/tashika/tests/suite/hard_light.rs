@@ -4,7 +4,7 @@
 use tashika::color::Rgb;
 use tashika::film::Film;
 use tashika::integrator::{
-    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, Path, PathStop, Stop, Truth,
+    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Stop, Truth,
 };
 use tashika::math::Vec3;
 use tashika::scene::{Camera, Environment, Material, SceneBuilder, Surface};
@@ -88,7 +88,8 @@ fn seeds_agree(images: &[Vec<Said>], most_disjoint: f64, what: &str) {
 fn claims_hold(scene: &dyn Fn() -> SceneBuilder, least_claims: f64, most_disjoint: f64, what: &str) {
     let images = images(scene);
     let tracer = tracer(scene());
-    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
+    let reference =
+        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let (mut claims, mut kept) = (0.0, 0.0);
     for (i, truth) in luminances(&reference).into_iter().enumerate() {
@@ -294,7 +295,7 @@ fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
         let error = film.plane("standard_error").unwrap().f32_samples().unwrap()[0];
         (luminances(&film)[0], f64::from(error))
     };
-    let (truth, its_error) = pixel(&Path::new(&tracer, PathStop::Count(200_000), 65).unwrap(), 1000);
+    let (truth, its_error) = pixel(&PathTracer::new(&tracer, PathStop::Count(200_000), 65).unwrap(), 1000);
     let (mut mean, mut variance) = (0.0, its_error * its_error);
     for seed in 1..=SEEDS {
         let lights = VplOptions { count: 50_000, seed, ..VplOptions::default() };

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use tashika::bounds::{Towards, upper_geometric};
 use tashika::color::Rgb;
 use tashika::film::Window;
-use tashika::integrator::{Exact, Integrator, Setting};
+use tashika::integrator::{FullSum, Integrator, Setting};
 use tashika::io::save_vpls;
 use tashika::math::elementary::{acos, atan2, tan};
 use tashika::math::{Aabb, Mat3, Vec3};
@@ -108,7 +108,7 @@ fn a_slide_on_a_plane_follows_its_formula() {
     assert_eq!(set.len(), 1);
     let view = view(tracer.scene(), [24, 24], 1, 1);
     let setting = Setting { tracer: &tracer, view };
-    let estimates = Exact::new(&set).estimate(&setting, &Window::full([24, 24]));
+    let estimates = FullSum::new(&set).estimate(&setting, &Window::full([24, 24]));
     let (mut lit, mut dark) = (0, 0);
     for (i, e) in (0..).zip(estimates) {
         let ray = view.camera_ray([i % 24, i / 24], 0).0.unwrap();

@@ -9,7 +9,7 @@ use tashika::film::Film;
 use tashika::gather::GatherPoint;
 use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
-    ControlOptions, Estimator, Exact, GuidedLights, LightTransport, Path, PathStop, Truth,
+    ControlOptions, Estimator, FullSum, GuidedLights, LightTransport, PathStop, PathTracer, Truth,
 };
 use tashika::math::{Mat3, Vec2, Vec3};
 use tashika::rng::{Purpose, Stream};
@@ -48,11 +48,12 @@ pub fn agree(b: SceneBuilder, what: &str) {
     for seed in 0..sets {
         let options = VplOptions { count: 600, seed, clamp: Clamp::Off, ..VplOptions::default() };
         let set = VplSet::trace(&tracer, &options).unwrap();
-        let l = luminances(&film(&tracer, &Exact::new(&set), SIZE, 4, seed));
+        let l = luminances(&film(&tracer, &FullSum::new(&set), SIZE, 4, seed));
         image.push(l.iter().sum::<f64>() / 36.0);
         many.iter_mut().zip(l).for_each(|(m, l)| m.push(l));
     }
-    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(4000), 65).unwrap(), SIZE, 1, 1000);
+    let reference =
+        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(4000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
     // Two-sided level 10⁻⁵ for each of 36 pixels and the image. Every set comes with gather points
@@ -150,7 +151,8 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         let errors = film.plane("standard_error").unwrap().f32_samples().unwrap().to_vec();
         (luminances(&film), errors)
     };
-    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
+    let reference =
+        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
     let traced = |truth: Truth| {
@@ -349,7 +351,8 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
     let size = [12, 12];
-    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(10_000), 65).unwrap(), size, 1, 1000);
+    let reference =
+        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(10_000), 65).unwrap(), size, 1, 1000);
     let expected = luminances(&reference);
     let (mut kept, mut claims, mut from_lights) = (0, 0, 0);
     for seed in 1..=8 {
@@ -388,7 +391,8 @@ fn lights_that_are_given_do_too() {
     let given = GuidedLights::given(&tracer, &set, Truth::Transport, &view).unwrap();
     let options = ControlOptions { error: 0.03, ..ControlOptions::default() };
     let ours = film(&tracer, &LightTransport::new(&tracer, &given, &options), SIZE, 64, 3);
-    let reference = film(&tracer, &Path::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
+    let reference =
+        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = |film: &Film| film.plane("standard_error").unwrap().f32_samples().unwrap().to_vec();
     let [sum, of] = [&ours, &reference].map(|film| luminances(film).iter().sum::<f64>());
     let variance = [&ours, &reference].map(|film| errors(film).iter().map(|e| f64::from(e * e)).sum::<f64>());
@@ -558,7 +562,7 @@ fn a_path_tracer_stops_by_its_own_interval() {
     let tracer = tracer(b);
     let until = |error: f64, most: u32| {
         let options = ControlOptions { error, ..ControlOptions::default() };
-        let path = Path::new(&tracer, PathStop::Until { options, first: 64, most }, 65).unwrap();
+        let path = PathTracer::new(&tracer, PathStop::Until { options, first: 64, most }, 65).unwrap();
         film(&tracer, &path, SIZE, 1, 7)
     };
     let film = until(0.05, 1 << 20);
@@ -584,7 +588,8 @@ fn a_lamp_of_a_millionth_of_the_power_is_found() {
         b
     };
     let alone = tracer(room());
-    let reference = film(&alone, &Path::new(&alone, PathStop::Count(10_000), 65).unwrap(), SIZE, 1, 1000);
+    let reference =
+        film(&alone, &PathTracer::new(&alone, PathStop::Count(10_000), 65).unwrap(), SIZE, 1, 1000);
     let expected = luminances(&reference);
     let mut b = room();
     let (lo, hi) = (Vec3::new(19.0, 0.0, -1.0), Vec3::new(21.0, 2.0, 1.0));
@@ -645,8 +650,9 @@ fn camera_samples_of_leaves_are_spread_evenly() {
     let set = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
     let spread = |gather: u32| {
         let mut sums = Moments::default();
-        (0..60)
-            .for_each(|seed| sums.push(luminances(&film(&tracer, &Exact::new(&set), SIZE, gather, seed))[8]));
+        (0..60).for_each(|seed| {
+            sums.push(luminances(&film(&tracer, &FullSum::new(&set), SIZE, gather, seed))[8])
+        });
         sums.variance().sqrt() / sums.mean()
     };
     let (few, many) = (spread(4), spread(64));

@@ -16,12 +16,12 @@ use tashika::color::{Controlled, Rgb};
 use tashika::film::Window;
 use tashika::gather::View;
 use tashika::integrator::{
-    ControlOptions, GuidedLights, Ingredient, Integrator, LightTransport, LitBy, Method, Path, PathStop,
-    Setting, Truth,
+    ControlOptions, GuidedLights, Ingredient, Integrator, LightTransport, PathStop, PathTracer, Setting,
+    SumMethod, Truth,
 };
 use tashika::math::Vec3;
 use tashika::scene::{Emitter, Scene, builtin};
-use tashika::tree::{LightTree, LightTreeBuilder};
+use tashika::tree::LightSet;
 use tashika::vpl::{VplOptions, VplSet};
 
 use crate::cases::{add_ceiling_lamp, diffuse_room, view};
@@ -84,13 +84,12 @@ impl Stored {
 
     fn all_methods(&self, table: &mut String) {
         let vpls = VplOptions { count: VPLS, seed: 9, ..VplOptions::default() };
-        let set = VplSet::trace(&self.tracer, &vpls).unwrap();
-        let tree = LightTree::build(&set, LightTreeBuilder::default());
-        for method in Method::ALL.into_iter().chain(Ingredient::ALL.map(Method::Without)) {
-            let integrator = method.integrator(LitBy { set: &set, tree: Some(&tree) }, &self.options);
+        let lights = LightSet::new(VplSet::trace(&self.tracer, &vpls).unwrap());
+        for method in SumMethod::ALL.into_iter().chain(Ingredient::ALL.map(SumMethod::Without)) {
+            let integrator = method.integrator(&lights, &self.options).unwrap();
             self.lines(method.name(), &*integrator, table);
         }
-        self.lines("path", &Path::new(&self.tracer, PathStop::Count(8), 16).unwrap(), table);
+        self.lines("path", &PathTracer::new(&self.tracer, PathStop::Count(8), 16).unwrap(), table);
         let scene = self.tracer.scene().clone();
         for truth in [Truth::Clamped, Truth::Transport] {
             let lights = GuidedLights::trace(&self.tracer, &vpls, truth, &self.view(&scene)).unwrap();

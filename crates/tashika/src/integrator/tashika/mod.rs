@@ -92,7 +92,7 @@ impl fmt::Display for Promise {
 ///
 /// An instance is for one view: pilot visibility is that of the view it is first used with.
 #[derive(Debug)]
-pub struct Tashika<'a> {
+pub(super) struct Tashika<'a> {
     lights: Lights<'a>,
     options: ControlOptions,
     promise: Promise,
@@ -117,12 +117,12 @@ struct Interval {
 
 impl<'a> Tashika<'a> {
     /// The method on these lights.
-    pub fn new(lights: Lights<'a>, options: &ControlOptions, promise: Promise) -> Self {
+    pub(super) fn new(lights: Lights<'a>, options: &ControlOptions, promise: Promise) -> Self {
         Self { lights, options: *options, promise, left_out: None, pilot: OnceLock::new() }
     }
 
     /// The calibrated method without one of its ingredients.
-    pub fn without(lights: Lights<'a>, options: &ControlOptions, ingredient: Ingredient) -> Self {
+    pub(super) fn without(lights: Lights<'a>, options: &ControlOptions, ingredient: Ingredient) -> Self {
         Self { left_out: Some(ingredient), ..Self::new(lights, options, Promise::Calibrated) }
     }
 

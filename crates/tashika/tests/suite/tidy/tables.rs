@@ -49,6 +49,7 @@ pub(super) const MODULES: &[Module] = &[
     module("request", 8, &[0, 1, 2, 3, 7], &["reconstruction"]),
     module("experiment", 9, &[0, 1, 2, 3, 4, 5, 6, 7, 8], &[]),
     module("io", 9, &[0, 1, 2, 3, 8], &[]),
+    module("renderer", 10, &[0, 1, 2, 3, 5, 7, 8, 9], &[]),
 ];
 
 /// A module whose files are alternatives to each other.

@@ -16,23 +16,23 @@ use crate::gather::{GatherPoint, PixelSum};
 use crate::transport::{Receivers, Transport};
 use crate::vpl::VplSet;
 
-/// The exact integrator.
+/// The whole sum of each pixel.
 #[derive(Clone, Copy, Debug)]
-pub struct Exact<'a> {
+pub struct FullSum<'a> {
     lights: &'a VplSet,
 }
 
 /// Segments that are traced together. More need more memory, fewer cost calls.
 const BATCH: usize = 8192;
 
-impl<'a> Exact<'a> {
+impl<'a> FullSum<'a> {
     /// The exact sum over `lights`, clamped as these say.
     pub fn new(lights: &'a VplSet) -> Self {
         Self { lights }
     }
 }
 
-impl Integrator for Exact<'_> {
+impl Integrator for FullSum<'_> {
     fn name(&self) -> &'static str {
         "exact"
     }

@@ -57,7 +57,7 @@ impl PathStop {
 
 /// The path tracer.
 #[derive(Debug)]
-pub struct Path<'s> {
+pub struct PathTracer<'s> {
     emitters: EmitterSampler<'s>,
     stop: PathStop,
     max_depth: u32,
@@ -68,7 +68,7 @@ const CERTAIN_DEPTH: u32 = 3;
 /// Highest probability of going on: a closed white room would keep paths for ever.
 const MAX_SURVIVAL: f32 = 0.98;
 
-impl<'s> Path<'s> {
+impl<'s> PathTracer<'s> {
     /// A path tracer whose paths meet at most `max_depth` surfaces.
     ///
     /// # Errors
@@ -154,7 +154,7 @@ fn half_width(moments: &[Moments], confidence: f64) -> f64 {
     moments.iter().map(of).fold(0.0, f64::max)
 }
 
-impl Integrator for Path<'_> {
+impl Integrator for PathTracer<'_> {
     fn name(&self) -> &'static str {
         "path"
     }

@@ -1,0 +1,157 @@
+//! What a render is told of and tells while it goes on: the meter, the seconds of each part, the
+//! file of finished tiles, and whoever looks on.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use tashika::film::{Film, Window};
+use tashika::io::KeptTiles;
+use tashika::render::{Begun, Finished, Progress};
+use tashika::renderer::{Observer, Phase};
+
+use crate::exit::Failure;
+use crate::interrupt;
+use crate::progress::Meter;
+use crate::serve::LivePage;
+use crate::summary::{Seconds, counted};
+use crate::tev::Viewer;
+
+/// Tells of a render.
+pub struct Watcher<'a> {
+    meter: &'a Meter,
+    clock: Mutex<Clock>,
+    kept: KeptTiles,
+    viewer: Option<Viewer>,
+    page: Option<LivePage>,
+}
+
+struct Clock {
+    begun: Instant,
+    seconds: Seconds,
+}
+
+impl<'a> Watcher<'a> {
+    /// Tells the meter alone.
+    pub fn new(meter: &'a Meter, seconds: Seconds) -> Self {
+        let clock = Mutex::new(Clock { begun: Instant::now(), seconds });
+        Self { meter, clock, kept: KeptTiles::default(), viewer: None, page: None }
+    }
+
+    /// Keeps finished tiles, too, and shows them.
+    pub fn with(self, kept: KeptTiles, viewer: Option<Viewer>, page: Option<LivePage>) -> Self {
+        Self { kept, viewer, page, ..self }
+    }
+
+    /// What the render that begins with this film goes on from.
+    pub fn begin_film(&self, film: Film) -> tashika::error::Result<Begun> {
+        let (begun, damage) = self.kept.begin(film)?;
+        let path = || self.kept.path().map_or_else(String::new, |path| path.display().to_string());
+        if let Some(damage) = damage {
+            self.meter.note(&format!("{}: {damage}; what was lost is rendered again", path()));
+        }
+        if !begun.tiles.is_empty() {
+            let pixels = counted(begun.tiles.iter().map(Window::area).sum(), "pixel", "pixels");
+            self.meter.note(&format!("going on from {}: {pixels} are finished", path()));
+        }
+        Ok(begun)
+    }
+
+    /// The seconds so far.
+    pub fn seconds(&self) -> Seconds {
+        self.clock().seconds.clone()
+    }
+
+    /// Does `work` and adds its seconds.
+    pub fn timed<T>(&self, of: fn(&mut Seconds) -> &mut f64, work: impl FnOnce() -> T) -> T {
+        let begun = Instant::now();
+        let result = work();
+        *of(&mut self.clock().seconds) += begun.elapsed().as_secs_f64();
+        result
+    }
+
+    /// The render has ended for the viewer.
+    pub fn close_viewer(&mut self) {
+        if let Some(trouble) = self.viewer.take().and_then(Viewer::finish) {
+            self.meter.note(&trouble);
+        }
+    }
+
+    /// The files are written: removes finished tiles of a complete render, says what to do with
+    /// those of another, and gives back the page.
+    pub fn end(self, complete: bool) -> Result<Option<LivePage>, Failure> {
+        if complete {
+            self.kept.remove()?;
+        } else if self.kept.is_open() {
+            self.meter.note("the finished tiles are kept; the same command goes on from them");
+        }
+        Ok(self.page)
+    }
+
+    fn clock(&self) -> MutexGuard<'_, Clock> {
+        self.clock.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Observer for Watcher<'_> {
+    fn begin(&self, phase: &Phase) {
+        match phase {
+            Phase::Vpls { count } => {
+                self.meter.phase(&format!("tracing about {}", counted(*count, "VPL", "VPLs")));
+            }
+            Phase::LightTree => self.meter.phase("building the light tree"),
+            Phase::Pixels { method, window, is_of_a_sum, promises } => {
+                let about = if *is_of_a_sum { " of the sum over these VPLs" } else { "" };
+                let what = format!("rendering {}x{}, {method}{about}", window.width, window.height);
+                if *promises {
+                    self.meter.promising_phase(&what);
+                } else {
+                    self.meter.phase(&what);
+                }
+            }
+            Phase::Audit { by, pixels } => {
+                self.meter.phase(&format!("audit by {by}: {}", counted(*pixels, "pixel", "pixels")));
+            }
+            Phase::OtherSet => self.meter.phase("another set of VPLs"),
+            _ => {}
+        }
+        interrupt::heed(matches!(phase, Phase::Pixels { .. } | Phase::Audit { .. } | Phase::OtherSet));
+        self.clock().begun = Instant::now();
+    }
+
+    fn end(&self, phase: &Phase) {
+        interrupt::heed(false);
+        let mut clock = self.clock();
+        let passed = clock.begun.elapsed().as_secs_f64();
+        let seconds = &mut clock.seconds;
+        *match phase {
+            Phase::Vpls { .. } => &mut seconds.vpls,
+            Phase::LightTree => &mut seconds.trees,
+            Phase::Reconstruction => &mut seconds.reconstruction,
+            Phase::Audit { .. } => &mut seconds.audit,
+            Phase::OtherSet => &mut seconds.other_set,
+            _ => &mut seconds.render,
+        } += passed;
+    }
+
+    fn tile(&self, done: &Finished<'_>) {
+        self.meter.update(&done.progress);
+        if let Err(trouble) = self.kept.add(done) {
+            self.meter.note(&format!("no more tiles are kept, those before are safe: {trouble}"));
+        }
+        if let Some(trouble) = self.viewer.as_ref().and_then(|viewer| viewer.show(done)) {
+            self.meter.note(&trouble);
+        }
+        if let Some(page) = &self.page {
+            page.show(done, self.meter.words());
+        }
+    }
+
+    fn progress(&self, progress: &Progress) {
+        self.meter.update(progress);
+    }
+
+    fn cancel(&self) -> &AtomicBool {
+        interrupt::flag()
+    }
+}

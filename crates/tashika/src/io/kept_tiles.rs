@@ -1,0 +1,68 @@
+//! Finished tiles that a render keeps in a checkpoint while it goes on, if it is to keep them.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::Checkpoint;
+use crate::error::Result;
+use crate::film::Film;
+use crate::render::{Begun, Finished};
+
+/// A checkpoint that need not be there: without a path, or after a file that took no more, nothing
+/// is kept and the render goes on.
+#[derive(Debug, Default)]
+pub struct KeptTiles {
+    path: Option<PathBuf>,
+    checkpoint: Mutex<Option<Checkpoint>>,
+}
+
+impl KeptTiles {
+    /// Keeps tiles in that file, or none.
+    pub fn new(path: Option<PathBuf>) -> Self {
+        Self { path, checkpoint: Mutex::default() }
+    }
+
+    /// The file.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// Opens the checkpoint of the render that begins with this film: what the render goes on from,
+    /// and what was wrong with the rest of the file.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::open`].
+    pub fn begin(&self, film: Film) -> Result<(Begun, Option<String>)> {
+        let Some(path) = &self.path else { return Ok((Begun { film, tiles: Vec::new() }, None)) };
+        let (checkpoint, resumed) = Checkpoint::open(path, &film)?;
+        *self.checkpoint.lock().unwrap_or_else(PoisonError::into_inner) = Some(checkpoint);
+        Ok((Begun { film: resumed.film, tiles: resumed.tiles }, resumed.damage))
+    }
+
+    /// Keeps a finished tile.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::add`], once: from then on nothing is kept, and what was stays.
+    pub fn add(&self, done: &Finished<'_>) -> Result<()> {
+        let mut checkpoint = self.checkpoint.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(Err(trouble)) = checkpoint.as_mut().map(|c| c.add(done.film, done.tile)) else {
+            return Ok(());
+        };
+        *checkpoint = None;
+        Err(trouble)
+    }
+
+    /// Whether tiles are being kept.
+    pub fn is_open(&self) -> bool {
+        self.checkpoint.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
+    /// Removes the file of a render that is complete and written.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::remove`].
+    pub fn remove(self) -> Result<()> {
+        let checkpoint = self.checkpoint.into_inner().unwrap_or_else(PoisonError::into_inner);
+        checkpoint.map_or(Ok(()), Checkpoint::remove)
+    }
+}

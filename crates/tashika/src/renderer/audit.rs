@@ -1,0 +1,88 @@
+//! The audit of a render: the truth of pixels at random, and how many are within the tolerance.
+
+use serde::Serialize;
+
+use super::observer::{Observer, Phase, during};
+use crate::error::Result;
+use crate::experiment::{Pixels, Pool, converged};
+use crate::film::{Film, Metadata, keys};
+use crate::integrator::{ControlOptions, Integrator, Setting};
+use crate::report::{Claims, Tolerance};
+
+/// What an audit found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Audit {
+    /// Pixels within the tolerance.
+    pub within: u64,
+    /// The same, by its name in earlier versions.
+    pub kept: u64,
+    /// Pixels that were looked at.
+    pub of: u64,
+    /// Lower end of the Clopper–Pearson interval of the share.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Confidence of that interval.
+    pub confidence: f64,
+    /// Largest relative error found; none if infinite.
+    pub worst: f64,
+    /// Of the pixels that were looked at, those that claim something within their budget.
+    pub claiming: u64,
+    /// Of these, pixels within the tolerance.
+    pub claiming_within: u64,
+    /// Whether these are fewer than the confidence of the claims allows: the whole interval of
+    /// their share is below it. Where nothing is claimed, nothing is contradicted.
+    pub contradicts: bool,
+}
+
+impl Audit {
+    /// Paths at which the truth of a pixel is given up.
+    pub const MOST_PATHS: u32 = 1 << 20;
+
+    /// Writes into a film's metadata what was found.
+    pub fn describe(&self, metadata: &mut Metadata) {
+        metadata.set(keys::AUDIT_WITHIN, self.within);
+        metadata.set(keys::AUDIT_KEPT, self.within);
+        metadata.set(keys::AUDIT_OF, self.of);
+    }
+}
+
+/// Audits `count` pixels; none if cancelled.
+pub(super) fn of(
+    film: &Film,
+    count: u64,
+    setting: &Setting<'_>,
+    truth: &dyn Integrator,
+    promise: &ControlOptions,
+    observer: &dyn Observer,
+) -> Result<Option<Audit>> {
+    // Of a small image all pixels are enough: a refusal would come after the work.
+    let count = count.min(film.window().area());
+    // Pixels are drawn apart from anything that the render has drawn.
+    let pixels = Pixels::of(film.window(), Some(count), promise.seed.wrapping_add(0x5eed))?;
+    let phase = Phase::Audit { by: truth.name(), pixels: pixels.count() };
+    let known = during(observer, phase, || {
+        pixels.render(setting, truth, &|p| observer.progress(p), observer.cancel())
+    })?;
+    if !known.complete {
+        return Ok(None);
+    }
+    let tolerance = Tolerance { relative: promise.error, absolute: promise.absolute_error };
+    let mut pool = Pool::new(tolerance);
+    // The truth is a film of the whole image.
+    pool.add(film, &converged(&known.film.cropped(film.window())?, &tolerance))?;
+    let (share, claiming) = (pool.within(), pool.claiming_within());
+    let interval = share.interval();
+    Ok(Some(Audit {
+        within: share.count,
+        kept: share.count,
+        of: share.of,
+        low: interval.low,
+        high: interval.high,
+        confidence: Claims::CONFIDENCE,
+        worst: pool.quantile(100),
+        claiming: claiming.of,
+        claiming_within: claiming.count,
+        contradicts: claiming.of > 0 && claiming.interval().high < promise.confidence,
+    }))
+}

@@ -1,0 +1,43 @@
+//! Guided VPLs that are kept for the next render of the same view.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::error::Result;
+use crate::gather::{Filter, View};
+use crate::integrator::{GuidedLights, Truth};
+use crate::scene::Camera;
+use crate::vpl::VplOptions;
+
+/// The guided VPLs of the last render: the next with the same options, truth, camera, size and
+/// filter has them without tracing, to the same bits. For one scene only.
+#[derive(Debug, Default)]
+pub struct LightCache(Mutex<Option<Traced>>);
+
+#[derive(Debug)]
+struct Traced {
+    by: Key,
+    lights: Arc<GuidedLights>,
+}
+
+/// Everything that guided VPLs are a function of, beyond the scene.
+type Key = (VplOptions, Truth, Camera, [u32; 2], Filter);
+
+impl LightCache {
+    /// The lights that are kept for this, or those that `trace` gives.
+    pub(super) fn lights(
+        &self,
+        options: &VplOptions,
+        truth: Truth,
+        view: &View<'_>,
+        trace: impl FnOnce() -> Result<Arc<GuidedLights>>,
+    ) -> Result<Arc<GuidedLights>> {
+        let by = (options.clone(), truth, view.camera.clone(), view.size, view.gather.filter);
+        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(traced) = known().as_ref().filter(|traced| traced.by == by) {
+            return Ok(Arc::clone(&traced.lights));
+        }
+        let lights = trace()?;
+        *known() = Some(Traced { by, lights: Arc::clone(&lights) });
+        Ok(lights)
+    }
+}

@@ -1,0 +1,366 @@
+//! From a scene and a request to a film, and what can be said about it: the one pipeline.
+//!
+//! [`Renderer`] takes what is asked for, [`Renderer::prepare`] traces the lights of one view,
+//! [`Prepared`] renders them and judges what was rendered. Program, Python package, experiments and
+//! benchmarks translate into this and do nothing of it themselves.
+//!
+//! ```text
+//! Renderer ── prepare ─► Prepared ── render ─► Rendered { film, totals }
+//!  scene, camera,         view, lights,    ├─ audit ─► Audit          how many pixels are within the error
+//!  Request                Method           └─ other_set ─► OtherSet   what other VPLs would change
+//! ```
+//!
+//! # Guarantee
+//! A film is a function of scene, camera, size and [`Request`], bit for bit: neither threads, nor
+//! the window, nor the share of tiles, nor an [`Observer`] enters.
+//!
+//! # Held to this by
+//! `renderer::tests`; the program's tests `parts`, and the package's `test_program.py`, which holds
+//! planes from Python to those of the program.
+
+mod audit;
+mod light_cache;
+mod observer;
+mod prepared;
+
+#[cfg(test)]
+mod tests;
+
+pub use audit::Audit;
+pub use light_cache::LightCache;
+pub use observer::{Observer, Phase, Silent};
+pub use prepared::{Lights, Prepared};
+
+use std::sync::Arc;
+
+use crate::accel::Tracer;
+use crate::color::Controlled;
+use crate::error::{Error, Result};
+use crate::film::Window;
+use crate::gather::{Filter, View};
+use crate::integrator::{GuidedLights, Promise, Truth};
+use crate::render::{Rendered, TileShare};
+use crate::request::{CameraChange, Framed, Framing, Method, MethodName, Request, Resolved};
+use crate::scene::{Camera, Scene};
+use crate::tree::LightSet;
+use crate::vpl::{Clamp, VplSet};
+
+/// A scene, and what is asked for.
+///
+/// What is not said is the default of [`Request`]: light transport by our own method, without an
+/// error, as a picture in minutes. Values are checked by [`prepare`](Self::prepare), all at once.
+/// Work runs on the current thread pool ([`with_threads`](crate::render::with_threads) makes
+/// another).
+///
+/// ```
+/// use tashika::{Renderer, scene::builtin};
+///
+/// let image = Renderer::new(builtin::tiny()).error(0.2).size([16, 12]).vpls(20_000).render()?;
+/// let claims = image.totals.tally;
+/// println!("{} of {} pixels claim to be within 20 %", claims.claiming(), claims.rendered());
+/// # assert!(image.complete && claims.claiming() > 96);
+/// # Ok::<(), tashika::error::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Renderer<'a> {
+    tracer: Tracer,
+    request: Request,
+    camera: Option<Camera>,
+    change: CameraChange,
+    framing: Framing,
+    share: TileShare,
+    lights: Option<Arc<LightSet>>,
+    cache: Option<&'a LightCache>,
+    observer: &'a dyn Observer,
+}
+
+impl<'a> Renderer<'a> {
+    /// A renderer of this scene; builds the tree for rays.
+    pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
+        Self::on(&Tracer::new(scene.into()))
+    }
+
+    /// A renderer on a tree for rays that is there; they share it.
+    pub fn on(tracer: &Tracer) -> Self {
+        Self {
+            tracer: tracer.clone(),
+            request: Request::default(),
+            camera: None,
+            change: CameraChange::default(),
+            framing: Framing::default(),
+            share: TileShare::default(),
+            lights: None,
+            cache: None,
+            observer: &Silent,
+        }
+    }
+
+    /// What is told of the work, and who may end it. Default: nobody.
+    #[must_use]
+    pub fn observer(self, observer: &'a dyn Observer) -> Self {
+        Self { observer, ..self }
+    }
+
+    /// Everything that is asked for, but for what is given by [`lights`](Self::lights).
+    #[must_use]
+    pub fn request(self, request: Request) -> Self {
+        Self { request, ..self }
+    }
+
+    /// Who looks. Default: the scene's first camera.
+    #[must_use]
+    pub fn camera(self, camera: Camera) -> Self {
+        Self { camera: Some(camera), ..self }
+    }
+
+    /// What of the camera is to be another.
+    #[must_use]
+    pub fn camera_change(self, change: CameraChange) -> Self {
+        Self { change, ..self }
+    }
+
+    /// Size of the image and the part of it that is rendered.
+    #[must_use]
+    pub fn framing(self, framing: Framing) -> Self {
+        Self { framing, ..self }
+    }
+
+    /// Size of the whole image: width, height (pixels). Default: the camera's, or 640×360.
+    #[must_use]
+    pub fn size(mut self, size: [u32; 2]) -> Self {
+        self.framing.size = Some(size);
+        self
+    }
+
+    /// The part of the image that is rendered (pixels). Default: all.
+    #[must_use]
+    pub fn crop(mut self, window: Window) -> Self {
+        self.framing.crop = Some(window);
+        self
+    }
+
+    /// The shares of its tiles that are rendered, for several machines. Default: all.
+    #[must_use]
+    pub fn tiles(self, share: TileShare) -> Self {
+        Self { share, ..self }
+    }
+
+    /// How pixels are computed.
+    #[must_use]
+    pub fn method(mut self, method: impl Into<MethodName>) -> Self {
+        self.request.method = method.into();
+        self
+    }
+
+    /// Relative error `ε` that a pixel may have; in (0, 1].
+    #[must_use]
+    pub fn error(mut self, error: f64) -> Self {
+        self.request.error = Some(error);
+        self
+    }
+
+    /// Error that is enough where it is dark (W·m⁻²·sr⁻¹); at least 0.
+    #[must_use]
+    pub fn absolute(mut self, error: f64) -> Self {
+        self.request.absolute = Some(error);
+        self
+    }
+
+    /// What the error is the error of.
+    #[must_use]
+    pub fn control(mut self, controlled: Controlled) -> Self {
+        self.request.control = Some(controlled);
+        self
+    }
+
+    /// Confidence of the intervals; in (0, 1).
+    #[must_use]
+    pub fn confidence(mut self, confidence: f64) -> Self {
+        self.request.confidence = Some(confidence);
+        self
+    }
+
+    /// Whether claims of our method hold by measurement or by a theorem.
+    #[must_use]
+    pub fn claim(mut self, claim: Promise) -> Self {
+        self.request.claim = Some(claim);
+        self
+    }
+
+    /// What the error is the distance from.
+    #[must_use]
+    pub fn truth(mut self, truth: Truth) -> Self {
+        self.request.truth = Some(truth);
+        self
+    }
+
+    /// Largest cut (pairs of clusters); at least 1.
+    #[must_use]
+    pub fn max_pairs(mut self, pairs: u64) -> Self {
+        self.request.max_pairs = Some(pairs);
+        self
+    }
+
+    /// Paths a pixel, of path tracing.
+    #[must_use]
+    pub fn paths(mut self, paths: u64) -> Self {
+        self.request.paths = Some(paths);
+        self
+    }
+
+    /// About how many VPLs are traced.
+    #[must_use]
+    pub fn vpls(mut self, count: u64) -> Self {
+        self.request.vpls = Some(count);
+        self
+    }
+
+    /// VPLs that are there already. The truth is then the sum over them, unless another is said.
+    #[must_use]
+    pub fn lights(self, lights: impl Into<Arc<LightSet>>) -> Self {
+        Self { lights: Some(lights.into()), ..self }
+    }
+
+    /// Where guided VPLs are looked for before they are traced, and kept for the next render.
+    #[must_use]
+    pub fn light_cache(self, cache: &'a LightCache) -> Self {
+        Self { cache: Some(cache), ..self }
+    }
+
+    /// Distance below which a VPL grows no brighter.
+    #[must_use]
+    pub fn clamp(mut self, clamp: Clamp) -> Self {
+        self.request.clamp = Some(clamp);
+        self
+    }
+
+    /// Gather points a pixel; 1 to 1024.
+    #[must_use]
+    pub fn gather_points(mut self, points: u64) -> Self {
+        self.request.gather = Some(points);
+        self
+    }
+
+    /// The pixel filter.
+    #[must_use]
+    pub fn filter(mut self, filter: Filter) -> Self {
+        self.request.filter = Some(filter);
+        self
+    }
+
+    /// Seed of all random numbers.
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.request.seed = seed;
+        self
+    }
+
+    /// Makes what a render needs: the camera, the lights, and the trees over these.
+    ///
+    /// # Errors
+    /// [`Error::Option`] naming what is out of range or does not go with the rest; lights of another
+    /// scene.
+    pub fn prepare(&self) -> Result<Prepared<'a>> {
+        let (resolved, framed) = self.resolve()?;
+        let Resolved { method, gather, unused } = resolved;
+        let Framed { camera, size, window } = framed;
+        let method = method.sized(size);
+        let seed = self.request.seed;
+        let lights = self.light(&method, &View { camera: &camera, size, gather, seed })?;
+        let method = match &lights {
+            Lights::Set(lights) => method.over(lights.set().len(), gather.points),
+            Lights::Guided(_) | Lights::Emitters => method,
+        };
+        Ok(Prepared {
+            tracer: self.tracer.clone(),
+            camera,
+            change: self.change,
+            size,
+            window,
+            share: self.share.clone(),
+            gather,
+            seed,
+            method,
+            lights,
+            unused,
+            observer: self.observer,
+        })
+    }
+
+    /// Prepares and renders.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    pub fn render(&self) -> Result<Rendered> {
+        self.prepare()?.render()
+    }
+
+    /// The set of VPLs that [`prepare`](Self::prepare) would trace, alone: in a file, it spares those
+    /// who share a picture the tracing.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare), and a method that traces none.
+    pub fn trace_lights(&self) -> Result<VplSet> {
+        let (Resolved { method, gather, .. }, Framed { camera, size, .. }) = self.resolve()?;
+        let view = View { camera: &camera, size, gather, seed: self.request.seed };
+        match &method {
+            Method::Sum { lights: Some(options), .. } => {
+                self.tell(options.count, || VplSet::trace(&self.tracer, options))
+            }
+            Method::Transport { lights: Some(options), truth, .. } => {
+                self.tell(options.count, || GuidedLights::trace_set(&self.tracer, options, *truth, &view))
+            }
+            _ => Err(Error::option("method", self.request.method, "one that traces lights")),
+        }
+    }
+
+    fn resolve(&self) -> Result<(Resolved, Framed)> {
+        let request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
+        let first = &self.tracer.scene().cameras()[0];
+        let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
+        Ok((request.resolve()?, self.framing.of(&camera)?))
+    }
+
+    /// The lights that the method needs.
+    fn light(&self, method: &Method, view: &View<'_>) -> Result<Lights> {
+        let tracer = &self.tracer;
+        Ok(match (method, &self.lights) {
+            (Method::Sum { method, lights, .. }, given) => {
+                let set = match (lights, given) {
+                    (Some(options), _) => {
+                        let set = self.tell(options.count, || VplSet::trace(tracer, options))?;
+                        Arc::new(LightSet::new(set))
+                    }
+                    (None, Some(given)) => Arc::clone(given),
+                    (None, None) => unreachable!("lights are given or traced"),
+                };
+                set.set().validate_for(tracer.scene())?;
+                if method.needs_tree() {
+                    observer::during(self.observer, Phase::LightTree, || set.tree());
+                }
+                Lights::Set(set)
+            }
+            (Method::Transport { lights: Some(options), truth, .. }, _) => {
+                let trace = || {
+                    self.tell(options.count, || {
+                        GuidedLights::trace(tracer, options, *truth, view).map(Arc::new)
+                    })
+                };
+                Lights::Guided(match self.cache {
+                    Some(cache) => cache.lights(options, *truth, view, trace)?,
+                    None => trace()?,
+                })
+            }
+            (Method::Transport { lights: None, truth, .. }, Some(given)) => {
+                let guided = || GuidedLights::given(tracer, given.set(), *truth, view);
+                Lights::Guided(Arc::new(observer::during(self.observer, Phase::LightTree, guided)?))
+            }
+            (Method::Transport { lights: None, .. }, None) => unreachable!("lights are given or traced"),
+            (Method::Path(_), _) => Lights::Emitters,
+        })
+    }
+
+    fn tell<T>(&self, count: u64, trace: impl FnOnce() -> T) -> T {
+        observer::during(self.observer, Phase::Vpls { count }, trace)
+    }
+}

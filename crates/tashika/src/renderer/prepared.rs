@@ -1,0 +1,207 @@
+//! One view with its lights, ready to be rendered and judged.
+
+use std::sync::Arc;
+
+use super::observer::{Observer, Phase, during};
+use super::{Audit, audit};
+use crate::accel::Tracer;
+use crate::error::Result;
+use crate::experiment::{OtherSet, until_converged};
+use crate::film::{Film, Window};
+use crate::gather::{GatherOptions, View};
+use crate::integrator::{
+    ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathTracer, Setting,
+};
+use crate::render::{Begun, Finished, RenderOptions, Rendered, TileShare, blank, resume};
+use crate::request::{CameraChange, Method};
+use crate::scene::Camera;
+use crate::tree::LightSet;
+use crate::vpl::{Provenance, VplOptions};
+
+/// The lights of a render, as its method needs them.
+#[derive(Clone, Debug)]
+pub enum Lights {
+    /// Emitters alone: paths find them.
+    Emitters,
+    /// One set of VPLs, in a tree if the method needs one.
+    Set(Arc<LightSet>),
+    /// One set of VPLs, guided to the view.
+    Guided(Arc<GuidedLights>),
+}
+
+impl Lights {
+    /// Where the VPLs come from, if there are any.
+    pub fn provenance(&self) -> Option<&Provenance> {
+        match self {
+            Self::Emitters => None,
+            Self::Set(lights) => Some(lights.provenance()),
+            Self::Guided(lights) => Some(lights.provenance()),
+        }
+    }
+}
+
+/// One view of a scene with its lights, ready to be rendered: what
+/// [`Renderer::prepare`](super::Renderer::prepare) gives.
+///
+/// ```
+/// use tashika::{Renderer, scene::builtin};
+///
+/// let prepared = Renderer::new(builtin::tiny()).error(0.2).size([16, 12]).vpls(20_000).prepare()?;
+/// let image = prepared.render()?;
+/// let audit = prepared.audit(&image.film, 20)?.expect("there is a claim, and nobody cancels");
+/// assert!(!audit.contradicts, "{} of {} are within the error", audit.within, audit.of);
+/// # Ok::<(), tashika::error::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Prepared<'a> {
+    pub(super) tracer: Tracer,
+    pub(super) camera: Camera,
+    pub(super) change: CameraChange,
+    pub(super) size: [u32; 2],
+    pub(super) window: Window,
+    pub(super) share: TileShare,
+    pub(super) gather: GatherOptions,
+    pub(super) seed: u64,
+    pub(super) method: Method,
+    pub(super) lights: Lights,
+    pub(super) unused: Vec<&'static str>,
+    pub(super) observer: &'a dyn Observer,
+}
+
+impl Prepared<'_> {
+    /// Scene, rays and view.
+    pub fn setting(&self) -> Setting<'_> {
+        let Self { camera, size, gather, seed, .. } = self;
+        Setting { tracer: &self.tracer, view: View { camera, size: *size, gather: *gather, seed: *seed } }
+    }
+
+    /// The part of the image that is rendered.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// How pixels are computed: what was asked for, over so many lights, for an image of this size.
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// Names of what was asked for and means nothing to the method (see
+    /// [`Resolved::unused`](crate::request::Resolved::unused)).
+    pub fn unused(&self) -> &[&'static str] {
+        &self.unused
+    }
+
+    /// The same, with rays from another tracer of this scene: one that is
+    /// [heard](Tracer::heard_by), or the [scalar twin](Tracer::plain).
+    #[must_use]
+    pub fn on(&self, tracer: &Tracer) -> Self {
+        Self { tracer: tracer.clone(), ..self.clone() }
+    }
+
+    /// What computes the pixels of this view.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn integrator(&self) -> Result<Box<dyn Integrator + '_>> {
+        Ok(match (&self.method, &self.lights) {
+            (Method::Sum { method, options, .. }, Lights::Set(lights)) => {
+                method.integrator(lights, options)?
+            }
+            (Method::Transport { options, .. }, Lights::Guided(lights)) => {
+                Box::new(LightTransport::new(&self.tracer, lights, options))
+            }
+            (Method::Path(stop), _) => {
+                Box::new(PathTracer::new(&self.tracer, *stop, VplOptions::default().path_depth())?)
+            }
+            _ => unreachable!("lights are made for the method"),
+        })
+    }
+
+    /// Renders; a finished whole is [reconstructed](Method::finish) if it is a picture.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn render(&self) -> Result<Rendered> {
+        self.render_from(|film| Ok(Begun { film, tiles: Vec::new() }))
+    }
+
+    /// Renders what is not finished: `begin` takes the film with which this render begins, by whose
+    /// metadata it is known, and gives it back with the tiles that are there, as
+    /// [`KeptTiles::begin`](crate::io::KeptTiles::begin) does.
+    ///
+    /// # Errors
+    /// Options out of range; what `begin` fails with.
+    pub fn render_from(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
+        let (setting, integrator) = (self.setting(), self.integrator()?);
+        let options = RenderOptions { window: self.window, share: self.share.clone() };
+        let mut film = blank(&setting, integrator.as_ref(), &options)?;
+        self.method.describe(film.metadata_mut());
+        self.change.describe(film.metadata_mut());
+        let begun = begin(film)?;
+        let phase = Phase::Pixels {
+            method: integrator.name(),
+            window: self.window,
+            is_of_a_sum: self.method.is_of_a_sum(),
+            promises: self.method.promises(),
+        };
+        let watch = |done: &Finished<'_>| self.observer.tile(done);
+        let mut rendered = during(self.observer, phase, || {
+            resume(&setting, integrator.as_ref(), &options, begun, &watch, self.observer.cancel())
+        })?;
+        if self.is_whole(&rendered) && self.method.is_picture() {
+            during(self.observer, Phase::Reconstruction, || Method::finish(&mut rendered.film));
+        }
+        Ok(rendered)
+    }
+
+    /// Computes the truth of `count` pixels at random of a finished film of this view, and tells how
+    /// many are within the error: by exact sums where the truth is one, else by path tracing. None
+    /// if nothing is promised that could be judged, or if it was cancelled.
+    ///
+    /// # Errors
+    /// A film of another view.
+    pub fn audit(&self, film: &Film, count: u64) -> Result<Option<Audit>> {
+        let Some((truth, promise)) = self.truth()? else { return Ok(None) };
+        audit::of(film, count, &self.setting(), truth.as_ref(), promise, self.observer)
+    }
+
+    /// By how much another set of as many VPLs would change a finished film of this view; none if
+    /// its VPLs were given or stand for all sets, if only a part was rendered, or if it was
+    /// cancelled.
+    ///
+    /// # Errors
+    /// A film of another view.
+    pub fn other_set(&self, rendered: &Rendered) -> Result<Option<OtherSet>> {
+        let Method::Sum { method, options, lights: Some(lights) } = &self.method else { return Ok(None) };
+        if !self.is_whole(rendered) {
+            return Ok(None);
+        }
+        during(self.observer, Phase::OtherSet, || {
+            OtherSet::of(&rendered.film, &self.setting(), *method, options, lights, self.observer.cancel())
+        })
+    }
+
+    fn is_whole(&self, rendered: &Rendered) -> bool {
+        rendered.complete && self.share.is_whole()
+    }
+
+    /// What tells the truth about this view, and what is promised of the distance from it.
+    fn truth(&self) -> Result<Option<(Box<dyn Integrator + '_>, &ControlOptions)>> {
+        Ok(match (&self.method, &self.lights) {
+            (Method::Sum { options, .. }, Lights::Set(lights)) => {
+                Some((Box::new(FullSum::new(lights.set())), options))
+            }
+            (Method::Transport { options, .. }, _) => {
+                let depth = VplOptions::default().path_depth();
+                let stop = until_converged(options, Audit::MOST_PATHS);
+                Some((Box::new(PathTracer::new(&self.tracer, stop, depth)?), options))
+            }
+            _ => None,
+        })
+    }
+}

@@ -1,0 +1,234 @@
+//! The pipeline against its parts put together by hand, its observer, and its judges.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::*;
+use crate::film::{Film, Plane, planes};
+use crate::gather::GatherOptions;
+use crate::integrator::{
+    ControlOptions, FullSum, Integrator, LightTransport, PathStop, PathTracer, Setting, SumMethod,
+};
+use crate::render::{Begun, Finished, RenderOptions, render};
+use crate::scene::builtin;
+use crate::vpl::VplOptions;
+
+const SIZE: [u32; 2] = [15, 10];
+
+fn tiny() -> Renderer<'static> {
+    Renderer::new(builtin::tiny()).size(SIZE).vpls(3000).seed(7)
+}
+
+fn samples<'f>(film: &'f Film, plane: &str) -> &'f [f32] {
+    film.plane(plane).and_then(Plane::f32_samples).expect("a plane of every film")
+}
+
+/// Writes down which phases there were, and can ask the work to end after so many tiles.
+#[derive(Default)]
+struct Witness {
+    phases: Mutex<Vec<String>>,
+    tiles: Mutex<u64>,
+    most: Option<u64>,
+    stop: AtomicBool,
+}
+
+impl Witness {
+    fn phases(&self) -> String {
+        self.phases.lock().unwrap().join(" ")
+    }
+
+    fn write(&self, word: &str, phase: &Phase) {
+        let name = match phase {
+            Phase::Vpls { .. } => "vpls",
+            Phase::LightTree => "tree",
+            Phase::Pixels { .. } => "pixels",
+            Phase::Reconstruction => "reconstruction",
+            Phase::Audit { .. } => "audit",
+            Phase::OtherSet => "other",
+        };
+        self.phases.lock().unwrap().push(format!("{word}{name}"));
+    }
+}
+
+impl Observer for Witness {
+    fn begin(&self, phase: &Phase) {
+        self.write("", phase);
+    }
+
+    fn end(&self, phase: &Phase) {
+        self.write("/", phase);
+    }
+
+    fn tile(&self, _done: &Finished<'_>) {
+        let mut tiles = self.tiles.lock().unwrap();
+        *tiles += 1;
+        self.stop.store(self.most.is_some_and(|most| *tiles >= most), Ordering::Relaxed);
+    }
+
+    fn cancel(&self) -> &AtomicBool {
+        &self.stop
+    }
+}
+
+/// What the pipeline renders is what its parts give when a stranger puts them together.
+#[test]
+fn films_are_those_of_the_parts() {
+    let tracer = Tracer::new(Arc::new(builtin::tiny()));
+    let (camera, gather) = (&tracer.scene().cameras()[0], GatherOptions::default());
+    let options = RenderOptions { window: Window::full(SIZE), share: TileShare::default() };
+    let of = |integrator: &dyn Integrator, gather| {
+        let setting = Setting { tracer: &tracer, view: View { camera, size: SIZE, gather, seed: 7 } };
+        render(&setting, integrator, &options, &|_| (), &AtomicBool::new(false)).unwrap().film
+    };
+    let lights = VplOptions { count: 3000, seed: 7, ..VplOptions::default() };
+    let told = ControlOptions { error: 0.3, seed: 7, ..ControlOptions::default() };
+
+    let path = PathTracer::new(&tracer, PathStop::Count(9), VplOptions::default().path_depth()).unwrap();
+    assert_eq!(tiny().method(MethodName::Path).paths(9).render().unwrap().film, of(&path, gather));
+
+    let set = VplSet::trace(&tracer, &lights).unwrap();
+    assert_eq!(tiny().method(SumMethod::Exact).render().unwrap().film, of(&FullSum::new(&set), gather));
+    let mdlc = SumMethod::Mdlc.integrator(&set.clone().into(), &told).map(|one| of(one.as_ref(), gather));
+    assert_eq!(tiny().method(SumMethod::Mdlc).error(0.3).render().unwrap().film, mdlc.unwrap());
+
+    let asked = Request { error: Some(0.3), ..Request::default() };
+    let points = asked.gather_options().unwrap();
+    let view = View { camera, size: SIZE, gather: points, seed: 7 };
+    let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
+    let transport = of(&LightTransport::new(&tracer, &guided, &told), points);
+    assert_eq!(tiny().error(0.3).render().unwrap().film, transport);
+}
+
+/// A picture is made of a whole alone, and only where nobody asked for an error.
+#[test]
+fn pictures_are_reconstructed() {
+    let has =
+        |renderer: Renderer<'_>| renderer.render().unwrap().film.plane(planes::RECONSTRUCTION).is_some();
+    assert!(has(tiny().max_pairs(64)));
+    assert!(!has(tiny().error(0.5)));
+    assert!(!has(tiny().max_pairs(64).tiles("1/2".parse().unwrap())));
+}
+
+#[test]
+fn observers_are_told_of_every_phase_and_can_end_it() {
+    let told = Witness::default();
+    let prepared = tiny().method(SumMethod::Mdlc).error(0.5).observer(&told).prepare().unwrap();
+    assert_eq!(told.phases(), "vpls /vpls tree /tree");
+    let rendered = prepared.render().unwrap();
+    let audit = prepared.audit(&rendered.film, 5).unwrap().unwrap();
+    let other = prepared.other_set(&rendered).unwrap().unwrap();
+    assert_eq!((audit.of, other.pixels), (5, 64));
+    let rest = "pixels /pixels audit /audit other /other";
+    assert_eq!(told.phases(), format!("vpls /vpls tree /tree {rest}"));
+
+    let told = Witness { most: Some(1), ..Witness::default() };
+    let ended = tiny().size([64, 64]).method(SumMethod::Exact).vpls(50).observer(&told);
+    let prepared = ended.prepare().unwrap();
+    let rendered = prepared.render().unwrap();
+    assert!(!rendered.complete);
+    let part = rendered.totals.tally.rendered();
+    assert!(part > 0 && part < 64 * 64, "{part} pixels");
+    assert!(prepared.other_set(&rendered).unwrap().is_none(), "of a part");
+    assert!(prepared.audit(&rendered.film, 5).unwrap().is_none(), "cancelled");
+    assert!(!told.phases().contains("tree"), "whole sums need none");
+}
+
+/// What is finished is not rendered again, and the film is the same.
+#[test]
+fn renders_go_on_from_finished_tiles() {
+    let renderer = tiny().size([64, 40]).method(SumMethod::Exact).vpls(50);
+    let whole = renderer.render().unwrap();
+    let told = Witness { most: Some(1), ..Witness::default() };
+    let part = renderer.clone().observer(&told).prepare().unwrap();
+    let tiles = Mutex::new(Vec::new());
+    let setting = part.setting();
+    let options = RenderOptions { window: part.window(), share: TileShare::default() };
+    let watch = |done: &Finished<'_>| {
+        tiles.lock().unwrap().push(done.tile);
+        told.tile(done);
+    };
+    let begun = render(&setting, part.integrator().unwrap().as_ref(), &options, &watch, told.cancel());
+    let (film, tiles) = (begun.unwrap().film, tiles.into_inner().unwrap());
+
+    let told = Witness::default();
+    let prepared = renderer.observer(&told).prepare().unwrap();
+    let finished = prepared
+        .render_from(|blank| {
+            let mut begun = film.clone();
+            *begun.metadata_mut() = blank.metadata().clone();
+            Ok(Begun { film: begun, tiles: tiles.clone() })
+        })
+        .unwrap();
+    assert_eq!(finished.film, whole.film);
+    assert_eq!(finished.totals, whole.totals);
+    let failed = prepared.render_from(|_| Err(Error::option("film", "this", "another")));
+    assert!(failed.unwrap_err().to_string().contains("expected another"));
+}
+
+/// Lights of a view are kept for the next render of it, and of no other.
+#[test]
+fn cached_lights_are_those_of_the_view() {
+    let (cache, told) = (LightCache::default(), Witness::default());
+    let renderer = tiny().error(0.5).light_cache(&cache).observer(&told);
+    let traced = renderer.render().unwrap().film;
+    assert!(told.phases().contains("vpls"));
+    let count = || told.phases().split(' ').filter(|phase| *phase == "vpls").count();
+    let again = renderer.render().unwrap().film;
+    assert_eq!((count(), &again), (1, &traced));
+    for other in [renderer.clone().seed(8), renderer.clone().size([10, 10]), renderer.clone().vpls(2000)] {
+        let before = count();
+        other.render().unwrap();
+        assert_eq!(count(), before + 1);
+    }
+}
+
+/// A set that was traced for others gives them the same image.
+#[test]
+fn lights_alone_are_those_of_the_render() {
+    let transport = tiny().error(0.5);
+    let set = transport.trace_lights().unwrap();
+    let given = transport.clone().lights(LightSet::new(set)).truth(Truth::Transport);
+    let (ours, theirs) = (transport.render().unwrap(), given.render().unwrap());
+    assert_eq!(samples(&ours.film, ""), samples(&theirs.film, ""));
+
+    let sum = tiny().method(SumMethod::Sakai2018);
+    let given = sum.clone().lights(LightSet::new(sum.trace_lights().unwrap()));
+    assert_eq!(sum.render().unwrap().film, given.render().unwrap().film);
+    assert!(given.prepare().unwrap().other_set(&given.render().unwrap()).unwrap().is_none(), "given");
+    let none = tiny().method(MethodName::Path).trace_lights().unwrap_err().to_string();
+    assert!(none.contains("method = path; expected one that traces lights"), "{none}");
+}
+
+/// An audit finds claims that do not hold, and judges nothing where nothing is claimed.
+#[test]
+fn audits_find_false_claims() {
+    let prepared = tiny().truth(Truth::Vpl).error(0.1).max_pairs(1 << 20).prepare().unwrap();
+    let mut rendered = prepared.render().unwrap();
+    let audit = prepared.audit(&rendered.film, 60).unwrap().unwrap();
+    assert!(audit.claiming == 60 && !audit.contradicts && audit.low > 0.8, "{audit:?}");
+    let plane = rendered.film.plane_mut("").unwrap();
+    for (x, y) in Window::full(SIZE).pixels() {
+        let doubled: Vec<f32> = plane.f32_at(x, y).iter().map(|value| 2.0 * value).collect();
+        plane.set_f32(x, y, &doubled);
+    }
+    let audit = prepared.audit(&rendered.film, 60).unwrap().unwrap();
+    // Black stays black.
+    assert!(audit.contradicts && audit.within < audit.of / 2, "{audit:?}");
+
+    let path = tiny().method(MethodName::Path).paths(4).prepare().unwrap();
+    assert!(path.audit(&path.render().unwrap().film, 5).unwrap().is_none());
+}
+
+#[test]
+fn what_cannot_be_is_refused_before_any_work() {
+    let told = Witness::default();
+    let refused =
+        |renderer: Renderer<'_>| renderer.observer(&told).prepare().err().expect("it cannot be").to_string();
+    assert!(refused(tiny().error(0.0)).contains("error = 0"));
+    assert!(refused(tiny().size([0, 5])).contains("0x5"));
+    assert!(refused(tiny().crop(Window { x: 14, y: 0, width: 9, height: 1 })).contains("14"));
+    assert!(refused(tiny().claim(Promise::Certified).truth(Truth::Transport)).contains("certified"));
+    assert_eq!(told.phases(), "");
+    let unused = tiny().method(MethodName::Path).claim(Promise::Certified).prepare().unwrap();
+    assert_eq!(unused.unused(), ["vpls", "claim"]);
+}
