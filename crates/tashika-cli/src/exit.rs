@@ -82,8 +82,11 @@ impl Failure {
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match error {
-            // The library calls an option by the words that are its name here.
-            Error::Option { .. } => Self::usage(format!("--{error}")),
+            // The library's names of options are those of the fields that hold them.
+            Error::Option { option, value, expected } => {
+                let error = Error::Option { option: option.replace('_', "-"), value, expected };
+                Self::usage(format!("--{error}"))
+            }
             _ => Self::file(error.to_string()),
         }
     }

@@ -456,7 +456,7 @@ fn missing_files_are_all_told_and_refused_unless_allowed() {
     fs::write(folder.path("scene.xml"), scene).unwrap();
     let small = "--size 2x2 --vpls 5";
     let refused = folder.run(&format!("render scene.xml {small}"));
-    refused.fails(3, &["scene.xml:2", "wood.png", "scene.xml:3", "pot.ply", "--allow-missing"]);
+    refused.fails(3, &["scene.xml:2", "wood.png", "scene.xml:3", "pot.ply", "allow-missing"]);
     folder.run("info scene.xml").fails(3, &["wood.png", "pot.ply"]);
     let told = folder.run(&format!("render scene.xml {small} --allow-missing"));
     assert!(told.succeeds().stderr.contains("pot.ply"), "{}", told.stderr);

@@ -23,6 +23,13 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _tashika {
+    use super::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
     #[pymodule_export]
     use crate::building::{Camera, Light, Mesh};
     #[pymodule_export]

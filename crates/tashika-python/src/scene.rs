@@ -7,8 +7,8 @@ use std::sync::{Arc, OnceLock};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use tashika::accel::Tracer;
-use tashika::error::{Error, Location, Result};
-use tashika::io::{AskedEnvironment, AskedLight, LightChanges, LoadOptions, load_scene};
+use tashika::error::{Error, Result};
+use tashika::io::{AskedEnvironment, AskedLight, LightChanges, LoadOptions, open_scene};
 use tashika::renderer::{LightCache, Renderer};
 use tashika::request::Request;
 use tashika::scene::{self, builtin as made};
@@ -66,8 +66,7 @@ impl Scene {
     /// shape (height, width, 3) whose top row is up (+y), whose middle column is -z and the next to
     /// the right towards +x.
     ///
-    /// Without a camera it gets one that sees all of it, without light a white sky and a sun;
-    /// `notes` tells. Raises `InputError` for what cannot be rendered.
+    /// Without a camera it gets one that sees all of it, and `notes` tells; without light it is dark. Raises `InputError` for what cannot be rendered.
     ///
     /// ```python
     /// >>> square = [[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
@@ -192,22 +191,13 @@ pub fn load(
             .collect::<Result<_>>()
             .map_err(raised)?,
     };
-    if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(made::PREFIX)) {
-        let scene = made::by_name(name).map_err(raised)?();
-        return changes.apply(scene, &LoadOptions::default()).map(Scene::new).map_err(raised);
-    }
     let options = LoadOptions { allow_outside, allow_missing, ..LoadOptions::default() };
-    let scene = py.detach(|| load_scene(&path, &options)).map_err(raised)?;
+    let scene = py.detach(|| open_scene(&path, &changes, &options)).map_err(raised)?;
     if let (true, Some(note)) = (strict, scene.notes().first_departure()) {
         let expected = "nothing that departs from the file, because of strict=True";
         return Err(raised(Error::invalid(note.first, note.message, expected)));
     }
-    if scene.instances().is_empty() {
-        let at = Location::file(&path);
-        let found = "nothing to render: no surface that this program reads";
-        return Err(raised(Error::invalid(at, found, "a scene with a shape")));
-    }
-    py.detach(|| changes.apply(scene, &options)).map(Scene::new).map_err(raised)
+    Ok(Scene::new(scene))
 }
 
 /// A scene that needs no file: `"room"`, furnished and glossy, or `"tiny"`, a box with two blocks

@@ -106,3 +106,8 @@ def test_comparisons(program: Path, tmp_path: Path) -> None:
     for name in set(theirs) - {"image", "reference", "files", "worst_at"}:
         assert getattr(ours, name) == theirs[name], name
     assert list(ours.worst_at) == theirs["worst_at"]
+
+
+def test_the_version_is_that_of_the_program(program: Path) -> None:
+    told = subprocess.run([str(program), "--version"], capture_output=True, text=True, check=True).stdout
+    assert told.split() == ["tashika", tashika.__version__]

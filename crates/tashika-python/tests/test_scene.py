@@ -211,7 +211,7 @@ def test_pictures_that_cannot_be_are_refused(picture: object, message: str) -> N
 
 def test_what_is_missing_is_made_and_told() -> None:
     scene = tashika.Scene.build([tashika.Mesh(FLOOR, QUAD, material=tashika.Material.diffuse(1))])
-    assert len(scene.cameras) == 1 and any("no light" in note for note in scene.notes)
+    assert len(scene.cameras) == 1 and any("no camera" in note for note in scene.notes)
     named = tashika.Camera((0, 1, 0.1), (0, 0, 0), name="top", size=(20, 10))
     scene = tashika.Scene.build([], camera=named, sky=1)
     assert scene.cameras == {"top": (20, 10)} and any("no triangle" in note for note in scene.notes)
@@ -303,7 +303,7 @@ def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
         ({"filter": "mitchell"}, "filter = mitchell; expected one of box, tent, gaussian, blackman-harris"),
         ({"tiles": "3/2"}, "tiles = 3/2; expected K/N"),
         ({"tiles": (0, 2)}, "tiles = 0/2; expected K/N"),
-        ({"max_pairs": 0}, "max-pairs = 0; expected 1 or more"),
+        ({"max_pairs": 0}, "max_pairs = 0; expected 1 or more"),
         ({"method": "path", "paths": 0}, "paths = 0; expected 1 to"),
         ({"threads": 100_000}, "threads = 100000; expected"),
     ],

@@ -13,7 +13,7 @@ use tashika::accel::SegmentBatch;
 use tashika::color::RgbSum;
 use tashika::error::Result;
 use tashika::film::{Claim, Film, Metadata, PixelRecord, Stop, Window};
-use tashika::integrator::{Integrator, Setting, SumMethod};
+use tashika::integrator::{Estimates, Integrator, Setting, SumMethod};
 use tashika::render::{RenderOptions, TileShare, render};
 use tashika::renderer::Lights;
 use tashika::report::{Named, Tolerance, compare};
@@ -40,8 +40,8 @@ impl Integrator for Evenly<'_> {
 
     fn describe(&self, _metadata: &mut Metadata) {}
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        tile.pixels().map(|(x, y)| self.pixel(setting, [x, y])).collect()
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        Box::new(move |tile: &Window| tile.pixels().map(|(x, y)| self.pixel(&setting, [x, y])).collect())
     }
 }
 

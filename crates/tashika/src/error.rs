@@ -94,7 +94,7 @@ pub enum Error {
         instead: String,
     },
     /// The input names files that are not there.
-    #[error("{}: names files that are not there; --allow-missing goes on without them:{}", scene.display(), in_lines(files))]
+    #[error("{}: names files that are not there (the option allow-missing goes on without them):{}", scene.display(), in_lines(files))]
     Missing {
         /// The scene that names them.
         scene: PathBuf,

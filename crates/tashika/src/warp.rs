@@ -1,10 +1,17 @@
-//! Uniform squares to the shapes that a renderer samples.
+//! Uniform squares to the shapes that a renderer samples, and the weight of one way to draw among
+//! several.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::{Vec2, Vec3};
 
 use crate::math::elementary::{atan2, sin_cos};
+
+/// Weight of a strategy of density `this` beside another of density `other`: the balance heuristic
+/// (Veach 1997, section 9.2). One where `this` is infinite.
+pub fn balance(this: f32, other: f32) -> f32 {
+    if this.is_infinite() { 1.0 } else { this / (this + other) }
+}
 
 /// Unit disk, uniform, by the concentric map of Shirley and Chiu (1997). Density `1/π`.
 pub fn disk(u: [f32; 2]) -> Vec2 {

@@ -21,7 +21,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use tashika::film::Window;
-use tashika::io::{LightChanges, LoadOptions, SCENE_FORMATS, ToneMap, check_writable, load_scene};
+use tashika::io::{LightChanges, LoadOptions, SCENE_FORMATS, ToneMap, check_writable, open_scene};
 use tashika::report::Tolerance;
 use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{Scene, builtin};
@@ -36,68 +36,46 @@ use crate::exit::Failure;
 /// Where the scene comes from.
 #[derive(Debug)]
 pub struct SceneSource {
-    kind: SceneKind,
+    name: PathBuf,
     lights: LightChanges,
     options: LoadOptions,
 }
 
-#[derive(Debug)]
-enum SceneKind {
-    Builtin(fn() -> Scene),
-    File(PathBuf),
-}
-
 impl SceneSource {
     fn new(typed: Option<&str>, args: &SceneArgs) -> Result<Self, Failure> {
-        let kind = match typed {
-            None => SceneKind::Builtin(builtin::room),
-            Some(name) => match name.strip_prefix(builtin::PREFIX) {
-                // No option: it is typed by itself.
-                Some(name) => {
-                    SceneKind::Builtin(builtin::by_name(name).map_err(|e| Failure::usage(e.to_string()))?)
-                }
-                None => SceneKind::File(PathBuf::from(name)),
-            },
-        };
+        let name = typed.map_or_else(|| format!("{}room", builtin::PREFIX), str::to_owned);
+        if let Some(name) = name.strip_prefix(builtin::PREFIX) {
+            // No option: it is typed by itself.
+            builtin::by_name(name).map_err(|e| Failure::usage(e.to_string()))?;
+        }
         let lights = LightChanges { environment: args.environment.clone(), lights: args.light.clone() };
-        Ok(Self {
-            kind,
-            lights,
-            options: LoadOptions {
-                allow_outside: args.allow_outside,
-                allow_missing: args.allow_missing,
-                ..LoadOptions::default()
-            },
-        })
+        let options = LoadOptions {
+            allow_outside: args.allow_outside,
+            allow_missing: args.allow_missing,
+            ..LoadOptions::default()
+        };
+        Ok(Self { name: PathBuf::from(name), lights, options })
+    }
+
+    /// The file; none of a built-in scene.
+    fn file(&self) -> Option<&Path> {
+        let is_builtin = self.name.to_str().is_some_and(|name| name.starts_with(builtin::PREFIX));
+        (!is_builtin).then_some(&self.name)
     }
 
     /// Reads or makes the scene.
     pub fn load(&self) -> Result<Scene, Failure> {
-        let scene = match &self.kind {
-            SceneKind::Builtin(scene) => scene(),
-            SceneKind::File(path) => {
-                let scene = load_scene(path, &self.options)?;
-                if scene.instances().is_empty() {
-                    let what = "nothing to render: the file has no surface that this program reads";
-                    return Err(Failure::file(format!("{}: {what}", path.display())));
-                }
-                scene
-            }
-        };
-        Ok(self.lights.apply(scene, &self.options)?)
+        Ok(open_scene(&self.name, &self.lights, &self.options)?)
     }
 
     /// What to call the scene while it is being read.
     pub fn label(&self) -> String {
-        match &self.kind {
-            SceneKind::Builtin(_) => "the built-in scene".to_owned(),
-            SceneKind::File(path) => path.display().to_string(),
-        }
+        self.file().map_or_else(|| "the built-in scene".to_owned(), |path| path.display().to_string())
     }
 
     /// Name of the format.
     pub fn format(&self) -> &'static str {
-        let SceneKind::File(path) = &self.kind else { return "built-in" };
+        let Some(path) = self.file() else { return "built-in" };
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         SCENE_FORMATS.iter().find(|(e, _)| *e == ending).map_or("unknown", |(_, name)| name)
     }
@@ -109,11 +87,7 @@ impl SceneSource {
 
     /// The files that it is made of, as far as they are named by the user.
     fn files(&self) -> impl Iterator<Item = &Path> {
-        let file = match &self.kind {
-            SceneKind::Builtin(_) => None,
-            SceneKind::File(path) => Some(path.as_path()),
-        };
-        file.into_iter().chain(self.lights.files())
+        self.file().into_iter().chain(self.lights.files())
     }
 }
 

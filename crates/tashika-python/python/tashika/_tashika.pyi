@@ -30,6 +30,8 @@ _Method = Literal[
 _T = TypeVar("_T")
 
 @final
+__version__: str
+
 class Scene:
     """A scene: surfaces, lights and cameras, ready to be rendered."""
 

@@ -1,8 +1,8 @@
 //! How visible clusters of lights are from parts of the image: what pilot segments, drawn for no
 //! estimate, tell.
 //!
-//! The image is divided into cells of [`CELL`] × [`CELL`] pixels, the lights into up to
-//! [`CLUSTERS`] nodes of the light tree. For every cell and cluster [`TRIALS`] segments are traced,
+//! The image is divided into cells ([`Grid`]), the lights into up to [`CLUSTERS`] nodes of the light
+//! tree. For every cell and cluster [`TRIALS`] segments are traced,
 //! from gather points of random pixels of the cell to lights of the cluster. Which lights these are
 //! is drawn once an image: so they lie next to each other in memory, and all segments from a point
 //! are a fan whose neighbours have most of their way in common. For a pixel, trials of its own cell
@@ -15,7 +15,7 @@
 //! with the trials of all clusters under the node, so that what few trials leave open is decided by
 //! the lights around.
 //!
-//! The cost is at most `CLUSTERS · TRIALS / CELL²` = 256 segments a pixel. Cells are measured when
+//! The cost is at most `CLUSTERS · TRIALS / 16²` = 256 segments a pixel. Cells are measured when
 //! they are first asked for.
 //!
 //! # Independence
@@ -23,20 +23,17 @@
 //! is a function of the image and its place, not of who asks first. So what a pixel learns here is
 //! independent of all samples of its estimate.
 
-use std::sync::OnceLock;
-
 use super::rank::VisibilityPrior;
 use crate::accel::{Apex, SegmentBatch, Tracer};
 use crate::bounds::LightShape;
 use crate::gather::{GatherPoint, View};
+use crate::guidance::{Grid, key_of, pixels_of, random_pixel};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
 use crate::tree::{LightCluster, LightTree};
 use crate::vpl::{Vpl, VplKind};
 
-/// Side of a cell (pixels).
-const CELL: u32 = 16;
 /// Clusters of lights.
 const CLUSTERS: usize = 8192;
 /// Segments for each cell and cluster.
@@ -79,10 +76,7 @@ pub struct PilotVisibility {
     /// By number of a cluster: the place of the smallest whose visibility is known and that holds
     /// it.
     place_of: Vec<u32>,
-    /// Row by row.
-    cells: Vec<OnceLock<Cell>>,
-    columns: u32,
-    rows: u32,
+    cells: Grid<Cell>,
     seed: u64,
 }
 
@@ -143,32 +137,23 @@ impl PilotVisibility {
                 waiting.extend(children.rev().map(|child| (place, child)));
             }
         }
-        let [columns, rows] = pilot.view.size.map(|side| side.div_ceil(CELL));
-        let cells = (0..columns as usize * rows as usize).map(|_| OnceLock::new()).collect();
         let mut stream = Stream::new(seed, Purpose::Guidance, 2);
         let mut draw = |cluster| lights.light(lights.draw(cluster, stream.uniform_f64()));
         let representatives = [(); SETS].map(|()| {
             clusters.iter().map(|(_, cluster)| [(); TRIALS as usize].map(|()| draw(cluster))).collect()
         });
-        Self { parents, clusters, representatives, place_of, cells, columns, rows, seed }
-    }
-
-    /// The cell that a pixel lies in, as column and row.
-    pub fn cell_of(pixel: [u32; 2]) -> [u32; 2] {
-        pixel.map(|at| at / CELL)
+        let cells = Grid::new(pilot.view.size);
+        Self { parents, clusters, representatives, place_of, cells, seed }
     }
 
     /// What is known about a cell.
-    pub fn about(&self, pilot: &Pilot<'_>, [column, row]: [u32; 2]) -> CellVisibility<'_> {
+    pub fn about(&self, pilot: &Pilot<'_>, cell: [u32; 2]) -> CellVisibility<'_> {
         let mut sums = vec![[0.0_f32; 2]; self.parents.len()];
-        for row in row.saturating_sub(1)..(row + 2).min(self.rows) {
-            for column in column.saturating_sub(1)..(column + 2).min(self.columns) {
-                for ((place, _), tally) in self.clusters.iter().zip(&self.cell(pilot, [column, row]).tallies)
-                {
-                    let [visible, trials] = &mut sums[*place as usize];
-                    *visible += f32::from(tally.visible) / PARTS;
-                    *trials += f32::from(tally.trials);
-                }
+        for near in self.cells.about(cell) {
+            for ((place, _), tally) in self.clusters.iter().zip(&self.cell(pilot, near).tallies) {
+                let [visible, trials] = &mut sums[*place as usize];
+                *visible += f32::from(tally.visible) / PARTS;
+                *trials += f32::from(tally.trials);
             }
         }
         for place in (1..sums.len()).rev() {
@@ -181,29 +166,23 @@ impl PilotVisibility {
             let above = if place == 0 { 0.5 } else { visibility[self.parents[place] as usize] };
             visibility.push((PARENT_WEIGHT * above + visible) / (PARENT_WEIGHT + trials));
         }
-        let [width, height] = pilot.view.size;
-        let [across, down] =
-            [(column, width), (row, height)].map(|(at, side)| ((at + 1) * CELL).min(side) - at * CELL);
-        let segments_per_pixel =
-            self.cell(pilot, [column, row]).segments.div_ceil(u64::from(across) * u64::from(down));
+        let pixels = pixels_of(cell, pilot.view.size).area();
+        let segments_per_pixel = self.cell(pilot, cell).segments.div_ceil(pixels);
         CellVisibility { place_of: &self.place_of, visibility, segments_per_pixel }
     }
 
-    fn cell(&self, pilot: &Pilot<'_>, [column, row]: [u32; 2]) -> &Cell {
-        let cell = &self.cells[(row * self.columns + column) as usize];
-        cell.get_or_init(|| self.measure(pilot, [column, row]))
+    fn cell(&self, pilot: &Pilot<'_>, cell: [u32; 2]) -> &Cell {
+        self.cells.at(cell, || self.measure(pilot, cell))
     }
 
     fn measure(&self, pilot: &Pilot<'_>, [column, row]: [u32; 2]) -> Cell {
-        let [width, height] = pilot.view.size;
-        let key = rng::key(self.seed, Purpose::Guidance, u64::from(row) << 32 | u64::from(column));
+        let window = pixels_of([column, row], pilot.view.size);
+        let key = key_of([column, row], self.seed);
         let mut stream = Stream::new(key, Purpose::Guidance, 0);
-        let within = |first: u32, end: u32, s: &mut Stream| first + s.below(u64::from(end - first)) as u32;
         let mut points = Vec::new();
         for trial in 0..TRIALS {
-            let x = within(column * CELL, ((column + 1) * CELL).min(width), &mut stream);
-            let y = within(row * CELL, ((row + 1) * CELL).min(height), &mut stream);
-            points.extend(one_point(pilot, [x, y], key.wrapping_add(u64::from(trial))));
+            let pixel = random_pixel(&window, &mut stream);
+            points.extend(one_point(pilot, pixel, key.wrapping_add(u64::from(trial))));
         }
         // What reflects nothing needs no light.
         points.retain(|point| !point.bsdf.albedo().is_black());

@@ -1,6 +1,6 @@
 //! Gather points: where the light that a pixel sees was last reflected.
 //!
-//! A pixel is the sum over its gather points (METHOD of the family: Walter et al. 2006), each
+//! A pixel is the sum over its gather points (Walter et al. 2006), each
 //! weighted by pixel filter, lens and the specular surfaces on the way:
 //!
 //! ```text

@@ -6,6 +6,7 @@
 //! * [`SeenLamps`]: how bright lamps that are seen make a pixel, however small they are.
 //! * [`importance_correlation`]: how much more VPLs that light paths leave together vary than as
 //!   many that are independent.
+//! * [`Grid`]: the cells of an image, each with what was learned of its neighbourhood.
 //!
 //! # Independence
 //! What guides is learned from random numbers of its own
@@ -15,9 +16,11 @@
 mod bent;
 mod correlation;
 mod emission;
+mod grid;
 mod lamps;
 
 pub use bent::BentLight;
 pub use correlation::importance_correlation;
 pub use emission::{Guided, learn_light_guide};
+pub use grid::{Grid, cell_of, key_of, pixels_of, random_pixel};
 pub use lamps::SeenLamps;

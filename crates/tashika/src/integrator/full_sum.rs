@@ -8,7 +8,7 @@
 //! Work goes VPL by VPL: all points of a tile make one fan of segments to it, the order in which
 //! rays are fastest.
 
-use super::{Claim, Integrator, PixelRecord, Setting, Stop};
+use super::{Claim, Estimates, Integrator, PixelRecord, Setting, Stop};
 use crate::accel::SegmentBatch;
 use crate::color::RgbSum;
 use crate::film::{Metadata, Window, keys};
@@ -42,7 +42,13 @@ impl Integrator for FullSum<'_> {
         metadata.set(keys::PAIRS_ARE, "terms of the sum");
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        Box::new(move |tile: &Window| self.tile(&setting, tile))
+    }
+}
+
+impl FullSum<'_> {
+    fn tile(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         let pixels: Vec<PixelSum> =
             tile.pixels().map(|(x, y)| setting.view.pixel(setting.tracer, [x, y])).collect();
         let transport =

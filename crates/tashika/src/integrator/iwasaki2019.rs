@@ -41,10 +41,10 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelRecord, Published, Scope, Setting};
+use super::{ControlOptions, Estimates, Integrator, Lights, MANY_PAIRS, Published, Scope, Setting};
 use crate::bounds::UpperCubeMap;
 use crate::cut::FreshStrata;
-use crate::film::{Metadata, Window};
+use crate::film::Metadata;
 
 /// Iwasaki 2019.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,7 @@ impl Integrator for Iwasaki2019<'_> {
         self.0.describe(metadata);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        self.0.estimate::<UpperCubeMap, FreshStrata>(setting, tile)
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        self.0.begin::<UpperCubeMap, FreshStrata>(setting)
     }
 }

@@ -30,10 +30,10 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{ControlOptions, Integrator, Lights, PixelRecord, Published, Scope, Setting};
+use super::{ControlOptions, Estimates, Integrator, Lights, Published, Scope, Setting};
 use crate::bounds::UpperAnalytic;
 use crate::cut::Representatives;
-use crate::film::{Metadata, Window};
+use crate::film::Metadata;
 
 /// Largest cut, unless the options say otherwise.
 const MAX_CUT: u64 = 1000;
@@ -64,7 +64,7 @@ impl Integrator for Mdlc<'_> {
         self.0.describe(metadata);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        self.0.estimate::<UpperAnalytic, Representatives>(setting, tile)
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        self.0.begin::<UpperAnalytic, Representatives>(setting)
     }
 }

@@ -61,9 +61,9 @@ pub struct Setting<'a> {
 
 /// The one open seam: everything that turns pixels into estimates.
 ///
-/// Called once a tile, since rays are fastest when the pixels of a tile trace theirs together. The
-/// estimate of a pixel must be a function of the setting, the integrator and the pixel: neither its
-/// tile nor threads may enter.
+/// ```text
+/// Integrator ── begin(setting) ─► Estimates ── tile(window) ─► PixelRecord of each pixel
+/// ```
 pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;
@@ -71,6 +71,27 @@ pub trait Integrator: Sync {
     /// Writes into a film's metadata what the result depends on beyond the setting.
     fn describe(&self, metadata: &mut Metadata);
 
+    /// Begins with a view. What is learned of it, from tile to tile, is kept in what is returned.
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v>;
+
+    /// Estimates of one tile alone, row by row.
+    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
+        self.begin(*setting).tile(tile)
+    }
+}
+
+/// The estimates of one view.
+///
+/// Asked for once a tile, since rays are fastest when the pixels of a tile trace theirs together.
+/// The estimate of a pixel must be a function of the setting, the integrator and the pixel: neither
+/// its tile nor threads may enter.
+pub trait Estimates: Sync {
     /// Estimates of the tile's pixels, row by row.
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord>;
+    fn tile(&self, tile: &Window) -> Vec<PixelRecord>;
+}
+
+impl<F: Fn(&Window) -> Vec<PixelRecord> + Sync> Estimates for F {
+    fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
+        self(tile)
+    }
 }

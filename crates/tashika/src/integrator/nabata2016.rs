@@ -28,10 +28,10 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelRecord, Published, Scope, Setting};
+use super::{ControlOptions, Estimates, Integrator, Lights, MANY_PAIRS, Published, Scope, Setting};
 use crate::bounds::UpperAnalytic;
 use crate::cut::FreshStrata;
-use crate::film::{Metadata, Window};
+use crate::film::Metadata;
 
 /// The error estimation framework of Nabata 2016.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ impl Integrator for Nabata2016<'_> {
         self.0.describe(metadata);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        self.0.estimate::<UpperAnalytic, FreshStrata>(setting, tile)
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        self.0.begin::<UpperAnalytic, FreshStrata>(setting)
     }
 }

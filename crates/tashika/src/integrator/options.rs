@@ -106,7 +106,7 @@ impl ControlOptions {
             return Err(Error::option("confidence", self.confidence, "above 0 and below 1 (100%)"));
         }
         if self.max_pairs == Some(0) {
-            return Err(Error::option("max-pairs", 0, "1 or more"));
+            return Err(Error::option("max_pairs", 0, "1 or more"));
         }
         Ok(())
     }

@@ -16,7 +16,7 @@
 //! do not, it stops before it has met the rare bright path. So its interval is claimed as that of a
 //! published method is.
 
-use super::{Claim, ControlOptions, Integrator, PixelRecord, Setting, Stop, Truth};
+use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Stop, Truth};
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
@@ -27,6 +27,7 @@ use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
 use crate::transport::Transport;
 use crate::vpl::{EmitterSampler, VplKind};
+use crate::warp::balance;
 
 /// When a pixel has had paths enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +91,7 @@ impl<'s> PathTracer<'s> {
             }
         }
         if max_depth == 0 {
-            return Err(Error::option("max depth", max_depth, "at least 1"));
+            return Err(Error::option("max_depth", max_depth, "at least 1"));
         }
         Ok(Self { emitters: EmitterSampler::new(tracer.scene()), stop, max_depth })
     }
@@ -176,7 +177,13 @@ impl Integrator for PathTracer<'_> {
         metadata.set(keys::MAX_DEPTH, self.max_depth);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        Box::new(move |tile: &Window| self.tile(&setting, tile))
+    }
+}
+
+impl PathTracer<'_> {
+    fn tile(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         let mut tracing = Tracing {
             tracer: setting.tracer,
             emitters: &self.emitters,
@@ -196,11 +203,6 @@ struct Tracing<'a> {
     batch: SegmentBatch,
     visibility: Vec<f32>,
     rays: u64,
-}
-
-/// Weight of a strategy of density `this` beside another of density `other`.
-fn balance(this: f32, other: f32) -> f32 {
-    if this.is_infinite() { 1.0 } else { this / (this + other) }
 }
 
 impl Tracing<'_> {

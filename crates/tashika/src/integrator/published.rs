@@ -4,7 +4,7 @@
 //! transport and the same rays. They differ in what is clustered (lights, or pairs with gather
 //! points), how a pair is estimated, how the material is bounded, and when they stop.
 
-use super::{Claim, ControlOptions, HalfWidths, Lights, PixelRecord, Setting, Stop};
+use super::{Claim, ControlOptions, Estimates, HalfWidths, Lights, PixelRecord, Setting, Stop};
 use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
 use crate::cut::{Clusters, Cut, CutEnd, CutEstimate, CutMemory, PairEstimates, StoppingRule, gather_tree};
@@ -69,13 +69,15 @@ impl Published<'_> {
 
     /// Estimates of the tile's pixels, row by row, with materials bounded by `B` and pairs
     /// estimated by `S`.
-    pub(super) fn estimate<B: UpperMaterial, S: PairEstimates<B> + Default>(
-        &self,
-        setting: &Setting<'_>,
-        tile: &Window,
-    ) -> Vec<PixelRecord> {
-        let mut memory = CutMemory::default();
-        tile.pixels().map(|(x, y)| self.pixel::<B, S>(setting, [x, y], &mut memory)).collect()
+    /// Begins with a view, of which it learns nothing.
+    pub(super) fn begin<'v, B: UpperMaterial, S: PairEstimates<B> + Default>(
+        &'v self,
+        setting: Setting<'v>,
+    ) -> Box<dyn Estimates + 'v> {
+        Box::new(move |tile: &Window| {
+            let mut memory = CutMemory::default();
+            tile.pixels().map(|(x, y)| self.pixel::<B, S>(&setting, [x, y], &mut memory)).collect()
+        })
     }
 
     fn pixel<B: UpperMaterial, S: PairEstimates<B> + Default>(

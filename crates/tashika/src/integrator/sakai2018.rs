@@ -25,10 +25,10 @@
 //!
 //! Tested by the suite's `cuts`.
 
-use super::{ControlOptions, Integrator, Lights, MANY_PAIRS, PixelRecord, Published, Scope, Setting};
+use super::{ControlOptions, Estimates, Integrator, Lights, MANY_PAIRS, Published, Scope, Setting};
 use crate::bounds::UpperConstant;
 use crate::cut::FreshStrata;
-use crate::film::{Metadata, Window};
+use crate::film::Metadata;
 
 /// Sakai 2018.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +56,7 @@ impl Integrator for Sakai2018<'_> {
         self.0.describe(metadata);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        self.0.estimate::<UpperConstant, FreshStrata>(setting, tile)
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        self.0.begin::<UpperConstant, FreshStrata>(setting)
     }
 }

@@ -210,7 +210,7 @@ mod tests {
         let count = |part: &str| notes.iter().find(|(message, _)| message.contains(part)).map(|n| n.1);
         assert_eq!(count("\"gone.png\" could not be read (no such file)"), Some(3), "{notes:?}");
         assert_eq!(count("\"bad.pfm\" could not be read"), Some(1), "{notes:?}");
-        assert_eq!(count("--allow-outside"), Some(1), "{notes:?}");
+        assert_eq!(count("allow-outside"), Some(1), "{notes:?}");
         assert_eq!(count("\"infinite.pfm\" has texels that are not finite"), Some(1), "{notes:?}");
     }
 }

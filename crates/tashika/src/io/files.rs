@@ -97,9 +97,8 @@ impl SceneFiles {
     pub fn resolve(&self, reference: &str, at: &Location) -> Result<PathBuf> {
         let refuse =
             |expected: &str| Error::invalid(at.clone(), format!("reference {reference:?}"), expected);
-        let outside = || {
-            refuse("a path inside the folder of the scene file (the option --allow-outside permits others)")
-        };
+        let outside =
+            || refuse("a path inside the folder of the scene file (the option allow-outside permits others)");
         if reference.is_empty() || reference.contains('\0') {
             return Err(refuse("the name of a file"));
         }
@@ -269,7 +268,7 @@ mod tests {
             let error = open(&folder, &strict).read(reference, &at).unwrap_err();
             let text = error.to_string();
             assert!(matches!(error, Error::Invalid { .. }), "{text}");
-            assert!(text.contains("images[0]") && text.contains("--allow-outside"), "{text}");
+            assert!(text.contains("images[0]") && text.contains("allow-outside"), "{text}");
             assert_eq!(open(&folder, &free).read(reference, &at).unwrap(), b"secret");
         }
         for reference in ["../no-such-file", "../scene/s.gltf", "C:\\secret.txt", ""] {

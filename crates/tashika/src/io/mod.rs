@@ -37,7 +37,7 @@ pub use output::{check_writable, write_file};
 pub use vpl_set::{load_vpls, save_vpls};
 
 use crate::error::{Error, Location, Result};
-use crate::scene::{NoteKind, Scene};
+use crate::scene::{NoteKind, Scene, builtin};
 
 /// What a loader may do on the user's behalf.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,6 +71,27 @@ pub const SCENE_FORMATS: &[(&str, &str)] = &[
     ("pbrt", "pbrt-v3 and pbrt-v4"),
     ("xml", "Mitsuba 0.6 and 3"),
 ];
+
+/// Opens what a user names as a scene: `builtin:room` and `builtin:tiny` or a file, with the lights
+/// that are asked for; without any light in that of [`Scene::with_default_light`].
+///
+/// # Errors
+/// As [`load_scene`] and [`LightChanges::apply`]; [`Error::Invalid`] for a file without surfaces,
+/// [`Error::Option`] for another built-in scene.
+pub fn open_scene(name: &Path, lights: &LightChanges, options: &LoadOptions) -> Result<Scene> {
+    let scene = match name.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
+        Some(name) => builtin::by_name(name)?(),
+        None => {
+            let scene = load_scene(name, options)?;
+            if scene.instances().is_empty() {
+                let found = "nothing to render: no surface that this program reads";
+                return Err(Error::invalid(Location::file(name), found, "a scene with a shape"));
+            }
+            scene
+        }
+    };
+    Ok(lights.apply(scene, options)?.with_default_light(Location::file(name)))
+}
 
 /// Reads a scene; the format is chosen by the file's ending, in either case of letters.
 ///

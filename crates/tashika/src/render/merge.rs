@@ -183,7 +183,7 @@ fn window_of(name: &Path, part: &Film) -> Result<Window> {
     let window: Option<Window> = text.parse().ok();
     window.filter(|window| Film::check(part.size(), *window).is_ok()).ok_or_else(|| {
         let found = format!("a film whose window is {text:?}");
-        Error::invalid(Location::file(name), found, "a part that `tashika render` wrote")
+        Error::invalid(Location::file(name), found, "a film that was rendered")
     })
 }
 
@@ -192,7 +192,7 @@ fn rendered(name: &Path, film: &Film) -> Result<Vec<bool>> {
     let read = RenderFilm::of(film);
     if !read.has_stops() {
         let found = format!("a film without the plane `{}`", planes::STOP.name);
-        return Err(Error::invalid(Location::file(name), found, "a part that `tashika render` wrote"));
+        return Err(Error::invalid(Location::file(name), found, "a film that was rendered"));
     }
     Ok((0..film.window().area() as usize).map(|pixel| read.is_rendered(pixel)).collect())
 }
@@ -201,7 +201,7 @@ fn share_of(name: &Path, film: &Film) -> Result<TileShare> {
     let text = film.metadata().text(keys::TILES).unwrap_or_default();
     text.parse().map_err(|_| {
         let found = format!("a film whose shares of the tiles are {text:?}");
-        Error::invalid(Location::file(name), found, "a part that `tashika render --tiles K/N` wrote")
+        Error::invalid(Location::file(name), found, "a film of a share of its tiles")
     })
 }
 

@@ -245,6 +245,7 @@ fn render_tiles(
         })
         .collect();
     let shared = Mutex::new(shared);
+    let of_view = integrator.begin(*setting);
     let sums: Vec<Option<RgbSum>> = tiles
         .par_iter()
         .zip(finished)
@@ -252,7 +253,7 @@ fn render_tiles(
             if finished.is_some() || cancel.load(Ordering::Relaxed) {
                 return finished;
             }
-            let estimates = integrator.estimate(setting, tile);
+            let estimates = of_view.tile(tile);
             let mut shared = shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             for ((x, y), record) in tile.pixels().zip(&estimates) {
                 record.store(&mut shared.film, x, y);

@@ -162,10 +162,10 @@ impl CameraChange {
 
     fn put_lens(&self, camera: &mut Camera) -> Result<()> {
         let said = [
-            ("lens-radius", self.lens_radius),
-            ("focus-distance", self.focus_distance),
+            ("lens_radius", self.lens_radius),
+            ("focus_distance", self.focus_distance),
             ("blades", self.blades.map(|blades| blades as f32)),
-            ("blade-rotation", self.blade_rotation),
+            ("blade_rotation", self.blade_rotation),
         ];
         let Some((name, value)) = said.into_iter().find_map(|(name, v)| v.map(|v| (name, v))) else {
             return Ok(());
@@ -181,18 +181,18 @@ impl CameraChange {
         let had_none = lens.radius == 0.0;
         if let Some(radius) = self.lens_radius {
             if !(radius >= 0.0 && radius.is_finite()) {
-                return Err(Error::option("lens-radius", radius, "a length of at least 0 (m)"));
+                return Err(Error::option("lens_radius", radius, "a length of at least 0 (m)"));
             }
             lens.radius = radius;
         }
         if let Some(distance) = self.focus_distance {
             if !(distance > 0.0 && distance.is_finite()) {
-                return Err(Error::option("focus-distance", distance, "a distance above 0 (m)"));
+                return Err(Error::option("focus_distance", distance, "a distance above 0 (m)"));
             }
             lens.focus_distance = distance;
         } else if had_none && lens.radius > 0.0 {
             let expected = "it with a focus distance: this camera has no lens that says where it is sharp";
-            return Err(Error::option("lens-radius", lens.radius, expected));
+            return Err(Error::option("lens_radius", lens.radius, expected));
         }
         if let Some(count) = self.blades {
             if !(Blades::FEWEST..=Blades::MOST).contains(&count) {
@@ -205,7 +205,7 @@ impl CameraChange {
         if let Some(degrees) = self.blade_rotation {
             let Some(blades) = lens.blades.as_mut().filter(|_| degrees.is_finite()) else {
                 let expected = "a finite number of degrees, with blades";
-                return Err(Error::option("blade-rotation", degrees, expected));
+                return Err(Error::option("blade_rotation", degrees, expected));
             };
             blades.rotation = degrees * (PI / 180.0);
         }

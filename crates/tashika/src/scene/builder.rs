@@ -5,7 +5,6 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Vec3};
 
 use super::mesh::MeshRepairs;
-use super::relight::DEFAULT_LIGHT;
 use super::{
     AimedMap, Beam, Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId,
     IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface,
@@ -307,14 +306,6 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Whether anything emits light so far.
-    pub fn has_light(&self) -> bool {
-        let s = &self.scene;
-        !s.emitters.is_empty()
-            || s.environment.is_some()
-            || s.area_emitters().any(|(_, e)| !e.radiance.factor.is_black())
-    }
-
     /// World box of what has been placed so far (m).
     pub fn bounds(&self) -> Aabb {
         let s = &self.scene;
@@ -323,8 +314,8 @@ impl SceneBuilder {
             .fold(Aabb::EMPTY, |all, i| all.union(s.meshes[i.mesh.index()].bounds().transformed(&i.to_world)))
     }
 
-    /// The scene. Without a camera it gets one that sees all of it; without light, a white sky and
-    /// a sun. Both are noted.
+    /// The scene. Without a camera it gets one that sees all of it, and a note says so. Without light
+    /// it is dark: see [`Scene::with_default_light`].
     pub fn build(mut self) -> Result<Scene> {
         let bounds = self.bounds();
         let fits = bounds.size().is_finite() && bounds.diagonal() < MAX_EXTENT;
@@ -346,14 +337,6 @@ impl SceneBuilder {
             self.note(NoteKind::Defaulted, "no camera: one that sees the whole scene is used", at);
             let camera = Camera::overview(self.scene.bounds);
             self.add_camera(camera)?;
-        }
-        if !self.has_light() {
-            let at = self.origin.clone();
-            self.note(NoteKind::Defaulted, DEFAULT_LIGHT, at);
-            self.scene.has_default_light = true;
-            self.scene.environment = Some(Environment::constant(Rgb::gray(0.5)));
-            let direction = Vec3::new(0.5, -1.0, -0.7).normalize();
-            self.scene.emitters.push(Emitter::Directional { direction, irradiance: Rgb::gray(3.0) });
         }
         self.bake();
         Ok(self.scene)
@@ -419,8 +402,12 @@ mod tests {
         let scene = wall(Vec3::new(3.0, 0.2, 0.1)).build().unwrap();
         assert!(scene.environment().is_some() && scene.emitters().len() == 1);
         let said: Vec<String> = scene.notes().iter().map(|n| n.message).collect();
-        assert!(said.len() == 2 && said[0].contains("no camera") && said[1].contains("no light"));
+        assert!(said.len() == 1 && said[0].contains("no camera"));
         assert_eq!(scene.cameras()[0].shows, Some(scene.bounds()));
+        assert!(!scene.has_light() && !scene.has_default_light());
+        let lit = scene.with_default_light(Location::default());
+        assert!(lit.has_light() && lit.has_default_light());
+        assert!(lit.notes().iter().any(|note| note.message.contains("no light")));
     }
 
     #[test]

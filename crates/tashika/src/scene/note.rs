@@ -50,11 +50,6 @@ impl Notes {
         }
     }
 
-    /// Takes a note back.
-    pub(super) fn remove(&mut self, kind: NoteKind, message: &str) {
-        self.0.remove(&(kind, message.to_owned()));
-    }
-
     /// All notes, by kind and message.
     pub fn iter(&self) -> impl Iterator<Item = Note> + '_ {
         self.0.iter().map(|((kind, message), (first, count))| Note {

@@ -27,14 +27,13 @@ pub enum Lamp {
     },
 }
 
-/// What a scene without light gets is told so.
-pub(super) const DEFAULT_LIGHT: &str =
-    "no light: a white sky of radiance 0.5 and a sun of irradiance 3 are used";
+/// Radiance of the sky that a scene without light gets (W·m⁻²·sr⁻¹), and irradiance of its sun
+/// (W·m⁻²).
+const DEFAULT_LIGHT: [f32; 2] = [0.5, 3.0];
 
 impl Scene {
     /// The same scene with these lights beside its own, and with this environment instead of its
-    /// own, if there is one. The sky and the sun that a scene without light gets give way to
-    /// either.
+    /// own, if there is one.
     ///
     /// * `words`: what was asked for, for [`Self::changes`]; `digest`: a number of it, that goes
     ///   into [`Self::digest`].
@@ -51,12 +50,6 @@ impl Scene {
     ) -> Result<Self> {
         if environment.is_none() && lamps.is_empty() {
             return Ok(self);
-        }
-        if self.has_default_light {
-            self.emitters.clear();
-            self.environment = None;
-            self.notes.remove(NoteKind::Defaulted, DEFAULT_LIGHT);
-            self.has_default_light = false;
         }
         self.digest = Some(self.digest.unwrap_or(0).rotate_left(1).wrapping_add(digest));
         self.changes.extend(words);
@@ -79,6 +72,33 @@ impl Scene {
     /// used.
     pub fn changes(&self) -> &[String] {
         &self.changes
+    }
+
+    /// Whether anything emits light.
+    pub fn has_light(&self) -> bool {
+        !self.emitters.is_empty()
+            || self.environment.is_some()
+            || self.area_emitters().any(|(_, e)| !e.radiance.factor.is_black())
+    }
+
+    /// The same scene, if it has light or its user asked for any; else under a white sky and a sun,
+    /// of which a note tells, with `at` for its place. Who shows files to people calls it: a black
+    /// image tells them nothing.
+    #[must_use]
+    pub fn with_default_light(mut self, at: Location) -> Self {
+        if self.has_light() || !self.changes.is_empty() {
+            return self;
+        }
+        let [radiance, irradiance] = DEFAULT_LIGHT;
+        let what = format!(
+            "no light: a white sky of radiance {radiance} and a sun of irradiance {irradiance} are used"
+        );
+        self.notes.push(NoteKind::Defaulted, what, at);
+        self.has_default_light = true;
+        self.environment = Some(Environment::constant(Rgb::gray(radiance)));
+        let direction = Vec3::new(0.5, -1.0, -0.7).normalize();
+        self.emitters.push(Emitter::Directional { direction, irradiance: Rgb::gray(irradiance) });
+        self
     }
 
     /// Whether its light is that which a scene without light gets.

@@ -62,6 +62,7 @@ use crate::rng::Stream;
 use crate::transport::{Link, Transport};
 use crate::tree::LightTree;
 use crate::vpl::{EmitterSampler, Vpl, VplKind};
+use crate::warp::balance;
 
 pub use choices::Choices;
 
@@ -133,16 +134,10 @@ struct Way<'a> {
     density: f32,
     /// Whether VPLs carry a share of what comes straight.
     is_carried: bool,
-    /// Whether that was the gather point.
-    is_first: bool,
+    /// Whether that was the gather point, whose light from VPLs is summed elsewhere.
+    sums_vpls: bool,
     /// How emitters were drawn there.
     emitters: EmittersAt<'a>,
-}
-
-/// Weight of a strategy of density `this` beside another of density `other` (Veach 1997, section
-/// 9.2).
-fn balance(this: f32, other: f32) -> f32 {
-    if this.is_infinite() { 1.0 } else { this / (this + other) }
 }
 
 /// Largest channel in size: weights of differences have signs.
@@ -220,7 +215,7 @@ impl<'a> Uncarried<'a> {
             let Lit { emitters, choices, .. } = self.lit;
             let choice = choices.map(|choices| &choices.emitters);
             let emitters = EmittersAt::new(emitters, choice, &receiver);
-            let has_vpl = kernel == Kernel::Carried && !vertex.is_first();
+            let has_vpl = kernel == Kernel::Carried && !vertex.sums_vpls();
             if let Some(met) = &mut self.met {
                 met.by_emitters.push(receiver);
                 if has_vpl {
@@ -241,7 +236,7 @@ impl<'a> Uncarried<'a> {
                 from: vertex.position(),
                 density,
                 is_carried: kernel == Kernel::Carried,
-                is_first: vertex.is_first(),
+                sums_vpls: vertex.sums_vpls(),
                 emitters,
             };
             let ray = Ray::new(vertex.position(), direction);
@@ -291,8 +286,11 @@ impl<'a> Uncarried<'a> {
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
             let outgoing = -ray.direction;
             let squared = way.from.distance_squared(surface.position);
-            let carried =
-                if is_straight && way.is_carried { self.transport(way.is_first).share(squared) } else { 0.0 };
+            let carried = if is_straight && way.is_carried {
+                self.transport(way.sums_vpls).share(squared)
+            } else {
+                0.0
+            };
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let on_area = way.emitters.pdf_on_triangle(hit.instance, hit.triangle);
@@ -325,8 +323,8 @@ impl<'a> Uncarried<'a> {
     }
 
     /// How the VPLs that light a vertex are clamped.
-    fn transport(&self, is_first: bool) -> Transport<'a> {
-        if is_first { self.lit.transport } else { self.beyond }
+    fn transport(&self, sums_vpls: bool) -> Transport<'a> {
+        if sums_vpls { self.lit.transport } else { self.beyond }
     }
 
     /// What one VPL, drawn for the vertex, gives by what is carried.
@@ -362,7 +360,7 @@ impl<'a> Uncarried<'a> {
         let Link { towards_light, geometric, tint, squared_distance } =
             self.lit.transport.clamped(0.0).link(vertex.position(), light);
         let carried = match kernel {
-            Kernel::Carried => self.transport(vertex.is_first()).share(squared_distance),
+            Kernel::Carried => self.transport(vertex.sums_vpls()).share(squared_distance),
             Kernel::Rest => 0.0,
         };
         if carried >= 1.0 {

@@ -65,7 +65,8 @@ impl Vertex {
         Self { point: *point, carried: Carried::BySurface(*surface), amplitude, has_rest }
     }
 
-    pub(super) fn is_first(&self) -> bool {
+    /// Whether it is the gather point, whose light from VPLs is summed elsewhere.
+    pub(super) fn sums_vpls(&self) -> bool {
         matches!(self.carried, Carried::Summed(_))
     }
 

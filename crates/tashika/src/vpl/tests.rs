@@ -186,8 +186,8 @@ fn options_out_of_range_are_named() {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let said = |o: VplOptions| VplSet::trace(&tracer, &o).unwrap_err().to_string();
     assert!(said(VplOptions { count: 0, ..VplOptions::default() }).contains("vpls = 0; expected 1 to"));
-    assert!(said(VplOptions { direct_share: 1.5, ..VplOptions::default() }).contains("direct share = 1.5"));
-    assert!(said(VplOptions { max_depth: 5000, ..VplOptions::default() }).contains("max depth = 5000"));
+    assert!(said(VplOptions { direct_share: 1.5, ..VplOptions::default() }).contains("direct_share = 1.5"));
+    assert!(said(VplOptions { max_depth: 5000, ..VplOptions::default() }).contains("max_depth = 5000"));
 }
 
 /// What a point above the lamp receives from a set, as if nothing were in between: from direct and

@@ -115,10 +115,10 @@ impl VplOptions {
             return Err(Error::option("vpls", self.count, format!("1 to {MAX_COUNT}")));
         }
         if self.max_depth > 1000 {
-            return Err(Error::option("max depth", self.max_depth, "0 to 1000"));
+            return Err(Error::option("max_depth", self.max_depth, "0 to 1000"));
         }
         if !(0.0..=1.0).contains(&self.direct_share) {
-            return Err(Error::option("direct share", self.direct_share, "0 to 1"));
+            return Err(Error::option("direct_share", self.direct_share, "0 to 1"));
         }
         self.clamp.validate()
     }

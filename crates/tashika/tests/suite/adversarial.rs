@@ -13,7 +13,7 @@ use tashika::gather::{GatherOptions, View};
 use tashika::integrator::{Claim, ControlOptions, PixelRecord, Promise, Setting, Stop, SumMethod};
 use tashika::math::Vec3;
 use tashika::rng::{Purpose, Stream};
-use tashika::scene::{Camera, Emitter, Environment, Material, MeshData, SceneBuilder, Surface};
+use tashika::scene::{Camera, Environment, Material, MeshData, SceneBuilder, Surface};
 use tashika::tree::LightSet;
 use tashika::vpl::{Provenance, Vpl, VplKind, VplSet};
 use tashika::warp;
@@ -44,8 +44,7 @@ struct World {
 impl World {
     fn new(mut b: SceneBuilder, eye: [f32; 3], target: [f32; 3], fov: f32, lights: Vec<Vpl>) -> Self {
         b.add_camera(Camera::look_at("main", eye.into(), target.into(), Vec3::Y, fov)).unwrap();
-        // Keeps the builder from adding a sky and a sun. All light that counts is in the set.
-        b.add_emitter(Emitter::Directional { direction: Vec3::NEG_Y, irradiance: Rgb::WHITE }).unwrap();
+        // The scene itself is dark: all light is in the set.
         Self::lit(Arc::new(Tracer::new(Arc::new(b.build().unwrap()))), lights, CLAMP)
     }
 

@@ -187,7 +187,7 @@ fn errors_name_line_column_value_and_what_is_expected() {
             "window",
         ),
         ("<ref/>", "without id"),
-        ("<shape type=\"obj\"><string name=\"filename\" value=\"../m.obj\"/></shape>", "--allow-outside"),
+        ("<shape type=\"obj\"><string name=\"filename\" value=\"../m.obj\"/></shape>", "allow-outside"),
     ] {
         let text = invalid(body);
         assert!(text.contains(part) && text.contains("scene.xml:2:"), "{text}");

@@ -306,7 +306,7 @@ fn nothing_is_read_from_outside_the_folder_unless_permitted() {
         folder.write("scene.obj", format!("mtllib {library}\n{triangle}").as_bytes());
         let scene = folder.load().unwrap();
         assert!(
-            kd(&scene) == 0.5 && messages(&scene).iter().any(|m| m.contains("--allow-outside")),
+            kd(&scene) == 0.5 && messages(&scene).iter().any(|m| m.contains("allow-outside")),
             "{library}"
         );
     }
@@ -314,7 +314,7 @@ fn nothing_is_read_from_outside_the_folder_unless_permitted() {
     for image in ["../secret.png", &format!("{secret}.png")] {
         folder.write("scene.mtl", format!("newmtl one\nmap_Ke {image}").as_bytes());
         let scene = folder.load().unwrap();
-        assert!(scene.images().is_empty() && messages(&scene).iter().any(|m| m.contains("--allow-outside")));
+        assert!(scene.images().is_empty() && messages(&scene).iter().any(|m| m.contains("allow-outside")));
     }
     folder.write("scene.obj", format!("mtllib ../secret.mtl\n{triangle}").as_bytes());
     let scene = folder.load_with(&LoadOptions { allow_outside: true, ..LoadOptions::default() }).unwrap();

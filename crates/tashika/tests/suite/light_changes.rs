@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use tashika::color::Rgb;
+use tashika::error::Location;
 use tashika::io::{AskedEnvironment, AskedLight, LightChanges, LoadOptions};
 use tashika::math::Vec3;
 use tashika::scene::{Emitter, Environment, Material, Scene, builtin};
@@ -109,15 +110,21 @@ fn suns_and_lamps_are_beside_what_there_is() {
     assert!((irradiance.r / half.r - 2.0).abs() < 1e-6);
 }
 
+/// The sky and the sun of a scene without light are for those who ask for nothing.
 #[test]
-fn the_light_of_a_scene_without_light_gives_way_to_what_is_asked_for() {
-    let own = dark();
+fn a_scene_without_light_is_dark_until_it_is_shown() {
+    let shown = |scene: Scene| scene.with_default_light(Location::default());
+    assert!(!dark().has_light() && dark().environment().is_none() && dark().emitters().is_empty());
+    let own = shown(dark());
     assert!(own.has_default_light() && own.environment().is_some() && own.emitters().len() == 1);
-    let scene = lit(dark(), None, &["sun:elevation=30,azimuth=90"]);
+    let scene = shown(lit(dark(), None, &["sun:elevation=30,azimuth=90"]));
     assert!(!scene.has_default_light() && scene.environment().is_none() && scene.emitters().len() == 1);
     assert!(scene.notes().iter().all(|note| !note.message.contains("no light")));
-    let scene = lit(dark(), Some("sky:elevation=50,azimuth=10"), &[]);
+    let scene = shown(lit(dark(), Some("sky:elevation=50,azimuth=10"), &[]));
     assert!(scene.emitters().is_empty() && scene.environment().unwrap().resolution().is_some());
+    let count = builtin::tiny().emitters().len();
+    let own = shown(builtin::tiny());
+    assert!(!own.has_default_light() && own.environment().is_none() && own.emitters().len() == count);
 }
 
 /// Whatever changes the light changes the number by which parts of pictures are told apart; the

@@ -68,9 +68,10 @@ impl Stored {
     fn lines(&self, method: &str, integrator: &dyn Integrator, table: &mut String) {
         let scene = self.tracer.scene().clone();
         let setting = Setting { tracer: &self.tracer, view: self.view(&scene) };
+        let of_view = integrator.begin(setting);
         for [x, y] in PIXELS {
             let pixel = Window { x, y, width: 1, height: 1 };
-            let estimate = &integrator.estimate(&setting, &pixel)[0];
+            let estimate = &of_view.tile(&pixel)[0];
             let (Rgb { r, g, b }, half_width) = (estimate.radiance, estimate.half_width);
             let counts = (estimate.stop, estimate.pairs, estimate.rays);
             writeln!(

@@ -59,7 +59,7 @@ fn traced<'t>(
 ) -> Result<(VplSet, VplOptions, Guided<'t>)> {
     // Both kinds of light are taken for carried by VPLs.
     if !(options.direct_share > 0.0 && options.direct_share < 1.0) {
-        return Err(Error::option("direct share", options.direct_share, "above 0 and below 1"));
+        return Err(Error::option("direct_share", options.direct_share, "above 0 and below 1"));
     }
     let (options, guided) = learn(tracer, options, view)?;
     let set = guided.tracing.trace(options.seed).clamped(farther(truth, options.clamp));

@@ -37,16 +37,17 @@ pub use lights::GuidedLights;
 use std::cell::OnceCell;
 use std::sync::OnceLock;
 
-use super::{Claim, ControlOptions, Integrator, PixelRecord, Setting, Truth};
+use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Truth};
 use crate::accel::{Glass, Tracer};
 use crate::cut::{CellVisibility, CutMemory, Pilot, PilotVisibility};
 use crate::film::{Metadata, Window, keys};
+use crate::guidance::cell_of;
 use crate::rng::{self, Purpose};
 use crate::transport::Transport;
 use crate::vpl::EmitterSampler;
 
 use estimate::Common;
-use nearby::{Cells, Nearby};
+use nearby::{Cells, Nearby, about};
 use pixel::Pixel;
 
 /// Pairs and paths beyond which a pixel does not grow, if nobody says.
@@ -65,23 +66,17 @@ pub struct LightTransport<'a> {
     emitters: EmitterSampler<'a>,
     options: ControlOptions,
     only: Option<Estimator>,
-    visibility: OnceLock<PilotVisibility>,
-    /// By clamp distance.
-    cells: OnceLock<[Cells; CLAMPS]>,
 }
 
 impl<'a> LightTransport<'a> {
     /// The method on these lights of the tracer's scene.
-    ///
-    /// An instance is for one view: what it knows of neighbourhoods is of the view it is first used
-    /// with.
     pub fn new(tracer: &'a Tracer, lights: &'a GuidedLights, options: &ControlOptions) -> Self {
         let emitters = EmitterSampler::by_use(tracer, lights.options());
         let mut options = *options;
         if options.absolute_error == 0.0 {
             options.absolute_error = DARK * options.error * lights.importance_brightness();
         }
-        Self { lights, emitters, options, only: None, visibility: OnceLock::new(), cells: OnceLock::new() }
+        Self { lights, emitters, options, only: None }
     }
 
     /// The same with one estimator for all pixels, to measure it or to test it. Nothing changes
@@ -100,18 +95,28 @@ impl<'a> LightTransport<'a> {
     fn clamp_distance(&self, clamp: usize) -> f32 {
         self.lights.provenance().clamp_distance * FARTHER[clamp]
     }
+}
 
+/// The method at work on one view.
+struct OfView<'v> {
+    method: &'v LightTransport<'v>,
+    setting: Setting<'v>,
+    visibility: OnceLock<PilotVisibility>,
+    /// By clamp distance.
+    cells: [Cells; CLAMPS],
+}
+
+impl OfView<'_> {
     /// What paths of the neighbourhood of a pixel found, with that clamp distance.
     fn nearby(&self, common: &Common<'_>, pixel: [u32; 2], clamp: usize) -> &Nearby {
-        let cells = self.cells.get_or_init(|| [(); CLAMPS].map(|()| Cells::new(common.setting.view.size)));
-        let seed = rng::key(self.options.seed, Purpose::Guidance, clamp as u64);
-        cells[clamp].about(pixel, common, self.clamp_distance(clamp), seed)
+        let seed = rng::key(self.method.options.seed, Purpose::Guidance, clamp as u64);
+        about(&self.cells[clamp], pixel, common, self.method.clamp_distance(clamp), seed)
     }
 }
 
 /// What a cell sees of the lights: measured when a pixel of it first sums over them.
 struct Visibility<'a> {
-    method: &'a LightTransport<'a>,
+    of_view: &'a OfView<'a>,
     pilot: Pilot<'a>,
     cell: [u32; 2],
     known: OnceCell<CellVisibility<'a>>,
@@ -119,8 +124,8 @@ struct Visibility<'a> {
 
 impl Visibility<'_> {
     fn get(&self) -> &CellVisibility<'_> {
-        let of_image = || PilotVisibility::new(&self.pilot, self.method.options.seed);
-        let of_cell = || self.method.visibility.get_or_init(of_image).about(&self.pilot, self.cell);
+        let of_image = || PilotVisibility::new(&self.pilot, self.of_view.method.options.seed);
+        let of_cell = || self.of_view.visibility.get_or_init(of_image).about(&self.pilot, self.cell);
         self.known.get_or_init(of_cell)
     }
 }
@@ -144,24 +149,32 @@ impl Integrator for LightTransport<'_> {
         metadata.set(keys::CUT_SEED, o.seed);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        let (tracer, view) = (setting.tracer, setting.view);
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        let cells = [(); CLAMPS].map(|()| Cells::new(setting.view.size));
+        Box::new(OfView { method: self, setting, visibility: OnceLock::new(), cells })
+    }
+}
+
+impl Estimates for OfView<'_> {
+    fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
+        let Self { method, setting, .. } = self;
+        let Setting { tracer, view } = *setting;
         let transport =
-            Transport::new(self.clamp_distance(0)).with_glass(Glass::SolidStops).within(tracer.scene());
-        let pilot = Pilot { tracer, view, lights: self.lights.tree(), transport };
+            Transport::new(method.clamp_distance(0)).with_glass(Glass::SolidStops).within(tracer.scene());
+        let pilot = Pilot { tracer, view, lights: method.lights.tree(), transport };
         let common = Common {
             setting,
-            emitters: &self.emitters,
-            lights: self.lights,
-            compensates: self.lights.truth() == Truth::Transport,
-            controlled: self.options.controlled,
+            emitters: &method.emitters,
+            lights: method.lights,
+            compensates: method.lights.truth() == Truth::Transport,
+            controlled: method.options.controlled,
         };
         let mut cells: Vec<Visibility<'_>> = Vec::new();
         let mut memory = CutMemory::default();
         let mut estimate = |pixel: [u32; 2]| {
-            let cell = PilotVisibility::cell_of(pixel);
+            let cell = cell_of(pixel);
             let place = cells.iter().position(|known| known.cell == cell).unwrap_or_else(|| {
-                cells.push(Visibility { method: self, pilot, cell, known: OnceCell::new() });
+                cells.push(Visibility { of_view: self, pilot, cell, known: OnceCell::new() });
                 cells.len() - 1
             });
             Pixel::new(self, common, &cells[place], pixel).estimate(&mut memory)

@@ -1,8 +1,7 @@
 //! What paths of the neighbourhood found, before a pixel is begun.
 //!
 //! A pixel that has followed a hundred paths may not have met the bright one of a thousand. Its
-//! neighbours together have: the image is divided into cells of [`CELL`] × [`CELL`] pixels, and
-//! [`PATHS`] paths of either [`Estimator`], of random pixels of the cell, are followed for no
+//! neighbours together have: the image is divided into cells ([`Grid`]), and [`PATHS`] paths of either [`Estimator`], of random pixels of the cell, are followed for no
 //! estimate. Those from points that mirror sharply are kept apart from others: a glossy pixel among
 //! matt ones is as noisy as its like.
 //!
@@ -14,12 +13,11 @@ use std::sync::OnceLock;
 
 use super::super::ControlOptions;
 use super::estimate::{Common, Estimator, is_narrow, summed_with};
+use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
 use crate::uncarried::{Bent, Lit, Uncarried};
 
-/// Side of a cell (pixels).
-const CELL: u32 = 16;
 /// Paths of a cell, of either estimator.
 const PATHS: u64 = 1024;
 /// Fewest paths of a kind that tell of it.
@@ -120,39 +118,27 @@ impl Nearby {
             Estimator::Vpls => self.uncarried.rays,
             Estimator::Paths => self.whole.get().map_or(0, |paths| paths.rays),
         };
-        rays.div_ceil(u64::from(CELL * CELL))
+        rays.div_ceil(u64::from(Cells::SIDE * Cells::SIDE))
     }
 }
 
 /// The cells of an image.
-#[derive(Debug)]
-pub(super) struct Cells {
-    cells: Vec<OnceLock<Nearby>>,
-    columns: u32,
-}
+pub(super) type Cells = Grid<Nearby>;
 
-impl Cells {
-    /// Of an image of that size; nothing is followed yet.
-    pub(super) fn new(size: [u32; 2]) -> Self {
-        let [columns, rows] = size.map(|side| side.div_ceil(CELL));
-        Self { cells: (0..columns as usize * rows as usize).map(|_| OnceLock::new()).collect(), columns }
-    }
-
-    /// What is known about a pixel.
-    pub(super) fn about(
-        &self,
-        pixel: [u32; 2],
-        common: &Common<'_>,
-        clamp_distance: f32,
-        seed: u64,
-    ) -> &Nearby {
-        let place = pixel.map(|at| at / CELL);
-        self.cells[(place[1] * self.columns + place[0]) as usize].get_or_init(|| {
-            let key = rng::key(seed, Purpose::Guidance, u64::from(place[1]) << 32 | u64::from(place[0]));
-            let uncarried = follow(Estimator::Vpls, place, common, clamp_distance, key);
-            Nearby { place, key, uncarried, whole: OnceLock::new() }
-        })
-    }
+/// What is known about a pixel, for one clamp distance.
+pub(super) fn about<'c>(
+    cells: &'c Cells,
+    pixel: [u32; 2],
+    common: &Common<'_>,
+    clamp_distance: f32,
+    seed: u64,
+) -> &'c Nearby {
+    let place = cell_of(pixel);
+    cells.at(place, || {
+        let key = key_of(place, seed);
+        let uncarried = follow(Estimator::Vpls, place, common, clamp_distance, key);
+        Nearby { place, key, uncarried, whole: OnceLock::new() }
+    })
 }
 
 fn follow(
@@ -162,9 +148,7 @@ fn follow(
     clamp_distance: f32,
     key: u64,
 ) -> Paths {
-    let first = place.map(|at| at * CELL);
-    let size = common.setting.view.size;
-    let sides = [0, 1].map(|axis| size[axis].min(first[axis] + CELL) - first[axis]);
+    let window = pixels_of(place, common.setting.view.size);
     let key = rng::key(key, Purpose::Guidance, 1 + estimator as u64);
     let mut stream = Stream::new(key, Purpose::Guidance, 0);
     let parts = common.controlled.parts();
@@ -175,7 +159,7 @@ fn follow(
     let mut sees_emission = false;
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
     for path in 0..PATHS {
-        let pixel = [0, 1].map(|axis| first[axis] + stream.below(u64::from(sides[axis])) as u32);
+        let pixel = random_pixel(&window, &mut stream);
         let key = rng::key(key, Purpose::Guidance, path);
         let seen = common.samples(pixel, 1, key);
         sees_emission |= !seen.background.is_black();
@@ -234,7 +218,7 @@ mod tests {
         let tracer = Tracer::new(Arc::new(b.build().unwrap()));
         let gather = GatherOptions { points: 16, ..GatherOptions::default() };
         let scene = tracer.scene().clone();
-        let view = View { camera: &scene.cameras()[0], size: [CELL; 2], gather, seed: 1 };
+        let view = View { camera: &scene.cameras()[0], size: [Cells::SIDE; 2], gather, seed: 1 };
         let options = VplOptions { count: 10_000, ..VplOptions::default() };
         let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap();
         let setting = Setting { tracer: &tracer, view };
@@ -243,7 +227,7 @@ mod tests {
         let common =
             Common { setting: &setting, emitters: &emitters, lights: &lights, compensates: true, controlled };
         let cells = Cells::new(view.size);
-        let nearby = cells.about([3, 5], &common, 0.02, 7);
+        let nearby = about(&cells, [3, 5], &common, 0.02, 7);
         look(nearby, &common);
     }
 

@@ -4,7 +4,7 @@
 use super::super::{Claim, HalfWidths, PixelRecord, Stop};
 use super::estimate::{Common, Estimate, Estimator, Points};
 use super::interval::{Finding, Looks, Source};
-use super::{CLAMPS, LightTransport, Visibility};
+use super::{CLAMPS, LightTransport, OfView, Visibility};
 use crate::cut::CutMemory;
 use crate::gather::{Features, PixelSum};
 use crate::rng::{self, Purpose};
@@ -43,6 +43,7 @@ const SAMPLES_OF_FEATURES: u32 = 16;
 
 /// A pixel in work.
 pub(super) struct Pixel<'a, 'v> {
+    of_view: &'a OfView<'a>,
     method: &'a LightTransport<'a>,
     common: Common<'a>,
     visibility: &'a Visibility<'v>,
@@ -87,13 +88,15 @@ enum Ended {
 
 impl<'a, 'v> Pixel<'a, 'v> {
     pub(super) fn new(
-        method: &'a LightTransport<'a>,
+        of_view: &'a OfView<'a>,
         common: Common<'a>,
         visibility: &'a Visibility<'v>,
         at: [u32; 2],
     ) -> Self {
         let number = u64::from(at[1]) << 32 | u64::from(at[0]);
+        let method = of_view.method;
         Self {
+            of_view,
             method,
             common,
             visibility,
@@ -139,7 +142,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
             let (method, common) = (self.method, self.common);
             let points = Points::new(&common, self.at, samples, is_emission_rare, key);
             self.features = points.pixel.features;
-            let nearby = common.compensates.then(|| method.nearby(&common, self.at, clamp));
+            let nearby = common.compensates.then(|| self.of_view.nearby(&common, self.at, clamp));
             if attempt == 0 {
                 bent = nearby.map_or(0.0, |nearby| points.not_found(&common, nearby));
                 self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
@@ -189,7 +192,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
             return false;
         }
         // Where none of the neighbours has met any there is hardly any.
-        if !self.method.nearby(&common, self.at, 0).sees_emission() {
+        if !self.of_view.nearby(&common, self.at, 0).sees_emission() {
             return true;
         }
         let seen = self.try_samples(samples);
@@ -220,7 +223,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         if !common.compensates || common.sees_lamps(self.at) {
             return false;
         }
-        let nearby = method.nearby(&common, self.at, 0);
+        let nearby = self.of_view.nearby(&common, self.at, 0);
         if nearby.not_found().is_some() {
             return false;
         }
@@ -237,15 +240,15 @@ impl<'a, 'v> Pixel<'a, 'v> {
     /// Whether the pixel is likely to see no surface: then it is what its camera samples see, and
     /// exact if that is one colour.
     fn is_background(&mut self) -> bool {
-        let sees_emission = self.method.nearby(&self.common, self.at, 0).sees_emission();
+        let sees_emission = self.of_view.nearby(&self.common, self.at, 0).sees_emission();
         sees_emission && self.try_samples(SAMPLES_OF_FEATURES).points.is_empty()
     }
 
     /// What paths of all there is in the neighbourhood found; their rays are counted at the first
     /// call.
     fn nearby_whole(&mut self) -> &'a [Moments] {
-        let (method, common) = (self.method, self.common);
-        let nearby = method.nearby(&common, self.at, 0);
+        let common = self.common;
+        let nearby = self.of_view.nearby(&common, self.at, 0);
         let whole = nearby.whole(&common);
         if !self.knows_whole {
             self.knows_whole = true;

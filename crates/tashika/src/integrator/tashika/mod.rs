@@ -42,7 +42,9 @@ use schedule::{CALIBRATED, CERTIFIED, OFTEN, Schedule};
 use std::fmt;
 use std::sync::OnceLock;
 
-use super::{Claim, ControlOptions, HalfWidths, Integrator, Lights, MANY_PAIRS, PixelRecord, Setting, Stop};
+use super::{
+    Claim, ControlOptions, Estimates, HalfWidths, Integrator, Lights, MANY_PAIRS, PixelRecord, Setting, Stop,
+};
 use crate::bounds::UpperAnalytic;
 use crate::color::RgbSum;
 use crate::cut::{
@@ -50,6 +52,7 @@ use crate::cut::{
     VisibilityPrior, gather_tree,
 };
 use crate::film::{Metadata, Window, keys};
+use crate::guidance::cell_of;
 use crate::rng::{self, Purpose, Stream};
 use crate::transport::Transport;
 
@@ -89,14 +92,18 @@ impl fmt::Display for Promise {
 }
 
 /// Error control that keeps its promise.
-///
-/// An instance is for one view: pilot visibility is that of the view it is first used with.
 #[derive(Debug)]
 pub(super) struct Tashika<'a> {
     lights: Lights<'a>,
     options: ControlOptions,
     promise: Promise,
     left_out: Option<Ingredient>,
+}
+
+/// The method at work on one view.
+struct OfView<'v> {
+    method: &'v Tashika<'v>,
+    setting: Setting<'v>,
     pilot: OnceLock<PilotVisibility>,
 }
 
@@ -118,7 +125,7 @@ struct Interval {
 impl<'a> Tashika<'a> {
     /// The method on these lights.
     pub(super) fn new(lights: Lights<'a>, options: &ControlOptions, promise: Promise) -> Self {
-        Self { lights, options: *options, promise, left_out: None, pilot: OnceLock::new() }
+        Self { lights, options: *options, promise, left_out: None }
     }
 
     /// The calibrated method without one of its ingredients.
@@ -248,14 +255,6 @@ impl<'a> Tashika<'a> {
     fn max_pairs(&self) -> u64 {
         self.options.max_pairs.unwrap_or(MANY_PAIRS)
     }
-
-    /// What the neighbourhood of a cell sees of the lights.
-    fn about(&self, setting: &Setting<'_>, cell: [u32; 2]) -> CellVisibility<'_> {
-        let transport = Transport::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
-        let pilot = Pilot { tracer: setting.tracer, view: setting.view, lights: self.lights.tree, transport };
-        let visibility = self.pilot.get_or_init(|| PilotVisibility::new(&pilot, self.options.seed));
-        visibility.about(&pilot, cell)
-    }
 }
 
 impl Integrator for Tashika<'_> {
@@ -276,19 +275,37 @@ impl Integrator for Tashika<'_> {
         metadata.set(keys::CUT_SEED, o.seed);
     }
 
-    fn estimate(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        Box::new(OfView { method: self, setting, pilot: OnceLock::new() })
+    }
+}
+
+impl OfView<'_> {
+    /// What the neighbourhood of a cell sees of the lights.
+    fn about(&self, cell: [u32; 2]) -> CellVisibility<'_> {
+        let (Setting { tracer, view }, Lights { tree, provenance }) = (self.setting, self.method.lights);
+        let transport = Transport::new(provenance.clamp_distance).within(tracer.scene());
+        let pilot = Pilot { tracer, view, lights: tree, transport };
+        let visibility = self.pilot.get_or_init(|| PilotVisibility::new(&pilot, self.method.options.seed));
+        visibility.about(&pilot, cell)
+    }
+}
+
+impl Estimates for OfView<'_> {
+    fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
+        let Self { method, setting, .. } = self;
         let mut cells: Vec<([u32; 2], CellVisibility<'_>)> = Vec::new();
         let mut memory = CutMemory::default();
         let mut estimate = |pixel: [u32; 2]| {
-            if self.promise == Promise::Certified || !self.has(Ingredient::Pilot) {
-                return self.pixel(setting, pixel, None, &mut memory);
+            if method.promise == Promise::Certified || !method.has(Ingredient::Pilot) {
+                return method.pixel(setting, pixel, None, &mut memory);
             }
-            let cell = PilotVisibility::cell_of(pixel);
+            let cell = cell_of(pixel);
             let place = cells.iter().position(|(known, _)| *known == cell).unwrap_or_else(|| {
-                cells.push((cell, self.about(setting, cell)));
+                cells.push((cell, self.about(cell)));
                 cells.len() - 1
             });
-            self.pixel(setting, pixel, Some(&cells[place].1), &mut memory)
+            method.pixel(setting, pixel, Some(&cells[place].1), &mut memory)
         };
         tile.pixels().map(|(x, y)| estimate([x, y])).collect()
     }
