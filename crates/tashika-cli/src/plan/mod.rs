@@ -21,7 +21,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use tashika::film::Window;
-use tashika::io::{LightChanges, LoadOptions, SCENE_FORMATS, ToneMap, check_writable, open_scene};
+use tashika::io::{LightChanges, LoadOptions, ToneMap, check_writable, open_scene, scene_format};
 use tashika::report::Tolerance;
 use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{Scene, builtin};
@@ -76,8 +76,7 @@ impl SceneSource {
     /// Name of the format.
     pub fn format(&self) -> &'static str {
         let Some(path) = self.file() else { return "built-in" };
-        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        SCENE_FORMATS.iter().find(|(e, _)| *e == ending).map_or("unknown", |(_, name)| name)
+        scene_format(path).unwrap_or("unknown")
     }
 
     /// What is asked for of its lights.

@@ -46,16 +46,6 @@ pub struct FormatFeatures {
     pub rows: &'static [Feature],
 }
 
-/// The tables of all formats that have one.
-pub fn features() -> Vec<FormatFeatures> {
-    vec![
-        FormatFeatures { format: "pbrt", rows: super::pbrt::FEATURES },
-        FormatFeatures { format: "Mitsuba", rows: super::mitsuba::FEATURES },
-        FormatFeatures { format: "glTF", rows: super::gltf::FEATURES },
-        FormatFeatures { format: "OBJ", rows: super::obj::FEATURES },
-    ]
-}
-
 impl Feature {
     /// A row.
     pub(super) const fn new(

@@ -9,17 +9,20 @@ mod dielectrics;
 mod exr;
 mod features;
 mod files;
+mod formats;
 mod gltf;
 mod ies;
 mod images;
 mod kept_tiles;
 mod light_changes;
+mod mesh_files;
 mod mitsuba;
 mod obj;
 mod output;
 mod pbrt;
 mod ply;
 mod png;
+mod polygon;
 mod rough_diffuse;
 mod shapes;
 mod vpl_set;
@@ -29,8 +32,9 @@ use std::path::Path;
 pub use self::png::{Exposure, ToneMap, encode_png, write_png};
 pub use checkpoint::{Checkpoint, Resumed};
 pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
-pub use features::{Feature, FormatFeatures, Support, features};
+pub use features::{Feature, FormatFeatures, Support};
 pub use files::SceneFiles;
+pub use formats::{features, scene_format};
 pub use kept_tiles::KeptTiles;
 pub use light_changes::{AskedEnvironment, AskedLight, LightChanges};
 pub use output::{check_writable, write_file};
@@ -63,15 +67,6 @@ impl Default for LoadOptions {
     }
 }
 
-/// Scene formats by file name ending.
-pub const SCENE_FORMATS: &[(&str, &str)] = &[
-    ("gltf", "glTF 2.0"),
-    ("glb", "glTF 2.0, binary"),
-    ("obj", "Wavefront OBJ + MTL"),
-    ("pbrt", "pbrt-v3 and pbrt-v4"),
-    ("xml", "Mitsuba 0.6 and 3"),
-];
-
 /// Opens what a user names as a scene: `builtin:room` and `builtin:tiny` or a file, with the lights
 /// that are asked for; without any light in that of [`Scene::with_default_light`].
 ///
@@ -101,22 +96,7 @@ pub fn open_scene(name: &Path, lights: &LightChanges, options: &LoadOptions) -> 
 /// and whatever the format's loader refuses.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let files = SceneFiles::open(path, options)?;
-    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let scene = match ending.as_str() {
-        "gltf" | "glb" => gltf::load(&files),
-        "obj" => obj::load(&files),
-        "pbrt" => pbrt::load(&files),
-        "xml" => mitsuba::load(&files),
-        _ => {
-            let known: Vec<String> = SCENE_FORMATS.iter().map(|(e, name)| format!(".{e} ({name})")).collect();
-            Err(Error::unsupported(
-                Location::file(path),
-                format!("the ending {ending:?}"),
-                format!("scenes are read from {}", known.join(", ")),
-            ))
-        }
-    };
-    let scene = scene?;
+    let scene = formats::load(path, &files)?;
     let missing = scene.notes().iter().filter(|note| note.kind == NoteKind::Missing);
     let missing: Vec<String> = missing.map(|note| format!("{}: {}", note.first, note.message)).collect();
     if !missing.is_empty() && !options.allow_missing {

@@ -19,7 +19,7 @@ use super::values::shown;
 use super::{Progress, Translation, materials, normals, paths, serialized, transforms};
 use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
-use crate::io::{obj, ply, shapes};
+use crate::io::{mesh_files, shapes};
 use crate::scene::{Emission, MaterialId, MeshData, MeshId, NoteKind};
 
 /// Most placements of meshes, counting each instance.
@@ -249,10 +249,16 @@ impl<'a> Translation<'a> {
         let path = folder.join(&reference);
         let (mut data, mut flat) = match object.plugin.as_str() {
             // Its reader gives the coordinates turned over.
-            "obj" => (turned(obj::read_mesh(&bytes, &path, &mut self.notes)?, !flip_v), flat),
+            "obj" => (turned(mesh_files::read_obj(&bytes, &path, &mut self.notes)?, !flip_v), flat),
             "ply" => {
                 let options = self.files.options();
-                (turned(ply::read(&bytes, options, &mut self.notes, &Location::file(path))?, flip_v), flat)
+                (
+                    turned(
+                        mesh_files::read_ply(&bytes, options, &mut self.notes, &Location::file(path))?,
+                        flip_v,
+                    ),
+                    flat,
+                )
             }
             _ => {
                 let mesh = serialized::read(&bytes, shape_index, &Location::file(path))?;

@@ -12,8 +12,8 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use super::parse::{Corner, Geometry, NONE};
-use super::polygon::{Coverage, Triangulator};
 use super::tally::Tally;
+use crate::io::polygon::{Coverage, Triangulator};
 use crate::scene::{MeshData, NoteKind, Notes};
 
 /// The mesh of one material.

@@ -9,7 +9,7 @@
 //! | [`features`] | what is understood, and the notes about the rest |
 //! | [`parse`] | OBJ statements into lists, indices checked |
 //! | [`shading_normals`] | smoothing groups, flat faces |
-//! | [`polygon`] | polygons into triangles |
+//! | [`polygon`](super::polygon) | polygons into triangles |
 //! | [`meshes`] | faces into meshes by material |
 //! | [`mtl`], [`map`] | MTL statements into lists |
 //! | [`references`] | finding libraries and images |
@@ -33,7 +33,6 @@ mod materials;
 mod meshes;
 mod mtl;
 mod parse;
-pub(super) mod polygon;
 mod references;
 mod shading_normals;
 mod tally;

@@ -22,8 +22,8 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use super::parse::{Geometry, NONE};
-use super::polygon::double_area;
 use crate::error::{Error, Location, Result};
+use crate::io::polygon::double_area;
 use crate::math::elementary::atan2;
 
 /// Gives normals to the corners that need some and have none.

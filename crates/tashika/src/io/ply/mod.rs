@@ -11,7 +11,7 @@
 //! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is
 //! bounded by a multiple of the bytes that are there, whatever numbers of elements the header
 //! states, and time by that and the limits of
-//! [`polygon`](super::obj::polygon).
+//! [`polygon`](super::polygon).
 //!
 //! | module | what it does |
 //! |---|---|
@@ -29,7 +29,7 @@ use std::borrow::Cow;
 use std::io::Read;
 
 use super::LoadOptions;
-use super::obj::polygon::{Coverage, Triangulator};
+use super::polygon::{Coverage, Triangulator};
 use crate::error::{Error, Location, Result};
 use crate::scene::{MeshData, NoteKind, Notes};
 use header::{Format, Header};

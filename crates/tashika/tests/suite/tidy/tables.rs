@@ -63,8 +63,35 @@ pub(super) struct SideBySide {
 
 /// Modules whose files are alternatives to each other: they share what their `mod.rs` and their
 /// common files offer, and no more.
-pub(super) const SIDE_BY_SIDE: &[SideBySide] =
-    &[SideBySide { module: "integrator", common: &["options", "published"], lists: &["method"] }];
+pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
+    SideBySide { module: "integrator", common: &["options", "published"], lists: &["method"] },
+    // What is left are the readers of scenes.
+    SideBySide {
+        module: "io",
+        common: &[
+            "assets",
+            "checkpoint",
+            "dielectrics",
+            "exr",
+            "features",
+            "files",
+            "formats",
+            "ies",
+            "images",
+            "kept_tiles",
+            "light_changes",
+            "mesh_files",
+            "output",
+            "ply",
+            "png",
+            "polygon",
+            "rough_diffuse",
+            "shapes",
+            "vpl_set",
+        ],
+        lists: &["formats", "mesh_files"],
+    },
+];
 
 /// Which modules may name a dependency of the library; none: all of them.
 pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[

@@ -7,7 +7,7 @@ use crate::io::assets::kind;
 use crate::io::pbrt::lexer::excerpt;
 use crate::io::pbrt::loading::Loading;
 use crate::io::pbrt::parameters::{Kind, Parameters};
-use crate::io::{ply, shapes};
+use crate::io::{mesh_files, shapes};
 use crate::scene::{MeshData, NoteKind};
 
 /// Subdivision stops before it makes more triangles than this; chosen.
@@ -133,7 +133,7 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
             return Ok(None);
         }
     };
-    let mut data = ply::read(&bytes, options, &mut loading.notes, &at)?;
+    let mut data = mesh_files::read_ply(&bytes, options, &mut loading.notes, &at)?;
     if data.name.is_empty() {
         data.name = name.to_owned();
     }
