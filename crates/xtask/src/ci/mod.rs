@@ -1,0 +1,85 @@
+//! Everything that has to hold before a change is taken, from a fresh clone, but for the tests.
+//!
+//! Needs rustup's stable toolchain, a C linker, python3 with venv; no network beyond crates.io,
+//! PyPI, Rust's own toolchains and, where Chromium is not installed, the packages of the system; no
+//! GPU. Builds and screenshots go to `target`, everything else to a folder that is removed.
+
+mod end_to_end;
+mod licences;
+mod python;
+mod scenes;
+
+pub use python::{pages, python_of_readers};
+
+use std::fs;
+
+use crate::shell::{Outcome, Shell};
+
+/// Runs all steps; the first that fails ends it.
+pub fn run(shell: &Shell) -> Outcome<()> {
+    toolchain(shell)?;
+    shell.step("format");
+    shell.cargo("fmt --all -- --check").run()?;
+    // One profile for all steps, so that build scripts and macros are built once.
+    shell.step("lints");
+    shell.cargo("clippy --locked --release --workspace --all-targets -- -D warnings").run()?;
+    shell.step("the workbench");
+    shell.cargo("test --locked --release --quiet -p xtask").run()?;
+    others(shell)?;
+    shell.step("documentation");
+    // The library's only: the program has the same name, so that its page would take the same place.
+    shell
+        .cargo("doc --locked --release --workspace --no-deps --lib")
+        .env("RUSTDOCFLAGS", "-D warnings")
+        .run()?;
+    shell.step("licences of the dependencies");
+    licences::check(shell)?;
+    shell.step("the program, end to end");
+    let program = shell.program()?;
+    let room = end_to_end::check(shell, &program)?;
+    shell.step("the examples");
+    for example in ["render", "own_method", "certificate"] {
+        shell.cargo("run --locked --release --quiet -p tashika --example").arg(example).run()?;
+    }
+    shell.step("files in other readers");
+    let python = python_of_readers(shell)?;
+    shell.command(&python, "").arg(shell.script("readers.py")).arg(&program).run()?;
+    shell.step("a job of another engine");
+    python::job(shell, &python, &program, &room)?;
+    shell.step("pages in a browser");
+    pages(shell, &python, &program, &shell.root().join("target/pages"))?;
+    shell.step("the Python package");
+    python::package(shell, &program)?;
+    scenes::check(shell, &program)
+}
+
+/// A minimal toolchain comes without these two.
+fn toolchain(shell: &Shell) -> Outcome<()> {
+    for (tool, component) in [("clippy", "clippy"), ("fmt", "rustfmt")] {
+        if !shell.cargo(tool).arg("--version").succeeds() {
+            shell.command("rustup", "component add").arg(component).run()?;
+        }
+    }
+    Ok(())
+}
+
+/// What the manifests promise of machines and compilers, where there is a rustup to fetch them.
+fn others(shell: &Shell) -> Outcome<()> {
+    if !shell.has("rustup") {
+        return Ok(());
+    }
+    shell.step("other machines, older compilers");
+    shell.command("rustup", "target add aarch64-unknown-linux-gnu").run_quietly()?;
+    shell.cargo("check --locked --release -p tashika --target aarch64-unknown-linux-gnu").run()?;
+    let manifest = fs::read_to_string(shell.root().join("Cargo.toml")).map_err(|e| e.to_string())?;
+    let oldest = manifest
+        .lines()
+        .find_map(|line| line.strip_prefix("rust-version = \"")?.strip_suffix('"'))
+        .ok_or("Cargo.toml names no rust-version")?;
+    shell.command("rustup", "toolchain install --profile minimal").arg(oldest).run_quietly()?;
+    shell
+        .command("rustup", "run")
+        .arg(oldest)
+        .args("cargo check --locked --workspace --target-dir target/oldest".split(' '))
+        .run()
+}

@@ -1,0 +1,78 @@
+//! What needs Python: other readers of our files, a job of another engine, pages in a browser, and
+//! the Python package.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::shell::{Outcome, Shell, Task};
+
+/// A Python with what reads OpenEXR and PNG, and drives a browser.
+pub fn python_of_readers(shell: &Shell) -> Outcome<PathBuf> {
+    environment(shell, "readers", "numpy OpenEXR OpenImageIO pillow playwright")
+}
+
+/// A Python of its own with these packages.
+fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf> {
+    let folder = shell.folder(name)?;
+    shell.command("python3", "-m venv").arg(&folder).run()?;
+    let python = folder.join("bin/python");
+    if !packages.is_empty() {
+        pip(shell, &python, "install").args(packages.split(' ')).run()?;
+    }
+    Ok(python)
+}
+
+fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
+    shell.command(python, "-m pip --quiet --disable-pip-version-check").arg(what)
+}
+
+/// Five shares of an image, rendered and joined by an engine of Open Job Description.
+pub fn job(shell: &Shell, python: &Path, program: &Path, room: &Path) -> Outcome<()> {
+    const LINE: &str = "render builtin:tiny --size 70x50 --truth vpl --vpls 200 --gather 2 --error 5%";
+    pip(shell, python, "install").arg("openjd-cli").run()?;
+    let openjd = python.with_file_name("openjd");
+    shell.command(program, LINE).args(["-o", "whole.exr", "--quiet"]).within(room).run()?;
+    let farm = shell.command(program, "farm openjd --shares 5 --out").arg(room.join("job"));
+    let farm = farm.arg("--program").arg(program).args(["--quiet", "--"]).args(LINE.split(' '));
+    farm.args(["-o", "merged.exr"]).within(room).run()?;
+    shell.command(&openjd, "check job/template.json").within(room).run()?;
+    let run = "run job/template.json --step Merge --run-dependencies";
+    shell.command(&openjd, run).within(room).run_quietly()?;
+    for ending in ["exr", "png"] {
+        let [merged, whole] =
+            ["merged", "whole"].map(|name| fs::read(room.join(name).with_extension(ending)));
+        let (merged, whole) = (merged.map_err(|e| e.to_string())?, whole.map_err(|e| e.to_string())?);
+        if merged != whole {
+            return Err(format!("merged.{ending} is not whole.{ending}"));
+        }
+    }
+    Ok(())
+}
+
+/// Pages in a browser, which is installed where there is none; screenshots go to the folder.
+pub fn pages(shell: &Shell, python: &Path, program: &Path, screenshots: &Path) -> Outcome<()> {
+    let known = ["chromium", "chromium-browser", "google-chrome"];
+    if std::env::var_os("CHROMIUM").is_none() && !known.iter().any(|name| shell.has(name)) {
+        let install = "install --yes --no-install-recommends chromium fonts-dejavu-core";
+        shell.command("apt-get", "update").run_quietly()?;
+        shell.command("apt-get", install).run_quietly()?;
+    }
+    shell.command(python, "").arg(shell.script("page.py")).args([program, screenshots]).run()
+}
+
+/// The Python package: its wheel, installed, and its tests.
+pub fn package(shell: &Shell, program: &Path) -> Outcome<()> {
+    let python = environment(shell, "package", "")?;
+    let wheels = shell.folder("wheels")?;
+    let wheel = pip(shell, &python, "wheel").args(["--no-deps", "--wheel-dir"]).arg(&wheels);
+    wheel.arg("./crates/tashika-python").run()?;
+    let made = fs::read_dir(&wheels).map_err(|e| e.to_string())?;
+    let names = made.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let wheel = names
+        .into_iter()
+        .find(|name| name.starts_with("tashika-") && name.contains("-abi3-"))
+        .ok_or("the wheel is not for the stable interface")?;
+    pip(shell, &python, "install").arg(format!("{}[test]", wheels.join(wheel).display())).run()?;
+    let tests = "-m pytest --quiet -p no:cacheprovider crates/tashika-python";
+    shell.command(python, tests).env("TASHIKA", program).run()
+}

@@ -1,0 +1,83 @@
+//! The workbench: what is checked, measured and shown from a checkout.
+//!
+//!     cargo xtask ci                              everything that has to hold, but for the tests
+//!     cargo xtask measure pictures SIZE PATHS SCENE.xml...    pictures beside Mitsuba's
+//!     cargo xtask pages [FOLDER]                  pages in a browser
+//!     cargo xtask sheet LIST FOLDER SHEET.png     small pictures of many scenes on one sheet
+//!
+//! `.ci/run` is `cargo xtask ci` and then the tests.
+#![forbid(unsafe_code)]
+
+mod ci;
+mod measure;
+mod shell;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use shell::{Outcome, Shell};
+
+/// The workbench of tashika
+#[derive(Debug, Parser)]
+#[command(bin_name = "cargo xtask", arg_required_else_help = true)]
+struct Args {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Debug, Subcommand)]
+enum Task {
+    /// Check everything that has to hold before a change is taken, but for the tests
+    Ci,
+    /// Measure with a script of `scripts`, or write the numbers that tests hold the project to
+    Measure {
+        /// What: pictures, beside, materials, formulas, metals, or boundary
+        what: measure::Measure,
+        /// What the script takes
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        rest: Vec<String>,
+    },
+    /// Make pages, and look at them with a browser
+    Pages {
+        /// Where screenshots go
+        #[arg(default_value = "target/pages")]
+        folder: PathBuf,
+    },
+    /// Put small pictures of many scenes on one sheet
+    Sheet {
+        /// A scene file below the folder on each line
+        list: PathBuf,
+        /// Where the scenes are
+        folder: PathBuf,
+        /// PNG to write
+        sheet: PathBuf,
+    },
+}
+
+fn run(args: &Args) -> Outcome<()> {
+    let shell = Shell::new()?;
+    match &args.task {
+        Task::Ci => ci::run(&shell),
+        Task::Measure { what, rest } => what.run(&shell, rest),
+        Task::Pages { folder } => {
+            let program = shell.program()?;
+            ci::pages(&shell, &ci::python_of_readers(&shell)?, &program, folder)
+        }
+        Task::Sheet { list, folder, sheet } => shell
+            .cargo("run --locked --release --quiet -p tashika --example contact_sheet --")
+            .args([list, folder, sheet])
+            .run(),
+    }
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            shell::tell_error(&message);
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Scripts that measure, or write the numbers that tests hold the project to.
+
+use std::fs;
+
+use clap::ValueEnum;
+
+use crate::shell::{Outcome, Shell};
+
+/// A measurement.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Measure {
+    /// Pictures of Mitsuba files beside Mitsuba's own: SIZE PATHS SCENE.xml...
+    Pictures,
+    /// How long Mitsuba takes until as many pixels are right
+    Beside,
+    /// Writes what Mitsuba's materials reflect, by Mitsuba 3
+    Materials,
+    /// Writes what materials of the other formats reflect, by their formulas
+    Formulas,
+    /// Writes the metals that Mitsuba knows by name
+    Metals,
+    /// Writes the table of light through rough boundaries
+    Boundary,
+}
+
+impl Measure {
+    /// Its script, and the file that it writes, if what it prints is one.
+    fn script(self) -> (&'static str, Option<&'static str>) {
+        match self {
+            Self::Pictures => ("mitsuba_pictures.py", None),
+            Self::Beside => ("mitsuba_beside.py", None),
+            Self::Materials => {
+                ("mitsuba_materials.py", Some("crates/tashika/tests/suite/mitsuba_materials.txt"))
+            }
+            Self::Formulas => {
+                ("material_formulas.py", Some("crates/tashika/tests/suite/formula_materials.txt"))
+            }
+            Self::Metals => ("mitsuba_metals.py", Some("crates/tashika/src/io/mitsuba/metals.rs")),
+            Self::Boundary => ("rough_boundary.py", Some("crates/tashika/src/bsdf/boundary/table.rs")),
+        }
+    }
+
+    /// Runs it; a table is written when it is whole.
+    pub fn run(self, shell: &Shell, rest: &[String]) -> Outcome<()> {
+        let (script, table) = self.script();
+        let python = shell.command("python3", "").arg(shell.script(script));
+        match table {
+            Some(table) => {
+                let told = python.args(rest).output()?;
+                let table = shell.root().join(table);
+                fs::write(&table, told).map_err(|e| format!("{}: {e}", table.display()))
+            }
+            None if matches!(self, Self::Pictures) => python.arg(shell.program()?).args(rest).run(),
+            None => python.args(rest).run(),
+        }
+    }
+}
