@@ -5,7 +5,7 @@
 //!
 //! The built-in room is always measured; `--scene` adds another. Rows that need Embree are left out
 //! where no library is named, and Mitsuba's row where no scene is
-//! ([`mitsuba_beside.py`](../mitsuba_beside.py) says which scenes it takes). Times are medians of
+//! (`scripts/mitsuba_beside.py` says which scenes it takes). Times are medians of
 //! ratios in the same round. In windows of less than a few cells of 16x16 pixels, what a pixel's
 //! neighbourhood costs is too large a part; whole sums of many terms take long in large ones:
 //! `--crop` and `--only` choose.
@@ -272,7 +272,7 @@ fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     fs::create_dir_all(&folder)?;
     let ours = folder.join("ours.exr");
     tashika::io::write_exr(&ours, &rendered.film)?;
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("mitsuba_beside.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/mitsuba_beside.py");
     let told = Command::new(&args.python)
         .arg(script)
         .arg(file)

@@ -1,5 +1,5 @@
 //! What materials of pbrt, Mitsuba 0.6, glTF and MTL reflect here, against the formulas of their
-//! formats: numbers that `crates/tashika-bench/material_formulas.py` wrote.
+//! formats: numbers that `scripts/material_formulas.py` wrote.
 
 use crate::material_rows::{MITSUBA_3, allowed, rows};
 

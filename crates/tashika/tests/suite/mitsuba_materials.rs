@@ -1,5 +1,5 @@
 //! What Mitsuba's materials reflect here, against Mitsuba 3 itself: numbers that
-//! `crates/tashika-bench/mitsuba_materials.py` wrote.
+//! `scripts/mitsuba_materials.py` wrote.
 
 use crate::material_rows::{MITSUBA_3, allowed, rows};
 

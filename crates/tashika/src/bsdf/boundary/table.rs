@@ -1,4 +1,4 @@
-//! Written by `crates/tashika-bench/rough_boundary.py`.
+//! Written by `scripts/rough_boundary.py`.
 
 // Numbers of a fit may look like a constant.
 #![allow(clippy::approx_constant)]

@@ -1,4 +1,4 @@
-//! Written by `crates/tashika-bench/mitsuba_metals.py`.
+//! Written by `scripts/mitsuba_metals.py`.
 
 /// Name, `η` and `k` (red, green, blue) of what Mitsuba 3.9.1 knows by name.
 #[rustfmt::skip]

@@ -17,7 +17,7 @@
 //! among it, is ever markup or script.
 //!
 //! # Held to this by
-//! `report::page::tests` for what is in the page, `.ci/page.py` in a browser for what it does.
+//! `report::page::tests` for what is in the page, `scripts/page.py` in a browser for what it does.
 
 mod compared;
 mod embedded;

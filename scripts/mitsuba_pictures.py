@@ -2,7 +2,7 @@
 """Compares pictures of Mitsuba scenes: paths of tashika against paths of Mitsuba 3.
 
     pip install mitsuba numpy
-    python3 crates/tashika-bench/mitsuba_pictures.py target/release/tashika 96x64 1024 SCENE.xml...
+    python3 scripts/mitsuba_pictures.py target/release/tashika 96x64 1024 SCENE.xml...
 
 Of each scene the ratio of mean radiances (luminance, ours over Mitsuba's), with its standard error by what two halves of each
 picture differ, and the 95th percentile of the differences of pixels, relative to Mitsuba's, beside what noise alone would make

@@ -2,7 +2,7 @@
 """Writes the table of `tashika::bsdf::boundary`: how much light rough dielectric boundaries let through.
 
     pip install numpy
-    python3 crates/tashika-bench/rough_boundary.py > crates/tashika/src/bsdf/boundary/table.rs
+    python3 scripts/rough_boundary.py > crates/tashika/src/bsdf/boundary/table.rs
 
 Transmittance at a cosine is the mean, over the normals that are seen from there, of what a facet lets through and of what
 of that is not masked (Walter et al. 2007, equations 21, 27 and 34; visible normals of GGX by Dupuy and Benyoub 2023, of
@@ -115,7 +115,7 @@ def fitted(alpha, eta, *model):
 
 
 def main():
-    print("//! Written by `crates/tashika-bench/rough_boundary.py`.\n")
+    print("//! Written by `scripts/rough_boundary.py`.\n")
     print("// Numbers of a fit may look like a constant.\n#![allow(clippy::approx_constant)]\n")
     print("/// Roughness `α` of the rows; before them are smooth boundaries.")
     print(f"pub(super) const ALPHAS: [f32; {len(ALPHAS)}] = {ALPHAS};\n")

@@ -2,7 +2,7 @@
 """Writes how much Mitsuba 3 says that its materials reflect, for the suite's `mitsuba_materials`.
 
     pip install mitsuba numpy
-    python3 crates/tashika-bench/mitsuba_materials.py > crates/tashika/tests/suite/mitsuba_materials.txt
+    python3 scripts/mitsuba_materials.py > crates/tashika/tests/suite/mitsuba_materials.txt
 
 A row is a BSDF in Mitsuba's XML and 18 numbers, each three a colour: the directional albedo where the
 surface is seen 75, 40 and 12 degrees above it, a mean over 2^20 samples of `BSDF.sample`; then the BSDF times the cosine
@@ -145,7 +145,7 @@ def albedo(material, elevation):
 
 
 def main():
-    print(f"# Written by crates/tashika-bench/mitsuba_materials.py with Mitsuba {mi.__version__}.")
+    print(f"# Written by scripts/mitsuba_materials.py with Mitsuba {mi.__version__}.")
     for xml in materials():
         material = mi.load_string(xml.replace("<bsdf", '<bsdf version="3.0.0"', 1))
         albedos = [albedo(material, elevation) for elevation in ELEVATIONS]

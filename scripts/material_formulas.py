@@ -2,7 +2,7 @@
 """Writes what materials of pbrt, Mitsuba 0.6, glTF and MTL reflect by the formulas of their formats, for the suite's `formula_materials`.
 
     pip install numpy
-    python3 crates/tashika-bench/material_formulas.py > crates/tashika/tests/suite/formula_materials.txt
+    python3 scripts/material_formulas.py > crates/tashika/tests/suite/formula_materials.txt
 
 A row is a format, a material in its words, and the numbers of `material_table.py`; `nan` where the material has no
 value at single directions. The modules `formulas_*` have the materials of one format each and name their sources. Named formats
@@ -28,7 +28,7 @@ FORMATS = {
 
 
 def main():
-    print("# Written by crates/tashika-bench/material_formulas.py.")
+    print("# Written by scripts/material_formulas.py.")
     for name in sys.argv[1:] or FORMATS:
         begin_again()
         for text, found in FORMATS[name]():

@@ -2,7 +2,7 @@
 """Writes the optical constants that Mitsuba 3 has for the materials of its conductors, for the reader of its files.
 
     pip install mitsuba
-    python3 crates/tashika-bench/mitsuba_metals.py > crates/tashika/src/io/mitsuba/metals.rs
+    python3 scripts/mitsuba_metals.py > crates/tashika/src/io/mitsuba/metals.rs
 
 The names are those of the table of materials in Mitsuba's documentation (plugin `conductor`).
 """
@@ -29,7 +29,7 @@ def main():
             rows.append((name, constants(name)))
         except RuntimeError:
             continue
-    print("//! Written by `crates/tashika-bench/mitsuba_metals.py`.\n")
+    print("//! Written by `scripts/mitsuba_metals.py`.\n")
     print(f"/// Name, `η` and `k` (red, green, blue) of what Mitsuba {mi.__version__} knows by name.")
     print("#[rustfmt::skip]")
     print(f"pub(super) const METALS: [(&str, [f32; 3], [f32; 3]); {len(rows)}] = [")
