@@ -398,9 +398,9 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_without_camera_and_light_gets_both_and_says_so() {
+    fn a_scene_without_camera_gets_one_and_says_so_and_without_light_is_dark() {
         let scene = wall(Vec3::new(3.0, 0.2, 0.1)).build().unwrap();
-        assert!(scene.environment().is_some() && scene.emitters().len() == 1);
+        assert!(scene.environment().is_none() && scene.emitters().is_empty());
         let said: Vec<String> = scene.notes().iter().map(|n| n.message).collect();
         assert!(said.len() == 1 && said[0].contains("no camera"));
         assert_eq!(scene.cameras()[0].shows, Some(scene.bounds()));
