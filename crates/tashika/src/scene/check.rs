@@ -36,10 +36,7 @@ impl Wrong {
 
 /// The number of texels, and floating-point ones.
 pub(super) fn image(image: &Image) -> Checked {
-    let texels = match &image.pixels {
-        Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len(),
-        Pixels::Float(p) => p.len(),
-    };
+    let texels = image.pixels.len();
     if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
         return Err(Wrong::new(
             format!("{texels} texels for {}×{}", image.width, image.height),

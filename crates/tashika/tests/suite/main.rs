@@ -35,4 +35,5 @@ mod pbrt;
 mod pbrt_appearance;
 mod pbrt_cameras;
 mod stored_pixels;
+mod textures;
 mod tidy;

@@ -64,7 +64,12 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("material", "emissiveTexture", Full, "emission (W·m⁻²·sr⁻¹), with its factor"),
     row("material", "alphaMode", Full, "MASK and BLEND with the base colour's opacity"),
     row("material", "doubleSided", Full, "emission on both sides; every material reflects on both"),
-    row("texture", "source", Full, "PNG or JPEG; also BMP, TIFF, TGA and Radiance HDR"),
+    row(
+        "texture",
+        "source",
+        Full,
+        "PNG or JPEG, of 8 or 16 bits; also BMP, TIFF and .tx, TGA and Radiance HDR",
+    ),
     row("texture", "wrapS", Full, "wrapping in both directions"),
     row("texture", "magFilter", Full, "NEAREST, or between four texels; minFilter has no use"),
     row("texture", "texCoord", Approximated, "all textures of a material use the coordinates of its first"),

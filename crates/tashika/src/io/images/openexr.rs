@@ -16,7 +16,7 @@ use ::exr::meta::MetaData;
 use ::exr::meta::attribute::Chromaticities;
 use ::exr::prelude::{Vec2, read};
 
-use super::Floats;
+use super::{Picture, Texels};
 use crate::color::{Primaries, White, transformed};
 use crate::io::exr::check_claims;
 
@@ -27,7 +27,7 @@ pub(super) const SIGNATURE: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 const MAX_CHANNELS: usize = 256;
 
 /// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
-pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Floats, String> {
+pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Picture, String> {
     check_claims(Path::new(name), bytes).map_err(|e| e.to_string())?;
     let meta = MetaData::read_from_buffered(bytes, false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
@@ -75,7 +75,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Floats
         None => texels.collect(),
     };
     // Not above `u32::MAX`: checked with the header.
-    Ok(Floats { width: width as u32, height: height as u32, texels })
+    Ok(Picture { width: width as u32, height: height as u32, texels: Texels::Floats(texels) })
 }
 
 /// The matrix, by rows, to Rec. 709; none where nothing changes.

@@ -90,6 +90,8 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("material", "diffusetransmission", Full, "Lambert on both sides"),
     row("texture", "constant", Full, "a constant"),
     row("texture", "imagemap", Full, "an image"),
+    row("texture", "imagemap of 16 bits", Full, "16 bits a channel"),
+    row("texture", "imagemap .tx", Full, "its largest level: TIFF in tiles or strips, or OpenEXR"),
     row("texture", "scale", Full, "a product"),
     row("texture", "mix", Full, "a blend"),
     row("texture", "checkerboard", Full, "a checkerboard; in three dimensions its mean, noted"),

@@ -8,7 +8,7 @@
 //! checkerboard:  (u, v) ↦ (s_u u + d_u,  −s_v v + s_v + d_v)             = (s, t)
 //! ```
 //!
-//! | format | eight-bit images of colours and of numbers are |
+//! | format | images of integers, colours and numbers alike, are |
 //! |---|---|
 //! | v3 | sRGB if `gamma` says so; without it PNG, TGA and JPEG are |
 //! | v4 | as `encoding` says for PNG, without it sRGB; others sRGB |
@@ -392,7 +392,7 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
     Ok(((texture, if invert { Channel::Luminance } else { channel }), factor))
 }
 
-/// How the eight-bit values of an image are meant.
+/// How the integers of an image are meant.
 fn encoding(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Encoding {
     let lower = name.to_ascii_lowercase();
     let ends = |endings: &[&str]| endings.iter().any(|ending| lower.ends_with(ending));

@@ -88,6 +88,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("smallvec", &["cut", "io"]),
     ("sobol_burley", &["gather"]),
     ("thiserror", &["error"]),
+    ("tiff", &["io"]),
 ];
 
 /// Parts of `std` that the library's code does not use, except in the modules named, and why.
