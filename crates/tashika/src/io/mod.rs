@@ -21,6 +21,7 @@ mod ply;
 mod png;
 mod rough_diffuse;
 mod shapes;
+mod udim;
 mod vpl_set;
 
 use std::path::Path;

@@ -37,3 +37,4 @@ mod pbrt_cameras;
 mod stored_pixels;
 mod textures;
 mod tidy;
+mod udim;

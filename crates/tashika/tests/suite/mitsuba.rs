@@ -757,6 +757,9 @@ fn example(kind: &str, name: &str) -> String {
         ("material", _) => bsdf(name, ""),
         ("texture", "bitmap") => textured(bitmap("reflectance", "")),
         ("texture", "bitmap of 16 bits") => textured(bitmap("reflectance", "").replace("a.png", "wide.png")),
+        ("texture", "bitmap <UDIM>") => {
+            textured(bitmap("reflectance", "").replace("a.png", "u.&lt;UDIM&gt;.png"))
+        }
         ("texture", "bitmap .tx") => textured(bitmap("reflectance", "").replace("a.png", "a.tx")),
         ("texture", "filter ewa") => textured(bitmap("reflectance", "<string name=\"filter_type\" value=\"ewa\"/>")),
         ("texture", "wrap one") => textured(bitmap("reflectance", "<string name=\"wrap_mode\" value=\"one\"/>")).replace("wrap_mode", "wrap_mode_u"),
@@ -809,6 +812,7 @@ fn every_feature_gives_the_note_that_its_row_promises() {
         ("alpha.png", &holes),
         ("wide.png", &wide),
         ("a.tx", textures::TX),
+        ("u.1001.png", &picture),
         ("m.obj", OBJ),
         ("m.ply", PLY),
         ("m.serialized", &mesh),

@@ -17,7 +17,8 @@ fn example(kind: &str, name: &str) -> Scene {
     let picture = png(1, &[[128, 128, 255, 255]]);
     let first = name.split([' ', ',']).next().unwrap();
     let wide = textures::wide();
-    let images: &[(&str, &[u8])] = &[("a.png", &picture), ("wide.png", &wide), ("a.tx", textures::TX)];
+    let images: &[(&str, &[u8])] =
+        &[("a.png", &picture), ("wide.png", &wide), ("a.tx", textures::TX), ("u.1001.png", &picture)];
     let material = |text: &str| load_material(text, images);
     match kind {
         "statement" => {
@@ -49,6 +50,7 @@ fn example(kind: &str, name: &str) -> Scene {
             ("Kd spectral, Kd xyz", _) => "Kd xyz 0.1 0.2 0.3",
             ("map_Kd -o -s -clamp -imfchan", _) => "Kd 1\nmap_Kd -o 0.5 -s 2 -clamp on -imfchan r a.png",
             ("map_Kd of 16 bits", _) => "Kd 1\nmap_Kd wide.png",
+            ("map_Kd <UDIM>", _) => "Kd 1\nmap_Kd u.<UDIM>.png",
             ("map_Kd .tx", _) => "Kd 1\nmap_Kd a.tx",
             (_, "newmtl" | "Kd") => "Kd 1\nmap_Kd a.png",
             (_, "Ks" | "Ns") => "Kd 0.1\nKs 0.5\nNs 10\nmap_Ks a.png",

@@ -586,6 +586,7 @@ fn scene_with(feature: &Feature) -> String {
             let file = match image {
                 "imagemap of 16 bits" => "wide.png",
                 "imagemap .tx" => "a.tx",
+                "imagemap <UDIM>" => "u.<UDIM>.png",
                 _ => "a.png",
             };
             format!("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\"")
@@ -610,6 +611,7 @@ fn every_feature_gives_the_note_of_its_row() {
     folder.write("a.png", png(255));
     folder.write("wide.png", textures::wide());
     folder.write("a.tx", textures::TX);
+    folder.write("u.1001.png", png(255));
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     folder.write("a.ply", ply);

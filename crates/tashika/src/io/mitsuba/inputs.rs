@@ -242,7 +242,7 @@ impl Translation<'_> {
         else {
             return Ok(GREY.into());
         };
-        let node = Texture::Image(ImageTexture { image, wrap, transform, sampling });
+        let node = image.texture(|all| ImageTexture { wrap, transform, sampling, ..all });
         Ok(Textured { channel, ..self.whole(node)? })
     }
 

@@ -85,6 +85,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row(MATERIAL, "map_Kd -o -s -clamp -imfchan", Full, "offset, scale, wrapping and channel of any map"),
     row(MATERIAL, "map_Kd of 16 bits", Full, "16 bits a channel, of any map"),
     row(MATERIAL, "map_Kd .tx", Full, "its largest level: TIFF in tiles or strips, or OpenEXR; of any map"),
+    row(MATERIAL, "map_Kd <UDIM>", Full, "an image for each tile: 1001 + u + 10 v, rounded down; of any map"),
     row(MATERIAL, MODIFIED, Ignored, "these options of maps are left out"),
     row(MATERIAL, SPECTRAL, Ignored, "colours of files and of CIE XYZ are left out, the default is used"),
     row(MATERIAL, BUMP, Ignored, "bump and displacement maps are left out"),

@@ -92,6 +92,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("texture", "imagemap", Full, "an image"),
     row("texture", "imagemap of 16 bits", Full, "16 bits a channel"),
     row("texture", "imagemap .tx", Full, "its largest level: TIFF in tiles or strips, or OpenEXR"),
+    row("texture", "imagemap <UDIM>", Full, "an image for each tile: 1001 + s + 10 t, rounded down"),
     row("texture", "scale", Full, "a product"),
     row("texture", "mix", Full, "a blend"),
     row("texture", "checkerboard", Full, "a checkerboard; in three dimensions its mean, noted"),

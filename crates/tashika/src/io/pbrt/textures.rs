@@ -31,8 +31,9 @@ use super::version::Version;
 use crate::color::Rgb;
 use crate::error::{Location, Result};
 use crate::io::images::Encoding;
+use crate::io::udim::Picture;
 use crate::scene::{
-    Channel, ColorInput, FloatInput, ImageId, ImageTexture, NoteKind, Texture, TextureId, UvTransform, Wrap,
+    Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Texture, TextureId, UvTransform, Wrap,
 };
 
 /// Grey of images that cannot be read: a middling value.
@@ -378,8 +379,8 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
         let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(MISSING)))?;
         return Ok(((grey, Channel::Luminance), 1.0));
     };
-    let texture = ImageTexture { wrap: [wrap; 2], transform, ..ImageTexture::new(image) };
-    let mut texture = loading.builder.add_texture(Texture::Image(texture))?;
+    let texture = image.texture(|all| ImageTexture { wrap: [wrap; 2], transform, ..all });
+    let mut texture = loading.builder.add_texture(texture)?;
     let channel = number_channel(loading, image);
     let mut factor = scale;
     if invert {
@@ -416,7 +417,7 @@ fn encoding(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Encoding {
 }
 
 /// Where the numbers of an image are.
-fn number_channel(loading: &Loading<'_>, image: ImageId) -> Channel {
+fn number_channel(loading: &Loading<'_>, image: Picture) -> Channel {
     if loading.version == Version::V4 && loading.images.has_opacity(image) {
         Channel::A
     } else {
