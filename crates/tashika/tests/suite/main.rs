@@ -19,6 +19,7 @@ mod furnace;
 mod gltf;
 mod gltf_features;
 mod gltf_materials;
+mod gltf_profiles;
 mod gltf_structure;
 mod hard_light;
 mod light_changes;
