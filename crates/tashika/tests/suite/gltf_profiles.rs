@@ -8,6 +8,7 @@ use tashika::math::Vec3;
 use tashika::scene::{Emitter, NoteKind, Scene};
 
 use super::gltf::{Document, notes};
+use super::gltf_environment::junk;
 use super::textures;
 
 /// 8 cd down, 1 cd up, and level 1, 2, 3, 4 cd at `C` of 0°, 90°, 180°, 270°.
@@ -149,4 +150,28 @@ fn lamps_that_make_no_sense_are_refused_with_their_place() {
     assert!(notes(&scene)[0].1.contains("99; expected the index of one of"), "{:?}", notes(&scene));
     let scene = with_lamp(json!({}), json!({ "light": 0 }), json!({})).load().unwrap();
     assert!(notes(&scene)[0].1.contains("neither uri nor bufferView"), "{:?}", notes(&scene));
+}
+
+#[test]
+fn no_value_in_place_of_another_does_harm() {
+    for place in ["/extensions/EXT_lights_ies", "/extensions/EXT_lights_ies/lights"]
+        .iter()
+        .chain(&["/extensions/EXT_lights_ies/lights/0", "/extensions/EXT_lights_ies/lights/0/uri"])
+        .chain(&["/nodes/1/extensions/EXT_lights_ies", "/nodes/1/extensions/EXT_lights_ies/light"])
+        .chain(&["/nodes/1/extensions/EXT_lights_ies/multiplier", "/nodes/1/extensions/EXT_lights_ies/color"])
+    {
+        for value in junk() {
+            let lamp = json!({ "light": 0, "multiplier": 1, "color": [1, 1, 1] });
+            let mut d = with_lamp(embedded(IES), lamp, json!({}));
+            *d.json.pointer_mut(place).unwrap() = value.clone();
+            match d.load() {
+                Ok(scene) => {
+                    let sound =
+                        |e: &Emitter| matches!(e, Emitter::Image { intensity, .. } if intensity.is_valid());
+                    assert!(scene.emitters().iter().all(|e| sound(e) || scene.has_default_light()));
+                }
+                Err(error) => assert!(error.to_string().contains("EXT_lights"), "{place}: {value}: {error}"),
+            }
+        }
+    }
 }

@@ -17,6 +17,7 @@ mod formats;
 mod formula_materials;
 mod furnace;
 mod gltf;
+mod gltf_environment;
 mod gltf_features;
 mod gltf_materials;
 mod gltf_profiles;

@@ -185,7 +185,12 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("extension", "KHR_materials_variants", Ignored, "the default materials are used"),
     row("extension", "KHR_animation_pointer", Ignored, "left out with all animations"),
     row("extension", "EXT_lights_ies", Full, "lamps by photometry of type C; cd count as W/sr"),
-    row("extension", "EXT_lights_image_based", Ignored, "left out"),
+    row(
+        "extension",
+        "EXT_lights_image_based",
+        Full,
+        "the first level of its cube map as environment; numbers count as W/(m²·sr)",
+    ),
     row("extension", "KHR_texture_basisu", Ignored, "the texture's own source is used"),
     row("extension", "EXT_texture_webp", Ignored, "the texture's own source is used"),
     row("extension", "EXT_texture_avif", Ignored, "the texture's own source is used"),

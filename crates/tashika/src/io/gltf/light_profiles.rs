@@ -123,7 +123,7 @@ fn decode(
 }
 
 /// A finite number of at least 0.
-fn number(value: &Value, at: &Location) -> Result<f32> {
+pub(super) fn number(value: &Value, at: &Location) -> Result<f32> {
     let number = value.as_f64().map(|v| v as f32).filter(|v| v.is_finite() && *v >= 0.0);
     number
         .ok_or_else(|| Error::invalid(at.clone(), shown(&value.to_string()), "finite numbers of at least 0"))

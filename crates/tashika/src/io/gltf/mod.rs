@@ -10,7 +10,7 @@
 //! | [`nodes`], [`instancing`] | what stands where |
 //! | [`meshes`] | primitives into meshes |
 //! | [`materials`], [`textures`] | materials with their extensions |
-//! | [`cameras`], [`lights`], [`light_profiles`] | cameras and lights |
+//! | [`cameras`], [`lights`], [`light_profiles`], [`image_light`] | cameras and lights |
 //!
 //! # Guarantee
 //! No file makes the loader panic. What it allocates is bounded by the bytes that are there, and
@@ -30,6 +30,7 @@ mod cameras;
 mod container;
 mod extensions;
 mod features;
+mod image_light;
 mod instancing;
 mod light_profiles;
 mod lights;
@@ -64,6 +65,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         met("scene", "animations", file.item("animations"), &mut builder)?;
     }
     let source = Source::new(files, parsed);
+    image_light::add(&source, &mut builder)?;
     let mut meshes = Meshes::new(&source);
     let mut camera_names = BTreeSet::new();
     let mut profiles = Profiles::default();
