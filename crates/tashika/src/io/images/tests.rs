@@ -230,6 +230,33 @@ fn damaged_and_other_openexr_files_are_refused() {
     }
 }
 
+/// A ramp of 7 × 5 texels in three levels, as `maketx` writes it in this format.
+#[test]
+fn openexr_of_several_levels_is_its_largest_and_damaged_it_is_refused_or_read() {
+    let bytes = include_bytes!("../../../../../fuzz/seeds/image/levels.tx");
+    let (size, texels, _) = floats(bytes);
+    assert_eq!(size, [7, 5]);
+    for (i, texel) in texels.into_iter().enumerate() {
+        let expected = [0, 1, 2].map(|k| (3 * i + k) as f32 / 105.0);
+        assert_eq!(texel, expected, "texel {i}");
+    }
+    let mut other_levels = 0;
+    for i in 0..bytes.len() {
+        for change in [0x01, 0x02, 0x80, 0xff] {
+            let mut damaged = bytes.to_vec();
+            damaged[i] ^= change;
+            match decoded(&damaged, "a.tx") {
+                Ok(Decoded { image, .. }) => {
+                    let texels = u64::from(image.width) * u64::from(image.height);
+                    assert_eq!(image.pixels.len() as u64, texels);
+                }
+                Err(error) => other_levels += u32::from(error.to_string().contains("of another level")),
+            }
+        }
+    }
+    assert!(other_levels > 0, "damage that the reader would not see");
+}
+
 #[test]
 fn more_texels_than_permitted_are_refused_and_other_formats_named() {
     let picture = DynamicImage::from(ImageBuffer::from_pixel(3, 2, Luma([1_u8])));
