@@ -12,18 +12,19 @@ use std::path::PathBuf;
 
 use super::SceneFiles;
 use super::images::{self, Decoded, Encoding};
+use super::udim::{self, Picture};
 use crate::error::{Error, Location, Result};
-use crate::scene::{Image, ImageId, NoteKind, SceneBuilder};
+use crate::scene::{Image, NoteKind, SceneBuilder};
 
 /// The images of a scene so far.
 #[derive(Debug, Default)]
 pub(super) struct ImageCache {
     /// By the reference as it is spelt; the message of its note, where that failed.
-    by_reference: BTreeMap<(String, Encoding), Result<ImageId, Unreadable>>,
+    by_reference: BTreeMap<(String, Encoding), Result<Picture, Unreadable>>,
     /// By canonical path: one file may be spelt in several ways.
-    by_path: BTreeMap<(PathBuf, Encoding), ImageId>,
-    /// Images with texels that are not opaque.
-    transparent: BTreeSet<ImageId>,
+    by_path: BTreeMap<(PathBuf, Encoding), Picture>,
+    /// Those with texels that are not opaque.
+    transparent: BTreeSet<Picture>,
 }
 
 impl ImageCache {
@@ -31,7 +32,7 @@ impl ImageCache {
         Self::default()
     }
 
-    /// The image that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be
+    /// The image, or the tiles, that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be
     /// read.
     ///
     /// # Errors
@@ -43,10 +44,24 @@ impl ImageCache {
         encoding: Encoding,
         at: &Location,
         builder: &mut SceneBuilder,
-    ) -> Result<Option<ImageId>> {
+    ) -> Result<Option<Picture>> {
         let key = (reference.to_owned(), encoding);
         if let Some(known) = self.by_reference.get(&key) {
             return Ok(noted(known.clone(), at, builder));
+        }
+        if udim::is_pattern(reference) {
+            let loaded = match udim::load(files, reference, encoding, at, builder) {
+                Ok((tiles, opaque)) => {
+                    let tiles = Picture::Tiles(tiles);
+                    if !opaque {
+                        self.transparent.insert(tiles);
+                    }
+                    Ok(tiles)
+                }
+                Err(error) => Err(unreadable(reference, &error)),
+            };
+            self.by_reference.insert(key, loaded.clone());
+            return Ok(noted(loaded, at, builder));
         }
         let path = files.resolve(reference, at);
         let known = path.as_ref().ok().and_then(|p| self.by_path.get(&(p.clone(), encoding)).copied());
@@ -55,7 +70,7 @@ impl ImageCache {
             None => match decode(files, reference, encoding, at) {
                 Ok(decoded) => {
                     note_repairs(&decoded, at, builder);
-                    let image = builder.add_image(decoded.image)?;
+                    let image = Picture::Image(builder.add_image(decoded.image)?);
                     if !decoded.opaque {
                         self.transparent.insert(image);
                     }
@@ -70,7 +85,7 @@ impl ImageCache {
     }
 
     /// Whether an image that was loaded here has texels that are not opaque.
-    pub(super) fn has_opacity(&self, image: ImageId) -> bool {
+    pub(super) fn has_opacity(&self, image: Picture) -> bool {
         self.transparent.contains(&image)
     }
 

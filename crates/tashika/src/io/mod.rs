@@ -25,6 +25,7 @@ mod png;
 mod polygon;
 mod rough_diffuse;
 mod shapes;
+mod udim;
 mod vpl_set;
 
 use std::path::Path;

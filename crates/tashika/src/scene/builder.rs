@@ -21,8 +21,8 @@ use crate::math::elementary::powf;
 /// up: images, textures, materials, meshes, instances.
 #[derive(Debug)]
 pub struct SceneBuilder {
-    scene: Scene,
-    origin: Location,
+    pub(super) scene: Scene,
+    pub(super) origin: Location,
     /// For each texture, how many nodes one lookup visits.
     texture_costs: Vec<u32>,
     /// For each material, how many materials it consists of.
@@ -41,6 +41,7 @@ impl SceneBuilder {
             brushed: Vec::new(),
             images: Vec::new(),
             textures: Vec::new(),
+            tile_sets: Vec::new(),
             emitters: Vec::new(),
             intensity_maps: Vec::new(),
             environment: None,
@@ -91,7 +92,7 @@ impl SceneBuilder {
     /// [`MAX_TEXTURE_COST`] nodes.
     pub fn add_texture(&mut self, texture: Texture) -> Result<TextureId> {
         let at = || self.origin.clone().item(format!("texture {}", self.scene.textures.len()));
-        check::texture(&texture, self.scene.images.len()).map_err(|wrong| wrong.error(at()))?;
+        check::texture(&texture, &self.scene).map_err(|wrong| wrong.error(at()))?;
         let mut cost = 1u32;
         for operand in texture.operands() {
             let Some(c) = self.texture_costs.get(operand.index()) else {
@@ -338,6 +339,7 @@ impl SceneBuilder {
             let camera = Camera::overview(self.scene.bounds);
             self.add_camera(camera)?;
         }
+        self.note_missing_tiles();
         self.bake();
         Ok(self.scene)
     }

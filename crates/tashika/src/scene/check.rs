@@ -36,10 +36,7 @@ impl Wrong {
 
 /// The number of texels, and floating-point ones.
 pub(super) fn image(image: &Image) -> Checked {
-    let texels = match &image.pixels {
-        Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len(),
-        Pixels::Float(p) => p.len(),
-    };
+    let texels = image.pixels.len();
     if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
         return Err(Wrong::new(
             format!("{texels} texels for {}×{}", image.width, image.height),
@@ -55,13 +52,17 @@ pub(super) fn image(image: &Image) -> Checked {
 }
 
 /// What a texture says itself; its operands are the builder's business.
-pub(super) fn texture(texture: &Texture, images: usize) -> Checked {
+pub(super) fn texture(texture: &Texture, scene: &Scene) -> Checked {
     match texture {
         Texture::Constant(c) => color("constant", *c),
-        Texture::Image(t) if t.image.index() >= images => {
+        Texture::Image(t) if t.image.index() >= scene.images.len() => {
             Err(Wrong::new(format!("image {}", t.image.index()), "an image of this scene"))
         }
         Texture::Image(t) => finite_transform(t.transform.0.is_finite()),
+        Texture::Tiles(t) if t.set.index() >= scene.tile_sets.len() => {
+            Err(Wrong::new(format!("tiles {}", t.set.index()), "tiles of this scene"))
+        }
+        Texture::Tiles(t) => finite_transform(t.transform.0.is_finite()),
         Texture::Checkerboard { transform, .. } => finite_transform(transform.0.is_finite()),
         Texture::Power { exponent, .. } => number("exponent", *exponent),
         Texture::Product(..) | Texture::Mix { .. } => Ok(()),

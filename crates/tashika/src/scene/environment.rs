@@ -163,7 +163,7 @@ impl Environment {
                 scale.is_valid()
                     && match &image.pixels {
                         Pixels::Float(p) => p.iter().flatten().all(|v| v.is_finite() && *v >= 0.0),
-                        Pixels::Srgb8(_) | Pixels::Linear8(_) => true,
+                        _ => true,
                     }
             }
         }

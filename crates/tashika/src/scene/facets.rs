@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn tangents_turn_counter_clockwise_from_u() {
         let nodes = [Texture::Constant(Rgb::new(0.5, 1.0, 0.0))];
-        let textures = Textures { images: &[], nodes: &nodes };
+        let textures = Textures { images: &[], nodes: &nodes, tile_sets: &[] };
         let of = |input: Option<TangentInput>, corners: &Corners, normal: Vec3| {
             tangent(input.as_ref(), textures, Vec2::ZERO, Some(corners), normal, Vec3::Z)
         };

@@ -32,6 +32,7 @@ mod sphere_map;
 mod surface;
 mod texels;
 mod texture;
+mod tiles;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
 pub use camera::{Camera, CameraSample};
@@ -54,6 +55,7 @@ pub use sphere_map::SphereMap;
 pub use surface::{SurfacePoint, TurnedAway};
 pub use texels::{Image, Pixels, Sampling, Wrap};
 pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};
+pub use tiles::{NO_TILE, TileSet, TiledTexture};
 
 use crate::math::Aabb;
 
@@ -92,6 +94,10 @@ id!(
     /// A texture of a scene.
     TextureId
 );
+id!(
+    /// A set of tiles of a scene.
+    TileSetId
+);
 
 /// An immutable scene.
 #[derive(Debug)]
@@ -106,6 +112,7 @@ pub struct Scene {
     brushed: Vec<bool>,
     images: Vec<Image>,
     textures: Vec<Texture>,
+    tile_sets: Vec<TileSet>,
     emitters: Vec<Emitter>,
     intensity_maps: Vec<AimedMap>,
     environment: Option<Environment>,
@@ -170,7 +177,7 @@ impl Scene {
 
     /// The images, and the textures made of them.
     pub fn textures(&self) -> Textures<'_> {
-        Textures { images: &self.images, nodes: &self.textures }
+        Textures { images: &self.images, nodes: &self.textures, tile_sets: &self.tile_sets }
     }
 
     /// The maps by which emitters of images shine.

@@ -104,7 +104,7 @@ mod tests {
         let input = NormalInput::Map { texture: TextureId(0), scale: 1.0 };
         let turned = |r, g, b| {
             let nodes = [Texture::Constant(Rgb::new(r, g, b))];
-            let textures = Textures { images: &[], nodes: &nodes };
+            let textures = Textures { images: &[], nodes: &nodes, tile_sets: &[] };
             perturbed(&input, textures, Vec2::splat(0.5), &corners(), Vec3::Z, Vec3::Z)
         };
         assert!((turned(0.5, 0.5, 1.0) - Vec3::Z).length() < 1e-6);
@@ -122,7 +122,7 @@ mod tests {
         let mut ramp = ImageTexture::new(ImageId(0));
         ramp.wrap = [Wrap::Clamp; 2];
         let nodes = [Texture::Image(ramp)];
-        let textures = Textures { images: &[image], nodes: &nodes };
+        let textures = Textures { images: &[image], nodes: &nodes, tile_sets: &[] };
         let height = FloatInput { factor: 1.0, texture: Some((TextureId(0), crate::scene::Channel::R)) };
         let input = NormalInput::Bump { height };
         let n = perturbed(&input, textures, Vec2::splat(0.5), &corners(), Vec3::Z, Vec3::Z);

@@ -292,7 +292,7 @@ mod tests {
     const ORANGE: Rgb = Rgb::new(0.8, 0.5, 0.2);
 
     fn part(materials: &[Material], cos: f32, u: f32) -> Part {
-        let textures = Textures { images: &[], nodes: &[] };
+        let textures = Textures { images: &[], nodes: &[], tile_sets: &[] };
         let look = Look { materials, textures, uv: Vec2::ZERO, cos };
         look.part(materials.last().unwrap(), u)
     }
@@ -408,7 +408,7 @@ mod tests {
         let materials = [wall, glass, mix].map(|surface| Material::new("m", surface));
         let look = Look {
             materials: &materials,
-            textures: Textures { images: &[], nodes: &[] },
+            textures: Textures { images: &[], nodes: &[], tile_sets: &[] },
             uv: Vec2::ZERO,
             cos: 1.0,
         };

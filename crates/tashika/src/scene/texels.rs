@@ -13,8 +13,28 @@ pub enum Pixels {
     Srgb8(Vec<[u8; 4]>),
     /// Eight bits a channel, RGBA, linear: roughness, metalness, masks.
     Linear8(Vec<[u8; 4]>),
+    /// Sixteen bits a channel, RGBA, encoded with the sRGB curve (alpha is linear).
+    Srgb16(Vec<[u16; 4]>),
+    /// Sixteen bits a channel, RGBA, linear.
+    Linear16(Vec<[u16; 4]>),
     /// Linear floating point, RGB: radiance.
     Float(Vec<[f32; 3]>),
+}
+
+impl Pixels {
+    /// How many texels there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Srgb8(p) | Self::Linear8(p) => p.len(),
+            Self::Srgb16(p) | Self::Linear16(p) => p.len(),
+            Self::Float(p) => p.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
 }
 
 /// A decoded image.
@@ -57,11 +77,16 @@ pub enum Sampling {
 static SRGB_TO_LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)));
 
+/// The curve once for every value: 256 kB, made when the first such picture is looked at.
+static SRGB16_TO_LINEAR: LazyLock<Vec<f32>> =
+    LazyLock::new(|| (0..=u16::MAX).map(|i| srgb_decode(f32::from(i) / 65535.0)).collect());
+
 impl Image {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         match &self.pixels {
             Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len() * 4,
+            Pixels::Srgb16(p) | Pixels::Linear16(p) => p.len() * 8,
             Pixels::Float(p) => p.len() * 12,
         }
     }
@@ -77,6 +102,15 @@ impl Image {
             }
             Pixels::Linear8(p) => {
                 let [r, g, b, a] = p[i].map(|c| f32::from(c) / 255.0);
+                (Rgb::new(r, g, b), a)
+            }
+            Pixels::Srgb16(p) => {
+                let [r, g, b, a] = p[i];
+                let linear = |c: u16| SRGB16_TO_LINEAR[usize::from(c)];
+                (Rgb::new(linear(r), linear(g), linear(b)), f32::from(a) / 65535.0)
+            }
+            Pixels::Linear16(p) => {
+                let [r, g, b, a] = p[i].map(|c| f32::from(c) / 65535.0);
                 (Rgb::new(r, g, b), a)
             }
             Pixels::Float(p) => (p[i].into(), 1.0),
@@ -233,6 +267,34 @@ mod tests {
                 assert!((found - mean).abs() < 1e-4, "{wrap:?}, texel {i}: {mean}, should be {found}");
             }
         }
+    }
+
+    /// `257 v / 65535` is `v / 255`, so that the two must give the same bits; between them lie values
+    /// of their own.
+    #[test]
+    fn sixteen_bits_are_eight_bits_and_what_lies_between() {
+        let image = |pixels| Image { name: "i".into(), width: 256, height: 1, pixels };
+        let eight: Vec<[u8; 4]> = (0..=255).map(|v| [v, 255 - v, 7, v]).collect();
+        let sixteen: Vec<[u16; 4]> = eight.iter().map(|t| t.map(|v| 257 * u16::from(v))).collect();
+        for (narrow, wide) in [
+            (Pixels::Srgb8(eight.clone()), Pixels::Srgb16(sixteen.clone())),
+            (Pixels::Linear8(eight), Pixels::Linear16(sixteen)),
+        ] {
+            let (narrow, wide) = (image(narrow), image(wide));
+            assert_eq!(wide.bytes(), 2 * narrow.bytes());
+            for x in 0..256 {
+                assert_eq!(wide.texel(x, 0), narrow.texel(x, 0), "{x}");
+            }
+        }
+        // The lowest part of the curve is v / 12.92; 32768 / 65535 is decoded by its power.
+        let pixels = vec![[1, 32768, 65535, 1]];
+        let one = |pixels| Image { name: "i".into(), width: 1, height: 1, pixels }.texel(0, 0);
+        let (c, a) = one(Pixels::Srgb16(pixels.clone()));
+        assert_eq!((c.r, c.b, a), (1.0 / 65535.0 / 12.92, 1.0, 1.0 / 65535.0));
+        let exact = ((32768.0 / 65535.0 + 0.055) / 1.055f64).powf(2.4);
+        // A rounding of the quotient, twice the exponent's, and one of the power itself.
+        assert!((f64::from(c.g) - exact).abs() < 4.0 * exact * f64::from(f32::EPSILON), "{} {exact}", c.g);
+        assert_eq!(one(Pixels::Linear16(pixels)).0, Rgb::new(1.0 / 65535.0, 32768.0 / 65535.0, 1.0));
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`Texture::Constant`] | `c` |
 //! | [`Texture::Image`] | image at `T (u, v, 1)` |
+//! | [`Texture::Tiles`] | the image of the tile that `T (u, v, 1)` is in, see [`TileSet`] |
 //! | [`Texture::Product`] | `a · b` |
 //! | [`Texture::Mix`] | `(1 − m) a + m b` |
 //! | [`Texture::Checkerboard`] | `a` where `⌊u'⌋ + ⌊v'⌋` is even, else `b`, at `(u', v') = T (u, v, 1)` |
@@ -18,7 +19,7 @@
 
 use glam::{Mat3, Vec2};
 
-use super::{Image, ImageId, Sampling, TextureId, Wrap};
+use super::{Image, ImageId, Sampling, TextureId, TileSet, TiledTexture, Wrap};
 use crate::color::Rgb;
 use crate::math::elementary::powf;
 
@@ -64,6 +65,8 @@ pub enum Texture {
     Constant(Rgb),
     /// An image.
     Image(ImageTexture),
+    /// An image for each unit square of the coordinates.
+    Tiles(TiledTexture),
     /// The product of two textures.
     Product(TextureId, TextureId),
     /// A blend of two textures.
@@ -112,7 +115,7 @@ impl Texture {
     /// The textures that this one is made of.
     pub fn operands(&self) -> impl Iterator<Item = TextureId> + use<> {
         let all = match *self {
-            Self::Constant(_) | Self::Image(_) => [None; 3],
+            Self::Constant(_) | Self::Image(_) | Self::Tiles(_) => [None; 3],
             Self::Product(a, b) => [Some(a), Some(b), None],
             Self::Mix { first, second, amount } => [Some(first), Some(second), Some(amount)],
             Self::Checkerboard { even, odd, .. } => [Some(even), Some(odd), None],
@@ -129,6 +132,8 @@ pub struct Textures<'a> {
     pub images: &'a [Image],
     /// All textures.
     pub nodes: &'a [Texture],
+    /// All sets of tiles.
+    pub tile_sets: &'a [TileSet],
 }
 
 impl Textures<'_> {
@@ -142,6 +147,10 @@ impl Textures<'_> {
                     Sampling::Bilinear => image.bilinear(uv, t.wrap),
                     Sampling::Nearest => image.nearest(uv, t.wrap),
                 }
+            }
+            Texture::Tiles(t) => {
+                let uv = t.transform.0.transform_point2(uv);
+                self.tile_sets[t.set.index()].lookup(self.images, uv, t.sampling)
             }
             Texture::Product(a, b) => {
                 let ((c, o), (d, p)) = (self.lookup(*a, uv), self.lookup(*b, uv));
@@ -197,7 +206,7 @@ mod tests {
         half.sampling = Sampling::Nearest;
         let amount = Texture::Constant(Rgb::new(0.0, 0.5, 1.0));
         let nodes = [Texture::Constant(A), Texture::Constant(B), amount, Texture::Image(half), node];
-        Textures { images: &[image], nodes: &nodes }.lookup(TextureId(4), uv.into())
+        Textures { images: &[image], nodes: &nodes, tile_sets: &[] }.lookup(TextureId(4), uv.into())
     }
 
     #[test]

@@ -6,6 +6,7 @@ use tashika::io::{Feature, LoadOptions, Support, features};
 use tashika::scene::NoteKind;
 
 use super::gltf::{Document, load_in, notes};
+use super::{gltf_environment, gltf_profiles};
 
 fn rows() -> &'static [Feature] {
     features().into_iter().find(|f| f.format == "glTF").expect("a table of glTF").rows
@@ -116,6 +117,14 @@ fn example(kind: &str, name: &str) -> Document {
             d = example("attribute", "TEXCOORD_0");
             d.add_uvs("TEXCOORD_1");
             d.json["materials"][0]["normalTexture"] = json!({ "index": 0, "texCoord": 1 });
+        }
+        ("extension", "EXT_lights_image_based") => d = gltf_environment::under_sky(json!({})),
+        ("extension", "EXT_lights_ies") => {
+            d = gltf_profiles::with_lamp(
+                gltf_profiles::embedded(gltf_profiles::IES),
+                json!({ "light": 0 }),
+                json!({}),
+            );
         }
         ("extension" | "KHR_lights_punctual", "KHR_lights_punctual" | "range") => {
             let light = if name == "range" {

@@ -20,6 +20,7 @@ use tashika::scene::{
 use tempfile::TempDir;
 
 use crate::cases::lenient;
+use crate::textures;
 
 pub type Files<'a> = &'a [(&'a str, &'a [u8])];
 
@@ -755,6 +756,11 @@ fn example(kind: &str, name: &str) -> String {
         }
         ("material", _) => bsdf(name, ""),
         ("texture", "bitmap") => textured(bitmap("reflectance", "")),
+        ("texture", "bitmap of 16 bits") => textured(bitmap("reflectance", "").replace("a.png", "wide.png")),
+        ("texture", "bitmap <UDIM>") => {
+            textured(bitmap("reflectance", "").replace("a.png", "u.&lt;UDIM&gt;.png"))
+        }
+        ("texture", "bitmap .tx") => textured(bitmap("reflectance", "").replace("a.png", "a.tx")),
         ("texture", "filter ewa") => textured(bitmap("reflectance", "<string name=\"filter_type\" value=\"ewa\"/>")),
         ("texture", "wrap one") => textured(bitmap("reflectance", "<string name=\"wrap_mode\" value=\"one\"/>")).replace("wrap_mode", "wrap_mode_u"),
         ("texture", "opacity of an image with alpha") => {
@@ -800,9 +806,13 @@ fn example(kind: &str, name: &str) -> String {
 #[test]
 fn every_feature_gives_the_note_that_its_row_promises() {
     let (picture, holes, mesh) = (four_colours(), png([[9, 9, 9, 0]; 4]), serialized());
+    let wide = textures::wide();
     let files: Files<'_> = &[
         ("a.png", &picture),
         ("alpha.png", &holes),
+        ("wide.png", &wide),
+        ("a.tx", textures::TX),
+        ("u.1001.png", &picture),
         ("m.obj", OBJ),
         ("m.ply", PLY),
         ("m.serialized", &mesh),

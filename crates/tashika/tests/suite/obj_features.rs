@@ -4,6 +4,7 @@ use tashika::io::{Feature, Support, features};
 use tashika::scene::{NormalInput, NoteKind, Pixels, Scene};
 
 use super::obj::{load_material, load_obj, png};
+use super::textures;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
 
@@ -15,7 +16,10 @@ fn rows() -> &'static [Feature] {
 fn example(kind: &str, name: &str) -> Scene {
     let picture = png(1, &[[128, 128, 255, 255]]);
     let first = name.split([' ', ',']).next().unwrap();
-    let material = |text: &str| load_material(text, &[("a.png", &picture)]);
+    let wide = textures::wide();
+    let images: &[(&str, &[u8])] =
+        &[("a.png", &picture), ("wide.png", &wide), ("a.tx", textures::TX), ("u.1001.png", &picture)];
+    let material = |text: &str| load_material(text, images);
     match kind {
         "statement" => {
             let statement = match (name, first) {
@@ -45,6 +49,9 @@ fn example(kind: &str, name: &str) -> Scene {
         "material statement" => material(match (name, first) {
             ("Kd spectral, Kd xyz", _) => "Kd xyz 0.1 0.2 0.3",
             ("map_Kd -o -s -clamp -imfchan", _) => "Kd 1\nmap_Kd -o 0.5 -s 2 -clamp on -imfchan r a.png",
+            ("map_Kd of 16 bits", _) => "Kd 1\nmap_Kd wide.png",
+            ("map_Kd <UDIM>", _) => "Kd 1\nmap_Kd u.<UDIM>.png",
+            ("map_Kd .tx", _) => "Kd 1\nmap_Kd a.tx",
             (_, "newmtl" | "Kd") => "Kd 1\nmap_Kd a.png",
             (_, "Ks" | "Ns") => "Kd 0.1\nKs 0.5\nNs 10\nmap_Ks a.png",
             (_, "Ke") => "Kd 1\nKe 1\nmap_Ke a.png",

@@ -14,6 +14,7 @@ use tashika::scene::{
 };
 
 use super::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, scene};
+use super::textures;
 
 fn close(a: Rgb, b: [f32; 3], tolerance: f32) -> bool {
     a.to_array().iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance * (1.0 + b.abs()))
@@ -581,8 +582,14 @@ fn scene_with(feature: &Feature) -> String {
             Material \"mix\" \"string materials\" [\"a\" \"a\"]"
             .to_owned(),
         ("material", _) => format!("Material \"{name}\""),
-        ("texture", "imagemap") => {
-            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\"".to_owned()
+        ("texture", image) if image.starts_with("imagemap") => {
+            let file = match image {
+                "imagemap of 16 bits" => "wide.png",
+                "imagemap .tx" => "a.tx",
+                "imagemap <UDIM>" => "u.<UDIM>.png",
+                _ => "a.png",
+            };
+            format!("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\"")
         }
         ("texture", _) => format!("Texture \"t\" \"spectrum\" \"{name}\""),
         ("mapping", _) => {
@@ -602,6 +609,9 @@ fn scene_with(feature: &Feature) -> String {
 fn every_feature_gives_the_note_of_its_row() {
     let folder = Folder::new();
     folder.write("a.png", png(255));
+    folder.write("wide.png", textures::wide());
+    folder.write("a.tx", textures::TX);
+    folder.write("u.1001.png", png(255));
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     folder.write("a.ply", ply);

@@ -83,6 +83,7 @@ struct Body {
 
 #[derive(Deserialize)]
 struct SceneNodes {
+    extensions: Option<json::extensions::scene::Scene>,
     #[serde(default)]
     nodes: Vec<Index<json::Node>>,
 }
@@ -96,7 +97,7 @@ pub(super) fn parse<'a>(bytes: &'a [u8], file: &Location) -> Result<Parsed<'a>> 
     extensions::refuse_unhandled(&head.extensions_required, file)?;
     let body: Body = from_json(text, file)?;
     let scenes = body.scenes.into_iter().map(|s| json::Scene {
-        extensions: None,
+        extensions: s.extensions,
         extras: None,
         name: None,
         nodes: s.nodes,

@@ -10,7 +10,7 @@
 //! | [`nodes`], [`instancing`] | what stands where |
 //! | [`meshes`] | primitives into meshes |
 //! | [`materials`], [`textures`] | materials with their extensions |
-//! | [`cameras`], [`lights`] | cameras and lights |
+//! | [`cameras`], [`lights`], [`light_profiles`], [`image_light`] | cameras and lights |
 //!
 //! # Guarantee
 //! No file makes the loader panic. What it allocates is bounded by the bytes that are there, and
@@ -30,7 +30,9 @@ mod cameras;
 mod container;
 mod extensions;
 mod features;
+mod image_light;
 mod instancing;
+mod light_profiles;
 mod lights;
 mod materials;
 mod meshes;
@@ -42,6 +44,7 @@ mod uri;
 use std::collections::BTreeSet;
 
 use self::features::met;
+use self::light_profiles::Profiles;
 use self::meshes::Meshes;
 use self::nodes::PlacedNode;
 use self::source::Source;
@@ -62,12 +65,15 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         met("scene", "animations", file.item("animations"), &mut builder)?;
     }
     let source = Source::new(files, parsed);
+    image_light::add(&source, &mut builder)?;
     let mut meshes = Meshes::new(&source);
     let mut camera_names = BTreeSet::new();
+    let mut profiles = Profiles::default();
     for placed in nodes::place(&source, &mut builder)? {
         place_mesh(&source, &placed, &mut meshes, &mut builder)?;
         cameras::add(&source, &placed, &mut camera_names, &mut builder)?;
         lights::add(&source, &placed, &mut builder)?;
+        profiles.add(&source, &placed, &mut builder)?;
     }
     builder.build()
 }

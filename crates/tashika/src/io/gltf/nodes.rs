@@ -36,7 +36,7 @@ pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<V
     let parents = parents(source)?;
     let roots = (0..root.nodes.len()).filter(|&i| parents[i].is_none());
     refuse_cycles(source, roots.clone())?;
-    let chosen = root.scene.map(|s| s.value()).or_else(|| (!root.scenes.is_empty()).then_some(0));
+    let chosen = chosen_scene(root);
     for other in (0..root.scenes.len()).filter(|&i| Some(i) != chosen) {
         let at = source.at(format!("scenes[{other}]"));
         met("scene", "scenes", at, builder)?;
@@ -69,6 +69,11 @@ pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<V
         to_visit.extend(children(&root.nodes[index]).rev().map(|child| (child, to_world)));
     }
     Ok(placed)
+}
+
+/// The scene that is rendered: the default one, else the first.
+pub(super) fn chosen_scene(root: &json::Root) -> Option<usize> {
+    root.scene.map(|s| s.value()).or_else(|| (!root.scenes.is_empty()).then_some(0))
 }
 
 /// Whether `KHR_node_visibility` hides the node and all below it.

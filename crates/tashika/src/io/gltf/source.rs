@@ -115,6 +115,11 @@ impl<'a> Source<'a> {
         Ok((&buffer[offset as usize..end as usize], view.byte_stride.map(|s| s.0)))
     }
 
+    /// The bytes of a file that is named at `at`, or that its name itself has.
+    pub fn file(&self, uri: &str, at: &Location) -> Result<Cow<'_, [u8]>> {
+        uri::fetch(self.files, uri, at).map(Cow::Owned)
+    }
+
     /// The bytes of an image file.
     pub fn image(&self, index: usize) -> Result<Cow<'_, [u8]>> {
         let image = &self.root.images[index];

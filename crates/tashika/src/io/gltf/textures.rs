@@ -138,13 +138,15 @@ fn decode(
 
 /// Copies a channel to red, green and blue.
 fn spread(pixels: &mut Pixels, channel: usize) {
-    match pixels {
-        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => {
-            for texel in texels {
-                let number = texel[channel];
-                texel[..3].fill(number);
-            }
+    fn to_colors<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
+        for texel in texels {
+            let number = texel[channel];
+            texel[..3].fill(number);
         }
+    }
+    match pixels {
+        Pixels::Srgb8(texels) | Pixels::Linear8(texels) => to_colors(texels, channel),
+        Pixels::Srgb16(texels) | Pixels::Linear16(texels) => to_colors(texels, channel),
         // Without opacity, which is one.
         Pixels::Float(texels) => {
             texels.iter_mut().for_each(|t| *t = [t.get(channel).copied().unwrap_or(1.0); 3]);
@@ -218,6 +220,9 @@ mod tests {
         let mut pixels = Pixels::Linear8(vec![[1, 2, 3, 4], [5, 6, 7, 8]]);
         spread(&mut pixels, 3);
         assert!(matches!(pixels, Pixels::Linear8(t) if t == [[4, 4, 4, 4], [8, 8, 8, 8]]));
+        let mut wide = Pixels::Linear16(vec![[1, 2, 3, 400]]);
+        spread(&mut wide, 3);
+        assert!(matches!(wide, Pixels::Linear16(t) if t == [[400; 4]]));
         let mut float = Pixels::Float(vec![[0.1, 0.2, 0.3]]);
         spread(&mut float, 1);
         assert!(matches!(&float, Pixels::Float(t) if t == &[[0.2; 3]]));

@@ -9,14 +9,17 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use ::exr::block::chunk::CompressedBlock;
 use ::exr::image::FlatSamples;
 use ::exr::image::read::image::ReadLayers;
 use ::exr::image::read::layers::ReadChannels;
+use ::exr::meta::BlockDescription;
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::Chromaticities;
+use ::exr::meta::attribute::{Chromaticities, LevelMode};
+use ::exr::meta::header::Header;
 use ::exr::prelude::{Vec2, read};
 
-use super::Floats;
+use super::{Picture, Texels};
 use crate::color::{Primaries, White, transformed};
 use crate::io::exr::check_claims;
 
@@ -27,7 +30,7 @@ pub(super) const SIGNATURE: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 const MAX_CHANNELS: usize = 256;
 
 /// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
-pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Floats, String> {
+pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Picture, String> {
     check_claims(Path::new(name), bytes).map_err(|e| e.to_string())?;
     let meta = MetaData::read_from_buffered(bytes, false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
@@ -36,6 +39,9 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Floats
         if header.channels.list.len() > MAX_CHANNELS {
             return Err(format!("{} channels", header.channels.list.len()));
         }
+    }
+    if meta.headers.iter().any(has_levels) {
+        check_levels(bytes)?;
     }
     let image = read()
         .no_deep_data()
@@ -75,7 +81,27 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Floats
         None => texels.collect(),
     };
     // Not above `u32::MAX`: checked with the header.
-    Ok(Floats { width: width as u32, height: height as u32, texels })
+    Ok(Picture { width: width as u32, height: height as u32, texels: Texels::Floats(texels) })
+}
+
+fn has_levels(header: &Header) -> bool {
+    matches!(header.blocks, BlockDescription::Tiles(tiles) if tiles.level_mode != LevelMode::Singular)
+}
+
+/// Refuses files in which a tile is not of the level that the table of tiles says, which the reader
+/// takes for granted.
+fn check_levels(bytes: &[u8]) -> Result<(), String> {
+    const LARGEST: Vec2<usize> = Vec2(0, 0);
+    let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    let chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == LARGEST);
+    for chunk in chunks.map_err(|e| e.to_string())? {
+        if let CompressedBlock::Tile(tile) = chunk.map_err(|e| e.to_string())?.compressed_block
+            && tile.coordinates.level_index != LARGEST
+        {
+            return Err("a tile of another level than the file's table says".to_owned());
+        }
+    }
+    Ok(())
 }
 
 /// The matrix, by rows, to Rec. 709; none where nothing changes.

@@ -4,7 +4,7 @@
 //! There is no specification. Values are multiplied by the size of the scale, which most programs
 //! write as 1. Tested in [`super`].
 
-use super::Floats;
+use super::{Picture, Texels};
 
 /// Whether the bytes are such a file.
 pub(super) fn matches(bytes: &[u8]) -> bool {
@@ -12,7 +12,7 @@ pub(super) fn matches(bytes: &[u8]) -> bool {
 }
 
 /// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
-pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Floats, String> {
+pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Picture, String> {
     let channels = if bytes[1] == b'F' { 3 } else { 1 };
     let mut rest = &bytes[2..];
     let mut word = |name: &str| {
@@ -55,5 +55,5 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Floats, String> {
         let flat: Vec<f32> = numbers.collect();
         flat.as_chunks::<3>().0.to_vec()
     };
-    Ok(Floats { width, height, texels })
+    Ok(Picture { width, height, texels: Texels::Floats(texels) })
 }

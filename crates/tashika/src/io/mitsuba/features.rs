@@ -80,6 +80,9 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     ),
     // Textures and spectra.
     full("texture", "bitmap", "image"),
+    full("texture", "bitmap of 16 bits", "image of 16 bits a channel"),
+    full("texture", "bitmap <UDIM>", "an image for each tile: 1001 + u + 10 v, rounded down, v running up"),
+    full("texture", "bitmap .tx", "its largest level: TIFF in tiles or strips, or OpenEXR"),
     full("texture", "checkerboard", "checkerboard"),
     full("texture", "scale", "product"),
     near("texture", "gridtexture", "colour between its lines"),

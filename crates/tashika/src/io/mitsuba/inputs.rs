@@ -242,7 +242,7 @@ impl Translation<'_> {
         else {
             return Ok(GREY.into());
         };
-        let node = Texture::Image(ImageTexture { image, wrap, transform, sampling });
+        let node = image.texture(|all| ImageTexture { wrap, transform, sampling, ..all });
         Ok(Textured { channel, ..self.whole(node)? })
     }
 
@@ -305,7 +305,7 @@ impl Translation<'_> {
     }
 }
 
-/// What the eight-bit values of an image stand for.
+/// What the integers of an image stand for.
 pub(super) fn encoding(object: &Object) -> Encoding {
     let raw = object.boolean("raw").unwrap_or(false) | (object.float("gamma") == Some(1.0));
     if raw { Encoding::Linear } else { Encoding::Srgb }

@@ -8,7 +8,7 @@
 //! Tested below and by `suite::mitsuba::files_are_found_beside_the_scene_and_in_paths`.
 
 use crate::error::{Location, Result};
-use crate::io::SceneFiles;
+use crate::io::{SceneFiles, udim};
 
 /// `name` inside `folder`, which may be empty.
 pub(super) fn join(folder: &str, name: &str) -> String {
@@ -40,7 +40,7 @@ pub(super) fn candidates<'a>(name: &str, folders: impl IntoIterator<Item = &'a s
 
 /// The first candidate that is there; the first one if none is.
 pub(super) fn first_there<'a>(files: &SceneFiles, candidates: &'a [String], at: &Location) -> &'a str {
-    let there = candidates.iter().find(|c| files.resolve(c, at).is_ok());
+    let there = candidates.iter().find(|c| udim::is_there(files, c, at));
     there.or(candidates.first()).map_or("", String::as_str)
 }
 

@@ -19,13 +19,14 @@ use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::io::assets::{Unreadable, kind, reason};
 use crate::io::images::{self, Encoding};
-use crate::scene::{ImageId, ImageTexture, NoteKind, Notes, SceneBuilder, Texture, TextureId};
+use crate::io::udim::{self, Picture};
+use crate::scene::{ImageTexture, NoteKind, Notes, SceneBuilder, TextureId};
 
 /// A file that was found.
 struct Found {
     /// The spelling that led to it.
     reference: String,
-    /// Canonical.
+    /// Canonical; of tiles as it is spelt.
     path: PathBuf,
     /// Whether it was not where the name says.
     moved: bool,
@@ -51,7 +52,12 @@ fn find(files: &SceneFiles, folder: &str, name: &str, at: &Location) -> Result<F
         }
     }
     for (reference, moved) in candidates {
-        if let Ok(path) = files.resolve(&reference, at)
+        if udim::is_pattern(&reference) {
+            if udim::is_there(files, &reference, at) {
+                let path = PathBuf::from(&reference);
+                return Ok(Found { reference, path, moved });
+            }
+        } else if let Ok(path) = files.resolve(&reference, at)
             && path.is_file()
         {
             return Ok(Found { reference, path, moved });
@@ -197,7 +203,7 @@ pub(super) struct Textures<'a> {
 
 #[derive(Clone, Copy)]
 struct Loaded {
-    image: ImageId,
+    picture: Picture,
     has_alpha: bool,
 }
 
@@ -237,11 +243,11 @@ impl<'a> Textures<'a> {
             }
         };
         match loaded {
-            Ok(Loaded { image, has_alpha }) => {
+            Ok(Loaded { picture, has_alpha }) => {
                 let (wrap, transform) = (map.wrap(), map.transform());
-                let lookup = ImageTexture { wrap, transform, ..ImageTexture::new(image) };
+                let lookup = picture.texture(|all| ImageTexture { wrap, transform, ..all });
                 // Fails for transforms that are not finite, which maps do not have.
-                Some((builder.add_texture(Texture::Image(lookup)).ok()?, has_alpha))
+                Some((builder.add_texture(lookup).ok()?, has_alpha))
             }
             Err((kind, reason)) => {
                 let message = format!(
@@ -278,12 +284,19 @@ impl<'a> Textures<'a> {
         if let Some(known) = self.by_path.get(&(path.clone(), encoding)) {
             return Ok(*known);
         }
+        if udim::is_pattern(&reference) {
+            let (tiles, opaque) = udim::load(self.files, &reference, encoding, at, builder)?;
+            let loaded = Loaded { picture: Picture::Tiles(tiles), has_alpha: !opaque };
+            self.by_path.insert((path, encoding), loaded);
+            return Ok(loaded);
+        }
         let bytes = self.files.read(&reference, at)?;
         let decoded = images::decode(&bytes, &reference, encoding, self.files.options(), at)?;
         if let Some(message) = decoded.repairs() {
             notes.push(NoteKind::Repaired, message, at.clone());
         }
-        let loaded = Loaded { image: builder.add_image(decoded.image)?, has_alpha: !decoded.opaque };
+        let picture = Picture::Image(builder.add_image(decoded.image)?);
+        let loaded = Loaded { picture, has_alpha: !decoded.opaque };
         self.by_path.insert((path, encoding), loaded);
         Ok(loaded)
     }

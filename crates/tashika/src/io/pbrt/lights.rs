@@ -28,9 +28,7 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::images::Encoding;
 use crate::math::elementary::sin_cos;
-use crate::scene::{
-    ColorInput, Emitter, Environment, Falloff, FalloffShape, ImageTexture, NoteKind, Texture,
-};
+use crate::scene::{ColorInput, Emitter, Environment, Falloff, FalloffShape, NoteKind};
 
 /// Area per steradian of a sphere of radius 1.
 pub(super) const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
@@ -95,7 +93,7 @@ pub(super) fn area_light(
     {
         let (files, at) = (loading.files, p.at());
         if let Some(image) = loading.images.load(files, name, Encoding::Srgb, &at, &mut loading.builder)? {
-            let texture = loading.builder.add_texture(Texture::Image(ImageTexture::new(image)))?;
+            let texture = loading.builder.add_texture(image.texture(|all| all))?;
             radiance.texture = Some(texture);
         }
     }

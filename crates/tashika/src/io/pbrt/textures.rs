@@ -8,7 +8,7 @@
 //! checkerboard:  (u, v) ↦ (s_u u + d_u,  −s_v v + s_v + d_v)             = (s, t)
 //! ```
 //!
-//! | format | eight-bit images of colours and of numbers are |
+//! | format | images of integers, colours and numbers alike, are |
 //! |---|---|
 //! | v3 | sRGB if `gamma` says so; without it PNG, TGA and JPEG are |
 //! | v4 | as `encoding` says for PNG, without it sRGB; others sRGB |
@@ -31,8 +31,9 @@ use super::version::Version;
 use crate::color::Rgb;
 use crate::error::{Location, Result};
 use crate::io::images::Encoding;
+use crate::io::udim::Picture;
 use crate::scene::{
-    Channel, ColorInput, FloatInput, ImageId, ImageTexture, NoteKind, Texture, TextureId, UvTransform, Wrap,
+    Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Texture, TextureId, UvTransform, Wrap,
 };
 
 /// Grey of images that cannot be read: a middling value.
@@ -378,8 +379,8 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
         let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(MISSING)))?;
         return Ok(((grey, Channel::Luminance), 1.0));
     };
-    let texture = ImageTexture { wrap: [wrap; 2], transform, ..ImageTexture::new(image) };
-    let mut texture = loading.builder.add_texture(Texture::Image(texture))?;
+    let texture = image.texture(|all| ImageTexture { wrap: [wrap; 2], transform, ..all });
+    let mut texture = loading.builder.add_texture(texture)?;
     let channel = number_channel(loading, image);
     let mut factor = scale;
     if invert {
@@ -392,7 +393,7 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
     Ok(((texture, if invert { Channel::Luminance } else { channel }), factor))
 }
 
-/// How the eight-bit values of an image are meant.
+/// How the integers of an image are meant.
 fn encoding(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Encoding {
     let lower = name.to_ascii_lowercase();
     let ends = |endings: &[&str]| endings.iter().any(|ending| lower.ends_with(ending));
@@ -416,7 +417,7 @@ fn encoding(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Encoding {
 }
 
 /// Where the numbers of an image are.
-fn number_channel(loading: &Loading<'_>, image: ImageId) -> Channel {
+fn number_channel(loading: &Loading<'_>, image: Picture) -> Channel {
     if loading.version == Version::V4 && loading.images.has_opacity(image) {
         Channel::A
     } else {

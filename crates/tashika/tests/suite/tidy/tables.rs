@@ -87,6 +87,7 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
             "polygon",
             "rough_diffuse",
             "shapes",
+            "udim",
             "vpl_set",
         ],
         lists: &["formats", "mesh_files"],
@@ -116,6 +117,7 @@ pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("smallvec", &["cut", "io"]),
     ("sobol_burley", &["gather"]),
     ("thiserror", &["error"]),
+    ("tiff", &["io"]),
 ];
 
 /// Parts of `std` that the library's code does not use, except in the modules named, and why.

@@ -13,7 +13,7 @@ use crate::io::pbrt::spectra::{self, Quantity};
 use crate::io::pbrt::textures::Textures;
 use crate::io::pbrt::version::Version;
 use crate::math::elementary::powf;
-use crate::scene::{ColorInput, FacetInput, FloatInput, ImageTexture, NormalInput, NoteKind, Texture};
+use crate::scene::{ColorInput, FacetInput, FloatInput, NormalInput, NoteKind, Texture};
 
 /// Smallest and largest refractive index that is rendered; below, there is no boundary at all.
 const IOR_RANGE: (f32, f32) = (1.000_1, 5.0);
@@ -202,7 +202,7 @@ impl Maker<'_, '_> {
             let image =
                 loading.images.load(loading.files, name, Encoding::Linear, &at, &mut loading.builder)?;
             let Some(image) = image else { return Ok(None) };
-            let texture = loading.builder.add_texture(Texture::Image(ImageTexture::new(image)))?;
+            let texture = loading.builder.add_texture(image.texture(|all| all))?;
             return Ok(Some(NormalInput::Map { texture, scale: 1.0 }));
         }
         Ok(height.filter(|h| h.texture.is_some()).map(|height| NormalInput::Bump { height }))

@@ -1,0 +1,201 @@
+//! What mip levels for textures seen from far would save, and what they would change.
+//!
+//!     cargo bench -p tashika-bench --bench texture_filtering
+//!
+//! A floor of a repeated picture, looked along from a man's height. Of each pixel `T` is the mean of
+//! the picture over 4096 camera samples, looked up at points: what the pixel shows. Beside it the
+//! means over few gather points, looked up at points and by mip levels (trilinear, of boxes; Williams
+//! 1983), of which the level is that of a footprint on the floor in texels,
+//!
+//! ```text
+//! distance · angle of a pixel · texels a metre · (1, 1/√cos or 1/cos)      [ / √n ]
+//! ```
+//!
+//! its width, the root of its area, or its length; with `/ √n`, the share of one of `n` points. Root
+//! mean squares over pixels, relative to the mean of the picture, by distance. *Change* is that of
+//! the mean over all 4096 samples: it does not shrink with more gather points.
+
+#![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
+
+use std::error::Error;
+use std::sync::Arc;
+
+use tashika::accel::Tracer;
+use tashika::color::Rgb;
+use tashika::error::Location;
+use tashika::gather::{GatherOptions, View};
+use tashika::math::elementary::ln;
+use tashika::math::{Affine3A, Vec2, Vec3};
+use tashika::scene::{Camera, Image, Material, MeshData, Pixels, SceneBuilder, Surface, Wrap};
+
+/// Columns and rows of the image.
+const SIZE: [u32; 2] = [96, 96];
+/// Vertical field of view (rad).
+const FIELD: f32 = 0.7;
+/// Of the eye above the floor (m).
+const HEIGHT: f32 = 1.6;
+/// Texels of a picture a side, which covers a square metre.
+const SIDE: u32 = 64;
+/// Camera samples a pixel for the truth.
+const TRUTH: u32 = 4096;
+/// Distances (m) that pixels are sorted by.
+const BANDS: [[f32; 2]; 5] = [[2.0, 4.0], [4.0, 8.0], [8.0, 16.0], [16.0, 32.0], [32.0, 64.0]];
+const POINTS: [u32; 3] = [4, 16, 64];
+
+/// Levels, the largest first, each half as wide as the one before.
+struct Pyramid(Vec<Image>);
+
+impl Pyramid {
+    fn of(value: impl Fn(u32, u32) -> f32) -> Self {
+        let image = |side: u32, texels: Vec<f32>| Image {
+            name: "level".into(),
+            width: side,
+            height: side,
+            pixels: Pixels::Float(texels.into_iter().map(|v| [v; 3]).collect()),
+        };
+        let mut levels = vec![image(SIDE, (0..SIDE * SIDE).map(|i| value(i % SIDE, i / SIDE)).collect())];
+        while let Some(last) = levels.last().filter(|level| level.width > 1) {
+            let side = last.width / 2;
+            let mean = |i: u32| {
+                let corners = [[0, 0], [1, 0], [0, 1], [1, 1]];
+                let of = |[x, y]: [u32; 2]| last.texel(2 * (i % side) + x, 2 * (i / side) + y).0.r;
+                corners.map(of).iter().sum::<f32>() / 4.0
+            };
+            let level = image(side, (0..side * side).map(mean).collect());
+            levels.push(level);
+        }
+        Self(levels)
+    }
+
+    fn at_point(&self, uv: Vec2) -> f32 {
+        self.0[0].bilinear(uv, [Wrap::Repeat; 2]).0.r
+    }
+
+    /// Between the two levels about a footprint of so many texels.
+    fn filtered(&self, uv: Vec2, footprint: f32) -> f32 {
+        let level = (ln(footprint.max(1.0)) / std::f32::consts::LN_2).min((self.0.len() - 1) as f32);
+        let (fine, share) = (level as usize, level.fract());
+        let of = |level: usize| self.0[level.min(self.0.len() - 1)].bilinear(uv, [Wrap::Repeat; 2]).0.r;
+        of(fine) * (1.0 - share) + of(fine + 1) * share
+    }
+}
+
+/// A hit of the floor: texture coordinates, and width and length of a pixel's footprint in texels.
+struct Seen {
+    uv: Vec2,
+    width: f32,
+    length: f32,
+}
+
+/// Sums of squares over the pixels of one band.
+#[derive(Default)]
+struct Band {
+    pixels: u32,
+    deviation: f64,
+    /// Errors of means over few points, looked up at points.
+    points: [f64; 3],
+    /// By way of filtering: change of the mean, then errors of means over few points.
+    filtered: [[f64; 4]; 5],
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let checks = Pyramid::of(|x, y| f32::from(u8::from((x / 8 + y / 8) % 2 == 0)) * 0.8 + 0.1);
+    // Cells of a hash: a picture without a period within the metre, as far from even as checks.
+    let gravel = Pyramid::of(|x, y| {
+        let mut z = (u64::from(y / 2) << 32 | u64::from(x / 2)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        0.1 + 0.8 * ((z >> 40) as f32 / (1 << 24) as f32)
+    });
+    for (name, picture) in [("checks of 12.5 cm", checks), ("gravel of 3 cm", gravel)] {
+        measure(name, &picture)?;
+    }
+    Ok(())
+}
+
+fn measure(name: &str, picture: &Pyramid) -> Result<(), Box<dyn Error>> {
+    let mut builder = SceneBuilder::new("floor", Location::default());
+    let grey = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
+    let material = builder.add_material(Material::new("floor", grey))?;
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let positions = corners.map(|[x, z]: [f32; 2]| Vec3::new(500.0 * x, 0.0, 500.0 * z)).to_vec();
+    let mesh = MeshData { positions, triangles: vec![[0, 2, 1], [0, 3, 2]], ..MeshData::default() };
+    let mesh = builder.add_mesh(mesh, material)?;
+    builder.add_instance(mesh, Affine3A::IDENTITY)?;
+    // Turned a little, so that checks and columns do not run together.
+    let (eye, target) = (Vec3::new(0.3, HEIGHT, 0.2), Vec3::new(2.0, HEIGHT - 1.8, -8.0));
+    builder.add_camera(Camera::look_at("eye", eye, target, Vec3::Y, FIELD))?;
+    let tracer = Tracer::new(Arc::new(builder.build()?));
+    let gather = GatherOptions { points: TRUTH, ..GatherOptions::default() };
+    let view = View { camera: &tracer.scene().cameras()[0], size: SIZE, gather, seed: 1 };
+    let angle = FIELD / SIZE[1] as f32;
+    let seen = |points: u32, pixel: [u32; 2]| -> Vec<Seen> {
+        let sum = View { gather: GatherOptions { points, ..gather }, ..view }.pixel(&tracer, pixel);
+        let hit = |p: Vec3| {
+            let distance = p.distance(eye);
+            let width = distance * angle * SIDE as f32;
+            Seen { uv: Vec2::new(p.x, p.z), width, length: width * distance / HEIGHT }
+        };
+        sum.points.iter().map(|point| hit(point.position)).collect()
+    };
+    let mean = |seen: &[Seen], value: &dyn Fn(&Seen) -> f32| {
+        seen.iter().map(|s| f64::from(value(s))).sum::<f64>() / seen.len() as f64
+    };
+    let mut bands: [Band; 5] = Default::default();
+    for pixel in (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]) {
+        let all = seen(TRUTH, pixel);
+        if all.len() < TRUTH as usize {
+            continue;
+        }
+        let distance = mean(&all, &|s| s.width) as f32 / (angle * SIDE as f32);
+        let Some(band) = BANDS.iter().position(|[near, far]| (near..far).contains(&&distance)) else {
+            continue;
+        };
+        let band = &mut bands[band];
+        let at_point = |s: &Seen| picture.at_point(s.uv);
+        let truth = mean(&all, &at_point);
+        band.pixels += 1;
+        band.deviation += mean(&all, &|s| (at_point(s) - truth as f32).powi(2));
+        let few = POINTS.map(|points| seen(points, pixel));
+        for (sum, few) in band.points.iter_mut().zip(&few) {
+            *sum += (mean(few, &at_point) - truth).powi(2);
+        }
+        for (way, sums) in band.filtered.iter_mut().enumerate() {
+            let value = |s: &Seen, points: u32| {
+                let area = (s.width * s.length).sqrt();
+                let footprint = match way {
+                    0 => s.length,
+                    1 => area,
+                    2 => s.width,
+                    3 => area / (points as f32).sqrt(),
+                    _ => s.width / (points as f32).sqrt(),
+                };
+                picture.filtered(s.uv, footprint)
+            };
+            // Of shares, the change that is left at 16 points.
+            sums[0] += (mean(&all, &|s| value(s, 16)) - truth).powi(2);
+            for ((sum, few), points) in sums[1..].iter_mut().zip(&few).zip(POINTS) {
+                *sum += (mean(few, &|s| value(s, points)) - truth).powi(2);
+            }
+        }
+    }
+    println!("\n{name}, mean 0.5; root mean squares in % of it\n");
+    println!("| distance (m) | pixels | σ of points | way | change | error, 4 points | 16 | 64 |");
+    println!("|---|---:|---:|---|---:|---:|---:|---:|");
+    for ([near, far], band) in BANDS.iter().zip(&bands) {
+        let percent = |sum: f64| 100.0 * (sum / f64::from(band.pixels)).sqrt() / 0.5;
+        let row = |way: &str, change: String, errors: &[f64]| {
+            let errors: Vec<String> = errors.iter().map(|e| format!("{:.1}", percent(*e))).collect();
+            let (pixels, deviation) = (band.pixels, percent(band.deviation));
+            println!(
+                "| {near} to {far} | {pixels} | {deviation:.0} | {way} | {change} | {} |",
+                errors.join(" | ")
+            );
+        };
+        row("points", "0".into(), &band.points);
+        let ways = ["length", "root of area", "width", "root of area / √n", "width / √n"];
+        for (way, sums) in ways.iter().zip(&band.filtered) {
+            row(way, format!("{:.1}", percent(sums[0])), &sums[1..]);
+        }
+    }
+    Ok(())
+}

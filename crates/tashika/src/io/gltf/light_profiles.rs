@@ -1,0 +1,139 @@
+//! Lamps of the extension `EXT_lights_ies`: IES files at nodes.
+//!
+//! A lamp points down the `−z` axis of its node, and `C = 0°` is `+x`, from where `C` turns towards
+//! `+y`; the node's scale has no effect on it. Candela count as W·sr⁻¹, as those of other lights do,
+//! times `multiplier` and `color`. What files are read is [`ies`]'s business.
+//!
+//! A profile that is missing or cannot be read is noted, and its lamps are left out. A map takes the
+//! same memory whatever its file's size, so that it is taken from the budget of images.
+//!
+//! # Held to this by
+//! `suite::gltf_profiles`.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3, Mat3};
+use gltf::json;
+use serde_json::Value;
+
+use super::nodes::PlacedNode;
+use super::source::Source;
+use super::{shown, uri};
+use crate::color::Rgb;
+use crate::error::{Error, Location, Result};
+use crate::io::assets::{kind, reason};
+use crate::io::ies;
+use crate::scene::{IntensityMap, SceneBuilder};
+
+const NAME: &str = "EXT_lights_ies";
+
+/// Bytes of a map: its texels of three numbers.
+const MAP_BYTES: u64 = ies::SIZE[0] as u64 * ies::SIZE[1] as u64 * 12;
+
+/// The profiles decoded so far; nothing of those that are dark or could not be read.
+#[derive(Default)]
+pub(super) struct Profiles(BTreeMap<usize, Option<Arc<IntensityMap>>>);
+
+impl Profiles {
+    /// Adds the node's lamp, if it has one.
+    pub(super) fn add(
+        &mut self,
+        source: &Source<'_>,
+        placed: &PlacedNode,
+        builder: &mut SceneBuilder,
+    ) -> Result<()> {
+        let node = &source.root.nodes[placed.index];
+        let Some(lamp) = node.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(()) };
+        let at = |field: &str| source.at(format!("nodes[{}].extensions.{NAME}{field}", placed.index));
+        let all = source.root.extensions.as_ref().and_then(|e| e.others.get(NAME)?.get("lights")?.as_array());
+        let profile = lamp.get("light").and_then(Value::as_u64).and_then(|index| {
+            let index = usize::try_from(index).ok()?;
+            Some((index, all?.get(index)?))
+        });
+        let Some((index, profile)) = profile else {
+            let found = lamp.get("light").map_or("nothing".to_owned(), |v| shown(&v.to_string()));
+            let expected = format!("the index of one of {} light profiles", all.map_or(0, Vec::len));
+            return Err(Error::invalid(at(".light"), found, expected));
+        };
+        let multiplier = match lamp.get("multiplier") {
+            Some(given) => number(given, &at(".multiplier"))?,
+            None => 1.0,
+        };
+        let color = match lamp.get("color").map(|v| (v, v.as_array().map(Vec::as_slice))) {
+            Some((_, Some([r, g, b]))) => {
+                let channel = |v| Ok(number(v, &at(".color"))?.min(1.0));
+                Rgb::new(channel(r)?, channel(g)?, channel(b)?)
+            }
+            Some((other, _)) => {
+                return Err(Error::invalid(at(".color"), shown(&other.to_string()), "three numbers"));
+            }
+            None => Rgb::WHITE,
+        };
+        let position = placed.to_world.translation.as_vec3();
+        let (true, Some(to_world)) = (position.is_finite(), turned(placed.to_world.matrix3)) else {
+            let at = source.at(format!("nodes[{}]", placed.index));
+            return Err(Error::invalid(
+                at,
+                "a lamp with a transform that loses its direction",
+                "one that keeps it",
+            ));
+        };
+        let map = self.0.entry(index).or_insert_with(|| {
+            let at = source.at(format!("extensions.{NAME}.lights[{index}]"));
+            decode(source, profile, index, &at).unwrap_or_else(|error| {
+                let message =
+                    format!("light profile {index} could not be read ({}): left out", reason(&error));
+                builder.note(kind(&error), message, at);
+                None
+            })
+        });
+        match map {
+            Some(map) => builder.add_image_light(map, position, color * multiplier, to_world),
+            None => Ok(()),
+        }
+    }
+}
+
+fn decode(
+    source: &Source<'_>,
+    profile: &Value,
+    index: usize,
+    at: &Location,
+) -> Result<Option<Arc<IntensityMap>>> {
+    let bytes = match (profile.get("uri"), profile.get("bufferView")) {
+        (_, Some(view)) => {
+            let views = source.root.buffer_views.len();
+            let view = view.as_u64().filter(|&view| view < views as u64);
+            let view = view.ok_or_else(|| {
+                let found = shown(&profile["bufferView"].to_string());
+                Error::invalid(at.clone(), found, format!("the index of one of {views} buffer views"))
+            })?;
+            source.view(json::Index::new(view as u32))?.0.into()
+        }
+        (Some(Value::String(name)), None) => source.file(name, at)?,
+        _ => return Err(Error::invalid(at.clone(), "neither uri nor bufferView", "one of them")),
+    };
+    source.image_budget.take(MAP_BYTES, at)?;
+    let name = match profile.get("uri") {
+        Some(Value::String(name)) if !uri::is_data(name) => shown(name),
+        _ => format!("lights[{index}]"),
+    };
+    Ok(ies::decode(&bytes, &name, at)?.map(Arc::new))
+}
+
+/// A finite number of at least 0.
+pub(super) fn number(value: &Value, at: &Location) -> Result<f32> {
+    let number = value.as_f64().map(|v| v as f32).filter(|v| v.is_finite() && *v >= 0.0);
+    number
+        .ok_or_else(|| Error::invalid(at.clone(), shown(&value.to_string()), "finite numbers of at least 0"))
+}
+
+/// The map's frame, of which `+y` is up and `+x` is `C = 0°`, turned as the node is, without its
+/// scale; nothing where that leaves no direction.
+fn turned(node: DMat3) -> Option<Mat3> {
+    let z = node.z_axis.try_normalize()?;
+    let x = (node.x_axis - z * z.dot(node.x_axis)).try_normalize()?;
+    let y: DVec3 = z.cross(x) * node.determinant().signum();
+    Some(DMat3::from_cols(x, z, -y).as_mat3())
+}

@@ -1,0 +1,153 @@
+//! Pictures in tiles: file names in which `<UDIM>` stands for the tile's number.
+//!
+//! The tiles are the files that are there: `wood.<UDIM>.png` is `wood.1001.png`, `wood.1002.png` and
+//! so on in one folder, by four digits from 1001. If there is none, the file is missing. A tile that
+//! cannot be read is noted and grey. What a mesh wants beyond these is noted by the scene, see
+//! [`TileSet`].
+//!
+//! # Held to this by
+//! `suite::udim`.
+
+use std::collections::BTreeMap;
+use std::io;
+
+use super::SceneFiles;
+use super::assets::{kind, reason};
+use super::images::{Decoded, Encoding, decode};
+use crate::error::{Error, Location, Result};
+use crate::scene::{
+    Image, ImageId, ImageTexture, NO_TILE, NoteKind, Pixels, SceneBuilder, Texture, TileSet, TileSetId,
+    TiledTexture,
+};
+
+/// What a name of an image stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Picture {
+    /// One image.
+    Image(ImageId),
+    /// An image for each tile.
+    Tiles(TileSetId),
+}
+
+impl Picture {
+    /// A lookup into it, as `how` says: tiles are not wrapped.
+    pub(super) fn texture(self, how: impl FnOnce(ImageTexture) -> ImageTexture) -> Texture {
+        match self {
+            Self::Image(image) => Texture::Image(how(ImageTexture::new(image))),
+            Self::Tiles(set) => {
+                let ImageTexture { transform, sampling, .. } = how(ImageTexture::new(ImageId(0)));
+                Texture::Tiles(TiledTexture { set, transform, sampling })
+            }
+        }
+    }
+}
+
+/// What stands before and after the number, if the last part of a name has a place for one.
+fn parts(reference: &str) -> Option<[&str; 3]> {
+    let name = reference.rfind(['/', '\\']).map_or(0, |i| i + 1);
+    // The same length in any case of letters.
+    let place = name + reference[name..].to_ascii_uppercase().find("<UDIM>")?;
+    Some([&reference[..name], &reference[name..place], &reference[place + "<UDIM>".len()..]])
+}
+
+/// Whether a name stands for tiles.
+pub(super) fn is_pattern(reference: &str) -> bool {
+    parts(reference).is_some()
+}
+
+/// Whether there is a file of that name, or any tile.
+pub(super) fn is_there(files: &SceneFiles, reference: &str, at: &Location) -> bool {
+    if is_pattern(reference) {
+        tiles(files, reference, at).is_ok()
+    } else {
+        files.resolve(reference, at).is_ok()
+    }
+}
+
+/// Numbers and names of the tiles that are there, at least one.
+///
+/// # Errors
+/// As [`SceneFiles::resolve`] for the folder; [`Error::Io`] if there is no tile in it.
+pub(super) fn tiles(files: &SceneFiles, pattern: &str, at: &Location) -> Result<BTreeMap<u32, String>> {
+    let [folder, before, after] = parts(pattern).unwrap_or_default();
+    let path = files.resolve(if folder.is_empty() { "." } else { folder }, at)?;
+    let names = std::fs::read_dir(&path).map_err(|e| Error::io(&path, e))?;
+    let mut found = BTreeMap::new();
+    for name in names.flatten().filter_map(|entry| entry.file_name().into_string().ok()) {
+        let (Some(head), Some(tail)) = (name.get(..before.len()), name.get(before.len() + 4..)) else {
+            continue;
+        };
+        let same = head.eq_ignore_ascii_case(before) && tail.eq_ignore_ascii_case(after);
+        let digits = &name[before.len()..before.len() + 4];
+        let number = digits.parse().ok().filter(|n| (1001..=9999).contains(n));
+        if let Some(number) = number.filter(|_| same) {
+            let reference = format!("{folder}{name}");
+            // Of names that differ in case only, the exact one, then the first in order.
+            let rank = |r: &str| (r != format!("{folder}{before}{digits}{after}"), r.to_owned());
+            let known = found.entry(number).or_insert_with(|| reference.clone());
+            if rank(&reference) < rank(known) {
+                *known = reference;
+            }
+        }
+    }
+    if found.is_empty() {
+        let none = io::Error::new(io::ErrorKind::NotFound, format!("no tile of it (named by {at})"));
+        return Err(Error::io(path.join(format!("{before}<UDIM>{after}")), none));
+    }
+    Ok(found)
+}
+
+/// Adds the pictures of all tiles that are there, and tells whether all are opaque.
+///
+/// # Errors
+/// As [`tiles`]; if the scene cannot take an image.
+pub(super) fn load(
+    files: &SceneFiles,
+    pattern: &str,
+    encoding: Encoding,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Result<(TileSetId, bool)> {
+    let (mut all, mut opaque) = (Vec::new(), true);
+    for (number, reference) in tiles(files, pattern, at)? {
+        let decoded = files
+            .read(&reference, at)
+            .and_then(|bytes| decode(&bytes, &reference, encoding, files.options(), at));
+        let image = match decoded {
+            Ok(decoded) => {
+                if let Some(message) = decoded.repairs() {
+                    builder.note(NoteKind::Repaired, message, at.clone());
+                }
+                opaque &= decoded.opaque;
+                let Decoded { image, .. } = decoded;
+                image
+            }
+            Err(error) => {
+                let message =
+                    format!("image {reference:?} could not be read ({}): grey of 0.5", reason(&error));
+                builder.note(kind(&error), message, at.clone());
+                Image {
+                    name: reference,
+                    width: 1,
+                    height: 1,
+                    pixels: Pixels::Float(vec![NO_TILE.to_array()]),
+                }
+            }
+        };
+        all.push((number, builder.add_image(image)?));
+    }
+    Ok((builder.add_tiles(TileSet { name: pattern.to_owned(), tiles: all })?, opaque))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_number_stands_in_the_last_part_of_a_name() {
+        assert_eq!(parts("a/b.<UDIM>.png"), Some(["a/", "b.", ".png"]));
+        assert_eq!(parts("<udim>"), Some(["", "", ""]));
+        assert_eq!(parts("a\\é_<UDIM>x"), Some(["a\\", "é_", "x"]));
+        assert_eq!([parts("a/<UDIM>/b.png"), parts("b.png"), parts("")], [None; 3]);
+    }
+}
