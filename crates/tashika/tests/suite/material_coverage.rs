@@ -45,6 +45,9 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("OBJ", "map_Kd with black Kd"),
     ("OBJ", "d 0"),
     // By texture.
+    ("OBJ", "map_Kd of 16 bits"),
+    ("OBJ", "map_Kd .tx"),
+    ("OBJ", "map_Kd <UDIM>"),
     ("Mitsuba", "principled spec_trans"),
     ("Mitsuba", "principled anisotropic"),
     ("glTF", "specularFactor"),
