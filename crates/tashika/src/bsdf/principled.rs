@@ -20,11 +20,10 @@
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
-use crate::warp;
 use fresnel::schlick_weight;
 use microfacet::{HalfVector, Microfacets};
 
@@ -101,18 +100,11 @@ impl Principled {
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let p = self.facet_probability(wo.z);
-        let facets = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
-        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
+        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        let direction = [u[1], u[2]];
-        if u[0] < self.facet_probability(wo.z) {
-            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
-        } else {
-            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
-        }
+        lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
     }
 
     /// `ρ_d ∫ b c_i dω_i / π` for light at cosine `cos_o`, `c`.
