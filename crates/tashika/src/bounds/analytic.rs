@@ -1,7 +1,7 @@
 //! A bound of the material term from ranges of what Phong and GGX lobes depend on.
 //!
 //! ```text
-//! M ≤ K c_i  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )          (sr⁻¹)
+//! M ≤ K c_i  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )  +  min( P_c , coat )          (sr⁻¹)
 //! ```
 //!
 //! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, and each
@@ -10,7 +10,7 @@
 //! their range the lobe is brightest at this angle, `F` at the widest angle of incidence
 //! ([`lobes`](super::lobes),
 //! [`spans`](super::spans)). `P` is the largest value that any point's lobe times the cosine takes at all: it keeps together what the ranges of
-//! points that differ take apart. Points of all kinds may be merged; each has at most one lobe.
+//! points that differ take apart, `P_c` that of coats. Points of all kinds may be merged; each has at most one lobe and one coat.
 //!
 //! # Guarantee
 //! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport).
@@ -24,12 +24,13 @@
 //! `bounds::tests::analytic`.
 
 use super::angle::{Angle, TURN};
+use super::lobes::clearcoat::{Coats, Light};
 use super::lobes::facets::{self, Ring, Widths};
 use super::lobes::fresnel::Reflected;
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, LENGTHS, least_from_mirror};
 use super::{Reflector, Towards, UpperMaterial};
-use crate::bsdf::{FacetModel, MIN_COSINE};
+use crate::bsdf::{CoatModel, FacetModel, MIN_COSINE};
 use crate::math::{Cone, Vec3};
 
 /// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to
@@ -54,6 +55,10 @@ pub struct UpperAnalytic {
     peak: f32,
     phong: PhongRange,
     facets: FacetRange,
+    /// Largest value that a coat times the cosine takes at all (sr⁻¹).
+    coat_peak: f32,
+    /// Coats of each model, in the order of [`CoatModel::ALL`].
+    coats: [Coats; CoatModel::ALL.len()],
 }
 
 /// Phong lobes.
@@ -88,6 +93,8 @@ const EMPTY: UpperAnalytic = UpperAnalytic {
     phong: PhongRange { scale: 0.0, exponents: NONE },
     min_cos_o: f32::INFINITY,
     facets: FacetRange { reflected: [0.0; KNOTS], widths: [Widths::NONE; FacetModel::ALL.len()] },
+    coat_peak: 0.0,
+    coats: [Coats::none(CoatModel::ALL[0]), Coats::none(CoatModel::ALL[1]), Coats::none(CoatModel::ALL[2])],
 };
 
 impl UpperMaterial for UpperAnalytic {
@@ -100,15 +107,25 @@ impl UpperMaterial for UpperAnalytic {
         let plain = Self { normals: Cone::of(point.normal()), diffuse: round_up(parts.diffuse), ..EMPTY };
         let Vec3 { x, y, z } = point.wo;
         let world = |local: Vec3| Cone::of(point.frame.to_world(local).normalize());
+        if parts.is_diffuse() {
+            return plain;
+        }
+        let over_all = point.upper_over_all();
+        let of_model = |model| {
+            let coat = parts.coat.filter(|coat| coat.model() == model);
+            coat.unwrap_or(Coats::none(model))
+        };
         let glossy = || Self {
             viewers: world(point.wo),
             mirrors: world(Vec3::new(-x, -y, z)),
             min_cos_o: cos_o,
-            peak: round_up(point.upper_over_all().lobe_cos),
+            peak: round_up(over_all.lobe_cos),
+            coat_peak: round_up(over_all.coat_cos),
+            coats: CoatModel::ALL.map(of_model),
             ..plain
         };
         match parts.lobe {
-            Lobe::None => plain,
+            Lobe::None => glossy(),
             Lobe::Phong { scale, exponent } => {
                 let phong = PhongRange { scale: scale as f32, exponents: [exponent as f32; 2] };
                 Self { phong, ..glossy() }
@@ -138,6 +155,10 @@ impl UpperMaterial for UpperAnalytic {
             *mine = mine.max(others);
         }
         for (mine, others) in self.facets.widths.iter_mut().zip(other.facets.widths) {
+            *mine = mine.union(others);
+        }
+        self.coat_peak = self.coat_peak.max(other.coat_peak);
+        for (mine, others) in self.coats.iter_mut().zip(other.coats) {
             *mine = mine.union(others);
         }
     }
@@ -174,7 +195,27 @@ impl UpperMaterial for UpperAnalytic {
         }
         let phong = self.phong.upper(from_mirror, cos);
         let facets = self.facets.upper(&points, &lights, from_mirror, [f64::from(self.min_cos_o), cos]);
-        round_up(diffuse + phong.max(facets).min(f64::from(self.peak)))
+        let coat =
+            if self.coat_peak > 0.0 { self.upper_coat(&points, &lights, from_mirror, cos) } else { 0.0 };
+        let lobe = phong.max(facets).min(f64::from(self.peak));
+        round_up(diffuse + lobe + coat.min(f64::from(self.coat_peak)))
+    }
+}
+
+impl UpperAnalytic {
+    /// Of coats, for lights at cosines of at most `max_cos_i`.
+    fn upper_coat(
+        &self,
+        points: &Directions,
+        lights: &[Option<Bundle>],
+        from_mirror: Angle,
+        max_cos_i: f64,
+    ) -> f64 {
+        let half = HalfVectors::new(points, lights, from_mirror);
+        let (least, viewer) = (half.least_from_normal, points.widest_viewer);
+        let (min_cos_o, light) = (f64::from(self.min_cos_o), Light::UpTo(max_cos_i));
+        let bounds = self.coats.iter().map(|c| c.upper(least, viewer, half.cos_incidence, min_cos_o, light));
+        bounds.fold(0.0, f64::max)
     }
 }
 
@@ -211,7 +252,8 @@ impl FacetRange {
         let models =
             FacetModel::ALL.into_iter().zip(self.widths).filter(|(_, widths)| *widths != Widths::NONE);
         let bounds = models.map(|(model, widths)| {
-            facets::upper_reflection(model, widths, least, viewer, all, reflected)
+            let distribution = |least| facets::upper_distribution(model, widths, least);
+            facets::upper_reflection(distribution, widths.cuts(), least, viewer, all, reflected)
                 * facets::upper_visibility_cos(model, f64::from(widths.narrowest), min_cos_o, max_cos_i)
         });
         bounds.fold(0.0, f64::max)

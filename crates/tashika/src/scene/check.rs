@@ -8,8 +8,8 @@ use glam::Vec2;
 
 use super::part::Look;
 use super::{
-    AlphaMode, ColorInput, FacetInput, FloatInput, Image, Material, NormalInput, Pixels, Scene, Surface,
-    Texture,
+    AlphaMode, ColorInput, FacetInput, FloatInput, Image, Material, MaterialId, NormalInput, Pixels, Scene,
+    Surface, Texture,
 };
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
@@ -107,6 +107,12 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     if let Some(m) = material.others().find(|m| m.index() >= scene.materials.len()) {
         return Err(Wrong::new(format!("material {}", m.index()), "a material added before"));
     }
+    if let Surface::Clearcoat { base, .. } = &material.surface
+        && let Some(other) = without_coat(*base, scene)
+    {
+        let expected = "a base that is Lambertian, metallic-roughness, principled or a mix of these";
+        return Err(Wrong::new(format!("a clear coat over {other}"), expected));
+    }
     let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
     // A material has at most two parts; they are at the two ends of the numbers that choose.
     for u in [0.0, 1.0f32.next_down()] {
@@ -116,6 +122,17 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
         })?;
     }
     Ok(())
+}
+
+/// The kind of a surface below a coat that cannot have one, if there is such a surface.
+fn without_coat(base: MaterialId, scene: &Scene) -> Option<&'static str> {
+    match &scene.materials[base.index()].surface {
+        Surface::Lambert { .. } | Surface::MetallicRoughness { .. } | Surface::Principled { .. } => None,
+        Surface::Mix { first, second, .. } => {
+            without_coat(*first, scene).or_else(|| without_coat(*second, scene))
+        }
+        other => Some(other.kind()),
+    }
 }
 
 fn color(name: &str, c: Rgb) -> Checked {
@@ -205,6 +222,10 @@ fn surface(surface: &Surface) -> Checked {
             roughness(facets)?;
             color("reflectance", &(*reflectance).into())?;
             color("transmittance", &(*transmittance).into())
+        }
+        Surface::Clearcoat { amount, alpha, .. } => {
+            number("amount of the coat", amount)?;
+            number("alpha of the coat", alpha)
         }
         Surface::Mix { amount, .. } => number("amount", amount),
     }

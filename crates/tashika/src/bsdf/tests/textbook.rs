@@ -9,7 +9,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::super::boundary::Boundary;
-use super::super::{Bsdf, Coated, ConductorFresnel, FacetModel, MetallicRoughness, Microfacets, Phong};
+use super::super::{
+    Bsdf, CoatModel, Coated, ConductorFresnel, FacetModel, MetallicRoughness, Microfacets, Phong,
+};
 use super::cases::{self, Case};
 use super::{direction_above, stream};
 use crate::math::Vec3;
@@ -139,6 +141,20 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let sheen = f64::from(b.sheen.g) * grazing(cos_d);
             f64::from(b.diffuse.g) / PI * shape + sheen + f * pair.facets(b.facets)
         }
+        Bsdf::Clearcoat(b) => {
+            let base = reference(&b.base.into(), internal, pair);
+            let (w, a2) = (f64::from(b.amount), f64::from(b.alpha).powi(2));
+            // As Burley prints them: in the cosine of the half vector.
+            let gtr1 = (a2 - 1.0) / (PI * a2.ln() * (1.0 + (a2 - 1.0) * pair.cos_h * pair.cos_h));
+            let g = |c: f64| 1.0 / (c + (0.0625 + c * c - 0.0625 * c * c).sqrt());
+            let additive = w * schlick(0.04, pair.cos_d) * gtr1 * g(pair.cos_o) * g(pair.cos_i);
+            let layer = w * schlick(0.04, pair.cos_o);
+            match b.model {
+                CoatModel::Disney => base + 0.25 * additive,
+                CoatModel::Mitsuba => base + pair.cos_o * pair.cos_i * additive,
+                CoatModel::Layer => (1.0 - layer) * base + layer * pair.facets(Microfacets::ggx(b.alpha)),
+            }
+        }
         Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 0.0,
     }
 }
@@ -150,6 +166,7 @@ fn values_are_those_of_the_sources() {
     let mut stream = stream(40);
     for Case { name, bsdf } in cases::all() {
         let (sharp, internal) = match bsdf {
+            Bsdf::Clearcoat(b) => (b.roughness().is_some_and(|alpha| alpha < 0.05), 0.0),
             Bsdf::Phong(b) => (b.exponent > 1000.0, 0.0),
             Bsdf::Plastic(b) => (b.facets.narrowest() < 0.05, 0.0),
             Bsdf::Conductor(b) => (b.facets.narrowest() < 0.05, 0.0),

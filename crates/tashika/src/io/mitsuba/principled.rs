@@ -4,15 +4,15 @@ use super::Translation;
 use super::inputs::GREY;
 use super::object::Object;
 use super::surfaces::IOR_RANGE;
-use crate::bsdf::FacetModel;
+use crate::bsdf::{CoatModel, FacetModel};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
+use crate::io::clear_coats::alpha_of_gloss;
 use crate::io::dielectrics::single_face;
-use crate::scene::{ColorInput, FacetInput, FloatInput, Surface};
+use crate::scene::{ColorInput, FacetInput, FloatInput, Material, Surface};
 
 /// Shares whose effect is left out, by the row of the table that says so.
-const LEFT_OUT: [(&str, &str); 2] =
-    [("clearcoat", "principled clearcoat"), ("flatness", "principled flatness")];
+const LEFT_OUT: [(&str, &str); 1] = [("flatness", "principled flatness")];
 
 impl Translation<'_> {
     /// `principled` and `principledthin`.
@@ -22,7 +22,6 @@ impl Translation<'_> {
             "diffuse_reflectance_sampling_rate",
             "main_specular_sampling_rate",
             "clearcoat_sampling_rate",
-            "clearcoat_gloss",
         ]);
         for (share, row) in LEFT_OUT {
             if self.float(object, share, 0.0)? != 0.0.into() {
@@ -40,6 +39,8 @@ impl Translation<'_> {
         let through =
             if is_thin { self.float(object, "diff_trans", 0.0)?.factor.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
         let part = |share: f32| ColorInput { factor: base_color.factor * share, ..base_color };
+        let clearcoat = self.share(object, "clearcoat", 0.0)?;
+        let gloss = self.share(object, "clearcoat_gloss", 0.0)?;
         let opaque = |metallic| match through > 0.0 {
             true => Surface::Translucent { reflectance: part(1.0 - through), transmittance: part(through) },
             false => {
@@ -59,7 +60,10 @@ impl Translation<'_> {
         };
         let amount = FloatInput { factor: transmission.factor * (1.0 - metallic.factor), ..transmission };
         if amount.factor <= 0.0 {
-            return Ok(opaque(metallic));
+            return self.clear_coat(opaque(metallic), clearcoat, gloss);
+        }
+        if clearcoat.factor > 0.0 {
+            self.feature("material", "principled clearcoat", &object.place_of("clearcoat"))?;
         }
         if metallic.texture.is_some() {
             self.feature("material", "principled spec_trans", &object.place_of("spec_trans"))?;
@@ -83,7 +87,18 @@ impl Translation<'_> {
         // Both parts have the same gloss; what is not glass has all of the metal.
         let rest = (1.0 - amount.factor).max(metallic.factor).max(f32::MIN_POSITIVE);
         let rest = FloatInput { factor: metallic.factor / rest, ..metallic };
-        self.either("principled", opaque(rest), glass, amount)
+        let opaque = self.clear_coat(opaque(rest), clearcoat, gloss)?;
+        self.either("principled", opaque, glass, amount)
+    }
+
+    /// The surface under a clear coat, if there is one.
+    fn clear_coat(&mut self, base: Surface, amount: FloatInput, gloss: FloatInput) -> Result<Surface> {
+        if amount.factor <= 0.0 || !matches!(base, Surface::Principled { .. }) {
+            return Ok(base);
+        }
+        let alpha = alpha_of_gloss(&mut self.builder, gloss)?;
+        let base = self.builder.add_material(Material::new("principled: below its coat", base))?;
+        Ok(Surface::Clearcoat { base, amount, alpha, model: CoatModel::Mitsuba })
     }
 
     /// A number from 0 to 1.

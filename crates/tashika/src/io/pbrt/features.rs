@@ -58,7 +58,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     row("material", "translucent", Full, "Lambert on both sides, mixed with rough glass"),
     row("material", "disney", Full, "Disney's principled material, mixed with glass"),
     row("material", "disney metallic", Approximated, "between 0 and 1, brighter metal: up to 29 % off"),
-    row("material", "disney clearcoat", Approximated, "none: up to 14 % off"),
+    row("material", "disney clearcoat", Approximated, "none over the share that is glass: up to 6 % off"),
     row(
         "material",
         "disney thin",
