@@ -1,10 +1,10 @@
 //! A bound of the material term from ranges of what Phong and GGX lobes depend on.
 //!
 //! ```text
-//! M ≤ K c_i  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )  +  min( P_c , coat )          (sr⁻¹)
+//! M ≤ min( K c_i , K_c )  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )  +  min( P_c , coat )          (sr⁻¹)
 //! ```
 //!
-//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, and each
+//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, `K_c` the largest diffuse part times the cosine, and each
 //! factor of the lobes at its largest over the points and the lights: `α` at the least angle
 //! between the cone of mirror directions and the lights, the exponent and the roughness wherever in
 //! their range the lobe is brightest at this angle, `F` at the widest angle of incidence
@@ -45,6 +45,8 @@ pub struct UpperAnalytic {
     normals: Cone,
     /// `K` (sr⁻¹).
     diffuse: f32,
+    /// `K_c` (sr⁻¹).
+    diffuse_cos: f32,
     /// Directions to the viewer of the points with a lobe.
     viewers: Cone,
     /// Mirror directions of the points with a lobe.
@@ -87,6 +89,7 @@ const NONE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 const EMPTY: UpperAnalytic = UpperAnalytic {
     normals: Cone::EMPTY,
     diffuse: 0.0,
+    diffuse_cos: 0.0,
     viewers: Cone::EMPTY,
     mirrors: Cone::EMPTY,
     peak: 0.0,
@@ -104,7 +107,8 @@ impl UpperMaterial for UpperAnalytic {
             return EMPTY;
         }
         let parts = Parts::of(&point.bsdf, cos_o, 1.0);
-        let plain = Self { normals: Cone::of(point.normal()), diffuse: round_up(parts.diffuse), ..EMPTY };
+        let [diffuse, diffuse_cos] = [parts.diffuse, parts.diffuse_cos].map(round_up);
+        let plain = Self { normals: Cone::of(point.normal()), diffuse, diffuse_cos, ..EMPTY };
         let Vec3 { x, y, z } = point.wo;
         let world = |local: Vec3| Cone::of(point.frame.to_world(local).normalize());
         if parts.is_diffuse() {
@@ -142,6 +146,7 @@ impl UpperMaterial for UpperAnalytic {
     fn merge(&mut self, other: &Self) {
         self.normals = self.normals.union(other.normals);
         self.diffuse = self.diffuse.max(other.diffuse);
+        self.diffuse_cos = self.diffuse_cos.max(other.diffuse_cos);
         if other.mirrors.is_empty() {
             return;
         }
@@ -171,7 +176,7 @@ impl UpperMaterial for UpperAnalytic {
         if cos <= 0.0 {
             return 0.0;
         }
-        let diffuse = f64::from(self.diffuse) * cos;
+        let diffuse = (f64::from(self.diffuse) * cos).min(f64::from(self.diffuse_cos));
         if self.mirrors.is_empty() {
             return round_up(diffuse);
         }

@@ -165,7 +165,11 @@ impl Reflector {
             };
             upper_coat(&coat, &directions(), &lights, f64::from(cos_o), light)
         });
-        round_up(parts.diffuse * cosine(factor, max_cos_i) + lobe + coat)
+        let diffuse = match factor {
+            Factor::One => parts.diffuse,
+            Factor::Cosine => parts.diffuse_cos,
+        };
+        round_up(diffuse + lobe + coat)
     }
 
     /// A world direction in the frame turned to the viewer's side, without rounding to `f32`.

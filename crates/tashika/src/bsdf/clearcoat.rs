@@ -24,6 +24,8 @@
 //! ```
 //!
 //! # Limits
+//! VPLs carry the diffuse part under a layer as if it were seen from where the light comes.
+//!
 //! The coats of Disney and of Mitsuba take nothing away from what is below: they add up to `0.05 w`
 //! and `0.04 w` to the albedo. The layer reflects no more than all light if its base does not.
 //!

@@ -207,9 +207,11 @@ fn surface(surface: &Surface) -> Checked {
             specular_tint,
             sheen,
             sheen_tint,
+            flatness,
             anisotropic,
             ior: _,
         } => {
+            number("flatness", flatness)?;
             number("anisotropic", anisotropic)?;
             color("base colour", base_color)?;
             number("metallic", metallic)?;
@@ -228,5 +230,34 @@ fn surface(surface: &Surface) -> Checked {
             number("alpha of the coat", alpha)
         }
         Surface::Mix { amount, .. } => number("amount", amount),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::CoatModel;
+    use crate::scene::SceneBuilder;
+
+    #[test]
+    fn coats_lie_over_opaque_surfaces_that_can_have_one() {
+        let mut b = SceneBuilder::new("coats", Location::default());
+        let mut add = |surface| b.add_material(Material::new("m", surface));
+        let gray = || ColorInput::from(Rgb::gray(0.5));
+        let coat = |base, amount: f32| {
+            let alpha = 0.1.into();
+            Surface::Clearcoat { base, amount: amount.into(), alpha, model: CoatModel::Layer }
+        };
+        let lambert = add(Surface::Lambert { reflectance: gray() }).unwrap();
+        let mirror = add(Surface::Mirror { reflectance: gray() }).unwrap();
+        let mix = |second| Surface::Mix { first: lambert, second, amount: 0.5.into() };
+        let [opaque, half] = [mix(lambert), mix(mirror)].map(|surface| add(surface).unwrap());
+        let coated = add(coat(opaque, 1.0)).unwrap();
+        for (base, kind) in [(mirror, "mirror"), (half, "mirror"), (coated, "clear coat")] {
+            let error = add(coat(base, 1.0)).unwrap_err().to_string();
+            assert!(error.contains(&format!("a clear coat over {kind}")), "{error}");
+        }
+        let error = add(coat(lambert, f32::NAN)).unwrap_err().to_string();
+        assert!(error.contains("amount of the coat = NaN"), "{error}");
     }
 }

@@ -112,6 +112,8 @@ pub enum Surface {
         sheen: FloatInput,
         /// Share of it that has the hue of the base colour, 0 to 1.
         sheen_tint: FloatInput,
+        /// Share of the diffuse part that is like light scattered below the surface, 0 to 1.
+        flatness: FloatInput,
         /// Strength `s` of brushing, 0 to 1: with `a = √(1 − 0.9 s)`, `α` is divided by `a` along
         /// the tangent and multiplied by it across.
         anisotropic: FloatInput,
@@ -346,10 +348,11 @@ impl Material {
                 specular_tint,
                 sheen,
                 sheen_tint,
+                flatness,
                 anisotropic,
                 ior: _,
             } => {
-                let numbers = [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic];
+                let numbers = [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic];
                 numbers.map(number).into_iter().chain([color(base_color)]).collect()
             }
             Surface::Glass { facets, .. } => vec![number(&facets.alpha), across(facets)],

@@ -197,12 +197,13 @@ impl<'a> Look<'a> {
                 specular_tint,
                 sheen,
                 sheen_tint,
+                flatness,
                 anisotropic,
             } => {
                 let base = self.color(base_color);
-                let inputs = [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic];
+                let inputs = [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic];
                 let inputs = inputs.map(|input| input.at(self.textures, self.uv).clamp(0.0, 1.0));
-                let [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic] = inputs;
+                let [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic] = inputs;
                 let hue = hue(base);
                 let opaque = 1.0 - metallic;
                 // What is Schlick's: of the metal, and of the tinted part of the rest.
@@ -213,6 +214,7 @@ impl<'a> Look<'a> {
                 whole(Bsdf::Principled(Principled {
                     diffuse: base * opaque,
                     roughness,
+                    flatness,
                     sheen: (Rgb::WHITE.lerp(hue, sheen_tint) * (opaque * sheen)).map(|s| s.min(MAX_SHEEN)),
                     fresnel: TintedFresnel {
                         schlick,

@@ -282,6 +282,7 @@ fn cloth_and_retro_reflection_are_put_back() {
         specular_tint: 0.5.into(),
         sheen: 1.0.into(),
         sheen_tint: 0.5.into(),
+        flatness: 0.0.into(),
         anisotropic: 0.0.into(),
     };
     let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
@@ -304,6 +305,7 @@ fn clear_coats_are_put_back() {
         specular_tint: 0.0.into(),
         sheen: 0.0.into(),
         sheen_tint: 0.0.into(),
+        flatness: 1.0.into(),
         anisotropic: 0.0.into(),
     };
     let principled = b.add_material(Material::new("principled", principled)).unwrap();

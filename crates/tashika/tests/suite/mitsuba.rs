@@ -363,6 +363,13 @@ fn clear_coats_have_the_roughness_of_their_gloss() {
     let expected = 0.1 - 0.099 * value(amount);
     assert!((alpha.at(scene.textures(), Vec2::new(0.3, 0.6)) - expected).abs() < 1e-6);
 
+    let sheet = "<bsdf type=\"principledthin\"><float name=\"clearcoat\" value=\"1\"/></bsdf>";
+    let notes_of_sheet = notes(&with_bsdf("3.0.0", sheet));
+    assert!(
+        notes_of_sheet.iter().any(|(_, m)| m.contains("\"clearcoat\" is not used")),
+        "{notes_of_sheet:?}"
+    );
+
     let glass = principled("<float name=\"spec_trans\" value=\"0.5\"/><float name=\"eta\" value=\"1.5\"/>");
     let Surface::Mix { first, second, .. } = glass.materials().last().unwrap().surface else { panic!() };
     let kinds = [first, second].map(|id| glass.materials()[id.index()].surface.kind());

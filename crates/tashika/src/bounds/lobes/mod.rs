@@ -43,6 +43,8 @@ use fresnel::Reflected;
 pub(super) struct Parts {
     /// Upper bound of the diffuse part (sr⁻¹).
     pub(super) diffuse: f64,
+    /// Upper bound of the diffuse part times the cosine: that times the largest cosine, or less.
+    pub(super) diffuse_cos: f64,
     /// The part that depends on directions.
     pub(super) lobe: Lobe,
     /// A coat over both.
@@ -77,9 +79,10 @@ impl Parts {
         if let Bsdf::Clearcoat(b) = bsdf {
             let left = b.left(cos_o);
             let base = Self::of(&b.base.into(), cos_o, max_cos_i);
-            let (diffuse, lobe) = (base.diffuse * f64::from(left), base.lobe.scaled(left));
-            return Self { diffuse, lobe, coat: Coats::of(b, cos_o) };
+            let [diffuse, diffuse_cos] = [base.diffuse, base.diffuse_cos].map(|part| part * f64::from(left));
+            return Self { diffuse, diffuse_cos, lobe: base.lobe.scaled(left), coat: Coats::of(b, cos_o) };
         }
+        let mut flat_cos = None;
         let (diffuse, lobe) = match bsdf {
             Bsdf::Lambert(b) => (b.reflectance, Lobe::None),
             Bsdf::Phong(b) => {
@@ -110,8 +113,12 @@ impl Parts {
                 (b.diffuse * (Rgb::WHITE - b.dielectric_f0), facets(b.facets, reflected))
             }
             Bsdf::Principled(b) => {
-                let shape = burley::upper_shape(b.roughness, f64::from(cos_o), max_cos_i) as f32;
+                let shape = burley::upper_shape(b.roughness, b.flatness, f64::from(cos_o), max_cos_i);
+                let [shape, shape_cos] = shape.map(|bound| bound as f32);
                 let sheen = (burley::upper_sheen(f64::from(cos_o)) * PI) as f32;
+                if b.flatness > 0.0 {
+                    flat_cos = Some(b.diffuse * shape_cos + b.sheen * (sheen * max_cos_i as f32));
+                }
                 (
                     b.diffuse * shape + b.sheen * sheen,
                     facets(b.facets, Reflected::Tinted { scale: 1.0, fresnel: b.fresnel }),
@@ -120,7 +127,9 @@ impl Parts {
             Bsdf::Clearcoat(_) => unreachable!("told apart above"),
             Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (Rgb::BLACK, Lobe::None),
         };
-        Self { diffuse: f64::from(diffuse.max_channel()) * FRAC_1_PI, lobe, coat: None }
+        let brdf = |part: Rgb| f64::from(part.max_channel()) * FRAC_1_PI;
+        let diffuse_cos = flat_cos.map_or(f64::INFINITY, brdf).min(brdf(diffuse) * max_cos_i);
+        Self { diffuse: brdf(diffuse), diffuse_cos, lobe, coat: None }
     }
 
     /// Whether there is nothing but the diffuse part.

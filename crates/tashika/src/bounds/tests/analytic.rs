@@ -166,7 +166,8 @@ fn check(
 /// Sets of points that have anything from nothing to everything in common; lights anywhere.
 ///
 /// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more; of the
-/// principled material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10.
+/// principled material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10. In
+/// sets that begin with a coat it is 1.80.
 #[test]
 fn bounds_of_sets_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -178,7 +179,7 @@ fn bounds_of_sets_hold_and_are_tight() {
                 (points, towards)
             });
             let limit = match (kind, mixed) {
-                (Kind::Principled | Kind::Clearcoat, _) => 2.3,
+                (Kind::Principled, _) => 2.3,
                 (_, true) => 1.85,
                 (_, false) => 1.6,
             };
@@ -191,7 +192,7 @@ fn bounds_of_sets_hold_and_are_tight() {
 /// One point: what is lost to boxes, tables and separate factors alone.
 ///
 /// Limits of median and ninth decile: measured, up to 1.10 and 1.99, of the principled material
-/// 1.33 and 3.88, and a tenth more.
+/// 1.33 and 3.88, of coats over it and others 1.03 and 3.08, and a tenth more.
 #[test]
 fn bounds_of_points_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -203,7 +204,7 @@ fn bounds_of_points_hold_and_are_tight() {
         let (median, decile) = (quantile(&mut analytic, 0.5), quantile(&mut analytic, 0.9));
         let limits = match kind {
             Kind::Principled => [1.47, 4.3],
-            Kind::Clearcoat => [1.47, 4.3],
+            Kind::Clearcoat => [1.14, 3.4],
             _ => [1.22, 2.2],
         };
         let is_tight = median < limits[0] && decile < limits[1];

@@ -90,7 +90,8 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
             let [roughness, schlick, cloth] = s.uniform_3();
             let sheen = if cloth < 0.5 { c } else { Rgb::BLACK };
             let fresnel = TintedFresnel { schlick, f0: b, ior };
-            Bsdf::Principled(Principled { diffuse: a, roughness, sheen, fresnel, facets })
+            let flatness = if cloth > 0.8 { schlick } else { 0.0 };
+            Bsdf::Principled(Principled { diffuse: a, roughness, flatness, sheen, fresnel, facets })
         }
         Kind::Clearcoat => {
             let below = [Kind::Lambert, Kind::MetallicRoughness, Kind::Principled][s.below(3) as usize];

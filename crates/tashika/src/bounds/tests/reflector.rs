@@ -81,7 +81,8 @@ fn bounds_hold_and_are_tight() {
         let limits = match kind {
             // Its diffuse part and sheen are bounded over many directions at once.
             Kind::Principled => [[1.42, 3.8], [1.42, 3.8]],
-            Kind::Clearcoat => [[1.42, 3.8], [1.42, 3.8]],
+            // That is below a third of them.
+            Kind::Clearcoat => [[1.14, 2.7], [1.12, 2.4]],
             _ => [[1.3, 3.3], [1.2, 2.1]],
         };
         for (mut ratios, limits) in ratios.into_iter().zip(limits) {

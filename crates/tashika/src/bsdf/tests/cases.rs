@@ -75,6 +75,11 @@ pub fn all() -> Vec<Case> {
     add("Principled smooth".into(), principled(Rgb::WHITE, BLUE * 0.3, 0.0, tinted, 0.1));
     add("Principled rough".into(), principled(ORANGE, Rgb::BLACK, 1.0, tinted, 0.5));
     add("Principled cloth".into(), principled(ORANGE, Rgb::WHITE, 1.0, (0.0, BLUE, 1.0001), 1.0));
+    for (roughness, flatness) in [(0.0, 1.0), (0.5, 0.4), (1.0, 1.0)] {
+        let name = format!("Principled, roughness {roughness}, flatness {flatness}");
+        let of = principled(Rgb::WHITE, Rgb::BLACK, roughness, (0.0, Rgb::BLACK, 1.0001), 0.3);
+        add(name, flat(of, flatness));
+    }
     add("Principled sheen alone".into(), principled(Rgb::BLACK, BLUE, 1.0, (1.0, Rgb::BLACK, 1.5), 1.0));
     let white = principled(Rgb::WHITE, Rgb::BLACK, 1.0, tinted, 0.3);
     for model in CoatModel::ALL {
@@ -137,7 +142,10 @@ pub fn random(stream: &mut Stream) -> Bsdf {
         6 => Bsdf::Mirror(Mirror { reflectance: a }),
         7 => plastic(a * (Rgb::WHITE - b), b, ior, facets),
         8 => thin_glass(ior, a, b),
-        9 => principled(a, b, stream.uniform(), (stream.uniform(), b, ior), facets),
+        9 => {
+            let of = principled(a, b, stream.uniform(), (stream.uniform(), b, ior), facets);
+            flat(of, [0.0, 1.0, stream.uniform()][stream.below(3) as usize])
+        }
         10 => {
             let base = match stream.below(3) {
                 0 => lambert(a),
@@ -188,7 +196,16 @@ pub fn principled(
     facets: impl Into<Microfacets>,
 ) -> Bsdf {
     let fresnel = TintedFresnel { schlick, f0, ior };
-    Bsdf::Principled(Principled { diffuse, roughness, sheen, fresnel, facets: facets.into() })
+    let (flatness, facets) = (0.0, facets.into());
+    Bsdf::Principled(Principled { diffuse, roughness, flatness, sheen, fresnel, facets })
+}
+
+/// A principled surface with this flatness.
+pub fn flat(mut bsdf: Bsdf, flatness: f32) -> Bsdf {
+    if let Bsdf::Principled(b) = &mut bsdf {
+        b.flatness = flatness;
+    }
+    bsdf
 }
 
 pub fn clearcoat(base: Bsdf, amount: f32, alpha: f32, model: CoatModel) -> Bsdf {

@@ -48,8 +48,9 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
         Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 1.0,
         Bsdf::Clearcoat(b) => {
             let (base, of_base) = width(&b.base.into(), wo);
-            is_line = of_base;
-            base.min(f64::from(b.alpha).powi(2))
+            let is_thin = wo.z < 0.1;
+            is_line = is_thin || of_base;
+            base.min(f64::from(if is_thin { b.alpha * wo.z } else { b.alpha }).powi(2))
         }
         Bsdf::Phong(b) => 1.0 / f64::from(b.exponent + 1.0),
         Bsdf::Conductor(Conductor { facets, .. })

@@ -135,6 +135,11 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let (o, i) = (grazing(pair.cos_o), grazing(pair.cos_i));
             let back = 2.0 * f64::from(b.roughness) * cos_d * cos_d;
             let shape = (1.0 - 0.5 * o) * (1.0 - 0.5 * i) + back * (o + i + o * i * (back - 1.0));
+            let lerp = |a: f64, b: f64, t: f64| (1.0 - t) * a + t * b;
+            let f90 = f64::from(b.roughness) * cos_d * cos_d;
+            let below = lerp(1.0, f90, o) * lerp(1.0, f90, i);
+            let flat = 1.25 * (below * (1.0 / (pair.cos_o + pair.cos_i) - 0.5) + 0.5);
+            let shape = lerp(shape, flat, f64::from(b.flatness));
             let t = f64::from(b.fresnel.schlick);
             let f =
                 t * schlick(b.fresnel.f0.g, cos_d) + (1.0 - t) * dielectric(cos_d, f64::from(b.fresnel.ior));

@@ -11,9 +11,6 @@ use crate::io::clear_coats::alpha_of_gloss;
 use crate::io::dielectrics::single_face;
 use crate::scene::{ColorInput, FacetInput, FloatInput, Material, Surface};
 
-/// Shares whose effect is left out, by the row of the table that says so.
-const LEFT_OUT: [(&str, &str); 1] = [("flatness", "principled flatness")];
-
 impl Translation<'_> {
     /// `principled` and `principledthin`.
     pub(super) fn principled(&mut self, object: &Object) -> Result<Surface> {
@@ -23,24 +20,21 @@ impl Translation<'_> {
             "main_specular_sampling_rate",
             "clearcoat_sampling_rate",
         ]);
-        for (share, row) in LEFT_OUT {
-            if self.float(object, share, 0.0)? != 0.0.into() {
-                self.feature("material", row, &object.place_of(share))?;
-            }
-        }
         let base_color = self.reflectance(object, "base_color", GREY)?;
         let roughness = self.share(object, "roughness", 0.5)?;
         let metallic = self.share(object, "metallic", 0.0)?;
         let specular_tint = self.share(object, "spec_tint", 0.0)?;
         let (sheen, sheen_tint) = (self.share(object, "sheen", 0.0)?, self.share(object, "sheen_tint", 0.0)?);
         let anisotropic = self.share(object, "anisotropic", 0.0)?;
+        let flatness = self.share(object, "flatness", 0.0)?;
         let ior = self.principled_ior(object)?;
         let transmission = self.share(object, "spec_trans", 0.0)?;
         let through =
             if is_thin { self.float(object, "diff_trans", 0.0)?.factor.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
         let part = |share: f32| ColorInput { factor: base_color.factor * share, ..base_color };
-        let clearcoat = self.share(object, "clearcoat", 0.0)?;
-        let gloss = self.share(object, "clearcoat_gloss", 0.0)?;
+        // Sheets have none.
+        let mut of_coat = |name| if is_thin { Ok(0.0.into()) } else { self.share(object, name, 0.0) };
+        let (clearcoat, gloss) = (of_coat("clearcoat")?, of_coat("clearcoat_gloss")?);
         let opaque = |metallic| match through > 0.0 {
             true => Surface::Translucent { reflectance: part(1.0 - through), transmittance: part(through) },
             false => {
@@ -54,6 +48,7 @@ impl Translation<'_> {
                     specular_tint,
                     sheen,
                     sheen_tint,
+                    flatness,
                     anisotropic,
                 }
             }
@@ -93,7 +88,7 @@ impl Translation<'_> {
 
     /// The surface under a clear coat, if there is one.
     fn clear_coat(&mut self, base: Surface, amount: FloatInput, gloss: FloatInput) -> Result<Surface> {
-        if amount.factor <= 0.0 || !matches!(base, Surface::Principled { .. }) {
+        if amount.factor <= 0.0 {
             return Ok(base);
         }
         let alpha = alpha_of_gloss(&mut self.builder, gloss)?;

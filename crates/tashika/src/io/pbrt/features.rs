@@ -63,7 +63,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
         "material",
         "disney thin",
         Approximated,
-        "reflects what it would let through diffusely: up to 17 % off",
+        "reflects what it would let through diffusely: up to 8 % off",
     ),
     row("material", "disney scatterdistance", Approximated, "light leaves where it enters"),
     row("material", "hair", Approximated, "Lambert of the hair's colour"),

@@ -17,13 +17,11 @@ use crate::io::clear_coats::alpha_of_gloss;
 use crate::io::pbrt::spectra::{self, Quantity};
 use crate::scene::{FacetInput, FloatInput, Surface};
 
-/// Numbers whose effect is left out, by the row of the features table that says so.
-const LEFT_OUT: [(&str, &str); 2] = [("flatness", "disney thin"), ("difftrans", "disney thin")];
-
 /// The surface.
 pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<Surface> {
     let base_color = m.color("color", 0.5)?;
     let ior = m.ior(&["eta"])?;
+    let is_thin = m.parameters.boolean("thin").unwrap_or(false);
     let mut number = |name: &str, missing: f32| {
         let value = m.float(name).unwrap_or(missing.into());
         FloatInput { factor: value.factor.min(1.0), ..value }
@@ -32,13 +30,10 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Resul
     let (sheen, sheen_tint) = (number("sheen", 0.0), number("sheentint", 0.5));
     let (clearcoat, gloss) = (number("clearcoat", 0.0), number("clearcoatgloss", 1.0));
     let (transmission, anisotropic) = (number("spectrans", 0.0), number("anisotropic", 0.0));
-    let is_thin = m.parameters.boolean("thin").unwrap_or(false);
-    for (name, row) in LEFT_OUT {
-        // Sheets alone have these.
-        let missing = if name == "difftrans" { 1.0 } else { 0.0 };
-        if is_thin && m.float(name).unwrap_or(missing.into()) != 0.0.into() {
-            m.met(row)?;
-        }
+    // Sheets alone have these.
+    let flatness = if is_thin { number("flatness", 0.0) } else { 0.0.into() };
+    if is_thin && m.float("difftrans").unwrap_or(1.0.into()) != 0.0.into() {
+        m.met("disney thin")?;
     }
     let distance = spectra::color(m.loading, m.parameters, "scatterdistance", Quantity::Factor)?;
     if !is_thin
@@ -58,6 +53,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Resul
         specular_tint: 0.0.into(),
         sheen,
         sheen_tint,
+        flatness,
         anisotropic,
     };
     let amount = FloatInput { factor: transmission.factor * (1.0 - metallic.factor), ..transmission };
