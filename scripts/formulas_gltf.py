@@ -43,6 +43,17 @@ def metallic_roughness(base, metallic, roughness, f0, weight=1.0):
     return f
 
 
+def coated(base, clearcoat, roughness):
+    """`fresnel_coat` of KHR_materials_clearcoat: at the angle at which the surface is seen."""
+
+    def f(wo, wi):
+        layer = clearcoat * (0.04 + 0.96 * (1 - wo[..., 2]) ** 5)
+        lobe, _ = facets(wo, wi, roughness**2)
+        return (1 - layer)[..., None] * base(wo, wi) + (layer * lobe)[..., None]
+
+    return f
+
+
 def straight(base, roughness, f0):
     """A pane: what its one face lets through goes on straight, as wide as the mirror image is."""
 
@@ -111,6 +122,10 @@ def materials():
     blended["alphaMode"] = "BLEND"
     opaque = row_of(metallic_roughness(COLOR, 0.0, 0.45, 0.04))
     yield json.dumps(blended), sum_of_rows(scaled(0.3, opaque), constant(np.full(3, 0.7)))
+    for metallic, clearcoat, roughness in ((0.0, 1.0, 0.45), (0.0, 0.5, 0.8), (0.3, 1.0, 0.6), (1.0, 1.0, 0.5)):
+        found = row_of(coated(metallic_roughness(COLOR, metallic, 0.6, 0.04), clearcoat, roughness))
+        fields = {"clearcoatFactor": clearcoat, "clearcoatRoughnessFactor": roughness}
+        yield text_of(0.6, metallic, clearcoat=fields), found
     for strength, roughness in ((0.5, 0.45), (0.9, 0.3)):
         found = row_of(brushed_metal(COLOR, roughness, strength))
         yield text_of(roughness, 1.0, anisotropy={"anisotropyStrength": strength}), found

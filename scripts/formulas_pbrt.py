@@ -175,6 +175,10 @@ def version_3():
         sheet = disney(COLOR, 0, 0.6, flatness=flatness, through=through / 2)
         yield text, sum_of_rows(row_of(sheet), (constant(through / 2 * COLOR)[0], NO_VALUES))
     yield from below_the_surface('"kdsubsurface" "rgb Kd"')
+    text = f'{color} "float clearcoat" 1 "float clearcoatgloss" 0.2 "float roughness" 0.5 "float spectrans" 0.7'
+    opaque = row_of(added(disney(COLOR, 0, 0.5, transmission=0.7), clear_coat(1.0, 0.2)))
+    through = rough_glass(0.25, 1.5, 0.0, 0.7 * np.sqrt(COLOR), separate=True)
+    yield text, without_values(sum_of_rows(opaque, through))
 
 
 def uber():

@@ -92,8 +92,13 @@ def materials():
         yield bsdf("principled", color, number("spec_tint", tint), number("metallic", 0.3), number("eta", 1.8))
         yield bsdf("principled", color, number("sheen", 0.8), number("sheen_tint", tint), number("roughness", 0.8))
     yield bsdf("principled", color, number("specular", 0.001), number("roughness", 0.55))
-    yield bsdf("principled", color, number("clearcoat", 1.0), number("clearcoat_gloss", 0.2))
+    for gloss in (0.2, 0.8):
+        yield bsdf("principled", color, number("clearcoat", 1.0), number("clearcoat_gloss", gloss))
+    yield bsdf("principled", color, number("clearcoat", 0.6), number("metallic", 0.8), number("roughness", 0.6))
+    yield bsdf("principled", color, number("clearcoat", 1.0), number("spec_trans", 0.7), number("eta", 1.5))
     yield bsdf("principled", color, number("flatness", 1.0))
+    for roughness in (0.1, 1.0):
+        yield bsdf("principled", color, number("flatness", 0.6), number("roughness", roughness))
     yield bsdf("principled", color, number("anisotropic", 0.9))
     for anisotropic, roughness in ((0.5, 0.3), (0.9, 0.4), (0.9, 1.0)):
         yield bsdf("principled", color, number("anisotropic", anisotropic), number("roughness", roughness), number("metallic", 1.0))

@@ -1,16 +1,16 @@
 //! A bound of the material term from ranges of what Phong and GGX lobes depend on.
 //!
 //! ```text
-//! M ≤ K c_i  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )          (sr⁻¹)
+//! M ≤ min( K c_i , K_c )  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )  +  min( P_c , coat )          (sr⁻¹)
 //! ```
 //!
-//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, and each
+//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, `K_c` the largest diffuse part times the cosine, and each
 //! factor of the lobes at its largest over the points and the lights: `α` at the least angle
 //! between the cone of mirror directions and the lights, the exponent and the roughness wherever in
 //! their range the lobe is brightest at this angle, `F` at the widest angle of incidence
 //! ([`lobes`](super::lobes),
 //! [`spans`](super::spans)). `P` is the largest value that any point's lobe times the cosine takes at all: it keeps together what the ranges of
-//! points that differ take apart. Points of all kinds may be merged; each has at most one lobe.
+//! points that differ take apart, `P_c` that of coats. Points of all kinds may be merged; each has at most one lobe and one coat.
 //!
 //! # Guarantee
 //! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport).
@@ -24,12 +24,13 @@
 //! `bounds::tests::analytic`.
 
 use super::angle::{Angle, TURN};
+use super::lobes::clearcoat::{Coats, Light};
 use super::lobes::facets::{self, Ring, Widths};
 use super::lobes::fresnel::Reflected;
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, LENGTHS, least_from_mirror};
 use super::{Reflector, Towards, UpperMaterial};
-use crate::bsdf::{FacetModel, MIN_COSINE};
+use crate::bsdf::{CoatModel, FacetModel, MIN_COSINE};
 use crate::math::{Cone, Vec3};
 
 /// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to
@@ -44,6 +45,8 @@ pub struct UpperAnalytic {
     normals: Cone,
     /// `K` (sr⁻¹).
     diffuse: f32,
+    /// `K_c` (sr⁻¹).
+    diffuse_cos: f32,
     /// Directions to the viewer of the points with a lobe.
     viewers: Cone,
     /// Mirror directions of the points with a lobe.
@@ -54,6 +57,10 @@ pub struct UpperAnalytic {
     peak: f32,
     phong: PhongRange,
     facets: FacetRange,
+    /// Largest value that a coat times the cosine takes at all (sr⁻¹).
+    coat_peak: f32,
+    /// Coats of each model, in the order of [`CoatModel::ALL`].
+    coats: [Coats; CoatModel::ALL.len()],
 }
 
 /// Phong lobes.
@@ -82,12 +89,15 @@ const NONE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 const EMPTY: UpperAnalytic = UpperAnalytic {
     normals: Cone::EMPTY,
     diffuse: 0.0,
+    diffuse_cos: 0.0,
     viewers: Cone::EMPTY,
     mirrors: Cone::EMPTY,
     peak: 0.0,
     phong: PhongRange { scale: 0.0, exponents: NONE },
     min_cos_o: f32::INFINITY,
     facets: FacetRange { reflected: [0.0; KNOTS], widths: [Widths::NONE; FacetModel::ALL.len()] },
+    coat_peak: 0.0,
+    coats: [Coats::none(CoatModel::ALL[0]), Coats::none(CoatModel::ALL[1]), Coats::none(CoatModel::ALL[2])],
 };
 
 impl UpperMaterial for UpperAnalytic {
@@ -97,18 +107,29 @@ impl UpperMaterial for UpperAnalytic {
             return EMPTY;
         }
         let parts = Parts::of(&point.bsdf, cos_o, 1.0);
-        let plain = Self { normals: Cone::of(point.normal()), diffuse: round_up(parts.diffuse), ..EMPTY };
+        let [diffuse, diffuse_cos] = [parts.diffuse, parts.diffuse_cos].map(round_up);
+        let plain = Self { normals: Cone::of(point.normal()), diffuse, diffuse_cos, ..EMPTY };
         let Vec3 { x, y, z } = point.wo;
         let world = |local: Vec3| Cone::of(point.frame.to_world(local).normalize());
+        if parts.is_diffuse() {
+            return plain;
+        }
+        let over_all = point.upper_over_all();
+        let of_model = |model| {
+            let coat = parts.coat.filter(|coat| coat.model() == model);
+            coat.unwrap_or(Coats::none(model))
+        };
         let glossy = || Self {
             viewers: world(point.wo),
             mirrors: world(Vec3::new(-x, -y, z)),
             min_cos_o: cos_o,
-            peak: round_up(point.upper_over_all().lobe_cos),
+            peak: round_up(over_all.lobe_cos),
+            coat_peak: round_up(over_all.coat_cos),
+            coats: CoatModel::ALL.map(of_model),
             ..plain
         };
         match parts.lobe {
-            Lobe::None => plain,
+            Lobe::None => glossy(),
             Lobe::Phong { scale, exponent } => {
                 let phong = PhongRange { scale: scale as f32, exponents: [exponent as f32; 2] };
                 Self { phong, ..glossy() }
@@ -125,6 +146,7 @@ impl UpperMaterial for UpperAnalytic {
     fn merge(&mut self, other: &Self) {
         self.normals = self.normals.union(other.normals);
         self.diffuse = self.diffuse.max(other.diffuse);
+        self.diffuse_cos = self.diffuse_cos.max(other.diffuse_cos);
         if other.mirrors.is_empty() {
             return;
         }
@@ -140,6 +162,10 @@ impl UpperMaterial for UpperAnalytic {
         for (mine, others) in self.facets.widths.iter_mut().zip(other.facets.widths) {
             *mine = mine.union(others);
         }
+        self.coat_peak = self.coat_peak.max(other.coat_peak);
+        for (mine, others) in self.coats.iter_mut().zip(other.coats) {
+            *mine = mine.union(others);
+        }
     }
 
     fn upper_material(&self, towards: &Towards) -> f32 {
@@ -150,7 +176,7 @@ impl UpperMaterial for UpperAnalytic {
         if cos <= 0.0 {
             return 0.0;
         }
-        let diffuse = f64::from(self.diffuse) * cos;
+        let diffuse = (f64::from(self.diffuse) * cos).min(f64::from(self.diffuse_cos));
         if self.mirrors.is_empty() {
             return round_up(diffuse);
         }
@@ -174,7 +200,27 @@ impl UpperMaterial for UpperAnalytic {
         }
         let phong = self.phong.upper(from_mirror, cos);
         let facets = self.facets.upper(&points, &lights, from_mirror, [f64::from(self.min_cos_o), cos]);
-        round_up(diffuse + phong.max(facets).min(f64::from(self.peak)))
+        let coat =
+            if self.coat_peak > 0.0 { self.upper_coat(&points, &lights, from_mirror, cos) } else { 0.0 };
+        let lobe = phong.max(facets).min(f64::from(self.peak));
+        round_up(diffuse + lobe + coat.min(f64::from(self.coat_peak)))
+    }
+}
+
+impl UpperAnalytic {
+    /// Of coats, for lights at cosines of at most `max_cos_i`.
+    fn upper_coat(
+        &self,
+        points: &Directions,
+        lights: &[Option<Bundle>],
+        from_mirror: Angle,
+        max_cos_i: f64,
+    ) -> f64 {
+        let half = HalfVectors::new(points, lights, from_mirror);
+        let (least, viewer) = (half.least_from_normal, points.widest_viewer);
+        let (min_cos_o, light) = (f64::from(self.min_cos_o), Light::UpTo(max_cos_i));
+        let bounds = self.coats.iter().map(|c| c.upper(least, viewer, half.cos_incidence, min_cos_o, light));
+        bounds.fold(0.0, f64::max)
     }
 }
 
@@ -211,7 +257,8 @@ impl FacetRange {
         let models =
             FacetModel::ALL.into_iter().zip(self.widths).filter(|(_, widths)| *widths != Widths::NONE);
         let bounds = models.map(|(model, widths)| {
-            facets::upper_reflection(model, widths, least, viewer, all, reflected)
+            let distribution = |least| facets::upper_distribution(model, widths, least);
+            facets::upper_reflection(distribution, widths.cuts(), least, viewer, all, reflected)
                 * facets::upper_visibility_cos(model, f64::from(widths.narrowest), min_cos_o, max_cos_i)
         });
         bounds.fold(0.0, f64::max)

@@ -39,7 +39,7 @@ impl UpperMaterial for UpperConstant {
         }
         let bounds = point.upper_over_all();
         let normals = Cone::of(point.normal());
-        Self { normals, diffuse: round_up(bounds.diffuse), peak: round_up(bounds.lobe_cos) }
+        Self { normals, diffuse: round_up(bounds.diffuse), peak: round_up(bounds.lobe_cos + bounds.coat_cos) }
     }
 
     fn merge(&mut self, other: &Self) {

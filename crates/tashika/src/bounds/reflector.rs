@@ -6,8 +6,8 @@
 //! upper_brdf_cos  ≥ max over ω_i in the cone of f_r(ω_o, ω_i) cos⁺θ_i
 //! ```
 //!
-//! Both are sums of a bound of the diffuse part and one of the lobe ([`lobes`](super::lobes)); the
-//! extremes of angles over the cone are those of [`spans`](super::spans).
+//! Both are sums of a bound of the diffuse part, one of the lobe and one of a coat
+//! ([`lobes`](super::lobes)); the extremes of angles over the cone are those of [`spans`](super::spans).
 //!
 //! # Guarantee
 //! Above every value in the `f32` arithmetic of [`transport`](crate::transport), for any unit
@@ -20,6 +20,7 @@
 use glam::DVec3;
 
 use super::angle::Angle;
+use super::lobes::clearcoat::{Coats, Light};
 use super::lobes::facets::{self, Ring, Widths};
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, least_from_mirror};
@@ -53,6 +54,8 @@ pub(super) struct OverAll {
     pub(super) diffuse: f64,
     /// Of the lobe times the cosine.
     pub(super) lobe_cos: f64,
+    /// Of the coat times the cosine.
+    pub(super) coat_cos: f64,
 }
 
 impl Reflector {
@@ -78,21 +81,26 @@ impl Reflector {
         let cos_o = self.wo.z * self.side();
         let parts = Parts::of(&self.bsdf, cos_o, 1.0);
         let directions = Directions::of_point(Vec3::new(self.wo.x, self.wo.y, cos_o).as_dvec3());
+        let half = HalfVectors::new(&directions, &[Some(Bundle::of(&Cone::ALL))], Angle::ZERO);
         let lobe_cos = match parts.lobe {
             Lobe::None => 0.0,
             Lobe::Phong { scale, exponent } => scale * phong::upper_peak(exponent, directions.least_mirror()),
             Lobe::Facets { facets: of_lobe, reflected } => {
                 let (widths, model) = (Widths::of(&of_lobe), of_lobe.model);
                 let narrowest = f64::from(widths.narrowest);
-                let half = HalfVectors::new(&directions, &[Some(Bundle::of(&Cone::ALL))], Angle::ZERO);
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light: 1.0 };
                 let viewer = directions.widest_viewer;
                 let reflected = |ring: Ring| reflected.upper(ring.cos_incidence);
-                facets::upper_reflection(model, widths, Angle::ZERO, viewer, all, reflected)
+                let distribution = |least| facets::upper_distribution(model, widths, least);
+                facets::upper_reflection(distribution, widths.cuts(), Angle::ZERO, viewer, all, reflected)
                     * facets::upper_visibility_cos(model, narrowest, f64::from(cos_o), 1.0)
             }
         };
-        OverAll { diffuse: parts.diffuse, lobe_cos }
+        let coat_cos = parts.coat.map_or(0.0, |coat| {
+            let (viewer, cos_o) = (directions.widest_viewer, f64::from(cos_o));
+            coat.upper(Angle::ZERO, viewer, half.cos_incidence, cos_o, Light::UpTo(1.0))
+        });
+        OverAll { diffuse: parts.diffuse, lobe_cos, coat_cos }
     }
 
     /// `1` if the viewer is above the frame, else `−1`: surfaces are two-sided.
@@ -139,7 +147,9 @@ impl Reflector {
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light };
                 let cos_o = f64::from(cos_o);
                 let viewer = directions.widest_viewer;
-                facets::upper_reflection(model, widths, half.least_from_normal, viewer, all, |ring| {
+                let distribution = |least| facets::upper_distribution(model, widths, least);
+                let (cuts, least) = (widths.cuts(), half.least_from_normal);
+                facets::upper_reflection(distribution, cuts, least, viewer, all, |ring| {
                     let visibility = match factor {
                         Factor::One => facets::upper_visibility(model, narrowest, cos_o, ring.cos_light),
                         Factor::Cosine => facets::upper_visibility_cos(model, narrowest, cos_o, max_cos_i),
@@ -148,7 +158,18 @@ impl Reflector {
                 })
             }
         };
-        round_up(parts.diffuse * cosine(factor, max_cos_i) + lobe)
+        let coat = parts.coat.map_or(0.0, |coat| {
+            let light = match factor {
+                Factor::One => Light::From(min_cos_i),
+                Factor::Cosine => Light::UpTo(max_cos_i),
+            };
+            upper_coat(&coat, &directions(), &lights, f64::from(cos_o), light)
+        });
+        let diffuse = match factor {
+            Factor::One => parts.diffuse,
+            Factor::Cosine => parts.diffuse_cos,
+        };
+        round_up(diffuse + lobe + coat)
     }
 
     /// A world direction in the frame turned to the viewer's side, without rounding to `f32`.
@@ -157,6 +178,19 @@ impl Reflector {
         let v = v.as_dvec3();
         DVec3::new(v.dot(t.as_dvec3()), v.dot(b.as_dvec3()), v.dot(n.as_dvec3()) * f64::from(self.side()))
     }
+}
+
+/// What a coat of a point reflects of lights that are in all of `lights`.
+fn upper_coat(
+    coat: &Coats,
+    directions: &Directions,
+    lights: &[Option<Bundle>],
+    cos_o: f64,
+    light: Light,
+) -> f64 {
+    let half = HalfVectors::new(directions, lights, least_from_mirror(directions, lights));
+    let viewer = directions.widest_viewer;
+    coat.upper(half.least_from_normal, viewer, half.cos_incidence, cos_o, light)
 }
 
 fn cosine(factor: Factor, max_cos_i: f64) -> f64 {

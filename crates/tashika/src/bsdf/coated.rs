@@ -19,10 +19,9 @@
 //! `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
 
 use super::boundary::Boundary;
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_lobes, validate};
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
-use crate::warp;
 use microfacet::{HalfVector, Microfacets};
 
 /// A rough dielectric coat over a diffuse base.
@@ -50,18 +49,11 @@ impl Coated {
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let Some(p) = self.coat_probability(wo.z) else { return 0.0 };
-        let coat = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
-        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * coat
+        self.coat_probability(wo.z).map_or(0.0, |p| lobes::pdf(p, &self.facets, wo, wi))
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
-        let direction = [u[1], u[2]];
-        Some(if u[0] < self.coat_probability(wo.z)? {
-            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
-        } else {
-            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
-        })
+        Some(lobes::draw(self.coat_probability(wo.z)?, &self.facets, wo, u))
     }
 
     /// The reflectance of a base that reflects `ρ/(1 − F_int)` in all where this one reflects

@@ -2,9 +2,12 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use super::Lobe;
+use super::microfacet::{HalfVector, Microfacets};
 use crate::color::Rgb;
-use crate::math::Real;
 use crate::math::simd::each;
+use crate::math::{Real, Vec3};
+use crate::warp;
 
 /// Of two lobes that both reflect, each is drawn at least this often, so that a poor estimate of
 /// their shares costs a factor of at most ten in the weights. Chosen.
@@ -21,6 +24,25 @@ pub(crate) fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
         (true, false) => Some(1.0),
         (false, true) => Some(0.0),
         (false, false) => None,
+    }
+}
+
+/// Density (sr⁻¹) of [`draw`].
+///
+/// * `p`: probability of drawing from the facets.
+#[inline]
+pub(super) fn pdf(p: f32, facets: &Microfacets, wo: Vec3, wi: Vec3) -> f32 {
+    let reflection = facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
+    (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * reflection
+}
+
+/// Draws from facets with the probability `p`, else by the cosine.
+pub(super) fn draw(p: f32, facets: &Microfacets, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+    let direction = [u[1], u[2]];
+    if u[0] < p {
+        (facets.sample_reflection(wo, direction), Lobe::Glossy)
+    } else {
+        (warp::cosine_hemisphere(direction), Lobe::Diffuse)
     }
 }
 

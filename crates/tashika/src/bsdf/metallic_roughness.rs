@@ -21,11 +21,10 @@
 //!
 //! Tested by `bsdf::tests`.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
-use crate::warp;
 use microfacet::{HalfVector, Microfacets};
 
 /// Diffuse and GGX reflection coupled by Schlick's `F`: the core material of glTF 2.0.
@@ -57,18 +56,11 @@ impl MetallicRoughness {
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let p = self.facet_probability(wo.z);
-        let facets = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
-        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
+        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        let direction = [u[1], u[2]];
-        if u[0] < self.facet_probability(wo.z) {
-            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
-        } else {
-            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
-        }
+        lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
     }
 
     /// Albedo of the diffuse part for light at cosine `cos_o`.

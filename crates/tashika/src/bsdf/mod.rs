@@ -13,6 +13,7 @@
 //! | [`Coated`] | the same with a dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` | both lobes | Saunderson 1942 |
 //! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
 //! | [`Principled`] | `ρ_d/π · b + s (1 − ω_i·h)⁵ + F D G₂ / 4 c_i c_o` | both lobes | Burley 2012 |
+//! | [`Clearcoat`] | a coat's `w F D G₂ / 4 c_i c_o` over what it leaves of one of the above | all lobes | Burley 2012; glTF |
 //! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
 //! | [`Glass`] | `F` on reflection, `1 − F` on refraction, at facets if it is rough | `F` against `1 − F` | Walter et al. 2007 |
 //! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through | the same | Stokes 1862 |
@@ -23,14 +24,14 @@
 //! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
 //!   `+z` first. Light passes from one side to the other in [`Glass`] and [`ThinGlass`] only.
 //! * A direction within [`MIN_COSINE`] of the horizon neither receives nor sends light.
-//! * Every opaque BSDF is reciprocal: `f_r(a, b) = f_r(b, a)`. For [`Glass`] see there.
+//! * Every opaque BSDF is reciprocal, `f_r(a, b) = f_r(b, a)`, but for a [`Clearcoat`] that is a layer:
+//!   `ω_o` is where it is seen from. For [`Glass`] see there.
 //!
 //! # Guarantee
 //! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and
 //! not negative. [`Bsdf::sample`] draws exactly from [`Bsdf::pdf`]. No surface reflects more than
 //! it receives, but for a thousandth in [`Coated`], for [`MetallicRoughness`] at grazing angles,
-//! and for
-//! [`Principled`].
+//! for [`Principled`], and for [`Clearcoat`] over these or by Disney's models.
 //!
 //! # Held to this by
 //! `bsdf::tests`: every case of a closed list and of a random sweep, times every property.
@@ -40,6 +41,7 @@ use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 
 pub(crate) mod boundary;
+mod clearcoat;
 mod coated;
 mod conductor;
 pub mod fresnel;
@@ -50,11 +52,14 @@ pub mod microfacet;
 mod phong;
 mod plastic;
 mod principled;
+mod sample;
 mod specular;
 #[cfg(test)]
 mod tests;
 mod validate;
 
+pub use clearcoat::{Clearcoat, CoatModel, MAX_GTR1_ALPHA, UnderCoat};
+pub(crate) use clearcoat::{MASKING_ALPHA, reflectance as coat_reflectance};
 pub use coated::Coated;
 pub use conductor::{Conductor, ConductorFresnel};
 pub use lambert::Lambert;
@@ -65,6 +70,7 @@ pub use microfacet::{FacetModel, MAX_ALPHA, MIN_ALPHA, Microfacets};
 pub use phong::Phong;
 pub use plastic::Plastic;
 pub use principled::{MAX_SHEEN, Principled, TintedFresnel};
+pub use sample::{BsdfSample, Lobe};
 pub use specular::{Glass, Mirror, ThinGlass};
 
 /// Directions whose cosine with the normal is not above this count as lying in the surface.
@@ -90,50 +96,14 @@ pub enum Bsdf {
     MetallicRoughness(MetallicRoughness),
     /// The principled material of Disney.
     Principled(Principled),
+    /// Clear coat over an opaque surface.
+    Clearcoat(Clearcoat),
     /// Perfect mirror.
     Mirror(Mirror),
     /// Smooth or rough dielectric.
     Glass(Glass),
     /// Pane of glass.
     ThinGlass(ThinGlass),
-}
-
-/// Which part of a BSDF a sampled direction comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lobe {
-    /// The diffuse part.
-    Diffuse,
-    /// A lobe of finite width.
-    Glossy,
-    /// The mirror direction alone.
-    SpecularReflection,
-    /// The refracted direction alone.
-    SpecularTransmission,
-}
-
-impl Lobe {
-    /// Whether the lobe is a single direction, with a probability instead of a density.
-    pub fn is_specular(self) -> bool {
-        match self {
-            Self::Diffuse | Self::Glossy => false,
-            Self::SpecularReflection | Self::SpecularTransmission => true,
-        }
-    }
-}
-
-/// A direction drawn by [`Bsdf::sample`].
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfSample {
-    /// The direction, unit length, pointing away from the surface.
-    pub wi: Vec3,
-    /// `f_r cos θ_i / pdf` of the *whole* BSDF (unitless); for a specular lobe its coefficient
-    /// divided by the probability of choosing it.
-    pub weight: Rgb,
-    /// Density of the whole BSDF at `wi` (sr⁻¹); for a specular lobe the probability of choosing
-    /// it.
-    pub pdf: f32,
-    /// The part of the BSDF that the direction was drawn from.
-    pub lobe: Lobe,
 }
 
 impl Bsdf {
@@ -204,6 +174,7 @@ impl Bsdf {
             Self::Coated(b) => b.draw(up, u)?,
             Self::MetallicRoughness(b) => b.draw(up, u),
             Self::Principled(b) => b.draw(up, u),
+            Self::Clearcoat(b) => b.draw(up, u),
             Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
             Self::Glass(b) => return b.sample(wo, u).filter(carries_light),
             Self::ThinGlass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
@@ -229,7 +200,8 @@ impl Bsdf {
             | Self::Conductor(_)
             | Self::Coated(_)
             | Self::MetallicRoughness(_)
-            | Self::Principled(_) => false,
+            | Self::Principled(_)
+            | Self::Clearcoat(_) => false,
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => true,
         }
     }
@@ -246,6 +218,7 @@ impl Bsdf {
             Self::Coated(b) => b.diffuse_albedo(wo.z.abs()),
             Self::MetallicRoughness(b) => b.diffuse_albedo(wo.z.abs()),
             Self::Principled(b) => b.diffuse_albedo(wo.z.abs()),
+            Self::Clearcoat(b) => b.diffuse_albedo(wo),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
         }
     }
@@ -261,6 +234,7 @@ impl Bsdf {
             Self::Coated(b) => b.reflectance *= LEFT,
             Self::MetallicRoughness(b) => b.diffuse *= LEFT,
             Self::Principled(b) => b.diffuse *= LEFT,
+            Self::Clearcoat(b) => b.base = b.base.with_diffuse(LEFT),
             Self::Lambert(_) | Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
             }
         }
@@ -277,13 +251,14 @@ impl Bsdf {
             Self::Coated(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
             Self::MetallicRoughness(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
             Self::Principled(b) => b.importance_gloss(cos),
+            Self::Clearcoat(b) => b.importance_gloss(wo),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
                 self.albedo().max_channel()
             }
         }
     }
 
-    /// The GGX roughness `α` of its lobe, the geometric mean of brushed surfaces, or of one as wide:
+    /// The GGX roughness `α` of its narrowest lobe, the geometric mean of brushed surfaces, or of one as wide:
     /// `√(2/(n + 2))` for Phong's exponent `n` (Walter et al. 2007); none if it has no lobe of
     /// finite width.
     pub fn roughness(&self) -> Option<f32> {
@@ -294,6 +269,7 @@ impl Bsdf {
             Self::Coated(b) => (!b.specular.is_black()).then_some(b.facets.mean()),
             Self::MetallicRoughness(b) => Some(b.facets.mean()),
             Self::Principled(b) => Some(b.facets.mean()),
+            Self::Clearcoat(b) => b.roughness(),
             Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
         }
     }
@@ -311,6 +287,9 @@ impl Bsdf {
             Self::Coated(b) => b.diffuse_albedo(1.0) + b.specular * fresnel::dielectric(1.0, b.ior),
             Self::MetallicRoughness(b) => b.diffuse_albedo(1.0) + b.f0,
             Self::Principled(b) => b.diffuse_albedo(1.0) + b.fresnel.at(1.0).into(),
+            Self::Clearcoat(b) => {
+                Self::from(b.base).albedo() * b.left(1.0) + Rgb::gray(b.importance_coat(1.0))
+            }
             Self::Mirror(b) => b.reflectance,
             Self::Glass(b) => b.transmittance.lerp(b.reflectance, fresnel::dielectric(1.0, b.ior)),
             Self::ThinGlass(b) => {
@@ -331,6 +310,7 @@ impl Bsdf {
             Self::Coated(b) => b.validate(),
             Self::MetallicRoughness(b) => b.validate(),
             Self::Principled(b) => b.validate(),
+            Self::Clearcoat(b) => b.validate(),
             Self::Mirror(b) => b.validate(),
             Self::Glass(b) => b.validate(),
             Self::ThinGlass(b) => b.validate(),
@@ -348,6 +328,7 @@ impl Bsdf {
             Self::Coated(b) => b.eval(wo, wi),
             Self::MetallicRoughness(b) => b.eval(wo, wi),
             Self::Principled(b) => b.eval(wo, wi),
+            Self::Clearcoat(b) => b.eval(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => [R::splat(0.0); 3],
         }
     }
@@ -363,6 +344,7 @@ impl Bsdf {
             Self::Coated(b) => b.pdf(wo, wi),
             Self::MetallicRoughness(b) => b.pdf(wo, wi),
             Self::Principled(b) => b.pdf(wo, wi),
+            Self::Clearcoat(b) => b.pdf(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => 0.0,
         }
     }

@@ -10,10 +10,9 @@
 //! than arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated) is
 //! the physical form. Tested by `bsdf::tests`.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, sum_of_lobes, validate};
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
-use crate::warp;
 use microfacet::{HalfVector, Microfacets};
 
 /// Diffuse plus a GGX lobe with the Fresnel reflectance of a dielectric.
@@ -40,18 +39,11 @@ impl Plastic {
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let Some(p) = self.lobe_probability(wo.z) else { return 0.0 };
-        let lobe = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
-        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * lobe
+        self.lobe_probability(wo.z).map_or(0.0, |p| lobes::pdf(p, &self.facets, wo, wi))
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
-        let direction = [u[1], u[2]];
-        Some(if u[0] < self.lobe_probability(wo.z)? {
-            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
-        } else {
-            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
-        })
+        Some(lobes::draw(self.lobe_probability(wo.z)?, &self.facets, wo, u))
     }
 
     /// Probability of drawing from the lobe; `None` if the surface is black.

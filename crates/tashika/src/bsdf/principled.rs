@@ -1,30 +1,33 @@
 //! The principled material of Disney, as Mitsuba 3 and version 3 of pbrt have it.
 //!
 //! ```text
-//! f_r = ρ_d/π · b(c_o, c_i, c_d)  +  s w_d  +  F(c_d) D G₂ / (4 c_o c_i)          (sr⁻¹)
+//! f_r = ρ_d/π · ((1 − f) b + f e)  +  s w_d  +  F(c_d) D G₂ / (4 c_o c_i)          (sr⁻¹)
 //!
 //! b = (1 − w_o/2)(1 − w_i/2) + R (w_o + w_i + w_o w_i (R − 1)),    R = 2 r c_d²
+//! e = 5/4 · (E (1 / (c_o + c_i) − ½) + ½),    E = (1 + (R/2 − 1) w_o)(1 + (R/2 − 1) w_i)
 //! F = t (F₀ + (1 − F₀) w_d) + (1 − t) F_dielectric(c_d, η)
 //! ```
 //!
 //! with `w = (1 − c)⁵` of a cosine, `c_d = ω_i·h`, the roughness `r` and `α = r²`: a diffuse part
-//! that is darker at grazing angles if it is smooth and brighter if it is rough, the sheen `s` of
-//! cloth, and facets (Burley 2012, section 5.3; 2015, equation 4). A loader sets
+//! that is darker at grazing angles if it is smooth and brighter if it is rough, by the flatness `f`
+//! one like that of light scattered below the surface (after Hanrahan, Krueger 1993), the sheen `s`
+//! of cloth, and facets (Burley 2012, section 5.3; 2015, equation 4). A loader sets
 //! `ρ_d = base · (1 − metallic)`, and the share `t` of Schlick's `F` to that of metal and of tinted
 //! gloss.
 //!
 //! # Limits
 //! The parts do not know of each other, and at grazing angles each returns all light and more: the
-//! diffuse one of a white, rough surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09.
+//! diffuse one of a white, rough surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09. At
+//! such angles `e` grows beyond all bounds, but `e c_i` does not.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, validate};
 use crate::color::Rgb;
+use crate::math::elementary::ln_f64;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
-use crate::warp;
 use fresnel::schlick_weight;
 use microfacet::{HalfVector, Microfacets};
 
@@ -44,6 +47,8 @@ pub struct Principled {
     pub diffuse: Rgb,
     /// Roughness `r` of the diffuse part, in `[0, 1]`.
     pub roughness: f32,
+    /// Flatness `f` of the diffuse part, in `[0, 1]`.
+    pub flatness: f32,
     /// Sheen `s` (sr⁻¹); each channel from 0 to [`MAX_SHEEN`].
     pub sheen: Rgb,
     /// What a facet reflects.
@@ -90,32 +95,42 @@ impl Principled {
         })
     }
 
-    /// `b`.
+    /// `(1 − f) b + f e`.
     #[inline(always)]
     fn shape<R: Real>(&self, cos_o: f32, cos_i: R, cos_d: R) -> R {
         let (one, o, i) = (R::splat(1.0), R::splat(schlick_weight(cos_o)), schlick_weight(cos_i));
         let half = R::splat(0.5);
         let r = R::splat(2.0 * self.roughness) * cos_d * cos_d;
-        (one - half * o) * (one - half * i) + r * (o + i - o * i + o * i * r)
+        let rough = (one - half * o) * (one - half * i) + r * (o + i - o * i + o * i * r);
+        if self.flatness == 0.0 {
+            return rough;
+        }
+        let grazing = half * r - one;
+        let even = (one + grazing * o) * (one + grazing * i);
+        let flat = R::splat(1.25) * (even * (one / (R::splat(cos_o) + cos_i) - half) + half);
+        R::splat(1.0 - self.flatness) * rough + R::splat(self.flatness) * flat
     }
 
     #[inline]
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let p = self.facet_probability(wo.z);
-        let facets = self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi);
-        (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * facets
+        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
     }
 
     pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        let direction = [u[1], u[2]];
-        if u[0] < self.facet_probability(wo.z) {
-            (self.facets.sample_reflection(wo, direction), Lobe::Glossy)
-        } else {
-            (warp::cosine_hemisphere(direction), Lobe::Diffuse)
-        }
+        lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
     }
 
-    /// `ρ_d ∫ b c_i dω_i / π` for light at cosine `cos_o`, `c`.
+    /// `ρ_d ∫ ((1 − f) b + f e) c_i dω_i / π` for light at cosine `cos_o`.
+    pub(super) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
+        let rough = self.rough_albedo(cos_o);
+        if self.flatness == 0.0 {
+            return self.diffuse * rough;
+        }
+        let flat = flat_albedo(f64::from(self.roughness), f64::from(cos_o)) as f32;
+        self.diffuse * ((1.0 - self.flatness) * rough + self.flatness * flat)
+    }
+
+    /// `∫ b c_i dω_i / π` for light at cosine `cos_o`, `c`.
     ///
     /// `2 c_d² = 1 + ω_o·ω_i`, so that `b` is a polynomial in `w_i` and the components of `ω_i`:
     /// with `M` the moments of `w`, and `s` the sine,
@@ -123,13 +138,13 @@ impl Principled {
     /// ```text
     /// (1 − w_o/2)(1 − M₀/2) + r w_o (1 + 2c/3) + r (1 − w_o)(M₀ + c M₁) + r² w_o (M₀ + 2c M₁ + c² M₂ + s² (M₀ − M₂)/2)
     /// ```
-    pub(super) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
+    fn rough_albedo(&self, cos_o: f32) -> f32 {
         let ([m0, m1, m2], c, r) = (MOMENTS, cos_o, self.roughness);
         let w = schlick_weight(c);
         let across = 0.5 * (1.0 - c) * (1.0 + c) * (m0 - m2);
         let once = w * (1.0 + 2.0 / 3.0 * c) + (1.0 - w) * (m0 + c * m1);
         let twice = w * (m0 + c * (2.0 * m1 + c * m2) + across);
-        self.diffuse * ((1.0 - 0.5 * w) * (1.0 - 0.5 * m0) + r * (once + r * twice))
+        (1.0 - 0.5 * w) * (1.0 - 0.5 * m0) + r * (once + r * twice)
     }
 
     /// About what is not in [`Principled::diffuse_albedo`]: the sheen and the facets.
@@ -147,10 +162,59 @@ impl Principled {
     pub(super) fn validate(&self) -> Result<(), String> {
         validate::fraction("diffuse", self.diffuse)?;
         validate::in_range("roughness", self.roughness, 0.0, 1.0)?;
+        validate::in_range("flatness", self.flatness, 0.0, 1.0)?;
         validate::channels_in_range("sheen", self.sheen, 0.0, MAX_SHEEN)?;
         validate::in_range("share of Schlick's", self.fresnel.schlick, 0.0, 1.0)?;
         validate::fraction("f0", self.fresnel.f0)?;
         validate::ior(self.fresnel.ior)?;
         validate::facets(self.facets)
     }
+}
+
+/// `∫ e c_i dω_i / π` for a roughness `r` and light at cosine `cos_o`.
+///
+/// Averaged over azimuths, `E` is a polynomial `P` of degree 7 in `c = c_i`: with `R/2 = m + n cos φ`,
+///
+/// ```text
+/// P = (1 − w_o)(1 − w_i) + m (w_o + w_i − 2 w_o w_i) + (m² + n²/2) w_o w_i
+/// m = r (1 + c_o c) / 2,    n² = r² (1 − c_o²)(1 − c²) / 4
+/// ```
+///
+/// so that `∫₀¹ 2c P / (c + c_o) dc` is that of the quotient and `ln ((1 + c_o) / c_o)` times the
+/// remainder.
+fn flat_albedo(r: f64, cos_o: f64) -> f64 {
+    /// Of `w_i = (1 − c)⁵`, from the constant on.
+    const GRAZING: [f64; 6] = [1.0, -5.0, 10.0, -10.0, 5.0, -1.0];
+    let cos_o = cos_o.max(f64::MIN_POSITIVE);
+    let w = GRAZING.into_iter().rev().fold(0.0, |sum, coefficient| sum * cos_o + coefficient);
+    let (half, sin2) = (0.5 * r, (1.0 - cos_o) * (1.0 + cos_o));
+    // m² + n²/2.
+    let square = [
+        half * half * (1.0 + 0.5 * sin2),
+        half * half * 2.0 * cos_o,
+        half * half * (cos_o * cos_o - 0.5 * sin2),
+    ];
+    // What stands alone, and what is multiplied by w_i.
+    let alone = [1.0 - w + half * w, half * w * cos_o];
+    let by_grazing = [
+        w - 1.0 + half * (1.0 - 2.0 * w) + w * square[0],
+        half * (1.0 - 2.0 * w) * cos_o + w * square[1],
+        w * square[2],
+    ];
+    let mut p = [0.0; 8];
+    p[..2].copy_from_slice(&alone);
+    for (i, a) in by_grazing.into_iter().enumerate() {
+        for (j, b) in GRAZING.into_iter().enumerate() {
+            p[i + j] += a * b;
+        }
+    }
+    // c P over c + c_o, from the highest power down.
+    let (mut quotient, mut remainder) = (0.0, 0.0);
+    for (power, coefficient) in p.into_iter().enumerate().rev() {
+        remainder = coefficient - cos_o * remainder;
+        quotient += remainder / (power + 1) as f64;
+    }
+    let over_sum = quotient - cos_o * remainder * ln_f64((1.0 + cos_o) / cos_o);
+    let plain: f64 = p.into_iter().enumerate().map(|(power, c)| c / (power + 2) as f64).sum();
+    1.25 * (2.0 * over_sum - plain + 0.5)
 }

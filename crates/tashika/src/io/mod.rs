@@ -5,6 +5,7 @@
 
 mod assets;
 mod checkpoint;
+mod clear_coats;
 mod dielectrics;
 mod exr;
 mod features;

@@ -123,7 +123,7 @@ impl SceneBuilder {
     }
 
     /// Adds a material; factors must be finite and not negative, indices of refraction above 1, and
-    /// the materials of a mix must have been added before.
+    /// the materials of a mix and the base of a coat must have been added before.
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
         check::material(&material, &self.scene)
             .map_err(|wrong| wrong.error(self.origin.clone().item(format!("material {}", material.name))))?;
@@ -148,6 +148,7 @@ impl SceneBuilder {
             Surface::Mix { first, second, .. } => {
                 [first, second].into_iter().any(|part| self.scene.brushed[part.index()])
             }
+            Surface::Clearcoat { base, .. } => self.scene.brushed[base.index()],
             surface => surface.is_brushed(),
         }
     }

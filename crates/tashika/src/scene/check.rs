@@ -8,8 +8,8 @@ use glam::Vec2;
 
 use super::part::Look;
 use super::{
-    AlphaMode, ColorInput, FacetInput, FloatInput, Image, Material, NormalInput, Pixels, Scene, Surface,
-    Texture,
+    AlphaMode, ColorInput, FacetInput, FloatInput, Image, Material, MaterialId, NormalInput, Pixels, Scene,
+    Surface, Texture,
 };
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
@@ -108,6 +108,12 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     if let Some(m) = material.others().find(|m| m.index() >= scene.materials.len()) {
         return Err(Wrong::new(format!("material {}", m.index()), "a material added before"));
     }
+    if let Surface::Clearcoat { base, .. } = &material.surface
+        && let Some(other) = without_coat(*base, scene)
+    {
+        let expected = "a base that is Lambertian, metallic-roughness, principled or a mix of these";
+        return Err(Wrong::new(format!("a clear coat over {other}"), expected));
+    }
     let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
     // A material has at most two parts; they are at the two ends of the numbers that choose.
     for u in [0.0, 1.0f32.next_down()] {
@@ -117,6 +123,17 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
         })?;
     }
     Ok(())
+}
+
+/// The kind of a surface below a coat that cannot have one, if there is such a surface.
+fn without_coat(base: MaterialId, scene: &Scene) -> Option<&'static str> {
+    match &scene.materials[base.index()].surface {
+        Surface::Lambert { .. } | Surface::MetallicRoughness { .. } | Surface::Principled { .. } => None,
+        Surface::Mix { first, second, .. } => {
+            without_coat(*first, scene).or_else(|| without_coat(*second, scene))
+        }
+        other => Some(other.kind()),
+    }
 }
 
 fn color(name: &str, c: Rgb) -> Checked {
@@ -191,9 +208,11 @@ fn surface(surface: &Surface) -> Checked {
             specular_tint,
             sheen,
             sheen_tint,
+            flatness,
             anisotropic,
             ior: _,
         } => {
+            number("flatness", flatness)?;
             number("anisotropic", anisotropic)?;
             color("base colour", base_color)?;
             number("metallic", metallic)?;
@@ -207,6 +226,39 @@ fn surface(surface: &Surface) -> Checked {
             color("reflectance", &(*reflectance).into())?;
             color("transmittance", &(*transmittance).into())
         }
+        Surface::Clearcoat { amount, alpha, .. } => {
+            number("amount of the coat", amount)?;
+            number("alpha of the coat", alpha)
+        }
         Surface::Mix { amount, .. } => number("amount", amount),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::CoatModel;
+    use crate::scene::SceneBuilder;
+
+    #[test]
+    fn coats_lie_over_opaque_surfaces_that_can_have_one() {
+        let mut b = SceneBuilder::new("coats", Location::default());
+        let mut add = |surface| b.add_material(Material::new("m", surface));
+        let gray = || ColorInput::from(Rgb::gray(0.5));
+        let coat = |base, amount: f32| {
+            let alpha = 0.1.into();
+            Surface::Clearcoat { base, amount: amount.into(), alpha, model: CoatModel::Layer }
+        };
+        let lambert = add(Surface::Lambert { reflectance: gray() }).unwrap();
+        let mirror = add(Surface::Mirror { reflectance: gray() }).unwrap();
+        let mix = |second| Surface::Mix { first: lambert, second, amount: 0.5.into() };
+        let [opaque, half] = [mix(lambert), mix(mirror)].map(|surface| add(surface).unwrap());
+        let coated = add(coat(opaque, 1.0)).unwrap();
+        for (base, kind) in [(mirror, "mirror"), (half, "mirror"), (coated, "clear coat")] {
+            let error = add(coat(base, 1.0)).unwrap_err().to_string();
+            assert!(error.contains(&format!("a clear coat over {kind}")), "{error}");
+        }
+        let error = add(coat(lambert, f32::NAN)).unwrap_err().to_string();
+        assert!(error.contains("amount of the coat = NaN"), "{error}");
     }
 }

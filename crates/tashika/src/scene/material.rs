@@ -3,53 +3,9 @@
 
 use glam::Vec2;
 
-use super::{Channel, FacetInput, MaterialId, TangentInput, TextureId, Textures};
-use crate::bsdf::{ConductorFresnel, FacetModel};
+use super::{ColorInput, FacetInput, FloatInput, MaterialId, TangentInput, TextureId, Textures};
+use crate::bsdf::{CoatModel, ConductorFresnel, FacetModel};
 use crate::color::Rgb;
-
-/// A colour, possibly textured: `factor · texture(uv)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ColorInput {
-    /// Constant factor, linear.
-    pub factor: Rgb,
-    /// Texture, if any.
-    pub texture: Option<TextureId>,
-}
-
-/// A number, possibly textured: `factor · texture(uv)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FloatInput {
-    /// Constant factor.
-    pub factor: f32,
-    /// Texture and the channel that holds the number, if any.
-    pub texture: Option<(TextureId, Channel)>,
-}
-
-impl ColorInput {
-    /// Colour at `uv`.
-    pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> Rgb {
-        self.texture.map_or(self.factor, |t| self.factor * textures.lookup(t, uv).0)
-    }
-}
-
-impl From<Rgb> for ColorInput {
-    fn from(factor: Rgb) -> Self {
-        Self { factor, texture: None }
-    }
-}
-
-impl FloatInput {
-    /// Number at `uv`.
-    pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> f32 {
-        self.texture.map_or(self.factor, |(t, channel)| self.factor * textures.channel(t, uv, channel))
-    }
-}
-
-impl From<f32> for FloatInput {
-    fn from(factor: f32) -> Self {
-        Self { factor, texture: None }
-    }
-}
 
 /// What the reflectance of a diffuse base under a coat says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -156,9 +112,22 @@ pub enum Surface {
         sheen: FloatInput,
         /// Share of it that has the hue of the base colour, 0 to 1.
         sheen_tint: FloatInput,
+        /// Share of the diffuse part that is like light scattered below the surface, 0 to 1.
+        flatness: FloatInput,
         /// Strength `s` of brushing, 0 to 1: with `a = √(1 − 0.9 s)`, `α` is divided by `a` along
         /// the tangent and multiplied by it across.
         anisotropic: FloatInput,
+    },
+    /// A clear coat over an opaque surface.
+    Clearcoat {
+        /// What is below: Lambertian, metallic-roughness, principled, or a mix of these.
+        base: MaterialId,
+        /// How much of a coat there is, 0 to 1.
+        amount: FloatInput,
+        /// Roughness `α` of the coat.
+        alpha: FloatInput,
+        /// Whose coat it is.
+        model: CoatModel,
     },
     /// Perfect mirror.
     Mirror {
@@ -208,6 +177,7 @@ impl Surface {
             Self::Coated { .. } => "coated",
             Self::MetallicRoughness { .. } => "metallic-roughness",
             Self::Principled { .. } => "principled",
+            Self::Clearcoat { .. } => "clear coat",
             Self::Mirror { .. } => "mirror",
             Self::Glass { .. } => "glass",
             Self::ThinGlass { .. } => "thin glass",
@@ -334,6 +304,7 @@ impl Material {
     pub(super) fn others(&self) -> impl Iterator<Item = MaterialId> {
         let parts = match &self.surface {
             Surface::Mix { first, second, .. } => [Some(*first), Some(*second)],
+            Surface::Clearcoat { base, .. } => [Some(*base), None],
             _ => [None; 2],
         };
         let back = match self.back {
@@ -343,7 +314,7 @@ impl Material {
         parts.into_iter().flatten().chain(back)
     }
 
-    /// Every texture the material looks up, but for those of the parts of a mix.
+    /// Every texture the material looks up, but for those of the materials that it refers to.
     pub(super) fn textures(&self) -> impl Iterator<Item = TextureId> {
         let color = |c: &ColorInput| c.texture;
         let number = |f: &FloatInput| f.texture.map(|t| t.0);
@@ -377,13 +348,15 @@ impl Material {
                 specular_tint,
                 sheen,
                 sheen_tint,
+                flatness,
                 anisotropic,
                 ior: _,
             } => {
-                let numbers = [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic];
+                let numbers = [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic];
                 numbers.map(number).into_iter().chain([color(base_color)]).collect()
             }
             Surface::Glass { facets, .. } => vec![number(&facets.alpha), across(facets)],
+            Surface::Clearcoat { amount, alpha, .. } => vec![number(amount), number(alpha)],
             Surface::Mix { amount, .. } => vec![number(amount)],
         };
         all.push(self.emission.and_then(|e| e.radiance.texture));

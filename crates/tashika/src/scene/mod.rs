@@ -17,6 +17,7 @@ mod emitter;
 mod environment;
 mod environment_blocks;
 mod facets;
+mod input;
 mod intensity_map;
 mod lens;
 mod material;
@@ -40,11 +41,10 @@ pub use emitter::{Beam, Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;
 pub use facets::{FacetInput, TangentInput};
+pub use input::{ColorInput, FloatInput};
 pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
-pub use material::{
-    Alpha, AlphaMode, Back, CoatBase, ColorInput, Emission, FloatInput, Material, NormalInput, Surface,
-};
+pub use material::{Alpha, AlphaMode, Back, CoatBase, Emission, Material, NormalInput, Surface};
 pub(crate) use mesh::has_normal;
 pub use mesh::{Instance, Mesh, MeshData};
 pub use note::{Note, NoteKind, Notes};

@@ -17,6 +17,7 @@
 //! | [`Surface::Conductor`], `α = 0` | mirror `s F(c_o)` | 1 |
 //! | [`Surface::Translucent`] | Lambert on this side; Lambert on the other | reflectance; transmittance |
 //! | [`Surface::Mix`] | the two materials | `1 − amount`; `amount` |
+//! | [`Surface::Clearcoat`] | those of its base, each under the coat | as there |
 //! | others | themselves | 1 |
 //!
 //! # Guarantee
@@ -32,8 +33,9 @@ use glam::Vec2;
 use super::facets::{drawn_out, of_aspect};
 use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
-    Bsdf, Coated, Conductor, FacetModel, Glass, Lambert, MAX_SHEEN, MIN_ALPHA, MetallicRoughness,
-    Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel, fresnel, glossy_probability,
+    Bsdf, Clearcoat, CoatModel, Coated, Conductor, FacetModel, Glass, Lambert, MAX_GTR1_ALPHA, MAX_SHEEN,
+    MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel,
+    UnderCoat, fresnel, glossy_probability,
 };
 use crate::color::Rgb;
 
@@ -195,12 +197,13 @@ impl<'a> Look<'a> {
                 specular_tint,
                 sheen,
                 sheen_tint,
+                flatness,
                 anisotropic,
             } => {
                 let base = self.color(base_color);
-                let inputs = [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic];
+                let inputs = [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic];
                 let inputs = inputs.map(|input| input.at(self.textures, self.uv).clamp(0.0, 1.0));
-                let [metallic, roughness, specular_tint, sheen, sheen_tint, anisotropic] = inputs;
+                let [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic] = inputs;
                 let hue = hue(base);
                 let opaque = 1.0 - metallic;
                 // What is Schlick's: of the metal, and of the tinted part of the rest.
@@ -211,6 +214,7 @@ impl<'a> Look<'a> {
                 whole(Bsdf::Principled(Principled {
                     diffuse: base * opaque,
                     roughness,
+                    flatness,
                     sheen: (Rgb::WHITE.lerp(hue, sheen_tint) * (opaque * sheen)).map(|s| s.min(MAX_SHEEN)),
                     fresnel: TintedFresnel {
                         schlick,
@@ -219,6 +223,15 @@ impl<'a> Look<'a> {
                     },
                     facets: Microfacets { alpha, model: FacetModel::GgxIndependent },
                 }))
+            }
+            Surface::Clearcoat { base, amount, alpha, model } => {
+                let part = self.part(&self.materials[base.index()], u);
+                // The builder accepts no other base.
+                let Some(base) = UnderCoat::of(&part.bsdf) else { return part };
+                let widest = if *model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
+                let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);
+                let alpha = alpha.at(self.textures, self.uv).clamp(MIN_ALPHA, widest);
+                Part { bsdf: Bsdf::Clearcoat(Clearcoat { base, amount, alpha, model: *model }), ..part }
             }
             Surface::Mirror { reflectance } => {
                 whole(Bsdf::Mirror(Mirror { reflectance: self.color(reflectance) }))
@@ -261,6 +274,7 @@ impl<'a> Look<'a> {
             | Surface::Coated { .. }
             | Surface::MetallicRoughness { .. }
             | Surface::Principled { .. }
+            | Surface::Clearcoat { .. }
             | Surface::Mirror { .. } => 0.0,
             Surface::Mix { first, second, amount } => {
                 let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);

@@ -168,6 +168,7 @@ fn direction(point: &GatherPoint) -> Vec3 {
         | Bsdf::Coated(_)
         | Bsdf::MetallicRoughness(_)
         | Bsdf::Principled(_)
+        | Bsdf::Clearcoat(_)
         | Bsdf::Mirror(_)
         | Bsdf::Glass(_)
         | Bsdf::ThinGlass(_) => point.frame.to_world(Vec3::new(-point.wo.x, -point.wo.y, point.wo.z)),

@@ -73,12 +73,17 @@ fn rich() -> Document {
 /// The opaque surface of the first mesh, below all layers.
 fn opaque(scene: &Scene) -> Surface {
     let mut material = scene.meshes()[0].material;
-    while let Surface::Mix { first, second, .. } = scene.materials()[material.index()].surface {
-        // Below a weaker reflection is the same surface without any.
-        let is_below = matches!(scene.materials()[first.index()].surface, Surface::Lambert { .. });
-        material = if is_below { second } else { first };
+    loop {
+        material = match scene.materials()[material.index()].surface {
+            Surface::Mix { first, second, .. } => {
+                // Below a weaker reflection is the same surface without any.
+                let is_below = matches!(scene.materials()[first.index()].surface, Surface::Lambert { .. });
+                if is_below { second } else { first }
+            }
+            Surface::Clearcoat { base, .. } => base,
+            surface => return surface,
+        }
     }
-    scene.materials()[material.index()].surface
 }
 
 /// The rich document with one value replaced.

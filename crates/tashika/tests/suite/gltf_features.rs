@@ -175,6 +175,10 @@ fn example(kind: &str, name: &str) -> Document {
             let coat = json!({ "clearcoatFactor": 1, "clearcoatNormalTexture": { "index": 0 } });
             d = with_material(json!({ "extensions": { "KHR_materials_clearcoat": coat } }));
         }
+        ("KHR_materials_clearcoat", "transmissionFactor") => {
+            d = glass(json!({ "thicknessFactor": 1 }), smooth);
+            d.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] = json!({ "clearcoatFactor": 1 });
+        }
         ("extension", "KHR_materials_transmission" | "KHR_materials_volume") => {
             d = glass(json!({ "thicknessFactor": 1 }), smooth);
         }

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use serde_json::{Value, json};
+use tashika::bsdf::CoatModel;
 use tashika::color::Rgb;
 use tashika::scene::{
     Channel, ColorInput, FloatInput, Material, NormalInput, NoteKind, Pixels, Sampling, Scene, Surface,
@@ -240,28 +241,23 @@ fn leaves_let_light_through_on_a_share() {
 }
 
 #[test]
-fn clear_coats_replace_the_highlight_of_a_dielectric_and_mirror_over_metal() {
+fn clear_coats_lie_over_dielectrics_and_metals() {
     let coat = json!({ "KHR_materials_clearcoat": {
-        "clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.5, "clearcoatRoughnessTexture": { "index": 0 },
+        "clearcoatFactor": 0.7, "clearcoatRoughnessFactor": 0.5, "clearcoatRoughnessTexture": { "index": 0 },
     } });
-    let scene = textured(dielectric(0.9, coat.clone()));
-    let Surface::MetallicRoughness { base_color, metallic, roughness, specular_f0, .. } =
-        used(&scene).surface
-    else {
-        panic!()
-    };
-    assert_eq!((base_color.factor, metallic.factor, specular_f0.factor), (BASE, 0.0, Rgb::gray(0.04)));
-    near(number(&scene, roughness), [0.5 * 0.4, 0.5]);
-
-    let metal = json!({ "metallicFactor": 1, "roughnessFactor": 0.9 });
-    let scene = textured(json!({ "pbrMetallicRoughness": metal, "extensions": coat }));
-    let Surface::Mix { first, second, amount } = used(&scene).surface else { panic!() };
-    assert_eq!(amount, FloatInput::from(0.04));
-    let parts = [first, second].map(|id| match scene.materials()[id.index()].surface {
-        Surface::MetallicRoughness { metallic, roughness, .. } => (metallic.factor, roughness.factor),
-        other => panic!("{other:?}"),
-    });
-    assert_eq!(parts, [(1.0, 0.9), (1.0, 0.5)]);
+    for metal in [0.0, 0.3, 1.0] {
+        let core = json!({ "metallicFactor": metal, "roughnessFactor": 0.9 });
+        let scene = textured(json!({ "pbrMetallicRoughness": core, "extensions": coat }));
+        assert_eq!(notes(&scene), []);
+        let Surface::Clearcoat { base, amount, alpha, model } = used(&scene).surface else { panic!() };
+        assert_eq!((amount, model), (0.7.into(), CoatModel::Layer));
+        near(number(&scene, alpha), [(0.5_f32 * 0.4).powi(2), 0.25]);
+        let Surface::MetallicRoughness { metallic, roughness, .. } = scene.materials()[base.index()].surface
+        else {
+            panic!()
+        };
+        assert_eq!((metallic.factor, roughness.factor), (metal, 0.9));
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! carry put back, on scenes with gloss, mirrors and glass.
 
 use tashika::accel::Glass;
-use tashika::bsdf::{Bsdf, ConductorFresnel, Lambert};
+use tashika::bsdf::{Bsdf, CoatModel, ConductorFresnel, Lambert};
 use tashika::color::Rgb;
 use tashika::film::Film;
 use tashika::gather::GatherPoint;
@@ -284,6 +284,7 @@ fn cloth_and_retro_reflection_are_put_back() {
         specular_tint: 0.5.into(),
         sheen: 1.0.into(),
         sheen_tint: 0.5.into(),
+        flatness: 0.0.into(),
         anisotropic: 0.0.into(),
     };
     let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
@@ -291,6 +292,39 @@ fn cloth_and_retro_reflection_are_put_back() {
     let left = cuboid(Vec3::new(-0.8, 0.02, -0.2), Vec3::new(-0.4, 0.5, 0.3), false);
     place(&mut b, left, Material::new("half metal", principled(0.5, 0.4)));
     transport_agrees(b, 0.02, "cloth");
+}
+
+/// Coats of each model, whose layers see light and viewers differently.
+#[test]
+fn clear_coats_are_put_back() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let principled = Surface::Principled {
+        base_color: Rgb::new(0.2, 0.5, 0.6).into(),
+        metallic: 0.3.into(),
+        roughness: 0.8.into(),
+        ior: 1.5,
+        specular_tint: 0.0.into(),
+        sheen: 0.0.into(),
+        sheen_tint: 0.0.into(),
+        flatness: 1.0.into(),
+        anisotropic: 0.0.into(),
+    };
+    let principled = b.add_material(Material::new("principled", principled)).unwrap();
+    let painted = b.add_material(Material::new("painted", lambert(0.7))).unwrap();
+    let coat = |base, alpha: f32, model| {
+        let (amount, alpha) = (1.0.into(), alpha.into());
+        Material::new("coat", Surface::Clearcoat { base, amount, alpha, model })
+    };
+    let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
+    place(&mut b, floor, coat(painted, 0.3, CoatModel::Layer));
+    let left = cuboid(Vec3::new(-0.8, 0.02, -0.2), Vec3::new(-0.4, 0.5, 0.3), false);
+    place(&mut b, left, coat(principled, 0.1, CoatModel::Mitsuba));
+    let right = cuboid(Vec3::new(0.4, 0.02, -0.2), Vec3::new(0.8, 0.6, 0.3), false);
+    place(&mut b, right, coat(principled, 0.1, CoatModel::Disney));
+    let back = parallelogram(Vec3::new(-0.9, 0.6, -0.98), Vec3::X * 0.6, Vec3::Y * 0.6);
+    place(&mut b, back, coat(painted, 0.05, CoatModel::Layer));
+    transport_agrees(b, 0.02, "coats");
 }
 
 /// A mirror that lights what VPLs cannot, a smooth coat, a pane and a block of solid glass in front

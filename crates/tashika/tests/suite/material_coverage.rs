@@ -52,12 +52,10 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("Mitsuba", "principled anisotropic"),
     ("glTF", "specularFactor"),
     ("glTF", "anisotropyTexture"),
-    // Stretched facets and layers that have no formula here, and distributions that only old
-    // versions had.
+    // Stretched facets that have no formula here, and distributions that only old versions had.
     ("Mitsuba", "anisotropic roughness"),
     ("Mitsuba", "distribution as"),
     ("Mitsuba", "distribution phong"),
-    ("glTF", "KHR_materials_clearcoat"),
 ];
 
 /// Whether a row of a features table is about what a surface is made of.

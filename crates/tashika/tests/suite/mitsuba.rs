@@ -6,7 +6,7 @@
 use std::fs;
 use std::sync::OnceLock;
 
-use tashika::bsdf::FacetModel;
+use tashika::bsdf::{CoatModel, FacetModel};
 use tashika::color::Rgb;
 use tashika::error::Result;
 use tashika::film::Window;
@@ -15,7 +15,7 @@ use tashika::math::elementary::sin_cos;
 use tashika::math::{Vec2, Vec3};
 use tashika::scene::{
     Alpha, Camera, CameraSample, Channel, CoatBase, ColorInput, Emitter, FacetInput, FloatInput, InstanceId,
-    Material, NormalInput, NoteKind, Scene, Surface, TextureId,
+    Material, NormalInput, NoteKind, Scene, Surface, Texture, TextureId,
 };
 use tempfile::TempDir;
 
@@ -334,6 +334,48 @@ fn principled_materials_have_the_reflectance_of_their_specular() {
         "<bsdf type=\"principled\"><float name=\"spec_trans\" value=\"1\"/><float name=\"eta\" value=\"1.5\"/></bsdf>",
     );
     assert!(matches!(glass.materials()[0].surface, Surface::Glass { ior: 1.5, .. }));
+}
+
+/// The coat lies on what is not glass; `α` falls with its gloss, also where that is a texture.
+#[test]
+fn clear_coats_have_the_roughness_of_their_gloss() {
+    let principled = |inside: &str| {
+        let coat = "<float name=\"clearcoat\" value=\"0.8\"/>";
+        with_bsdf("3.0.0", &format!("<bsdf type=\"principled\">{coat}{inside}</bsdf>"))
+    };
+    let gloss = |value: &str| principled(&format!("<float name=\"clearcoat_gloss\" value=\"{value}\"/>"));
+    for (scene, expected) in [(principled(""), 0.1), (gloss("0.5"), 0.0505), (gloss("1"), 0.001)] {
+        let Surface::Clearcoat { base, amount, alpha, model } = scene.materials().last().unwrap().surface
+        else {
+            panic!("{:?}", scene.materials());
+        };
+        assert_eq!((amount, model), (0.8.into(), CoatModel::Mitsuba));
+        assert!((alpha.factor - expected).abs() < 1e-6, "{alpha:?} for {expected}");
+        assert!(matches!(scene.materials()[base.index()].surface, Surface::Principled { .. }));
+    }
+    let textured = "<texture type=\"bitmap\" name=\"clearcoat_gloss\"><string name=\"filename\" value=\"a.png\"/>\
+                    <boolean name=\"raw\" value=\"true\"/></texture>";
+    let scene = principled(textured);
+    let Surface::Clearcoat { alpha, .. } = scene.materials().last().unwrap().surface else { panic!() };
+    let (texture, channel) = alpha.texture.unwrap();
+    let Texture::Mix { first, second, amount } = scene.textures().nodes[texture.index()] else { panic!() };
+    let value = |id| scene.textures().channel(id, Vec2::new(0.3, 0.6), channel);
+    assert!((value(first) - 0.1).abs() < 1e-6 && (value(second) - 0.001).abs() < 1e-6);
+    let expected = 0.1 - 0.099 * value(amount);
+    assert!((alpha.at(scene.textures(), Vec2::new(0.3, 0.6)) - expected).abs() < 1e-6);
+
+    let sheet = "<bsdf type=\"principledthin\"><float name=\"clearcoat\" value=\"1\"/></bsdf>";
+    let notes_of_sheet = notes(&with_bsdf("3.0.0", sheet));
+    assert!(
+        notes_of_sheet.iter().any(|(_, m)| m.contains("\"clearcoat\" is not used")),
+        "{notes_of_sheet:?}"
+    );
+
+    let glass = principled("<float name=\"spec_trans\" value=\"0.5\"/><float name=\"eta\" value=\"1.5\"/>");
+    let Surface::Mix { first, second, .. } = glass.materials().last().unwrap().surface else { panic!() };
+    let kinds = [first, second].map(|id| glass.materials()[id.index()].surface.kind());
+    assert_eq!(kinds, ["clear coat", "glass"]);
+    assert!(matches!(notes(&glass).as_slice(), [(NoteKind::Approximated, m)] if m.contains("clearcoat")));
 }
 
 #[test]

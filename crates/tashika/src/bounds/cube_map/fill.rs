@@ -5,6 +5,8 @@
 //! lobe · c_i ≤           ρ (n + 2)/2π cosⁿα c_i or             F D G₂ / (4 c_o)
 //! ```
 //!
+//! and a coat's on top.
+//!
 //! The same bounds as those of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], for
 //! hundreds of cones at once: the angles of a row of texels are one operation
 //! ([`spans`](super::spans)), and what depends on the point alone is done once. Many times faster,
@@ -25,9 +27,10 @@ use super::spans::{Directions, Horizon, Spans};
 use super::texel::Texel;
 use crate::bounds::Reflector;
 use crate::bounds::angle::Angle;
+use crate::bounds::lobes::clearcoat::{Coats, Light};
 use crate::bounds::lobes::facets::{Widths, upper_distribution, upper_visibility, upper_visibility_cos};
 use crate::bounds::lobes::{Lobe, Parts, phong, round_up};
-use crate::bsdf::{Bsdf, FacetModel, MIN_COSINE, Microfacets};
+use crate::bsdf::{Bsdf, FacetModel, MIN_COSINE, Microfacets, UnderCoat};
 use crate::color::Rgb;
 use crate::math::Cone;
 
@@ -70,6 +73,7 @@ struct Source {
     /// Upper bounds of the diffuse part (sr⁻¹).
     diffuse: [f64; STEPS],
     lobe: Lobe,
+    coat: Option<Coats>,
     /// Upper bounds of `F`; zeros if there are no facets.
     reflected: [f64; KNOTS + 1],
     /// The facets; of roughness 1 if there are none.
@@ -85,14 +89,12 @@ pub fn fill<const N: usize>(texels: &mut [[[Texel; N]; N]; 6], point: &Reflector
         let directions = directions.turned::<N>(face);
         for (v, (row, values)) in Faces::<N>::ROWS.iter().zip(rows).enumerate() {
             let horizon = directions.horizon(row);
-            let spans = match source.lobe {
-                Lobe::None => Spans::NONE,
-                Lobe::Phong { .. } | Lobe::Facets { .. } => directions.spans(row),
-            };
+            let spans = if source.is_diffuse() { Spans::NONE } else { directions.spans(row) };
             let lobes = source.lobes(&horizon, &spans);
             for (u, value) in values.iter_mut().enumerate().filter(|(u, _)| horizon.above[*u]) {
                 let step = ((horizon.max_cos_i[u] * STEPS as f32) as usize).min(STEPS - 1);
-                let upper = round_up(source.diffuse[step] + lobes[u]);
+                let coat = source.coat.map_or(0.0, |coat| source.upper_coat(&coat, &horizon, &spans, u));
+                let upper = round_up(source.diffuse[step] + lobes[u] + coat);
                 *value = Texel::at_least(if source.near_peak(spans.half_sin[u]) {
                     upper.min(source.upper_alone(&Faces::<N>::cone(face, v, u)))
                 } else {
@@ -107,10 +109,11 @@ impl Source {
     /// `None` if all texels are zero.
     fn of(point: &Reflector, bounded: Bounded) -> Option<Self> {
         let cos_o = point.wo.z.abs();
-        let lobe = Parts::of(&point.bsdf, cos_o, 1.0).lobe;
-        if cos_o <= MIN_COSINE || matches!((lobe, bounded), (Lobe::None, Bounded::LobeCosine)) {
+        let parts = Parts::of(&point.bsdf, cos_o, 1.0);
+        if cos_o <= MIN_COSINE || parts.is_diffuse() && bounded == Bounded::LobeCosine {
             return None;
         }
+        let Parts { lobe, coat, .. } = parts;
         let (facets, reflected) = match lobe {
             Lobe::None | Lobe::Phong { .. } => (Microfacets::ggx(1.0), [0.0; KNOTS + 1]),
             Lobe::Facets { facets, reflected } => {
@@ -125,7 +128,26 @@ impl Source {
             }
             Bounded::LobeCosine => (Reflector { bsdf: without_diffuse(point.bsdf), ..*point }, [0.0; STEPS]),
         };
-        Some(Self { bounded, point, cos_o, diffuse, lobe, reflected, facets })
+        Some(Self { bounded, point, cos_o, diffuse, lobe, coat, reflected, facets })
+    }
+
+    fn is_diffuse(&self) -> bool {
+        matches!(self.lobe, Lobe::None) && self.coat.is_none()
+    }
+
+    /// Upper bound of a coat over a texel that reaches above the horizon.
+    fn upper_coat<const N: usize>(
+        &self,
+        coat: &Coats,
+        horizon: &Horizon<N>,
+        spans: &Spans<N>,
+        u: usize,
+    ) -> f64 {
+        let light = match self.bounded {
+            Bounded::Brdf => Light::From(spans.min_cos_i[u].into()),
+            Bounded::LobeCosine => Light::UpTo(horizon.max_cos_i[u].into()),
+        };
+        coat.upper_at_once(half(spans, u), spans.cos_incidence[u].into(), self.cos_o.into(), light)
     }
 
     /// Upper bounds of the lobe over the texels of a row that reach above the horizon; zero for the
@@ -173,15 +195,13 @@ impl Source {
             if !horizon.above[u] {
                 return 0.0;
             }
-            let sin = f64::from(spans.half_sin[u]);
-            let half = Angle { sin, cos: (1.0 - sin * sin).max(0.0).sqrt() };
             let visibility = match self.bounded {
                 Bounded::Brdf => upper_visibility(model, narrowest, cos_o, f64::from(spans.min_cos_i[u])),
                 Bounded::LobeCosine => {
                     upper_visibility_cos(model, narrowest, cos_o, f64::from(horizon.max_cos_i[u]))
                 }
             };
-            upper_distribution(model, widths, half) * visibility
+            upper_distribution(model, widths, half(spans, u)) * visibility
         })
     }
 
@@ -206,10 +226,12 @@ impl Source {
 
     /// Whether `D` is near its peak at the least angle of the half vector.
     fn near_peak(&self, half_sin: f32) -> bool {
-        match self.lobe {
-            Lobe::None | Lobe::Phong { .. } => false,
-            Lobe::Facets { .. } => half_sin < self.facets.widest().min(WIDEST_PEAK),
-        }
+        let of_lobe = match self.lobe {
+            Lobe::None | Lobe::Phong { .. } => 0.0,
+            Lobe::Facets { .. } => self.facets.widest(),
+        };
+        let of_coat = self.coat.map_or(0.0, |coat| coat.widest());
+        half_sin < of_lobe.max(of_coat).min(WIDEST_PEAK)
     }
 
     /// The bound over a single cone: slower, and tighter near the peak of facets.
@@ -221,6 +243,12 @@ impl Source {
     }
 }
 
+/// The least angle of the half vector with the normal.
+fn half<const N: usize>(spans: &Spans<N>, u: usize) -> Angle {
+    let sin = f64::from(spans.half_sin[u]);
+    Angle { sin, cos: (1.0 - sin * sin).max(0.0).sqrt() }
+}
+
 /// A BSDF with the same lobe and no diffuse part.
 fn without_diffuse(mut bsdf: Bsdf) -> Bsdf {
     match &mut bsdf {
@@ -230,6 +258,10 @@ fn without_diffuse(mut bsdf: Bsdf) -> Bsdf {
         Bsdf::Coated(b) => b.reflectance = Rgb::BLACK,
         Bsdf::MetallicRoughness(b) => b.diffuse = Rgb::BLACK,
         Bsdf::Principled(b) => (b.diffuse, b.sheen) = (Rgb::BLACK, Rgb::BLACK),
+        Bsdf::Clearcoat(b) => {
+            let base = without_diffuse(b.base.into());
+            b.base = UnderCoat::of(&base).unwrap_or(b.base);
+        }
         Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {}
     }
     bsdf

@@ -36,7 +36,7 @@
 //!   a texel is 16 bits wide ([`texel`]).
 //! * The source bounds Phong lobes. Here every [`Bsdf`](crate::bsdf::Bsdf) is bounded ([`fill`]).
 //! * `FOLDED` is an alternative of our own: the texels hold the lobe *times* the cosine, and the
-//!   diffuse part is one number beside them, `M ≤ K max cos⁺ + max U_T`. GGX lobes without the
+//!   diffuse part is two numbers beside them, `M ≤ min(K max cos⁺, K_c) + max U_T`. GGX lobes without the
 //!   cosine grow towards the horizon, so that their product with the largest cosine of a cluster
 //!   can be many times too large; a diffuse part times the largest cosine of a texel is a little
 //!   too large.
@@ -75,8 +75,8 @@ const ROUNDING: f32 = 16.0 * UNIT_ROUNDOFF;
 pub struct UpperCubeMap<const N: usize = 8, const FOLDED: bool = false> {
     /// The shading normals, on the sides of the viewers.
     normals: Cone,
-    /// Largest diffuse part that is not in the texels (sr⁻¹).
-    diffuse: f32,
+    /// Largest diffuse part that is not in the texels, and largest one times the cosine (sr⁻¹).
+    diffuse: [f32; 2],
     /// `texels[face][v][u]` (sr⁻¹).
     texels: Box<[[[Texel; N]; N]; 6]>,
 }
@@ -84,7 +84,7 @@ pub struct UpperCubeMap<const N: usize = 8, const FOLDED: bool = false> {
 impl<const N: usize, const FOLDED: bool> UpperMaterial for UpperCubeMap<N, FOLDED> {
     fn of_point(point: &Reflector) -> Self {
         let mut map =
-            Self { normals: Cone::EMPTY, diffuse: 0.0, texels: Box::new([[[Texel::ZERO; N]; N]; 6]) };
+            Self { normals: Cone::EMPTY, diffuse: [0.0; 2], texels: Box::new([[[Texel::ZERO; N]; N]; 6]) };
         let cos_o = point.wo.z.abs();
         // Seen from within the surface, nothing is reflected.
         if cos_o > MIN_COSINE {
@@ -92,7 +92,8 @@ impl<const N: usize, const FOLDED: bool> UpperMaterial for UpperCubeMap<N, FOLDE
             let bounded = if FOLDED { Bounded::LobeCosine } else { Bounded::Brdf };
             fill::fill(&mut map.texels, point, bounded);
             if FOLDED {
-                map.diffuse = round_up(Parts::of(&point.bsdf, cos_o, 1.0).diffuse);
+                let parts = Parts::of(&point.bsdf, cos_o, 1.0);
+                map.diffuse = [parts.diffuse, parts.diffuse_cos].map(round_up);
             }
         }
         map
@@ -100,7 +101,8 @@ impl<const N: usize, const FOLDED: bool> UpperMaterial for UpperCubeMap<N, FOLDE
 
     fn merge(&mut self, other: &Self) {
         self.normals = self.normals.union(other.normals);
-        self.diffuse = self.diffuse.max(other.diffuse);
+        let [diffuse, diffuse_cos] = self.diffuse;
+        self.diffuse = [diffuse.max(other.diffuse[0]), diffuse_cos.max(other.diffuse[1])];
         let mine = self.texels.as_flattened_mut().as_flattened_mut();
         for (a, b) in mine.iter_mut().zip(other.texels.as_flattened().as_flattened()) {
             *a = (*a).max(*b);
@@ -113,7 +115,7 @@ impl<const N: usize, const FOLDED: bool> UpperMaterial for UpperCubeMap<N, FOLDE
             return 0.0;
         }
         let upper = coverage::upper(towards, &self.texels).value();
-        let upper = if FOLDED { self.diffuse * cos + upper } else { upper * cos };
+        let upper = if FOLDED { (self.diffuse[0] * cos).min(self.diffuse[1]) + upper } else { upper * cos };
         upper * (1.0 + ROUNDING)
     }
 }
@@ -129,7 +131,7 @@ mod tests {
         for texel in texels.as_flattened_mut().as_flattened_mut() {
             *texel = Texel::at_least(s.uniform() / s.uniform());
         }
-        UpperCubeMap { normals: Cone::of(crate::warp::sphere(s.uniform_2())), diffuse: 0.0, texels }
+        UpperCubeMap { normals: Cone::of(crate::warp::sphere(s.uniform_2())), diffuse: [0.0; 2], texels }
     }
 
     #[test]

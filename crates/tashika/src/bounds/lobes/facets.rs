@@ -64,6 +64,11 @@ impl Widths {
         Self { widest: [widest; 2], narrowest, ratio }
     }
 
+    /// At which half vectors the bound of reflection is cut in rings.
+    pub(in crate::bounds) fn cuts(self) -> [f64; 3] {
+        CUTS.map(|cut| cut * f64::from(self.widest[1]))
+    }
+
     /// Of what either holds.
     pub(in crate::bounds) fn union(self, other: Self) -> Self {
         let ([low, high], [other_low, other_high]) = (self.widest, other.widest);
@@ -84,10 +89,11 @@ pub(in crate::bounds) struct Ring {
     pub(in crate::bounds) cos_light: f64,
 }
 
-/// At least `D · others` for all `α` in the range and all half vectors from `least` on.
+/// At least `D · others` for all half vectors from `least` on.
 ///
-/// * `model`: of `D`.
-/// * `widths`: of `D`.
+/// * `distribution`: at least `D` from an angle on.
+/// * `cuts`: tangents of the angle of the half vector between which the factors are bounded one by
+///   one, in ascending order.
 /// * `viewer`: at least the angle between any normal and its viewer.
 /// * `all`: what is known of all directions.
 /// * `others`: at least the other factors within a ring; it may grow as the ring's cosines fall.
@@ -96,8 +102,8 @@ pub(in crate::bounds) struct Ring {
 /// mirror direction. So the range of `θ_h` is cut in rings; within one that ends at `θ`, the angle
 /// of incidence is at most `θ_o + θ`, and that of the light `θ_o + 2θ`.
 pub(in crate::bounds) fn upper_reflection(
-    model: FacetModel,
-    widths: Widths,
+    distribution: impl Fn(Angle) -> f64,
+    cuts: impl IntoIterator<Item = f64>,
     mut least: Angle,
     viewer: Angle,
     all: Ring,
@@ -108,8 +114,7 @@ pub(in crate::bounds) fn upper_reflection(
         // ‖ω_o + ω_i‖ > c_o. Where the lengths of the two differ by ε, their sum is ε / ‖ω_o + ω_i‖
         // nearer to one of them.
         let slack = LENGTHS * (1.0 + 1.0 / viewer.cos);
-        for cut in CUTS {
-            let tan = cut * f64::from(widths.widest[1]);
+        for tan in cuts {
             if least.sin >= tan * least.cos {
                 continue;
             }
@@ -123,11 +128,11 @@ pub(in crate::bounds) fn upper_reflection(
             if ring == all {
                 break;
             }
-            largest = largest.max(upper_distribution(model, widths, least) * others(ring));
+            largest = largest.max(distribution(least) * others(ring));
             least = end;
         }
     }
-    largest.max(upper_distribution(model, widths, least) * others(all))
+    largest.max(distribution(least) * others(all))
 }
 
 /// At least `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least` on.
@@ -195,7 +200,8 @@ mod tests {
     fn ranges_of_roughness_hold_and_are_tight() {
         let of = |model, alphas: [f64; 2], least: Angle| {
             let widths = Widths { widest: alphas.map(|a| a as f32), narrowest: alphas[0] as f32, ratio: 1.0 };
-            upper_reflection(model, widths, least, Angle::ZERO, EVERYTHING, |_| 1.0)
+            let distribution = |least| upper_distribution(model, widths, least);
+            upper_reflection(distribution, widths.cuts(), least, Angle::ZERO, EVERYTHING, |_| 1.0)
         };
         for (model, alphas) in models_of([[1e-3, 1e-3], [1e-3, 1e-2], [0.05, 0.4], [1e-3, 1.0], [1.0, 1.0]]) {
             for tan in [0.0, 1e-4, 1e-3, 3e-3, 0.03, 0.2, 0.9, 4.0, 100.0] {
@@ -237,10 +243,17 @@ mod tests {
                         let others = |incidence: f64| 1e-6 + (1.0 - incidence.cos()).powf(steep);
                         let all = Ring { cos_incidence: widest.cos(), cos_light: 1.0 };
                         let widths = Widths::of(&Microfacets::even(alpha as f32, model));
-                        let bound =
-                            upper_reflection(model, widths, angle(least), angle(viewer), all, |ring| {
-                                others(ring.cos_incidence.acos())
-                            });
+                        let upper = |least| upper_distribution(model, widths, least);
+                        let others_within = |ring: Ring| others(ring.cos_incidence.acos());
+                        let [least_angle, viewer_angle] = [least, viewer].map(angle);
+                        let bound = upper_reflection(
+                            upper,
+                            widths.cuts(),
+                            least_angle,
+                            viewer_angle,
+                            all,
+                            others_within,
+                        );
                         let mut largest = 0.0_f64;
                         for step in 0..=2000 {
                             let half = least + (1.57 - least) * (f64::from(step) / 2000.0).powi(3);

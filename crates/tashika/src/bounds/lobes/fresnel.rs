@@ -53,7 +53,12 @@ pub(in crate::bounds) enum Reflected {
         k: Rgb,
     },
     /// A mean of Schlick's approximation and of a dielectric.
-    Tinted(TintedFresnel),
+    Tinted {
+        /// Factor.
+        scale: f32,
+        /// What is reflected but for that.
+        fresnel: TintedFresnel,
+    },
 }
 
 impl Reflected {
@@ -63,8 +68,17 @@ impl Reflected {
             Self::Schlick { scale, .. } | Self::Conductor { scale, .. } => scale.max_channel() <= 0.0,
             Self::Dielectric { scale, .. } => *scale <= 0.0,
             // All of it at grazing angles.
-            Self::Tinted(_) => false,
+            Self::Tinted { scale, .. } => *scale <= 0.0,
         }
+    }
+
+    /// The same times `factor`.
+    pub(super) fn scaled(mut self, factor: f32) -> Self {
+        match &mut self {
+            Self::Schlick { scale, .. } | Self::Conductor { scale, .. } => *scale *= factor,
+            Self::Dielectric { scale, .. } | Self::Tinted { scale, .. } => *scale *= factor,
+        }
+        self
     }
 
     /// At least the largest channel reflected at any angle of incidence of cosine `cos` or more.
@@ -80,10 +94,10 @@ impl Reflected {
                 let channels = eta.zip(k, |eta, k| upper_conductor(cos, f64::from(eta), f64::from(k)) as f32);
                 f64::from((channels * scale).max_channel())
             }
-            Self::Tinted(TintedFresnel { schlick, f0, ior }) => {
-                let (schlick, scale) = (f64::from(schlick), Rgb::WHITE);
-                schlick * Self::Schlick { scale, f0 }.upper(cos)
-                    + (1.0 - schlick) * upper_dielectric(cos, ior)
+            Self::Tinted { scale, fresnel: TintedFresnel { schlick, f0, ior } } => {
+                let (schlick, scale) = (f64::from(schlick), f64::from(scale));
+                let tinted = Self::Schlick { scale: Rgb::WHITE, f0 }.upper(cos);
+                scale * (schlick * tinted + (1.0 - schlick) * upper_dielectric(cos, ior))
             }
         }
     }

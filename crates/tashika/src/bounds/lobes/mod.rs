@@ -1,7 +1,7 @@
-//! BSDFs in two parts that can be bounded: one that does not depend on directions, and one lobe.
+//! BSDFs in parts that can be bounded: one that does not depend on directions, a lobe, and a coat.
 //!
 //! ```text
-//! f_r ≤ diffuse + lobe          (sr⁻¹, the largest channel of each)
+//! f_r ≤ diffuse + lobe + coat          (sr⁻¹, the largest channel of each)
 //! ```
 //!
 //! | BSDF | diffuse | lobe |
@@ -13,9 +13,10 @@
 //! | Coated | `ρ/π · T(c_o) T_max / (η² (1 − ρ F_int))` | [`facets`] |
 //! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`facets`] |
 //! | Principled | `ρ_d/π · b` and the sheen, by [`burley`] | [`facets`] |
+//! | Clearcoat | what is left of its base's | what is left of its base's, and a coat: [`clearcoat`] |
 //!
 //! # Guarantee
-//! The sum of the two bounds is at least the value in the `f32` arithmetic of
+//! The sum of the bounds is at least the value in the `f32` arithmetic of
 //! [`bsdf`](crate::bsdf), once it went through
 //! [`round_up`].
 //!
@@ -24,6 +25,7 @@
 
 mod beckmann;
 mod burley;
+pub(super) mod clearcoat;
 pub(super) mod facets;
 pub(super) mod fresnel;
 mod ggx;
@@ -33,15 +35,20 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use crate::bsdf::{Bsdf, ConductorFresnel, Microfacets};
 use crate::color::Rgb;
+use clearcoat::Coats;
 use fresnel::Reflected;
 
-/// The two parts of a BSDF seen from one direction.
+/// The parts of a BSDF seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts {
     /// Upper bound of the diffuse part (sr⁻¹).
     pub(super) diffuse: f64,
-    /// The other part.
+    /// Upper bound of the diffuse part times the cosine: that times the largest cosine, or less.
+    pub(super) diffuse_cos: f64,
+    /// The part that depends on directions.
     pub(super) lobe: Lobe,
+    /// A coat over both.
+    pub(super) coat: Option<Coats>,
 }
 
 /// The part of a BSDF that depends on directions.
@@ -69,6 +76,13 @@ impl Parts {
     /// The parts of `bsdf` for light at cosines of at most `max_cos_i`, seen at the cosine
     /// `cos_o > 0`.
     pub(super) fn of(bsdf: &Bsdf, cos_o: f32, max_cos_i: f64) -> Self {
+        if let Bsdf::Clearcoat(b) = bsdf {
+            let left = b.left(cos_o);
+            let base = Self::of(&b.base.into(), cos_o, max_cos_i);
+            let [diffuse, diffuse_cos] = [base.diffuse, base.diffuse_cos].map(|part| part * f64::from(left));
+            return Self { diffuse, diffuse_cos, lobe: base.lobe.scaled(left), coat: Coats::of(b, cos_o) };
+        }
+        let mut flat_cos = None;
         let (diffuse, lobe) = match bsdf {
             Bsdf::Lambert(b) => (b.reflectance, Lobe::None),
             Bsdf::Phong(b) => {
@@ -99,13 +113,39 @@ impl Parts {
                 (b.diffuse * (Rgb::WHITE - b.dielectric_f0), facets(b.facets, reflected))
             }
             Bsdf::Principled(b) => {
-                let shape = burley::upper_shape(b.roughness, f64::from(cos_o), max_cos_i) as f32;
+                let shape = burley::upper_shape(b.roughness, b.flatness, f64::from(cos_o), max_cos_i);
+                let [shape, shape_cos] = shape.map(|bound| bound as f32);
                 let sheen = (burley::upper_sheen(f64::from(cos_o)) * PI) as f32;
-                (b.diffuse * shape + b.sheen * sheen, facets(b.facets, Reflected::Tinted(b.fresnel)))
+                if b.flatness > 0.0 {
+                    flat_cos = Some(b.diffuse * shape_cos + b.sheen * (sheen * max_cos_i as f32));
+                }
+                (
+                    b.diffuse * shape + b.sheen * sheen,
+                    facets(b.facets, Reflected::Tinted { scale: 1.0, fresnel: b.fresnel }),
+                )
             }
+            Bsdf::Clearcoat(_) => unreachable!("told apart above"),
             Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (Rgb::BLACK, Lobe::None),
         };
-        Self { diffuse: f64::from(diffuse.max_channel()) * FRAC_1_PI, lobe }
+        let brdf = |part: Rgb| f64::from(part.max_channel()) * FRAC_1_PI;
+        let diffuse_cos = flat_cos.map_or(f64::INFINITY, brdf).min(brdf(diffuse) * max_cos_i);
+        Self { diffuse: brdf(diffuse), diffuse_cos, lobe, coat: None }
+    }
+
+    /// Whether there is nothing but the diffuse part.
+    pub(super) fn is_diffuse(&self) -> bool {
+        matches!(self.lobe, Lobe::None) && self.coat.is_none()
+    }
+}
+
+impl Lobe {
+    /// The same times `factor`.
+    fn scaled(self, factor: f32) -> Self {
+        match self {
+            Self::None => Self::None,
+            Self::Phong { scale, exponent } => Self::Phong { scale: scale * f64::from(factor), exponent },
+            Self::Facets { facets: of_lobe, reflected } => facets(of_lobe, reflected.scaled(factor)),
+        }
     }
 }
 

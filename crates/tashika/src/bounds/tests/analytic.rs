@@ -166,7 +166,8 @@ fn check(
 /// Sets of points that have anything from nothing to everything in common; lights anywhere.
 ///
 /// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more; of the
-/// principled material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10.
+/// principled material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10. In
+/// sets that begin with a coat it is 1.80.
 #[test]
 fn bounds_of_sets_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -191,7 +192,7 @@ fn bounds_of_sets_hold_and_are_tight() {
 /// One point: what is lost to boxes, tables and separate factors alone.
 ///
 /// Limits of median and ninth decile: measured, up to 1.10 and 1.99, of the principled material
-/// 1.33 and 3.88, and a tenth more.
+/// 1.33 and 3.88, of coats over it and others 1.03 and 3.08, and a tenth more.
 #[test]
 fn bounds_of_points_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -201,7 +202,11 @@ fn bounds_of_points_hold_and_are_tight() {
             (vec![point], lights(&point, s))
         });
         let (median, decile) = (quantile(&mut analytic, 0.5), quantile(&mut analytic, 0.9));
-        let limits = if kind == Kind::Principled { [1.47, 4.3] } else { [1.22, 2.2] };
+        let limits = match kind {
+            Kind::Principled => [1.47, 4.3],
+            Kind::Clearcoat => [1.14, 3.4],
+            _ => [1.22, 2.2],
+        };
         let is_tight = median < limits[0] && decile < limits[1];
         assert!(analytic.len() > 1500 && is_tight, "{kind:?}: {median} {decile}");
     }
@@ -245,6 +250,8 @@ fn near_equal_children_have_the_bound_of_one() {
             Bsdf::Coated(b) => is_wide(b.facets),
             Bsdf::MetallicRoughness(b) => is_wide(b.facets),
             Bsdf::Principled(b) => is_wide(b.facets),
+            // Of what is below, whose kind is compared by itself, GGX facets and Beckmann's.
+            Bsdf::Clearcoat(b) => b.roughness().is_none_or(|alpha| alpha > 0.3),
             _ => true,
         };
         let normal = near(first.normal().as_dvec3(), 1e-7, &mut s).as_vec3().normalize();
@@ -259,7 +266,11 @@ fn near_equal_children_have_the_bound_of_one() {
         let larger = bounds[0].max(bounds[1]);
         let limit = match first.bsdf {
             // Another of the knots at which `F` is kept.
-            Bsdf::Plastic(_) | Bsdf::Coated(_) | Bsdf::Conductor(_) | Bsdf::Principled(_) => 1.5,
+            Bsdf::Plastic(_)
+            | Bsdf::Coated(_)
+            | Bsdf::Conductor(_)
+            | Bsdf::Principled(_)
+            | Bsdf::Clearcoat(_) => 1.5,
             _ => 1.1,
         };
         assert!(bounds[2] <= limit * larger, "{bounds:?} {first:?} {towards:?}");
@@ -275,7 +286,8 @@ fn what_is_below_the_horizon_is_dark() {
             let analytic = merged::<UpperAnalytic>(&points);
             let constant = merged::<UpperConstant>(&points);
             let first = &points[0];
-            let below = Towards::Cone(Cone { axis: -first.normal(), cos: s.uniform().max(1e-3) });
+            // The sine of nearly opposite axes is rounded by up to √(6 · 10⁻⁶).
+            let below = Towards::Cone(Cone { axis: -first.normal(), cos: s.uniform().max(3e-3) });
             if points.len() == 1 {
                 assert_eq!((analytic.upper_material(&below), constant.upper_material(&below)), (0.0, 0.0));
             }

@@ -5,8 +5,8 @@ use glam::DVec3;
 
 use crate::bounds::Reflector;
 use crate::bsdf::{
-    Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MIN_ALPHA, MetallicRoughness,
-    Microfacets, Phong, Plastic, Principled, TintedFresnel,
+    Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MAX_GTR1_ALPHA,
+    MIN_ALPHA, MetallicRoughness, Microfacets, Phong, Plastic, Principled, TintedFresnel, UnderCoat,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -25,10 +25,11 @@ pub enum Kind {
     Coated,
     MetallicRoughness,
     Principled,
+    Clearcoat,
 }
 
 /// All kinds.
-pub const KINDS: [Kind; 8] = [
+pub const KINDS: [Kind; 9] = [
     Kind::Lambert,
     Kind::Phong,
     Kind::Plastic,
@@ -37,6 +38,7 @@ pub const KINDS: [Kind; 8] = [
     Kind::Coated,
     Kind::MetallicRoughness,
     Kind::Principled,
+    Kind::Clearcoat,
 ];
 
 /// Uniform in the logarithm from `low` to `high`.
@@ -88,7 +90,21 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
             let [roughness, schlick, cloth] = s.uniform_3();
             let sheen = if cloth < 0.5 { c } else { Rgb::BLACK };
             let fresnel = TintedFresnel { schlick, f0: b, ior };
-            Bsdf::Principled(Principled { diffuse: a, roughness, sheen, fresnel, facets })
+            let flatness = if cloth > 0.8 { schlick } else { 0.0 };
+            Bsdf::Principled(Principled { diffuse: a, roughness, flatness, sheen, fresnel, facets })
+        }
+        Kind::Clearcoat => {
+            let below = [Kind::Lambert, Kind::MetallicRoughness, Kind::Principled][s.below(3) as usize];
+            let base = UnderCoat::of(&bsdf(below, s)).expect("a surface that can have a coat");
+            let model = CoatModel::ALL[s.below(3) as usize];
+            let widest = if model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
+            let alpha = match pick {
+                0 => MIN_ALPHA,
+                1 => widest,
+                _ => log_uniform(s, MIN_ALPHA, widest),
+            };
+            let amount = if s.below(4) == 0 { 1.0 } else { s.uniform() };
+            Bsdf::Clearcoat(Clearcoat { base, amount, alpha, model })
         }
     }
 }

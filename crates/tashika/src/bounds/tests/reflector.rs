@@ -4,8 +4,8 @@ use super::cases::*;
 use super::many;
 use crate::bounds::Reflector;
 use crate::bsdf::{
-    Bsdf, Coated, FacetModel, MIN_COSINE, MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled,
-    TintedFresnel,
+    Bsdf, Clearcoat, CoatModel, Coated, FacetModel, Lambert, MIN_COSINE, MetallicRoughness, Microfacets,
+    Mirror, Phong, Plastic, Principled, TintedFresnel, UnderCoat,
 };
 use crate::color::Rgb;
 use crate::math::{Cone, Vec3};
@@ -81,6 +81,8 @@ fn bounds_hold_and_are_tight() {
         let limits = match kind {
             // Its diffuse part and sheen are bounded over many directions at once.
             Kind::Principled => [[1.42, 3.8], [1.42, 3.8]],
+            // That is below a third of them.
+            Kind::Clearcoat => [[1.14, 2.7], [1.12, 2.4]],
             _ => [[1.3, 3.3], [1.2, 2.1]],
         };
         for (mut ratios, limits) in ratios.into_iter().zip(limits) {
@@ -115,6 +117,11 @@ fn gray(bsdf: Bsdf) -> Bsdf {
             let fresnel = TintedFresnel { f0: gray(b.fresnel.f0), ..b.fresnel };
             Bsdf::Principled(Principled { diffuse: Rgb::BLACK, sheen: Rgb::BLACK, fresnel, ..b })
         }
+        // Its base is tested by itself.
+        Bsdf::Clearcoat(b) => {
+            let base = UnderCoat::Lambert(Lambert { reflectance: Rgb::gray(0.3) });
+            Bsdf::Clearcoat(Clearcoat { base, ..b })
+        }
         _ => bsdf,
     }
 }
@@ -148,6 +155,8 @@ fn single_directions_have_nearly_their_value() {
                 Bsdf::Conductor(b) => is_off(b.facets),
                 Bsdf::MetallicRoughness(b) => is_off(b.facets),
                 Bsdf::Principled(b) => is_off(b.facets) || !(1.1..3.7).contains(&b.fresnel.ior),
+                // Of Mitsuba's coats without the cosine `c_i v(c_i)` is bounded by ½.
+                Bsdf::Clearcoat(b) => b.alpha < 0.05 || b.model == CoatModel::Mitsuba,
                 _ => false,
             };
             if is_left_out || point.wo.z.abs() < 0.1 || n.dot(d) < 0.1 || values[0] <= 0.0 {
@@ -195,7 +204,7 @@ fn what_is_certainly_dark_is_zero() {
             zero(&point, Cone::EMPTY);
             // Beckmann's lobes are nothing far from their peak, where a leaning normal may hide it.
             let brightest = point.upper_over_all();
-            assert!(brightest.diffuse + brightest.lobe_cos > 0.0);
+            assert!(brightest.diffuse + brightest.lobe_cos + brightest.coat_cos > 0.0);
             point.wo = Vec3::new(1.0, 0.0, 0.5 * MIN_COSINE);
             zero(&point, Cone::ALL);
         }

@@ -42,13 +42,18 @@ pub(super) fn visibility<R: Real>(cos_o: f32, stretch_o: R, cos_i: R, stretch_i:
 
 /// The same of independent masking and shadowing.
 #[inline(always)]
-pub(super) fn independent_visibility<R: Real>(cos_o: f32, stretch_o: f32, cos_i: R, stretch_i: R) -> R {
+pub(in crate::bsdf) fn independent_visibility<R: Real>(
+    cos_o: f32,
+    stretch_o: f32,
+    cos_i: R,
+    stretch_i: R,
+) -> R {
     R::splat(1.0) / (R::splat(cos_o + stretch_o) * (cos_i + stretch_i))
 }
 
 /// `S(c)`: length of a direction of cosine `c` after stretching the surface to `α = 1`.
 #[inline(always)]
-pub(super) fn stretch<R: Real>(cos: R, alpha: f32) -> R {
+pub(in crate::bsdf) fn stretch<R: Real>(cos: R, alpha: f32) -> R {
     let alpha2 = alpha * alpha;
     (R::splat(alpha2) + R::splat(1.0 - alpha2) * cos * cos).sqrt()
 }

@@ -3,8 +3,9 @@
 use std::mem::discriminant;
 
 use super::super::{
-    Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Glass, Lambert, MAX_ALPHA, MIN_ALPHA,
-    MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel,
+    Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Glass, Lambert, MAX_ALPHA,
+    MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass,
+    TintedFresnel, UnderCoat,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -74,7 +75,25 @@ pub fn all() -> Vec<Case> {
     add("Principled smooth".into(), principled(Rgb::WHITE, BLUE * 0.3, 0.0, tinted, 0.1));
     add("Principled rough".into(), principled(ORANGE, Rgb::BLACK, 1.0, tinted, 0.5));
     add("Principled cloth".into(), principled(ORANGE, Rgb::WHITE, 1.0, (0.0, BLUE, 1.0001), 1.0));
+    for (roughness, flatness) in [(0.0, 1.0), (0.5, 0.4), (1.0, 1.0)] {
+        let name = format!("Principled, roughness {roughness}, flatness {flatness}");
+        let of = principled(Rgb::WHITE, Rgb::BLACK, roughness, (0.0, Rgb::BLACK, 1.0001), 0.3);
+        add(name, flat(of, flatness));
+    }
     add("Principled sheen alone".into(), principled(Rgb::BLACK, BLUE, 1.0, (1.0, Rgb::BLACK, 1.5), 1.0));
+    let white = principled(Rgb::WHITE, Rgb::BLACK, 1.0, tinted, 0.3);
+    for model in CoatModel::ALL {
+        for alpha in [MIN_ALPHA, 0.03, 0.1] {
+            let of = |base: Bsdf, amount| clearcoat(base, amount, alpha, model);
+            add(format!("Clearcoat of black, {model:?}, {alpha}"), of(lambert(Rgb::BLACK), 1.0));
+            add(format!("Clearcoat of white, {model:?}, {alpha}"), of(lambert(Rgb::WHITE), 1.0));
+            let metal = metallic_roughness(BLUE, Rgb::gray(0.3), 0.2);
+            add(format!("Clearcoat of metal, {model:?}, {alpha}"), of(metal, 0.7));
+            add(format!("Clearcoat of principled, {model:?}, {alpha}"), of(white, 0.5));
+        }
+    }
+    add("Clearcoat of nothing".into(), clearcoat(white, 0.0, 0.05, CoatModel::Layer));
+    add("Clearcoat, wide".into(), clearcoat(lambert(ORANGE), 1.0, 0.8, CoatModel::Layer));
     add("Mirror".into(), Bsdf::Mirror(Mirror { reflectance: ORANGE }));
     add("Plastic black, ior = 5".into(), plastic(Rgb::BLACK, Rgb::WHITE, 5.0, 0.2));
     add("Plastic without lobe".into(), plastic(ORANGE, Rgb::BLACK, 1.5, 0.2));
@@ -113,7 +132,7 @@ pub fn random(stream: &mut Stream) -> Bsdf {
     let across = if stream.below(2) == 0 { alpha } else { across.clamp(MIN_ALPHA, alpha) };
     let facets = Microfacets { alpha: [alpha, across], model };
     let ior = 1.0001 + 3.9 * stream.uniform() * stream.uniform();
-    match stream.below(11) {
+    match stream.below(12) {
         0 => lambert(a),
         1 => phong(a * (Rgb::WHITE - b), b, powf(1e6, stream.uniform())),
         2 => conductor(ConductorFresnel::Schlick { f0: a }, facets),
@@ -123,7 +142,20 @@ pub fn random(stream: &mut Stream) -> Bsdf {
         6 => Bsdf::Mirror(Mirror { reflectance: a }),
         7 => plastic(a * (Rgb::WHITE - b), b, ior, facets),
         8 => thin_glass(ior, a, b),
-        9 => principled(a, b, stream.uniform(), (stream.uniform(), b, ior), facets),
+        9 => {
+            let of = principled(a, b, stream.uniform(), (stream.uniform(), b, ior), facets);
+            flat(of, [0.0, 1.0, stream.uniform()][stream.below(3) as usize])
+        }
+        10 => {
+            let base = match stream.below(3) {
+                0 => lambert(a),
+                1 => metallic_roughness(a, b, facets),
+                _ => principled(a, Rgb::BLACK, stream.uniform(), (stream.uniform(), b, ior), facets),
+            };
+            let coat = powf(MIN_ALPHA / MAX_GTR1_ALPHA, stream.uniform()) * MAX_GTR1_ALPHA;
+            let model = CoatModel::ALL[stream.below(3) as usize];
+            clearcoat(base, stream.uniform(), coat.max(MIN_ALPHA), model)
+        }
         _ => glass(ior, a, b),
     }
 }
@@ -164,7 +196,21 @@ pub fn principled(
     facets: impl Into<Microfacets>,
 ) -> Bsdf {
     let fresnel = TintedFresnel { schlick, f0, ior };
-    Bsdf::Principled(Principled { diffuse, roughness, sheen, fresnel, facets: facets.into() })
+    let (flatness, facets) = (0.0, facets.into());
+    Bsdf::Principled(Principled { diffuse, roughness, flatness, sheen, fresnel, facets })
+}
+
+/// A principled surface with this flatness.
+pub fn flat(mut bsdf: Bsdf, flatness: f32) -> Bsdf {
+    if let Bsdf::Principled(b) = &mut bsdf {
+        b.flatness = flatness;
+    }
+    bsdf
+}
+
+pub fn clearcoat(base: Bsdf, amount: f32, alpha: f32, model: CoatModel) -> Bsdf {
+    let base = UnderCoat::of(&base).expect("a surface that can have a coat");
+    Bsdf::Clearcoat(Clearcoat { base, amount, alpha, model })
 }
 
 pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
@@ -188,5 +234,5 @@ fn the_list_has_every_variant_and_only_valid_parameters() {
             kinds.push(discriminant(&case.bsdf));
         }
     }
-    assert_eq!(kinds.len(), 10, "a variant of `Bsdf` has no case, or this count is old");
+    assert_eq!(kinds.len(), 11, "a variant of `Bsdf` has no case, or this count is old");
 }

@@ -2,7 +2,10 @@
 
 use std::f64::consts::LN_2;
 
-use super::super::{Bsdf, Coated, ConductorFresnel, MIN_ALPHA, MetallicRoughness, Principled};
+use super::super::{
+    Bsdf, Clearcoat, CoatModel, Coated, ConductorFresnel, MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness,
+    Principled, UnderCoat,
+};
 use super::cases::{self, Case};
 use super::quadrature::{PolarGrid, hemisphere};
 use super::{OUTGOING, outgoing, stream};
@@ -41,6 +44,14 @@ fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
         Bsdf::MetallicRoughness(_) if cos >= 0.5 => 1.03,
         Bsdf::MetallicRoughness(_) => 2.0,
         Bsdf::Principled(b) => 2.6 + 0.1 * f64::from(b.sheen.max_channel()),
+        Bsdf::Clearcoat(b) => {
+            let (base, amount) = (largest_albedo(&b.base.into(), cos), f64::from(b.amount));
+            match b.model {
+                CoatModel::Disney => base + 0.05 * amount,
+                CoatModel::Mitsuba => base + 0.04 * amount,
+                CoatModel::Layer => base.max(1.0),
+            }
+        }
     }
 }
 
@@ -135,6 +146,7 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
         Bsdf::Coated(b) => Bsdf::Coated(Coated { reflectance: Rgb::BLACK, ..b }),
         Bsdf::MetallicRoughness(b) => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: Rgb::BLACK, ..b }),
         Bsdf::Principled(b) => Bsdf::Principled(Principled { diffuse: Rgb::BLACK, ..b }),
+        Bsdf::Clearcoat(b) => Bsdf::Clearcoat(Clearcoat { base: b.base.with_diffuse(0.0), ..b }),
         Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => *bsdf,
     };
     let bsdf = *bsdf;
@@ -155,6 +167,14 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
             Bsdf::Coated(b) => b.facets.alpha = [1.0; 2],
             Bsdf::MetallicRoughness(b) => b.facets.alpha = [1.0; 2],
             Bsdf::Principled(b) => b.facets.alpha = [1.0; 2],
+            Bsdf::Clearcoat(b) => {
+                b.alpha = if b.model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
+                match &mut b.base {
+                    UnderCoat::Lambert(_) => {}
+                    UnderCoat::MetallicRoughness(b) => b.facets.alpha = [1.0; 2],
+                    UnderCoat::Principled(b) => b.facets.alpha = [1.0; 2],
+                }
+            }
             Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
             }
         }
@@ -177,19 +197,25 @@ fn the_rough_albedo_is_near_the_true_one() {
     for (index, Case { name, bsdf }) in cases::all().iter().enumerate() {
         let stated = bsdf.albedo();
         assert!(stated.is_valid() && stated.max_channel() <= 1.0, "{name}: {stated:?}");
-        let wide = match bsdf {
-            Bsdf::Plastic(b) => b.facets.widest() > 0.1,
-            Bsdf::Conductor(b) => b.facets.widest() > 0.1,
-            Bsdf::Coated(b) => b.facets.widest() > 0.1,
-            Bsdf::MetallicRoughness(b) => b.facets.widest() > 0.1,
-            // What exceeds 1 is cut.
-            Bsdf::Principled(b) => b.facets.widest() > 0.1 || stated.max_channel() == 1.0,
-            Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
-                false
-            }
-        };
+        let wide = is_wide(bsdf, stated);
         let (mean, error) = mean_weight(bsdf, Vec3::Z, 4000, 20_000 + index as u64);
         let difference = (f64::from(stated.max_channel()) - mean).abs();
         assert!(wide || difference < 0.02 + 5.0 * error, "{name}: {stated:?} against {mean} ± {error}");
+    }
+}
+
+/// Whether facets hide much of each other at normal incidence, or there is more to reflect than the
+/// albedo for denoisers can say.
+fn is_wide(bsdf: &Bsdf, stated: Rgb) -> bool {
+    match bsdf {
+        Bsdf::Plastic(b) => b.facets.widest() > 0.1,
+        Bsdf::Conductor(b) => b.facets.widest() > 0.1,
+        Bsdf::Coated(b) => b.facets.widest() > 0.1,
+        Bsdf::MetallicRoughness(b) => b.facets.widest() > 0.1,
+        // What exceeds 1 is cut.
+        Bsdf::Principled(b) => b.facets.widest() > 0.1 || stated.max_channel() == 1.0,
+        // Of white bases additive coats reflect more than 1.
+        Bsdf::Clearcoat(b) => b.alpha > 0.1 || stated.max_channel() == 1.0 || is_wide(&b.base.into(), stated),
+        Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => false,
     }
 }

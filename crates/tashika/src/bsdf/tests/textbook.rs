@@ -9,7 +9,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::super::boundary::Boundary;
-use super::super::{Bsdf, Coated, ConductorFresnel, FacetModel, MetallicRoughness, Microfacets, Phong};
+use super::super::{
+    Bsdf, CoatModel, Coated, ConductorFresnel, FacetModel, MetallicRoughness, Microfacets, Phong,
+};
 use super::cases::{self, Case};
 use super::{direction_above, stream};
 use crate::math::Vec3;
@@ -133,11 +135,30 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let (o, i) = (grazing(pair.cos_o), grazing(pair.cos_i));
             let back = 2.0 * f64::from(b.roughness) * cos_d * cos_d;
             let shape = (1.0 - 0.5 * o) * (1.0 - 0.5 * i) + back * (o + i + o * i * (back - 1.0));
+            let lerp = |a: f64, b: f64, t: f64| (1.0 - t) * a + t * b;
+            let f90 = f64::from(b.roughness) * cos_d * cos_d;
+            let below = lerp(1.0, f90, o) * lerp(1.0, f90, i);
+            let flat = 1.25 * (below * (1.0 / (pair.cos_o + pair.cos_i) - 0.5) + 0.5);
+            let shape = lerp(shape, flat, f64::from(b.flatness));
             let t = f64::from(b.fresnel.schlick);
             let f =
                 t * schlick(b.fresnel.f0.g, cos_d) + (1.0 - t) * dielectric(cos_d, f64::from(b.fresnel.ior));
             let sheen = f64::from(b.sheen.g) * grazing(cos_d);
             f64::from(b.diffuse.g) / PI * shape + sheen + f * pair.facets(b.facets)
+        }
+        Bsdf::Clearcoat(b) => {
+            let base = reference(&b.base.into(), internal, pair);
+            let (w, a2) = (f64::from(b.amount), f64::from(b.alpha).powi(2));
+            // As Burley prints them: in the cosine of the half vector.
+            let gtr1 = (a2 - 1.0) / (PI * a2.ln() * (1.0 + (a2 - 1.0) * pair.cos_h * pair.cos_h));
+            let g = |c: f64| 1.0 / (c + (0.0625 + c * c - 0.0625 * c * c).sqrt());
+            let additive = w * schlick(0.04, pair.cos_d) * gtr1 * g(pair.cos_o) * g(pair.cos_i);
+            let layer = w * schlick(0.04, pair.cos_o);
+            match b.model {
+                CoatModel::Disney => base + 0.25 * additive,
+                CoatModel::Mitsuba => base + pair.cos_o * pair.cos_i * additive,
+                CoatModel::Layer => (1.0 - layer) * base + layer * pair.facets(Microfacets::ggx(b.alpha)),
+            }
         }
         Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 0.0,
     }
@@ -150,6 +171,7 @@ fn values_are_those_of_the_sources() {
     let mut stream = stream(40);
     for Case { name, bsdf } in cases::all() {
         let (sharp, internal) = match bsdf {
+            Bsdf::Clearcoat(b) => (b.roughness().is_some_and(|alpha| alpha < 0.05), 0.0),
             Bsdf::Phong(b) => (b.exponent > 1000.0, 0.0),
             Bsdf::Plastic(b) => (b.facets.narrowest() < 0.05, 0.0),
             Bsdf::Conductor(b) => (b.facets.narrowest() < 0.05, 0.0),

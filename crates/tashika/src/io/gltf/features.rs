@@ -158,12 +158,8 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
         Approximated,
         "a share of the surface lets light through diffusely and has no highlight: up to 12 % off",
     ),
-    row(
-        "extension",
-        "KHR_materials_clearcoat",
-        Approximated,
-        "its highlight replaces that of a dielectric; over metal it is a share of 0.04 at all angles",
-    ),
+    row("extension", "KHR_materials_clearcoat", Full, "a layer of GGX facets over the base"),
+    row("KHR_materials_clearcoat", "transmissionFactor", Ignored, "what lets light through has no coat"),
     row("KHR_materials_clearcoat", "clearcoatNormalTexture", Ignored, "the coat has the normals of the base"),
     row("extension", "KHR_materials_anisotropy", Full, "facets of two roughnesses"),
     row(

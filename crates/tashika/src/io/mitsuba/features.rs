@@ -33,8 +33,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     near("material", "pplastic", "smooth or rough plastic, not polarized: up to 25 % off"),
     full("material", "principled", "Disney's principled material; glass where it transmits"),
     near("material", "principled anisotropic", "of glass by its factor alone where it is textured"),
-    near("material", "principled clearcoat", "none: up to 15 % off in what it reflects"),
-    near("material", "principled flatness", "none: up to 29 % off in what it reflects"),
+    near("material", "principled clearcoat", "none over the share that is glass: up to 5 % off"),
     near(
         "material",
         "principled spec_trans",

@@ -4,15 +4,12 @@ use super::Translation;
 use super::inputs::GREY;
 use super::object::Object;
 use super::surfaces::IOR_RANGE;
-use crate::bsdf::FacetModel;
+use crate::bsdf::{CoatModel, FacetModel};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
+use crate::io::clear_coats::alpha_of_gloss;
 use crate::io::dielectrics::single_face;
-use crate::scene::{ColorInput, FacetInput, FloatInput, Surface};
-
-/// Shares whose effect is left out, by the row of the table that says so.
-const LEFT_OUT: [(&str, &str); 2] =
-    [("clearcoat", "principled clearcoat"), ("flatness", "principled flatness")];
+use crate::scene::{ColorInput, FacetInput, FloatInput, Material, Surface};
 
 impl Translation<'_> {
     /// `principled` and `principledthin`.
@@ -22,24 +19,22 @@ impl Translation<'_> {
             "diffuse_reflectance_sampling_rate",
             "main_specular_sampling_rate",
             "clearcoat_sampling_rate",
-            "clearcoat_gloss",
         ]);
-        for (share, row) in LEFT_OUT {
-            if self.float(object, share, 0.0)? != 0.0.into() {
-                self.feature("material", row, &object.place_of(share))?;
-            }
-        }
         let base_color = self.reflectance(object, "base_color", GREY)?;
         let roughness = self.share(object, "roughness", 0.5)?;
         let metallic = self.share(object, "metallic", 0.0)?;
         let specular_tint = self.share(object, "spec_tint", 0.0)?;
         let (sheen, sheen_tint) = (self.share(object, "sheen", 0.0)?, self.share(object, "sheen_tint", 0.0)?);
         let anisotropic = self.share(object, "anisotropic", 0.0)?;
+        let flatness = self.share(object, "flatness", 0.0)?;
         let ior = self.principled_ior(object)?;
         let transmission = self.share(object, "spec_trans", 0.0)?;
         let through =
             if is_thin { self.float(object, "diff_trans", 0.0)?.factor.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
         let part = |share: f32| ColorInput { factor: base_color.factor * share, ..base_color };
+        // Sheets have none.
+        let mut of_coat = |name| if is_thin { Ok(0.0.into()) } else { self.share(object, name, 0.0) };
+        let (clearcoat, gloss) = (of_coat("clearcoat")?, of_coat("clearcoat_gloss")?);
         let opaque = |metallic| match through > 0.0 {
             true => Surface::Translucent { reflectance: part(1.0 - through), transmittance: part(through) },
             false => {
@@ -53,13 +48,17 @@ impl Translation<'_> {
                     specular_tint,
                     sheen,
                     sheen_tint,
+                    flatness,
                     anisotropic,
                 }
             }
         };
         let amount = FloatInput { factor: transmission.factor * (1.0 - metallic.factor), ..transmission };
         if amount.factor <= 0.0 {
-            return Ok(opaque(metallic));
+            return self.clear_coat(opaque(metallic), clearcoat, gloss);
+        }
+        if clearcoat.factor > 0.0 {
+            self.feature("material", "principled clearcoat", &object.place_of("clearcoat"))?;
         }
         if metallic.texture.is_some() {
             self.feature("material", "principled spec_trans", &object.place_of("spec_trans"))?;
@@ -83,7 +82,18 @@ impl Translation<'_> {
         // Both parts have the same gloss; what is not glass has all of the metal.
         let rest = (1.0 - amount.factor).max(metallic.factor).max(f32::MIN_POSITIVE);
         let rest = FloatInput { factor: metallic.factor / rest, ..metallic };
-        self.either("principled", opaque(rest), glass, amount)
+        let opaque = self.clear_coat(opaque(rest), clearcoat, gloss)?;
+        self.either("principled", opaque, glass, amount)
+    }
+
+    /// The surface under a clear coat, if there is one.
+    fn clear_coat(&mut self, base: Surface, amount: FloatInput, gloss: FloatInput) -> Result<Surface> {
+        if amount.factor <= 0.0 {
+            return Ok(base);
+        }
+        let alpha = alpha_of_gloss(&mut self.builder, gloss)?;
+        let base = self.builder.add_material(Material::new("principled: below its coat", base))?;
+        Ok(Surface::Clearcoat { base, amount, alpha, model: CoatModel::Mitsuba })
     }
 
     /// A number from 0 to 1.

@@ -1,11 +1,10 @@
-//! Layers on the opaque surface: each replaces a share of what is below it.
+//! Layers on the opaque surface.
 //!
-//! In the order of glTF, from below, with `m` the metalness:
+//! A clear coat lies over it ([`CoatModel::Layer`]). Then each layer replaces a share of what is
+//! below it, in the order of glTF, from below, with `m` the metalness:
 //!
 //! | extension | share | of |
 //! |---|---|---|
-//! | clear coat over a dielectric | `clearcoatFactor` | the same base colour with a highlight of `F₀ = 0.04` and the coat's roughness |
-//! | clear coat over metal | `0.04 · clearcoatFactor` | white metal of the coat's roughness |
 //! | diffuse transmission | `diffuseTransmissionFactor · (1 − m)` | a surface that only lets light through, diffusely |
 //! | transmission | `transmissionFactor · (1 − m)` | glass: without thickness, or solid where `KHR_materials_volume` gives it one |
 //!
@@ -19,9 +18,7 @@
 //! which is Lambert–Beer's law over the thickness for light that crosses the surface twice.
 //!
 //! # Limits
-//! A coat over metal has the reflectance of a dielectric at normal incidence at all angles: a mix
-//! has one amount for all directions. Metal that is textured counts as metal there. The tint of
-//! solid glass has no texture. Glass has no coat.
+//! The tint of solid glass has no texture. What lets light through has no coat.
 //!
 //! Held to this by `gltf_materials::transmission_*`, `gltf_materials::clear_coats_*`,
 //! `gltf_materials::leaves_*`.
@@ -29,16 +26,13 @@
 use super::fields::{Clearcoat, DiffuseTransmission, Volume};
 use super::opaque::Opaque;
 use super::reader::Reader;
-use crate::bsdf::FacetModel;
+use crate::bsdf::CoatModel;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::dielectrics::single_face;
 use crate::io::gltf::textures::Content;
 use crate::math::elementary::powf;
 use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
-
-/// Reflectance of a clear coat at normal incidence: an index of 1.5, which the extension fixes.
-const COAT_F0: f32 = 0.04;
 
 /// Roughness up to which a pane counts as smooth: less than the eye makes out through a window.
 /// Chosen.
@@ -69,29 +63,18 @@ fn coat(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
     if factor == 0.0 {
         return Ok(opaque.surface);
     }
-    reader.met_extension(COAT)?;
     if coat.clearcoat_normal_texture.is_some() {
         reader.met_field(COAT, "clearcoatNormalTexture")?;
     }
     let name = "clearcoatRoughnessFactor";
     let roughness = reader.number(&field(name), coat.clearcoat_roughness_factor, 1.0)?;
     let (name, info) = (field("clearcoatTexture"), coat.clearcoat_texture.as_ref());
-    let mut amount = reader.textured(factor, &name, info, Channel::R)?;
+    let amount = reader.textured(factor, &name, info, Channel::R)?;
     let (name, info) = (field("clearcoatRoughnessTexture"), coat.clearcoat_roughness_texture.as_ref());
     let roughness = reader.textured(roughness, &name, info, Channel::G)?;
-    let is_dielectric = opaque.metallic.factor == 0.0;
-    if !is_dielectric {
-        amount.factor *= COAT_F0;
-    }
-    let coated = Surface::MetallicRoughness {
-        base_color: if is_dielectric { opaque.base_color } else { Rgb::WHITE.into() },
-        metallic: if is_dielectric { 0.0.into() } else { 1.0.into() },
-        roughness,
-        specular_f0: Rgb::gray(COAT_F0).into(),
-        anisotropy: 0.0.into(),
-        model: FacetModel::Ggx,
-    };
-    reader.mix(opaque.surface, coated, amount, "coat")
+    let alpha = reader.builder.power(roughness, 2.0)?;
+    let base = reader.below(opaque.surface, "coat")?;
+    Ok(Surface::Clearcoat { base, amount, alpha, model: CoatModel::Layer })
 }
 
 fn leaf(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result<Surface> {
@@ -103,6 +86,7 @@ fn leaf(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result<
         return Ok(below);
     }
     reader.met_extension(LEAF)?;
+    bare(reader, below)?;
     let name = field("diffuseTransmissionColorFactor");
     let color = reader.color(&name, leaf.diffuse_transmission_color_factor, 1.0)?;
     let name = field("diffuseTransmissionColorTexture");
@@ -122,6 +106,7 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     if factor == 0.0 || opaque.ior == 0.0 {
         return Ok(below);
     }
+    bare(reader, below)?;
     let info = glass.transmission_texture.as_ref();
     let amount = share(reader, opaque, factor, &field("transmissionTexture"), info, Channel::R)?;
     let ior = opaque.ior.clamp(GLASS_IOR.0, GLASS_IOR.1);
@@ -143,6 +128,15 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
         }
     };
     reader.mix(below, surface, amount, "glass")
+}
+
+/// Tells that what replaces a share of `below` has no coat, if that has one.
+fn bare(reader: &mut Reader<'_, '_>, below: Surface) -> Result<()> {
+    if matches!(below, Surface::Clearcoat { .. }) {
+        reader.met_field(COAT, "transmissionFactor")
+    } else {
+        Ok(())
+    }
 }
 
 /// What absorption leaves at each crossing of the surface of something solid; none of something

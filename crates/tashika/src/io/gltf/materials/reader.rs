@@ -172,6 +172,12 @@ impl<'r, 's> Reader<'r, 's> {
         }
     }
 
+    /// The surface as a material of its own, below what is `what`.
+    pub fn below(&mut self, surface: Surface, what: &str) -> Result<MaterialId> {
+        let name = format!("{} below its {what}", self.name());
+        self.builder.add_material(Material::new(name, surface))
+    }
+
     /// `first`, but `second` on the share `amount`; parts that never show are left out. `what`
     /// names the second part.
     pub fn mix(

@@ -10,35 +10,30 @@
 
 use super::Materials;
 use super::maker::Maker;
-use crate::bsdf::FacetModel;
+use crate::bsdf::{CoatModel, FacetModel};
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::io::clear_coats::alpha_of_gloss;
 use crate::io::pbrt::spectra::{self, Quantity};
 use crate::scene::{FacetInput, FloatInput, Surface};
-
-/// Numbers whose effect is left out, by the row of the features table that says so.
-const LEFT_OUT: [(&str, &str); 3] =
-    [("clearcoat", "disney clearcoat"), ("flatness", "disney thin"), ("difftrans", "disney thin")];
 
 /// The surface.
 pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<Surface> {
     let base_color = m.color("color", 0.5)?;
     let ior = m.ior(&["eta"])?;
+    let is_thin = m.parameters.boolean("thin").unwrap_or(false);
     let mut number = |name: &str, missing: f32| {
         let value = m.float(name).unwrap_or(missing.into());
         FloatInput { factor: value.factor.min(1.0), ..value }
     };
     let (metallic, roughness) = (number("metallic", 0.0), number("roughness", 0.5));
     let (sheen, sheen_tint) = (number("sheen", 0.0), number("sheentint", 0.5));
+    let (clearcoat, gloss) = (number("clearcoat", 0.0), number("clearcoatgloss", 1.0));
     let (transmission, anisotropic) = (number("spectrans", 0.0), number("anisotropic", 0.0));
-    let is_thin = m.parameters.boolean("thin").unwrap_or(false);
-    for (name, row) in LEFT_OUT {
-        // Sheets alone have these two.
-        let counts = row != "disney thin" || is_thin;
-        let missing = if name == "difftrans" { 1.0 } else { 0.0 };
-        if counts && m.float(name).unwrap_or(missing.into()) != 0.0.into() {
-            m.met(row)?;
-        }
+    // Sheets alone have these.
+    let flatness = if is_thin { number("flatness", 0.0) } else { 0.0.into() };
+    if is_thin && m.float("difftrans").unwrap_or(1.0.into()) != 0.0.into() {
+        m.met("disney thin")?;
     }
     let distance = spectra::color(m.loading, m.parameters, "scatterdistance", Quantity::Factor)?;
     if !is_thin
@@ -58,11 +53,15 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Resul
         specular_tint: 0.0.into(),
         sheen,
         sheen_tint,
+        flatness,
         anisotropic,
     };
     let amount = FloatInput { factor: transmission.factor * (1.0 - metallic.factor), ..transmission };
     if amount.factor <= 0.0 {
-        return Ok(opaque(metallic));
+        return clear_coat(m, materials, opaque(metallic), clearcoat, gloss);
+    }
+    if clearcoat.factor > 0.0 {
+        m.met("disney clearcoat")?;
     }
     let alpha = m.loading.builder.power(roughness, 2.0)?;
     let glass = Surface::Glass {
@@ -79,5 +78,22 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Resul
         factor: metallic.factor / (1.0 - amount.factor).max(metallic.factor).max(f32::MIN_POSITIVE),
         ..metallic
     };
-    materials.either(m.loading, "disney", opaque(rest), glass, amount)
+    let opaque = clear_coat(m, materials, opaque(rest), clearcoat, gloss)?;
+    materials.either(m.loading, "disney", opaque, glass, amount)
+}
+
+/// The surface under a clear coat, if there is one.
+fn clear_coat(
+    m: &mut Maker<'_, '_>,
+    materials: &mut Materials,
+    base: Surface,
+    amount: FloatInput,
+    gloss: FloatInput,
+) -> Result<Surface> {
+    if amount.factor <= 0.0 {
+        return Ok(base);
+    }
+    let alpha = alpha_of_gloss(&mut m.loading.builder, gloss)?;
+    let base = materials.part(m.loading, "disney: below its coat", base)?;
+    Ok(Surface::Clearcoat { base, amount, alpha, model: CoatModel::Disney })
 }

@@ -1,0 +1,291 @@
+//! A clear coat over an opaque surface, as three formats mean it.
+//!
+//! With the amount `w`, `F(c) = 0.04 + 0.96 (1 − c)⁵`, `c_d = ω_i·h` and `v(c) = 1 / (c + S(c))`, `S`
+//! that of GGX facets of roughness ¼ ([`microfacet`]):
+//!
+//! | [`CoatModel`] | `f_r` (sr⁻¹) |
+//! |---|---|
+//! | `Disney` | `f_base + ¼ w F(c_d) D₁ v(c_o) v(c_i)` |
+//! | `Mitsuba` | `f_base + w F(c_d) D₁ c_o v(c_o) c_i v(c_i)` |
+//! | `Layer` | `(1 − w F(c_o)) f_base + w F(c_o) D G₂ / (4 c_o c_i)` |
+//!
+//! ```text
+//! D₁ = (1 − α²) / (−2π ln α) · (1 + t) / (α² + t),    t = tan²θ_h                (sr⁻¹)
+//! ```
+//!
+//! (Burley 2012, appendix B.2, GTR with `γ = 1`, in a form without cancellation, and section 5.6;
+//! `KHR_materials_clearcoat`, Khronos.) `c_o` is the cosine at which a surface is *seen*: the layer
+//! is not reciprocal, light paths evaluate it as viewers do.
+//!
+//! Facets of `D₁` are drawn by `D₁ cos θ_h`, with
+//!
+//! ```text
+//! sin²θ_h = α² (α^(−2u) − 1) / (1 − α²)          density of ω_i:   D₁ cos θ_h / 4 c_d
+//! ```
+//!
+//! # Limits
+//! VPLs carry the diffuse part under a layer as if it were seen from where the light comes.
+//!
+//! The coats of Disney and of Mitsuba take nothing away from what is below: they add up to `0.05 w`
+//! and `0.04 w` to the albedo. The layer reflects no more than all light if its base does not.
+//!
+//! # Held to this by
+//! `bsdf::tests`, and the suite's `mitsuba_materials` and `formula_materials`.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use super::{
+    Bsdf, Lambert, Lobe, MIN_ALPHA, MetallicRoughness, Principled, fresnel, glossy_probability, microfacet,
+    validate,
+};
+use crate::color::Rgb;
+use crate::math::elementary::{exp, ln, sin_cos};
+use crate::math::simd::each;
+use crate::math::{Real, Vec3};
+use microfacet::{HalfVector, Microfacets, ggx};
+
+/// Reflectance of a coat at normal incidence: an index of 1.5.
+pub(crate) const COAT_F0: f32 = 0.04;
+
+/// Roughness of the facets that mask and shadow under `D₁`, whatever `α` is.
+pub(crate) const MASKING_ALPHA: f32 = 0.25;
+
+/// Largest `α` of `D₁`: the least gloss.
+pub const MAX_GTR1_ALPHA: f32 = 0.1;
+
+/// What a clear coat adds to its base, and what it leaves of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CoatModel {
+    /// Disney's, as pbrt-v3 has it.
+    Disney,
+    /// The same, as Mitsuba 3 has it: with `4 c_o c_i`.
+    Mitsuba,
+    /// A layer of GGX facets that takes from the base what it reflects: glTF's.
+    Layer,
+}
+
+impl CoatModel {
+    /// All of them.
+    pub(crate) const ALL: [Self; 3] = [Self::Disney, Self::Mitsuba, Self::Layer];
+}
+
+/// A clear coat over an opaque surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearcoat {
+    /// What is below.
+    pub base: UnderCoat,
+    /// How much of a coat there is, `w`, in `[0, 1]`.
+    pub amount: f32,
+    /// Roughness `α`, in [[`MIN_ALPHA`], [`MAX_GTR1_ALPHA`]], of a layer in [[`MIN_ALPHA`], 1].
+    /// Higher values make the highlight wider.
+    pub alpha: f32,
+    /// Whose coat it is.
+    pub model: CoatModel,
+}
+
+/// A surface that can have a clear coat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UnderCoat {
+    /// Ideal diffuse reflection.
+    Lambert(Lambert),
+    /// The core material of glTF 2.0.
+    MetallicRoughness(MetallicRoughness),
+    /// The principled material of Disney.
+    Principled(Principled),
+}
+
+impl From<UnderCoat> for Bsdf {
+    fn from(base: UnderCoat) -> Self {
+        match base {
+            UnderCoat::Lambert(b) => Self::Lambert(b),
+            UnderCoat::MetallicRoughness(b) => Self::MetallicRoughness(b),
+            UnderCoat::Principled(b) => Self::Principled(b),
+        }
+    }
+}
+
+impl UnderCoat {
+    /// The surface as one that can have a coat, if it is one.
+    pub fn of(bsdf: &Bsdf) -> Option<Self> {
+        match *bsdf {
+            Bsdf::Lambert(b) => Some(Self::Lambert(b)),
+            Bsdf::MetallicRoughness(b) => Some(Self::MetallicRoughness(b)),
+            Bsdf::Principled(b) => Some(Self::Principled(b)),
+            Bsdf::Phong(_)
+            | Bsdf::Plastic(_)
+            | Bsdf::Conductor(_)
+            | Bsdf::Coated(_)
+            | Bsdf::Clearcoat(_)
+            | Bsdf::Mirror(_)
+            | Bsdf::Glass(_)
+            | Bsdf::ThinGlass(_) => None,
+        }
+    }
+
+    /// The same, its diffuse part times `factor`.
+    pub(crate) fn with_diffuse(mut self, factor: f32) -> Self {
+        match &mut self {
+            Self::Lambert(b) => b.reflectance *= factor,
+            Self::MetallicRoughness(b) => b.diffuse *= factor,
+            Self::Principled(b) => b.diffuse *= factor,
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        match self {
+            Self::Lambert(b) => b.eval(),
+            Self::MetallicRoughness(b) => b.eval(wo, wi),
+            Self::Principled(b) => b.eval(wo, wi),
+        }
+    }
+
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self {
+            Self::Lambert(b) => b.pdf(wi),
+            Self::MetallicRoughness(b) => b.pdf(wo, wi),
+            Self::Principled(b) => b.pdf(wo, wi),
+        }
+    }
+
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+        match self {
+            Self::Lambert(b) => b.draw(u),
+            Self::MetallicRoughness(b) => b.draw(wo, u),
+            Self::Principled(b) => b.draw(wo, u),
+        }
+    }
+}
+
+impl Clearcoat {
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        let base = self.base.eval(wo, wi);
+        let (left, coat) = (R::splat(self.left(wo.z)), self.coat(wo, wi));
+        each!(|channel| left * base[channel] + coat)
+    }
+
+    /// What is left of the base, seen at the cosine `cos_o`.
+    #[inline]
+    pub(crate) fn left(&self, cos_o: f32) -> f32 {
+        match self.model {
+            CoatModel::Disney | CoatModel::Mitsuba => 1.0,
+            CoatModel::Layer => 1.0 - self.layer(cos_o),
+        }
+    }
+
+    /// `w F(c_o)`.
+    #[inline]
+    pub(crate) fn layer(&self, cos_o: f32) -> f32 {
+        self.amount * reflectance(cos_o)
+    }
+
+    /// The coat alone (sr⁻¹).
+    #[inline(always)]
+    fn coat<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> R {
+        let half = HalfVector::between(wo, wi);
+        let (cos_o, cos_i) = (wo.z, wi[2]);
+        let strength = match self.model {
+            CoatModel::Layer => {
+                return Microfacets::ggx(self.alpha).reflection(half, wo, wi) * R::splat(self.layer(cos_o));
+            }
+            CoatModel::Disney => R::splat(0.25 * self.amount),
+            CoatModel::Mitsuba => R::splat(self.amount) * (R::splat(cos_o) * cos_i),
+        };
+        let stretch_o = ggx::stretch(cos_o, MASKING_ALPHA);
+        let stretch_i = ggx::stretch(cos_i, MASKING_ALPHA);
+        let visibility = ggx::independent_visibility(cos_o, stretch_o, cos_i, stretch_i);
+        let HalfVector { tangential2, axial2 } = half;
+        let peak = R::splat(self.alpha * self.alpha) * axial2 + tangential2;
+        let distribution = R::splat(gtr1_scale(self.alpha)) * (tangential2 + axial2) / peak;
+        strength * reflectance(half.cos_incidence()) * distribution * visibility
+    }
+
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let p = self.coat_probability(wo);
+        let half = HalfVector::between(wo, wi.to_array());
+        let coat = match self.model {
+            CoatModel::Layer => Microfacets::ggx(self.alpha).reflection_pdf(half, wo, wi),
+            CoatModel::Disney | CoatModel::Mitsuba => {
+                let peak = self.alpha * self.alpha * half.axial2 + half.tangential2;
+                0.5 * gtr1_scale(self.alpha) * half.axial2.sqrt() / peak
+            }
+        };
+        (1.0 - p) * self.base.pdf(wo, wi) + p * coat
+    }
+
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+        let p = self.coat_probability(wo);
+        if u[0] >= p {
+            let rest = ((u[0] - p) / (1.0 - p)).min(1.0 - f32::EPSILON / 2.0);
+            return self.base.draw(wo, [rest, u[1], u[2]]);
+        }
+        let direction = [u[1], u[2]];
+        let wi = match self.model {
+            CoatModel::Layer => Microfacets::ggx(self.alpha).sample_reflection(wo, direction),
+            CoatModel::Disney | CoatModel::Mitsuba => {
+                let alpha2 = self.alpha * self.alpha;
+                let sin2 = alpha2 * (exp(-2.0 * u[1] * ln(self.alpha)) - 1.0) / (1.0 - alpha2);
+                let (sin, cos) = (sin2.min(1.0).sqrt(), (1.0 - sin2).max(0.0).sqrt());
+                let (sin_phi, cos_phi) = sin_cos(2.0 * PI * u[2]);
+                let h = Vec3::new(sin * cos_phi, sin * sin_phi, cos);
+                (h * (2.0 * wo.dot(h)) - wo).normalize()
+            }
+        };
+        (wi, Lobe::Glossy)
+    }
+
+    /// Albedo of the diffuse part for light at cosine `|ω_o.z|`.
+    pub(super) fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        Bsdf::from(self.base).vpl_reflectance(wo) * self.left(wo.z.abs())
+    }
+
+    /// About the albedo of the coat: as if its facets lay flat.
+    pub(super) fn importance_coat(&self, cos_o: f32) -> f32 {
+        let unmasked = cos_o / (cos_o + ggx::stretch(cos_o, MASKING_ALPHA));
+        match self.model {
+            CoatModel::Disney => self.layer(cos_o) * unmasked * unmasked,
+            CoatModel::Mitsuba => self.layer(cos_o) * (2.0 * cos_o * unmasked) * (2.0 * cos_o * unmasked),
+            CoatModel::Layer => self.layer(cos_o),
+        }
+    }
+
+    /// About what is not in [`Clearcoat::diffuse_albedo`].
+    pub(super) fn importance_gloss(&self, wo: Vec3) -> f32 {
+        let cos_o = wo.z.abs();
+        Bsdf::from(self.base).importance_gloss(wo) * self.left(cos_o) + self.importance_coat(cos_o)
+    }
+
+    /// Probability of drawing from the coat.
+    fn coat_probability(&self, wo: Vec3) -> f32 {
+        let base = Bsdf::from(self.base);
+        let base = base.vpl_reflectance(wo).max_channel() + base.importance_gloss(wo);
+        glossy_probability(self.importance_coat(wo.z), base * self.left(wo.z)).unwrap_or(0.0)
+    }
+
+    /// The roughness of the narrower of its lobes.
+    pub(crate) fn roughness(&self) -> Option<f32> {
+        let coat = (self.amount > 0.0).then_some(self.alpha);
+        Bsdf::from(self.base).roughness().into_iter().chain(coat).reduce(f32::min)
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        let largest = if self.model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
+        validate::in_range("amount of the coat", self.amount, 0.0, 1.0)?;
+        validate::in_range("alpha of the coat", self.alpha, MIN_ALPHA, largest)?;
+        Bsdf::from(self.base).validate()
+    }
+}
+
+/// `F`.
+#[inline(always)]
+pub(crate) fn reflectance<R: Real>(cos: R) -> R {
+    R::splat(COAT_F0) + R::splat(1.0 - COAT_F0) * fresnel::schlick_weight(cos)
+}
+
+/// The factor `(1 − α²) / (−2π ln α)` of `D₁`, which makes `∫ D₁ cos θ_h dω_h` one.
+#[inline]
+fn gtr1_scale(alpha: f32) -> f32 {
+    0.5 * FRAC_1_PI * (1.0 - alpha * alpha) / -ln(alpha)
+}

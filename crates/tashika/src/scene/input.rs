@@ -1,0 +1,50 @@
+//! Colours and numbers of materials, possibly textured.
+
+use glam::Vec2;
+
+use super::{Channel, TextureId, Textures};
+use crate::color::Rgb;
+
+/// A colour, possibly textured: `factor · texture(uv)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorInput {
+    /// Constant factor, linear.
+    pub factor: Rgb,
+    /// Texture, if any.
+    pub texture: Option<TextureId>,
+}
+
+/// A number, possibly textured: `factor · texture(uv)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FloatInput {
+    /// Constant factor.
+    pub factor: f32,
+    /// Texture and the channel that holds the number, if any.
+    pub texture: Option<(TextureId, Channel)>,
+}
+
+impl ColorInput {
+    /// Colour at `uv`.
+    pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> Rgb {
+        self.texture.map_or(self.factor, |t| self.factor * textures.lookup(t, uv).0)
+    }
+}
+
+impl From<Rgb> for ColorInput {
+    fn from(factor: Rgb) -> Self {
+        Self { factor, texture: None }
+    }
+}
+
+impl FloatInput {
+    /// Number at `uv`.
+    pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> f32 {
+        self.texture.map_or(self.factor, |(t, channel)| self.factor * textures.channel(t, uv, channel))
+    }
+}
+
+impl From<f32> for FloatInput {
+    fn from(factor: f32) -> Self {
+        Self { factor, texture: None }
+    }
+}
