@@ -221,7 +221,7 @@ fn scattered(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::{Lambert, Plastic};
+    use crate::bsdf::{Clearcoat, CoatModel, Lambert, Plastic, UnderCoat};
     use crate::scene::{InstanceId, TurnedAway};
     use crate::stats::Moments;
 
@@ -244,6 +244,9 @@ mod tests {
         let lambert = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
         let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, facets: 0.4.into() };
         let plastic = Bsdf::Plastic(plastic);
+        // Not the same for light that goes the other way.
+        let base = UnderCoat::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
+        let coat = Bsdf::Clearcoat(Clearcoat { base, amount: 1.0, alpha: 0.4, model: CoatModel::Layer });
         let (flat, opposite) = ((TurnedAway::Flat, Vec3::Z), (TurnedAway::Opposite, -ns));
         for (bsdf, through, (rule, stand_in)) in [
             (lambert, false, flat),
@@ -252,6 +255,8 @@ mod tests {
             (lambert, false, opposite),
             (lambert, true, opposite),
             (plastic, false, opposite),
+            (coat, false, flat),
+            (coat, false, opposite),
         ] {
             let point = point(rule);
             for incoming in [Vec3::new(0.48, 0.64, 0.6), Vec3::new(-0.96, 0.0, 0.28)] {

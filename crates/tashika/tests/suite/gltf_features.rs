@@ -175,6 +175,10 @@ fn example(kind: &str, name: &str) -> Document {
             let coat = json!({ "clearcoatFactor": 1, "clearcoatNormalTexture": { "index": 0 } });
             d = with_material(json!({ "extensions": { "KHR_materials_clearcoat": coat } }));
         }
+        ("KHR_materials_clearcoat", "emissiveFactor") => {
+            let coat = json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 1 } });
+            d = with_material(json!({ "emissiveFactor": [1, 1, 1], "extensions": coat }));
+        }
         ("KHR_materials_clearcoat", "transmissionFactor") => {
             d = glass(json!({ "thicknessFactor": 1 }), smooth);
             d.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] = json!({ "clearcoatFactor": 1 });

@@ -294,7 +294,7 @@ fn cloth_and_retro_reflection_are_put_back() {
     transport_agrees(b, 0.02, "cloth");
 }
 
-/// Coats of each model, whose layers see light and viewers differently.
+/// Coats of each model, at gather points and on the way.
 #[test]
 fn clear_coats_are_put_back() {
     let mut b = diffuse_room();

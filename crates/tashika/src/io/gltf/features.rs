@@ -160,6 +160,7 @@ pub(in crate::io) const FEATURES: &[Feature] = &[
     ),
     row("extension", "KHR_materials_clearcoat", Full, "a layer of GGX facets over the base"),
     row("KHR_materials_clearcoat", "transmissionFactor", Ignored, "what lets light through has no coat"),
+    row("KHR_materials_clearcoat", "emissiveFactor", Ignored, "the coat does not dim what the surface emits"),
     row("KHR_materials_clearcoat", "clearcoatNormalTexture", Ignored, "the coat has the normals of the base"),
     row("extension", "KHR_materials_anisotropy", Full, "facets of two roughnesses"),
     row(

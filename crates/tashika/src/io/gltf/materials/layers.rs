@@ -18,7 +18,8 @@
 //! which is Lambert–Beer's law over the thickness for light that crosses the surface twice.
 //!
 //! # Limits
-//! The tint of solid glass has no texture. What lets light through has no coat.
+//! The tint of solid glass has no texture. What lets light through has no coat, and a coat does
+//! not dim what is emitted below it.
 //!
 //! Held to this by `gltf_materials::transmission_*`, `gltf_materials::clear_coats_*`,
 //! `gltf_materials::leaves_*`.
@@ -65,6 +66,9 @@ fn coat(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
     }
     if coat.clearcoat_normal_texture.is_some() {
         reader.met_field(COAT, "clearcoatNormalTexture")?;
+    }
+    if reader.material.emissive_factor.0 != [0.0; 3] {
+        reader.met_field(COAT, "emissiveFactor")?;
     }
     let name = "clearcoatRoughnessFactor";
     let roughness = reader.number(&field(name), coat.clearcoat_roughness_factor, 1.0)?;
