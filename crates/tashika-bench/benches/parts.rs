@@ -12,10 +12,10 @@ use std::hint::black_box;
 
 use clap::Parser;
 use tashika::bounds::UpperAnalytic;
+use tashika::contribution::ContributionKernel;
 use tashika::cut::{Clusters, Rank, Refinement, RefinementMemory, RefinementOptions, gather_tree};
 use tashika::gather::{GatherPoint, PixelSum};
 use tashika::render::with_threads;
-use tashika::transport::Transport;
 use tashika::tree::{GatherTree, LightTree};
 use tashika::vpl::VplSet;
 use tashika_bench::measure::{Variant, in_turns};
@@ -60,8 +60,8 @@ fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
     let pixels: Vec<Vec<GatherPoint>> =
         gather().into_iter().map(|pixel| pixel.points).filter(|points| !points.is_empty()).collect();
     let trees: Vec<GatherTree<UpperAnalytic>> = pixels.iter().map(|points| gather_tree(points)).collect();
-    let transport = Transport::new(set.provenance().clamp_distance);
-    let clusters = |points| Clusters { lights: tree, points, transport };
+    let contribution = ContributionKernel::new(set.provenance().clamp_distance);
+    let clusters = |points| Clusters { lights: tree, points, contribution };
     let lights = tree.lights();
     let listed = LISTED.min(lights.len());
     let refine = |tabulated: u64| {
@@ -121,7 +121,7 @@ fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
                 for (number, points) in pixels.iter().enumerate() {
                     let first = number * LISTED % (lights.len() - listed + 1);
                     luminances.clear();
-                    transport.list(points, lights, first..first + listed, &mut luminances);
+                    contribution.list(points, lights, first..first + listed, &mut luminances);
                     black_box(&luminances);
                 }
             }),

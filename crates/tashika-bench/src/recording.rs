@@ -34,7 +34,7 @@ impl Recording {
     /// Records what `work` asks of the tracer that it is given.
     pub fn of(tracer: &Tracer, work: impl FnOnce(&Tracer)) -> Self {
         let recorder = Arc::new(Recorder::default());
-        work(&tracer.heard_by(Arc::clone(&recorder) as Arc<dyn Listener>));
+        work(&tracer.with_listener(Arc::clone(&recorder) as Arc<dyn Listener>));
         let recorder = Arc::into_inner(recorder).expect("nobody listens any more");
         recorder.0.into_inner().unwrap_or_else(PoisonError::into_inner)
     }

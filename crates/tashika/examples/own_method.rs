@@ -11,6 +11,7 @@ use std::sync::atomic::AtomicBool;
 use tashika::Renderer;
 use tashika::accel::SegmentBatch;
 use tashika::color::RgbSum;
+use tashika::contribution::ContributionKernel;
 use tashika::error::Result;
 use tashika::film::{Claim, Film, Metadata, PixelRecord, Stop, Window};
 use tashika::integrator::{Estimates, Integrator, Setting, SumMethod};
@@ -20,7 +21,6 @@ use tashika::report::{Named, Tolerance, compare};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::builtin;
 use tashika::stats::Moments;
-use tashika::transport::Transport;
 use tashika::vpl::VplSet;
 
 /// Draws so many terms of a pixel's sum, each with the same probability.
@@ -48,8 +48,8 @@ impl Integrator for Evenly<'_> {
 impl Evenly<'_> {
     fn pixel(&self, setting: &Setting<'_>, [x, y]: [u32; 2]) -> PixelRecord {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
-        let transport =
-            Transport::new(self.lights.provenance().clamp_distance).within(setting.tracer.scene());
+        let contribution =
+            ContributionKernel::new(self.lights.provenance().clamp_distance).within(setting.tracer.scene());
         // Random numbers belong to the pixel, so that neither threads nor tiles change the image.
         let index = u64::from(y) << 32 | u64::from(x);
         let mut stream = Stream::new(setting.view.seed, Purpose::Test, index);
@@ -71,7 +71,7 @@ impl Evenly<'_> {
         setting.tracer.visibility(&batch, &mut visibility);
         let (mut sum, mut moments) = (RgbSum::default(), Moments::default());
         for ((light, point), visible) in drawn.iter().zip(visibility) {
-            let term = transport.unoccluded(point, light) * (visible * all as f32);
+            let term = contribution.unoccluded(point, light) * (visible * all as f32);
             sum.add(term);
             moments.push(f64::from(term.luminance()));
         }

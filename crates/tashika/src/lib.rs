@@ -39,10 +39,10 @@
 //! | 0 | [`math`], [`color`], [`rng`], [`warp`], [`stats`], [`error`] |
 //! | 1 | [`bsdf`], [`film`] |
 //! | 2 | [`scene`], [`accel`] |
-//! | 3 | [`vpl`], [`gather`], [`transport`] |
+//! | 3 | [`vpl`], [`gather`], [`contribution`] |
 //! | 4 | [`bounds`], [`guidance`] |
 //! | 5 | [`tree`] |
-//! | 6 | [`cut`], [`uncarried`] |
+//! | 6 | [`cut`], [`compensation`] |
 //! | 7 | [`integrator`] |
 //! | 8 | [`reconstruction`], [`render`], [`report`], [`request`] |
 //! | 9 | [`experiment`], [`io`] |
@@ -53,6 +53,8 @@ pub mod accel;
 pub mod bounds;
 pub mod bsdf;
 pub mod color;
+pub mod compensation;
+pub mod contribution;
 pub mod cut;
 pub mod error;
 pub mod experiment;
@@ -70,9 +72,7 @@ pub mod request;
 pub mod rng;
 pub mod scene;
 pub mod stats;
-pub mod transport;
 pub mod tree;
-pub mod uncarried;
 pub mod vpl;
 pub mod warp;
 

@@ -36,7 +36,7 @@ pub enum Purpose {
     /// Independent repetitions of the same: sets of VPLs, gather points.
     Replicate = 14,
     /// Paths of what VPLs do not carry.
-    Uncarried = 15,
+    Compensation = 15,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes

@@ -253,10 +253,10 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
         let inner = met & node.inner;
         let leaves = met ^ inner;
         for_bits!(leaves, below WIDTH, |slot| {
-            F::announce(&tree.blocks[node.first[slot] as usize]);
+            F::prefetch(&tree.blocks[node.first[slot] as usize]);
         });
         for_bits!(inner, below WIDTH, |slot| {
-            F::announce(&tree.nodes[node.first[slot] as usize]);
+            F::prefetch(&tree.nodes[node.first[slot] as usize]);
         });
         for_bits!(leaves, below WIDTH, |slot| {
             let block = &tree.blocks[node.first[slot] as usize];

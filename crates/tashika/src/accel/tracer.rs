@@ -54,7 +54,7 @@ impl Tracer {
 
     /// One over the same trees that is heard by `listener`.
     #[must_use]
-    pub fn heard_by(&self, listener: Arc<dyn Listener>) -> Self {
+    pub fn with_listener(&self, listener: Arc<dyn Listener>) -> Self {
         Self { listener: Some(listener), ..self.clone() }
     }
 

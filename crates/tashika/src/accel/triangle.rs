@@ -151,11 +151,11 @@ pub(super) fn blocked<F: Vector, const BOUNDED: bool>(v: &[Vectors3<F>; 3], s: &
     } else {
         (planes.volume(s.direction).flipped_by(start), planes.error(s.direction, F::splat(0.0)))
     };
-    let across = F::both(start.abs().gt(planes.error(a, s.point_error)), end.gt(end_error));
+    let across = F::and(start.abs().gt(planes.error(a, s.point_error)), end.gt(end_error));
     if F::bits(across) == 0 {
         return 0;
     }
-    F::bits(F::both(across, inside(edges(a, b, c, s.direction), start)))
+    F::bits(F::and(across, inside(edges(a, b, c, s.direction), start)))
 }
 
 /// Places whose ray meets a triangle, and the parameters: the origin is certainly off the plane,
@@ -169,7 +169,7 @@ pub(super) fn met<F: Vector>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> (u32, F) {
     let off = start.abs().gt(planes.error(a, s.point_error));
     let towards = slope.flipped_by(start).gt(planes.error(s.direction, F::splat(0.0)));
     let inside = inside(edges(a, b, c, s.direction), start);
-    (F::bits(F::both(F::both(off, towards), inside)), start / slope)
+    (F::bits(F::and(F::and(off, towards), inside)), start / slope)
 }
 
 /// Places where all three have the sign of `start`, or are zero.
@@ -177,7 +177,7 @@ pub(super) fn met<F: Vector>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> (u32, F) {
 fn inside<F: Vector>(edges: [F; 3], start: F) -> F::Mask {
     // NaN is outside, as it must be: the smallest of three that hold one could be another.
     let [u, v, w] = each!(|edge| F::splat(0.0).le(edges[edge].flipped_by(start)));
-    F::both(F::both(u, v), w)
+    F::and(F::and(u, v), w)
 }
 
 /// The edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)`: barycentric weights of the three

@@ -13,7 +13,7 @@
 //! points that differ take apart, `P_c` that of coats. Points of all kinds may be merged; each has at most one lobe and one coat.
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport).
+//! At least `M` of every point merged, in the `f32` arithmetic of [`contribution`](crate::contribution).
 //! Zero where all lights are below the plane of every shading normal.
 //!
 //! # Limits

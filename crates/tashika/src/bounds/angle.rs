@@ -21,7 +21,7 @@ use crate::math::Cone;
 
 /// What `f32` arithmetic can turn a direction between a cone and the BSDF (rad).
 ///
-/// In [`transport`](crate::transport) a unit direction is rounded (2·10⁻⁷), taken to a frame whose
+/// In [`contribution`](crate::contribution) a unit direction is rounded (2·10⁻⁷), taken to a frame whose
 /// axes are orthonormal to 5·10⁻⁷, and rounded there (3·10⁻⁷); axes of cones are directions that
 /// were taken from such a frame and rounded (10⁻⁶). Chosen above their sum.
 pub(super) const TURN: Angle = Angle { sin: 3e-6, cos: 1.0 - 4.5e-12 };

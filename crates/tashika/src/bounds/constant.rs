@@ -10,7 +10,7 @@
 //! end towards grazing angles.
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of [`transport`](crate::transport).
+//! At least `M` of every point merged, in the `f32` arithmetic of [`contribution`](crate::contribution).
 //! Zero where all lights are below the plane of every shading normal.
 //!
 //! # Held to this by

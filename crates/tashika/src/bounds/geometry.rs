@@ -29,7 +29,7 @@
 //!
 //! # Guarantee
 //! [`upper_geometric`] is at least the `G` of every member, in real arithmetic and in the `f32` arithmetic of
-//! [`transport`](crate::transport). Sums of products are rounded outward by [`ALONG`]; all other roundings are covered by [`COSINE`].
+//! [`contribution`](crate::contribution). Sums of products are rounded outward by [`ALONG`]; all other roundings are covered by [`COSINE`].
 //!
 //! # Assumptions
 //! Boxes are not empty, but for directional lights. Axes of cones and directions of lights are unit
@@ -66,7 +66,7 @@ pub enum Towards {
 /// squared length), for a quotient of squares 5 of that.
 const ALONG: f32 = 24.0 * UNIT_ROUNDOFF;
 
-/// Error of a cosine. In `transport`: 7 roundings of unit direction and dot product, 4 of the
+/// Error of a cosine. In `contribution`: 7 roundings of unit direction and dot product, 4 of the
 /// length of the light's direction. Here: 4 of the length of the axis, 8 of quotients and roots, 9
 /// of the addition theorem with the sines that go into it.
 const COSINE: f32 = 48.0 * UNIT_ROUNDOFF;
@@ -74,7 +74,7 @@ const COSINE: f32 = 48.0 * UNIT_ROUNDOFF;
 /// Relative error of a squared distance, there and here.
 const SQUARED_DISTANCE: f32 = 8.0 * UNIT_ROUNDOFF;
 
-/// As in `transport`: points closer than 10⁻¹⁰ m are the same point (m²).
+/// As in `contribution`: points closer than 10⁻¹⁰ m are the same point (m²).
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
 /// Squares of distances below this may have lost digits to underflow (m²).
@@ -135,7 +135,7 @@ impl Towards {
     }
 }
 
-/// `≥ G` over all members (m⁻², 1 for directional lights), as `transport` evaluates it.
+/// `≥ G` over all members (m⁻², 1 for directional lights), as `contribution` evaluates it.
 ///
 /// * `towards`: from the points to `lights`, by [`Towards::between`].
 /// * `clamp_distance`: the distance below which `G` no longer grows (m); zero for no clamp.

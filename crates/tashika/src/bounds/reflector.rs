@@ -10,7 +10,7 @@
 //! ([`lobes`](super::lobes)); the extremes of angles over the cone are those of [`spans`](super::spans).
 //!
 //! # Guarantee
-//! Above every value in the `f32` arithmetic of [`transport`](crate::transport), for any unit
+//! Above every value in the `f32` arithmetic of [`contribution`](crate::contribution), for any unit
 //! direction (to rounding) in the cone. Zero if the cone is certainly below the plane of either
 //! normal. Always finite.
 //!

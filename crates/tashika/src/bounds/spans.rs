@@ -22,7 +22,7 @@
 //!
 //! # Guarantee
 //! Angles are at most, cosines of incidence at most those of any members, in the `f32` arithmetic
-//! of [`transport`](crate::transport). The directions there are of length 1 to 10⁻⁶, which turns
+//! of [`contribution`](crate::contribution). The directions there are of length 1 to 10⁻⁶, which turns
 //! `h` by up to [`LENGTHS`]` / ‖ω_o + ω_i‖`.
 //!
 //! # Held to this by

@@ -18,10 +18,10 @@ use std::ops::Range;
 
 use super::terms::Term;
 use crate::bounds::{Reflector, Towards, UpperMaterial, upper_geometric};
+use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
 use crate::math::Vec3;
 use crate::rng::Stream;
-use crate::transport::Transport;
 use crate::tree::{GatherTree, LightCluster, LightTree};
 
 /// Keeps pairs at the same place comparable without a clamp (m).
@@ -35,7 +35,7 @@ pub struct Clusters<'a, B> {
     /// Clusters of gather points.
     pub points: &'a GatherTree<B>,
     /// Evaluates terms.
-    pub transport: Transport<'a>,
+    pub contribution: ContributionKernel<'a>,
 }
 
 impl<B> Clone for Clusters<'_, B> {
@@ -111,7 +111,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         let (lights, points) = (lights.aabb, &self.points.nodes()[pair.points as usize].aabb);
         let between = (lights.lo - points.hi).max(points.lo - lights.hi).max(Vec3::ZERO);
         let across = (lights.hi - points.lo).max(points.hi - lights.lo);
-        let clamp_distance = self.transport.clamp_distance();
+        let clamp_distance = self.contribution.clamp_distance();
         let [nearest, farthest] =
             [between, across].map(|d| f64::from(d.length().max(clamp_distance)).max(LEAST_DISTANCE));
         nearest / farthest
@@ -194,7 +194,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
     pub fn bounded(&self, pair: Pair) -> Pair {
         let lights = self.lights.bounds(&pair.light);
         let towards = Towards::between(&lights, &self.points.nodes()[pair.points as usize].aabb);
-        let geometric = upper_geometric(&lights, &towards, self.transport.clamp_distance());
+        let geometric = upper_geometric(&lights, &towards, self.contribution.clamp_distance());
         // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a
         // bound.
         let own = if geometric > 0.0 {

@@ -103,7 +103,7 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
     /// Draws and traces what the pairs from `first` on lack, and tells them.
     fn complete(&mut self, first: usize) {
         let Self { refinement, strata, stream, epoch: Epoch { batch, ends, .. }, .. } = self;
-        batch.clear(refinement.clusters().transport.glass());
+        batch.clear(refinement.clusters().contribution.glass());
         ends.clear();
         for number in first..refinement.pairs().len() {
             strata.draw(refinement, number, stream, batch);

@@ -26,11 +26,11 @@
 use super::rank::VisibilityPrior;
 use crate::accel::{Apex, SegmentBatch, Tracer};
 use crate::bounds::LightShape;
+use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, View};
 use crate::guidance::{Grid, key_of, pixels_of, random_pixel};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose, Stream};
-use crate::transport::Transport;
 use crate::tree::{LightCluster, LightTree};
 use crate::vpl::{Vpl, VplKind};
 
@@ -59,7 +59,7 @@ pub struct Pilot<'a> {
     /// Lights.
     pub lights: &'a LightTree,
     /// Which lights can light a point at all.
-    pub transport: Transport<'a>,
+    pub contribution: ContributionKernel<'a>,
 }
 
 /// Pilot visibility of an image.
@@ -186,14 +186,14 @@ impl PilotVisibility {
         }
         // What reflects nothing needs no light.
         points.retain(|point| !point.bsdf.albedo().is_black());
-        let mut batch = SegmentBatch::new(pilot.transport.glass());
+        let mut batch = SegmentBatch::new(pilot.contribution.glass());
         // Clusters of the segments, in the order of the batch.
         let mut of_segments: Vec<u32> = Vec::new();
         let mut targets = Vec::new();
         let representatives = &self.representatives[(column % 2 + 2 * (row % 2)) as usize];
         for (trial, point) in points.iter().enumerate() {
             let lights = (0..).zip(representatives.iter().map(|lights| &lights[trial]));
-            for (cluster, light) in lights.filter(|(_, light)| pilot.transport.is_facing(point, light)) {
+            for (cluster, light) in lights.filter(|(_, light)| pilot.contribution.is_facing(point, light)) {
                 if light.kind == VplKind::Directional {
                     batch.push_fan(light.apex(), [point.position]);
                     of_segments.push(cluster);

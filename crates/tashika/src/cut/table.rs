@@ -76,7 +76,7 @@ impl TermTable {
         let (points, lights) = clusters.members(pair);
         let (block, values) = (self.blocks.len() as u32, self.values.len() as u32);
         let members = &clusters.points.points()[points.clone()];
-        clusters.transport.list(members, clusters.lights.lights(), lights.clone(), &mut self.values);
+        clusters.contribution.list(members, clusters.lights.lights(), lights.clone(), &mut self.values);
         self.blocks.push(Block {
             values,
             first_light: lights.start as u32,

@@ -38,7 +38,7 @@ impl TermBatch {
     /// Adds a term times `factor` (one over its probability).
     pub fn push<B>(&mut self, clusters: &Clusters<'_, B>, term: Term, factor: f64) {
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
-        let value = clusters.transport.unoccluded(point, &light).map(|c| (f64::from(c) * factor) as f32);
+        let value = clusters.contribution.unoccluded(point, &light).map(|c| (f64::from(c) * factor) as f32);
         if !value.is_black() {
             self.traced.push(self.values.len() as u32);
             self.segments.push_fan(light.apex(), [point.position]);

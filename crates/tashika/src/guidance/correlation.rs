@@ -14,9 +14,9 @@
 use rayon::prelude::*;
 
 use crate::accel::{Glass, SegmentBatch};
+use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, View};
 use crate::rng::{self, Purpose, Stream};
-use crate::transport::Transport;
 use crate::vpl::{LightTracer, Provenance, Vpl};
 
 /// VPLs of the set that tells.
@@ -39,7 +39,7 @@ pub fn importance_correlation(
     let groups = tracing.drawn_together(VPLS, seed);
     let lights = groups.iter().map(Vec::len).sum::<usize>().max(1);
     let farther = ((set.direct + set.indirect) as f64 / lights as f64).sqrt() as f32;
-    let transport = Transport::new(farther * set.clamp_distance)
+    let contribution = ContributionKernel::new(farther * set.clamp_distance)
         .with_glass(Glass::SolidStops)
         .within(tracing.tracer().scene());
     let of_point = |number: u64| {
@@ -47,7 +47,7 @@ pub fn importance_correlation(
         let mut stream = Stream::new(key, Purpose::Guidance, 0);
         let pixel = view.size.map(|side| stream.below(side.into()) as u32);
         let point = view.samples(tracing.tracer(), pixel, 1, key).points.into_iter().next()?;
-        correlation_at(tracing, &transport, &point, &groups)
+        correlation_at(tracing, &contribution, &point, &groups)
     };
     let mut found: Vec<f64> = (0..POINTS).into_par_iter().filter_map(of_point).collect();
     found.sort_by(f64::total_cmp);
@@ -57,12 +57,12 @@ pub fn importance_correlation(
 /// `K` of a point; none if it gets no light.
 fn correlation_at(
     tracing: &LightTracer<'_>,
-    transport: &Transport<'_>,
+    contribution: &ContributionKernel<'_>,
     point: &GatherPoint,
     groups: &[Vec<Vpl>],
 ) -> Option<f64> {
-    let mut batch = SegmentBatch::new(transport.glass());
-    let unoccluded = |light: &Vpl| f64::from(transport.unoccluded(point, light).luminance());
+    let mut batch = SegmentBatch::new(contribution.glass());
+    let unoccluded = |light: &Vpl| f64::from(contribution.unoccluded(point, light).luminance());
     for light in groups.iter().flatten().filter(|light| unoccluded(light) > 0.0) {
         batch.push_fan(light.apex(), [point.position]);
     }

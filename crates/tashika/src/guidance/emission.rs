@@ -16,11 +16,11 @@ use rayon::prelude::*;
 
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::Rgb;
+use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, Scatter, View};
 use crate::math::Ray;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Weighted;
-use crate::transport::Transport;
 use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
 
 /// Camera paths.
@@ -189,8 +189,9 @@ impl Walk<'_> {
     /// nothing.
     fn given(&mut self, point: &GatherPoint, weight: Rgb, sample: &LightSample) -> Option<(Vpl, f32)> {
         let light = sample.light;
-        let given =
-            (weight * Transport::default().within(self.tracer.scene()).unoccluded(point, &light)).luminance();
+        let given = (weight
+            * ContributionKernel::default().within(self.tracer.scene()).unoccluded(point, &light))
+        .luminance();
         if given <= 0.0 {
             return None;
         }

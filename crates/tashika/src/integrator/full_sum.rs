@@ -11,9 +11,9 @@
 use super::{Claim, Estimates, Integrator, PixelRecord, Setting, Stop};
 use crate::accel::SegmentBatch;
 use crate::color::RgbSum;
+use crate::contribution::{ContributionKernel, Receivers};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::{GatherPoint, PixelSum};
-use crate::transport::{Receivers, Transport};
 use crate::vpl::VplSet;
 
 /// The whole sum of each pixel.
@@ -51,8 +51,8 @@ impl FullSum<'_> {
     fn tile(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
         let pixels: Vec<PixelSum> =
             tile.pixels().map(|(x, y)| setting.view.pixel(setting.tracer, [x, y])).collect();
-        let transport =
-            Transport::new(self.lights.provenance().clamp_distance).within(setting.tracer.scene());
+        let contribution =
+            ContributionKernel::new(self.lights.provenance().clamp_distance).within(setting.tracer.scene());
         let mut sums = Sums::new(&pixels, tile.width as usize);
         let mut batch = SegmentBatch::default();
         // For each segment its gather point, and for each fan its light and its number of segments.
@@ -78,7 +78,7 @@ impl FullSum<'_> {
                     for (&j, &v) in segments.by_ref().take(count as usize) {
                         sums.rays[sums.pixel_of[j as usize] as usize] += 1;
                         if v > 0.0 {
-                            let term = transport.unoccluded(&sums.points[j as usize], light) * v;
+                            let term = contribution.unoccluded(&sums.points[j as usize], light) * v;
                             sums.totals[sums.pixel_of[j as usize] as usize].add(term);
                         }
                     }

@@ -19,13 +19,13 @@
 use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Stop, Truth};
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
+use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
 use crate::math::Ray;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
-use crate::transport::Transport;
 use crate::vpl::{EmitterSampler, VplKind};
 use crate::warp::balance;
 
@@ -208,7 +208,7 @@ struct Tracing<'a> {
 impl Tracing<'_> {
     fn radiance(&mut self, mut ray: Ray, key: u64, stream: &mut Stream) -> Rgb {
         let scene = self.tracer.scene();
-        let transport = Transport::default().within(scene);
+        let contribution = ContributionKernel::default().within(scene);
         let mut radiance = Rgb::BLACK;
         let mut weight = Rgb::WHITE;
         // Density of the last direction, if drawing from the emitters could have found it too.
@@ -254,7 +254,7 @@ impl Tracing<'_> {
                     point.weight = weight;
                     if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
                         let light = &sample.light;
-                        let unoccluded = transport.unoccluded(&point, light);
+                        let unoccluded = contribution.unoccluded(&point, light);
                         if !unoccluded.is_black() {
                             let mis = sample.pdf.map_or(1.0, |pdf| {
                                 let (towards, jacobian) = if light.kind == VplKind::Directional {

@@ -1,17 +1,17 @@
 //! What the published methods have in common: rules, and the way from a tile to cuts.
 //!
 //! All of them refine the pair with the largest upper bound, on the same trees, with the same
-//! transport and the same rays. They differ in what is clustered (lights, or pairs with gather
+//! kernel of contributions and the same rays. They differ in what is clustered (lights, or pairs with gather
 //! points), how a pair is estimated, how the material is bounded, and when they stop.
 
 use super::{Claim, ControlOptions, Estimates, HalfWidths, Lights, PixelRecord, Setting, Stop};
 use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
+use crate::contribution::ContributionKernel;
 use crate::cut::{Clusters, Cut, CutEnd, CutEstimate, CutMemory, PairEstimates, StoppingRule, gather_tree};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
-use crate::transport::Transport;
 
 /// Pairs before the t-interval is looked at. Two terms that are both in shadow have no variance: a
 /// cut of a few pairs would end there.
@@ -137,9 +137,10 @@ impl Published<'_> {
         stream: Stream,
         memory: &mut CutMemory,
     ) -> CutEstimate {
-        let transport = Transport::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
+        let contribution =
+            ContributionKernel::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
         let points = gather_tree::<B>(points);
-        let clusters = Clusters { lights: self.lights.tree, points: &points, transport };
+        let clusters = Clusters { lights: self.lights.tree, points: &points, contribution };
         let cut = Cut::published(clusters, S::default(), setting.tracer, stream, memory);
         cut.map(|cut| self.rule.refine(cut, self.max_pairs)).unwrap_or_default()
     }

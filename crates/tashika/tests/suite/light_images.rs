@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use tashika::bounds::{Towards, upper_geometric};
 use tashika::color::Rgb;
+use tashika::contribution::ContributionKernel;
 use tashika::film::Window;
 use tashika::integrator::{FullSum, Integrator, Setting};
 use tashika::io::save_vpls;
@@ -16,7 +17,6 @@ use tashika::scene::{
     Camera, Emitter, Image, IntensityMap, Lookup, Material, Pixels, Sampling, Scene, SceneBuilder,
     SlideWeight, SphereMap, Spread, Surface, Wrap,
 };
-use tashika::transport::Transport;
 use tashika::tree::{LightTree, LightTreeBuilder};
 use tashika::vpl::{Clamp, VplOptions, VplSet};
 
@@ -155,7 +155,7 @@ fn bounds_hold_for_lights_of_images() {
     assert_eq!(set.len(), 48);
     let tree = LightTree::build(&set, LightTreeBuilder::default());
     tree.validate().unwrap();
-    let transport = Transport::new(0.05).within(tracer.scene());
+    let contribution = ContributionKernel::new(0.05).within(tracer.scene());
     let (mut lit, mut dark, mut near) = (0, 0, 0.0f32);
     for _ in 0..400 {
         let lo = 4.0 * Vec3::from(s.uniform_3()) - 1.5;
@@ -167,7 +167,7 @@ fn bounds_hold_for_lights_of_images() {
             dark += u32::from(bound == 0.0);
             for light in cluster.lights().map(|number| tree.light(number as u32)) {
                 let at = points.lo + (points.hi - points.lo) * Vec3::from(s.uniform_3());
-                let link = transport.link(at, &light);
+                let link = contribution.link(at, &light);
                 assert!(link.geometric <= bound && link.tint.max_channel() <= 1.0, "{link:?} of {bound}");
                 lit += u32::from(link.geometric > 0.0);
                 near = near.max(link.geometric / bound.max(f32::MIN_POSITIVE));

@@ -5,6 +5,8 @@
 use tashika::accel::Glass;
 use tashika::bsdf::{Bsdf, CoatModel, ConductorFresnel, Lambert};
 use tashika::color::Rgb;
+use tashika::compensation::{Compensation, LightingContext};
+use tashika::contribution::ContributionKernel;
 use tashika::film::Film;
 use tashika::gather::GatherPoint;
 use tashika::guidance::learn_light_guide;
@@ -18,9 +20,7 @@ use tashika::scene::{
     Material, MeshData, Pixels, SceneBuilder, Surface, TurnedAway,
 };
 use tashika::stats::Moments;
-use tashika::transport::Transport;
 use tashika::tree::LightTree;
-use tashika::uncarried::{Lit, Uncarried};
 use tashika::vpl::{Clamp, EmitterSampler, LightTracer, VplOptions, VplSet};
 
 use crate::cases::{
@@ -474,12 +474,12 @@ fn paths_from_dark_surfaces_go_as_far() {
     let (tree, emitters) = (LightTree::build(&set, Default::default()), EmitterSampler::new(tracer.scene()));
     let point = view(tracer.scene(), SIZE, 1, 1).pixel(&tracer, [3, 4]).points[0];
     for lights in [Some(&tree), None] {
-        let lit = Lit {
+        let lit = LightingContext {
             tracer: &tracer,
             emitters: &emitters,
             lights,
             choices: None,
-            transport: Transport::new(0.8).with_glass(Glass::SolidStops),
+            contribution: ContributionKernel::new(0.8).with_glass(Glass::SolidStops),
             max_depth: 16,
             bent: None,
         };
@@ -489,7 +489,7 @@ fn paths_from_dark_surfaces_go_as_far() {
                 let bsdf = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(reflectance) });
                 let mut stream = Stream::new(7, Purpose::Test, path);
                 let point = GatherPoint { bsdf, ..point };
-                Uncarried::new(lit).estimate(&point, &bsdf, path, &mut stream).luminance() / reflectance
+                Compensation::new(lit).estimate(&point, &bsdf, path, &mut stream).luminance() / reflectance
             });
             assert!((dark - bright).abs() <= 1e-4 * bright.abs(), "path {path}: {dark}, {bright}");
             seen += u32::from(bright != 0.0);

@@ -248,7 +248,7 @@ mod tests {
         Vec3::new(x, y, z)
     }
 
-    /// As `transport` computes it.
+    /// As `contribution` computes it.
     fn unit(d: Vec3) -> Vec3 {
         d / d.length_squared().sqrt().max(f32::MIN_POSITIVE)
     }

@@ -19,7 +19,7 @@ use crate::math::{Cone, Vec3};
 
 /// By how much bounding cones are wider than their texels (rad) and edges are moved.
 ///
-/// `transport` computes a unit vector by dividing three differences by one length: each component
+/// `contribution` computes a unit vector by dividing three differences by one length: each component
 /// is off by `2⁻²⁴` of itself, the direction by no more radians. This is sixteen times that.
 const WIDENING: f64 = 1.0 / (1 << 20) as f64;
 

@@ -14,7 +14,7 @@
 //! lobes of facets; these texels are bounded one by one.
 //!
 //! # Guarantee
-//! At least the largest channel as `transport` computes it, for every direction of the texel. Zero
+//! At least the largest channel as `contribution` computes it, for every direction of the texel. Zero
 //! where the texel is certainly below the plane of either normal.
 //!
 //! # Held to this by

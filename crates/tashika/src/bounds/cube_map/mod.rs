@@ -13,12 +13,12 @@
 //! axes, so that the texels of all points are the same sets of directions.
 //!
 //! # Guarantee
-//! [`UpperMaterial::upper_material`] is at least the largest channel of `M` as `transport` computes it in `f32`, for every point merged
+//! [`UpperMaterial::upper_material`] is at least the largest channel of `M` as `contribution` computes it in `f32`, for every point merged
 //! and every light in `towards`.
 //!
 //! # Assumption
 //! A light and a point are either at the same place or at least 10⁻¹⁷ m apart. (Closer, the square
-//! of their distance underflows, and `transport` computes no unit vector.)
+//! of their distance underflows, and `contribution` computes no unit vector.)
 //!
 //! # Source
 //! Iwasaki 2019, "Error Estimation for Many-Light Rendering of Glossy Materials": a cube map of the

@@ -18,7 +18,7 @@
 //! by at most `20 COSINE`. Every texel is taken [`SLACK`] wider, which is ten times that. In
 //! `∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)` the first is off by at most `50 COSINE` and the
 //! second larger by at least `0.9 SLACK / 2`, nearly twice that. What is left makes up for what
-//! `transport` turns directions by ([`TURN`]). Small differences are kept as sines, since a cosine
+//! `contribution` turns directions by ([`TURN`]). Small differences are kept as sines, since a cosine
 //! near 1 does not tell them from zero.
 //!
 //! # Held to this by
@@ -36,7 +36,7 @@ const COSINE: f32 = 2e-6;
 /// `√(2 COSINE)`: the largest error of a sine taken from a cosine.
 const SINE: f32 = 2e-3;
 
-/// What `transport` turns directions by, and halves of sums of unit vectors are off by, with room.
+/// What `contribution` turns directions by, and halves of sums of unit vectors are off by, with room.
 const TURN: f32 = 1e-5;
 
 /// By how much the half-angles of texels are taken larger (rad). Chosen: enough for the roundings,

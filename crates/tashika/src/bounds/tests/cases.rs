@@ -1,4 +1,4 @@
-//! Random gather points, cones and directions, and what a gather point reflects as `transport`
+//! Random gather points, cones and directions, and what a gather point reflects as `contribution`
 //! evaluates it.
 
 use glam::DVec3;
@@ -181,7 +181,7 @@ pub fn into_cone(cone: &Cone, v: DVec3) -> DVec3 {
 }
 
 /// `f_r` and `M`, the largest channel of each (sr⁻¹), for light from the unit vector along `d`, as
-/// `transport` evaluates them.
+/// `contribution` evaluates them.
 pub fn reflected(point: &Reflector, d: Vec3) -> [f32; 2] {
     let towards_light = d / d.length_squared().sqrt().max(f32::MIN_POSITIVE);
     if point.geometric_normal.dot(towards_light) <= 0.0 {

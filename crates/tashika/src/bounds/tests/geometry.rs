@@ -1,5 +1,5 @@
 //! The geometric bounds against members: vectors, cosines and geometric terms in the `f32` formulas
-//! of `transport`, and in `f64`.
+//! of `contribution`, and in `f64`.
 //!
 //! Clusters have sides of zero to all of their size, sizes of 10⁻⁶ m to 10⁶ m, and lie apart, near,
 //! in touch, or in one another, at the origin or far from it. Members are corners, points in
@@ -131,14 +131,14 @@ impl Directions {
     }
 }
 
-/// `transport`: the unit direction from a point to a light, and the squared distance.
+/// `contribution`: the unit direction from a point to a light, and the squared distance.
 fn link(light: Vec3, point: Vec3) -> (Vec3, f32) {
     let d = light - point;
     let squared = d.length_squared();
     (d / squared.sqrt().max(f32::MIN_POSITIVE), squared)
 }
 
-/// `transport`: `G` for what the light's shape gives at the cosine between its direction and that
+/// `contribution`: `G` for what the light's shape gives at the cosine between its direction and that
 /// to the point.
 fn geometric(light: Vec3, direction: Vec3, point: Vec3, clamp: f32, shape: impl Fn(f32) -> f32) -> f32 {
     let (towards, squared) = link(light, point);
@@ -367,7 +367,7 @@ fn cones_about_boxes_hold() {
     assert!(median(ratios) < 1.01);
 }
 
-/// A light's factor at a cosine, as `transport` has it.
+/// A light's factor at a cosine, as `contribution` has it.
 type Shape = fn(f32) -> f32;
 
 /// Fall-offs of spots that reach zero at the cosine 0.6.

@@ -159,7 +159,7 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         let clusters = self.refinement.clusters();
         let light = clusters.lights.light(term.light);
         let points = clusters.points.points();
-        let unoccluded = |point: usize| of.of(clusters.transport.unoccluded(&points[point], &light));
+        let unoccluded = |point: usize| of.of(clusters.contribution.unoccluded(&points[point], &light));
         let others = points.len() - 1;
         let beside = others.min(BESIDE);
         // Numbers of the others, from that of the sample on.

@@ -36,10 +36,10 @@ fn matt(position: Vec3) -> GatherPoint {
 #[test]
 fn the_mean_square_over_a_plane_is_told() {
     let (lights, clamp_distance) = (tree(on_floor(4000)), clamp_distance(4000));
-    let transport = Transport::new(clamp_distance);
+    let contribution = ContributionKernel::new(clamp_distance);
     for height in [0.001, 0.3, 3.0] {
         let points = gather_tree::<UpperAnalytic>(&[matt(Vec3::new(0.0, 0.0, height))]);
-        let clusters = Clusters { lights: &lights, points: &points, transport };
+        let clusters = Clusters { lights: &lights, points: &points, contribution };
         let pair = clusters.root().unwrap();
         let squared = |d: f32| d.max(clamp_distance * clamp_distance);
         let square_of = |light: usize| {
@@ -68,8 +68,8 @@ fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
     let points: Vec<GatherPoint> =
         (0..32).map(|_| matt(Vec3::new(s.uniform() - 0.5, s.uniform() - 0.5, 0.02))).collect();
     let points = gather_tree::<UpperAnalytic>(&points);
-    let transport = Transport::new(clamp_distance(lights.lights().len()));
-    let clusters = Clusters { lights: &lights, points: &points, transport };
+    let contribution = ContributionKernel::new(clamp_distance(lights.lights().len()));
+    let clusters = Clusters { lights: &lights, points: &points, contribution };
     let mut memory = RefinementMemory::default();
     let options = RefinementOptions { rank, finest: 2, tabulated: 0 };
     let mut refinement = Refinement::new(clusters, options, &mut memory).unwrap();
@@ -84,7 +84,7 @@ fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
         let (mut first, mut second) = (0.0, 0.0);
         for term in clusters.all_terms(pair) {
             let light = lights.light(term.light);
-            let value = f64::from(transport.unoccluded(points.point(term.point), &light).luminance());
+            let value = f64::from(contribution.unoccluded(points.point(term.point), &light).luminance());
             first += SEEN * value;
             second += SEEN * value * value / clusters.weight_of_term(term);
         }

@@ -10,18 +10,18 @@ use crate::bounds::tests::many;
 use crate::bounds::{UpperAnalytic, UpperConstant, UpperCubeMap, UpperMaterial};
 use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, Lambert, MetallicRoughness, Phong};
 use crate::color::Rgb;
+use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
 use crate::math::{Frame, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::scene::{Falloff, FalloffShape};
-use crate::transport::Transport;
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 use crate::warp;
 
 /// Distance below which the geometric term of the tests no longer grows (m).
 const CLAMP: f32 = 0.05;
-const TRANSPORT: Transport = Transport::new(CLAMP);
+const TRANSPORT: ContributionKernel = ContributionKernel::new(CLAMP);
 
 /// Lights of all kinds about a room of 4 m.
 fn lights(n: usize, s: &mut Stream) -> LightTree {
@@ -93,7 +93,7 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
     for round in 0..many(4) {
         let mut s = Stream::new(round as u64, Purpose::Test, 7);
         let (lights, points) = (lights(200, &mut s), gather_tree::<B>(&points(12, &mut s)));
-        let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+        let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
         let mut memory = RefinementMemory::default();
         let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
         cut(&mut refinement, 1500);
@@ -146,7 +146,7 @@ fn points_of_hardly_any_weight_are_drawn() {
     points[0].weight = Rgb::WHITE;
     points[1].weight = Rgb::gray(1.0 / (1 << 25) as f32);
     let (lights, tree) = (lights(1, &mut s), gather_tree::<UpperConstant>(&points));
-    let clusters = Clusters { lights: &lights, points: &tree, transport: TRANSPORT };
+    let clusters = Clusters { lights: &lights, points: &tree, contribution: TRANSPORT };
     let root = clusters.root().unwrap();
     // The probability that none of so many is the faint one is e⁻¹⁶, whichever end it is at.
     let is_faint = |point: u32| tree.source(point) == 1;
@@ -159,7 +159,7 @@ fn a_cut_holds_every_term_once() {
     let (lights, points) = (lights(60, &mut s), gather_tree::<UpperAnalytic>(&points(9, &mut s)));
     let mut memory = RefinementMemory::default();
     for splits in [1_000_000, 0, 1, 10, 100] {
-        let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+        let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
         let mut held = vec![0; 60 * 9];
         // Used again: what was there before does not count.
         let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
@@ -179,7 +179,7 @@ fn a_cut_holds_every_term_once() {
 fn bounds_never_grow_on_the_way_down() {
     let mut s = Stream::new(6, Purpose::Test, 7);
     let (lights, points) = (lights(300, &mut s), gather_tree::<UpperAnalytic>(&points(16, &mut s)));
-    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+    let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
     let mut memory = RefinementMemory::default();
     let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
     let mut last = f64::INFINITY;
@@ -201,7 +201,7 @@ fn nothing_times_anything_is_no_sum() {
     let mut s = Stream::new(6, Purpose::Test, 8);
     let (no_lights, no_points) = (lights(0, &mut s), gather_tree::<UpperAnalytic>(&[]));
     let (lights, points) = (lights(3, &mut s), gather_tree::<UpperAnalytic>(&points(3, &mut s)));
-    let root = |lights, points| Clusters { lights, points, transport: TRANSPORT }.root();
+    let root = |lights, points| Clusters { lights, points, contribution: TRANSPORT }.root();
     assert!(root(&no_lights, &points).is_none() && root(&lights, &no_points).is_none());
     assert!(root(&lights, &points).is_some());
 }

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use crate::accel::Tracer;
+use crate::contribution::ContributionKernel;
 use crate::cut::{Pilot, PilotVisibility};
 use crate::gather::{GatherOptions, View};
 use crate::math::Vec3;
 use crate::scene::builtin;
-use crate::transport::Transport;
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
@@ -26,7 +26,7 @@ fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
     let tree = LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default());
     let gather = GatherOptions { points: 2, ..GatherOptions::default() };
     let view = View { camera: &tracer.scene().cameras()[0], size: [40, 24], gather, seed: 2 };
-    work(&Pilot { tracer: &tracer, view, lights: &tree, transport: Transport::new(0.05) })
+    work(&Pilot { tracer: &tracer, view, lights: &tree, contribution: ContributionKernel::new(0.05) })
 }
 
 /// Expected visibility of every cluster of lights, depth first.

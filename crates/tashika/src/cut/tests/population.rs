@@ -63,7 +63,7 @@ fn known(pairs: u64, runs: u64, worth: f64) -> Known {
     let unoccluded = (0..400).map(|light| unoccluded(&lights.light(light))).collect();
     let root = f64::from(points.nodes()[0].weight);
     let shares = (0..12).map(|point| f64::from(points.point(point).weight.max_channel()) / root).collect();
-    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+    let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
     let (controlled, prior) = (Controlled::Luminance, VisibilityPrior::NONE);
     let options = StrataOptions { inherits: true, tabulates: true, corrects: true, controlled, prior };
     let run = |number| {

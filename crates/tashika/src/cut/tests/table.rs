@@ -42,7 +42,7 @@ fn terms(clusters: &Clusters<'_, UpperAnalytic>, pair: &Pair) -> Vec<f64> {
 #[test]
 fn halves_of_small_pairs_are_known_by_their_terms_and_others_by_bounds() {
     let (lights, points) = world();
-    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+    let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
     let mut memory = RefinementMemory::default();
     let mut refinement = Refinement::new(clusters, OPTIONS, &mut memory).unwrap();
     let parents = split_all(&mut refinement);
@@ -99,7 +99,7 @@ fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
         kind: VplKind::Omni,
     };
     let lights = tree((0..count).map(light).collect());
-    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+    let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
     let mut memory = RefinementMemory::default();
     let mut refinement = Refinement::new(clusters, OPTIONS, &mut memory).unwrap();
     assert!(!split_all(&mut refinement).is_empty());
@@ -121,7 +121,7 @@ fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
 #[test]
 fn terms_are_drawn_in_proportion_to_their_values() {
     let (lights, points) = world();
-    let clusters = Clusters { lights: &lights, points: &points, transport: TRANSPORT };
+    let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
     let mut s = Stream::new(3, Purpose::Test, 1);
     let mut tested = 0;
     let leaf_points = points.root().unwrap();

@@ -8,14 +8,14 @@ use crate::accel::Glass;
 use crate::bounds::UpperAnalytic;
 use crate::bsdf::{Bsdf, Lambert};
 use crate::color::{Controlled, Rgb, RgbSum};
+use crate::compensation::{Compensation, LightingContext};
+use crate::contribution::ContributionKernel;
 use crate::cut::{Clusters, CutMemory, InheritedCut, Rank, StrataOptions, VisibilityPrior, gather_tree};
 use crate::gather::{GatherPoint, PixelSum};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 use crate::stats::stratified::Spread;
-use crate::transport::Transport;
 use crate::tree::GatherTree;
-use crate::uncarried::{Lit, Uncarried};
 use crate::vpl::EmitterSampler;
 
 /// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs
@@ -51,13 +51,13 @@ pub(super) struct Common<'a> {
 
 impl<'a> Common<'a> {
     /// What paths are followed in; `clamp_distance` is that of the VPLs.
-    pub(super) fn lit(&self, estimator: Estimator, clamp_distance: f32) -> Lit<'a> {
-        Lit {
+    pub(super) fn lit(&self, estimator: Estimator, clamp_distance: f32) -> LightingContext<'a> {
+        LightingContext {
             tracer: self.setting.tracer,
             emitters: self.emitters,
             lights: (estimator == Estimator::Vpls).then(|| self.lights.tree()),
             choices: self.lights.choices(),
-            transport: Transport::new(clamp_distance)
+            contribution: ContributionKernel::new(clamp_distance)
                 .with_glass(Glass::SolidStops)
                 .within(self.setting.tracer.scene()),
             max_depth: self.lights.provenance().max_depth,
@@ -190,7 +190,7 @@ pub(super) struct Estimate<'a> {
     /// None where there are no VPLs.
     points: Option<&'a Points>,
     cut: Option<InheritedCut<'a, UpperAnalytic>>,
-    uncarried: Uncarried<'a>,
+    uncarried: Compensation<'a>,
     /// Sum of what paths found.
     of_paths: RgbSum,
     paths: u32,
@@ -239,8 +239,8 @@ impl<'a> Estimate<'a> {
         memory: &'a mut CutMemory,
     ) -> Self {
         let lit = common.lit(Estimator::Vpls, clamp_distance);
-        let transport = lit.transport;
-        let clusters = Clusters { lights: common.lights.tree(), points: &points.tree, transport };
+        let contribution = lit.contribution;
+        let clusters = Clusters { lights: common.lights.tree(), points: &points.tree, contribution };
         let samples = Stream::new(key, Purpose::Cut, 0);
         let (controlled, tracer) = (common.controlled, common.setting.tracer);
         let options = StrataOptions { inherits: true, tabulates: true, corrects: true, controlled, prior };
@@ -258,14 +258,14 @@ impl<'a> Estimate<'a> {
         Self::new(common, common.lit(Estimator::Paths, 0.0), pixel, key)
     }
 
-    fn new(common: Common<'a>, lit: Lit<'a>, pixel: [u32; 2], key: u64) -> Self {
+    fn new(common: Common<'a>, lit: LightingContext<'a>, pixel: [u32; 2], key: u64) -> Self {
         Self {
             common,
             pixel,
             key,
             points: None,
             cut: None,
-            uncarried: Uncarried::new(lit),
+            uncarried: Compensation::new(lit),
             of_paths: RgbSum::default(),
             paths: 0,
             met: 0,
@@ -291,7 +291,7 @@ impl<'a> Estimate<'a> {
         let estimator = if self.points.is_some() { Estimator::Vpls } else { Estimator::Paths };
         while self.paths < paths {
             let samples = (paths - self.paths).min(POINTS_AT_ONCE);
-            let key = rng::key(self.key, Purpose::Uncarried, self.paths.into());
+            let key = rng::key(self.key, Purpose::Compensation, self.paths.into());
             let seen = self.common.samples(self.pixel, samples, key);
             self.camera_rays += u64::from(samples);
             if let Some(emission) = &mut self.rare_emission {
@@ -302,7 +302,7 @@ impl<'a> Estimate<'a> {
                 if let Some(point) = sample.point.map(|k| &seen.points[k as usize]) {
                     self.met += 1;
                     let number = number as u64;
-                    let mut stream = Stream::new(key, Purpose::Uncarried, number);
+                    let mut stream = Stream::new(key, Purpose::Compensation, number);
                     let key = rng::key(key, Purpose::Opacity, number);
                     let summed = summed_with(point, estimator);
                     value += self.uncarried.estimate(point, &summed, key, &mut stream);

@@ -3,14 +3,14 @@
 use super::super::Truth;
 use super::estimate::{Estimator, summed_with};
 use crate::accel::{Glass, Tracer};
+use crate::compensation::{Choices, LightingContext};
+use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::gather::{GatherPoint, View};
 use crate::guidance::{BentLight, Guided, SeenLamps, importance_correlation, learn_light_guide};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose};
-use crate::transport::Transport;
 use crate::tree::{LightTree, LightTreeBuilder};
-use crate::uncarried::{Choices, Lit};
 use crate::vpl::{
     Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions, VplSet,
 };
@@ -129,12 +129,12 @@ impl GuidedLights {
         let key = |number: u64| rng::key(options.seed, Purpose::Guidance, number);
         let provenance = set.provenance().clone();
         let importance_correlation = importance_correlation(&guided.tracing, view, &provenance, key(2));
-        let lit = Lit {
+        let lit = LightingContext {
             tracer,
             emitters: &EmitterSampler::by_use(tracer, &options),
             lights: Some(&tree),
             choices: None,
-            transport: Transport::new(provenance.clamp_distance)
+            contribution: ContributionKernel::new(provenance.clamp_distance)
                 .with_glass(Glass::SolidStops)
                 .within(tracer.scene()),
             max_depth: provenance.max_depth,

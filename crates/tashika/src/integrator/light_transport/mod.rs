@@ -8,7 +8,7 @@
 //!
 //! the emission seen directly, a stratified sum over all VPLs ([`GuidedLights`]) by a cut that no
 //! sample of it has a say in ([`cut`](crate::cut)), guided by pilot visibility, and paths of what
-//! VPLs do not carry ([`uncarried`](crate::uncarried)).
+//! VPLs do not carry ([`compensation`](crate::compensation)).
 //!
 //! The cost of a cut is sublinear in VPLs and points, so these are made so many that they are a
 //! small part of the half-width, and how small is told by the samples of the cut themselves
@@ -39,11 +39,11 @@ use std::sync::OnceLock;
 
 use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Truth};
 use crate::accel::{Glass, Tracer};
+use crate::contribution::ContributionKernel;
 use crate::cut::{CellVisibility, CutMemory, Pilot, PilotVisibility};
 use crate::film::{Metadata, Window, keys};
 use crate::guidance::cell_of;
 use crate::rng::{self, Purpose};
-use crate::transport::Transport;
 use crate::vpl::EmitterSampler;
 
 use estimate::Common;
@@ -159,9 +159,10 @@ impl Estimates for OfView<'_> {
     fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
         let Self { method, setting, .. } = self;
         let Setting { tracer, view } = *setting;
-        let transport =
-            Transport::new(method.clamp_distance(0)).with_glass(Glass::SolidStops).within(tracer.scene());
-        let pilot = Pilot { tracer, view, lights: method.lights.tree(), transport };
+        let contribution = ContributionKernel::new(method.clamp_distance(0))
+            .with_glass(Glass::SolidStops)
+            .within(tracer.scene());
+        let pilot = Pilot { tracer, view, lights: method.lights.tree(), contribution };
         let common = Common {
             setting,
             emitters: &method.emitters,

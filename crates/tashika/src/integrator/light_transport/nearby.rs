@@ -13,10 +13,10 @@ use std::sync::OnceLock;
 
 use super::super::ControlOptions;
 use super::estimate::{Common, Estimator, is_narrow, summed_with};
+use crate::compensation::{Bent, Compensation, LightingContext};
 use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
-use crate::uncarried::{Bent, Lit, Uncarried};
 
 /// Paths of a cell, of either estimator.
 const PATHS: u64 = 1024;
@@ -153,7 +153,7 @@ fn follow(
     let mut stream = Stream::new(key, Purpose::Guidance, 0);
     let parts = common.controlled.parts();
     let bent = common.lights.bent().filter(|_| estimator == Estimator::Vpls);
-    let mut uncarried = Uncarried::new(Lit { bent, ..common.lit(estimator, clamp_distance) });
+    let mut uncarried = Compensation::new(LightingContext { bent, ..common.lit(estimator, clamp_distance) });
     let mut found = Moments::default();
     let mut expected = [0.0; 2];
     let mut sees_emission = false;
@@ -167,7 +167,7 @@ fn follow(
         let (mut kind, mut of_path) = (0, Bent::default());
         for point in &seen.points {
             let summed = summed_with(point, estimator);
-            value += uncarried.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Uncarried, 0));
+            value += uncarried.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Compensation, 0));
             kind = usize::from(is_narrow(&point.bsdf));
             of_path = uncarried.bent();
         }

@@ -47,6 +47,7 @@ use super::{
 };
 use crate::bounds::UpperAnalytic;
 use crate::color::RgbSum;
+use crate::contribution::ContributionKernel;
 use crate::cut::{
     CellVisibility, Clusters, CutMemory, InheritedCut, Pilot, PilotVisibility, Rank, StrataOptions,
     VisibilityPrior, gather_tree,
@@ -54,7 +55,6 @@ use crate::cut::{
 use crate::film::{Metadata, Window, keys};
 use crate::guidance::cell_of;
 use crate::rng::{self, Purpose, Stream};
-use crate::transport::Transport;
 
 /// By which kind of argument intervals are to be stated: what is asked for. What is then said of
 /// each pixel is a [`Claim`].
@@ -165,9 +165,10 @@ impl<'a> Tashika<'a> {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let number = u64::from(y) << 32 | u64::from(x);
         let key = rng::key(self.options.seed, Purpose::Cut, number);
-        let transport = Transport::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
+        let contribution =
+            ContributionKernel::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
         let points = gather_tree::<UpperAnalytic>(&pixel.points);
-        let clusters = Clusters { lights: self.lights.tree, points: &points, transport };
+        let clusters = Clusters { lights: self.lights.tree, points: &points, contribution };
         let samples = Stream::new(key, Purpose::Cut, 0);
         let mut background = RgbSum::default();
         background.add(pixel.background);
@@ -284,8 +285,8 @@ impl OfView<'_> {
     /// What the neighbourhood of a cell sees of the lights.
     fn about(&self, cell: [u32; 2]) -> CellVisibility<'_> {
         let (Setting { tracer, view }, Lights { tree, provenance }) = (self.setting, self.method.lights);
-        let transport = Transport::new(provenance.clamp_distance).within(tracer.scene());
-        let pilot = Pilot { tracer, view, lights: tree, transport };
+        let contribution = ContributionKernel::new(provenance.clamp_distance).within(tracer.scene());
+        let pilot = Pilot { tracer, view, lights: tree, contribution };
         let visibility = self.pilot.get_or_init(|| PilotVisibility::new(&pilot, self.method.options.seed));
         visibility.about(&pilot, cell)
     }

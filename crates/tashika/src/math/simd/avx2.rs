@@ -82,7 +82,7 @@ impl Real for Avx2 {
     }
 
     #[inline(always)]
-    fn both(a: __m256, b: __m256) -> __m256 {
+    fn and(a: __m256, b: __m256) -> __m256 {
         instruction!(_mm256_and_ps(a, b))
     }
 
@@ -156,7 +156,7 @@ impl Vector for Avx2 {
     }
 
     #[inline(always)]
-    fn announce<T>(what: &T) {
+    fn prefetch<T>(what: &T) {
         let begin = std::ptr::from_ref(what).cast::<i8>();
         for line in 0..size_of::<T>().div_ceil(CACHE_LINE) {
             // A prefetch changes nothing, wherever it points.

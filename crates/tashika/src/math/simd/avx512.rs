@@ -94,7 +94,7 @@ macro_rules! register {
             }
 
             #[inline(always)]
-            fn both(a: $mask, b: $mask) -> $mask {
+            fn and(a: $mask, b: $mask) -> $mask {
                 a & b
             }
 
@@ -164,7 +164,7 @@ macro_rules! register {
             }
 
             #[inline(always)]
-            fn announce<T>(what: &T) {
+            fn prefetch<T>(what: &T) {
                 let begin = std::ptr::from_ref(what).cast::<i8>();
                 for line in 0..size_of::<T>().div_ceil(CACHE_LINE) {
                     // A prefetch changes nothing, wherever it points.

@@ -112,7 +112,7 @@ impl Real for Neon {
     }
 
     #[inline(always)]
-    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
         instruction!(|h| vandq_u32(a[h], b[h]))
     }
 

@@ -52,8 +52,8 @@ impl<F: F32x8> Real for Pair<F> {
     }
 
     #[inline(always)]
-    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
-        (F::both(a.0, b.0), F::both(a.1, b.1))
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        (F::and(a.0, b.0), F::and(a.1, b.1))
     }
 
     #[inline(always)]
@@ -110,7 +110,7 @@ impl<F: F32x8> Vector for Pair<F> {
     }
 
     #[inline(always)]
-    fn announce<T>(what: &T) {
-        F::announce(what);
+    fn prefetch<T>(what: &T) {
+        F::prefetch(what);
     }
 }

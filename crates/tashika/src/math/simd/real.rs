@@ -26,7 +26,7 @@ pub trait Real:
     /// Where `a > b`.
     fn gt(self, other: Self) -> Self::Mask;
     /// Where both hold.
-    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Whether it holds anywhere.
     fn any(mask: Self::Mask) -> bool;
     /// `a` where the mask holds, otherwise `b`.
@@ -59,7 +59,7 @@ pub(crate) trait Vector: Real {
     fn mask(bits: u32) -> Self::Mask;
     /// Says that something will be read soon.
     #[inline(always)]
-    fn announce<T>(_: &T) {}
+    fn prefetch<T>(_: &T) {}
 }
 
 /// Eight numbers.
@@ -170,7 +170,7 @@ impl Real for f32 {
     }
 
     #[inline(always)]
-    fn both(a: bool, b: bool) -> bool {
+    fn and(a: bool, b: bool) -> bool {
         a & b
     }
 

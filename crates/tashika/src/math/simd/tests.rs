@@ -61,7 +61,7 @@ fn results<F: Vector>(a: &[f32; 16], b: &[f32; 16]) -> Results {
         let mut some = [7.0; 5];
         (a + b).store_to(&mut some);
         results.numbers.push(some.map(f32::to_bits).to_vec());
-        let both = F::both(le, F::splat(0.5).gt(a));
+        let both = F::and(le, F::splat(0.5).gt(a));
         let given = F::mask(0xb2c5 >> first & ((1 << F::LANES) - 1));
         for mask in [le, gt, both, given, F::mask(0)] {
             results.masks.push((F::bits(mask), F::any(mask)));

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::emitter_choice::EmitterChoice;
 use super::places::Receiver;
 use super::vpl_choice::VplChoice;
-use super::{Lit, Uncarried};
+use super::{Compensation, LightingContext};
 use crate::bsdf::Bsdf;
 use crate::gather::{GatherPoint, View};
 use crate::rng::{self, Purpose, Stream};
@@ -39,7 +39,7 @@ impl Choices {
     ///
     /// * `summed`: the BSDF that the VPLs are summed with at a gather point.
     pub fn learn(
-        lit: &Lit<'_>,
+        lit: &LightingContext<'_>,
         view: &View<'_>,
         summed: impl Fn(&GatherPoint) -> Bsdf + Sync,
         seed: u64,
@@ -47,7 +47,7 @@ impl Choices {
         let pixels: u64 = view.size.iter().map(|side| u64::from(*side)).product();
         let paths = (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]);
         let chunks = (0..paths / CHUNK).into_par_iter().map(|chunk| {
-            let mut uncarried = Uncarried { met: Some(Met::default()), ..Uncarried::new(*lit) };
+            let mut uncarried = Compensation { met: Some(Met::default()), ..Compensation::new(*lit) };
             for path in chunk * CHUNK..(chunk + 1) * CHUNK {
                 let key = rng::key(seed, Purpose::Guidance, path);
                 let mut stream = Stream::new(key, Purpose::Guidance, 0);
@@ -63,7 +63,7 @@ impl Choices {
             met.by_vpls.extend(of_chunk.by_vpls);
             met.by_emitters.extend(of_chunk.by_emitters);
         }
-        let beyond = Uncarried::new(*lit).beyond;
+        let beyond = Compensation::new(*lit).beyond;
         let learn_vpls = |lights| VplChoice::learn(lights, lit.tracer, beyond, met.by_vpls, seed);
         let vpls = lit.lights.and_then(learn_vpls);
         let key = rng::key(seed, Purpose::Guidance, paths);

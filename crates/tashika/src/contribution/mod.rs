@@ -32,7 +32,7 @@ use crate::vpl::{Vpl, VplKind};
 
 /// How contributions are evaluated.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Transport<'s> {
+pub struct ContributionKernel<'s> {
     clamp_squared: f32,
     glass: Glass,
     /// By which lights of images shine.
@@ -57,7 +57,7 @@ pub struct Link {
     pub squared_distance: f32,
 }
 
-impl<'s> Transport<'s> {
+impl<'s> ContributionKernel<'s> {
     /// With the geometric term held below `clamp_distance` (m); zero for no clamp. Without a
     /// [scene](Self::within) for lights that are not images.
     pub const fn new(clamp_distance: f32) -> Self {
@@ -101,7 +101,7 @@ impl<'s> Transport<'s> {
     /// The geometry between a point and a light.
     ///
     /// # Panics
-    /// If the light shines by a map, and the transport is not [within](Self::within) the scene that
+    /// If the light shines by a map, and the kernel is not [within](Self::within) the scene that
     /// has it.
     pub fn link(&self, position: Vec3, light: &Vpl) -> Link {
         if light.kind == VplKind::Directional {

@@ -103,10 +103,10 @@ fn facing<F: F32x16>(groups: &[Group], from: Source, out: &mut Vec<u32>) {
     for (number, g) in groups.iter().enumerate() {
         let d = each!(|axis| F::splat(position[axis]) - finite * F::load(&g.position[axis]));
         let along = |n: &Vectors3| F::load(&n[0]) * d[0] + F::load(&n[1]) * d[1] + F::load(&n[2]) * d[2];
-        let mut faces = F::both(along(&g.geometric_normal).gt(zero), along(&g.shading_normal).gt(zero));
+        let mut faces = F::and(along(&g.geometric_normal).gt(zero), along(&g.shading_normal).gt(zero));
         if from.oriented {
             let lit = F::splat(normal.x) * d[0] + F::splat(normal.y) * d[1] + F::splat(normal.z) * d[2];
-            faces = F::both(faces, zero.gt(lit));
+            faces = F::and(faces, zero.gt(lit));
         }
         // Lanes beyond the last point have zero normals and never face anything.
         for_bits!(F::bits(faces), below LANES, |lane| {

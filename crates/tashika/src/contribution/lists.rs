@@ -1,14 +1,14 @@
 //! Many lights at one gather point: what each would contribute if nothing were in the way, several
 //! at a time.
 //!
-//! The same arithmetic as [`Transport::unoccluded`], number by number, and the same bits; held to
+//! The same arithmetic as [`ContributionKernel::unoccluded`], number by number, and the same bits; held to
 //! it by the tests below.
 
 use std::ops::Range;
 
 use glam::Vec3;
 
-use super::{SMALLEST_SQUARED_DISTANCE, Transport};
+use super::{ContributionKernel, SMALLEST_SQUARED_DISTANCE};
 use crate::color::LUMINANCE_WEIGHTS;
 use crate::gather::GatherPoint;
 use crate::math::simd::{Level, Vector, Vectors, Work, each};
@@ -17,8 +17,8 @@ use crate::vpl::{LightRows, VplKind};
 /// Positions, directions and intensities of several lights.
 type Several<F> = [[F; 3]; 3];
 
-impl Transport<'_> {
-    /// Appends the luminance of [`Transport::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by
+impl ContributionKernel<'_> {
+    /// Appends the luminance of [`ContributionKernel::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by
     /// point, and for each all of these lights.
     pub fn list(
         &self,
@@ -27,7 +27,7 @@ impl Transport<'_> {
         range: Range<usize>,
         luminances: &mut Vec<f32>,
     ) {
-        Level::best().run(List { transport: self, points, lights, range, luminances });
+        Level::best().run(List { contribution: self, points, lights, range, luminances });
     }
 
     #[inline(always)]
@@ -87,7 +87,7 @@ impl Transport<'_> {
         };
         let height = along(towards, point.geometric_normal);
         // Neighbours are often all behind the surface, or turned away from it.
-        let lit = F::both(height.gt(zero), geometric.gt(zero));
+        let lit = F::and(height.gt(zero), geometric.gt(zero));
         if !F::any(lit) {
             return zero;
         }
@@ -109,9 +109,9 @@ fn along<F: Vector>(v: [F; 3], axis: Vec3) -> F {
     v[0] * F::splat(axis.x) + v[1] * F::splat(axis.y) + v[2] * F::splat(axis.z)
 }
 
-/// [`Transport::list`] and what it is asked about.
+/// [`ContributionKernel::list`] and what it is asked about.
 struct List<'a> {
-    transport: &'a Transport<'a>,
+    contribution: &'a ContributionKernel<'a>,
     points: &'a [GatherPoint],
     lights: &'a LightRows,
     range: Range<usize>,
@@ -123,8 +123,8 @@ impl Work for List<'_> {
 
     #[inline(always)]
     fn run<V: Vectors>(self) {
-        let Self { transport, points, lights, range, luminances } = self;
-        transport.list_with::<V::Widest>(points, lights, range, luminances);
+        let Self { contribution, points, lights, range, luminances } = self;
+        contribution.list_with::<V::Widest>(points, lights, range, luminances);
     }
 }
 
@@ -215,19 +215,19 @@ mod tests {
                 lights[0].position = points[0].position;
                 points[0].wo.z = -points[0].wo.z;
             }
-            let transport = Transport::new([0.0, 0.2][round % 2]);
+            let contribution = ContributionKernel::new([0.0, 0.2][round % 2]);
             lights.sort_by_key(|light| light.kind.number());
             let first = s.below(lights.len() as u64) as usize;
             let range = first..lights.len() - s.below((lights.len() - first) as u64) as usize;
             let expected: Vec<f32> = points
                 .iter()
-                .flat_map(|p| lights[range.clone()].iter().map(|l| transport.unoccluded(p, l).luminance()))
+                .flat_map(|p| lights[range.clone()].iter().map(|l| contribution.unoccluded(p, l).luminance()))
                 .collect();
             let lights = LightRows::new(lights.into_iter());
             for level in Level::all() {
                 let mut luminances = Vec::new();
                 level.run(List {
-                    transport: &transport,
+                    contribution: &contribution,
                     points: &points,
                     lights: &lights,
                     range: range.clone(),

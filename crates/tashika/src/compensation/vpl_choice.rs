@@ -22,8 +22,8 @@ use super::descent::Descent;
 use super::places::{Places, Receiver};
 use super::trials::{Drawn, Trials};
 use crate::accel::Tracer;
+use crate::contribution::ContributionKernel;
 use crate::stats::Discrete;
-use crate::transport::Transport;
 use crate::tree::{LightCluster, LightTree};
 
 /// Clusters of VPLs that are told apart.
@@ -51,11 +51,11 @@ impl VplChoice {
     ///
     /// Nothing is learned (`None`) if there are no lights, or no surfaces.
     ///
-    /// * `transport`: how VPLs are clamped there.
+    /// * `contribution`: how VPLs are clamped there.
     pub(super) fn learn(
         lights: &LightTree,
         tracer: &Tracer,
-        transport: Transport<'_>,
+        contribution: ContributionKernel<'_>,
         receivers: Vec<Receiver>,
         seed: u64,
     ) -> Option<Self> {
@@ -64,13 +64,13 @@ impl VplChoice {
         }
         let step = receivers.len().div_ceil(PROBES);
         let probes: Vec<Receiver> = receivers.iter().copied().step_by(step).collect();
-        let clamp_distance = transport.clamp_distance();
+        let clamp_distance = contribution.clamp_distance();
         let could_give = |cluster: &LightCluster, receiver: &Receiver| {
             Descent { lights, clamp_distance, receiver }.importance(cluster)
         };
         let clusters = lights.split(CLUSTERS, |cluster| probes.iter().map(|r| could_give(cluster, r)).sum());
         let (places, of_places) = Places::divide(receivers);
-        let trials = Trials { tracer, transport, clusters: clusters.len(), lights: TRIALS, seed };
+        let trials = Trials { tracer, contribution, clusters: clusters.len(), lights: TRIALS, seed };
         let learned = trials.learn(&of_places, |cluster, stream| {
             let cluster = &clusters[cluster];
             let light = lights.light(lights.draw(cluster, stream.uniform_f64()));
@@ -156,16 +156,16 @@ mod tests {
     fn what_was_learned_is_drawn_more_often_and_nothing_is_left_out() {
         let mut s = Stream::new(1, Purpose::Test, 0);
         let (tracer, lights) = (two_halves(), lights(&mut s));
-        let transport = Transport::new(0.1).with_glass(Glass::SolidStops);
+        let contribution = ContributionKernel::new(0.1).with_glass(Glass::SolidStops);
         let on_floor = |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Vec3::Z };
         let met = (0..2000).map(|_| on_floor(-2.0 * s.uniform() - 0.01, 4.0 * s.uniform() - 2.0)).collect();
-        let choice = VplChoice::learn(&lights, &tracer, transport, met, 3).unwrap();
+        let choice = VplChoice::learn(&lights, &tracer, contribution, met, 3).unwrap();
         for (receiver, is_known) in [(on_floor(-0.7, 0.4), true), (on_floor(0.9, -0.3), false)] {
-            let mut batch = SegmentBatch::new(transport.glass());
+            let mut batch = SegmentBatch::new(contribution.glass());
             let mut visibility = Vec::new();
             let mut value = |light: u32| {
                 let light = lights.light(light);
-                let link = transport.link(receiver.position, &light);
+                let link = contribution.link(receiver.position, &light);
                 batch.clear();
                 batch.push_fan(light.apex(), [receiver.position]);
                 tracer.visibility(&batch, &mut visibility);
@@ -178,7 +178,7 @@ mod tests {
                 let u = s.uniform_f64();
                 let descent = Descent {
                     lights: &lights,
-                    clamp_distance: transport.clamp_distance(),
+                    clamp_distance: contribution.clamp_distance(),
                     receiver: &receiver,
                 };
                 let by = |drawn: Option<(u32, f64)>| drawn.expect("all can give light");

@@ -55,11 +55,11 @@ use glam::Vec3;
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
+use crate::contribution::{ContributionKernel, Link};
 use crate::gather::{GatherPoint, Scatter};
 use crate::guidance::BentLight;
 use crate::math::Ray;
 use crate::rng::Stream;
-use crate::transport::{Link, Transport};
 use crate::tree::LightTree;
 use crate::vpl::{EmitterSampler, Vpl, VplKind};
 use crate::warp::balance;
@@ -84,7 +84,7 @@ const MAX_SURVIVAL: f32 = 0.98;
 
 /// The light in which paths are followed.
 #[derive(Clone, Copy, Debug)]
-pub struct Lit<'a> {
+pub struct LightingContext<'a> {
     /// Rays.
     pub tracer: &'a Tracer,
     /// The emitters of its scene.
@@ -95,7 +95,7 @@ pub struct Lit<'a> {
     /// `lights`, drawn with the same probabilities.
     pub choices: Option<&'a Choices>,
     /// How they are clamped.
-    pub transport: Transport<'a>,
+    pub contribution: ContributionKernel<'a>,
     /// Most surfaces of a path.
     pub max_depth: u32,
     /// What there is of light that paths may not find.
@@ -104,10 +104,10 @@ pub struct Lit<'a> {
 
 /// Paths of what VPLs do not carry.
 #[derive(Debug)]
-pub struct Uncarried<'a> {
-    lit: Lit<'a>,
+pub struct Compensation<'a> {
+    lit: LightingContext<'a>,
     /// How VPLs are clamped beyond the gather point.
-    beyond: Transport<'a>,
+    beyond: ContributionKernel<'a>,
     batch: SegmentBatch,
     visibility: Vec<f32>,
     rays: u64,
@@ -120,7 +120,7 @@ pub struct Uncarried<'a> {
 /// Light that comes from emitters by bent ways, on a path (luminance, W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bent {
-    /// What there is of it by [`Lit::bent`], at the first surface and at those beyond.
+    /// What there is of it by [`LightingContext::bent`], at the first surface and at those beyond.
     pub expected: [f64; 2],
     /// What the path found.
     pub found: f64,
@@ -145,11 +145,11 @@ fn size(c: Rgb) -> f32 {
     c.map(f32::abs).max_channel()
 }
 
-impl<'a> Uncarried<'a> {
+impl<'a> Compensation<'a> {
     /// Paths in this light.
-    pub fn new(lit: Lit<'a>) -> Self {
-        let transport = lit.transport;
-        let beyond = transport.clamped(CLAMPED_BEYOND * transport.clamp_distance());
+    pub fn new(lit: LightingContext<'a>) -> Self {
+        let contribution = lit.contribution;
+        let beyond = contribution.clamped(CLAMPED_BEYOND * contribution.clamp_distance());
         Self {
             lit,
             beyond,
@@ -212,7 +212,7 @@ impl<'a> Uncarried<'a> {
                 if stream.uniform() < rest { (Kernel::Rest, rest) } else { (Kernel::Carried, 1.0 - rest) };
             weight = weight / probability;
             let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
-            let Lit { emitters, choices, .. } = self.lit;
+            let LightingContext { emitters, choices, .. } = self.lit;
             let choice = choices.map(|choices| &choices.emitters);
             let emitters = EmittersAt::new(emitters, choice, &receiver);
             let has_vpl = kernel == Kernel::Carried && !vertex.sums_vpls();
@@ -263,7 +263,7 @@ impl<'a> Uncarried<'a> {
         radiance: &mut Rgb,
         stream: &mut Stream,
     ) -> Option<Vertex> {
-        let Lit { tracer, max_depth, .. } = self.lit;
+        let LightingContext { tracer, max_depth, .. } = self.lit;
         let scene = tracer.scene();
         let mut is_straight = true;
         for step in 0..u64::from(max_depth) {
@@ -287,7 +287,7 @@ impl<'a> Uncarried<'a> {
             let outgoing = -ray.direction;
             let squared = way.from.distance_squared(surface.position);
             let carried = if is_straight && way.is_carried {
-                self.transport(way.sums_vpls).share(squared)
+                self.contribution(way.sums_vpls).share(squared)
             } else {
                 0.0
             };
@@ -323,8 +323,8 @@ impl<'a> Uncarried<'a> {
     }
 
     /// How the VPLs that light a vertex are clamped.
-    fn transport(&self, sums_vpls: bool) -> Transport<'a> {
-        if sums_vpls { self.lit.transport } else { self.beyond }
+    fn contribution(&self, sums_vpls: bool) -> ContributionKernel<'a> {
+        if sums_vpls { self.lit.contribution } else { self.beyond }
     }
 
     /// What one VPL, drawn for the vertex, gives by what is carried.
@@ -358,9 +358,9 @@ impl<'a> Uncarried<'a> {
         let light = &sample.light;
         // Unclamped.
         let Link { towards_light, geometric, tint, squared_distance } =
-            self.lit.transport.clamped(0.0).link(vertex.position(), light);
+            self.lit.contribution.clamped(0.0).link(vertex.position(), light);
         let carried = match kernel {
-            Kernel::Carried => self.transport(vertex.sums_vpls()).share(squared_distance),
+            Kernel::Carried => self.contribution(vertex.sums_vpls()).share(squared_distance),
             Kernel::Rest => 0.0,
         };
         if carried >= 1.0 {

@@ -20,7 +20,7 @@
 //! comes from random numbers of its own: the estimate is unbiased whatever that was. Held to this
 //! by the test below.
 
-use super::Lit;
+use super::LightingContext;
 use super::places::{Places, Receiver};
 use super::trials::{Drawn, Trials};
 use crate::math::Vec3;
@@ -44,11 +44,11 @@ pub struct EmitterChoice {
 
 impl EmitterChoice {
     /// Learns on surfaces that were met. Runs on the current thread pool.
-    pub(super) fn learn(lit: &Lit<'_>, receivers: Vec<Receiver>, seed: u64) -> Self {
-        let Lit { emitters, tracer, transport, .. } = *lit;
+    pub(super) fn learn(lit: &LightingContext<'_>, receivers: Vec<Receiver>, seed: u64) -> Self {
+        let LightingContext { emitters, tracer, contribution, .. } = *lit;
         let clusters = EmitterClusters::new(emitters);
         let (places, of_places) = Places::divide(receivers);
-        let trials = Trials { tracer, transport, clusters: clusters.count(), lights: TRIALS, seed };
+        let trials = Trials { tracer, contribution, clusters: clusters.count(), lights: TRIALS, seed };
         let tables = trials.learn(&of_places, |cluster, stream| {
             let probability = clusters.probability(cluster);
             let (u, v) = (stream.uniform_f64(), stream.uniform_2());
@@ -131,12 +131,12 @@ mod tests {
     use super::*;
     use crate::accel::{SegmentBatch, Tracer};
     use crate::color::Rgb;
+    use crate::contribution::ContributionKernel;
     use crate::error::Location;
     use crate::math::Affine3A;
     use crate::rng::{Purpose, Stream};
     use crate::scene::{Emission, Environment, Material, MeshData, SceneBuilder, Surface};
     use crate::stats::Moments;
-    use crate::transport::Transport;
     use crate::vpl::VplKind;
 
     /// A wall at `x = 0`, on either side of which is a lamp, with a bright one on the far side, in
@@ -169,12 +169,12 @@ mod tests {
     fn emitters_that_are_seen_are_drawn_more_often_and_none_is_left_out() {
         let tracer = two_halves();
         let emitters = EmitterSampler::new(tracer.scene());
-        let lit = Lit {
+        let lit = LightingContext {
             tracer: &tracer,
             emitters: &emitters,
             lights: None,
             choices: None,
-            transport: Transport::default(),
+            contribution: ContributionKernel::default(),
             max_depth: 2,
             bent: None,
         };
@@ -182,7 +182,7 @@ mod tests {
         let on_floor = |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Vec3::Z };
         let met = (0..2000).map(|_| on_floor(-2.0 * s.uniform() - 0.01, 4.0 * s.uniform() - 2.0)).collect();
         let choice = EmitterChoice::learn(&lit, met, 3);
-        let mut batch = SegmentBatch::new(lit.transport.glass());
+        let mut batch = SegmentBatch::new(lit.contribution.glass());
         let mut visibility = Vec::new();
         for (receiver, is_known) in [(on_floor(-0.7, 0.4), true), (on_floor(0.9, -0.3), false)] {
             let mut moments = [Moments::default(); 2];
@@ -195,7 +195,7 @@ mod tests {
                         let density = at.pdf_of_environment(-light.direction);
                         assert!((sample.pdf.unwrap() / density - 1.0).abs() < 1e-3);
                     }
-                    let link = lit.transport.link(receiver.position, &light);
+                    let link = lit.contribution.link(receiver.position, &light);
                     let cos = receiver.normal.dot(link.towards_light).max(0.0);
                     batch.clear();
                     batch.push_fan(light.apex(), [receiver.position]);

@@ -153,9 +153,9 @@ fn upper_cos(cos_theta: f32, cos_beta: f32, sin_alpha: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::color::Rgb;
+    use crate::contribution::ContributionKernel;
     use crate::math::Vec3;
     use crate::rng::{Purpose, Stream};
-    use crate::transport::Transport;
     use crate::tree::LightTreeBuilder;
     use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn what_can_give_light_can_be_drawn() {
         let mut s = Stream::new(1, Purpose::Test, 0);
-        let transport = Transport::new(0.05);
+        let contribution = ContributionKernel::new(0.05);
         let mut given = 0;
         for kind in [VplKind::Oriented, VplKind::Omni] {
             let lights = lights(&mut s, kind);
@@ -195,7 +195,7 @@ mod tests {
                 let receiver = receiver(&mut s);
                 let descent = Descent { lights: &lights, clamp_distance: 0.05, receiver: &receiver };
                 let gives = |light: u32| {
-                    let link = transport.link(receiver.position, &lights.light(light));
+                    let link = contribution.link(receiver.position, &lights.light(light));
                     link.geometric * receiver.normal.dot(link.towards_light) > 0.0
                 };
                 let giving: Vec<bool> = (0..300).map(gives).collect();

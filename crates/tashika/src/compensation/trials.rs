@@ -12,9 +12,9 @@ use rayon::prelude::*;
 
 use super::places::Receiver;
 use crate::accel::{SegmentBatch, Tracer};
+use crate::contribution::ContributionKernel;
 use crate::rng::{Purpose, Stream};
 use crate::stats::Discrete;
-use crate::transport::Transport;
 use crate::vpl::Vpl;
 
 /// `s`.
@@ -30,7 +30,7 @@ pub(super) struct Drawn {
 /// Trials of clusters at places.
 pub(super) struct Trials<'a> {
     pub tracer: &'a Tracer,
-    pub transport: Transport<'a>,
+    pub contribution: ContributionKernel<'a>,
     /// How many clusters.
     pub clusters: usize,
     /// Lights tried for each place and cluster.
@@ -60,14 +60,14 @@ impl Trials<'_> {
         draw: &impl Fn(usize, &mut Stream) -> Option<Drawn>,
         stream: &mut Stream,
     ) -> Option<Discrete> {
-        let mut batch = SegmentBatch::new(self.transport.glass());
+        let mut batch = SegmentBatch::new(self.contribution.glass());
         let mut squares = Vec::with_capacity(self.clusters * self.lights);
         for cluster in 0..self.clusters {
             for _ in 0..self.lights {
                 let receiver = &receivers[stream.below(receivers.len() as u64) as usize];
                 let mut value = 0.0;
                 if let Some(Drawn { light, luminance }) = draw(cluster, stream) {
-                    let link = self.transport.link(receiver.position, &light);
+                    let link = self.contribution.link(receiver.position, &light);
                     let cos = receiver.normal.dot(link.towards_light).max(0.0);
                     value = luminance * f64::from(link.geometric * cos);
                     // Unclamped, and at the very place of the surface, it is no number.
