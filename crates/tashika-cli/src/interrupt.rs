@@ -35,9 +35,9 @@ pub fn listen(common: &Common) {
 
 /// Runs `work` with a flag that the first Ctrl-C sets.
 pub fn with_flag<T>(work: impl FnOnce(&AtomicBool) -> T) -> T {
-    heed(true);
+    let before = heed(true);
     let result = work(&ASKED);
-    heed(false);
+    heed(before);
     result
 }
 
@@ -46,7 +46,7 @@ pub fn flag() -> &'static AtomicBool {
     &ASKED
 }
 
-/// From now on Ctrl-C sets the flag, or ends the program.
-pub fn heed(whether: bool) {
-    RENDERING.store(whether, Ordering::SeqCst);
+/// From now on Ctrl-C sets the flag, or ends the program; which of them it did before.
+pub fn heed(whether: bool) -> bool {
+    RENDERING.swap(whether, Ordering::SeqCst)
 }

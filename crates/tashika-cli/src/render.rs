@@ -1,5 +1,6 @@
 //! `tashika render`.
 
+use std::path::Path;
 use std::thread::available_parallelism;
 
 use tashika::error::Result as LibraryResult;
@@ -75,7 +76,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
 }
 
 /// The file of lights, if the method uses any.
-fn used_vpl_file(plan: &RenderPlan) -> Option<&std::path::Path> {
+fn used_vpl_file(plan: &RenderPlan) -> Option<&Path> {
     plan.asked.vpl_file().filter(|_| !matches!(plan.resolved.method, Method::Path(_)))
 }
 

@@ -29,12 +29,14 @@ pub struct Watcher<'a> {
 struct Clock {
     begun: Instant,
     seconds: Seconds,
+    /// Whether Ctrl-C was heeded before the phase.
+    heeded: bool,
 }
 
 impl<'a> Watcher<'a> {
     /// Tells the meter alone.
     pub fn new(meter: &'a Meter, seconds: Seconds) -> Self {
-        let clock = Mutex::new(Clock { begun: Instant::now(), seconds });
+        let clock = Mutex::new(Clock { begun: Instant::now(), seconds, heeded: false });
         Self { meter, clock, kept: KeptTiles::default(), viewer: None, page: None }
     }
 
@@ -115,13 +117,18 @@ impl Observer for Watcher<'_> {
             Phase::OtherSet => self.meter.phase("another set of VPLs"),
             _ => {}
         }
-        interrupt::heed(matches!(phase, Phase::Pixels { .. } | Phase::Audit { .. } | Phase::OtherSet));
-        self.clock().begun = Instant::now();
+        let mut clock = self.clock();
+        if can_be_ended(phase) {
+            clock.heeded = interrupt::heed(true);
+        }
+        clock.begun = Instant::now();
     }
 
     fn end(&self, phase: &Phase) {
-        interrupt::heed(false);
         let mut clock = self.clock();
+        if can_be_ended(phase) {
+            interrupt::heed(clock.heeded);
+        }
         let passed = clock.begun.elapsed().as_secs_f64();
         let seconds = &mut clock.seconds;
         *match phase {
@@ -154,4 +161,9 @@ impl Observer for Watcher<'_> {
     fn cancel(&self) -> &AtomicBool {
         interrupt::flag()
     }
+}
+
+/// Whether the phase looks at the flag that Ctrl-C sets; where it does not, Ctrl-C ends the program.
+fn can_be_ended(phase: &Phase) -> bool {
+    matches!(phase, Phase::Pixels { .. } | Phase::Audit { .. } | Phase::OtherSet)
 }
