@@ -204,7 +204,7 @@ fn report(
         camera: stage.framed.camera.name.clone(),
         size: stage.framed.size,
         window: [window.x, window.y, window.width, window.height],
-        tiles: plan.share.to_string(),
+        tiles: plan.asked.share.to_string(),
         method: said(keys::METHOD).unwrap_or_default(),
         paths: match method {
             Method::Path(PathStop::Count(paths)) => Some(*paths),

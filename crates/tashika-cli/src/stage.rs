@@ -74,6 +74,7 @@ impl Stage {
             .camera_change(self.change)
             .framing(Framing { size: Some(size), crop: Some(window) })
             .request(asked.request.clone())
+            .tiles(asked.share.clone())
             .observer(observer);
         match stored {
             Some(lights) => renderer.lights(lights),

@@ -8,6 +8,7 @@ use tashika::film::{Film, Window};
 use tashika::gather::View;
 use tashika::integrator::{ControlOptions, GuidedLights, Integrator, LightTransport, PathTracer, Setting};
 use tashika::io::{read_exr, write_exr};
+use tashika::render::TileShare;
 use tashika::renderer::Lights;
 use tashika::report::{Named, Tolerance, compare, percent_of_share, percent_of_tolerance};
 use tashika::request::{Framed, Request};
@@ -76,7 +77,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         for number in 0..plan.seeds {
             let seed = plan.seed.wrapping_add(number);
             let request = Request { seed, ..plan.request.clone() };
-            let asked = Asked { request, vpl_file: None };
+            let asked = Asked { request, vpl_file: None, share: TileShare::default() };
             let begun = Instant::now();
             let prepared = stage.prepare(&asked, None, meter, &watcher)?;
             let Lights::Guided(lights) = prepared.lights() else {

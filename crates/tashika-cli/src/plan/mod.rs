@@ -22,6 +22,7 @@ use std::path::{Path, PathBuf};
 
 use tashika::film::Window;
 use tashika::io::{LightChanges, LoadOptions, ToneMap, check_writable, open_scene, scene_format};
+use tashika::render::TileShare;
 use tashika::report::Tolerance;
 use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{Scene, builtin};
@@ -97,14 +98,16 @@ pub struct Asked {
     pub request: Request,
     /// The file of the VPLs.
     pub vpl_file: Option<PathBuf>,
+    /// Which tiles.
+    pub share: TileShare,
 }
 
 impl Asked {
-    /// Checks every value.
+    /// Checks every value; all tiles.
     fn new(request: Request, vpl_file: Option<&Path>) -> Result<Self, Failure> {
         let request = Request { lights_given: vpl_file.is_some(), ..request };
         request.resolve()?;
-        Ok(Self { request, vpl_file: vpl_file.map(Path::to_owned) })
+        Ok(Self { request, vpl_file: vpl_file.map(Path::to_owned), share: TileShare::default() })
     }
 
     /// What was typed of a sum over lights that are traced or read, at gather points.

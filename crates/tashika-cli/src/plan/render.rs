@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use tashika::integrator::{Promise, SumMethod};
 use tashika::io::ToneMap;
-use tashika::render::TileShare;
 use tashika::request::{Method, Request, Resolved};
 
 use super::{Asked, Common, Outputs, Serving, StagePlan};
@@ -16,8 +15,6 @@ use crate::exit::Failure;
 pub struct RenderPlan {
     /// Scene, camera, size.
     pub stage: StagePlan,
-    /// Which tiles.
-    pub share: TileShare,
     /// What is asked of pixels.
     pub asked: Asked,
     /// What that comes to, for an image of any size.
@@ -50,7 +47,8 @@ impl RenderPlan {
         let stage = StagePlan::new(&args.stage, args.crop)?;
         let tone_map = ToneMap { exposure: args.exposure };
         tone_map.validate()?;
-        let asked = Asked::new(request(args)?, args.source.vpl_file.as_deref())?;
+        let share = args.tiles.clone().unwrap_or_default();
+        let asked = Asked { share, ..Asked::new(request(args)?, args.source.vpl_file.as_deref())? };
         let resolved = asked.request.resolve()?;
         let mut unused: Vec<String> = resolved.unused.iter().copied().map(typed).collect();
         if args.write_vpls.is_some() && matches!(resolved.method, Method::Path(_)) {
@@ -87,7 +85,6 @@ impl RenderPlan {
         let common = Common::new(&args.common, &written, &inputs)?;
         Ok(Self {
             stage,
-            share: args.tiles.clone().unwrap_or_default(),
             write_vpls: args.write_vpls.clone(),
             outputs,
             tone_map,

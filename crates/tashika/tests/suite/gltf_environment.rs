@@ -74,7 +74,7 @@ fn only_the_scene_that_is_rendered_has_its_environment() {
     d.json["scenes"].as_array_mut().unwrap().push(json!({ "nodes": [0] }));
     d.json["scene"] = json!(1);
     let scene = d.load().unwrap();
-    assert!(scene.has_default_light());
+    assert!(!scene.has_light());
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn environments_of_missing_or_damaged_faces_are_left_out_with_a_note() {
             matches!(&told[..], [(k, m)] if *k == kind && m.contains("images[3]") && m.contains(part)),
             "{told:?}"
         );
-        assert!(scene.has_default_light());
+        assert!(!scene.has_light());
     }
 }
 

@@ -29,6 +29,7 @@ mod light_transport;
 mod material_coverage;
 mod material_rows;
 mod mitsuba;
+mod mitsuba_cameras;
 mod mitsuba_materials;
 mod mitsuba_sides;
 mod obj;

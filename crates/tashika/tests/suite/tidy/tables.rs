@@ -71,6 +71,7 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
         common: &[
             "assets",
             "checkpoint",
+            "clear_coats",
             "dielectrics",
             "exr",
             "features",
@@ -179,8 +180,15 @@ pub(super) const SCHEMA_HOME: &str = "crates/tashika/src/film/";
 
 /// Strings that look like the name of a plane or of a value of the metadata and mean something else:
 /// file, strings, reason.
-pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] =
-    &[("crates/tashika/src/request/mod.rs", &["max_pairs"], "an option of a request")];
+pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
+    ("crates/tashika/src/request/mod.rs", &["max_pairs"], OPTION),
+    ("crates/tashika/src/integrator/options.rs", &["max_pairs"], OPTION),
+    ("crates/tashika/src/integrator/path_tracer.rs", &["max_depth"], OPTION),
+    ("crates/tashika/src/vpl/trace.rs", &["max_depth"], OPTION),
+];
+
+/// Why such a name stands elsewhere.
+const OPTION: &str = "an option, which a film may name by the same word";
 
 /// Most lines of a file, and of one that holds tests only.
 pub(super) const MOST_LINES: usize = 700;
