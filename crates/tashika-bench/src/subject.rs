@@ -129,7 +129,7 @@ impl Subject {
         self.prepared.window()
     }
 
-    /// Renders, with this tracer or one that is heard.
+    /// Renders, with this tracer or one that has a listener.
     pub fn render(&self, tracer: &Tracer) -> Rendered {
         self.prepared.on(tracer).render().expect("options are those of a render")
     }

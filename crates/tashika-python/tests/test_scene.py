@@ -263,7 +263,7 @@ def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
         tashika.load(tmp_path / "absent.obj")
     assert isinstance(caught.value, OSError)
     (tmp_path / "a.fbx").touch()
-    with pytest.raises(tashika.UnsupportedError, match=r"scenes are read from \.gltf"):
+    with pytest.raises(tashika.UnsupportedError, match=r"scenes are read from \.pbrt"):
         tashika.load(tmp_path / "a.fbx")
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\n")
     assert len(tashika.load(tmp_path / "a.obj").notes) >= 1

@@ -26,7 +26,7 @@ use crate::values;
 
 /// A many-light renderer that knows its own error
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(name = "tashika", version, arg_required_else_help = true, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Command,

@@ -29,9 +29,9 @@ _Method = Literal[
 ]
 _T = TypeVar("_T")
 
-@final
 __version__: str
 
+@final
 class Scene:
     """A scene: surfaces, lights and cameras, ready to be rendered."""
 

@@ -52,7 +52,7 @@ impl Tracer {
         Self { scene, trees, level: Level::best(), plain: false, listener: None }
     }
 
-    /// One over the same trees that is heard by `listener`.
+    /// One over the same trees with a `listener`.
     #[must_use]
     pub fn with_listener(&self, listener: Arc<dyn Listener>) -> Self {
         Self { listener: Some(listener), ..self.clone() }

@@ -47,16 +47,16 @@ impl Choices {
         let pixels: u64 = view.size.iter().map(|side| u64::from(*side)).product();
         let paths = (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]);
         let chunks = (0..paths / CHUNK).into_par_iter().map(|chunk| {
-            let mut uncarried = Compensation { met: Some(Met::default()), ..Compensation::new(*lit) };
+            let mut compensation = Compensation { met: Some(Met::default()), ..Compensation::new(*lit) };
             for path in chunk * CHUNK..(chunk + 1) * CHUNK {
                 let key = rng::key(seed, Purpose::Guidance, path);
                 let mut stream = Stream::new(key, Purpose::Guidance, 0);
                 let pixel = view.size.map(|side| stream.below(side.into()) as u32);
                 for point in view.samples(lit.tracer, pixel, 1, key).points {
-                    uncarried.estimate(&point, &summed(&point), key, &mut stream);
+                    compensation.estimate(&point, &summed(&point), key, &mut stream);
                 }
             }
-            uncarried.met.unwrap_or_default()
+            compensation.met.unwrap_or_default()
         });
         let mut met = Met::default();
         for of_chunk in chunks.collect::<Vec<_>>() {

@@ -97,7 +97,7 @@ impl Prepared<'_> {
     }
 
     /// The same, with rays from another tracer of this scene: one that is
-    /// [heard](Tracer::with_listener), or the [scalar twin](Tracer::plain).
+    /// [listened to](Tracer::with_listener), or the [scalar twin](Tracer::plain).
     #[must_use]
     pub fn on(&self, tracer: &Tracer) -> Self {
         Self { tracer: tracer.clone(), ..self.clone() }

@@ -190,7 +190,7 @@ pub(super) struct Estimate<'a> {
     /// None where there are no VPLs.
     points: Option<&'a Points>,
     cut: Option<InheritedCut<'a, UpperAnalytic>>,
-    uncarried: Compensation<'a>,
+    compensation: Compensation<'a>,
     /// Sum of what paths found.
     of_paths: RgbSum,
     paths: u32,
@@ -265,7 +265,7 @@ impl<'a> Estimate<'a> {
             key,
             points: None,
             cut: None,
-            uncarried: Compensation::new(lit),
+            compensation: Compensation::new(lit),
             of_paths: RgbSum::default(),
             paths: 0,
             met: 0,
@@ -305,7 +305,7 @@ impl<'a> Estimate<'a> {
                     let mut stream = Stream::new(key, Purpose::Compensation, number);
                     let key = rng::key(key, Purpose::Opacity, number);
                     let summed = summed_with(point, estimator);
-                    value += self.uncarried.estimate(point, &summed, key, &mut stream);
+                    value += self.compensation.estimate(point, &summed, key, &mut stream);
                 }
                 self.tell(value * samples as f32);
             }
@@ -426,11 +426,11 @@ impl<'a> Estimate<'a> {
 
     /// Rays of a path, on average.
     pub(super) fn rays_per_path(&self) -> f64 {
-        1.0 + self.uncarried.rays() as f64 / f64::from(self.paths.max(1))
+        1.0 + self.compensation.rays() as f64 / f64::from(self.paths.max(1))
     }
 
     pub(super) fn rays(&self) -> u64 {
-        self.camera_rays + self.uncarried.rays() + self.cut.as_ref().map_or(0, InheritedCut::segments)
+        self.camera_rays + self.compensation.rays() + self.cut.as_ref().map_or(0, InheritedCut::segments)
     }
 }
 

@@ -50,7 +50,7 @@ const CHEAP: f64 = 8192.0;
 pub(super) struct Nearby {
     place: [u32; 2],
     key: u64,
-    uncarried: Paths,
+    compensation: Paths,
     /// Few pixels ask for it.
     whole: OnceLock<Paths>,
 }
@@ -58,8 +58,8 @@ pub(super) struct Nearby {
 impl Nearby {
     /// Paths of what VPLs do not carry, of pixels that are like one that mirrors sharply or does
     /// not.
-    pub(super) fn uncarried(&self, is_narrow: bool) -> &[Moments] {
-        let [matt, glossy, all] = &self.uncarried.moments;
+    pub(super) fn compensation(&self, is_narrow: bool) -> &[Moments] {
+        let [matt, glossy, all] = &self.compensation.moments;
         let of_kind = if is_narrow { glossy } else { matt };
         if of_kind.first().is_some_and(|moments| moments.count() >= FEWEST) { of_kind } else { all }
     }
@@ -67,7 +67,7 @@ impl Nearby {
     /// How much of the light by bent ways is not found: the share of it, and how much there is
     /// beyond the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
     pub(super) fn not_found(&self) -> Option<(f64, f64)> {
-        let Paths { found, expected, .. } = &self.uncarried;
+        let Paths { found, expected, .. } = &self.compensation;
         let there: f64 = expected.iter().sum();
         let most_found = found.mean() + 2.0 * found.standard_error();
         (most_found < FOUND * there).then(|| (1.0 - found.mean() / there, expected[1]))
@@ -75,7 +75,7 @@ impl Nearby {
 
     /// Whether the camera sees emission here, straight or by way of smooth surfaces.
     pub(super) fn sees_emission(&self) -> bool {
-        self.uncarried.sees_emission
+        self.compensation.sees_emission
     }
 
     /// Paths of all there is.
@@ -90,8 +90,8 @@ impl Nearby {
         let for_a_ray = |paths: &Paths| {
             paths.moments[2].first().map_or(0.0, |of_path| of_path.variance() * paths.rays as f64)
         };
-        let [whole, uncarried] = [self.paths_of_all(common), &self.uncarried].map(for_a_ray);
-        whole > 0.0 && whole < uncarried
+        let [whole, compensation] = [self.paths_of_all(common), &self.compensation].map(for_a_ray);
+        whole > 0.0 && whole < compensation
     }
 
     /// Whether paths of all there is are foreseen to keep the promise with less work than any sum
@@ -115,7 +115,7 @@ impl Nearby {
     /// Rays of these that each pixel of the cell cost.
     pub(super) fn rays_per_pixel(&self, estimator: Estimator) -> u64 {
         let rays = match estimator {
-            Estimator::Vpls => self.uncarried.rays,
+            Estimator::Vpls => self.compensation.rays,
             Estimator::Paths => self.whole.get().map_or(0, |paths| paths.rays),
         };
         rays.div_ceil(u64::from(Cells::SIDE * Cells::SIDE))
@@ -136,8 +136,8 @@ pub(super) fn about<'c>(
     let place = cell_of(pixel);
     cells.at(place, || {
         let key = key_of(place, seed);
-        let uncarried = follow(Estimator::Vpls, place, common, clamp_distance, key);
-        Nearby { place, key, uncarried, whole: OnceLock::new() }
+        let compensation = follow(Estimator::Vpls, place, common, clamp_distance, key);
+        Nearby { place, key, compensation, whole: OnceLock::new() }
     })
 }
 
@@ -153,7 +153,8 @@ fn follow(
     let mut stream = Stream::new(key, Purpose::Guidance, 0);
     let parts = common.controlled.parts();
     let bent = common.lights.bent().filter(|_| estimator == Estimator::Vpls);
-    let mut uncarried = Compensation::new(LightingContext { bent, ..common.lit(estimator, clamp_distance) });
+    let mut compensation =
+        Compensation::new(LightingContext { bent, ..common.lit(estimator, clamp_distance) });
     let mut found = Moments::default();
     let mut expected = [0.0; 2];
     let mut sees_emission = false;
@@ -167,9 +168,10 @@ fn follow(
         let (mut kind, mut of_path) = (0, Bent::default());
         for point in &seen.points {
             let summed = summed_with(point, estimator);
-            value += uncarried.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Compensation, 0));
+            value +=
+                compensation.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Compensation, 0));
             kind = usize::from(is_narrow(&point.bsdf));
-            of_path = uncarried.bent();
+            of_path = compensation.bent();
         }
         found.push(of_path.found);
         expected = [0, 1].map(|k| expected[k] + of_path.expected[k] / PATHS as f64);
@@ -178,7 +180,7 @@ fn follow(
             moments[2][number].push(part.of(value));
         }
     }
-    Paths { moments, found, expected, sees_emission, rays: PATHS + uncarried.rays() }
+    Paths { moments, found, expected, sees_emission, rays: PATHS + compensation.rays() }
 }
 
 #[cfg(test)]
@@ -244,7 +246,7 @@ mod tests {
     #[test]
     fn glossy_pixels_are_told_of_glossy_paths() {
         look_at_tile(gloss(), |nearby, _| {
-            let [glossy, matt] = [true, false].map(|is_narrow| nearby.uncarried(is_narrow)[0]);
+            let [glossy, matt] = [true, false].map(|is_narrow| nearby.compensation(is_narrow)[0]);
             assert!(glossy.count() >= FEWEST && matt.count() >= FEWEST);
             assert_eq!(glossy.count() + matt.count(), PATHS, "all see the floor");
             let [glossy, matt] = [glossy, matt].map(|moments| moments.variance());
@@ -277,9 +279,9 @@ mod tests {
             for value in [0.0, 1.0] {
                 moments.push(value);
             }
-            let uncarried =
+            let compensation =
                 Paths { moments: [(); 3].map(|()| vec![moments]), rays: PATHS, ..Paths::default() };
-            let nothing_found = Nearby { place: [0; 2], key: 0, uncarried, whole };
+            let nothing_found = Nearby { place: [0; 2], key: 0, compensation, whole };
             assert!(!nothing_found.are_vpls_in_vain(common), "paths that found nothing tell nothing");
         });
         look_at_tile(gloss(), |nearby, common| assert!(nearby.are_vpls_in_vain(common)));

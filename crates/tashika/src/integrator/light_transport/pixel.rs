@@ -148,7 +148,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
                 self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
             }
             self.importance_not_found = bent + common.lamps_not_met(self.at, &points.pixel);
-            let moments = nearby.map(|nearby| nearby.uncarried(points.are_narrow()));
+            let moments = nearby.map(|nearby| nearby.compensation(points.are_narrow()));
             let (prior, clamp_distance) = (visibility.prior(), method.clamp_distance(clamp));
             let estimate = Estimate::of_vpls(common, prior, &points, clamp_distance, self.at, key, memory);
             let can_mend = [common.compensates && clamp + 1 < CLAMPS, samples < MOST_SAMPLES];
