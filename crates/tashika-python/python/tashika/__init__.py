@@ -46,7 +46,6 @@ __all__ = [
     "Scene",
     "UnsupportedError",
     "VplSet",
-    "__version__",
     "builtin",
     "compare",
     "coverage",
