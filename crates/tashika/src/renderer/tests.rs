@@ -131,6 +131,8 @@ fn observers_are_told_of_every_phase_and_can_end_it() {
     assert!(prepared.other_set(&rendered).unwrap().is_none(), "of a part");
     assert!(prepared.audit(&rendered.film, 5).unwrap().is_none(), "cancelled");
     assert!(!told.phases().contains("tree"), "whole sums need none");
+    let share = tiny().method(SumMethod::Exact).tiles("1/2".parse().unwrap()).prepare().unwrap();
+    assert!(share.other_set(&share.render().unwrap()).unwrap().is_none(), "of a share");
 }
 
 /// What is finished is not rendered again, and the film is the same.
@@ -176,6 +178,7 @@ fn cached_lights_are_those_of_the_view() {
     let again = renderer.render().unwrap().film;
     assert_eq!((count(), &again), (1, &traced));
     for other in [renderer.clone().seed(8), renderer.clone().size([10, 10]), renderer.clone().vpls(2000)] {
+        renderer.render().unwrap();
         let before = count();
         other.render().unwrap();
         assert_eq!(count(), before + 1);
