@@ -1,5 +1,5 @@
-//! What a render is told of and tells while it goes on: the meter, the seconds of each part, the
-//! file of finished tiles, and whoever looks on.
+//! Follows a render: tells the meter how far it is, takes the seconds of each part, keeps finished
+//! tiles, and shows them to whoever looks on.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -17,7 +17,7 @@ use crate::serve::LivePage;
 use crate::summary::{Seconds, counted};
 use crate::tev::Viewer;
 
-/// Tells of a render.
+/// Follows a render.
 pub struct Watcher<'a> {
     meter: &'a Meter,
     clock: Mutex<Clock>,

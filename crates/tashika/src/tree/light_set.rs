@@ -6,7 +6,7 @@ use super::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, VplSet};
 
 /// A set of VPLs and the tree over it, which is built when it is first asked for: the whole sum
-/// needs none, and of 10⁷ VPLs it takes longer to build than the set to trace.
+/// needs none.
 #[derive(Clone, Debug)]
 pub struct LightSet {
     set: VplSet,
