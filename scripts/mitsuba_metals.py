@@ -2,7 +2,7 @@
 """Writes the optical constants that Mitsuba 3 has for the materials of its conductors, for the reader of its files.
 
     pip install mitsuba
-    python3 scripts/mitsuba_metals.py > crates/tashika/src/io/mitsuba/metals.rs
+    python3 scripts/mitsuba_metals.py > crates/tashika-formats/src/io/mitsuba/metals.rs
 
 The names are those of the table of materials in Mitsuba's documentation (plugin `conductor`).
 """

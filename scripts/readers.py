@@ -1,4 +1,4 @@
-"""Whether others read the OpenEXR files as they are documented (crates/tashika/src/io/exr/mod.rs).
+"""Whether others read the OpenEXR files as they are documented (crates/tashika-formats/src/io/exr/mod.rs).
 
     python readers.py PROGRAM
 
@@ -21,7 +21,7 @@ SIZE = (64, 48)
 CROP = (13, 7, 40, 25)
 REC_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 
-# Planes and their channels, and those that hold whole numbers: the render's list in crates/tashika/src/render/mod.rs.
+# Planes and their channels, and those that hold whole numbers: the render's list in crates/tashika-core/src/render/mod.rs.
 PLANES = {
     "": ("R", "G", "B"),
     "standard_error": ("Y",),

@@ -2,7 +2,7 @@
 """Writes the table of `tashika::bsdf::boundary`: how much light rough dielectric boundaries let through.
 
     pip install numpy
-    python3 scripts/rough_boundary.py > crates/tashika/src/bsdf/boundary/table.rs
+    python3 scripts/rough_boundary.py > crates/tashika-scene/src/bsdf/boundary/table.rs
 
 Transmittance at a cosine is the mean, over the normals that are seen from there, of what a facet lets through and of what
 of that is not masked (Walter et al. 2007, equations 21, 27 and 34; visible normals of GGX by Dupuy and Benyoub 2023, of

@@ -22,8 +22,12 @@ use tashika_bench::subject::{BenchArgs, Subject};
 const FREQUENCY: i32 = 1000;
 /// Functions that are told.
 const FUNCTIONS: usize = 25;
-/// What the paths of the library's sources have in common.
-const SOURCES: &str = "crates/tashika/src/";
+/// What stands before and after the rest of a crate's name in the paths of its sources.
+const SOURCES: [&str; 2] = ["crates/tashika", "/src/"];
+/// The crate that measures.
+const OWN: &str = "-bench";
+/// The crates whose root is one module, which has the name of the crate.
+const ONE_MODULE: [&str; 2] = ["-report", "-stats"];
 /// The module whose functions are parts of what calls them.
 const VECTORS: &str = "math::simd";
 
@@ -74,9 +78,11 @@ fn tell(report: &Report) {
 /// not the library's.
 fn module(symbol: &Symbol) -> Option<String> {
     let path = symbol.filename.as_ref()?.to_str()?;
-    let (_, within) = path.rsplit_once(SOURCES)?;
-    let module = within.trim_end_matches(".rs").trim_end_matches("/mod").replace('/', "::");
-    (!module.starts_with(VECTORS)).then_some(module)
+    let (_, named) = path.rsplit_once(SOURCES[0])?;
+    let (name, within) = named.split_once(SOURCES[1])?;
+    let within = within.trim_end_matches(".rs").trim_end_matches("/mod").replace('/', "::");
+    let module = if ONE_MODULE.contains(&name) { format!("{}::{within}", &name[1..]) } else { within };
+    (name != OWN && !module.starts_with(VECTORS)).then_some(module)
 }
 
 fn table(title: &str, counts: HashMap<String, isize>, all: isize, most: usize) {

@@ -41,6 +41,7 @@ pub enum Purpose {
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes
 /// well.
+#[inline]
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -48,6 +49,7 @@ fn mix(mut z: u64) -> u64 {
 }
 
 /// A 64-bit hash of (seed, purpose, index), for generators that take a seed of their own.
+#[inline]
 pub fn key(seed: u64, purpose: Purpose, index: u64) -> u64 {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
     let a = mix(seed.wrapping_add(STEP));
@@ -61,6 +63,7 @@ pub struct Stream(Pcg32);
 
 impl Stream {
     /// The stream of (seed, purpose, index).
+    #[inline]
     pub fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
         let state = key(seed, purpose, index);
         Self(Pcg32::new(state, mix(!state)))
@@ -85,11 +88,13 @@ impl Stream {
     }
 
     /// A number in `[0, 1)` with 53 random bits.
+    #[inline]
     pub fn uniform_f64(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     /// An integer in `[0, n)`; `n` must not be zero. Its bias is below `n / 2⁶⁴`.
+    #[inline]
     pub fn below(&mut self, n: u64) -> u64 {
         debug_assert!(n > 0);
         ((u128::from(self.0.next_u64()) * u128::from(n)) >> 64) as u64

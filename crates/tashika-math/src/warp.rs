@@ -9,11 +9,13 @@ use crate::math::elementary::{atan2, sin_cos};
 
 /// Weight of a strategy of density `this` beside another of density `other`: the balance heuristic
 /// (Veach 1997, section 9.2). One where `this` is infinite.
+#[inline]
 pub fn balance(this: f32, other: f32) -> f32 {
     if this.is_infinite() { 1.0 } else { this / (this + other) }
 }
 
 /// Unit disk, uniform, by the concentric map of Shirley and Chiu (1997). Density `1/π`.
+#[inline]
 pub fn disk(u: [f32; 2]) -> Vec2 {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if a == 0.0 && b == 0.0 {
@@ -44,6 +46,7 @@ pub fn polygon(u: [f32; 2], corners: u32, rotation: f32) -> Vec2 {
 }
 
 /// The numbers that [`disk`] takes to a point of the unit disk.
+#[inline]
 pub fn disk_inverse(p: Vec2) -> [f32; 2] {
     let r = p.length();
     if r == 0.0 {
@@ -61,11 +64,13 @@ pub fn disk_inverse(p: Vec2) -> [f32; 2] {
 }
 
 /// Keeps rounding from leaving `[0, 1)`.
+#[inline]
 fn unit(u: f32) -> f32 {
     u.clamp(0.0, 1.0 - f32::EPSILON)
 }
 
 /// Upper hemisphere about `+z`, density `cos θ / π` per steradian.
+#[inline]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = disk(u);
     // The floor keeps grazing directions off the plane, where their density would be zero.
@@ -73,11 +78,13 @@ pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
 }
 
 /// Density of [`cosine_hemisphere`] (sr⁻¹).
+#[inline]
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
 }
 
 /// Whole sphere, uniform. Density `1/4π` per steradian.
+#[inline]
 pub fn sphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - 2.0 * u[0];
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -86,12 +93,14 @@ pub fn sphere(u: [f32; 2]) -> Vec3 {
 }
 
 /// The numbers that [`sphere`] takes to a unit vector.
+#[inline]
 pub fn sphere_inverse(d: Vec3) -> [f32; 2] {
     let turn = atan2(d.y, d.x) / (2.0 * PI);
     [unit(0.5 - 0.5 * d.z), unit(if turn < 0.0 { turn + 1.0 } else { turn })]
 }
 
 /// Cone about `+z` with half-angle `acos(cos_max)`, uniform. Density `1/(2π(1 − cos_max))`.
+#[inline]
 pub fn cone(u: [f32; 2], cos_max: f32) -> Vec3 {
     let z = 1.0 - u[0] * (1.0 - cos_max);
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -100,17 +109,20 @@ pub fn cone(u: [f32; 2], cos_max: f32) -> Vec3 {
 }
 
 /// The numbers that [`cone`] takes to a unit vector inside the cone.
+#[inline]
 pub fn cone_inverse(d: Vec3, cos_max: f32) -> [f32; 2] {
     [unit((1.0 - d.z) / (1.0 - cos_max)), sphere_inverse(d)[1]]
 }
 
 /// Barycentric coordinates of a triangle, uniform by area.
+#[inline]
 pub fn triangle(u: [f32; 2]) -> [f32; 3] {
     let r = u[0].sqrt();
     [1.0 - r, r * (1.0 - u[1]), r * u[1]]
 }
 
 /// The tent `1 − |x|` on `[−1, 1]`.
+#[inline]
 pub fn tent(u: f32) -> f32 {
     if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() }
 }

@@ -12,8 +12,8 @@ use embedded_graphics::text::Baseline;
 use super::color_scale::{BEYOND, ColorScale, NO_VALUE};
 use super::compare::{Comparison, Tolerance};
 use super::picture::Picture;
-use super::words::{percent_of_error, percent_of_share, percent_of_tolerance};
 use crate::film::{Film, RenderFilm};
+use crate::film::{percent_of_error, percent_of_share, percent_of_tolerance};
 
 /// End of the scale, in tolerances; there is a tick for each.
 const TICKS: u32 = 5;

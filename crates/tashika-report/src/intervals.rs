@@ -118,9 +118,9 @@ mod tests {
 
     use super::*;
     use crate::film::{Claim, PlaneSpec, SampleKind, Window};
-    use crate::report::{Comparison, Named, Tolerance, compare, summary};
     use crate::rng::{Purpose, Stream};
     use crate::stats::normal_quantile;
+    use crate::{Comparison, Named, Tolerance, compare, summary};
 
     const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
         PlaneSpec { name, channels, unit: "1", kind, doc: "" }

@@ -3,6 +3,8 @@
 //! [`compare()`] measures; everything else shows what it measured. Nothing here touches files: pictures and pages are bytes, which the
 //! caller writes.
 
+#![forbid(unsafe_code)]
+
 mod claims;
 mod color_scale;
 mod compare;
@@ -12,9 +14,7 @@ mod intervals;
 mod page;
 mod picks;
 mod picture;
-mod srgb_png;
 mod summary;
-mod words;
 
 pub use claims::Claims;
 pub use compare::{Comparison, Named, Tolerance, compare};
@@ -26,11 +26,17 @@ pub use page::{
 };
 pub use picks::least_certain;
 pub use picture::Picture;
-pub(crate) use srgb_png::srgb_png;
 pub use summary::summary;
-pub use words::{
+pub use tashika_film::film::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
 };
 
 #[cfg(test)]
 mod tests;
+
+// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+use tashika_film::{color, error, film, reconstruction};
+use tashika_math::math;
+#[cfg(test)]
+use tashika_math::rng;
+use tashika_stats as stats;

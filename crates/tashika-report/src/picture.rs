@@ -11,7 +11,7 @@ use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Baseline, Text};
 
-use super::srgb_png::srgb_png;
+use crate::film::srgb_png;
 
 /// A picture without transparency.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::claims::Claims;
 use super::compare::Comparison;
 use super::intervals::Intervals;
-use super::words::{count, percent_of_error, percent_of_share, percent_of_tolerance};
+use crate::film::{count, percent_of_error, percent_of_share, percent_of_tolerance};
 
 /// Labels and what is to say under each; an empty label continues the row above.
 pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {

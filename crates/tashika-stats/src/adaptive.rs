@@ -143,8 +143,8 @@ fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Moments;
     use crate::rng::{Purpose, Stream};
-    use crate::stats::Moments;
 
     /// Points of a small bright box, in a few others.
     fn spot(count: usize) -> Vec<Weighted<3>> {

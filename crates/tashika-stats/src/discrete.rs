@@ -33,21 +33,25 @@ impl Discrete {
     }
 
     /// How many items there are.
+    #[inline]
     pub fn len(&self) -> usize {
         self.cumulative.len() - 1
     }
 
     /// Whether there are no items; never, since weights sum to more than zero.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// Sum of the weights.
+    #[inline]
     pub fn total(&self) -> f64 {
         self.cumulative[self.len()]
     }
 
     /// Probability of item `i`.
+    #[inline]
     pub fn probability(&self, i: usize) -> f64 {
         (self.cumulative[i + 1] - self.cumulative[i]) / self.total()
     }
@@ -128,6 +132,7 @@ pub struct Block {
 
 impl Block {
     /// With which probability a point of the whole table lies in it.
+    #[inline]
     pub fn probability(&self) -> f64 {
         self.probability
     }

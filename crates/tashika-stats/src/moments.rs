@@ -13,6 +13,7 @@ pub struct Moments {
 
 impl Moments {
     /// Takes in one number.
+    #[inline]
     pub fn push(&mut self, x: f64) {
         self.count += 1;
         self.largest = self.largest.max(x.abs());
@@ -22,6 +23,7 @@ impl Moments {
     }
 
     /// Takes in what another has taken in (Chan, Golub, LeVeque 1979).
+    #[inline]
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -36,26 +38,31 @@ impl Moments {
     }
 
     /// The largest size of a number; zero if there were none.
+    #[inline]
     pub fn largest(&self) -> f64 {
         self.largest
     }
 
     /// How many numbers were taken in.
+    #[inline]
     pub fn count(&self) -> u64 {
         self.count
     }
 
     /// Their mean; zero if there were none.
+    #[inline]
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
     /// Unbiased sample variance; zero for fewer than two numbers.
+    #[inline]
     pub fn variance(&self) -> f64 {
         if self.count < 2 { 0.0 } else { self.deviation / (self.count - 1) as f64 }
     }
 
     /// Standard error of the mean; zero for fewer than two numbers.
+    #[inline]
     pub fn standard_error(&self) -> f64 {
         if self.count < 2 { 0.0 } else { (self.variance() / self.count as f64).sqrt() }
     }

@@ -31,8 +31,24 @@
 //! The rest of the modules is what these are made of: public for experiments, and no boundary that
 //! is kept from one version to the next.
 //!
+//! # Crates
+//! Each part can be used alone, with no more dependencies than it needs; this crate has them all,
+//! but for `io` without its feature `formats`, which is on by default.
+//!
+//! | crate | modules |
+//! |---|---|
+//! | `tashika-math` | [`math`], [`rng`], [`warp`] |
+//! | `tashika-stats` | [`stats`] |
+//! | `tashika-film` | [`color`], [`error`], [`film`], [`reconstruction`] |
+//! | `tashika-scene` | [`bsdf`], [`scene`] |
+//! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`render`], [`request`], [`tree`], [`vpl`] |
+//! | `tashika-formats` | [`io`], but for lights and finished tiles |
+//! | `tashika-report` | [`report`] |
+//! | `tashika` | [`experiment`], [`io`], [`renderer`] |
+//!
 //! # Layers
-//! From the bottom; a module uses only those above it in this list (kept by the test `tidy`).
+//! From the bottom; a module uses only those above it in this list (kept by Cargo between crates, by the test
+//! `tidy` within them).
 //!
 //! | layer | modules |
 //! |---|---|
@@ -47,37 +63,25 @@
 //! | 8 | [`reconstruction`], [`render`], [`report`], [`request`] |
 //! | 9 | [`experiment`], [`io`] |
 //! | 10 | [`renderer`] |
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
-pub mod accel;
-pub mod bounds;
-pub mod bsdf;
-pub mod color;
-pub mod compensation;
-pub mod contribution;
-pub mod cut;
-pub mod error;
 pub mod experiment;
-pub mod film;
-pub mod gather;
-pub mod guidance;
-pub mod integrator;
+#[cfg(feature = "formats")]
 pub mod io;
-pub mod math;
-pub mod reconstruction;
-pub mod render;
 pub mod renderer;
-pub mod report;
-pub mod request;
-pub mod rng;
-pub mod scene;
-pub mod stats;
-pub mod tree;
-pub mod vpl;
-pub mod warp;
+
+pub use tashika_core::{
+    accel, bounds, compensation, contribution, cut, gather, guidance, integrator, render, request, tree, vpl,
+};
+pub use tashika_film::{color, error, film, reconstruction};
+pub use tashika_math::{math, rng, warp};
+pub use tashika_report as report;
+pub use tashika_scene::{bsdf, scene};
+pub use tashika_stats as stats;
 
 pub use error::{Error, Result};
 pub use film::{Claim, Film, RenderFilm, Stop};
+#[cfg(feature = "formats")]
 pub use io::{load_scene, write_exr};
 pub use renderer::Renderer;
 pub use scene::Scene;

@@ -35,8 +35,8 @@ impl Measure {
             Self::Formulas => {
                 ("material_formulas.py", Some("crates/tashika/tests/suite/formula_materials.txt"))
             }
-            Self::Metals => ("mitsuba_metals.py", Some("crates/tashika/src/io/mitsuba/metals.rs")),
-            Self::Boundary => ("rough_boundary.py", Some("crates/tashika/src/bsdf/boundary/table.rs")),
+            Self::Metals => ("mitsuba_metals.py", Some("crates/tashika-formats/src/io/mitsuba/metals.rs")),
+            Self::Boundary => ("rough_boundary.py", Some("crates/tashika-scene/src/bsdf/boundary/table.rs")),
         }
     }
 

@@ -116,10 +116,10 @@ impl Place<'_> {
         let b = barycentric(origin, direction, &t);
         let passes = self.glass == Glass::Passes;
         match self.instance {
-            None => self.scene.stopped(InstanceId(t.instance), t.index, b, direction, passes),
+            None => self.scene.stopped(InstanceId::at(t.instance), t.index, b, direction, passes),
             Some(instance) => {
                 let world = self.scene.instances()[instance as usize].to_world.transform_vector3(direction);
-                self.scene.stopped(InstanceId(instance), t.index, b, world, passes)
+                self.scene.stopped(InstanceId::at(instance), t.index, b, world, passes)
             }
         }
     }
@@ -374,7 +374,7 @@ impl Nearest<'_> {
         let instance = instance.unwrap_or(t.instance);
         let b = barycentric(s.origin, s.direction, t);
         if t.flags & flag::HOLES != 0 {
-            let opacity = self.scene.opacity(InstanceId(instance), t.index, b);
+            let opacity = self.scene.opacity(InstanceId::at(instance), t.index, b);
             let place = u64::from(instance) << 32 | u64::from(t.index);
             let u = (rng::key(self.key, Purpose::Opacity, place) >> 40) as f32 * (1.0 / (1 << 24) as f32);
             if u >= opacity {
@@ -383,7 +383,7 @@ impl Nearest<'_> {
         }
         self.t_max = parameter;
         self.hit =
-            Some(Hit { t: parameter, instance: InstanceId(instance), triangle: t.index, barycentric: b });
+            Some(Hit { t: parameter, instance: InstanceId::at(instance), triangle: t.index, barycentric: b });
     }
 }
 

@@ -282,14 +282,14 @@ fn no_surface_blocks_what_starts_on_it() {
         for _ in 0..400 {
             let triangle = s.below(kept) as u32;
             let b = crate::warp::triangle(s.uniform_2());
-            let p = scene.surface_point(crate::scene::InstanceId(0), triangle, b);
+            let p = scene.surface_point(crate::scene::InstanceId::at(0), triangle, b);
             let n = p.geometric_normal;
             let tangent = crate::math::Frame::about(n)
                 .to_world(crate::warp::sphere(s.uniform_2()) * Vec3::new(1.0, 1.0, 0.0));
             // Elevations down to a millionth of a radian above the true plane.
             let direction = tangent.normalize_or(n) + n * powf(10.0, -6.0 * s.uniform());
             let start = p.leave(direction);
-            let corners = scene.world_corners(crate::scene::InstanceId(0), triangle);
+            let corners = scene.world_corners(crate::scene::InstanceId::at(0), triangle);
             let baked = scene.instances()[0].is_baked();
             if baked && !has_normal(&corners) {
                 continue;

@@ -44,7 +44,7 @@ pub(super) struct Placed {
 
 impl Placed {
     fn new(id: InstanceId, instance: &Instance, tree: u32) -> Self {
-        let m = instance.to_object;
+        let m = instance.to_object();
         let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis, m.translation];
         Self { to_object: columns.map(|c| c.to_array()), instance: id.index() as u32, tree }
     }
@@ -137,7 +137,7 @@ impl Trees {
             let mut items: Vec<Item> = (0..baked_triangles).into_par_iter().map(item).collect();
             items.retain(|item| !item.is_empty());
             Tree::build(items, |[instance, index]| Triangle {
-                v: scene.world_corners(InstanceId(instance), index),
+                v: scene.world_corners(InstanceId::at(instance), index),
                 instance,
                 index,
                 flags: flags[instance as usize],

@@ -213,7 +213,7 @@ mod tests {
         }
         let triangles = [1, 2].map(|instance| {
             let at = EmittersAt::new(&emitters, Some(&choice), &on_floor(-0.7, 0.4));
-            let instance = InstanceId(instance);
+            let instance = InstanceId::at(instance);
             f64::from(at.pdf_on_triangle(instance, 0) / emitters.pdf_on_triangle(instance, 0))
         });
         assert!(triangles[0] > 10.0 * triangles[1], "{triangles:?}");

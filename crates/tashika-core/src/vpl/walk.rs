@@ -238,7 +238,7 @@ mod tests {
             shading_normal: ns,
             tangent: None,
             uv: glam::Vec2::ZERO,
-            instance: InstanceId(0),
+            instance: InstanceId::at(0),
             turned_away,
         };
         let lambert = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.7) });

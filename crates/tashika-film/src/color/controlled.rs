@@ -44,6 +44,7 @@ impl Controlled {
     }
 
     /// What has to be right for it to be right.
+    #[inline]
     pub fn parts(self) -> &'static [Part] {
         match self {
             Self::Luminance => &[Part { weights: [RED, GREEN, BLUE], per_luminance: 1.0 }],
@@ -56,11 +57,13 @@ impl Controlled {
     }
 
     /// What errors of this sum are relative to.
+    #[inline]
     pub fn size(self, sum: &RgbSum) -> f64 {
         self.parts().iter().map(|part| part.of_sum(sum)).fold(0.0, f64::max)
     }
 
     /// What errors are relative to where the truth is this colour, and the error of another.
+    #[inline]
     pub fn size_and_distance(self, truth: Rgb, other: Rgb) -> (f64, f64) {
         let of = |part: &Part| {
             let (a, b) = (part.of(truth), part.of(other));
@@ -82,6 +85,7 @@ impl Part {
     }
 
     /// Of a sum of colours.
+    #[inline]
     pub fn of_sum(&self, sum: &RgbSum) -> f64 {
         self.weights.iter().zip(sum.channels()).map(|(w, c)| w * c).sum()
     }

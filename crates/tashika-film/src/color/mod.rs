@@ -36,36 +36,43 @@ impl Rgb {
     pub const WHITE: Self = Self::gray(1.0);
 
     /// A colour from its channels.
+    #[inline]
     pub const fn new(r: f32, g: f32, b: f32) -> Self {
         Self { r, g, b }
     }
 
     /// The same value in each channel.
+    #[inline]
     pub const fn gray(v: f32) -> Self {
         Self { r: v, g: v, b: v }
     }
 
     /// Luminance `0.2126 R + 0.7152 G + 0.0722 B` in the unit of the colour.
+    #[inline]
     pub fn luminance(self) -> f32 {
         LUMINANCE_WEIGHTS[0] * self.r + LUMINANCE_WEIGHTS[1] * self.g + LUMINANCE_WEIGHTS[2] * self.b
     }
 
     /// The largest channel.
+    #[inline]
     pub fn max_channel(self) -> f32 {
         self.r.max(self.g).max(self.b)
     }
 
     /// Whether every channel is exactly zero.
+    #[inline]
     pub fn is_black(self) -> bool {
         self == Self::BLACK
     }
 
     /// Whether every channel is finite.
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.r.is_finite() && self.g.is_finite() && self.b.is_finite()
     }
 
     /// Whether every channel is finite and not negative.
+    #[inline]
     pub fn is_valid(self) -> bool {
         self.is_finite() && self.r >= 0.0 && self.g >= 0.0 && self.b >= 0.0
     }
@@ -84,17 +91,20 @@ impl Rgb {
 
     /// `(1 − t) · self + t · other`.
     #[must_use]
+    #[inline]
     pub fn lerp(self, other: Self, t: f32) -> Self {
         self * (1.0 - t) + other * t
     }
 
     /// The channels as an array.
+    #[inline]
     pub fn to_array(self) -> [f32; 3] {
         [self.r, self.g, self.b]
     }
 }
 
 impl From<[f32; 3]> for Rgb {
+    #[inline]
     fn from(c: [f32; 3]) -> Self {
         Self::new(c[0], c[1], c[2])
     }
@@ -102,6 +112,7 @@ impl From<[f32; 3]> for Rgb {
 
 impl Index<usize> for Rgb {
     type Output = f32;
+    #[inline]
     fn index(&self, channel: usize) -> &f32 {
         match channel {
             0 => &self.r,
@@ -114,12 +125,14 @@ impl Index<usize> for Rgb {
 
 impl Add for Rgb {
     type Output = Self;
+    #[inline]
     fn add(self, o: Self) -> Self {
         self.zip(o, |a, b| a + b)
     }
 }
 
 impl AddAssign for Rgb {
+    #[inline]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
@@ -127,6 +140,7 @@ impl AddAssign for Rgb {
 
 impl Sub for Rgb {
     type Output = Self;
+    #[inline]
     fn sub(self, o: Self) -> Self {
         self.zip(o, |a, b| a - b)
     }
@@ -134,6 +148,7 @@ impl Sub for Rgb {
 
 impl Mul for Rgb {
     type Output = Self;
+    #[inline]
     fn mul(self, o: Self) -> Self {
         self.zip(o, |a, b| a * b)
     }
@@ -141,6 +156,7 @@ impl Mul for Rgb {
 
 impl Mul<f32> for Rgb {
     type Output = Self;
+    #[inline]
     fn mul(self, k: f32) -> Self {
         self.map(|a| a * k)
     }
@@ -148,18 +164,21 @@ impl Mul<f32> for Rgb {
 
 impl Mul<Rgb> for f32 {
     type Output = Rgb;
+    #[inline]
     fn mul(self, c: Rgb) -> Rgb {
         c * self
     }
 }
 
 impl MulAssign<f32> for Rgb {
+    #[inline]
     fn mul_assign(&mut self, k: f32) {
         *self = *self * k;
     }
 }
 
 impl MulAssign for Rgb {
+    #[inline]
     fn mul_assign(&mut self, o: Self) {
         *self = *self * o;
     }
@@ -167,6 +186,7 @@ impl MulAssign for Rgb {
 
 impl Div<f32> for Rgb {
     type Output = Self;
+    #[inline]
     fn div(self, k: f32) -> Self {
         self.map(|a| a / k)
     }
@@ -200,6 +220,7 @@ impl RgbSum {
     }
 
     /// Adds another sum.
+    #[inline]
     pub fn merge(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(other.0) {
             *a += b;
@@ -208,21 +229,25 @@ impl RgbSum {
 
     /// The sum times a factor.
     #[must_use]
+    #[inline]
     pub fn scaled(self, factor: f64) -> Self {
         Self(self.0.map(|c| c * factor))
     }
 
     /// The sum, rounded once.
+    #[inline]
     pub fn total(&self) -> Rgb {
         Rgb::new(self.0[0] as f32, self.0[1] as f32, self.0[2] as f32)
     }
 
     /// The sum of each channel.
+    #[inline]
     pub fn channels(&self) -> [f64; 3] {
         self.0
     }
 
     /// Luminance of the sum.
+    #[inline]
     pub fn luminance(&self) -> f64 {
         self.0.iter().zip(LUMINANCE_WEIGHTS).map(|(c, w)| c * f64::from(w)).sum()
     }

@@ -18,11 +18,17 @@
 mod metadata;
 mod plane;
 mod record;
+mod srgb_png;
+mod words;
 
 pub use metadata::{Metadata, Value};
 pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
 pub use record::{
     Claim, Code, HalfWidths, Key, PixelRecord, PlaneRow, RenderFilm, SCHEMA, Shown, Stop, Tally, keys, planes,
+};
+pub use srgb_png::srgb_png;
+pub use words::{
+    about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
 };
 
 use std::fmt;
@@ -153,12 +159,7 @@ impl Film {
     }
 
     /// A film of given planes; sizes must have been checked.
-    pub(crate) fn from_planes(
-        size: [u32; 2],
-        window: Window,
-        planes: Vec<Plane>,
-        metadata: Metadata,
-    ) -> Self {
+    pub fn from_planes(size: [u32; 2], window: Window, planes: Vec<Plane>, metadata: Metadata) -> Self {
         for (i, plane) in planes.iter().enumerate() {
             assert!(planes[..i].iter().all(|p| p.name() != plane.name()), "two planes {:?}", plane.name());
         }

@@ -110,12 +110,7 @@ impl Plane {
 
     /// A plane of given samples, as many as the window and the channels say. `words`: name, unit,
     /// doc.
-    pub(crate) fn from_samples(
-        words: [String; 3],
-        channels: Vec<String>,
-        window: Window,
-        samples: Samples,
-    ) -> Self {
+    pub fn from_samples(words: [String; 3], channels: Vec<String>, window: Window, samples: Samples) -> Self {
         let [name, unit, doc] = words;
         let count = match &samples {
             Samples::F32(s) => s.len(),

@@ -18,7 +18,7 @@ use png::{BitDepth, ColorType, Compression, Encoder, Filter, ScaledFloat, Source
 ///
 /// # Panics
 /// If the picture has no pixels, or another number of bytes.
-pub(crate) fn srgb_png(size: [u32; 2], bytes: &[u8]) -> Vec<u8> {
+pub fn srgb_png(size: [u32; 2], bytes: &[u8]) -> Vec<u8> {
     let pixels = size[0] as usize * size[1] as usize;
     let color = match bytes.len() {
         count if count == 3 * pixels => ColorType::Rgb,

@@ -43,8 +43,8 @@ pub const ABOUT: &str = "reconstructed: means of pixels that are alike, of which
 ///
 /// # Example
 /// ```
-/// use tashika::film::{Film, Window, planes};
-/// use tashika::reconstruction::reconstruct;
+/// use tashika_film::film::{Film, Window, planes};
+/// use tashika_film::reconstruction::reconstruct;
 ///
 /// let mut film = Film::new([4, 4], Window::full([4, 4]), &[]).unwrap();
 /// reconstruct(&mut film);

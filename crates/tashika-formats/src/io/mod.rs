@@ -14,7 +14,6 @@ mod formats;
 mod gltf;
 mod ies;
 mod images;
-mod kept_tiles;
 mod light_changes;
 mod mesh_files;
 mod mitsuba;
@@ -27,7 +26,6 @@ mod polygon;
 mod rough_diffuse;
 mod shapes;
 mod udim;
-mod vpl_set;
 
 use std::path::Path;
 
@@ -37,10 +35,8 @@ pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
 pub use features::{Feature, FormatFeatures, Support};
 pub use files::SceneFiles;
 pub use formats::{features, scene_format};
-pub use kept_tiles::KeptTiles;
 pub use light_changes::{AskedEnvironment, AskedLight, LightChanges};
 pub use output::{check_writable, write_file};
-pub use vpl_set::{load_vpls, save_vpls};
 
 use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Scene, builtin};

@@ -33,10 +33,9 @@ use std::path::Path;
 use super::output::write_file;
 use crate::color::{Rgb, srgb_encode};
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Plane, RenderFilm};
+use crate::film::{Film, Plane, RenderFilm, srgb_png};
 use crate::math::elementary::{exp, ln, powf};
 use crate::reconstruction::seen;
-use crate::report::srgb_png;
 
 /// Luminance up to which pictures are proportional to radiance; chosen so that a white wall at
 /// three times middle gray is still in proportion.

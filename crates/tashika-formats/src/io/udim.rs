@@ -35,7 +35,7 @@ impl Picture {
         match self {
             Self::Image(image) => Texture::Image(how(ImageTexture::new(image))),
             Self::Tiles(set) => {
-                let ImageTexture { transform, sampling, .. } = how(ImageTexture::new(ImageId(0)));
+                let ImageTexture { transform, sampling, .. } = how(ImageTexture::new(ImageId::at(0)));
                 Texture::Tiles(TiledTexture { set, transform, sampling })
             }
         }

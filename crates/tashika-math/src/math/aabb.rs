@@ -22,38 +22,45 @@ impl Aabb {
 
     /// The smallest box around `self` and `p`.
     #[must_use]
+    #[inline]
     pub fn with_point(self, p: Vec3) -> Self {
         Self { lo: self.lo.min(p), hi: self.hi.max(p) }
     }
 
     /// The smallest box around both.
     #[must_use]
+    #[inline]
     pub fn union(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
     /// Whether the box holds no point at all.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.lo.cmpgt(self.hi).any()
     }
 
     /// Centre of the box (m).
+    #[inline]
     pub fn center(&self) -> Vec3 {
         0.5 * self.lo + 0.5 * self.hi
     }
 
     /// Edge lengths (m); zero for an empty box.
+    #[inline]
     pub fn size(&self) -> Vec3 {
         (self.hi - self.lo).max(Vec3::ZERO)
     }
 
     /// Length of the diagonal (m); zero for an empty box.
+    #[inline]
     pub fn diagonal(&self) -> f32 {
         if self.is_empty() { 0.0 } else { (self.hi - self.lo).length() }
     }
 
     /// The smallest box around the eight transformed corners; empty stays empty.
     #[must_use]
+    #[inline]
     pub fn transformed(&self, m: &Affine3A) -> Self {
         if self.is_empty() {
             return Self::EMPTY;
@@ -65,6 +72,7 @@ impl Aabb {
     }
 
     /// Whether `p` lies in the closed box.
+    #[inline]
     pub fn contains(&self, p: Vec3) -> bool {
         self.lo.cmple(p).all() && p.cmple(self.hi).all()
     }

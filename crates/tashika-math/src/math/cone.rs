@@ -21,39 +21,46 @@ impl Cone {
     pub const ALL: Self = Self { axis: Vec3::Z, cos: -1.0 };
 
     /// The unit vector `direction` alone.
+    #[inline]
     pub fn of(direction: Vec3) -> Self {
         Self { axis: direction, cos: 1.0 }
     }
 
     /// Whether it holds no direction.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.cos > 1.0
     }
 
     /// Whether it holds every direction.
+    #[inline]
     pub fn is_all(&self) -> bool {
         self.cos <= -1.0
     }
 
     /// Whether the direction of `v` (any length but zero) lies in the closed cone. In `f64`, with
     /// 10⁻¹⁵ for its rounding.
+    #[inline]
     pub fn contains(&self, v: Vec3) -> bool {
         let (a, v) = (self.axis.as_dvec3(), v.as_dvec3());
         self.is_all() || a.dot(v) >= (f64::from(self.cos) - 1e-15) * (a.length() * v.length())
     }
 
     /// `cos(β / 2)`, 1 for the empty cone.
+    #[inline]
     pub fn cos_half(&self) -> f32 {
         (0.5 + 0.5 * self.cos.clamp(-1.0, 1.0)).sqrt()
     }
 
     /// `sin(β / 2)`, 0 for the empty cone.
+    #[inline]
     pub fn sin_half(&self) -> f32 {
         (0.5 - 0.5 * self.cos.clamp(-1.0, 1.0)).sqrt()
     }
 
     /// The cone of the opposite directions.
     #[must_use]
+    #[inline]
     pub fn reversed(self) -> Self {
         Self { axis: -self.axis, cos: self.cos }
     }
@@ -65,6 +72,7 @@ impl Cone {
     /// up; so the result holds both, wherever the rounding took the axis. Tested by
     /// `cone::unions_hold_both_and_little_more`.
     #[must_use]
+    #[inline]
     pub fn union(self, other: Self) -> Self {
         if other.is_empty() || self.is_all() {
             return self;
@@ -92,11 +100,13 @@ impl Cone {
 }
 
 /// The angle between unit vectors, precise for small ones.
+#[inline]
 fn angle(a: Vec3, b: Vec3) -> f32 {
     2.0 * atan2((a - b).length(), (a + b).length())
 }
 
 /// `from`, turned by `angle` towards `to`.
+#[inline]
 fn turned(from: Vec3, to: Vec3, angle: f32) -> Vec3 {
     let across = to - from * from.dot(to);
     // Opposite vectors may be turned along any arc.
@@ -106,6 +116,7 @@ fn turned(from: Vec3, to: Vec3, angle: f32) -> Vec3 {
 }
 
 /// `cos(∠(axis, cone.axis) + β)`; −1 beyond a half turn.
+#[inline]
 fn cos_of_sum(axis: Vec3, cone: Cone) -> f64 {
     let (a, b) = (axis.as_dvec3().normalize(), cone.axis.as_dvec3().normalize());
     let (cos_a, sin_a) = (a.dot(b), a.cross(b).length());

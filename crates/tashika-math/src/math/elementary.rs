@@ -10,11 +10,13 @@ use glam::{Quat, Vec3};
 use super::simd::Real;
 
 /// `(sin x, cos x)`, `x` in radians.
+#[inline]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     libm::sincosf(x)
 }
 
 /// The rotation by `angle` (radians) about the unit vector `axis`.
+#[inline]
 pub fn rotation(axis: Vec3, angle: f32) -> Quat {
     let (sin, cos) = sin_cos(0.5 * angle);
     let v = axis * sin;
@@ -22,31 +24,37 @@ pub fn rotation(axis: Vec3, angle: f32) -> Quat {
 }
 
 /// `tan x`, `x` in radians.
+#[inline]
 pub fn tan(x: f32) -> f32 {
     libm::tanf(x)
 }
 
 /// `arccos x` in `[0, π]`; the argument is clamped to `[−1, 1]`.
+#[inline]
 pub fn acos(x: f32) -> f32 {
     libm::acosf(x.clamp(-1.0, 1.0))
 }
 
 /// Angle of the point `(x, y)` in `[−π, π]`.
+#[inline]
 pub fn atan2(y: f32, x: f32) -> f32 {
     libm::atan2f(y, x)
 }
 
 /// `x` to the power `y`.
+#[inline]
 pub fn powf(x: f32, y: f32) -> f32 {
     libm::powf(x, y)
 }
 
 /// `eˣ`.
+#[inline]
 pub fn exp(x: f32) -> f32 {
     libm::expf(x)
 }
 
 /// Natural logarithm.
+#[inline]
 pub fn ln(x: f32) -> f32 {
     libm::logf(x)
 }
@@ -96,26 +104,31 @@ pub fn log2_1m_of<R: Real>(x: R) -> R {
 }
 
 /// `eˣ` in double precision.
+#[inline]
 pub fn exp_f64(x: f64) -> f64 {
     libm::exp(x)
 }
 
 /// Natural logarithm in double precision.
+#[inline]
 pub fn ln_f64(x: f64) -> f64 {
     libm::log(x)
 }
 
 /// `x` to the power `y` in double precision.
+#[inline]
 pub fn powf_f64(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
 /// `(sin x, cos x)` in double precision, `x` in radians.
+#[inline]
 pub fn sin_cos_f64(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
 /// `tan x` in double precision, `x` in radians.
+#[inline]
 pub fn tan_f64(x: f64) -> f64 {
     libm::tan(x)
 }

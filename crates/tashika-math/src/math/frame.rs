@@ -15,6 +15,7 @@ pub struct Frame {
 
 impl Frame {
     /// A frame about the unit vector `n`, without branches on its direction (Duff et al. 2017).
+    #[inline]
     pub fn about(n: Vec3) -> Self {
         let sign = 1.0_f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -28,6 +29,7 @@ impl Frame {
 
     /// A frame about the unit vector `n` whose first axis is `direction` made orthogonal to it; that
     /// of [`Frame::about`] where nothing is left of it.
+    #[inline]
     pub fn along(n: Vec3, direction: Vec3) -> Self {
         let t = direction - n * n.dot(direction);
         if t.length_squared() <= 1e-12 * direction.length_squared() {
@@ -40,11 +42,13 @@ impl Frame {
     }
 
     /// World direction to local coordinates.
+    #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.t), v.dot(self.b), v.dot(self.n))
     }
 
     /// Local coordinates to world direction.
+    #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.t * v.x + self.b * v.y + self.n * v.z
     }

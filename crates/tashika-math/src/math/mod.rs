@@ -7,7 +7,7 @@ pub mod elementary;
 mod frame;
 mod ray;
 mod rounding;
-pub(crate) mod simd;
+pub mod simd;
 
 pub use aabb::Aabb;
 pub use cone::Cone;

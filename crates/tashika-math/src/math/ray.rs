@@ -16,11 +16,13 @@ pub struct Ray {
 
 impl Ray {
     /// An unbounded ray.
+    #[inline]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_max: f32::INFINITY }
     }
 
     /// The point at parameter `t` (m).
+    #[inline]
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t
     }

@@ -40,6 +40,7 @@ const NORMAL_SLACK: f32 = 2.0;
 ///
 /// The result lies on the side of `n` of the true plane: the shift is `2 Σ errorᵢ |nᵢ|`, and each
 /// component is then rounded away from `p`. Tested by `rounding::offset_points_are_in_front`.
+#[inline]
 pub fn offset_from_surface(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     let distance = NORMAL_SLACK * error.dot(n.abs());
     let shifted = p + n * distance;

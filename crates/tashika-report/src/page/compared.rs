@@ -1,9 +1,9 @@
 //! The page of a comparison: where an image is how far from its reference, and whether it knew.
 
 use super::{Images, Page, Plot, Provenance, Shown};
-use crate::report::compare::{Comparison, Named};
-use crate::report::summary::summary;
-use crate::report::words::{percent_of_share, percent_of_tolerance};
+use crate::compare::{Comparison, Named};
+use crate::film::{percent_of_share, percent_of_tolerance};
+use crate::summary::summary;
 
 /// The page of a comparison of these two films.
 pub fn compare_page(

@@ -19,7 +19,7 @@ use serde_json::{Map, Value as Json};
 
 use super::Shown;
 use crate::film::{Film, Plane, PlaneSpec, SCHEMA, SampleKind, Samples, Value, planes};
-use crate::report::{count, least_certain};
+use crate::{count, least_certain};
 
 /// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9
 /// MB.

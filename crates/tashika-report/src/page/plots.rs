@@ -10,7 +10,7 @@ use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, ValueFormatter}
 use plotters::prelude::*;
 
 use crate::math::elementary::{ln_f64, powf_f64};
-use crate::report::{percent_of_error, percent_of_share};
+use crate::{percent_of_error, percent_of_share};
 
 const SIZE: (u32, u32) = (640, 400);
 const COLORS: [RGBColor; 8] = [
@@ -125,7 +125,7 @@ impl Plot {
                 .x_label_area_size(42)
                 .y_label_area_size(58)
                 .build_cartesian_2d(Decades { low, high }, 0.0..most * 1.05)?;
-            mesh(&mut chart, x, "pixels", told, &|n| crate::report::count(n.round() as u64))?;
+            mesh(&mut chart, x, "pixels", told, &|n| crate::count(n.round() as u64))?;
             let bars = bins.iter().enumerate().map(|(i, &n)| {
                 Rectangle::new([(edge(i), 0.0), (edge(i + 1), n as f64)], COLORS[0].mix(0.85).filled())
             });
@@ -193,7 +193,7 @@ impl Plot {
         let (left, right) = ends(points.iter().map(|p| p.1));
         let (low, high) = ends(points.iter().map(|p| p.2));
         let labels = distinct(points.iter().map(|p| p.0.as_str()));
-        let told = |n: f64| crate::report::count(n.round() as u64);
+        let told = |n: f64| crate::count(n.round() as u64);
         let svg = drawn(|canvas| {
             let mut chart = ChartBuilder::on(canvas)
                 .margin(12)

@@ -4,7 +4,7 @@ use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Controlled;
 use crate::film::{Claim, Film, Plane, RenderFilm, Stop, Tally, keys, planes};
 use crate::reconstruction::ABOUT;
-use crate::report::{
+use crate::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
 };
 

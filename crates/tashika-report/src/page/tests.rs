@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 
 use super::*;
 use crate::film::{Claim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Window, keys, planes};
-use crate::report::{Named, Tolerance, compare};
+use crate::{Named, Tolerance, compare};
 
 const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
     PlaneSpec { name, channels, unit: "1", kind, doc: "what it is" }

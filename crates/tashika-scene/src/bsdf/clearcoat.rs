@@ -48,7 +48,7 @@ use microfacet::{HalfVector, Microfacets, ggx};
 pub(crate) const COAT_F0: f32 = 0.04;
 
 /// Roughness of the facets that mask and shadow under `D₁`, whatever `α` is.
-pub(crate) const MASKING_ALPHA: f32 = 0.25;
+pub const MASKING_ALPHA: f32 = 0.25;
 
 /// Largest `α` of `D₁`: the least gloss.
 pub const MAX_GTR1_ALPHA: f32 = 0.1;
@@ -66,7 +66,7 @@ pub enum CoatModel {
 
 impl CoatModel {
     /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::Disney, Self::Mitsuba, Self::Layer];
+    pub const ALL: [Self; 3] = [Self::Disney, Self::Mitsuba, Self::Layer];
 }
 
 /// A clear coat over an opaque surface.
@@ -168,7 +168,7 @@ impl Clearcoat {
 
     /// What is left of the base, seen at the cosine `cos_o`.
     #[inline]
-    pub(crate) fn left(&self, cos_o: f32) -> f32 {
+    pub fn left(&self, cos_o: f32) -> f32 {
         match self.model {
             CoatModel::Disney | CoatModel::Mitsuba => 1.0,
             CoatModel::Layer => 1.0 - self.layer(cos_o),
@@ -177,7 +177,7 @@ impl Clearcoat {
 
     /// `w F(c_o)`.
     #[inline]
-    pub(crate) fn layer(&self, cos_o: f32) -> f32 {
+    pub fn layer(&self, cos_o: f32) -> f32 {
         self.amount * reflectance(cos_o)
     }
 
@@ -265,7 +265,7 @@ impl Clearcoat {
     }
 
     /// The roughness of the narrower of its lobes.
-    pub(crate) fn roughness(&self) -> Option<f32> {
+    pub fn roughness(&self) -> Option<f32> {
         let coat = (self.amount > 0.0).then_some(self.alpha);
         Bsdf::from(self.base).roughness().into_iter().chain(coat).reduce(f32::min)
     }
@@ -278,9 +278,9 @@ impl Clearcoat {
     }
 }
 
-/// `F`.
+/// `F`: what a coat reflects at the cosine `cos` of the angle of incidence.
 #[inline(always)]
-pub(crate) fn reflectance<R: Real>(cos: R) -> R {
+pub fn reflectance<R: Real>(cos: R) -> R {
     R::splat(COAT_F0) + R::splat(1.0 - COAT_F0) * fresnel::schlick_weight(cos)
 }
 

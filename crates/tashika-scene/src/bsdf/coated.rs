@@ -72,7 +72,7 @@ impl Coated {
 
     /// The boundary of the coat.
     #[inline]
-    pub(crate) fn boundary(&self) -> Boundary {
+    pub fn boundary(&self) -> Boundary {
         Boundary::new(self.facets, self.ior)
     }
 
@@ -84,7 +84,7 @@ impl Coated {
 
     /// The diffuse part over `T(c_o) T(c_i)/π`: `ρ / (η² (1 − ρ F_int))`.
     #[inline]
-    pub(crate) fn base(&self, boundary: &Boundary) -> Rgb {
+    pub fn base(&self, boundary: &Boundary) -> Rgb {
         let (eta2, inside) = (self.ior * self.ior, boundary.inside());
         self.reflectance.map(|r| r / (eta2 * (1.0 - r * inside)))
     }

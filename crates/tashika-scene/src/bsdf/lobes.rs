@@ -16,7 +16,8 @@ const MIN_LOBE_PROBABILITY: f32 = 0.1;
 /// Probability of drawing from the glossy of two lobes, given estimates of what each reflects.
 ///
 /// `None` if neither reflects anything.
-pub(crate) fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
+#[inline]
+pub fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
     match (glossy > 0.0, diffuse > 0.0) {
         (true, true) => {
             Some((glossy / (glossy + diffuse)).clamp(MIN_LOBE_PROBABILITY, 1.0 - MIN_LOBE_PROBABILITY))

@@ -40,7 +40,7 @@ use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 
-pub(crate) mod boundary;
+pub mod boundary;
 mod clearcoat;
 mod coated;
 mod conductor;
@@ -58,12 +58,13 @@ mod specular;
 mod tests;
 mod validate;
 
-pub use clearcoat::{Clearcoat, CoatModel, MAX_GTR1_ALPHA, UnderCoat};
-pub(crate) use clearcoat::{MASKING_ALPHA, reflectance as coat_reflectance};
+pub use clearcoat::{
+    Clearcoat, CoatModel, MASKING_ALPHA, MAX_GTR1_ALPHA, UnderCoat, reflectance as coat_reflectance,
+};
 pub use coated::Coated;
 pub use conductor::{Conductor, ConductorFresnel};
 pub use lambert::Lambert;
-pub(crate) use lobes::glossy_probability;
+pub use lobes::glossy_probability;
 use lobes::{diffuse_brdf, sum_of_lobes};
 pub use metallic_roughness::MetallicRoughness;
 pub use microfacet::{FacetModel, MAX_ALPHA, MIN_ALPHA, Microfacets};
@@ -129,7 +130,7 @@ impl Bsdf {
 
     /// [`Bsdf::eval_cos`] of one direction `wi` or several; the same bits.
     #[inline(always)]
-    pub(crate) fn eval_cos_of<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    pub fn eval_cos_of<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let zero = R::splat(0.0);
         let side = 1.0_f32.copysign(wo.z);
         let cos_o = wo.z * side;
@@ -225,7 +226,7 @@ impl Bsdf {
 
     /// The same with hardly any diffuse reflection: what directions of its gloss are drawn from. It
     /// draws every direction that the whole draws.
-    pub(crate) fn mostly_gloss(&self) -> Self {
+    pub fn mostly_gloss(&self) -> Self {
         const LEFT: f32 = 1e-3;
         let mut gloss = *self;
         match &mut gloss {
@@ -242,7 +243,7 @@ impl Bsdf {
     }
 
     /// About the share of even light from all around that its gloss reflects along `ω_o`.
-    pub(crate) fn importance_gloss(&self, wo: Vec3) -> f32 {
+    pub fn importance_gloss(&self, wo: Vec3) -> f32 {
         let cos = wo.z.abs();
         match self {
             Self::Lambert(_) => 0.0,

@@ -143,7 +143,7 @@ impl SceneBuilder {
     }
 
     /// Whether the facets of a surface, or of a part of a mix, have a direction.
-    pub(crate) fn is_brushed(&self, surface: &Surface) -> bool {
+    pub fn is_brushed(&self, surface: &Surface) -> bool {
         match surface {
             Surface::Mix { first, second, .. } => {
                 [first, second].into_iter().any(|part| self.scene.brushed[part.index()])

@@ -59,6 +59,7 @@ impl Falloff {
     /// ```text
     /// 2π (1 − c_i + w)      w = (c_i − c_o)/3, (c_i − c_o)/2, (c_i − c_o)/5, c_i − (sin θ_o − sin θ_i)/(θ_o − θ_i)   by shape
     /// ```
+    #[inline]
     pub fn solid_angle(&self) -> f32 {
         let (inner, outer) = (self.cos_inner, self.cos_outer);
         let fading = match self.shape {
@@ -74,6 +75,7 @@ impl Falloff {
     }
 }
 
+#[inline]
 fn angle(cos: f32) -> f32 {
     acos(cos.clamp(-1.0, 1.0))
 }

@@ -53,7 +53,7 @@ pub(super) struct MeshRepairs {
 const MIN_SINE: f32 = 16.0 * crate::math::GAMMA_4;
 
 /// Whether a triangle's normal is known well enough to tell its sides apart.
-pub(crate) fn has_normal(v: &[Vec3; 3]) -> bool {
+pub fn has_normal(v: &[Vec3; 3]) -> bool {
     let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
     // Edges of length about 1, so that no square leaves the range of `f32`.
     let (m1, m2) = (e1.abs().max_element(), e2.abs().max_element());
@@ -168,6 +168,7 @@ impl Instance {
     }
 
     /// World to object.
+    #[inline]
     pub fn to_object(&self) -> Affine3A {
         self.to_object
     }

@@ -45,8 +45,7 @@ pub use input::{ColorInput, FloatInput};
 pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
 pub use material::{Alpha, AlphaMode, Back, CoatBase, Emission, Material, NormalInput, Surface};
-pub(crate) use mesh::has_normal;
-pub use mesh::{Instance, Mesh, MeshData};
+pub use mesh::{Instance, Mesh, MeshData, has_normal};
 pub use note::{Note, NoteKind, Notes};
 pub use part::Part;
 pub use projection::Projection;
@@ -63,11 +62,18 @@ macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub struct $name(pub(crate) u32);
+        pub struct $name(u32);
 
         impl $name {
+            /// The one at a position in the scene's list, which must have as many.
+            #[inline]
+            pub const fn at(index: u32) -> Self {
+                Self(index)
+            }
+
             /// Position in the scene's list.
-            pub fn index(self) -> usize {
+            #[inline]
+            pub const fn index(self) -> usize {
                 self.0 as usize
             }
         }
@@ -151,11 +157,13 @@ impl Scene {
     }
 
     /// All meshes.
+    #[inline]
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
     }
 
     /// All instances; a mesh without one is not in the picture.
+    #[inline]
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
@@ -166,6 +174,7 @@ impl Scene {
     }
 
     /// All materials.
+    #[inline]
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
@@ -176,22 +185,26 @@ impl Scene {
     }
 
     /// The images, and the textures made of them.
+    #[inline]
     pub fn textures(&self) -> Textures<'_> {
         Textures { images: &self.images, nodes: &self.textures, tile_sets: &self.tile_sets }
     }
 
     /// The maps by which emitters of images shine.
+    #[inline]
     pub fn intensity_maps(&self) -> &[AimedMap] {
         &self.intensity_maps
     }
 
     /// Point, spot, image and directional emitters. Emissive meshes are instances whose material
     /// emits.
+    #[inline]
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }
 
     /// What is seen where no surface is, if it emits.
+    #[inline]
     pub fn environment(&self) -> Option<&Environment> {
         self.environment.as_ref()
     }
@@ -217,11 +230,13 @@ impl Scene {
     }
 
     /// The mesh of an instance.
+    #[inline]
     pub fn mesh_of(&self, instance: InstanceId) -> &Mesh {
         &self.meshes[self.instances[instance.index()].mesh.index()]
     }
 
     /// The material of an instance.
+    #[inline]
     pub fn material_of(&self, instance: InstanceId) -> &Material {
         &self.materials[self.mesh_of(instance).material.index()]
     }

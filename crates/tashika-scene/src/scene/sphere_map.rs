@@ -76,7 +76,7 @@ impl SphereMap {
     }
 
     /// The unit direction of a place.
-    pub(crate) fn direction(self, [u, v]: [f32; 2]) -> Vec3 {
+    pub fn direction(self, [u, v]: [f32; 2]) -> Vec3 {
         match self {
             Self::LatLong => {
                 let (sin_theta, cos_theta) = sin_cos(PI * v);

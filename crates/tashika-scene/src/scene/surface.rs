@@ -48,12 +48,14 @@ pub struct SurfacePoint {
 impl SurfacePoint {
     /// The position moved off the surface to the side into which `direction` points: where a ray or
     /// segment in that direction starts.
+    #[inline]
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let n = self.geometric_normal;
         offset_from_surface(self.position, self.error, if direction.dot(n) < 0.0 { -n } else { n })
     }
 
     /// The frame in which the surface scatters, about a unit normal on either side.
+    #[inline]
     pub fn frame(&self, normal: Vec3) -> Frame {
         match self.tangent {
             None => Frame::about(normal),
@@ -62,6 +64,7 @@ impl SurfacePoint {
     }
 
     /// Both normals, turned to the side of `direction`.
+    #[inline]
     pub fn normals_towards(&self, direction: Vec3) -> (Vec3, Vec3) {
         if self.geometric_normal.dot(direction) < 0.0 {
             (-self.geometric_normal, -self.shading_normal)
@@ -72,6 +75,7 @@ impl SurfacePoint {
 
     /// The same as whoever looks at the surface along `direction` sees them: where the shading
     /// normal turns away, something [stands in](TurnedAway) for it.
+    #[inline]
     pub fn normals_seen_from(&self, direction: Vec3) -> (Vec3, Vec3) {
         let (ng, ns) = self.normals_towards(direction);
         let seen = match self.turned_away {
@@ -85,6 +89,7 @@ impl SurfacePoint {
 
 impl Scene {
     /// World corners of a triangle (m): the surface itself of a baked instance.
+    #[inline]
     pub fn world_corners(&self, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
         let placed = &self.instances[instance.index()];
         let corners = self.mesh_of(instance).corners(triangle);
@@ -156,6 +161,7 @@ impl Scene {
         }
     }
 
+    #[inline]
     fn uv_at(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> Vec2 {
         let mesh = self.mesh_of(instance);
         if mesh.uvs.is_empty() {
@@ -182,15 +188,18 @@ impl Scene {
     ///
     /// * `cos`: absolute cosine between the shading normal and the direction from which it is seen,
     ///   0 to 1.
+    #[inline]
     pub fn part_of(&self, material: &Material, uv: Vec2, cos: f32, u: f32) -> Part {
         self.look(uv, cos).part(material, u)
     }
 
+    #[inline]
     fn look(&self, uv: Vec2, cos: f32) -> Look<'_> {
         Look { materials: &self.materials, textures: self.textures(), uv, cos: cos.min(1.0) }
     }
 
     /// Radiance emitted from a point in direction `outgoing` (W·m⁻²·sr⁻¹).
+    #[inline]
     pub fn emitted(&self, point: &SurfacePoint, outgoing: Vec3) -> Rgb {
         match &self.material_of(point.instance).emission {
             Some(e) if e.two_sided || point.geometric_normal.dot(outgoing) > 0.0 => {
@@ -201,12 +210,14 @@ impl Scene {
     }
 
     /// Whether light may pass a material along a straight segment, through holes or glass.
+    #[inline]
     pub fn may_be_transparent(&self, instance: InstanceId) -> bool {
         let material = self.mesh_of(instance).material;
         self.materials[material.index()].has_holes() || self.glassy[material.index()]
     }
 
     /// Fraction of a surface that is there at a point, 0 to 1: the rest is holes.
+    #[inline]
     pub fn opacity(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> f32 {
         match &self.material_of(instance).alpha {
             None => 1.0,

@@ -132,16 +132,19 @@ impl Spread {
     }
 
     /// `V̂ + γ E`: the variance that calibrated intervals reckon with.
+    #[inline]
     pub fn reckoned_variance(&self) -> f64 {
         self.variance + GAMMA * self.importance_variance
     }
 
     /// `b'`: about the largest contribution that no sample may have shown.
+    #[inline]
     pub fn importance_largest(&self) -> f64 {
         self.importance_largest
     }
 
     /// Effective degrees of freedom `ν` of `V̂`, at least 1.
+    #[inline]
     pub fn freedom(&self) -> f64 {
         if self.fourth > 0.0 { (self.variance * self.variance / self.fourth - 2.0).max(1.0) } else { 1.0 }
     }

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::output::write_file;
+use super::write_file;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::scene::{Beam, Falloff, FalloffShape};

@@ -11,7 +11,7 @@ mod source;
 mod tables;
 mod workspace;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use rules::*;
@@ -33,15 +33,24 @@ fn modules_use_only_lower_layers() {
 }
 
 #[test]
-fn the_layers_are_those_of_the_documentation() {
+fn the_layers_and_crates_are_those_of_the_documentation() {
     let lib = read(&workspace().join("crates/tashika/src/lib.rs"));
     let here: BTreeSet<_> = MODULES.iter().map(|m| (m.name.to_owned(), m.layer)).collect();
-    assert_eq!(table_of(&lib), here, "the table in lib.rs and MODULES in tidy/tables.rs differ");
-    let declared: BTreeSet<String> = file_modules(&lex(&lib).tokens).into_iter().collect();
+    assert_eq!(layers_of(&lib), here, "the table in lib.rs and MODULES in tidy/tables.rs differ");
+    let declared = |(name, root): &(&str, Option<&str>)| {
+        let text = read(&workspace().join("crates").join(name).join("src/lib.rs"));
+        let modules = match root {
+            Some(root) => vec![(*root).to_owned()],
+            None => file_modules(&lex(&text).tokens),
+        };
+        ((*name).to_owned(), modules.into_iter().collect())
+    };
+    let crates: BTreeMap<String, BTreeSet<String>> = LIBRARY.iter().map(declared).collect();
+    assert_eq!(crates_of(&lib), crates, "the table in lib.rs and the modules of the crates differ");
     assert_eq!(
-        declared,
+        crates.into_values().flatten().collect::<BTreeSet<_>>(),
         MODULES.iter().map(|m| m.name.to_owned()).collect(),
-        "modules of lib.rs without a layer"
+        "modules without a layer"
     );
     let architecture = read(&workspace().join("ARCHITECTURE.md"));
     for m in MODULES {
@@ -57,9 +66,8 @@ fn the_layers_are_those_of_the_documentation() {
 fn alternatives_do_not_use_each_other() {
     let files = sources();
     for row in SIDE_BY_SIDE {
-        let name = row.module;
-        let owner =
-            files.iter().find(|f| f.module.as_deref() == Some(&[name.to_owned()])).expect("its mod.rs");
+        let name = row.owner;
+        let owner = files.iter().find(|f| f.path == name).expect("the file of the module");
         let own_files = file_modules(&owner.built);
         let known = |file: &str| own_files.iter().any(|own| own == file);
         assert!(own_files.len() > 1, "{name} has no alternatives");
@@ -71,15 +79,22 @@ fn alternatives_do_not_use_each_other() {
 #[test]
 fn dependencies_are_named_only_where_they_belong() {
     assert_all_keep(foreign);
-    let manifest = read(&workspace().join("crates/tashika/Cargo.toml"));
-    let listed: BTreeSet<&str> = DEPENDENCIES.iter().map(|d| d.0).collect();
-    assert_eq!(dependencies(&manifest), listed, "Cargo.toml and DEPENDENCIES in tidy/tables.rs differ");
     let files = sources();
-    for (name, owners) in DEPENDENCIES {
-        for owner in owners.iter().map(Some).chain(owners.is_empty().then_some(None)) {
-            let used = files.iter().filter(|f| f.top().is_some() && owner.is_none_or(|o| f.top() == Some(o)));
-            let used = used.flat_map(|f| paths(&f.built)).any(|p| p.segments[0] == *name);
-            assert!(used, "{name} is not used by {owner:?}; remove it from DEPENDENCIES, or from Cargo.toml");
+    let names = |file: &File, name: &str| paths(&file.built).iter().any(|p| p.segments[0] == name);
+    for (library, _) in LIBRARY {
+        let manifest = read(&workspace().join("crates").join(library).join("Cargo.toml"));
+        let listed = dependencies(&manifest);
+        let own: Vec<&File> = files.iter().filter(|f| f.in_library() == Some(library)).collect();
+        for name in &listed {
+            let used = own.iter().any(|f| names(f, &name.replace('-', "_")));
+            assert!(used, "{library} does not use {name}; remove it from its Cargo.toml");
+        }
+        for (_, name, owners) in DEPENDENCIES.iter().filter(|row| row.0 == *library) {
+            assert!(listed.contains(name), "{library} has no {name}; remove it from DEPENDENCIES");
+            for owner in *owners {
+                let used = own.iter().any(|f| f.top() == Some(owner) && names(f, name));
+                assert!(used, "{name} is not used by {owner}; remove it from DEPENDENCIES");
+            }
         }
     }
 }
@@ -88,9 +103,7 @@ fn dependencies_are_named_only_where_they_belong() {
 fn the_library_uses_no_forbidden_words() {
     assert_all_keep(words);
     for (path, _) in HASHED {
-        let hashed = sources()
-            .iter()
-            .any(|f| f.in_library() == Some(path) && f.built.iter().any(|t| is_hash_table(&t.0)));
+        let hashed = sources().iter().any(|f| f.path == *path && f.built.iter().any(|t| is_hash_table(&t.0)));
         assert!(hashed, "{path} has no hash table; remove it from HASHED");
     }
 }
@@ -104,14 +117,12 @@ fn elementary_functions_have_the_same_bits_everywhere() {
 fn no_code_is_unsafe() {
     assert_all_keep(unsafe_code);
     // What is forbidden cannot be allowed in the files of UNSAFE.
-    for (root, lint) in [
-        ("crates/tashika/src/lib.rs", "deny"),
-        ("crates/tashika-cli/src/main.rs", "forbid"),
-        ("crates/tashika-viewer/src/lib.rs", "forbid"),
-        ("crates/tashika-python/src/lib.rs", "forbid"),
-    ] {
-        let line = format!("#![{lint}(unsafe_code)]");
-        assert!(read(&workspace().join(root)).contains(&line), "{root}: add {line}");
+    let roots = LIBRARY.iter().map(|(name, _)| format!("crates/{name}/src/lib.rs"));
+    let others = ["tashika-cli/src/main.rs", "tashika-viewer/src/lib.rs", "tashika-python/src/lib.rs"];
+    for root in roots.chain(others.map(|path| format!("crates/{path}"))) {
+        let has_unsafe = UNSAFE.iter().any(|(path, _)| path.starts_with(root.trim_end_matches("lib.rs")));
+        let line = format!("#![{}(unsafe_code)]", if has_unsafe { "deny" } else { "forbid" });
+        assert!(read(&workspace().join(&root)).contains(&line), "{root}: add {line}");
     }
 }
 

@@ -11,6 +11,7 @@ mod scenes;
 
 pub use python::{pages, python_of_readers};
 
+use std::collections::BTreeSet;
 use std::fs;
 
 use crate::shell::{Outcome, Shell};
@@ -32,6 +33,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
         .cargo("doc --locked --release --workspace --no-deps --lib")
         .env("RUSTDOCFLAGS", "-D warnings")
         .run()?;
+    shell.step("parts alone");
+    alone(shell)?;
     shell.step("licences of the dependencies");
     licences::check(shell)?;
     shell.step("the program, end to end");
@@ -51,6 +54,20 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     shell.step("the Python package");
     python::package(shell, &program)?;
     scenes::check(shell, &program)
+}
+
+/// Who wants the renderer needs no reader of files; who wants the statistics builds neither these
+/// nor a plotter.
+fn alone(shell: &Shell) -> Outcome<()> {
+    const ALL: [&str; 6] = ["glam", "libm", "rand_core", "rand_pcg", "tashika-math", "tashika-stats"];
+    shell.cargo("check --locked --release -p tashika --no-default-features").run()?;
+    shell.cargo("check --locked --release -p tashika-stats").run()?;
+    let told = shell.cargo("tree --locked -p tashika-stats --edges normal --prefix none").output()?;
+    let brought: BTreeSet<&str> = told.lines().filter_map(|line| line.split(' ').next()).collect();
+    if brought != BTreeSet::from(ALL) {
+        return Err(format!("tashika-stats brings {brought:?}, which is to be {ALL:?}"));
+    }
+    Ok(())
 }
 
 /// A minimal toolchain comes without these two.

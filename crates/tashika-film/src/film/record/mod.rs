@@ -34,7 +34,7 @@ use crate::color::{Controlled, Rgb};
 ///
 /// # Example
 /// ```
-/// use tashika::film::{Claim, Film, PixelRecord, RenderFilm, Stop, Window};
+/// use tashika_film::film::{Claim, Film, PixelRecord, RenderFilm, Stop, Window};
 ///
 /// let size = [2, 1];
 /// let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES)?;
@@ -43,7 +43,7 @@ use crate::color::{Controlled, Rgb};
 /// let read = RenderFilm::of(&film);
 /// assert_eq!(read.at(1, 0), record);
 /// assert_eq!((read.tally().of(Claim::Exact), read.tally().not_rendered), (1, 1));
-/// # Ok::<(), tashika::error::Error>(())
+/// # Ok::<(), tashika_film::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct RenderFilm<'f> {

@@ -12,9 +12,10 @@ use ::exr::prelude::{Compression, Vec2};
 use super::{PLANES, PREFIX, PlaneRecord, at};
 use crate::color::Controlled;
 use crate::error::Result;
-use crate::film::{Claim, Film, RenderFilm, Samples, Stop, Value, channel_name, keys, planes};
+use crate::film::{
+    Claim, Film, RenderFilm, Samples, Stop, Value, channel_name, keys, percent_of_tolerance, planes,
+};
 use crate::io::output::write_file;
-use crate::report::percent_of_tolerance;
 
 /// Rec. 709 / sRGB primaries and white.
 const PRIMARIES: Chromaticities = Chromaticities {

@@ -2,8 +2,8 @@
 //!
 //! A [`Level`] is evidence: it holds the token of its instruction set, and tokens are made by
 //! looking for the set in the machine and in no other way. The vectors of a set cannot be named
-//! outside of `simd`: [`Work::run`] gets them as a type, from a level. So what is safe can neither
-//! claim that the machine has a set nor use the vectors of one that it lacks.
+//! outside of `simd`, but for plain arrays: [`Work::run`] gets them as a type, from a level. So what
+//! is safe can neither claim that the machine has a set nor use the vectors of one that it lacks.
 
 use std::sync::OnceLock;
 
@@ -11,7 +11,7 @@ use super::portable::PortableVectors;
 use super::real::Vectors;
 
 /// Work that is compiled for every instruction set.
-pub(crate) trait Work {
+pub trait Work {
     /// What comes of it; the same bits on every set.
     type Output;
 
@@ -22,7 +22,7 @@ pub(crate) trait Work {
 
 /// An instruction set that this machine has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Level(Set);
+pub struct Level(Set);
 
 /// The sets, each with the evidence that the machine has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,7 @@ impl Level {
     pub const PORTABLE: Self = Self(Set::Portable);
 
     /// The best that this machine has, looked for once.
+    #[inline]
     pub fn best() -> Self {
         static BEST: OnceLock<Level> = OnceLock::new();
         *BEST.get_or_init(|| Self::all()[0])

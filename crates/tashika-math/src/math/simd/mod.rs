@@ -22,17 +22,15 @@ mod real;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use level::{Level, Work};
-#[cfg(test)]
-pub(crate) use portable::Portable;
-pub use real::Real;
-pub(crate) use real::{F32x8, F32x16, Vector, Vectors};
+pub use level::{Level, Work};
+pub use portable::Portable;
+pub use real::{F32x8, F32x16, Real, Vector, Vectors};
 
 /// Boxes of a node, triangles of a leaf.
-pub(crate) const WIDTH: usize = 8;
+pub const WIDTH: usize = 8;
 
 /// Most numbers of a vector.
-pub(crate) const MOST_LANES: usize = 16;
+pub const MOST_LANES: usize = 16;
 
 /// Bytes that are fetched together.
 #[cfg(target_arch = "x86_64")]
@@ -40,6 +38,8 @@ const CACHE_LINE: usize = 64;
 
 /// An array of an expression for 0, 1 and 2. Unlike a closure it is never a function of its own,
 /// which would not be compiled for the instruction set of its caller.
+#[macro_export]
+#[doc(hidden)]
 macro_rules! each {
     (|$axis:ident| $value:expr) => {
         [
@@ -58,10 +58,12 @@ macro_rules! each {
         ]
     };
 }
-pub(crate) use each;
+pub use each;
 
 /// Runs a block for each bit that is set, from the lowest; `below` is a power of two that says how
 /// many bits there are. No closure, for the reason of [`each`].
+#[macro_export]
+#[doc(hidden)]
 macro_rules! for_bits {
     ($bits:expr, below $below:expr, |$bit:ident| $body:block) => {
         let mut rest: u32 = $bits;
@@ -72,4 +74,4 @@ macro_rules! for_bits {
         }
     };
 }
-pub(crate) use for_bits;
+pub use for_bits;

@@ -4,7 +4,7 @@ use super::real::{Real, Vector, Vectors, operators, slices};
 
 /// Plain arrays.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Portable<const N: usize>([f32; N]);
+pub struct Portable<const N: usize>([f32; N]);
 
 /// The vectors of [`Level::PORTABLE`](super::Level::PORTABLE).
 pub(crate) struct PortableVectors;

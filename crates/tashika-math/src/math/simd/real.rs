@@ -38,7 +38,7 @@ pub trait Real:
 }
 
 /// A fixed count of numbers.
-pub(crate) trait Vector: Real {
+pub trait Vector: Real {
     /// How many.
     const LANES: usize;
     /// As they are stored.
@@ -63,15 +63,15 @@ pub(crate) trait Vector: Real {
 }
 
 /// Eight numbers.
-pub(crate) trait F32x8: Vector<Array = [f32; 8]> {}
+pub trait F32x8: Vector<Array = [f32; 8]> {}
 impl<F: Vector<Array = [f32; 8]>> F32x8 for F {}
 
 /// Sixteen numbers.
-pub(crate) trait F32x16: Vector<Array = [f32; 16]> {}
+pub trait F32x16: Vector<Array = [f32; 16]> {}
 impl<F: Vector<Array = [f32; 16]>> F32x16 for F {}
 
 /// The vectors of an instruction set.
-pub(crate) trait Vectors {
+pub trait Vectors {
     /// Eight numbers.
     type Eight: F32x8;
     /// Sixteen numbers.

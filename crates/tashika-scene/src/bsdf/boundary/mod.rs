@@ -22,7 +22,7 @@ use table::{ALPHAS, BECKMANN, Fits, GGX, GGX_INDEPENDENT, IORS};
 
 /// A rough or smooth boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Boundary {
+pub struct Boundary {
     ior: f32,
     /// `k`.
     smooth: f32,
@@ -44,7 +44,7 @@ impl Boundary {
     /// within 2 % of what a simulation says where it is seen from 40° and more above the surface,
     /// and 8 % too much 12° above it, along the smaller.
     #[inline]
-    pub(crate) fn new(facets: Microfacets, ior: f32) -> Self {
+    pub fn new(facets: Microfacets, ior: f32) -> Self {
         let entering = 1.0 - fresnel::dielectric_average(ior);
         let smooth = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0 - entering / (ior * ior)];
         let alpha = facets.root_mean_square();
@@ -55,7 +55,7 @@ impl Boundary {
 
     /// `T` at the cosine of the angle of incidence, from the outside.
     #[inline(always)]
-    pub(crate) fn transmittance<R: Real>(&self, cos: R) -> R {
+    pub fn transmittance<R: Real>(&self, cos: R) -> R {
         let [a, b, c, d] = self.cubic.map(R::splat);
         let smooth = R::splat(1.0) - fresnel::dielectric(cos, self.ior);
         let fit = R::splat(self.smooth) * smooth + (((d * cos + c) * cos + b) * cos + a);
@@ -64,7 +64,7 @@ impl Boundary {
 
     /// `2 ∫₀¹ T(c) c dc`: of light that comes evenly from all around.
     #[inline]
-    pub(crate) fn mean_transmittance(&self) -> f32 {
+    pub fn mean_transmittance(&self) -> f32 {
         let [a, b, c, d] = self.cubic;
         let smooth = 1.0 - fresnel::dielectric_average(self.ior);
         self.smooth * smooth + a + b * (2.0 / 3.0) + c * 0.5 + d * 0.4
@@ -72,12 +72,12 @@ impl Boundary {
 
     /// `F_int`: reflectance from the inside, of light that comes evenly from all around.
     #[inline]
-    pub(crate) fn inside(&self) -> f32 {
+    pub fn inside(&self) -> f32 {
         self.inside
     }
 
     /// `k`, and `q₀` to `q₃`.
-    pub(crate) fn fit(&self) -> (f32, [f32; 4]) {
+    pub fn fit(&self) -> (f32, [f32; 4]) {
         (self.smooth, self.cubic)
     }
 }

@@ -62,7 +62,7 @@ pub enum FacetModel {
 
 impl FacetModel {
     /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::Ggx, Self::GgxIndependent, Self::Beckmann];
+    pub const ALL: [Self; 3] = [Self::Ggx, Self::GgxIndependent, Self::Beckmann];
 }
 
 /// The facets of a rough surface.

@@ -4,10 +4,15 @@ use super::rules::*;
 use super::tables::*;
 use super::workspace::File;
 
-/// A file of the library's module `name`.
+/// A file of the module `name`, in the crate of renderers.
 fn snippet(name: &str, text: &str) -> File {
+    snippet_of("tashika-core", name, text)
+}
+
+/// A file of the module `name` of a crate.
+fn snippet_of(library: &str, name: &str, text: &str) -> File {
     let module = name.split("::").map(str::to_owned).collect();
-    File::new(&format!("crates/tashika/src/{}.rs", name.replace("::", "/")), text, Some(module), false)
+    File::new(&format!("crates/{library}/src/{}.rs", name.replace("::", "/")), text, Some(module), false)
 }
 
 #[test]
@@ -20,32 +25,39 @@ fn a_broken_layer_is_seen_in_every_pair_of_modules() {
                 format!("//! Doc.\nuse crate::{{\n    {n}::{{self, Thing}},\n}};"),
                 format!("//! Doc.\nfn f() -> crate::{n}::Thing {{ super::super::{n}::make() }}"),
             ];
-            let allowed = user.name == n || row_allows(user, used);
+            let allowed = allows(user, used);
             for text in ways {
                 let wrong = layers(&snippet(&format!("{}::part", user.name), &text));
                 assert_eq!(wrong.is_empty(), allowed, "{} using {n}: {wrong:?}", user.name);
                 assert!(
-                    wrong.iter().all(|w| w.starts_with("crates/tashika/src/") && w.contains("must not use"))
+                    wrong
+                        .iter()
+                        .all(|w| w.starts_with("crates/tashika-core/src/") && w.contains("must not use"))
                 );
             }
         }
-        let below = MODULES.iter().filter(|m| m.layer > user.layer);
-        assert!(below.into_iter().all(|m| !row_allows(user, m)), "{} may use a higher layer", user.name);
+        let above = MODULES.iter().filter(|m| m.layer > user.layer);
+        assert!(above.into_iter().all(|m| !allows(user, m)), "{} may use a higher layer", user.name);
+        let known = |name: &&str| MODULES.iter().any(|m| m.name == *name);
+        assert!(user.beside.iter().chain(user.never).all(known), "{} speaks of no module", user.name);
     }
     assert_eq!(layers(&snippet("film", "use crate::*;")).len(), 1, "the root hides what is named");
     assert_eq!(layers(&snippet("film", "#[cfg(test)] mod tests { use crate::io::read_exr; }")).len(), 0);
     assert_eq!(layers(&snippet("newcomer", "")).len(), 1, "a module needs a layer");
-}
-
-fn row_allows(user: &Module, used: &Module) -> bool {
-    user.layers.contains(&used.layer) || user.beside.contains(&used.name)
+    let by_crate = |text| layers(&snippet("bounds", text)).len();
+    assert_eq!(by_crate("use tashika_scene::{bsdf::Bsdf, scene::Scene};"), 1, "another way to the same");
+    assert_eq!(by_crate("use tashika_film::*;"), 1);
+    assert_eq!(by_crate("use tashika_stats::Moments; use tashika_math::math::Vec3;"), 0);
+    let in_report = |text| layers(&snippet_of("tashika-report", "report::page", text)).len();
+    assert_eq!(in_report("use crate::{compare, film::Film}; use super::page::Page;"), 0);
+    assert_eq!(in_report("use crate::{count, io::write_png};"), 1);
 }
 
 #[test]
 fn broken_rules_are_seen() {
     let text = "mod all; mod base; mod exact; mod path; pub use base::Base; pub use exact::Exact; pub struct Setting;";
     let owner = snippet("integrator", text);
-    let row = SideBySide { module: "integrator", common: &["base"], lists: &["all"] };
+    let row = SideBySide { owner: "integrator.rs", common: &["base"], lists: &["all"] };
     let used_by = |file, text| side_by_side(&snippet(file, text), &owner, &row).len();
     assert_eq!(used_by("integrator::all", "use super::{Exact, path::Path};"), 0);
     assert_eq!(used_by("integrator::base", "use super::Exact;"), 1);
@@ -56,8 +68,10 @@ fn broken_rules_are_seen() {
     assert_eq!(sibling("use super::{Path, Setting, path::g};"), 0);
 
     let names = |module, text| foreign(&snippet(module, text)).len();
-    assert_eq!(names("scene", "use exr::image::Image;"), 1);
+    assert_eq!(names("gather", "use smallvec::SmallVec;"), 1);
     assert_eq!(names("integrator::exact", "use rayon::prelude::*;"), 1);
+    assert_eq!(names("render", "use rayon::prelude::*;"), 0);
+    assert_eq!(foreign(&snippet_of("tashika-math", "rng", "use libm::sin;")).len(), 1);
     assert_eq!(names("scene", "fn f() { std::fs::read(image) }"), 1);
     assert_eq!(names("film", "use std::{env, net::TcpStream};"), 2);
     assert_eq!(
@@ -65,7 +79,7 @@ fn broken_rules_are_seen() {
         0
     );
 
-    let found = |module, text| words(&snippet(module, text)).len();
+    let found = |module, text| words(&snippet_of("tashika-formats", module, text)).len();
     assert_eq!(found("render", r#"fn f() { eprintln!("{}", Instant::now().elapsed()); }"#), 2);
     assert_eq!(found("vpl", "use std::collections::{BTreeMap, HashMap, HashSet};"), 2);
     assert_eq!(
@@ -86,7 +100,10 @@ fn broken_rules_are_seen() {
     );
     assert_eq!(looked_up(r#"let plane = |name| film.plane(name); plane("claim"); f("half_width")"#), 2);
     assert_eq!(looked_up(r#"film.plane(planes::STOP); Error::option("seed", 1, ""); row.text("error")"#), 0);
-    assert_eq!(schema(&snippet("film::record::keys", r#"const K: &str = "audit.of";"#)).len(), 0);
+    assert_eq!(
+        schema(&snippet_of("tashika-film", "film::record::keys", r#"const K: &str = "audit.of";"#)).len(),
+        0
+    );
     assert_eq!(unsafe_code(&snippet("rng", "#[cfg(test)] mod t { unsafe fn f() {} }")).len(), 1);
 
     let kept = |text: &str| upkeep(&snippet("rng", text)).len();

@@ -14,9 +14,35 @@ fn find(name: &str) -> Option<&'static Module> {
     MODULES.iter().find(|m| m.name == name)
 }
 
+/// Whether the row of one module lets it use another.
+pub(super) fn allows(user: &Module, used: &Module) -> bool {
+    let is_lower = used.layer < user.layer && !user.never.contains(&used.name);
+    user.name == used.name || is_lower || user.beside.contains(&used.name)
+}
+
+/// The path of what is in the library from its root, as users of `tashika` write it, if it says how
+/// it gets there; empty if it is all of a crate.
+fn in_tashika(file: &File, path: &CodePath) -> Option<Vec<String>> {
+    // Of `tashika` itself no other crate speaks: the word alone is a module of methods.
+    let below = LIBRARY.iter().filter(|(name, _)| *name != "tashika");
+    if let Some((_, root)) = below.into_iter().find(|(name, _)| name.replace('-', "_") == path.segments[0]) {
+        let rest = path.segments[1..].iter().filter(|s| *s != "self").cloned();
+        return Some(root.iter().map(|root| (*root).to_owned()).chain(rest).collect());
+    }
+    let absolute = path.absolute(file.module.as_deref()?)?;
+    // In a crate that is one module, what its root does not take from others is that module's.
+    let own = LIBRARY.iter().find(|(name, _)| Some(*name) == file.in_library()).and_then(|row| row.1);
+    match (own, absolute.first()) {
+        (Some(own), Some(first)) if find(first).is_none() => {
+            Some([own.to_owned()].into_iter().chain(absolute).collect())
+        }
+        _ => Some(absolute),
+    }
+}
+
 /// A module names only what its row allows.
 pub(super) fn layers(file: &File) -> Vec<String> {
-    let (Some(top), Some(module)) = (file.top(), &file.module) else { return Vec::new() };
+    let Some(top) = file.top() else { return Vec::new() };
     let Some(row) = find(top) else {
         return vec![
             file.says(1, format!("module {top} has no layer; give it one in lib.rs and in tidy/tables.rs")),
@@ -24,20 +50,18 @@ pub(super) fn layers(file: &File) -> Vec<String> {
     };
     let mut wrong = Vec::new();
     for path in paths(&file.built) {
-        let Some(absolute) = path.absolute(module) else { continue };
+        let Some(absolute) = in_tashika(file, &path) else { continue };
         let used = absolute.first().map_or("*", String::as_str);
         if used == "*" {
             wrong.push(file.says(path.line, "names the root of the crate; name the module"));
-        } else if used != row.name {
-            let allowed =
-                find(used).is_some_and(|u| row.layers.contains(&u.layer) || row.beside.contains(&u.name));
-            if !allowed {
-                let layer = row.layer;
-                wrong.push(file.says(
-                    path.line,
-                    format!("{top} (layer {layer}) must not use {used}; move the code, or what it needs, to its layer"),
-                ));
-            }
+        } else if used != row.name && !find(used).is_some_and(|used| allows(row, used)) {
+            let layer = row.layer;
+            wrong.push(file.says(
+                path.line,
+                format!(
+                    "{top} (layer {layer}) must not use {used}; move the code, or what it needs, to its layer"
+                ),
+            ));
         }
     }
     wrong
@@ -83,8 +107,8 @@ pub(super) fn foreign(file: &File) -> Vec<String> {
     let mut wrong = Vec::new();
     for CodePath { segments, line, .. } in paths(&file.built) {
         let second = segments.get(1).map_or("", String::as_str);
-        if let Some((name, owners)) = DEPENDENCIES.iter().find(|(name, _)| segments[0] == *name)
-            && !owners.is_empty()
+        if let Some((_, name, owners)) =
+            DEPENDENCIES.iter().find(|(of, name, _)| Some(*of) == file.in_library() && segments[0] == *name)
             && !owners.contains(&top)
         {
             let owners = owners.join(", ");
@@ -128,14 +152,16 @@ pub(super) fn elementary(file: &File) -> Vec<String> {
 
 /// Words that the library's code does not use.
 pub(super) fn words(file: &File) -> Vec<String> {
-    let Some(path) = file.in_library() else { return Vec::new() };
+    if file.in_library().is_none() {
+        return Vec::new();
+    }
     let mut wrong = Vec::new();
     for (token, line) in &file.built {
         let Token::Word(word) = token else { continue };
         if let Some((_, why)) = FORBIDDEN.iter().find(|(words, _)| words.contains(&word.as_str())) {
             wrong.push(file.says(*line, format!("{word}: {why}")));
         }
-        if is_hash_table(token) && !HASHED.iter().any(|(allowed, _)| *allowed == path) {
+        if is_hash_table(token) && !HASHED.iter().any(|(allowed, _)| *allowed == file.path) {
             let advice =
                 "take BTreeMap or a Vec, or say in HASHED of tidy/tables.rs why its order reaches no result";
             wrong.push(file.says(*line, format!("{word}: {advice}")));
@@ -267,18 +293,29 @@ fn is_name(word: &str) -> bool {
     word.starts_with(char::is_uppercase) && word.chars().all(|c| c.is_alphabetic() || "'’-".contains(c))
 }
 
-/// The rows of the table in the documentation of `lib.rs`: module and layer.
-pub(super) fn table_of(lib: &str) -> BTreeSet<(String, u8)> {
-    let rows = lib.lines().filter_map(|l| l.strip_prefix("//! | "));
-    let rows =
-        rows.filter_map(|row| row.split_once(" | ")).filter_map(|(n, rest)| Some((n.parse().ok()?, rest)));
+/// The rows of the table of layers in the documentation of `lib.rs`: module and layer.
+pub(super) fn layers_of(lib: &str) -> BTreeSet<(String, u8)> {
+    let rows = table(lib).into_iter().filter_map(|(layer, modules)| Some((layer.parse().ok()?, modules)));
+    rows.flat_map(|(layer, modules)| modules.into_iter().map(move |m| (m, layer))).collect()
+}
+
+/// Those of the table of crates: crate and modules.
+pub(super) fn crates_of(lib: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let rows = table(lib).into_iter().filter_map(|(name, modules)| {
+        let name = name.strip_prefix('`')?.strip_suffix('`')?;
+        Some((name.to_owned(), modules.into_iter().collect()))
+    });
+    rows.collect()
+}
+
+/// Rows of tables: the first cell, and what the second links to.
+fn table(lib: &str) -> Vec<(&str, Vec<String>)> {
+    let rows = lib.lines().filter_map(|line| line.strip_prefix("//! | ")?.split_once(" | "));
     let names = |rest: &str| {
-        rest.split("[`")
-            .skip(1)
-            .map(|m| m.split('`').next().unwrap_or_default().to_owned())
-            .collect::<Vec<_>>()
+        let links = rest.split("[`").skip(1);
+        links.map(|link| link.split('`').next().unwrap_or_default().to_owned()).collect()
     };
-    rows.flat_map(|(layer, rest)| names(rest).into_iter().map(move |m| (m, layer))).collect()
+    rows.map(|(first, rest)| (first, names(rest))).collect()
 }
 
 /// Names below `[dependencies]` of a manifest.

@@ -3,58 +3,76 @@
 //! The layers are also in the documentation of `lib.rs`; a test compares the two. Entries of
 //! [`DEPENDENCIES`] and [`HASHED`] that are no longer needed fail a test.
 
-/// A module of the library and what it may use.
+/// The crates that the library is made of: folder below `crates`, and the module that its root is
+/// where it is not several.
+pub(super) const LIBRARY: &[(&str, Option<&str>)] = &[
+    ("tashika-math", None),
+    ("tashika-stats", Some("stats")),
+    ("tashika-film", None),
+    ("tashika-scene", None),
+    ("tashika-core", None),
+    ("tashika-formats", None),
+    ("tashika-report", Some("report")),
+    ("tashika", None),
+];
+
+/// A module of the library and what it may use of others: all of lower layers, but for some. That
+/// crates use those below them only is for Cargo to check.
 pub(super) struct Module {
     pub(super) name: &'static str,
     pub(super) layer: u8,
-    /// Layers of which it may use every module.
-    pub(super) layers: &'static [u8],
     /// Modules of its own layer that it may use.
     pub(super) beside: &'static [&'static str],
+    /// Modules of lower layers that it knows nothing of.
+    pub(super) never: &'static [&'static str],
 }
 
 const fn module(
     name: &'static str,
     layer: u8,
-    layers: &'static [u8],
     beside: &'static [&'static str],
+    never: &'static [&'static str],
 ) -> Module {
-    Module { name, layer, layers, beside }
+    Module { name, layer, beside, never }
 }
 
-/// The layers, as in the documentation of `lib.rs`. Their numbers leave room for what is planned.
+/// The layers, as in the documentation of `lib.rs`.
 pub(super) const MODULES: &[Module] = &[
     module("math", 0, &[], &[]),
-    module("color", 0, &[], &["math"]),
     module("rng", 0, &[], &[]),
-    module("warp", 0, &[], &["math"]),
-    module("stats", 0, &[], &["math"]),
+    module("warp", 0, &["math"], &[]),
+    module("stats", 0, &["math"], &[]),
+    module("color", 0, &["math"], &[]),
     module("error", 0, &[], &[]),
-    module("bsdf", 1, &[0], &[]),
-    module("film", 1, &[0], &[]),
-    module("scene", 2, &[0, 1], &[]),
-    module("accel", 2, &[0, 1], &["scene"]),
-    module("vpl", 3, &[0, 1, 2], &[]),
-    module("gather", 3, &[0, 1, 2], &[]),
-    module("contribution", 3, &[0, 1, 2], &["vpl", "gather"]),
-    module("bounds", 4, &[0, 1], &[]),
-    module("guidance", 4, &[0, 1, 2, 3], &[]),
-    module("tree", 5, &[0, 1, 3, 4], &[]),
-    module("cut", 6, &[0, 2, 3, 4, 5], &[]),
-    module("compensation", 6, &[0, 1, 2, 3, 4, 5], &[]),
-    module("integrator", 7, &[0, 1, 2, 3, 4, 5, 6], &[]),
-    module("reconstruction", 8, &[0, 1], &[]),
-    module("render", 8, &[0, 1, 2, 3, 7], &[]),
-    module("report", 8, &[0, 1], &["reconstruction"]),
-    module("request", 8, &[0, 1, 2, 3, 7], &["reconstruction"]),
-    module("experiment", 9, &[0, 1, 2, 3, 4, 5, 6, 7, 8], &[]),
-    module("io", 9, &[0, 1, 2, 3, 8], &[]),
-    module("renderer", 10, &[0, 1, 2, 3, 5, 7, 8, 9], &[]),
+    module("bsdf", 1, &[], &[]),
+    module("film", 1, &[], &[]),
+    module("scene", 2, &[], &[]),
+    module("accel", 2, &["scene"], &[]),
+    module("vpl", 3, &[], &[]),
+    module("gather", 3, &[], &[]),
+    module("contribution", 3, &["vpl", "gather"], &[]),
+    module("bounds", 4, &[], &["scene", "accel", "vpl", "gather", "contribution"]),
+    module("guidance", 4, &[], &[]),
+    module("tree", 5, &[], &["scene", "accel"]),
+    module("cut", 6, &[], &["bsdf", "film"]),
+    module("compensation", 6, &[], &[]),
+    module("integrator", 7, &[], &[]),
+    module("reconstruction", 8, &[], &[]),
+    module("render", 8, &[], INNER),
+    module("report", 8, &["reconstruction"], &[]),
+    module("request", 8, &["reconstruction"], INNER),
+    module("experiment", 9, &[], &[]),
+    module("io", 9, &[], &["bounds", "guidance", "tree", "cut", "compensation", "integrator"]),
+    module("renderer", 10, &[], &["bounds", "guidance", "cut", "compensation"]),
 ];
+
+/// What integrators are made of, and nobody above them looks into.
+const INNER: &[&str] = &["bounds", "guidance", "tree", "cut", "compensation"];
 
 /// A module whose files are alternatives to each other.
 pub(super) struct SideBySide {
-    pub(super) module: &'static str,
+    /// The file of the module.
+    pub(super) owner: &'static str,
     /// Files that are no alternative but what several of them have in common: all may use them.
     pub(super) common: &'static [&'static str],
     /// Files that list the alternatives: they may use all.
@@ -64,10 +82,14 @@ pub(super) struct SideBySide {
 /// Modules whose files are alternatives to each other: they share what their `mod.rs` and their
 /// common files offer, and no more.
 pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
-    SideBySide { module: "integrator", common: &["options", "published"], lists: &["method"] },
+    SideBySide {
+        owner: "crates/tashika-core/src/integrator/mod.rs",
+        common: &["options", "published"],
+        lists: &["method"],
+    },
     // What is left are the readers of scenes.
     SideBySide {
-        module: "io",
+        owner: "crates/tashika-formats/src/io/mod.rs",
         common: &[
             "assets",
             "checkpoint",
@@ -79,7 +101,6 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
             "formats",
             "ies",
             "images",
-            "kept_tiles",
             "light_changes",
             "mesh_files",
             "output",
@@ -89,36 +110,23 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
             "rough_diffuse",
             "shapes",
             "udim",
-            "vpl_set",
         ],
         lists: &["formats", "mesh_files"],
     },
 ];
 
-/// Which modules may name a dependency of the library; none: all of them.
-pub(super) const DEPENDENCIES: &[(&str, &[&str])] = &[
-    ("base64", &["report"]),
-    ("earcut", &["io"]),
-    ("embedded_graphics", &["report"]),
-    ("exr", &["io"]),
-    ("flate2", &["io", "report"]),
-    ("glam", &[]),
-    ("gltf", &["io"]),
-    ("image", &["io"]),
-    ("libm", &["math"]),
-    ("minijinja", &["report"]),
-    ("plotters", &["report"]),
-    ("png", &["report"]),
-    ("rand_core", &["rng"]),
-    ("rand_pcg", &["rng"]),
-    ("rayon", &["accel", "guidance", "vpl", "tree", "compensation", "reconstruction", "render"]),
-    ("roxmltree", &["io"]),
-    ("serde", &[]),
-    ("serde_json", &["io", "report"]),
-    ("smallvec", &["cut", "io"]),
-    ("sobol_burley", &["gather"]),
-    ("thiserror", &["error"]),
-    ("tiff", &["io"]),
+/// Which modules may name a dependency of their crate, where not all of them may.
+pub(super) const DEPENDENCIES: &[(&str, &str, &[&str])] = &[
+    ("tashika-math", "libm", &["math"]),
+    ("tashika-math", "rand_core", &["rng"]),
+    ("tashika-math", "rand_pcg", &["rng"]),
+    ("tashika-film", "png", &["film"]),
+    ("tashika-film", "rayon", &["reconstruction"]),
+    ("tashika-film", "thiserror", &["error"]),
+    ("tashika-core", "rayon", &["accel", "guidance", "vpl", "tree", "compensation", "render"]),
+    ("tashika-core", "smallvec", &["cut"]),
+    ("tashika-core", "sobol_burley", &["gather"]),
+    ("tashika", "serde_json", &["io"]),
 ];
 
 /// Parts of `std` that the library's code does not use, except in the modules named, and why.
@@ -160,31 +168,37 @@ pub(super) const ELEMENTARY_INSIDE: &[&str] = &[
 
 /// Files that may use hash tables, and why their order never reaches a result.
 pub(super) const HASHED: &[(&str, &str)] = &[
-    ("io/obj/meshes.rs", "vertices are only looked up; their numbers follow the file"),
-    ("io/obj/mtl.rs", "definitions are only looked up by name"),
-    ("io/obj/parse.rs", "names are only looked up; their numbers follow the file"),
-    ("io/obj/shading_normals.rs", "sums are only looked up; their order follows the file"),
+    (
+        "crates/tashika-formats/src/io/obj/meshes.rs",
+        "vertices are only looked up; their numbers follow the file",
+    ),
+    ("crates/tashika-formats/src/io/obj/mtl.rs", "definitions are only looked up by name"),
+    ("crates/tashika-formats/src/io/obj/parse.rs", "names are only looked up; their numbers follow the file"),
+    (
+        "crates/tashika-formats/src/io/obj/shading_normals.rs",
+        "sums are only looked up; their order follows the file",
+    ),
 ];
 
 /// Files that may hold `unsafe` code, and why.
 pub(super) const UNSAFE: &[(&str, &str)] = &[
-    ("crates/tashika/src/math/simd/avx2.rs", "vector instructions"),
-    ("crates/tashika/src/math/simd/avx512.rs", "vector instructions"),
-    ("crates/tashika/src/math/simd/level.rs", "the call of what is compiled for an instruction set"),
-    ("crates/tashika/src/math/simd/neon.rs", "vector instructions"),
+    ("crates/tashika-math/src/math/simd/avx2.rs", "vector instructions"),
+    ("crates/tashika-math/src/math/simd/avx512.rs", "vector instructions"),
+    ("crates/tashika-math/src/math/simd/level.rs", "the call of what is compiled for an instruction set"),
+    ("crates/tashika-math/src/math/simd/neon.rs", "vector instructions"),
     ("crates/tashika-bench/src/embree.rs", "a C library, loaded at run time"),
 ];
 
 /// Where the names of planes and of values of the metadata are written.
-pub(super) const SCHEMA_HOME: &str = "crates/tashika/src/film/";
+pub(super) const SCHEMA_HOME: &str = "crates/tashika-film/src/film/";
 
 /// Strings that look like the name of a plane or of a value of the metadata and mean something else:
 /// file, strings, reason.
 pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
-    ("crates/tashika/src/request/mod.rs", &["max_pairs"], OPTION),
-    ("crates/tashika/src/integrator/options.rs", &["max_pairs"], OPTION),
-    ("crates/tashika/src/integrator/path_tracer.rs", &["max_depth"], OPTION),
-    ("crates/tashika/src/vpl/trace.rs", &["max_depth"], OPTION),
+    ("crates/tashika-core/src/request/mod.rs", &["max_pairs"], OPTION),
+    ("crates/tashika-core/src/integrator/options.rs", &["max_pairs"], OPTION),
+    ("crates/tashika-core/src/integrator/path_tracer.rs", &["max_depth"], OPTION),
+    ("crates/tashika-core/src/vpl/trace.rs", &["max_depth"], OPTION),
 ];
 
 /// Why such a name stands elsewhere.

@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::source::{Placed, file_modules, lex, without_tests};
+use super::tables::LIBRARY;
 
 /// A source file.
 pub(super) struct File {
     /// From the root of the workspace, with `/`.
     pub(super) path: String,
-    /// Its module, from the root of its crate; of the library's only.
+    /// Its module, by the name that users of `tashika` know it by; of the library's crates only.
     pub(super) module: Option<Vec<String>>,
     /// All of its code, and that which is there when no test is built.
     pub(super) all: Vec<Placed>,
@@ -37,12 +38,15 @@ impl File {
         }
     }
 
-    /// Path inside the library's `src`, if it is there.
-    pub(super) fn in_library(&self) -> Option<&str> {
-        self.path.strip_prefix("crates/tashika/src/")
+    /// Its crate, if that is one of the library's and the file is not a test of it.
+    pub(super) fn in_library(&self) -> Option<&'static str> {
+        LIBRARY.iter().map(|(name, _)| *name).find(|name| {
+            let inside = self.path.strip_prefix("crates/").and_then(|path| path.strip_prefix(name));
+            inside.is_some_and(|path| path.starts_with("/src/"))
+        })
     }
 
-    /// The library's module that it belongs to; `None` for `lib.rs` and other crates.
+    /// The library's module that it belongs to; `None` for a `lib.rs` of several, and other crates.
     pub(super) fn top(&self) -> Option<&str> {
         self.module.as_ref()?.first().map(String::as_str)
     }
@@ -71,8 +75,9 @@ pub(super) fn sources() -> Vec<File> {
             let nested = folders(&folder).into_iter().map(|f| f.join("main.rs")).filter(|_| tests);
             let named = [folder.join("lib.rs"), folder.join("main.rs")].into_iter().filter(|_| !tests);
             for file in flat.chain(nested).chain(named).filter(|f| f.exists()) {
-                let is_library = file.ends_with("tashika/src/lib.rs");
-                visit(&root, &file, is_library.then(Vec::new), tests, true, &mut files);
+                let library = LIBRARY.iter().find(|(name, _)| crate_folder.ends_with(name));
+                let module = library.map(|(_, module)| module.iter().map(|m| (*m).to_owned()).collect());
+                visit(&root, &file, module.filter(|_| !tests), tests, true, &mut files);
             }
         }
     }

@@ -1,0 +1,20 @@
+//! Films of [tashika](https://github.com/tashika-render/tashika), a many-light renderer: planes of
+//! samples with units, what each pixel claims, and a reconstruction for the eye.
+//!
+//! * [`color`]: linear Rec. 709, spectra, metals.
+//! * [`error`]: the one error of all crates, and the place in a file that it begins with.
+//! * [`film`]: planes, metadata, and the records of a rendered film.
+//! * [`reconstruction`]: each pixel as a mean of pixels that are alike.
+//!
+//! Users of the renderer find these under `tashika`, by the same names.
+#![forbid(unsafe_code)]
+
+pub mod color;
+pub mod error;
+pub mod film;
+pub mod reconstruction;
+
+// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+use tashika_math::math;
+#[cfg(test)]
+use tashika_math::rng;

@@ -1,0 +1,16 @@
+//! Scenes of [tashika](https://github.com/tashika-render/tashika), a many-light renderer.
+//!
+//! * [`bsdf`]: what surfaces reflect and transmit: evaluation, sampling, density.
+//! * [`scene`]: meshes, materials, textures, emitters, skies, cameras; built by a
+//!   [`SceneBuilder`](scene::SceneBuilder), or built in.
+//!
+//! Users of the renderer find these under `tashika`, by the same names.
+#![forbid(unsafe_code)]
+
+pub mod bsdf;
+pub mod scene;
+
+// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+use tashika_film::{color, error, film};
+use tashika_math::{math, rng, warp};
+use tashika_stats as stats;
