@@ -10,16 +10,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-use super::SceneFiles;
 use super::images::{self, Decoded, Encoding};
 use super::udim::{self, Picture};
+use super::{LoadOptions, SceneFiles};
 use crate::error::{Error, Location, Result};
 use crate::scene::{Image, NoteKind, SceneBuilder};
 
 /// The images of a scene so far.
 #[derive(Debug, Default)]
 pub(super) struct ImageCache {
-    /// By the reference as it is spelt; the message of its note, where that failed.
+    /// By the reference as it is spelt.
     by_reference: BTreeMap<(String, Encoding), Result<Picture, Unreadable>>,
     /// By canonical path: one file may be spelt in several ways.
     by_path: BTreeMap<(PathBuf, Encoding), Picture>,
@@ -45,43 +45,62 @@ impl ImageCache {
         at: &Location,
         builder: &mut SceneBuilder,
     ) -> Result<Option<Picture>> {
+        let found = self.find(files, reference, encoding, at, builder)?;
+        Ok(noted(found, reference, at, builder))
+    }
+
+    /// The same without a note: why it cannot be read, for callers who say what takes its place.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub(super) fn find(
+        &mut self,
+        files: &SceneFiles,
+        reference: &str,
+        encoding: Encoding,
+        at: &Location,
+        builder: &mut SceneBuilder,
+    ) -> Result<Result<Picture, Unreadable>> {
         let key = (reference.to_owned(), encoding);
         if let Some(known) = self.by_reference.get(&key) {
-            return Ok(noted(known.clone(), at, builder));
+            return Ok(known.clone());
         }
-        if udim::is_pattern(reference) {
-            let loaded = match udim::load(files, reference, encoding, at, builder) {
-                Ok((tiles, opaque)) => {
-                    let tiles = Picture::Tiles(tiles);
-                    if !opaque {
-                        self.transparent.insert(tiles);
-                    }
-                    Ok(tiles)
-                }
-                Err(error) => Err(unreadable(reference, &error)),
-            };
-            self.by_reference.insert(key, loaded.clone());
-            return Ok(noted(loaded, at, builder));
-        }
-        let path = files.resolve(reference, at);
-        let known = path.as_ref().ok().and_then(|p| self.by_path.get(&(p.clone(), encoding)).copied());
-        let loaded = match known {
-            Some(image) => Ok(image),
-            None => match decode(files, reference, encoding, at) {
+        let found = if let Some(known) = self.known(files, reference, encoding, at) {
+            Ok((known, true))
+        } else if udim::is_pattern(reference) {
+            udim::load(files, reference, encoding, at, builder)
+                .map(|(tiles, opaque)| (Picture::Tiles(tiles), opaque))
+        } else {
+            match read(files, reference, encoding, at, builder) {
                 Ok(decoded) => {
-                    note_repairs(&decoded, at, builder);
                     let image = Picture::Image(builder.add_image(decoded.image)?);
-                    if !decoded.opaque {
-                        self.transparent.insert(image);
-                    }
-                    self.by_path.extend(path.ok().map(|p| ((p, encoding), image)));
-                    Ok(image)
+                    let path = files.resolve(reference, at);
+                    self.by_path.extend(path.ok().map(|path| ((path, encoding), image)));
+                    Ok((image, decoded.opaque))
                 }
-                Err(error) => Err(unreadable(reference, &error)),
-            },
+                Err(error) => Err(error),
+            }
         };
-        self.by_reference.insert(key, loaded.clone());
-        Ok(noted(loaded, at, builder))
+        let found = found.map_err(|error| (kind(&error), reason(&error))).map(|(picture, opaque)| {
+            self.transparent.extend((!opaque).then_some(picture));
+            picture
+        });
+        self.by_reference.insert(key, found.clone());
+        Ok(found)
+    }
+
+    /// What was loaded of that name, or of its file.
+    pub(super) fn known(
+        &self,
+        files: &SceneFiles,
+        reference: &str,
+        encoding: Encoding,
+        at: &Location,
+    ) -> Option<Picture> {
+        if let Some(known) = self.by_reference.get(&(reference.to_owned(), encoding)) {
+            return known.as_ref().ok().copied();
+        }
+        self.by_path.get(&(files.resolve(reference, at).ok()?, encoding)).copied()
     }
 
     /// Whether an image that was loaded here has texels that are not opaque.
@@ -102,34 +121,60 @@ impl ImageCache {
         at: &Location,
         builder: &mut SceneBuilder,
     ) -> Result<Option<Image>> {
-        let decoded = decode(files, reference, encoding, at).map_err(|error| unreadable(reference, &error));
-        let Some(decoded) = noted(decoded, at, builder) else { return Ok(None) };
-        note_repairs(&decoded, at, builder);
-        Ok(Some(decoded.image))
+        let decoded = read(files, reference, encoding, at, builder);
+        let decoded = decoded.map_err(|error| (kind(&error), reason(&error)));
+        Ok(noted(decoded, reference, at, builder).map(|decoded| decoded.image))
     }
 }
 
-fn decode(files: &SceneFiles, reference: &str, encoding: Encoding, at: &Location) -> Result<Decoded> {
-    let bytes = files.read(reference, at)?;
-    images::decode(&bytes, reference, encoding, files.options(), at)
+fn read(
+    files: &SceneFiles,
+    reference: &str,
+    encoding: Encoding,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Result<Decoded> {
+    decode(&files.read(reference, at)?, reference, encoding, files.options(), at, builder)
 }
 
-/// What a note says of an image that could not be read.
-pub(super) type Unreadable = (NoteKind, String);
-
-fn unreadable(reference: &str, error: &Error) -> Unreadable {
-    (kind(error), format!("image {reference:?} could not be read ({}): left out", reason(error)))
-}
-
-/// What was loaded, or a note why nothing was.
-fn noted<T>(loaded: Result<T, Unreadable>, at: &Location, builder: &mut SceneBuilder) -> Option<T> {
-    loaded.map_err(|(kind, message)| builder.note(kind, message, at.clone())).ok()
-}
-
-fn note_repairs(decoded: &Decoded, at: &Location, builder: &mut SceneBuilder) {
+/// Decodes an image file as [`images::decode`], with a note of what was repaired.
+pub(super) fn decode(
+    bytes: &[u8],
+    name: &str,
+    encoding: Encoding,
+    options: &LoadOptions,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Result<Decoded> {
+    let decoded = images::decode(bytes, name, encoding, options, at)?;
     if let Some(message) = decoded.repairs() {
         builder.note(NoteKind::Repaired, message, at.clone());
     }
+    Ok(decoded)
+}
+
+/// Why something could not be read.
+pub(super) type Unreadable = (NoteKind, String);
+
+/// What a note says of an image that could not be read: why, and what takes its place.
+pub(super) fn unreadable_image(name: &str, why: &str, instead: &str) -> String {
+    format!("image {name:?} could not be read ({why}): {instead}")
+}
+
+/// What takes the place of a texture that could not be read, where it has a factor.
+pub(super) const FACTOR_ALONE: &str = "its colour factor is used alone";
+
+/// What was loaded, or a note why nothing was.
+fn noted<T>(
+    loaded: Result<T, Unreadable>,
+    reference: &str,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Option<T> {
+    let note = |(kind, why): Unreadable| {
+        builder.note(kind, unreadable_image(reference, &why, "left out"), at.clone());
+    };
+    loaded.map_err(note).ok()
 }
 
 /// The kind of a note about a file that could not be read.

@@ -558,11 +558,11 @@ fn a_buffer_that_is_missing_or_short_is_an_error() {
 #[test]
 fn a_texture_that_cannot_be_read_is_left_out() {
     for (image, why) in [
-        (json!({ "uri": "gone.png" }), "gone.png could not be read"),
+        (json!({ "uri": "gone.png" }), "image \"gone.png\" could not be read (no such file)"),
         (json!({ "uri": "data:image/png;base64,AAAA" }), "unknown format"),
         (json!({ "uri": "https://example.org/a.png" }), "not supported"),
         (json!({}), "neither uri nor bufferView"),
-        (json!({ "bufferView": 0, "name": "corners" }), "image corners could not be read"),
+        (json!({ "bufferView": 0, "name": "corners" }), "image \"corners\" could not be read"),
     ] {
         let mut d = rich();
         d.json["images"][0] = image;

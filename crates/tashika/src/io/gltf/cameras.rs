@@ -19,6 +19,7 @@ use gltf::json::validation::Checked;
 use super::nodes::PlacedNode;
 use super::source::Source;
 use crate::error::{Error, Result};
+use crate::io::notes::shown;
 use crate::scene::{Camera, Lens, Projection, SceneBuilder};
 
 /// Adds the node's camera, if it has one, under a name that is not among `names` yet.
@@ -67,7 +68,7 @@ pub(super) fn add(
     };
     let rotation = DMat3::from_cols(up.cross(back), up, back);
     let name = camera.name.as_deref().or(node.name.as_deref()).filter(|n| !n.is_empty());
-    let name = unique(name.map_or_else(|| format!("camera-{index}"), super::shown), names);
+    let name = unique(name.map_or_else(|| format!("camera-{index}"), shown), names);
     builder.add_camera(Camera {
         name,
         to_world: Affine3A::from_mat3_translation(rotation.as_mat3(), placed.to_world.translation.as_vec3()),

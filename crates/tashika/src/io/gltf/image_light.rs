@@ -17,13 +17,14 @@ use glam::{Mat3, Quat, Vec2, Vec3};
 use serde_json::Value;
 
 use super::light_profiles::number;
+use super::nodes;
 use super::source::Source;
-use super::{nodes, shown};
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::io::assets::{kind, reason};
-use crate::io::images::{self, Encoding};
-use crate::scene::{Environment, Image, NoteKind, Pixels, SceneBuilder, SphereMap, Wrap};
+use crate::io::assets::{decode, kind, reason};
+use crate::io::images::Encoding;
+use crate::io::notes::shown;
+use crate::scene::{Environment, Image, Pixels, SceneBuilder, SphereMap, Wrap};
 
 const NAME: &str = "EXT_lights_image_based";
 
@@ -116,11 +117,8 @@ fn map(
 fn face(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> Result<Image> {
     let at = source.at(format!("images[{index}]"));
     let bytes = source.image(index)?;
-    let decoded = images::decode(&bytes, &format!("images[{index}]"), Encoding::Srgb, source.options(), &at)?;
-    if let Some(message) = decoded.repairs() {
-        builder.note(NoteKind::Repaired, message, at.clone());
-    }
-    let image = decoded.image;
+    let (name, options) = (format!("images[{index}]"), source.options());
+    let image = decode(&bytes, &name, Encoding::Srgb, options, &at, builder)?.image;
     source.image_budget.take(12 * image.pixels.len() as u64, &at)?;
     let texels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     let radiance = texels.map(|(x, y)| match image.texel(x, y) {

@@ -19,11 +19,12 @@ use serde_json::Value;
 
 use super::nodes::PlacedNode;
 use super::source::Source;
-use super::{shown, uri};
+use super::uri;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
 use crate::io::ies;
+use crate::io::notes::shown;
 use crate::scene::{IntensityMap, SceneBuilder};
 
 const NAME: &str = "EXT_lights_ies";

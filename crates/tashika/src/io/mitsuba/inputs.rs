@@ -16,12 +16,13 @@
 use glam::{Mat3, Vec2};
 
 use super::object::{Class, Object, Value};
-use super::values::{self, Spectrum, shown};
+use super::values::{self, Spectrum};
 use super::{Progress, Translation, transforms};
 use crate::color::Rgb;
 use crate::color::spectrum::{blackbody, rgb_of_emission, rgb_of_reflectance};
 use crate::error::{Error, Location, Result};
 use crate::io::images::Encoding;
+use crate::io::notes::shown;
 use crate::scene::{
     Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, TextureId,
     UvTransform, Wrap,

@@ -16,10 +16,11 @@
 
 use super::inputs::{GREY, Quantity, refers_to_itself};
 use super::object::{Class, Object, Value};
-use super::values::{self, shown};
+use super::values;
 use super::{Progress, Translation};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
+use crate::io::notes::shown;
 use crate::scene::{
     Alpha, AlphaMode, Back, Channel, CoatBase, ColorInput, Emission, FloatInput, Material, MaterialId,
     NormalInput, NoteKind, Surface, Texture,

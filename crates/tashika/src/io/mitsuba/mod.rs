@@ -57,11 +57,12 @@ use self::inputs::{Quantity, Textured};
 use self::lights::Environments;
 use self::object::{Class, Document, Object};
 use self::shapes::{MeshKey, Placement};
-use self::values::shown;
 use super::SceneFiles;
 use super::assets::ImageCache;
 use super::features::{Feature, Support};
+use super::limits::Budget;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
 use crate::scene::{Material, MaterialId, MeshId, NoteKind, Notes, Scene, SceneBuilder, TurnedAway};
 
 pub(super) use features::FEATURES;
@@ -94,7 +95,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         placed: 0,
         triangles: 0,
         environments: Environments::default(),
-        slides_left: files.options().max_file_bytes,
+        slides: Budget::new(files.options().max_file_bytes, "images of lights"),
         camera_names: BTreeSet::new(),
         depth: 0,
     };
@@ -133,8 +134,8 @@ struct Translation<'a> {
     placed: usize,
     triangles: usize,
     environments: Environments,
-    /// Bytes that images of lights may still hold.
-    slides_left: u64,
+    /// For images of lights.
+    slides: Budget,
     camera_names: BTreeSet<String>,
     depth: usize,
 }
@@ -164,16 +165,14 @@ impl<'a> Translation<'a> {
         if self.feature(kind, &object.plugin, &object.at)? {
             return Ok(true);
         }
-        let message = format!("{kind} {:?} is unknown: {instead}", shown(&object.plugin));
+        let message = Feature::unknown([kind, &object.plugin], instead);
         self.notes.push(NoteKind::Ignored, message, object.at.clone());
         Ok(false)
     }
 
     /// Tells what the table says about a name; returns whether it is in the table.
     fn feature(&mut self, kind: &str, name: &str, at: &Location) -> Result<bool> {
-        let Some(feature) = Feature::find(FEATURES, kind, name) else { return Ok(false) };
-        feature.met(at, &mut self.notes)?;
-        Ok(true)
+        Feature::look_up(FEATURES, [kind, name], at, &mut self.notes)
     }
 
     /// Whether the table says that a plugin is left out.

@@ -26,9 +26,10 @@ use glam::{Affine3A, DMat4, DVec3, Vec2};
 use super::Translation;
 use super::object::{Class, Object};
 use super::transforms;
-use super::values::{number, shown};
+use super::values::number;
 use crate::error::{Error, Result};
 use crate::film::Window;
+use crate::io::notes::shown;
 use crate::math::elementary::{atan2, tan};
 use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
 

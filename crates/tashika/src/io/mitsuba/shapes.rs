@@ -10,15 +10,14 @@
 //! Held to this by `suite::mitsuba`.
 
 use std::f32::consts::TAU;
-use std::path::PathBuf;
 
 use glam::{DMat3, DMat4, DVec3, Vec2};
 
 use super::object::{Class, Object};
-use super::values::shown;
 use super::{Progress, Translation, materials, normals, paths, serialized, transforms};
 use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
+use crate::io::notes::shown;
 use crate::io::{mesh_files, shapes};
 use crate::scene::{Emission, MaterialId, MeshData, MeshId, NoteKind};
 
@@ -245,8 +244,7 @@ impl<'a> Translation<'a> {
             }
             Err(other) => return Err(other),
         };
-        let folder = self.files.path().parent().map_or_else(PathBuf::new, std::path::Path::to_owned);
-        let path = folder.join(&reference);
+        let path = self.files.beside(&reference);
         let (mut data, mut flat) = match object.plugin.as_str() {
             // Its reader gives the coordinates turned over.
             "obj" => (turned(mesh_files::read_obj(&bytes, &path, &mut self.notes)?, !flip_v), flat),

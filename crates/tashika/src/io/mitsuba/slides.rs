@@ -24,7 +24,7 @@ use super::inputs::{GREY, Quantity, encoding};
 use super::lights::{rigid, unit};
 use super::object::Object;
 use crate::color::Rgb;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::elementary::tan;
 use crate::scene::{
     Emitter, Falloff, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, Spread, Wrap,
@@ -117,15 +117,8 @@ impl Translation<'_> {
         let encoding = encoding(texture);
         let image = self.images.read(self.files, &reference, encoding, &texture.at, &mut self.builder)?;
         let Some(image) = image else { return Ok(constant(GREY)) };
-        let bytes = u64::from(image.width) * u64::from(image.height) * BYTES_OF_TEXEL;
-        self.slides_left = self.slides_left.checked_sub(bytes).ok_or_else(|| {
-            let limit = self.files.options().max_file_bytes;
-            Error::invalid(
-                object.place(),
-                "images of lights beyond the limit",
-                format!("at most {limit} bytes"),
-            )
-        })?;
+        let bytes = image.pixels.len() as u64 * BYTES_OF_TEXEL;
+        self.slides.take(bytes, &object.place())?;
         Ok((image, texture_lookup))
     }
 }

@@ -20,11 +20,11 @@ use super::Translation;
 use super::inputs::{GREY, Quantity};
 use super::metals::METALS;
 use super::object::{Object, Value};
-use super::values::shown;
 use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::dielectrics::refractive_index;
+use crate::io::notes::shown;
 use crate::io::rough_diffuse;
 use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, Material, NoteKind, Surface};
 

@@ -43,13 +43,13 @@ use std::path::Path;
 use glam::Affine3A;
 
 use super::SceneFiles;
+use super::notes::Named;
 use crate::error::{Location, Result};
 use crate::scene::{Material, MeshData, NoteKind, Notes, Scene, SceneBuilder};
 pub(super) use features::FEATURES;
 use mtl::Definitions;
 use parse::Reference;
 use references::Textures;
-use tally::Named;
 
 /// How many different materials that are not defined are named.
 const MAX_UNDEFINED: usize = 100;
@@ -77,7 +77,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut materials = Materials {
         definitions,
         textures: Textures::new(files),
-        undefined: Named::new(NoteKind::Repaired, MAX_UNDEFINED, "further materials are not defined: grey"),
+        undefined: Named::new(MAX_UNDEFINED),
         files,
     };
     for mesh in meshes {
@@ -126,7 +126,8 @@ impl Materials<'_> {
             return materials::grey("without material");
         }
         let message = format!("material {name:?} is not defined: grey of reflectance {grey}");
-        self.undefined.add(message, at, notes);
+        let further = "further materials are not defined: grey";
+        self.undefined.add(NoteKind::Repaired, message, further, at, notes);
         materials::grey(name)
     }
 }

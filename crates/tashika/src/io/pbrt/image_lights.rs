@@ -49,7 +49,7 @@ pub(super) enum MapKind {
 }
 
 /// Bytes that a map holds for each texel: colours, and their density with its guide.
-const BYTES_OF_TEXEL: usize = 12 + 8 + 2;
+const BYTES_OF_TEXEL: u64 = 12 + 8 + 2;
 
 /// Fields of view are kept in this range (degrees).
 const FIELD_OF_VIEW: (f32, f32) = (0.1, 179.0);
@@ -143,7 +143,7 @@ fn map(
     let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
     let mut found = None;
     if let Some(image) = image {
-        loading.hold(image.width as usize * image.height as usize * BYTES_OF_TEXEL, &at)?;
+        loading.geometry.take(image.pixels.len() as u64 * BYTES_OF_TEXEL, &at)?;
         found = make(image).map(Arc::new);
     }
     loading.maps.insert(key, found.clone());

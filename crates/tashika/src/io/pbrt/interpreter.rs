@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use glam::{Affine3A, DAffine3, DMat4, DVec3};
 
 use super::camera::{self, Film};
-use super::lexer::{Lexer, Token, excerpt, number, unescape};
+use super::lexer::{Lexer, Token, number, unescape};
 use super::lights::{self, Sky};
 use super::loading::Loading;
 use super::materials::Materials;
@@ -26,6 +26,7 @@ use super::transform;
 use super::version::Version;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
+use crate::io::notes::excerpt;
 use crate::scene::{NoteKind, Scene};
 
 /// Most placements of meshes (some 150 bytes each): a small text can ask for a product of large

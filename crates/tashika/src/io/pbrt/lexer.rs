@@ -9,6 +9,7 @@
 use std::borrow::Cow;
 
 use crate::error::{Error, Result};
+use crate::io::notes::excerpt;
 
 use super::place::{Place, Source};
 
@@ -35,14 +36,6 @@ impl Token<'_> {
             Self::Open => "\"[\"".to_owned(),
             Self::Close => "\"]\"".to_owned(),
         }
-    }
-}
-
-/// At most `longest` characters of a name that the file gives.
-pub(super) fn excerpt(name: &str, longest: usize) -> String {
-    match name.char_indices().nth(longest) {
-        Some((end, _)) => format!("{}…", &name[..end]),
-        None => name.to_owned(),
     }
 }
 

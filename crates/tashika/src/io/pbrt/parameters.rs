@@ -13,10 +13,11 @@ use std::cell::Cell;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::lexer::{Lexer, Token, excerpt, integer, number, text, unescape};
+use super::lexer::{Lexer, Token, integer, number, text, unescape};
 use super::place::Place;
 use crate::color::Primaries;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::excerpt;
 
 /// The declared type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

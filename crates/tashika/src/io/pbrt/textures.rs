@@ -23,7 +23,6 @@ use std::collections::BTreeMap;
 
 use glam::{Mat3, Vec3};
 
-use super::lexer::excerpt;
 use super::loading::Loading;
 use super::parameters::Parameters;
 use super::spectra::{self, Quantity};
@@ -31,6 +30,7 @@ use super::version::Version;
 use crate::color::Rgb;
 use crate::error::{Location, Result};
 use crate::io::images::Encoding;
+use crate::io::notes::excerpt;
 use crate::io::udim::Picture;
 use crate::scene::{
     Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Texture, TextureId, UvTransform, Wrap,

@@ -7,9 +7,9 @@ use super::Tint;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::gltf::features::met;
-use crate::io::gltf::shown;
 use crate::io::gltf::source::Source;
 use crate::io::gltf::textures::{Content, Textures, UsedTexture};
+use crate::io::notes::shown;
 use crate::scene::{
     Channel, FloatInput, Material, MaterialId, NoteKind, SceneBuilder, Surface, Texture, TextureId,
 };

@@ -15,13 +15,13 @@ mod v4;
 use std::collections::BTreeMap;
 
 use self::maker::Maker;
-use super::lexer::excerpt;
 use super::loading::Loading;
 use super::parameters::Parameters;
 use super::textures::Textures;
 use super::version::Version;
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::io::notes::excerpt;
 use crate::scene::{
     Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput, NoteKind,
     Surface, TextureId,

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use crate::error::{Error, Location, Result};
 use crate::io::assets::kind;
-use crate::io::pbrt::lexer::excerpt;
+use crate::io::notes::excerpt;
 use crate::io::pbrt::loading::Loading;
 use crate::io::pbrt::parameters::{Kind, Parameters};
 use crate::io::{mesh_files, shapes};

@@ -133,7 +133,7 @@ impl Shapes {
         }
         let mesh = match data {
             Some(data) => {
-                loading.hold(bytes(&data), &at)?;
+                loading.geometry.take(bytes(&data) as u64, &at)?;
                 Some(loading.builder.add_mesh(data, material)?)
             }
             None => None,
