@@ -5,7 +5,6 @@
 
 mod assets;
 mod checkpoint;
-mod clear_coats;
 mod dielectrics;
 mod exr;
 mod features;
@@ -19,6 +18,7 @@ mod light_changes;
 mod limits;
 mod mesh_files;
 mod mitsuba;
+mod mixes;
 mod notes;
 mod obj;
 mod output;
@@ -26,8 +26,10 @@ mod pbrt;
 mod ply;
 mod png;
 mod polygon;
+mod principled;
 mod rough_diffuse;
 mod shapes;
+mod textures;
 mod udim;
 mod vpl_set;
 

@@ -23,9 +23,9 @@ use crate::color::spectrum::{blackbody, rgb_of_emission, rgb_of_reflectance};
 use crate::error::{Error, Location, Result};
 use crate::io::images::Encoding;
 use crate::io::notes::shown;
+use crate::io::textures::{self, whole};
 use crate::scene::{
-    Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, TextureId,
-    UvTransform, Wrap,
+    Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, UvTransform, Wrap,
 };
 
 /// Reflectance of what cannot be read.
@@ -52,16 +52,21 @@ pub(super) struct Textured {
     pub(super) channel: Channel,
 }
 
+impl From<ColorInput> for Textured {
+    fn from(color: ColorInput) -> Self {
+        Self { color, channel: Channel::Luminance }
+    }
+}
+
 impl From<Rgb> for Textured {
     fn from(color: Rgb) -> Self {
-        Self { color: color.into(), channel: Channel::Luminance }
+        ColorInput::from(color).into()
     }
 }
 
 impl Textured {
-    fn float(self) -> FloatInput {
-        let factor = self.color.factor.luminance();
-        FloatInput { factor, texture: self.color.texture.map(|t| (t, self.channel)) }
+    pub(super) fn number(self) -> FloatInput {
+        textures::number(self.color, self.channel)
     }
 }
 
@@ -101,7 +106,7 @@ impl Translation<'_> {
 
     /// The number of a parameter.
     pub(super) fn float(&mut self, object: &Object, name: &str, missing: f32) -> Result<FloatInput> {
-        Ok(self.textured(object, &[name], Quantity::Number)?.map_or(missing.into(), Textured::float))
+        Ok(self.textured(object, &[name], Quantity::Number)?.map_or(missing.into(), Textured::number))
     }
 
     fn textured(&mut self, object: &Object, names: &[&str], quantity: Quantity) -> Result<Option<Textured>> {
@@ -159,10 +164,9 @@ impl Translation<'_> {
             "checkerboard" => {
                 let even = self.color(object, &["color0"], quantity, Rgb::gray(0.4))?;
                 let odd = self.color(object, &["color1"], quantity, Rgb::gray(0.2))?;
-                let (even, odd) = (self.node(even)?, self.node(odd)?);
                 let squares = Mat3::from_scale(Vec2::splat(2.0));
                 let transform = UvTransform(squares * uv_transform(object).0);
-                self.whole(Texture::Checkerboard { even, odd, transform })?
+                textures::checkerboard(&mut self.builder, even, odd, transform)?.into()
             }
             "gridtexture" | "wireframe" => {
                 object.accept_all();
@@ -171,8 +175,7 @@ impl Translation<'_> {
                 } else {
                     ["color0", "background"]
                 };
-                self.color(object, &names, quantity, Rgb::gray(0.2))
-                    .map(|color| Textured { color, channel: Channel::Luminance })?
+                self.color(object, &names, quantity, Rgb::gray(0.2))?.into()
             }
             "scale" => {
                 let scale = self.color(object, &["scale", "value"], Quantity::Number, Rgb::WHITE)?;
@@ -188,8 +191,9 @@ impl Translation<'_> {
                         Textured { color, ..inner }
                     }
                     _ => {
-                        let (a, b) = (self.node(inner.color)?, self.node(scale)?);
-                        self.whole(Texture::Product(a, b))?
+                        let builder = &mut self.builder;
+                        let (a, b) = (textures::node(builder, inner.color)?, textures::node(builder, scale)?);
+                        whole(builder.add_texture(Texture::Product(a, b))?).into()
                     }
                 }
             }
@@ -244,7 +248,7 @@ impl Translation<'_> {
             return Ok(GREY.into());
         };
         let node = image.texture(|all| ImageTexture { wrap, transform, sampling, ..all });
-        Ok(Textured { channel, ..self.whole(node)? })
+        Ok(Textured { color: whole(self.builder.add_texture(node)?), channel })
     }
 
     /// How a bitmap is looked up.
@@ -284,25 +288,6 @@ impl Translation<'_> {
             }
             _ => Wrap::Repeat,
         })
-    }
-
-    /// The texture node of a colour.
-    pub(super) fn node(&mut self, color: ColorInput) -> Result<TextureId> {
-        let ColorInput { factor, texture } = color;
-        match texture {
-            Some(texture) if factor == Rgb::WHITE => Ok(texture),
-            Some(texture) => {
-                let factor = self.builder.add_texture(Texture::Constant(factor))?;
-                self.builder.add_texture(Texture::Product(factor, texture))
-            }
-            None => self.builder.add_texture(Texture::Constant(factor)),
-        }
-    }
-
-    /// A node as it is.
-    pub(super) fn whole(&mut self, node: Texture) -> Result<Textured> {
-        let texture = Some(self.builder.add_texture(node)?);
-        Ok(Textured { color: ColorInput { factor: Rgb::WHITE, texture }, channel: Channel::Luminance })
     }
 }
 
@@ -373,7 +358,6 @@ fn uv_transform(object: &Object) -> UvTransform {
     }
     let both = object.float("uvscale").unwrap_or(1.0);
     let value = |name: &str, missing: f64| object.float(name).unwrap_or(missing) as f32;
-    let scale = Vec2::new(value("uscale", both), value("vscale", both));
-    let offset = Vec2::new(value("uoffset", 0.0), value("voffset", 0.0));
-    UvTransform(Mat3::from_translation(offset) * Mat3::from_scale(scale))
+    let offset = [value("uoffset", 0.0), value("voffset", 0.0)];
+    textures::scaled([value("uscale", both), value("vscale", both)], offset)
 }

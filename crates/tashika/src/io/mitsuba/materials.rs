@@ -21,9 +21,10 @@ use super::{Progress, Translation};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::io::notes::shown;
+use crate::io::textures::between;
 use crate::scene::{
     Alpha, AlphaMode, Back, Channel, CoatBase, ColorInput, Emission, FloatInput, Material, MaterialId,
-    NormalInput, NoteKind, Surface, Texture,
+    NormalInput, NoteKind, Surface,
 };
 
 /// Most parts of a mixture.
@@ -125,9 +126,9 @@ impl Translation<'_> {
                     let scale = object.float("scale").unwrap_or(1.0) as f32;
                     let texture = self.texture(texture, Quantity::Number)?;
                     // A constant height has no slope.
-                    if let Some(node) = texture.color.texture {
-                        let factor = scale * texture.color.factor.luminance();
-                        let height = FloatInput { factor, texture: Some((node, texture.channel)) };
+                    let mut height = texture.number();
+                    if height.texture.is_some() {
+                        height.factor *= scale;
                         inner.normal = Some(NormalInput::Bump { height });
                     }
                 }
@@ -182,9 +183,7 @@ impl Translation<'_> {
     /// A weight given as the texture without a name.
     fn texture_weight(&mut self, object: &Object) -> Result<FloatInput> {
         let Some(texture) = self.document.any_texture(object) else { return Ok(0.5.into()) };
-        let texture = self.texture(texture, Quantity::Number)?;
-        let factor = texture.color.factor.luminance();
-        Ok(FloatInput { factor, texture: texture.color.texture.map(|t| (t, texture.channel)) })
+        Ok(self.texture(texture, Quantity::Number)?.number())
     }
 
     /// The nested material; grey, with a note, if there is none.
@@ -245,9 +244,8 @@ impl Translation<'_> {
     /// `1 − amount`.
     fn complement(&mut self, amount: FloatInput) -> Result<FloatInput> {
         let Some((texture, channel)) = amount.texture else { return Ok((1.0 - amount.factor).into()) };
-        let [white, none] = [Rgb::WHITE, Rgb::gray(1.0 - amount.factor)].map(Texture::Constant);
-        let (first, second) = (self.builder.add_texture(white)?, self.builder.add_texture(none)?);
-        let texture = self.builder.add_texture(Texture::Mix { first, second, amount: texture })?;
+        let ends = [Rgb::WHITE, Rgb::gray(1.0 - amount.factor)];
+        let texture = between(&mut self.builder, ends, texture)?;
         // The opacity of a constant is 1, of which nothing would be left to take.
         let channel = if channel == Channel::A { Channel::Luminance } else { channel };
         Ok(FloatInput { factor: 1.0, texture: Some((texture, channel)) })

@@ -35,9 +35,11 @@ use super::features::meaning;
 use super::map::Map;
 use super::mtl::Definition;
 use super::references::{Content, Textures};
-use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Location;
+use crate::io::dielectrics::normal_reflectance;
+use crate::io::mixes::beside;
+use crate::io::principled::metallic_roughness;
 use crate::scene::{
     Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NormalInput, NoteKind, Notes,
     SceneBuilder, Surface, TextureId,
@@ -145,23 +147,9 @@ impl Converter<'_, '_> {
             Some(kd) if !kd.is_black() => self.diffuse(),
             _ => return Surface::Mirror { reflectance: specular },
         };
-        let weights = [base, specular].map(|c| c.factor.max_channel());
-        let (sum, amount) = (weights[0] + weights[1], weights[1] / (weights[0] + weights[1]));
-        let share = |c: ColorInput, share: f32| ColorInput {
-            factor: (c.factor * (1.0 / (share * sum.max(1.0)))).map(|v| v.min(1.0)),
-            ..c
-        };
-        let parts = [
-            ("diffuse", Surface::Lambert { reflectance: share(base, 1.0 - amount) }),
-            ("mirror", Surface::Mirror { reflectance: share(specular, amount) }),
-        ];
-        let [first, second] = parts.map(|(part, surface)| {
-            self.builder.add_material(Material::new(format!("{}: {part}", self.name), surface)).ok()
-        });
-        match (first, second) {
-            (Some(first), Some(second)) => Surface::Mix { first, second, amount: amount.into() },
-            _ => Surface::Mirror { reflectance: specular },
-        }
+        let names = ["diffuse", "mirror"].map(|part| format!("{}: {part}", self.name));
+        let mirror = |reflectance| Surface::Mirror { reflectance };
+        beside(self.builder, names, [base, specular], mirror).unwrap_or(mirror(specular))
     }
 
     fn glass(&mut self) -> Option<Surface> {
@@ -186,15 +174,10 @@ impl Converter<'_, '_> {
         let metallic = self.number("Pm", d.pm, default(&d.map_pm, 0.0), 0.0..=1.0);
         let roughness = self.number("Pr", d.pr, default(&d.map_pr, DEFAULT_ROUGHNESS), 0.0..=1.0);
         let ior = self.number("Ni", d.ni.filter(|&ni| ni > 1.0), DEFAULT_IOR, 1.0..=MAX_IOR);
-        let f0 = (ior - 1.0) / (ior + 1.0);
-        Surface::MetallicRoughness {
-            base_color: self.diffuse(),
-            metallic: self.mapped_number(metallic, d.map_pm.as_ref()),
-            roughness: self.mapped_number(roughness, d.map_pr.as_ref()),
-            specular_f0: Rgb::gray(f0 * f0).into(),
-            anisotropy: 0.0.into(),
-            model: FacetModel::Ggx,
-        }
+        let base_color = self.diffuse();
+        let metallic = self.mapped_number(metallic, d.map_pm.as_ref());
+        let roughness = self.mapped_number(roughness, d.map_pr.as_ref());
+        metallic_roughness(base_color, metallic, roughness, Rgb::gray(normal_reflectance(ior)).into())
     }
 
     fn diffuse(&mut self) -> ColorInput {

@@ -32,6 +32,7 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::dielectrics::single_face;
 use crate::io::gltf::textures::Content;
+use crate::io::textures::{between, product, whole};
 use crate::math::elementary::powf;
 use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
 
@@ -184,9 +185,9 @@ fn share(
     let Some((metal, metal_channel)) = metallic.texture.filter(|_| metallic.factor > 0.0) else {
         return reader.textured(factor * (1.0 - metallic.factor), field, info, channel);
     };
-    let rest = reader.white_to(metal, Rgb::gray(1.0 - metallic.factor))?;
+    let rest = between(reader.builder, [Rgb::WHITE, Rgb::gray(1.0 - metallic.factor)], metal)?;
     let content = Content::Spread(if channel == Channel::A { 3 } else { 0 });
     let texture = reader.texture(field, info, content)?.map(|t| t.texture);
-    let texture = reader.product([texture, Some(rest)])?;
-    Ok(FloatInput { factor, texture: texture.map(|t| (t, metal_channel)) })
+    let product = product(reader.builder, ColorInput { factor: Rgb::WHITE, texture }, whole(rest))?;
+    Ok(FloatInput { factor, texture: product.texture.map(|t| (t, metal_channel)) })
 }

@@ -135,7 +135,7 @@ impl Materials {
         } else {
             let mut maker = Maker { loading: &mut *loading, textures, parameters };
             let (surface, opacity) = match maker.loading.version {
-                Version::V3 => v3::surface(&mut maker, class, self)?,
+                Version::V3 => v3::surface(&mut maker, class)?,
                 Version::V4 => (v4::surface(&mut maker, class)?, None),
             };
             let brushed = surface.as_ref().is_some_and(|s| maker.loading.builder.is_brushed(s));
@@ -184,29 +184,6 @@ impl Materials {
     /// A material of the scene that only scatters.
     fn plain(&mut self, loading: &mut Loading<'_>, id: DefinitionId) -> Result<MaterialId> {
         self.material(loading, id, None, None)
-    }
-
-    /// One of two surfaces at each point, at random: the second on the share `amount`. `of` is what
-    /// they are parts of.
-    fn either(
-        &mut self,
-        loading: &mut Loading<'_>,
-        of: &str,
-        first: Surface,
-        second: Surface,
-        amount: impl Into<FloatInput>,
-    ) -> Result<Surface> {
-        let first = self.part(loading, &format!("{of}: first part"), first)?;
-        let second = self.part(loading, &format!("{of}: second part"), second)?;
-        Ok(Surface::Mix { first, second, amount: amount.into() })
-    }
-
-    /// A part of a material that consists of several.
-    fn part(&mut self, loading: &mut Loading<'_>, name: &str, surface: Surface) -> Result<MaterialId> {
-        let (name, surface) = (name.to_owned(), Some(surface));
-        let definition = Definition { name, surface, normal: None, opacity: None, textured: false };
-        self.definitions.push(definition);
-        self.plain(loading, DefinitionId(self.definitions.len() - 1))
     }
 
     /// The material of the scene for a definition with a light and an alpha.
