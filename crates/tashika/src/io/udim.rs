@@ -13,11 +13,9 @@ use std::io;
 
 use super::SceneFiles;
 use super::assets::{decode, kind, reason, unreadable_image};
-use super::images::Encoding;
+use super::images::{Encoding, one_texel};
 use crate::error::{Error, Location, Result};
-use crate::scene::{
-    Image, ImageId, ImageTexture, NO_TILE, Pixels, SceneBuilder, Texture, TileSet, TileSetId, TiledTexture,
-};
+use crate::scene::{ImageId, ImageTexture, NO_TILE, SceneBuilder, Texture, TileSet, TileSetId, TiledTexture};
 
 /// What a name of an image stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -120,12 +118,7 @@ pub(super) fn load(
             Err(error) => {
                 let message = unreadable_image(&reference, &reason(&error), "grey of 0.5");
                 builder.note(kind(&error), message, at.clone());
-                Image {
-                    name: reference,
-                    width: 1,
-                    height: 1,
-                    pixels: Pixels::Float(vec![NO_TILE.to_array()]),
-                }
+                one_texel(&reference, NO_TILE)
             }
         };
         all.push((number, builder.add_image(image)?));

@@ -98,7 +98,7 @@ impl Translation<'_> {
                 shown(&object.plugin),
                 names[0]
             );
-            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+            self.builder.note(NoteKind::Approximated, message, object.at.clone());
             return Ok(GREY.zip(input.factor, |a, b| a * b));
         }
         Ok(input.factor)
@@ -130,7 +130,7 @@ impl Translation<'_> {
         let moved = color.zip(clamped, |a, b| (a - b).abs()).max_channel();
         if moved > 0.01 && quantity != Quantity::Radiance || color.max_channel() < 0.0 {
             let message = "colours out of their range: moved into it";
-            self.notes.push(NoteKind::Repaired, message, at.clone());
+            self.builder.note(NoteKind::Repaired, message, at.clone());
         }
         clamped
     }
@@ -228,7 +228,7 @@ impl Translation<'_> {
         object.accept(&["accel", "format", "max_anisotropy", "cache", "filter"]);
         let Some(reference) = object.text("filename") else {
             let message = "bitmap without a file: grey of 0.5";
-            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             return Ok(GREY.into());
         };
         let encoding = encoding(object);

@@ -192,7 +192,7 @@ impl Translation<'_> {
             return self.material(nested);
         }
         let message = format!("bsdf {:?} without a nested bsdf: grey of reflectance 0.5", object.plugin);
-        self.notes.push(NoteKind::Repaired, message, object.at.clone());
+        self.builder.note(NoteKind::Repaired, message, object.at.clone());
         Ok(Material::new(shown(object.label()), Surface::Lambert { reflectance: GREY.into() }))
     }
 
@@ -238,7 +238,7 @@ impl Translation<'_> {
 
     fn note_of_part(&mut self, message: &str) {
         let at = crate::error::Location::file(self.files.path());
-        self.notes.push(NoteKind::Ignored, message, at);
+        self.builder.note(NoteKind::Ignored, message, at);
     }
 
     /// `1 − amount`.
@@ -271,7 +271,7 @@ impl Translation<'_> {
         let mut all: Vec<_> = parts.into_iter().zip(weights).collect();
         if sum > 1.0 + WEIGHT_TOLERANCE {
             let message = "weights of a mixture that add up to more than 1: divided by their sum";
-            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+            self.builder.note(NoteKind::Approximated, message, object.at.clone());
         } else if sum < 1.0 - WEIGHT_TOLERANCE {
             let black = Surface::Lambert { reflectance: Rgb::BLACK.into() };
             all.push((Material::new("the rest of a mixture", black), 1.0 - sum));

@@ -54,12 +54,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use self::inputs::{Quantity, Textured};
-use self::lights::Environments;
 use self::object::{Class, Document, Object};
 use self::shapes::{MeshKey, Placement};
 use super::SceneFiles;
 use super::assets::ImageCache;
 use super::features::{Feature, Support};
+use super::lights::Surroundings;
 use super::limits::Budget;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
@@ -79,12 +79,12 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut notes = Notes::default();
     let document = reader::read(files, &mut notes)?;
     let mut builder = SceneBuilder::new(files.name(), Location::file(files.path()));
+    builder.extend_notes(notes.iter());
     builder.set_turned_away(TurnedAway::Opposite);
     let mut translation = Translation {
         files,
         document: &document,
         builder,
-        notes,
         images: ImageCache::new(),
         textures: BTreeMap::new(),
         materials: BTreeMap::new(),
@@ -94,7 +94,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         last_file: None,
         placed: 0,
         triangles: 0,
-        environments: Environments::default(),
+        environments: Surroundings::default(),
         slides: Budget::new(files.options().max_file_bytes, "images of lights"),
         camera_names: BTreeSet::new(),
         depth: 0,
@@ -105,7 +105,6 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     }
     translation.finish_environments()?;
     translation.note_unused();
-    translation.builder.extend_notes(translation.notes.iter());
     translation.builder.build()
 }
 
@@ -121,7 +120,6 @@ struct Translation<'a> {
     files: &'a SceneFiles,
     document: &'a Document,
     builder: SceneBuilder,
-    notes: Notes,
     images: ImageCache,
     textures: BTreeMap<(usize, Quantity), Progress<Textured>>,
     materials: BTreeMap<usize, Progress<Material>>,
@@ -133,7 +131,7 @@ struct Translation<'a> {
     last_file: Option<(String, Rc<Vec<u8>>)>,
     placed: usize,
     triangles: usize,
-    environments: Environments,
+    environments: Surroundings,
     /// For images of lights.
     slides: Budget,
     camera_names: BTreeSet<String>,
@@ -166,13 +164,13 @@ impl<'a> Translation<'a> {
             return Ok(true);
         }
         let message = Feature::unknown([kind, &object.plugin], instead);
-        self.notes.push(NoteKind::Ignored, message, object.at.clone());
+        self.builder.note(NoteKind::Ignored, message, object.at.clone());
         Ok(false)
     }
 
     /// Tells what the table says about a name; returns whether it is in the table.
     fn feature(&mut self, kind: &str, name: &str, at: &Location) -> Result<bool> {
-        Feature::look_up(FEATURES, [kind, name], at, &mut self.notes)
+        Feature::look_up(FEATURES, [kind, name], at, self.builder.notes_mut())
     }
 
     /// Whether the table says that a plugin is left out.
@@ -201,7 +199,7 @@ impl<'a> Translation<'a> {
                 && self.document.resolve(child).is_none()
             {
                 let message = format!("reference to {:?}, which is not defined: left out", shown(id));
-                self.notes.push(NoteKind::Repaired, message, child.at.clone());
+                self.builder.note(NoteKind::Repaired, message, child.at.clone());
             }
         }
     }
@@ -210,7 +208,7 @@ impl<'a> Translation<'a> {
     fn note_unused(&mut self) {
         for object in &self.document.objects {
             if self.was_used(object) {
-                object.note_unused(&mut self.notes);
+                object.note_unused(self.builder.notes_mut());
             }
         }
     }

@@ -22,13 +22,14 @@ use roxmltree::{Node, ParsingOptions};
 
 use super::object::{Child, Class, Document, Object, Parameter, Target, Value};
 use super::paths;
-use super::text::{decode, substitute};
+use super::text::substitute;
 use super::values;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::io::files::folder_of;
 use crate::io::limits::Includes;
 use crate::io::notes::shown;
+use crate::io::text::{decoded, utf8_or_latin1};
 use crate::scene::{NoteKind, Notes};
 
 /// How deep elements may nest.
@@ -99,7 +100,8 @@ enum Item {
 impl Reader<'_> {
     /// Reads one file; its objects are the result.
     fn file(&mut self, bytes: &[u8], path: &Path, folder: &str, open: usize) -> Result<Vec<usize>> {
-        let text = decode(bytes);
+        let bytes = decoded(bytes);
+        let text = utf8_or_latin1(&bytes);
         let lines =
             std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect::<Vec<_>>();
         let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };

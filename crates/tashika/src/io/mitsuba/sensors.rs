@@ -58,7 +58,7 @@ impl<'a> Translation<'a> {
             self.enter(object)?;
             for (_, nested) in document.children(object, Class::Sensor) {
                 self.add_sensor(nested)?;
-                nested.note_unused(&mut self.notes);
+                nested.note_unused(self.builder.notes_mut());
             }
             self.leave(object);
             return Ok(());
@@ -120,7 +120,7 @@ impl<'a> Translation<'a> {
             None if radius == 0.0 => Ok(pinhole),
             None => {
                 let message = "thin lens without focus_distance: a pinhole";
-                self.notes.push(NoteKind::Repaired, message, object.at.clone());
+                self.builder.note(NoteKind::Repaired, message, object.at.clone());
                 Ok(pinhole)
             }
         }
@@ -139,7 +139,7 @@ impl<'a> Translation<'a> {
                     "x" => width,
                     other => {
                         let message = format!("fov_axis {:?} is unknown: x", shown(other));
-                        self.notes.push(NoteKind::Repaired, message, object.place_of("fov_axis"));
+                        self.builder.note(NoteKind::Repaired, message, object.place_of("fov_axis"));
                         width
                     }
                 };

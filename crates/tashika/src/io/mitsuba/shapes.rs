@@ -121,11 +121,11 @@ impl<'a> Translation<'a> {
             if matches!(light.plugin.as_str(), "area" | "directionalarea") {
                 self.meet("light", light, "left out")?;
                 let emission = self.emission(light)?;
-                light.note_unused(&mut self.notes);
+                light.note_unused(self.builder.notes_mut());
                 return Ok(Some((light, emission)));
             }
             let message = format!("light {:?} on a shape: left out", shown(&light.plugin));
-            self.notes.push(NoteKind::Ignored, message, light.at.clone());
+            self.builder.note(NoteKind::Ignored, message, light.at.clone());
             light.accept_all();
         }
         Ok(None)
@@ -137,7 +137,7 @@ impl<'a> Translation<'a> {
         for (_, part) in document.children(object, Class::Shape) {
             if matches!(part.plugin.as_str(), "instance" | "shapegroup") {
                 let message = "instances and groups inside of a shape group: left out";
-                self.notes.push(NoteKind::Ignored, message, part.at.clone());
+                self.builder.note(NoteKind::Ignored, message, part.at.clone());
                 continue;
             }
             all.extend(self.placements(part)?);
@@ -153,12 +153,12 @@ impl<'a> Translation<'a> {
         let document = self.document;
         let Some((_, group)) = document.children(object, Class::Shape).next() else {
             let message = "instance without a shape group: left out";
-            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             return Ok(Vec::new());
         };
         if group.plugin == "instance" {
             let message = "instance of an instance: left out";
-            self.notes.push(NoteKind::Ignored, message, object.at.clone());
+            self.builder.note(NoteKind::Ignored, message, object.at.clone());
             return Ok(Vec::new());
         }
         let placed = self.placements(group)?;
@@ -200,7 +200,7 @@ impl<'a> Translation<'a> {
                 let mut data = make(&at)?;
                 shown(object.label()).clone_into(&mut data.name);
                 if flipped {
-                    normals::flip(&mut data);
+                    data.turn_around();
                 }
                 self.add_mesh(key, data, material, &at)?
             }
@@ -218,7 +218,7 @@ impl<'a> Translation<'a> {
         object.accept(&["collapse", "max_error", "shape_name"]);
         let Some(reference) = object.text("filename") else {
             let message = format!("shape {:?} without a file: left out", object.plugin);
-            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             return Ok(None);
         };
         let reference = self.find(reference, object);
@@ -239,7 +239,7 @@ impl<'a> Translation<'a> {
             Err(error @ Error::Io { .. }) => {
                 let why = reason(&error);
                 let message = format!("mesh {:?} could not be read ({why}): left out", shown(&reference));
-                self.notes.push(kind(&error), message, object.at.clone());
+                self.builder.note(kind(&error), message, object.at.clone());
                 return Ok(None);
             }
             Err(other) => return Err(other),
@@ -247,12 +247,17 @@ impl<'a> Translation<'a> {
         let path = self.files.beside(&reference);
         let (mut data, mut flat) = match object.plugin.as_str() {
             // Its reader gives the coordinates turned over.
-            "obj" => (turned(mesh_files::read_obj(&bytes, &path, &mut self.notes)?, !flip_v), flat),
+            "obj" => (turned(mesh_files::read_obj(&bytes, &path, self.builder.notes_mut())?, !flip_v), flat),
             "ply" => {
                 let options = self.files.options();
                 (
                     turned(
-                        mesh_files::read_ply(&bytes, options, &mut self.notes, &Location::file(path))?,
+                        mesh_files::read_ply(
+                            &bytes,
+                            options,
+                            self.builder.notes_mut(),
+                            &Location::file(path),
+                        )?,
                         flip_v,
                     ),
                     flat,
@@ -265,7 +270,7 @@ impl<'a> Translation<'a> {
         };
         flat |= data.triangles.is_empty();
         if mirrored && data.normals.is_empty() {
-            normals::flip(&mut data);
+            data.turn_around();
         }
         if flat {
             if mirrored && !data.normals.is_empty() {
@@ -276,7 +281,7 @@ impl<'a> Translation<'a> {
             data.normals = normals::of_vertices(&data.positions, &data.triangles);
         }
         if flipped {
-            normals::flip(&mut data);
+            data.turn_around();
         }
         shown(object.id.as_deref().unwrap_or(&reference)).clone_into(&mut data.name);
         Ok(Some(Placement { mesh: self.add_mesh(key, data, material, &at)?, to_world }))
@@ -358,7 +363,7 @@ fn cylinder_frame(p0: DVec3, p1: DVec3, radius: f64) -> Option<DMat4> {
 /// The mesh with `v` turned over, if asked for.
 fn turned(mut data: MeshData, turn: bool) -> MeshData {
     if turn {
-        data.uvs.iter_mut().for_each(|uv| *uv = Vec2::new(uv.x, 1.0 - uv.y));
+        data.flip_v();
     }
     data
 }

@@ -149,7 +149,7 @@ impl Translation<'_> {
         let mut ratio = inside / outside;
         if ratio < 1.0 {
             let message = "refractive index below that of the outside: its inverse";
-            self.notes.push(NoteKind::Approximated, message, object.place_of("int_ior"));
+            self.builder.note(NoteKind::Approximated, message, object.place_of("int_ior"));
             ratio = 1.0 / ratio;
         }
         Ok(ratio.clamp(IOR_RANGE[0], IOR_RANGE[1]) as f32)
@@ -165,7 +165,7 @@ impl Translation<'_> {
             return Ok(f64::from(index));
         }
         let message = format!("dielectric {:?} is unknown: {missing}", shown(name));
-        self.notes.push(NoteKind::Repaired, message, object.place_of(parameter));
+        self.builder.note(NoteKind::Repaired, message, object.place_of(parameter));
         Ok(refractive_index(missing).map_or(1.0, f64::from))
     }
 
@@ -195,7 +195,7 @@ impl Translation<'_> {
         }
         if both.iter().any(|alpha| !(0.0..=1.0).contains(&alpha.factor)) {
             let message = "roughness outside of 0 to 1: moved into it";
-            self.notes.push(NoteKind::Repaired, message, object.place_of("alpha"));
+            self.builder.note(NoteKind::Repaired, message, object.place_of("alpha"));
         }
         Ok(both.map(|alpha| FloatInput { factor: alpha.factor.clamp(0.0, 1.0), ..alpha }))
     }
@@ -247,7 +247,7 @@ impl Translation<'_> {
             return Ok(Some((eta.into(), k.into())));
         }
         let message = format!("metal {:?} is unknown: a perfect mirror", shown(name));
-        self.notes.push(NoteKind::Repaired, message, object.place_of("material"));
+        self.builder.note(NoteKind::Repaired, message, object.place_of("material"));
         Ok(None)
     }
 

@@ -41,7 +41,7 @@ use crate::io::dielectrics::normal_reflectance;
 use crate::io::mixes::beside;
 use crate::io::principled::metallic_roughness;
 use crate::scene::{
-    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NormalInput, NoteKind, Notes,
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NormalInput, NoteKind,
     SceneBuilder, Surface, TextureId,
 };
 
@@ -69,9 +69,8 @@ pub(super) fn convert(
     definition: &Definition,
     textures: &mut Textures<'_>,
     builder: &mut SceneBuilder,
-    notes: &mut Notes,
 ) -> Material {
-    let mut converter = Converter { name, definition, textures, builder, notes };
+    let mut converter = Converter { name, definition, textures, builder };
     let surface = converter.surface();
     let glass = matches!(surface, Surface::Glass { .. });
     let (emission, alpha) = (converter.emission(), converter.alpha(glass));
@@ -88,7 +87,6 @@ struct Converter<'a, 'f> {
     definition: &'a Definition,
     textures: &'a mut Textures<'f>,
     builder: &'a mut SceneBuilder,
-    notes: &'a mut Notes,
 }
 
 impl Converter<'_, '_> {
@@ -98,12 +96,12 @@ impl Converter<'_, '_> {
 
     fn note(&mut self, kind: NoteKind, message: impl Into<String>) {
         let at = self.at();
-        self.notes.push(kind, message, at);
+        self.builder.note(kind, message, at);
     }
 
     /// Says what the table says about the definition as a whole.
     fn meaning(&mut self, name: &str) {
-        meaning(name, &self.definition.at, self.notes);
+        meaning(name, &self.definition.at, self.builder.notes_mut());
     }
 
     fn surface(&mut self) -> Surface {
@@ -214,8 +212,7 @@ impl Converter<'_, '_> {
 
     fn normal(&mut self) -> Option<NormalInput> {
         let map = self.definition.norm.as_ref()?;
-        let (texture, _) =
-            self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
+        let (texture, _) = self.textures.load(map, self.definition, Content::Number, self.builder)?;
         Some(NormalInput::Map { texture, scale: 1.0 })
     }
 
@@ -234,7 +231,7 @@ impl Converter<'_, '_> {
             } else {
                 Content::Number
             };
-            let (texture, has_alpha) = self.textures.load(map, d, content, self.builder, self.notes)?;
+            let (texture, has_alpha) = self.textures.load(map, d, content, self.builder)?;
             Some((texture, map.channel.unwrap_or(if has_alpha { Channel::A } else { Channel::R })))
         });
         if factor == 0.0 {
@@ -251,14 +248,13 @@ impl Converter<'_, '_> {
     }
 
     fn color_map(&mut self, map: Option<&Map>) -> Option<TextureId> {
-        let loaded = self.textures.load(map?, self.definition, Content::Color, self.builder, self.notes)?;
+        let loaded = self.textures.load(map?, self.definition, Content::Color, self.builder)?;
         Some(loaded.0)
     }
 
     fn mapped_number(&mut self, factor: f32, map: Option<&Map>) -> FloatInput {
         let texture = map.and_then(|map| {
-            let loaded =
-                self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
+            let loaded = self.textures.load(map, self.definition, Content::Number, self.builder)?;
             Some((loaded.0, map.channel.unwrap_or(Channel::R)))
         });
         FloatInput { factor, texture }

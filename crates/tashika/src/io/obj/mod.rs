@@ -74,6 +74,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     drop(geometry);
 
     let mut builder = SceneBuilder::new(files.name(), Location::file(path));
+    builder.extend_notes(notes.iter());
     let mut materials = Materials {
         definitions,
         textures: Textures::new(files),
@@ -82,12 +83,11 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     };
     for mesh in meshes {
         let reference = &names[mesh.material as usize];
-        let material = materials.material(reference, &mut builder, &mut notes);
+        let material = materials.material(reference, &mut builder);
         let material = builder.add_material(material)?;
         let mesh = builder.add_mesh(mesh.data, material)?;
         builder.add_instance(mesh, Affine3A::IDENTITY)?;
     }
-    builder.extend_notes(notes.iter());
     builder.build()
 }
 
@@ -113,21 +113,21 @@ struct Materials<'a> {
 }
 
 impl Materials<'_> {
-    fn material(&mut self, used: &Reference, builder: &mut SceneBuilder, notes: &mut Notes) -> Material {
+    fn material(&mut self, used: &Reference, builder: &mut SceneBuilder) -> Material {
         let Reference { name, line } = used;
         if let Some(definition) = self.definitions.get(name) {
-            return materials::convert(name, definition, &mut self.textures, builder, notes);
+            return materials::convert(name, definition, &mut self.textures, builder);
         }
         let at = Location::line(self.files.path(), *line);
         let grey = materials::GREY;
         if name.is_empty() {
             let message = format!("faces without material: grey of reflectance {grey}");
-            notes.push(NoteKind::Defaulted, message, at);
+            builder.note(NoteKind::Defaulted, message, at);
             return materials::grey("without material");
         }
         let message = format!("material {name:?} is not defined: grey of reflectance {grey}");
         let further = "further materials are not defined: grey";
-        self.undefined.add(NoteKind::Repaired, message, further, at, notes);
+        self.undefined.add(NoteKind::Repaired, message, further, at, builder.notes_mut());
         materials::grey(name)
     }
 }

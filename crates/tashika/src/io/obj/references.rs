@@ -207,7 +207,6 @@ impl<'a> Textures<'a> {
         definition: &Definition,
         content: Content,
         builder: &mut SceneBuilder,
-        notes: &mut Notes,
     ) -> Option<(TextureId, bool)> {
         let key = (definition.folder.clone(), map.name.clone(), content);
         let loaded = match self.by_name.get(&key) {
@@ -216,7 +215,7 @@ impl<'a> Textures<'a> {
                 Err((NoteKind::Repaired, "a thousand others could not be read".to_owned()))
             }
             None => {
-                let read = self.read(map, definition, content, builder, notes);
+                let read = self.read(map, definition, content, builder);
                 let loaded = read.unwrap_or_else(|error| Err((kind(&error), reason(&error))));
                 self.failures += usize::from(loaded.is_err());
                 self.by_name.insert(key, loaded.clone());
@@ -233,7 +232,7 @@ impl<'a> Textures<'a> {
             Err((kind, reason)) => {
                 let message = unreadable_image(&map.name, &reason, FACTOR_ALONE);
                 let further = "further images could not be read";
-                self.unreadable.add(kind, message, further, definition.at.clone(), notes);
+                self.unreadable.add(kind, message, further, definition.at.clone(), builder.notes_mut());
                 None
             }
         }
@@ -245,11 +244,10 @@ impl<'a> Textures<'a> {
         definition: &Definition,
         content: Content,
         builder: &mut SceneBuilder,
-        notes: &mut Notes,
     ) -> Result<Result<Picture, Unreadable>> {
         let at = &definition.at;
         let found = find(self.files, &definition.folder, &map.name, at)?;
-        note_moved(&map.name, &found, &mut self.moved, at, notes);
+        note_moved(&map.name, &found, &mut self.moved, at, builder.notes_mut());
         if content == Content::Opacity
             && let Some(color) = self.images.known(self.files, &found.reference, Encoding::Srgb, at)
             && self.images.has_opacity(color)

@@ -12,7 +12,7 @@ use glam::{Affine3A, DAffine3, DMat4, DVec3};
 
 use super::camera::{self, Film};
 use super::lexer::{Lexer, Token, number, unescape};
-use super::lights::{self, Sky};
+use super::lights;
 use super::loading::Loading;
 use super::materials::Materials;
 use super::parameters::Parameters;
@@ -26,6 +26,7 @@ use super::transform;
 use super::version::Version;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
+use crate::io::lights::Surroundings;
 use crate::io::notes::excerpt;
 use crate::scene::{NoteKind, Scene};
 
@@ -41,7 +42,7 @@ pub(super) struct Interpreter<'f> {
     textures: Textures,
     materials: Materials,
     shapes: Shapes,
-    sky: Sky,
+    sky: Surroundings,
     objects: BTreeMap<String, Vec<Part>>,
     /// The object between `ObjectBegin` and `ObjectEnd`.
     object: Option<(String, Vec<Part>)>,
@@ -63,7 +64,7 @@ impl<'f> Interpreter<'f> {
             textures: Textures::default(),
             materials,
             shapes: Shapes::default(),
-            sky: Sky::default(),
+            sky: Surroundings::default(),
             objects: BTreeMap::new(),
             object: None,
             instances: 0,
@@ -132,9 +133,12 @@ impl<'f> Interpreter<'f> {
         if let Some((class, parameters, pose)) = self.camera.take() {
             camera::add(&mut self.loading, &class, &parameters, pose, &self.film)?;
         }
-        self.sky.finish(&mut self.loading)?;
-        let Loading { mut builder, notes, .. } = self.loading;
-        builder.extend_notes(notes.iter());
+        if self.sky.hides_constant() {
+            let at = Location::file(self.loading.files.path());
+            self.note(NoteKind::Ignored, "constant infinite lights beside a map: left out", at);
+        }
+        let mut builder = self.loading.builder;
+        self.sky.finish(&mut builder)?;
         builder.build()
     }
 

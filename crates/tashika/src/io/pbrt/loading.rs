@@ -9,7 +9,7 @@ use crate::io::assets::ImageCache;
 use crate::io::limits::Budget;
 use crate::io::notes::Named;
 use crate::io::{Feature, SceneFiles};
-use crate::scene::{NoteKind, Notes, SceneBuilder, TurnedAway};
+use crate::scene::{NoteKind, SceneBuilder, TurnedAway};
 
 /// After so many different names that mean nothing the further ones are counted only; chosen.
 const MAX_NAMED: usize = 100;
@@ -26,8 +26,6 @@ pub(super) struct Loading<'f> {
     pub(super) images: ImageCache,
     /// The maps of lights.
     pub(super) maps: Maps,
-    /// What is to be told.
-    pub(super) notes: Notes,
     named: Named,
     /// For meshes, and for maps of lights: a small text can ask for the same large file again and
     /// again.
@@ -47,7 +45,6 @@ impl<'f> Loading<'f> {
             version,
             images: ImageCache::new(),
             maps: Maps::new(),
-            notes: Notes::default(),
             named: Named::new(MAX_NAMED),
             geometry: Budget::new(files.options().max_file_bytes, "geometry"),
         }
@@ -55,12 +52,13 @@ impl<'f> Loading<'f> {
 
     /// Tells what was done with the input.
     pub(super) fn note(&mut self, kind: NoteKind, message: impl Into<String>, at: Location) {
-        self.notes.push(kind, message, at);
+        self.builder.note(kind, message, at);
     }
 
     /// As [`Self::note`], for messages with a name from the file, of which there may be any number.
     pub(super) fn note_named(&mut self, kind: NoteKind, message: String, otherwise: &str, at: Location) {
-        self.named.add(kind, message, &format!("further {otherwise}"), at, &mut self.notes);
+        let notes = self.builder.notes_mut();
+        self.named.add(kind, message, &format!("further {otherwise}"), at, notes);
     }
 
     /// Tells that something of the feature table was met. Names that are not in it are noted as
@@ -69,7 +67,7 @@ impl<'f> Loading<'f> {
     /// # Errors
     /// If the feature is refused.
     pub(super) fn met(&mut self, kind: &'static str, name: &str, unknown: &str, at: &Location) -> Result<()> {
-        if !Feature::look_up(FEATURES, [kind, name], at, &mut self.notes)? {
+        if !Feature::look_up(FEATURES, [kind, name], at, self.builder.notes_mut())? {
             let message = Feature::unknown([kind, name], unknown);
             self.note_named(NoteKind::Ignored, message, "unknown names", at.clone());
         }

@@ -133,7 +133,7 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
             return Ok(None);
         }
     };
-    let mut data = mesh_files::read_ply(&bytes, options, &mut loading.notes, &at)?;
+    let mut data = mesh_files::read_ply(&bytes, options, loading.builder.notes_mut(), &at)?;
     if data.name.is_empty() {
         data.name = name.to_owned();
     }
