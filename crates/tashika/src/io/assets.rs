@@ -17,8 +17,9 @@ use crate::error::{Error, Location, Result};
 use crate::scene::{Image, NoteKind, SceneBuilder};
 
 /// The images of a scene so far.
-#[derive(Debug, Default)]
-pub(super) struct ImageCache {
+#[derive(Debug)]
+pub(super) struct ImageCache<'f> {
+    files: &'f SceneFiles,
     /// By the reference as it is spelt.
     by_reference: BTreeMap<(String, Encoding), Result<Picture, Unreadable>>,
     /// By canonical path: one file may be spelt in several ways.
@@ -27,9 +28,9 @@ pub(super) struct ImageCache {
     transparent: BTreeSet<Picture>,
 }
 
-impl ImageCache {
-    pub(super) fn new() -> Self {
-        Self::default()
+impl<'f> ImageCache<'f> {
+    pub(super) fn new(files: &'f SceneFiles) -> Self {
+        Self { files, by_reference: BTreeMap::new(), by_path: BTreeMap::new(), transparent: BTreeSet::new() }
     }
 
     /// The image, or the tiles, that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be
@@ -39,13 +40,12 @@ impl ImageCache {
     /// If the scene cannot take it, see [`SceneBuilder::add_image`].
     pub(super) fn load(
         &mut self,
-        files: &SceneFiles,
         reference: &str,
         encoding: Encoding,
         at: &Location,
         builder: &mut SceneBuilder,
     ) -> Result<Option<Picture>> {
-        let found = self.find(files, reference, encoding, at, builder)?;
+        let found = self.find(reference, encoding, at, builder)?;
         Ok(noted(found, reference, at, builder))
     }
 
@@ -55,7 +55,6 @@ impl ImageCache {
     /// As [`Self::load`].
     pub(super) fn find(
         &mut self,
-        files: &SceneFiles,
         reference: &str,
         encoding: Encoding,
         at: &Location,
@@ -65,16 +64,16 @@ impl ImageCache {
         if let Some(known) = self.by_reference.get(&key) {
             return Ok(known.clone());
         }
-        let found = if let Some(known) = self.known(files, reference, encoding, at) {
+        let found = if let Some(known) = self.known(reference, encoding, at) {
             Ok((known, true))
         } else if udim::is_pattern(reference) {
-            udim::load(files, reference, encoding, at, builder)
+            udim::load(self.files, reference, encoding, at, builder)
                 .map(|(tiles, opaque)| (Picture::Tiles(tiles), opaque))
         } else {
-            match read(files, reference, encoding, at, builder) {
+            match read(self.files, reference, encoding, at, builder) {
                 Ok(decoded) => {
                     let image = Picture::Image(builder.add_image(decoded.image)?);
-                    let path = files.resolve(reference, at);
+                    let path = self.files.resolve(reference, at);
                     self.by_path.extend(path.ok().map(|path| ((path, encoding), image)));
                     Ok((image, decoded.opaque))
                 }
@@ -90,17 +89,11 @@ impl ImageCache {
     }
 
     /// What was loaded of that name, or of its file.
-    pub(super) fn known(
-        &self,
-        files: &SceneFiles,
-        reference: &str,
-        encoding: Encoding,
-        at: &Location,
-    ) -> Option<Picture> {
+    pub(super) fn known(&self, reference: &str, encoding: Encoding, at: &Location) -> Option<Picture> {
         if let Some(known) = self.by_reference.get(&(reference.to_owned(), encoding)) {
             return known.as_ref().ok().copied();
         }
-        self.by_path.get(&(files.resolve(reference, at).ok()?, encoding)).copied()
+        self.by_path.get(&(self.files.resolve(reference, at).ok()?, encoding)).copied()
     }
 
     /// Whether an image that was loaded here has texels that are not opaque.
@@ -115,13 +108,12 @@ impl ImageCache {
     /// None so far.
     pub(super) fn read(
         &self,
-        files: &SceneFiles,
         reference: &str,
         encoding: Encoding,
         at: &Location,
         builder: &mut SceneBuilder,
     ) -> Result<Option<Image>> {
-        let decoded = read(files, reference, encoding, at, builder);
+        let decoded = read(self.files, reference, encoding, at, builder);
         let decoded = decoded.map_err(|error| (kind(&error), reason(&error)));
         Ok(noted(decoded, reference, at, builder).map(|decoded| decoded.image))
     }
@@ -236,10 +228,10 @@ mod tests {
     fn images_are_decoded_once_for_each_encoding_however_they_are_spelt() {
         let folder = tempfile::tempdir().unwrap();
         let (files, mut builder) = scene(&folder);
-        let mut cache = ImageCache::new();
+        let mut cache = ImageCache::new(&files);
         let at = Location::line("s.pbrt", 3);
         let mut load =
-            |reference: &str, encoding| cache.load(&files, reference, encoding, &at, &mut builder).unwrap();
+            |reference: &str, encoding| cache.load(reference, encoding, &at, &mut builder).unwrap();
         let first = load("a.pfm", Encoding::Linear);
         assert!(first.is_some());
         for reference in ["a.pfm", "./A.PFM", ".\\a.pfm"] {
@@ -255,17 +247,17 @@ mod tests {
     fn what_cannot_be_read_is_noted_each_time_and_what_is_repaired_once() {
         let folder = tempfile::tempdir().unwrap();
         let (files, mut builder) = scene(&folder);
-        let mut cache = ImageCache::new();
+        let mut cache = ImageCache::new(&files);
         let at = Location::line("s.pbrt", 3);
         for reference in ["gone.png", "gone.png", "bad.pfm", "../outside.png"] {
-            assert_eq!(cache.load(&files, reference, Encoding::Srgb, &at, &mut builder).unwrap(), None);
+            assert_eq!(cache.load(reference, Encoding::Srgb, &at, &mut builder).unwrap(), None);
         }
         for _ in 0..2 {
-            assert!(cache.load(&files, "infinite.pfm", Encoding::Srgb, &at, &mut builder).unwrap().is_some());
+            assert!(cache.load("infinite.pfm", Encoding::Srgb, &at, &mut builder).unwrap().is_some());
         }
-        let image = cache.read(&files, "a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
+        let image = cache.read("a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
         assert_eq!((image.width, image.height), (1, 1));
-        assert!(cache.read(&files, "gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
+        assert!(cache.read("gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
         let notes = notes(builder);
         let count = |part: &str| notes.iter().find(|(message, _)| message.contains(part)).map(|n| n.1);
         assert_eq!(count("\"gone.png\" could not be read (no such file)"), Some(3), "{notes:?}");

@@ -16,7 +16,7 @@
 use glam::{Mat3, Quat, Vec2, Vec3};
 use serde_json::Value;
 
-use super::light_profiles::number;
+use super::light_profiles::{chosen, number};
 use super::nodes;
 use super::source::Source;
 use crate::color::Rgb;
@@ -34,17 +34,8 @@ pub(super) fn add(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()>
     let Some(scene) = nodes::chosen_scene(root) else { return Ok(()) };
     let given = root.scenes[scene].extensions.as_ref().and_then(|e| e.others.get(NAME));
     let Some(given) = given else { return Ok(()) };
-    let all = root.extensions.as_ref().and_then(|e| e.others.get(NAME)?.get("lights")?.as_array());
-    let light = given.get("light").and_then(Value::as_u64).and_then(|index| {
-        let index = usize::try_from(index).ok()?;
-        Some((index, all?.get(index)?))
-    });
-    let Some((index, light)) = light else {
-        let found = given.get("light").map_or("nothing".to_owned(), |v| shown(&v.to_string()));
-        let at = source.at(format!("scenes[{scene}].extensions.{NAME}.light"));
-        let expected = format!("the index of one of {} lights", all.map_or(0, Vec::len));
-        return Err(Error::invalid(at, found, expected));
-    };
+    let place = source.at(format!("scenes[{scene}].extensions.{NAME}.light"));
+    let (index, light) = chosen(source, NAME, given, "lights", place)?;
     let at = |field: &str| source.at(format!("extensions.{NAME}.lights[{index}]{field}"));
     let intensity = light.get("intensity").map_or(Ok(1.0), |v| number(v, &at(".intensity")))?;
     let rotation = light.get("rotation").map_or(Some(Quat::IDENTITY), quaternion).ok_or_else(|| {

@@ -242,9 +242,7 @@ impl Translation<'_> {
             _ => Channel::Luminance,
         };
         let reference = self.find(reference, object);
-        let Some(image) =
-            self.images.load(self.files, &reference, encoding, &object.at, &mut self.builder)?
-        else {
+        let Some(image) = self.images.load(&reference, encoding, &object.at, &mut self.builder)? else {
             return Ok(GREY.into());
         };
         let node = image.texture(|all| ImageTexture { wrap, transform, sampling, ..all });
@@ -272,8 +270,7 @@ impl Translation<'_> {
             object.text("filename").filter(|_| object.plugin == "bitmap" && object.text("channel").is_none());
         let Some(reference) = reference else { return Ok(false) };
         let reference = self.find(reference, object);
-        let image =
-            self.images.load(self.files, &reference, encoding(object), &object.at, &mut self.builder)?;
+        let image = self.images.load(&reference, encoding(object), &object.at, &mut self.builder)?;
         Ok(image.is_some_and(|image| self.images.has_opacity(image)))
     }
 

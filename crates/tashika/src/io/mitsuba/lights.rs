@@ -122,8 +122,7 @@ impl<'a> Translation<'a> {
             return self.feature("light", "second environment", &object.at).map(drop);
         }
         let reference = self.find(reference, object);
-        let image =
-            self.images.read(self.files, &reference, Encoding::Srgb, &object.at, &mut self.builder)?;
+        let image = self.images.read(&reference, Encoding::Srgb, &object.at, &mut self.builder)?;
         let Some(image) = image else { return Ok(()) };
         let half_turn = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0));
         let frame = rigid(&to_world, object)? * half_turn;

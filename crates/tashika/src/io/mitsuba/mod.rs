@@ -85,7 +85,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         files,
         document: &document,
         builder,
-        images: ImageCache::new(),
+        images: ImageCache::new(files),
         textures: BTreeMap::new(),
         materials: BTreeMap::new(),
         shape_materials: BTreeMap::new(),
@@ -120,7 +120,7 @@ struct Translation<'a> {
     files: &'a SceneFiles,
     document: &'a Document,
     builder: SceneBuilder,
-    images: ImageCache,
+    images: ImageCache<'a>,
     textures: BTreeMap<(usize, Quantity), Progress<Textured>>,
     materials: BTreeMap<usize, Progress<Material>>,
     /// By bsdf and light.

@@ -3,11 +3,10 @@
 use super::Translation;
 use super::inputs::GREY;
 use super::object::Object;
-use super::surfaces::IOR_RANGE;
 use crate::bsdf::CoatModel;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
-use crate::io::dielectrics::single_face;
+use crate::io::dielectrics::{IOR_RANGE, rendered, single_face};
 use crate::io::principled::Principled;
 use crate::scene::{ColorInput, FloatInput, SceneBuilder, Surface};
 
@@ -41,7 +40,7 @@ impl Translation<'_> {
             metallic,
             roughness,
             // Sheets have gloss only where they transmit.
-            ior: if is_thin { IOR_RANGE[0] as f32 } else { ior },
+            ior: if is_thin { IOR_RANGE[0] } else { ior },
             specular_tint,
             sheen,
             sheen_tint,
@@ -101,6 +100,6 @@ impl Translation<'_> {
                 "a finite one",
             ));
         }
-        Ok(eta.max(1.0 / eta).clamp(IOR_RANGE[0], IOR_RANGE[1]) as f32)
+        Ok(rendered(eta.max(1.0 / eta) as f32))
     }
 }

@@ -103,8 +103,8 @@ impl<'a> Translation<'a> {
         let lens = self.lens(object)?;
         let name = self.camera_name(object);
         let resolution = Some([width, height]);
-        let shows = None;
-        self.builder.add_camera(Camera { name, to_world, projection, shift, lens, resolution, crop, shows })
+        let camera = Camera::new(name, to_world, projection);
+        self.builder.add_camera(Camera { shift, lens, resolution, crop, ..camera })
     }
 
     fn lens(&mut self, object: &Object) -> Result<Lens> {

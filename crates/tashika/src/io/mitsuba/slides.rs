@@ -110,7 +110,7 @@ impl Translation<'_> {
         };
         let reference = self.find(reference, texture);
         let encoding = encoding(texture);
-        let image = self.images.read(self.files, &reference, encoding, &texture.at, &mut self.builder)?;
+        let image = self.images.read(&reference, encoding, &texture.at, &mut self.builder)?;
         let Some(image) = image else { return Ok(constant(GREY)) };
         let bytes = image.pixels.len() as u64 * BYTES_OF_TEXEL;
         self.slides.take(bytes, &object.place())?;

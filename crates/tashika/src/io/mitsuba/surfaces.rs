@@ -23,14 +23,11 @@ use super::object::{Object, Value};
 use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::io::dielectrics::refractive_index;
+use crate::io::dielectrics::{refractive_index, rendered};
 use crate::io::mixes::beside;
 use crate::io::notes::shown;
 use crate::io::rough_diffuse;
 use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, NoteKind, Surface};
-
-/// Ratios of refractive indices that surfaces take.
-pub(super) const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
 
 /// Largest Phong exponent.
 const MAX_EXPONENT: f64 = 1e6;
@@ -152,7 +149,7 @@ impl Translation<'_> {
             self.builder.note(NoteKind::Approximated, message, object.place_of("int_ior"));
             ratio = 1.0 / ratio;
         }
-        Ok(ratio.clamp(IOR_RANGE[0], IOR_RANGE[1]) as f32)
+        Ok(rendered(ratio as f32))
     }
 
     /// A refractive index, as a number or by the material's name.

@@ -37,7 +37,7 @@ use super::mtl::Definition;
 use super::references::{Content, Textures};
 use crate::color::Rgb;
 use crate::error::Location;
-use crate::io::dielectrics::normal_reflectance;
+use crate::io::dielectrics::{IOR_RANGE, normal_reflectance};
 use crate::io::mixes::beside;
 use crate::io::principled::metallic_roughness;
 use crate::scene::{
@@ -56,9 +56,6 @@ const DEFAULT_ROUGHNESS: f32 = 0.5;
 
 /// Refractive index where there is none: window glass.
 const DEFAULT_IOR: f32 = 1.5;
-
-/// Largest refractive index that is rendered; diamond has 2.4.
-const MAX_IOR: f32 = 5.0;
 
 /// Largest radiance (W·m⁻²·sr⁻¹): far above the sun's 2·10⁷, far below what overflows.
 const MAX_RADIANCE: f32 = 1e12;
@@ -159,7 +156,7 @@ impl Converter<'_, '_> {
         }
         self.meaning("illum 4, 6, 7, 9");
         Some(Surface::Glass {
-            ior: self.number("Ni", d.ni, DEFAULT_IOR, 1.0_f32.next_up()..=MAX_IOR),
+            ior: self.number("Ni", d.ni, DEFAULT_IOR, 1.0_f32.next_up()..=IOR_RANGE[1]),
             reflectance: Rgb::WHITE,
             transmittance: self.reflectance("Tf", d.tf.unwrap_or(Rgb::WHITE), false),
             facets: 0.0.into(),
@@ -171,7 +168,7 @@ impl Converter<'_, '_> {
         let default = |map: &Option<Map>, without| if map.is_some() { 1.0 } else { without };
         let metallic = self.number("Pm", d.pm, default(&d.map_pm, 0.0), 0.0..=1.0);
         let roughness = self.number("Pr", d.pr, default(&d.map_pr, DEFAULT_ROUGHNESS), 0.0..=1.0);
-        let ior = self.number("Ni", d.ni.filter(|&ni| ni > 1.0), DEFAULT_IOR, 1.0..=MAX_IOR);
+        let ior = self.number("Ni", d.ni.filter(|&ni| ni > 1.0), DEFAULT_IOR, 1.0..=IOR_RANGE[1]);
         let base_color = self.diffuse();
         let metallic = self.mapped_number(metallic, d.map_pm.as_ref());
         let roughness = self.mapped_number(roughness, d.map_pr.as_ref());

@@ -179,7 +179,7 @@ pub(super) enum Content {
 /// The images of materials.
 pub(super) struct Textures<'a> {
     files: &'a SceneFiles,
-    images: ImageCache,
+    images: ImageCache<'a>,
     /// By folder and name as written.
     by_name: BTreeMap<(String, String, Content), Result<Picture, Unreadable>>,
     /// How many different names led to nothing.
@@ -192,7 +192,7 @@ impl<'a> Textures<'a> {
     pub(super) fn new(files: &'a SceneFiles) -> Self {
         Self {
             files,
-            images: ImageCache::new(),
+            images: ImageCache::new(files),
             by_name: BTreeMap::new(),
             failures: 0,
             unreadable: Named::new(MAX_NAMED),
@@ -249,14 +249,14 @@ impl<'a> Textures<'a> {
         let found = find(self.files, &definition.folder, &map.name, at)?;
         note_moved(&map.name, &found, &mut self.moved, at, builder.notes_mut());
         if content == Content::Opacity
-            && let Some(color) = self.images.known(self.files, &found.reference, Encoding::Srgb, at)
+            && let Some(color) = self.images.known(&found.reference, Encoding::Srgb, at)
             && self.images.has_opacity(color)
         {
             // Alpha is linear in either encoding: no second copy of the image for it.
             return Ok(Ok(color));
         }
         let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };
-        self.images.find(self.files, &found.reference, encoding, at, builder)
+        self.images.find(&found.reference, encoding, at, builder)
     }
 }
 

@@ -137,8 +137,8 @@ fn map(
     if let Some(known) = loading.maps.get(&key) {
         return Ok(known.clone());
     }
-    let (files, at) = (loading.files, p.at());
-    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let at = p.at();
+    let image = loading.images.read(name, Encoding::Srgb, &at, &mut loading.builder)?;
     let mut found = None;
     if let Some(image) = image {
         loading.geometry.take(image.pixels.len() as u64 * BYTES_OF_TEXEL, &at)?;

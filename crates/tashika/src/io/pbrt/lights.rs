@@ -69,8 +69,8 @@ pub(super) fn area_light(
     if loading.version == Version::V4
         && let Some(name) = p.string("filename")
     {
-        let (files, at) = (loading.files, p.at());
-        if let Some(image) = loading.images.load(files, name, Encoding::Srgb, &at, &mut loading.builder)? {
+        let at = p.at();
+        if let Some(image) = loading.images.load(name, Encoding::Srgb, &at, &mut loading.builder)? {
             let texture = loading.builder.add_texture(image.texture(|all| all))?;
             radiance.texture = Some(texture);
         }
@@ -182,12 +182,12 @@ fn infinite(
             p.at(),
         );
     }
-    let (files, at) = (loading.files, p.at());
+    let at = p.at();
     if sky.map.is_some() {
         loading.note(NoteKind::Ignored, "further maps of infinite lights: left out", at);
         return Ok(());
     }
-    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let image = loading.images.read(name, Encoding::Srgb, &at, &mut loading.builder)?;
     let Some(image) = image else {
         let message = "infinite lights whose map cannot be read: a constant of their L";
         loading.note(NoteKind::Repaired, message, at);

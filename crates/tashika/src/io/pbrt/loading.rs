@@ -23,7 +23,7 @@ pub(super) struct Loading<'f> {
     /// Which format it is.
     pub(super) version: Version,
     /// Images by reference.
-    pub(super) images: ImageCache,
+    pub(super) images: ImageCache<'f>,
     /// The maps of lights.
     pub(super) maps: Maps,
     named: Named,
@@ -43,7 +43,7 @@ impl<'f> Loading<'f> {
             files,
             builder,
             version,
-            images: ImageCache::new(),
+            images: ImageCache::new(files),
             maps: Maps::new(),
             named: Named::new(MAX_NAMED),
             geometry: Budget::new(files.options().max_file_bytes, "geometry"),

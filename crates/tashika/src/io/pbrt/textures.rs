@@ -320,7 +320,7 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
             loading.note(NoteKind::Repaired, message, p.at());
             None
         }
-        name => loading.images.load(loading.files, name, encoding, &p.at(), &mut loading.builder)?,
+        name => loading.images.load(name, encoding, &p.at(), &mut loading.builder)?,
     };
     let Some(image) = image else {
         let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(MISSING)))?;
