@@ -8,7 +8,7 @@
 //! `suite::features`: every row, in a small scene of its own, gives the note that it promises and
 //! no other; the guide's tables are these.
 
-use super::notes::shown;
+use super::notes::quoted;
 use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Notes};
 
@@ -76,7 +76,7 @@ impl Feature {
 
     /// What a note says of a thing that is in no row.
     pub(super) fn unknown([kind, name]: [&str; 2], instead: &str) -> String {
-        format!("{kind} {:?} is unknown: {instead}", shown(name))
+        format!("{kind} {} is unknown: {instead}", quoted(name))
     }
 
     /// Tells that the thing was met at `at`.

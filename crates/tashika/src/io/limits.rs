@@ -7,7 +7,7 @@
 
 use std::cell::Cell;
 
-use super::notes::shown;
+use super::notes::quoted;
 use crate::error::{Error, Location, Result};
 
 /// Bytes that may still be used for one purpose.
@@ -67,7 +67,7 @@ impl Includes {
         if open < self.depth && self.included <= self.files {
             return Ok(());
         }
-        let found = format!("include of {:?}, file {} at depth {open}", shown(name), self.included);
+        let found = format!("include of {}, file {} at depth {open}", quoted(name), self.included);
         let (files, most) = (self.files, self.depth);
         let expected =
             format!("at most {files} included files, {most} deep in each other: does it include itself?");

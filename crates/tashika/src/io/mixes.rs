@@ -5,8 +5,17 @@
 //!
 //! Held to this by the formats' tests, and by the suite's `formula_materials`.
 
+use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::{ColorInput, FloatInput, Material, SceneBuilder, Surface};
+
+/// Reflectance of what nothing is known of: a middling value.
+pub(super) const GREY: f32 = 0.5;
+
+/// A surface of that reflectance.
+pub(super) fn grey() -> Surface {
+    Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
+}
 
 /// One of two surfaces at each point: the second on the share `amount`, each with its name.
 pub(super) fn mix(

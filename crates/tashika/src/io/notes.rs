@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use crate::error::Location;
 use crate::scene::{NoteKind, Notes};
 
-/// Longest name that [`shown`] repeats (characters); chosen.
+/// Longest name that [`shown`] and [`quoted`] repeat (characters); chosen.
 const LONGEST: usize = 80;
 
 /// At most `longest` characters of a name from a file.
@@ -21,6 +21,11 @@ pub(super) fn excerpt(name: &str, longest: usize) -> String {
 /// A name from a file, fit for messages: without control characters, and not too long.
 pub(super) fn shown(name: &str) -> String {
     excerpt(name, LONGEST).replace(char::is_control, "\u{fffd}")
+}
+
+/// The same between quotation marks, with escapes for what cannot be seen.
+pub(super) fn quoted(name: &str) -> String {
+    format!("{:?}", excerpt(name, LONGEST))
 }
 
 /// Notes whose messages contain names out of a file, of which a hostile one has millions.
@@ -63,6 +68,7 @@ mod tests {
     fn names_in_messages_are_short_and_visible() {
         assert_eq!((excerpt("wände", 5), excerpt("wände", 2)), ("wände".to_owned(), "wä…".to_owned()));
         assert_eq!(shown("a\u{7}b\n"), "a\u{fffd}b\u{fffd}");
+        assert_eq!(quoted("a\u{7}b\n"), r#""a\u{7}b\n""#);
         assert_eq!(shown(&"é".repeat(81)), format!("{}…", "é".repeat(80)));
         assert_eq!(shown(&"é".repeat(80)), "é".repeat(80));
     }

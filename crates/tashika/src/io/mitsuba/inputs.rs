@@ -17,11 +17,12 @@ use glam::{Mat3, Vec2};
 
 use super::object::{Class, Object, Value};
 use super::values::{self, Spectrum};
-use super::{Progress, Translation, transforms};
+use super::{Translation, transforms};
 use crate::color::Rgb;
 use crate::color::spectrum::{blackbody, rgb_of_emission, rgb_of_reflectance};
 use crate::error::{Error, Location, Result};
 use crate::io::images::Encoding;
+use crate::io::mixes;
 use crate::io::notes::shown;
 use crate::io::textures::{self, whole};
 use crate::scene::{
@@ -29,7 +30,7 @@ use crate::scene::{
 };
 
 /// Reflectance of what cannot be read.
-pub(super) const GREY: Rgb = Rgb::gray(0.5);
+pub(super) const GREY: Rgb = Rgb::gray(mixes::GREY);
 
 /// Wavelengths at which Planck's law is sampled (nm): first, last, step.
 const BLACKBODY_NM: [u16; 3] = [360, 830, 5];
@@ -141,17 +142,11 @@ impl Translation<'_> {
     /// [`Error::Invalid`] if it refers to itself.
     pub(super) fn texture(&mut self, object: &Object, quantity: Quantity) -> Result<Textured> {
         let key = (object.index, quantity);
-        match self.textures.get(&key) {
-            Some(Progress::Done(texture)) => return Ok(*texture),
-            Some(Progress::Begun) => return Err(refers_to_itself(object)),
-            None => {}
+        if let Some(known) = self.textures.begin(key, object)? {
+            return Ok(known);
         }
-        self.textures.insert(key, Progress::Begun);
-        self.enter(object)?;
-        let texture = self.convert_texture(object, quantity)?;
-        self.leave(object);
-        self.textures.insert(key, Progress::Done(texture));
-        Ok(texture)
+        let texture = self.nested(object, |inside| inside.convert_texture(object, quantity))?;
+        Ok(self.textures.finish(key, texture))
     }
 
     fn convert_texture(&mut self, object: &Object, quantity: Quantity) -> Result<Textured> {
@@ -292,10 +287,6 @@ impl Translation<'_> {
 pub(super) fn encoding(object: &Object) -> Encoding {
     let raw = object.boolean("raw").unwrap_or(false) | (object.float("gamma") == Some(1.0));
     if raw { Encoding::Linear } else { Encoding::Srgb }
-}
-
-pub(super) fn refers_to_itself(object: &Object) -> Error {
-    Error::invalid(object.place(), "an object that refers to itself", "references without a cycle")
 }
 
 /// The colour of a value; `None` if it is of another type.

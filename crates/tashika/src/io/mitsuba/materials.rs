@@ -14,12 +14,13 @@
 //!
 //! Held to this by `suite::mitsuba`.
 
-use super::inputs::{GREY, Quantity, refers_to_itself};
+use super::Translation;
+use super::inputs::{GREY, Quantity};
 use super::object::{Class, Object, Value};
 use super::values;
-use super::{Progress, Translation};
 use crate::color::Rgb;
 use crate::error::{Error, Result};
+use crate::io::mixes::grey;
 use crate::io::notes::shown;
 use crate::io::textures::between;
 use crate::scene::{
@@ -70,27 +71,21 @@ impl Translation<'_> {
     /// # Errors
     /// [`Error::Invalid`] if it refers to itself.
     pub(super) fn material(&mut self, object: &Object) -> Result<Material> {
-        match self.materials.get(&object.index) {
-            Some(Progress::Done(material)) => return Ok(material.clone()),
-            Some(Progress::Begun) => return Err(refers_to_itself(object)),
-            None => {}
+        if let Some(known) = self.materials.begin(object.index, object)? {
+            return Ok(known);
         }
-        self.materials.insert(object.index, Progress::Begun);
-        self.enter(object)?;
-        let mut material = self.convert(object)?;
-        self.leave(object);
+        let mut material = self.nested(object, |inside| inside.convert(object))?;
         if let Some(id) = &object.id {
             material.name = shown(id);
         }
-        self.materials.insert(object.index, Progress::Done(material.clone()));
-        Ok(material)
+        Ok(self.materials.finish(object.index, material))
     }
 
     fn convert(&mut self, object: &Object) -> Result<Material> {
         let name = shown(object.label());
         if !self.meet("material", object, "grey of reflectance 0.5")? {
             object.accept_all();
-            return Ok(Material::new(name, Surface::Lambert { reflectance: GREY.into() }));
+            return Ok(Material::new(name, grey()));
         }
         let document = self.document;
         let mut nested = document.children(object, Class::Bsdf).map(|(_, o)| o);
@@ -193,7 +188,7 @@ impl Translation<'_> {
         }
         let message = format!("bsdf {:?} without a nested bsdf: grey of reflectance 0.5", object.plugin);
         self.builder.note(NoteKind::Repaired, message, object.at.clone());
-        Ok(Material::new(shown(object.label()), Surface::Lambert { reflectance: GREY.into() }))
+        Ok(Material::new(shown(object.label()), grey()))
     }
 
     /// One of two materials; what is invisible becomes opacity of the other.

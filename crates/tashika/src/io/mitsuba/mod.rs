@@ -86,10 +86,10 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         document: &document,
         builder,
         images: ImageCache::new(files),
-        textures: BTreeMap::new(),
-        materials: BTreeMap::new(),
+        textures: Made(BTreeMap::new()),
+        materials: Made(BTreeMap::new()),
         shape_materials: BTreeMap::new(),
-        shapes: BTreeMap::new(),
+        shapes: Made(BTreeMap::new()),
         meshes: BTreeMap::new(),
         last_file: None,
         placed: 0,
@@ -108,11 +108,30 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     translation.builder.build()
 }
 
-/// Something that is made once.
-enum Progress<T> {
-    /// It is being made: whoever asks for it now is part of it.
-    Begun,
-    Done(T),
+/// What is made once of each object; none while it is being made: whoever asks for it then is part
+/// of it.
+struct Made<K, T>(BTreeMap<K, Option<T>>);
+
+impl<K: Ord + Copy, T: Clone> Made<K, T> {
+    /// What was made of `object`; nothing if it is to be made now.
+    fn begin(&mut self, key: K, object: &Object) -> Result<Option<T>> {
+        match self.0.get(&key) {
+            Some(Some(made)) => Ok(Some(made.clone())),
+            Some(None) => {
+                let found = "an object that refers to itself";
+                Err(Error::invalid(object.place(), found, "references without a cycle"))
+            }
+            None => {
+                self.0.insert(key, None);
+                Ok(None)
+            }
+        }
+    }
+
+    fn finish(&mut self, key: K, made: T) -> T {
+        self.0.insert(key, Some(made.clone()));
+        made
+    }
 }
 
 /// A document on its way to a scene.
@@ -121,11 +140,11 @@ struct Translation<'a> {
     document: &'a Document,
     builder: SceneBuilder,
     images: ImageCache<'a>,
-    textures: BTreeMap<(usize, Quantity), Progress<Textured>>,
-    materials: BTreeMap<usize, Progress<Material>>,
+    textures: Made<(usize, Quantity), Textured>,
+    materials: Made<usize, Material>,
     /// By bsdf and light.
     shape_materials: BTreeMap<(Option<usize>, Option<usize>), MaterialId>,
-    shapes: BTreeMap<usize, Progress<Vec<Placement>>>,
+    shapes: Made<usize, Vec<Placement>>,
     meshes: BTreeMap<MeshKey, MeshId>,
     /// Name and bytes of the mesh file that was read last.
     last_file: Option<(String, Rc<Vec<u8>>)>,
@@ -178,18 +197,16 @@ impl<'a> Translation<'a> {
         Feature::find(FEATURES, kind, &object.plugin).is_some_and(|f| f.support == Support::Ignored)
     }
 
-    /// One object deeper.
-    fn enter(&mut self, object: &Object) -> Result<()> {
-        self.depth += 1;
-        if self.depth > MAX_DEPTH {
+    /// Does something one object deeper.
+    fn nested<T>(&mut self, object: &Object, make: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        if self.depth >= MAX_DEPTH {
             let found = format!("objects more than {MAX_DEPTH} deep in each other");
             return Err(Error::invalid(object.place(), found, "a flatter scene"));
         }
-        Ok(())
-    }
-
-    fn leave(&mut self, _: &Object) {
+        self.depth += 1;
+        let made = make(self);
         self.depth -= 1;
+        made
     }
 
     /// Tells which references lead nowhere.
@@ -216,10 +233,10 @@ impl<'a> Translation<'a> {
     fn was_used(&self, object: &Object) -> bool {
         let textured = || {
             let quantities = [Quantity::Reflectance, Quantity::Radiance, Quantity::Number];
-            quantities.iter().any(|q| self.textures.contains_key(&(object.index, *q)))
+            quantities.iter().any(|q| self.textures.0.contains_key(&(object.index, *q)))
         };
         match object.class {
-            Class::Bsdf => self.materials.contains_key(&object.index),
+            Class::Bsdf => self.materials.0.contains_key(&object.index),
             Class::Texture => textured(),
             Class::Emitter => !Self::is_shape_light(object),
             Class::Shape => object.plugin != "shapegroup",

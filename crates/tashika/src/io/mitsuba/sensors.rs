@@ -55,13 +55,13 @@ impl<'a> Translation<'a> {
         }
         if object.plugin == "batch" {
             object.accept_all();
-            self.enter(object)?;
-            for (_, nested) in document.children(object, Class::Sensor) {
-                self.add_sensor(nested)?;
-                nested.note_unused(self.builder.notes_mut());
-            }
-            self.leave(object);
-            return Ok(());
+            return self.nested(object, |inside| {
+                for (_, nested) in document.children(object, Class::Sensor) {
+                    inside.add_sensor(nested)?;
+                    nested.note_unused(inside.builder.notes_mut());
+                }
+                Ok(())
+            });
         }
         object.accept(&[
             "near_clip",

@@ -14,7 +14,7 @@ use std::f32::consts::TAU;
 use glam::{DMat3, DMat4, DVec3, Vec2};
 
 use super::object::{Class, Object};
-use super::{Progress, Translation, materials, normals, paths, serialized, transforms};
+use super::{Translation, materials, normals, paths, serialized, transforms};
 use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
 use crate::io::notes::shown;
@@ -63,21 +63,15 @@ impl<'a> Translation<'a> {
 
     /// The meshes of a shape, placed.
     fn placements(&mut self, object: &Object) -> Result<Vec<Placement>> {
-        match self.shapes.get(&object.index) {
-            Some(Progress::Done(placements)) => return Ok(placements.clone()),
-            Some(Progress::Begun) => return Err(super::inputs::refers_to_itself(object)),
-            None => {}
+        if let Some(known) = self.shapes.begin(object.index, object)? {
+            return Ok(known);
         }
-        self.shapes.insert(object.index, Progress::Begun);
-        self.enter(object)?;
-        let placements = self.convert_shape(object)?;
-        self.leave(object);
+        let placements = self.nested(object, |inside| inside.convert_shape(object))?;
         // Kept only where it will be asked for again.
         if object.id.is_some() {
-            self.shapes.insert(object.index, Progress::Done(placements.clone()));
-        } else {
-            self.shapes.remove(&object.index);
+            return Ok(self.shapes.finish(object.index, placements));
         }
+        self.shapes.0.remove(&object.index);
         Ok(placements)
     }
 

@@ -24,7 +24,7 @@ use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::dielectrics::{refractive_index, rendered};
-use crate::io::mixes::beside;
+use crate::io::mixes::{beside, grey};
 use crate::io::notes::shown;
 use crate::io::rough_diffuse;
 use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, NoteKind, Surface};
@@ -118,7 +118,7 @@ impl Translation<'_> {
             }
             _ => {
                 object.accept_all();
-                Ok(Surface::Lambert { reflectance: GREY.into() })
+                Ok(grey())
             }
         }
     }

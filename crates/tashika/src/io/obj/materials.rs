@@ -38,15 +38,12 @@ use super::references::{Content, Textures};
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::io::dielectrics::{IOR_RANGE, normal_reflectance};
-use crate::io::mixes::beside;
+use crate::io::mixes::{GREY, beside};
 use crate::io::principled::metallic_roughness;
 use crate::scene::{
     Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NormalInput, NoteKind,
     SceneBuilder, Surface, TextureId,
 };
-
-/// Reflectance of what has none: chosen, a middling value for interiors.
-pub(super) const GREY: f32 = 0.5;
 
 /// Exponent of highlights without one: chosen, a broad highlight.
 const DEFAULT_EXPONENT: f32 = 10.0;
@@ -72,11 +69,6 @@ pub(super) fn convert(
     let glass = matches!(surface, Surface::Glass { .. });
     let (emission, alpha) = (converter.emission(), converter.alpha(glass));
     Material { emission, alpha, normal: converter.normal(), ..Material::new(name, surface) }
-}
-
-/// A material that nothing is known of.
-pub(super) fn grey(name: &str) -> Material {
-    Material::new(name, Surface::Lambert { reflectance: Rgb::gray(GREY).into() })
 }
 
 struct Converter<'a, 'f> {

@@ -43,6 +43,7 @@ use std::path::Path;
 use glam::Affine3A;
 
 use super::SceneFiles;
+use super::mixes::{GREY, grey};
 use super::notes::Named;
 use crate::error::{Location, Result};
 use crate::scene::{Material, MeshData, NoteKind, Notes, Scene, SceneBuilder};
@@ -119,15 +120,14 @@ impl Materials<'_> {
             return materials::convert(name, definition, &mut self.textures, builder);
         }
         let at = Location::line(self.files.path(), *line);
-        let grey = materials::GREY;
         if name.is_empty() {
-            let message = format!("faces without material: grey of reflectance {grey}");
+            let message = format!("faces without material: grey of reflectance {GREY}");
             builder.note(NoteKind::Defaulted, message, at);
-            return materials::grey("without material");
+            return Material::new("without material", grey());
         }
-        let message = format!("material {name:?} is not defined: grey of reflectance {grey}");
+        let message = format!("material {name:?} is not defined: grey of reflectance {GREY}");
         let further = "further materials are not defined: grey";
         self.undefined.add(NoteKind::Repaired, message, further, at, builder.notes_mut());
-        materials::grey(name)
+        Material::new(name.as_str(), grey())
     }
 }

@@ -194,7 +194,7 @@ impl<'f> Interpreter<'f> {
             b"ActiveTransform" => {
                 let token = lexer.next()?;
                 if !matches!(token, Some(Token::Word(which)) if self.states.activate(which)) {
-                    let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+                    let found = shown(token);
                     return Err(Error::invalid(lexer.place().location(), found, "StartTime, EndTime or All"));
                 }
             }
@@ -467,12 +467,17 @@ impl<'f> Interpreter<'f> {
     }
 }
 
+/// What came, for errors.
+fn shown(token: Option<Token<'_>>) -> String {
+    token.map_or("the end of the file".to_owned(), |token| token.shown())
+}
+
 /// The string that must come next.
 fn string(lexer: &mut Lexer<'_>, expected: &str) -> Result<String> {
     match lexer.next()? {
         Some(Token::Quoted(bytes)) => Ok(unescape(bytes)),
         other => {
-            let found = other.map_or("the end of the file".to_owned(), |token| token.shown());
+            let found = shown(other);
             Err(Error::invalid(lexer.place().location(), found, format!("{expected}, in quotation marks")))
         }
     }
@@ -492,14 +497,14 @@ fn numbers<const N: usize>(lexer: &mut Lexer<'_>) -> Result<[f64; N]> {
             _ => None,
         }
         .ok_or_else(|| {
-            let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+            let found = shown(token);
             Error::invalid(lexer.place().location(), found, format!("{N} finite numbers"))
         })?;
     }
     if bracketed {
         let token = lexer.next()?;
         if token != Some(Token::Close) {
-            let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+            let found = shown(token);
             return Err(Error::invalid(lexer.place().location(), found, format!("\"]\" after {N} numbers")));
         }
     }

@@ -28,13 +28,11 @@ use super::version::Version;
 use crate::color::Rgb;
 use crate::error::{Location, Result};
 use crate::io::images::Encoding;
+use crate::io::mixes::GREY;
 use crate::io::notes::excerpt;
 use crate::io::textures::{self, number, product, scaled, upward};
 use crate::io::udim::Picture;
 use crate::scene::{Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Texture, TextureId, Wrap};
-
-/// Grey of images that cannot be read: a middling value.
-const MISSING: f32 = 0.5;
 
 /// Textures by name.
 #[derive(Clone, Debug, Default)]
@@ -203,7 +201,7 @@ impl Textures {
             }
             _ => {
                 p.accept_all();
-                gray(MISSING)
+                gray(GREY)
             }
         })
     }
@@ -239,7 +237,7 @@ impl Textures {
             }
             _ => {
                 p.accept_all();
-                MISSING.into()
+                GREY.into()
             }
         })
     }
@@ -323,7 +321,7 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
         name => loading.images.load(name, encoding, &p.at(), &mut loading.builder)?,
     };
     let Some(image) = image else {
-        let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(MISSING)))?;
+        let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(GREY)))?;
         return Ok(((grey, Channel::Luminance), 1.0));
     };
     let texture = image.texture(|all| ImageTexture { wrap: [wrap; 2], transform, ..all });

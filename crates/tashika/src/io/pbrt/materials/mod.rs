@@ -21,14 +21,12 @@ use super::textures::Textures;
 use super::version::Version;
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::io::mixes::grey;
 use crate::io::notes::excerpt;
 use crate::scene::{
     Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput, NoteKind,
     Surface, TextureId,
 };
-
-/// Reflectance of materials that nothing is known of: a middling value.
-const GREY: f32 = 0.5;
 
 /// A material as the file defines it.
 #[derive(Clone, Debug)]
@@ -63,7 +61,7 @@ pub(super) struct Materials {
 impl Materials {
     /// With the material that shapes have before any is named.
     pub(super) fn new() -> Self {
-        let surface = Some(Surface::Lambert { reflectance: Rgb::gray(GREY).into() });
+        let surface = Some(grey());
         let first =
             Definition { name: "default".to_owned(), surface, normal: None, opacity: None, textured: false };
         Self { definitions: vec![first], named: BTreeMap::new(), made: BTreeMap::new() }

@@ -18,11 +18,10 @@
 //! Source: the format description of pbrt-v3. Tested by
 //! `suite::pbrt_appearance::materials_of_pbrt_v3_*`.
 
-use super::GREY;
 use super::maker::Maker;
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::io::mixes::{either, of_share};
+use crate::io::mixes::{either, grey, of_share};
 use crate::io::pbrt::spectra::{self, Quantity};
 use crate::io::principled::metallic_roughness;
 use crate::io::rough_diffuse;
@@ -82,7 +81,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<(Option<Surf
         "hair" => hair(m)?,
         _ => {
             m.parameters.accept_all();
-            Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
+            grey()
         }
     };
     Ok((Some(surface), None))
