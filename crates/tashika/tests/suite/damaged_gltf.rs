@@ -373,7 +373,7 @@ fn naming_the_same_vertices_many_times_does_not_fill_the_memory() {
     d.push("meshes", json!({ "primitives": vec![primitive.clone(); 1000] }));
     d.push("nodes", json!({ "mesh": 0 }));
     let text = invalid(load_in(folder.path(), "p.glb", &d.glb(), &options));
-    assert!(text.contains("bytes of geometry; expected at most 1048576 in the whole scene"), "{text}");
+    assert!(text.contains("bytes of geometry; expected at most 1048576 bytes in the whole scene"), "{text}");
     assert!(text.contains("primitives[21]"), "48 kB each: {text}");
 
     d.json["meshes"][0]["primitives"] = json!(vec![primitive; 4]);
