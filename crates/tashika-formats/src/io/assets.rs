@@ -10,16 +10,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-use super::SceneFiles;
 use super::images::{self, Decoded, Encoding};
 use super::udim::{self, Picture};
+use super::{LoadOptions, SceneFiles};
 use crate::error::{Error, Location, Result};
 use crate::scene::{Image, NoteKind, SceneBuilder};
 
 /// The images of a scene so far.
-#[derive(Debug, Default)]
-pub(super) struct ImageCache {
-    /// By the reference as it is spelt; the message of its note, where that failed.
+#[derive(Debug)]
+pub(super) struct ImageCache<'f> {
+    files: &'f SceneFiles,
+    /// By the reference as it is spelt.
     by_reference: BTreeMap<(String, Encoding), Result<Picture, Unreadable>>,
     /// By canonical path: one file may be spelt in several ways.
     by_path: BTreeMap<(PathBuf, Encoding), Picture>,
@@ -27,9 +28,9 @@ pub(super) struct ImageCache {
     transparent: BTreeSet<Picture>,
 }
 
-impl ImageCache {
-    pub(super) fn new() -> Self {
-        Self::default()
+impl<'f> ImageCache<'f> {
+    pub(super) fn new(files: &'f SceneFiles) -> Self {
+        Self { files, by_reference: BTreeMap::new(), by_path: BTreeMap::new(), transparent: BTreeSet::new() }
     }
 
     /// The image, or the tiles, that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be
@@ -39,49 +40,60 @@ impl ImageCache {
     /// If the scene cannot take it, see [`SceneBuilder::add_image`].
     pub(super) fn load(
         &mut self,
-        files: &SceneFiles,
         reference: &str,
         encoding: Encoding,
         at: &Location,
         builder: &mut SceneBuilder,
     ) -> Result<Option<Picture>> {
+        let found = self.find(reference, encoding, at, builder)?;
+        Ok(noted(found, reference, at, builder))
+    }
+
+    /// The same without a note: why it cannot be read, for callers who say what takes its place.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub(super) fn find(
+        &mut self,
+        reference: &str,
+        encoding: Encoding,
+        at: &Location,
+        builder: &mut SceneBuilder,
+    ) -> Result<Result<Picture, Unreadable>> {
         let key = (reference.to_owned(), encoding);
         if let Some(known) = self.by_reference.get(&key) {
-            return Ok(noted(known.clone(), at, builder));
+            return Ok(known.clone());
         }
-        if udim::is_pattern(reference) {
-            let loaded = match udim::load(files, reference, encoding, at, builder) {
-                Ok((tiles, opaque)) => {
-                    let tiles = Picture::Tiles(tiles);
-                    if !opaque {
-                        self.transparent.insert(tiles);
-                    }
-                    Ok(tiles)
-                }
-                Err(error) => Err(unreadable(reference, &error)),
-            };
-            self.by_reference.insert(key, loaded.clone());
-            return Ok(noted(loaded, at, builder));
-        }
-        let path = files.resolve(reference, at);
-        let known = path.as_ref().ok().and_then(|p| self.by_path.get(&(p.clone(), encoding)).copied());
-        let loaded = match known {
-            Some(image) => Ok(image),
-            None => match decode(files, reference, encoding, at) {
+        let found = if let Some(known) = self.known(reference, encoding, at) {
+            Ok((known, true))
+        } else if udim::is_pattern(reference) {
+            udim::load(self.files, reference, encoding, at, builder)
+                .map(|(tiles, opaque)| (Picture::Tiles(tiles), opaque))
+        } else {
+            match read(self.files, reference, encoding, at, builder) {
                 Ok(decoded) => {
-                    note_repairs(&decoded, at, builder);
                     let image = Picture::Image(builder.add_image(decoded.image)?);
-                    if !decoded.opaque {
-                        self.transparent.insert(image);
-                    }
-                    self.by_path.extend(path.ok().map(|p| ((p, encoding), image)));
-                    Ok(image)
+                    let path = self.files.resolve(reference, at);
+                    self.by_path.extend(path.ok().map(|path| ((path, encoding), image)));
+                    Ok((image, decoded.opaque))
                 }
-                Err(error) => Err(unreadable(reference, &error)),
-            },
+                Err(error) => Err(error),
+            }
         };
-        self.by_reference.insert(key, loaded.clone());
-        Ok(noted(loaded, at, builder))
+        let found = found.map_err(|error| (kind(&error), reason(&error))).map(|(picture, opaque)| {
+            self.transparent.extend((!opaque).then_some(picture));
+            picture
+        });
+        self.by_reference.insert(key, found.clone());
+        Ok(found)
+    }
+
+    /// What was loaded of that name, or of its file.
+    pub(super) fn known(&self, reference: &str, encoding: Encoding, at: &Location) -> Option<Picture> {
+        if let Some(known) = self.by_reference.get(&(reference.to_owned(), encoding)) {
+            return known.as_ref().ok().copied();
+        }
+        self.by_path.get(&(self.files.resolve(reference, at).ok()?, encoding)).copied()
     }
 
     /// Whether an image that was loaded here has texels that are not opaque.
@@ -96,40 +108,65 @@ impl ImageCache {
     /// None so far.
     pub(super) fn read(
         &self,
-        files: &SceneFiles,
         reference: &str,
         encoding: Encoding,
         at: &Location,
         builder: &mut SceneBuilder,
     ) -> Result<Option<Image>> {
-        let decoded = decode(files, reference, encoding, at).map_err(|error| unreadable(reference, &error));
-        let Some(decoded) = noted(decoded, at, builder) else { return Ok(None) };
-        note_repairs(&decoded, at, builder);
-        Ok(Some(decoded.image))
+        let decoded = read(self.files, reference, encoding, at, builder);
+        let decoded = decoded.map_err(|error| (kind(&error), reason(&error)));
+        Ok(noted(decoded, reference, at, builder).map(|decoded| decoded.image))
     }
 }
 
-fn decode(files: &SceneFiles, reference: &str, encoding: Encoding, at: &Location) -> Result<Decoded> {
-    let bytes = files.read(reference, at)?;
-    images::decode(&bytes, reference, encoding, files.options(), at)
+fn read(
+    files: &SceneFiles,
+    reference: &str,
+    encoding: Encoding,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Result<Decoded> {
+    decode(&files.read(reference, at)?, reference, encoding, files.options(), at, builder)
 }
 
-/// What a note says of an image that could not be read.
-pub(super) type Unreadable = (NoteKind, String);
-
-fn unreadable(reference: &str, error: &Error) -> Unreadable {
-    (kind(error), format!("image {reference:?} could not be read ({}): left out", reason(error)))
-}
-
-/// What was loaded, or a note why nothing was.
-fn noted<T>(loaded: Result<T, Unreadable>, at: &Location, builder: &mut SceneBuilder) -> Option<T> {
-    loaded.map_err(|(kind, message)| builder.note(kind, message, at.clone())).ok()
-}
-
-fn note_repairs(decoded: &Decoded, at: &Location, builder: &mut SceneBuilder) {
+/// Decodes an image file as [`images::decode`], with a note of what was repaired.
+pub(super) fn decode(
+    bytes: &[u8],
+    name: &str,
+    encoding: Encoding,
+    options: &LoadOptions,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Result<Decoded> {
+    let decoded = images::decode(bytes, name, encoding, options, at)?;
     if let Some(message) = decoded.repairs() {
         builder.note(NoteKind::Repaired, message, at.clone());
     }
+    Ok(decoded)
+}
+
+/// Why something could not be read.
+pub(super) type Unreadable = (NoteKind, String);
+
+/// What a note says of an image that could not be read: why, and what takes its place.
+pub(super) fn unreadable_image(name: &str, why: &str, instead: &str) -> String {
+    format!("image {name:?} could not be read ({why}): {instead}")
+}
+
+/// What takes the place of a texture that could not be read, where it has a factor.
+pub(super) const FACTOR_ALONE: &str = "its colour factor is used alone";
+
+/// What was loaded, or a note why nothing was.
+fn noted<T>(
+    loaded: Result<T, Unreadable>,
+    reference: &str,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Option<T> {
+    let note = |(kind, why): Unreadable| {
+        builder.note(kind, unreadable_image(reference, &why, "left out"), at.clone());
+    };
+    loaded.map_err(note).ok()
 }
 
 /// The kind of a note about a file that could not be read.
@@ -191,10 +228,10 @@ mod tests {
     fn images_are_decoded_once_for_each_encoding_however_they_are_spelt() {
         let folder = tempfile::tempdir().unwrap();
         let (files, mut builder) = scene(&folder);
-        let mut cache = ImageCache::new();
+        let mut cache = ImageCache::new(&files);
         let at = Location::line("s.pbrt", 3);
         let mut load =
-            |reference: &str, encoding| cache.load(&files, reference, encoding, &at, &mut builder).unwrap();
+            |reference: &str, encoding| cache.load(reference, encoding, &at, &mut builder).unwrap();
         let first = load("a.pfm", Encoding::Linear);
         assert!(first.is_some());
         for reference in ["a.pfm", "./A.PFM", ".\\a.pfm"] {
@@ -210,17 +247,17 @@ mod tests {
     fn what_cannot_be_read_is_noted_each_time_and_what_is_repaired_once() {
         let folder = tempfile::tempdir().unwrap();
         let (files, mut builder) = scene(&folder);
-        let mut cache = ImageCache::new();
+        let mut cache = ImageCache::new(&files);
         let at = Location::line("s.pbrt", 3);
         for reference in ["gone.png", "gone.png", "bad.pfm", "../outside.png"] {
-            assert_eq!(cache.load(&files, reference, Encoding::Srgb, &at, &mut builder).unwrap(), None);
+            assert_eq!(cache.load(reference, Encoding::Srgb, &at, &mut builder).unwrap(), None);
         }
         for _ in 0..2 {
-            assert!(cache.load(&files, "infinite.pfm", Encoding::Srgb, &at, &mut builder).unwrap().is_some());
+            assert!(cache.load("infinite.pfm", Encoding::Srgb, &at, &mut builder).unwrap().is_some());
         }
-        let image = cache.read(&files, "a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
+        let image = cache.read("a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
         assert_eq!((image.width, image.height), (1, 1));
-        assert!(cache.read(&files, "gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
+        assert!(cache.read("gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
         let notes = notes(builder);
         let count = |part: &str| notes.iter().find(|(message, _)| message.contains(part)).map(|n| n.1);
         assert_eq!(count("\"gone.png\" could not be read (no such file)"), Some(3), "{notes:?}");

@@ -48,11 +48,24 @@ pub(super) fn refractive_index(name: &str) -> Option<f32> {
     INDICES.iter().find(|(known, _)| *known == name).map(|(_, index)| *index)
 }
 
+/// Refractive indices that surfaces take: 1 would be no boundary at all, diamond has 2.4.
+pub(super) const IOR_RANGE: [f32; 2] = [1.0001, 5.0];
+
+/// The nearest index that a surface takes.
+pub(super) fn rendered(ior: f32) -> f32 {
+    ior.clamp(IOR_RANGE[0], IOR_RANGE[1])
+}
+
+/// What one face of that index reflects at normal incidence.
+pub(super) fn normal_reflectance(ior: f32) -> f32 {
+    let amplitude = (ior - 1.0) / (ior + 1.0);
+    amplitude * amplitude
+}
+
 /// The index of a pane that reflects with both faces what one face of `ior` does at normal
 /// incidence, of two faces of `F` being `2F/(1 + F)`: for materials that say so.
 pub(super) fn single_face(ior: f32) -> f32 {
-    let amplitude = (ior - 1.0) / (ior + 1.0);
-    let one = amplitude * amplitude;
+    let one = normal_reflectance(ior);
     let each = (one / (2.0 - one)).sqrt();
     ((1.0 + each) / (1.0 - each)).max(1.0001)
 }

@@ -8,6 +8,7 @@
 //! `suite::features`: every row, in a small scene of its own, gives the note that it promises and
 //! no other; the guide's tables are these.
 
+use super::notes::quoted;
 use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Notes};
 
@@ -46,20 +47,36 @@ pub struct FormatFeatures {
     pub rows: &'static [Feature],
 }
 
-impl Feature {
-    /// A row.
-    pub(super) const fn new(
-        kind: &'static str,
-        name: &'static str,
-        support: Support,
-        how: &'static str,
-    ) -> Self {
-        Self { kind, name, support, how }
-    }
+/// A table of features: for each kind its rows, `name, support, what it becomes;`.
+macro_rules! table {
+    ($($kind:expr => { $($name:expr, $support:ident, $how:expr;)+ })+) => {
+        &[$($(Feature { kind: $kind, name: $name, support: Support::$support, how: $how },)+)+]
+    };
+}
+pub(super) use table;
 
+impl Feature {
     /// The row of a table for a thing of this kind and name.
     pub(super) fn find(rows: &'static [Self], kind: &str, name: &str) -> Option<&'static Self> {
         rows.iter().find(|f| f.kind == kind && f.name == name)
+    }
+
+    /// Tells what a table says about a thing met at `at`, and whether it says anything.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] if it is refused.
+    pub(super) fn look_up(
+        rows: &'static [Self],
+        [kind, name]: [&str; 2],
+        at: &Location,
+        notes: &mut Notes,
+    ) -> Result<bool> {
+        Self::find(rows, kind, name).map_or(Ok(false), |row| row.met(at, notes).map(|()| true))
+    }
+
+    /// What a note says of a thing that is in no row.
+    pub(super) fn unknown([kind, name]: [&str; 2], instead: &str) -> String {
+        format!("{kind} {} is unknown: {instead}", quoted(name))
     }
 
     /// Tells that the thing was met at `at`.
@@ -67,6 +84,14 @@ impl Feature {
     /// # Errors
     /// [`Error::Unsupported`] if it is refused.
     pub(super) fn met(&self, at: &Location, notes: &mut Notes) -> Result<()> {
+        self.met_often(at, 1, notes)
+    }
+
+    /// Tells that the thing was met so often, first at `at`.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] if it is refused.
+    pub(super) fn met_often(&self, at: &Location, count: u64, notes: &mut Notes) -> Result<()> {
         let Self { kind, name, support, how } = self;
         let note = match support {
             Support::Full => return Ok(()),
@@ -76,7 +101,7 @@ impl Feature {
                 return Err(Error::unsupported(at.clone(), format!("{kind} {name:?}"), *how));
             }
         };
-        notes.push(note, format!("{kind} {name:?}: {how}"), at.clone());
+        notes.push_many(note, format!("{kind} {name:?}: {how}"), at.clone(), count);
         Ok(())
     }
 }

@@ -75,6 +75,12 @@ impl SceneFiles {
         self.digest.load(Ordering::Relaxed)
     }
 
+    /// The path by which messages name the file that `reference` stands for: relative to where the
+    /// user named the scene.
+    pub(super) fn beside(&self, reference: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(reference)
+    }
+
     /// The bytes of the scene file.
     ///
     /// # Errors
@@ -168,6 +174,16 @@ impl SceneFiles {
     }
 }
 
+/// The folder that a reference leads to, as the start of others: empty, or ending in a separator.
+pub(super) fn folder_of(reference: &str) -> &str {
+    reference.rfind(['/', '\\']).map_or("", |separator| &reference[..=separator])
+}
+
+/// Whether a reference begins at the root, or at a drive.
+pub(super) fn is_absolute(reference: &str) -> bool {
+    reference.starts_with(['/', '\\']) || reference.as_bytes().get(1) == Some(&b':')
+}
+
 /// CRC-32 and length of a file, mixed so that sums over files differ where their parts do (the
 /// finalizer of SplitMix64).
 pub(super) fn digest(bytes: &[u8]) -> u64 {
@@ -227,6 +243,12 @@ mod tests {
 
     fn open(folder: &tempfile::TempDir, options: &LoadOptions) -> SceneFiles {
         SceneFiles::open(&folder.path().join("scene/s.gltf"), options).unwrap()
+    }
+
+    #[test]
+    fn folders_are_starts_of_references() {
+        assert_eq!([folder_of("a.mtl"), folder_of("m/n\\a.mtl"), folder_of("/a")], ["", "m/n\\", "/"]);
+        assert!(is_absolute("C:/a") && is_absolute("\\a") && !is_absolute("a/b"));
     }
 
     #[test]

@@ -5,7 +5,6 @@
 
 mod assets;
 mod checkpoint;
-mod clear_coats;
 mod dielectrics;
 mod exr;
 mod features;
@@ -15,16 +14,23 @@ mod gltf;
 mod ies;
 mod images;
 mod light_changes;
+mod lights;
+mod limits;
 mod mesh_files;
 mod mitsuba;
+mod mixes;
+mod notes;
 mod obj;
 mod output;
 mod pbrt;
 mod ply;
 mod png;
 mod polygon;
+mod principled;
 mod rough_diffuse;
 mod shapes;
+mod text;
+mod textures;
 mod udim;
 
 use std::path::Path;

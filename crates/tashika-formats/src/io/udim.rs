@@ -12,13 +12,10 @@ use std::collections::BTreeMap;
 use std::io;
 
 use super::SceneFiles;
-use super::assets::{kind, reason};
-use super::images::{Decoded, Encoding, decode};
+use super::assets::{decode, kind, reason, unreadable_image};
+use super::images::{Encoding, one_texel};
 use crate::error::{Error, Location, Result};
-use crate::scene::{
-    Image, ImageId, ImageTexture, NO_TILE, NoteKind, Pixels, SceneBuilder, Texture, TileSet, TileSetId,
-    TiledTexture,
-};
+use crate::scene::{ImageId, ImageTexture, NO_TILE, SceneBuilder, Texture, TileSet, TileSetId, TiledTexture};
 
 /// What a name of an image stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -110,28 +107,18 @@ pub(super) fn load(
 ) -> Result<(TileSetId, bool)> {
     let (mut all, mut opaque) = (Vec::new(), true);
     for (number, reference) in tiles(files, pattern, at)? {
-        let decoded = files
-            .read(&reference, at)
-            .and_then(|bytes| decode(&bytes, &reference, encoding, files.options(), at));
+        let bytes = files.read(&reference, at);
+        let decoded =
+            bytes.and_then(|bytes| decode(&bytes, &reference, encoding, files.options(), at, builder));
         let image = match decoded {
             Ok(decoded) => {
-                if let Some(message) = decoded.repairs() {
-                    builder.note(NoteKind::Repaired, message, at.clone());
-                }
                 opaque &= decoded.opaque;
-                let Decoded { image, .. } = decoded;
-                image
+                decoded.image
             }
             Err(error) => {
-                let message =
-                    format!("image {reference:?} could not be read ({}): grey of 0.5", reason(&error));
+                let message = unreadable_image(&reference, &reason(&error), "grey of 0.5");
                 builder.note(kind(&error), message, at.clone());
-                Image {
-                    name: reference,
-                    width: 1,
-                    height: 1,
-                    pixels: Pixels::Float(vec![NO_TILE.to_array()]),
-                }
+                one_texel(&reference, NO_TILE)
             }
         };
         all.push((number, builder.add_image(image)?));

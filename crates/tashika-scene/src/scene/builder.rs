@@ -72,6 +72,11 @@ impl SceneBuilder {
         self.scene.notes.push(kind, message, at);
     }
 
+    /// What is told so far, for more.
+    pub fn notes_mut(&mut self) -> &mut Notes {
+        &mut self.scene.notes
+    }
+
     /// Takes over notes made elsewhere.
     pub fn extend_notes(&mut self, notes: impl IntoIterator<Item = Note>) {
         for n in notes {

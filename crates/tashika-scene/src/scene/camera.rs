@@ -40,21 +40,27 @@ pub struct CameraSample {
 }
 
 impl Camera {
-    /// A pinhole at `eye` looking at `target`, `up` being up.
-    pub fn look_at(name: impl Into<String>, eye: Vec3, target: Vec3, up: Vec3, vertical_fov: f32) -> Self {
-        let back = (eye - target).normalize();
-        let right = up.cross(back).normalize_or(back.any_orthonormal_vector());
-        let axes = Mat3::from_cols(right, back.cross(right), back);
+    /// A camera of which nothing else is said: a pinhole, the film on its axis, of any size.
+    pub fn new(name: impl Into<String>, to_world: Affine3A, projection: Projection) -> Self {
         Self {
             name: name.into(),
-            to_world: Affine3A::from_mat3_translation(axes, eye),
-            projection: Projection::Perspective { vertical_fov },
+            to_world,
+            projection,
             shift: Vec2::ZERO,
             lens: Lens::PINHOLE,
             resolution: None,
             crop: None,
             shows: None,
         }
+    }
+
+    /// A pinhole at `eye` looking at `target`, `up` being up.
+    pub fn look_at(name: impl Into<String>, eye: Vec3, target: Vec3, up: Vec3, vertical_fov: f32) -> Self {
+        let back = (eye - target).normalize();
+        let right = up.cross(back).normalize_or(back.any_orthonormal_vector());
+        let axes = Mat3::from_cols(right, back.cross(right), back);
+        let to_world = Affine3A::from_mat3_translation(axes, eye);
+        Self::new(name, to_world, Projection::Perspective { vertical_fov })
     }
 
     /// Position of the lens' centre (m, world).

@@ -21,6 +21,19 @@ pub struct MeshData {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl MeshData {
+    /// Turns it inside out.
+    pub fn turn_around(&mut self) {
+        self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        self.normals.iter_mut().for_each(|n| *n = -*n);
+    }
+
+    /// Turns the direction of `v` over.
+    pub fn flip_v(&mut self) {
+        self.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
+    }
+}
+
 /// A sound mesh: finite vertices, indices in range, no degenerate triangle, unit normals.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -184,6 +197,16 @@ mod tests {
             triangles: triangles.to_vec(),
             ..MeshData::default()
         }
+    }
+
+    #[test]
+    fn meshes_are_turned_with_their_normals_and_coordinates() {
+        let mut data = data(&[[0.0; 3]; 3], &[[0, 1, 2]]);
+        (data.normals, data.uvs) = (vec![Vec3::Z, Vec3::ZERO], vec![Vec2::new(0.25, 0.25)]);
+        data.turn_around();
+        data.flip_v();
+        assert_eq!((data.triangles[0], data.normals[0]), ([0, 2, 1], Vec3::NEG_Z));
+        assert_eq!(data.uvs, [Vec2::new(0.25, 0.75)]);
     }
 
     #[test]

@@ -12,14 +12,15 @@
 use std::collections::BTreeSet;
 use std::f32::consts::PI;
 
-use glam::{Affine3A, DMat3, Vec2};
+use glam::{Affine3A, DMat3};
 use gltf::json::camera::Type;
 use gltf::json::validation::Checked;
 
 use super::nodes::PlacedNode;
 use super::source::Source;
 use crate::error::{Error, Result};
-use crate::scene::{Camera, Lens, Projection, SceneBuilder};
+use crate::io::notes::shown;
+use crate::scene::{Camera, Projection, SceneBuilder};
 
 /// Adds the node's camera, if it has one, under a name that is not among `names` yet.
 pub(super) fn add(
@@ -67,17 +68,10 @@ pub(super) fn add(
     };
     let rotation = DMat3::from_cols(up.cross(back), up, back);
     let name = camera.name.as_deref().or(node.name.as_deref()).filter(|n| !n.is_empty());
-    let name = unique(name.map_or_else(|| format!("camera-{index}"), super::shown), names);
-    builder.add_camera(Camera {
-        name,
-        to_world: Affine3A::from_mat3_translation(rotation.as_mat3(), placed.to_world.translation.as_vec3()),
-        projection,
-        shift: Vec2::ZERO,
-        crop: None,
-        lens: Lens::PINHOLE,
-        resolution: None,
-        shows: None,
-    })
+    let name = unique(name.map_or_else(|| format!("camera-{index}"), shown), names);
+    let position = placed.to_world.translation.as_vec3();
+    let to_world = Affine3A::from_mat3_translation(rotation.as_mat3(), position);
+    builder.add_camera(Camera::new(name, to_world, projection))
 }
 
 /// `name`, or `name-2`, `name-3`, … if it is taken.

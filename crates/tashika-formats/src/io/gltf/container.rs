@@ -30,6 +30,7 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::extensions;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
 
 /// A parsed file.
 pub(super) struct Parsed<'a> {
@@ -192,7 +193,7 @@ fn check_version(asset: &Asset, file: &Location) -> Result<()> {
     if major == "2" && (asset.min_version.is_none() || minor == "0") {
         return Ok(());
     }
-    let what = format!("glTF {}", super::shown(needed));
+    let what = format!("glTF {}", shown(needed));
     Err(Error::unsupported(file.clone().item("asset"), what, "convert the file to glTF 2.0"))
 }
 
@@ -265,5 +266,5 @@ fn value_at(text: &[u8], path: &str) -> Option<String> {
             other => other.get(step)?,
         };
     }
-    (value.is_number() || value.is_string() || value.is_boolean()).then(|| super::shown(&value.to_string()))
+    (value.is_number() || value.is_string() || value.is_boolean()).then(|| shown(&value.to_string()))
 }

@@ -14,9 +14,9 @@ use gltf::json::Root;
 use serde_json::{Map, Value};
 
 use super::features::{FEATURES, extension, met};
-use super::shown;
 use crate::error::{Error, Location, Result};
 use crate::io::features::{Feature, Support};
+use crate::io::notes::shown;
 use crate::scene::{Notes, SceneBuilder};
 
 /// Refuses a file that requires what is not here.

@@ -16,14 +16,15 @@
 use glam::{Mat3, Quat, Vec2, Vec3};
 use serde_json::Value;
 
-use super::light_profiles::number;
+use super::light_profiles::{chosen, number};
+use super::nodes;
 use super::source::Source;
-use super::{nodes, shown};
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::io::assets::{kind, reason};
-use crate::io::images::{self, Encoding};
-use crate::scene::{Environment, Image, NoteKind, Pixels, SceneBuilder, SphereMap, Wrap};
+use crate::io::assets::{decode, kind, reason};
+use crate::io::images::Encoding;
+use crate::io::notes::shown;
+use crate::scene::{Environment, Image, Pixels, SceneBuilder, SphereMap, Wrap};
 
 const NAME: &str = "EXT_lights_image_based";
 
@@ -33,17 +34,8 @@ pub(super) fn add(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()>
     let Some(scene) = nodes::chosen_scene(root) else { return Ok(()) };
     let given = root.scenes[scene].extensions.as_ref().and_then(|e| e.others.get(NAME));
     let Some(given) = given else { return Ok(()) };
-    let all = root.extensions.as_ref().and_then(|e| e.others.get(NAME)?.get("lights")?.as_array());
-    let light = given.get("light").and_then(Value::as_u64).and_then(|index| {
-        let index = usize::try_from(index).ok()?;
-        Some((index, all?.get(index)?))
-    });
-    let Some((index, light)) = light else {
-        let found = given.get("light").map_or("nothing".to_owned(), |v| shown(&v.to_string()));
-        let at = source.at(format!("scenes[{scene}].extensions.{NAME}.light"));
-        let expected = format!("the index of one of {} lights", all.map_or(0, Vec::len));
-        return Err(Error::invalid(at, found, expected));
-    };
+    let place = source.at(format!("scenes[{scene}].extensions.{NAME}.light"));
+    let (index, light) = chosen(source, NAME, given, "lights", place)?;
     let at = |field: &str| source.at(format!("extensions.{NAME}.lights[{index}]{field}"));
     let intensity = light.get("intensity").map_or(Ok(1.0), |v| number(v, &at(".intensity")))?;
     let rotation = light.get("rotation").map_or(Some(Quat::IDENTITY), quaternion).ok_or_else(|| {
@@ -116,11 +108,8 @@ fn map(
 fn face(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> Result<Image> {
     let at = source.at(format!("images[{index}]"));
     let bytes = source.image(index)?;
-    let decoded = images::decode(&bytes, &format!("images[{index}]"), Encoding::Srgb, source.options(), &at)?;
-    if let Some(message) = decoded.repairs() {
-        builder.note(NoteKind::Repaired, message, at.clone());
-    }
-    let image = decoded.image;
+    let (name, options) = (format!("images[{index}]"), source.options());
+    let image = decode(&bytes, &name, Encoding::Srgb, options, &at, builder)?.image;
     source.image_budget.take(12 * image.pixels.len() as u64, &at)?;
     let texels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     let radiance = texels.map(|(x, y)| match image.texel(x, y) {

@@ -20,9 +20,9 @@ use serde::Deserialize;
 
 use super::accessor::Accessor;
 use super::nodes::{PlacedNode, unit_quaternion};
-use super::shown;
 use super::source::Source;
 use crate::error::{Error, Result};
+use crate::io::notes::shown;
 use crate::scene::{Instance, NoteKind, SceneBuilder};
 
 const NAME: &str = "EXT_mesh_gpu_instancing";

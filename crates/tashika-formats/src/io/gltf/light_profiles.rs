@@ -19,11 +19,12 @@ use serde_json::Value;
 
 use super::nodes::PlacedNode;
 use super::source::Source;
-use super::{shown, uri};
+use super::uri;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
 use crate::io::ies;
+use crate::io::notes::shown;
 use crate::scene::{IntensityMap, SceneBuilder};
 
 const NAME: &str = "EXT_lights_ies";
@@ -46,16 +47,7 @@ impl Profiles {
         let node = &source.root.nodes[placed.index];
         let Some(lamp) = node.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(()) };
         let at = |field: &str| source.at(format!("nodes[{}].extensions.{NAME}{field}", placed.index));
-        let all = source.root.extensions.as_ref().and_then(|e| e.others.get(NAME)?.get("lights")?.as_array());
-        let profile = lamp.get("light").and_then(Value::as_u64).and_then(|index| {
-            let index = usize::try_from(index).ok()?;
-            Some((index, all?.get(index)?))
-        });
-        let Some((index, profile)) = profile else {
-            let found = lamp.get("light").map_or("nothing".to_owned(), |v| shown(&v.to_string()));
-            let expected = format!("the index of one of {} light profiles", all.map_or(0, Vec::len));
-            return Err(Error::invalid(at(".light"), found, expected));
-        };
+        let (index, profile) = chosen(source, NAME, lamp, "light profiles", at(".light"))?;
         let multiplier = match lamp.get("multiplier") {
             Some(given) => number(given, &at(".multiplier"))?,
             None => 1.0,
@@ -120,6 +112,24 @@ fn decode(
         _ => format!("lights[{index}]"),
     };
     Ok(ies::decode(&bytes, &name, at)?.map(Arc::new))
+}
+
+/// The light of an extension's list that `user` names in its field `light`, which is `at`.
+pub(super) fn chosen<'s>(
+    source: &'s Source<'_>,
+    extension: &str,
+    user: &Value,
+    what: &str,
+    at: Location,
+) -> Result<(usize, &'s Value)> {
+    let of_root = source.root.extensions.as_ref().and_then(|e| e.others.get(extension));
+    let all = of_root.and_then(|e| e.get("lights")?.as_array()).map_or(&[][..], Vec::as_slice);
+    let named = user.get("light");
+    let index = named.and_then(Value::as_u64).and_then(|index| usize::try_from(index).ok());
+    index.and_then(|index| Some((index, all.get(index)?))).ok_or_else(|| {
+        let found = named.map_or("nothing".to_owned(), |v| shown(&v.to_string()));
+        Error::invalid(at, found, format!("the index of one of {} {what}", all.len()))
+    })
 }
 
 /// A finite number of at least 0.

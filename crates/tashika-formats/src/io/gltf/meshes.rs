@@ -28,6 +28,7 @@ use super::features::met;
 use super::materials::{Materials, NO_TINT, Tint};
 use super::source::Source;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
 use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
 
 /// Largest texture coordinate: far beyond where `f32` still tells texels apart, and small enough
@@ -186,7 +187,7 @@ impl Meshes {
 
 fn name(mesh: &json::Mesh, index: usize, primitive: usize) -> String {
     let name = mesh.name.as_deref().filter(|n| !n.is_empty());
-    let name = name.map_or_else(|| format!("meshes[{index}]"), super::shown);
+    let name = name.map_or_else(|| format!("meshes[{index}]"), shown);
     if mesh.primitives.len() == 1 { name } else { format!("{name}.primitives[{primitive}]") }
 }
 

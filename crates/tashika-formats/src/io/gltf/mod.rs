@@ -97,14 +97,3 @@ fn place_mesh(
     }
     Ok(())
 }
-
-/// A name from a file, fit for messages: without control characters, and not too long.
-fn shown(name: &str) -> String {
-    const LONGEST: usize = 80;
-    let visible = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-    let mut shown: String = name.chars().take(LONGEST).map(visible).collect();
-    if name.chars().nth(LONGEST).is_some() {
-        shown.push('…');
-    }
-    shown
-}

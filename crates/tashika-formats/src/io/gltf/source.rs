@@ -14,7 +14,7 @@
 //! `damaged_gltf::naming_the_same_vertices_many_times_does_not_fill_the_memory`.
 
 use std::borrow::Cow;
-use std::cell::{Cell, OnceCell};
+use std::cell::OnceCell;
 
 use gltf::json::{self, Root};
 
@@ -22,6 +22,7 @@ use super::container::Parsed;
 use super::extensions::refuse_compressed;
 use super::uri;
 use crate::error::{Error, Location, Result};
+use crate::io::limits::Budget;
 use crate::io::{LoadOptions, SceneFiles};
 
 /// A document and its bytes.
@@ -36,34 +37,6 @@ pub(super) struct Source<'a> {
     pub geometry_budget: Budget,
     /// For texels.
     pub image_budget: Budget,
-}
-
-/// Bytes that may still be used for one purpose.
-pub(super) struct Budget {
-    left: Cell<u64>,
-    limit: u64,
-    purpose: &'static str,
-}
-
-impl Budget {
-    fn new(limit: u64, purpose: &'static str) -> Self {
-        Self { left: Cell::new(limit), limit, purpose }
-    }
-
-    /// Takes `bytes`, or refuses what stands at `at`.
-    pub fn take(&self, bytes: u64, at: &Location) -> Result<()> {
-        match self.left.get().checked_sub(bytes) {
-            Some(left) => {
-                self.left.set(left);
-                Ok(())
-            }
-            None => Err(Error::invalid(
-                at.clone(),
-                format!("{bytes} more bytes of {}", self.purpose),
-                format!("at most {} in the whole scene", self.limit),
-            )),
-        }
-    }
 }
 
 impl<'a> Source<'a> {

@@ -27,10 +27,11 @@ use gltf::json::texture::{MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 
 use super::source::Source;
-use super::{shown, uri};
+use super::uri;
 use crate::error::{Error, Result};
-use crate::io::assets::kind;
-use crate::io::images::{self, Encoding};
+use crate::io::assets::{FACTOR_ALONE, decode as decode_image, kind, reason, unreadable_image};
+use crate::io::images::Encoding;
+use crate::io::notes::shown;
 use crate::math::elementary::sin_cos;
 use crate::scene::{
     ImageId, ImageTexture, NoteKind, Pixels, Sampling, SceneBuilder, Texture, TextureId, UvTransform, Wrap,
@@ -90,7 +91,12 @@ impl Textures {
         let image = texture.source.value();
         let decoded = self.images.entry((image, content)).or_insert_with(|| {
             let decoded = decode(source, builder, image, content);
-            decoded.map_err(|error| note_unreadable(source, builder, image, &error)).ok()
+            let note = |error: Error| {
+                let name = shown(&image_name(source, image));
+                let message = unreadable_image(&name, &reason(&error), FACTOR_ALONE);
+                builder.note(kind(&error), message, source.at(format!("images[{image}]")));
+            };
+            decoded.map_err(note).ok()
         });
         let (image, opaque) = (*decoded)?;
         let mut lookup = ImageTexture::new(image);
@@ -125,11 +131,8 @@ fn decode(
     let bytes = source.image(index)?;
     let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };
     let name = image_name(source, index);
-    let mut decoded = images::decode(&bytes, &name, encoding, source.options(), &at)?;
+    let mut decoded = decode_image(&bytes, &name, encoding, source.options(), &at, builder)?;
     source.image_budget.take(decoded.image.bytes() as u64, &at)?;
-    if let Some(message) = decoded.repairs() {
-        builder.note(NoteKind::Repaired, message, at);
-    }
     if let Content::Spread(channel) = content {
         spread(&mut decoded.image.pixels, channel);
     }
@@ -159,18 +162,6 @@ fn image_name(source: &Source<'_>, index: usize) -> String {
     let image = &source.root.images[index];
     let file = image.uri.as_deref().filter(|uri| image.buffer_view.is_none() && !uri::is_data(uri));
     file.or(image.name.as_deref()).map_or_else(|| format!("images[{index}]"), str::to_owned)
-}
-
-fn note_unreadable(source: &Source<'_>, builder: &mut SceneBuilder, index: usize, error: &Error) {
-    let why = match error {
-        Error::Io { source, .. } => source.to_string(),
-        Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
-        Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
-        other => other.to_string(),
-    };
-    let name = shown(&image_name(source, index));
-    let message = format!("image {name} could not be read ({why}): its colour factor is used alone");
-    builder.note(kind(error), message, source.at(format!("images[{index}]")));
 }
 
 fn wrap(mode: Checked<WrappingMode>) -> Wrap {

@@ -17,9 +17,9 @@
 
 use std::io::ErrorKind;
 
-use super::shown;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
+use crate::io::notes::shown;
 
 /// The bytes that `uri`, found at `at`, stands for.
 pub(super) fn fetch(files: &SceneFiles, uri: &str, at: &Location) -> Result<Vec<u8>> {

@@ -23,6 +23,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::LoadOptions;
+use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::scene::{Image, Pixels};
 
@@ -125,6 +126,12 @@ pub(super) fn decode(
     };
     let image = Image { name: name.to_owned(), width, height, pixels };
     Ok(Decoded { image, opaque, not_finite })
+}
+
+/// An image of one colour.
+pub(super) fn one_texel(name: &str, color: Rgb) -> Image {
+    let pixels = Pixels::Float(vec![color.to_array()]);
+    Image { name: name.to_owned(), width: 1, height: 1, pixels }
 }
 
 /// The formats of the `image` crate.

@@ -2,160 +2,142 @@
 //!
 //! Held to this by `suite::mitsuba::every_feature_gives_the_note_that_its_row_promises`.
 
-use crate::io::features::{Feature, Support};
-
-use Support::{Approximated, Full, Ignored};
-
-const fn full(kind: &'static str, name: &'static str, how: &'static str) -> Feature {
-    Feature::new(kind, name, Full, how)
-}
-
-const fn near(kind: &'static str, name: &'static str, how: &'static str) -> Feature {
-    Feature::new(kind, name, Approximated, how)
-}
-
-const fn none(kind: &'static str, name: &'static str, how: &'static str) -> Feature {
-    Feature::new(kind, name, Ignored, how)
-}
+use crate::io::features::{Feature, Support, table};
 
 /// What the Mitsuba loader knows.
-pub(in crate::io) const FEATURES: &[Feature] = &[
-    // Materials.
-    full("material", "diffuse", "Lambertian"),
-    near("material", "roughdiffuse", "Lambertian, as bright in even light: up to 6 % off"),
-    full("material", "dielectric", "smooth glass"),
-    full("material", "thindielectric", "a pane of glass without refraction"),
-    full("material", "roughdielectric", "rough glass"),
-    full("material", "conductor", "mirror with the Fresnel reflectance of the metal"),
-    full("material", "roughconductor", "GGX with the Fresnel reflectance of the metal"),
-    full("material", "plastic", "smooth dielectric coat over a Lambertian base"),
-    full("material", "roughplastic", "rough dielectric coat over a Lambertian base"),
-    near("material", "pplastic", "smooth or rough plastic, not polarized: up to 25 % off"),
-    full("material", "principled", "Disney's principled material; glass where it transmits"),
-    near("material", "principled anisotropic", "of glass by its factor alone where it is textured"),
-    near("material", "principled clearcoat", "none over the share that is glass: up to 5 % off"),
-    near(
-        "material",
-        "principled spec_trans",
-        "beside textured metal: metal lets light through as the rest does",
-    ),
-    near(
-        "material",
-        "principledthin",
-        "principled; thin glass or a diffuse sheet where it transmits: up to 197 % off",
-    ),
-    full("material", "phong", "modified Phong"),
-    near("material", "ward", "metal of Beckmann's facets on Lambertian: up to 11 % off"),
-    near("material", "hair", "Lambertian"),
-    near("material", "measured", "Lambertian grey of reflectance 0.5: the data are not read"),
-    near("material", "measured_polarized", "Lambertian grey of reflectance 0.5: the data are not read"),
-    near("material", "irawan", "Lambertian grey of reflectance 0.5"),
-    near("material", "hk", "Lambertian on both sides"),
-    full("material", "coating", "smooth coat over a Lambertian base"),
-    full("material", "roughcoating", "rough coat over a Lambertian base"),
-    near("material", "coating over no diffuse", "the base without its coat: up to 25 % off"),
-    near("material", "coating sigma_a", "a clear coat"),
-    full("material", "bumpmap", "shading normals from heights"),
-    full("material", "normalmap", "shading normals from a map"),
-    full("material", "mask", "opacity"),
-    full(
-        "material",
-        "twosided",
-        "its material on both sides, or one on each; other opaque ones are black behind",
-    ),
-    full("material", "blendbsdf", "one of two at each point, at random"),
-    full("material", "mixturebsdf", "one of several at each point, at random"),
-    full("material", "difftrans", "Lambertian transmission"),
-    full("material", "null", "invisible"),
-    none("material", "polarizer", "invisible"),
-    none("material", "retarder", "invisible"),
-    none("material", "circular", "invisible"),
-    near("material", "distribution phong", "Beckmann's of the same roughness"),
-    near("material", "distribution as", "Beckmann's of the same roughness"),
-    near(
-        "material",
-        "anisotropic roughness",
-        "of ward the geometric mean in all directions, of plastic the root mean square in what the coat lets in",
-    ),
-    // Textures and spectra.
-    full("texture", "bitmap", "image"),
-    full("texture", "bitmap of 16 bits", "image of 16 bits a channel"),
-    full("texture", "bitmap <UDIM>", "an image for each tile: 1001 + u + 10 v, rounded down, v running up"),
-    full("texture", "bitmap .tx", "its largest level: TIFF in tiles or strips, or OpenEXR"),
-    full("texture", "checkerboard", "checkerboard"),
-    full("texture", "scale", "product"),
-    near("texture", "gridtexture", "colour between its lines"),
-    near("texture", "mesh_attribute", "grey of 0.5"),
-    near("texture", "vertexcolors", "grey of 0.5"),
-    near("texture", "volume", "grey of 0.5"),
-    near("texture", "noise", "grey of 0.5"),
-    near("texture", "curvature", "grey of 0.5"),
-    near("texture", "wireframe", "colour between its edges"),
-    full("texture", "uniform", "constant"),
-    full("texture", "srgb", "constant"),
-    full("texture", "d65", "white of the given scale"),
-    full("texture", "regular", "constant: the spectrum's colour"),
-    full("texture", "irregular", "constant: the spectrum's colour"),
-    full("texture", "blackbody", "constant: the spectrum's colour"),
-    near("texture", "opacity of an image with alpha", "the alpha, where Mitsuba takes the luminance"),
-    near("texture", "filter ewa", "bilinear interpolation"),
-    near("texture", "wrap one", "black outside of the image"),
-    // Shapes.
-    full("shape", "obj", "mesh"),
-    full("shape", "ply", "mesh"),
-    full("shape", "serialized", "mesh"),
-    full("shape", "rectangle", "mesh"),
-    full("shape", "cube", "mesh"),
-    full("shape", "sphere", "fine mesh with exact normals"),
-    full("shape", "disk", "fine mesh"),
-    full("shape", "cylinder", "fine mesh with exact normals"),
-    full("shape", "shapegroup", "meshes that its instances share"),
-    full("shape", "instance", "instances of the group's meshes"),
-    full("shape", "merge", "its shapes"),
-    none("shape", "hair", "left out"),
-    none("shape", "heightfield", "left out"),
-    none("shape", "sdfgrid", "left out"),
-    none("shape", "bsplinecurve", "left out"),
-    none("shape", "linearcurve", "left out"),
-    none("shape", "ellipsoids", "left out"),
-    none("shape", "ellipsoidsmesh", "left out"),
-    none("shape", "deformable", "left out"),
-    near("shape", "max_smooth_angle", "flat faces where the angle is below 30°, else the mesh's own normals"),
-    // Lights.
-    full("light", "area", "emitting surface, on the side of its normals"),
-    full("light", "point", "point"),
-    full("light", "spot", "spot"),
-    full("light", "spot texture", "the image as a slide"),
-    full("light", "directional", "parallel light"),
-    near("light", "directionalarea", "emitting surface with a cosine lobe"),
-    full("light", "constant", "constant environment"),
-    full("light", "envmap", "latitude-longitude environment"),
-    near("light", "sky", "clear sky of Preetham, Shirley and Smits 1999"),
-    near("light", "sun", "parallel light behind the atmosphere of Preetham, Shirley and Smits 1999"),
-    near("light", "sunsky", "sun and clear sky of Preetham, Shirley and Smits 1999"),
-    none("light", "collimated", "left out"),
-    full("light", "projector", "the image as a slide"),
-    none("light", "second environment", "left out: the first one is seen"),
-    // Cameras and films.
-    full("camera", "perspective", "pinhole"),
-    full("camera", "thinlens", "thin lens"),
-    full("camera", "orthographic", "orthographic"),
-    near("camera", "perspective_rdist", "pinhole without distortion"),
-    near("camera", "telecentric", "orthographic"),
-    full("camera", "spherical", "all directions, by latitude and longitude"),
-    none("camera", "irradiancemeter", "left out"),
-    none("camera", "radiancemeter", "left out"),
-    none("camera", "fluencemeter", "left out"),
-    none("camera", "distant", "left out"),
-    full("camera", "batch", "its cameras"),
-    full("film", "hdrfilm", "its size and window"),
-    full("film", "ldrfilm", "its size and window"),
-    full("film", "specfilm", "its size and window"),
-    full("film", "mfilm", "its size and window"),
-    full("film", "tiledhdrfilm", "its size and window"),
-    // Volumes.
-    none("medium", "homogeneous", "vacuum"),
-    none("medium", "heterogeneous", "vacuum"),
-    none("medium", "dipole", "the surface alone"),
-    none("medium", "singlescatter", "the surface alone"),
-];
+pub(in crate::io) const FEATURES: &[Feature] = table! {
+    "material" => {
+        "diffuse", Full, "Lambertian";
+        "roughdiffuse", Approximated, "Lambertian, as bright in even light: up to 6 % off";
+        "dielectric", Full, "smooth glass";
+        "thindielectric", Full, "a pane of glass without refraction";
+        "roughdielectric", Full, "rough glass";
+        "conductor", Full, "mirror with the Fresnel reflectance of the metal";
+        "roughconductor", Full, "GGX with the Fresnel reflectance of the metal";
+        "plastic", Full, "smooth dielectric coat over a Lambertian base";
+        "roughplastic", Full, "rough dielectric coat over a Lambertian base";
+        "pplastic", Approximated, "smooth or rough plastic, not polarized: up to 25 % off";
+        "principled", Full, "Disney's principled material; glass where it transmits";
+        "principled anisotropic", Approximated, "of glass by its factor alone where it is textured";
+        "principled clearcoat", Approximated, "none over the share that is glass: up to 5 % off";
+        "principled spec_trans", Approximated,
+            "beside textured metal: metal lets light through as the rest does";
+        "principledthin", Approximated,
+            "principled; thin glass or a diffuse sheet where it transmits: up to 197 % off";
+        "phong", Full, "modified Phong";
+        "ward", Approximated, "metal of Beckmann's facets on Lambertian: up to 11 % off";
+        "hair", Approximated, "Lambertian";
+        "measured", Approximated, "Lambertian grey of reflectance 0.5: the data are not read";
+        "measured_polarized", Approximated, "Lambertian grey of reflectance 0.5: the data are not read";
+        "irawan", Approximated, "Lambertian grey of reflectance 0.5";
+        "hk", Approximated, "Lambertian on both sides";
+        "coating", Full, "smooth coat over a Lambertian base";
+        "roughcoating", Full, "rough coat over a Lambertian base";
+        "coating over no diffuse", Approximated, "the base without its coat: up to 25 % off";
+        "coating sigma_a", Approximated, "a clear coat";
+        "bumpmap", Full, "shading normals from heights";
+        "normalmap", Full, "shading normals from a map";
+        "mask", Full, "opacity";
+        "twosided", Full, "its material on both sides, or one on each; other opaque ones are black behind";
+        "blendbsdf", Full, "one of two at each point, at random";
+        "mixturebsdf", Full, "one of several at each point, at random";
+        "difftrans", Full, "Lambertian transmission";
+        "null", Full, "invisible";
+        "polarizer", Ignored, "invisible";
+        "retarder", Ignored, "invisible";
+        "circular", Ignored, "invisible";
+        "distribution phong", Approximated, "Beckmann's of the same roughness";
+        "distribution as", Approximated, "Beckmann's of the same roughness";
+        "anisotropic roughness", Approximated,
+            "of ward the geometric mean in all directions, of plastic the root mean square in what the coat lets in";
+    }
+    "texture" => {
+        "bitmap", Full, "image";
+        "bitmap of 16 bits", Full, "image of 16 bits a channel";
+        "bitmap <UDIM>", Full, "an image for each tile: 1001 + u + 10 v, rounded down, v running up";
+        "bitmap .tx", Full, "its largest level: TIFF in tiles or strips, or OpenEXR";
+        "checkerboard", Full, "checkerboard";
+        "scale", Full, "product";
+        "gridtexture", Approximated, "colour between its lines";
+        "mesh_attribute", Approximated, "grey of 0.5";
+        "vertexcolors", Approximated, "grey of 0.5";
+        "volume", Approximated, "grey of 0.5";
+        "noise", Approximated, "grey of 0.5";
+        "curvature", Approximated, "grey of 0.5";
+        "wireframe", Approximated, "colour between its edges";
+        "uniform", Full, "constant";
+        "srgb", Full, "constant";
+        "d65", Full, "white of the given scale";
+        "regular", Full, "constant: the spectrum's colour";
+        "irregular", Full, "constant: the spectrum's colour";
+        "blackbody", Full, "constant: the spectrum's colour";
+        "opacity of an image with alpha", Approximated, "the alpha, where Mitsuba takes the luminance";
+        "filter ewa", Approximated, "bilinear interpolation";
+        "wrap one", Approximated, "black outside of the image";
+    }
+    "shape" => {
+        "obj", Full, "mesh";
+        "ply", Full, "mesh";
+        "serialized", Full, "mesh";
+        "rectangle", Full, "mesh";
+        "cube", Full, "mesh";
+        "sphere", Full, "fine mesh with exact normals";
+        "disk", Full, "fine mesh";
+        "cylinder", Full, "fine mesh with exact normals";
+        "shapegroup", Full, "meshes that its instances share";
+        "instance", Full, "instances of the group's meshes";
+        "merge", Full, "its shapes";
+        "hair", Ignored, "left out";
+        "heightfield", Ignored, "left out";
+        "sdfgrid", Ignored, "left out";
+        "bsplinecurve", Ignored, "left out";
+        "linearcurve", Ignored, "left out";
+        "ellipsoids", Ignored, "left out";
+        "ellipsoidsmesh", Ignored, "left out";
+        "deformable", Ignored, "left out";
+        "max_smooth_angle", Approximated,
+            "flat faces where the angle is below 30°, else the mesh's own normals";
+    }
+    "light" => {
+        "area", Full, "emitting surface, on the side of its normals";
+        "point", Full, "point";
+        "spot", Full, "spot";
+        "spot texture", Full, "the image as a slide";
+        "directional", Full, "parallel light";
+        "directionalarea", Approximated, "emitting surface with a cosine lobe";
+        "constant", Full, "constant environment";
+        "envmap", Full, "latitude-longitude environment";
+        "sky", Approximated, "clear sky of Preetham, Shirley and Smits 1999";
+        "sun", Approximated, "parallel light behind the atmosphere of Preetham, Shirley and Smits 1999";
+        "sunsky", Approximated, "sun and clear sky of Preetham, Shirley and Smits 1999";
+        "collimated", Ignored, "left out";
+        "projector", Full, "the image as a slide";
+        "second environment", Ignored, "left out: the first one is seen";
+    }
+    "camera" => {
+        "perspective", Full, "pinhole";
+        "thinlens", Full, "thin lens";
+        "orthographic", Full, "orthographic";
+        "perspective_rdist", Approximated, "pinhole without distortion";
+        "telecentric", Approximated, "orthographic";
+        "spherical", Full, "all directions, by latitude and longitude";
+        "irradiancemeter", Ignored, "left out";
+        "radiancemeter", Ignored, "left out";
+        "fluencemeter", Ignored, "left out";
+        "distant", Ignored, "left out";
+        "batch", Full, "its cameras";
+    }
+    "film" => {
+        "hdrfilm", Full, "its size and window";
+        "ldrfilm", Full, "its size and window";
+        "specfilm", Full, "its size and window";
+        "mfilm", Full, "its size and window";
+        "tiledhdrfilm", Full, "its size and window";
+    }
+    "medium" => {
+        "homogeneous", Ignored, "vacuum";
+        "heterogeneous", Ignored, "vacuum";
+        "dipole", Ignored, "the surface alone";
+        "singlescatter", Ignored, "the surface alone";
+    }
+};

@@ -16,19 +16,21 @@
 use glam::{Mat3, Vec2};
 
 use super::object::{Class, Object, Value};
-use super::values::{self, Spectrum, shown};
-use super::{Progress, Translation, transforms};
+use super::values::{self, Spectrum};
+use super::{Translation, transforms};
 use crate::color::Rgb;
 use crate::color::spectrum::{blackbody, rgb_of_emission, rgb_of_reflectance};
 use crate::error::{Error, Location, Result};
 use crate::io::images::Encoding;
+use crate::io::mixes;
+use crate::io::notes::shown;
+use crate::io::textures::{self, whole};
 use crate::scene::{
-    Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, TextureId,
-    UvTransform, Wrap,
+    Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, UvTransform, Wrap,
 };
 
 /// Reflectance of what cannot be read.
-pub(super) const GREY: Rgb = Rgb::gray(0.5);
+pub(super) const GREY: Rgb = Rgb::gray(mixes::GREY);
 
 /// Wavelengths at which Planck's law is sampled (nm): first, last, step.
 const BLACKBODY_NM: [u16; 3] = [360, 830, 5];
@@ -51,16 +53,21 @@ pub(super) struct Textured {
     pub(super) channel: Channel,
 }
 
+impl From<ColorInput> for Textured {
+    fn from(color: ColorInput) -> Self {
+        Self { color, channel: Channel::Luminance }
+    }
+}
+
 impl From<Rgb> for Textured {
     fn from(color: Rgb) -> Self {
-        Self { color: color.into(), channel: Channel::Luminance }
+        ColorInput::from(color).into()
     }
 }
 
 impl Textured {
-    fn float(self) -> FloatInput {
-        let factor = self.color.factor.luminance();
-        FloatInput { factor, texture: self.color.texture.map(|t| (t, self.channel)) }
+    pub(super) fn number(self) -> FloatInput {
+        textures::number(self.color, self.channel)
     }
 }
 
@@ -92,7 +99,7 @@ impl Translation<'_> {
                 shown(&object.plugin),
                 names[0]
             );
-            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+            self.builder.note(NoteKind::Approximated, message, object.at.clone());
             return Ok(GREY.zip(input.factor, |a, b| a * b));
         }
         Ok(input.factor)
@@ -100,7 +107,7 @@ impl Translation<'_> {
 
     /// The number of a parameter.
     pub(super) fn float(&mut self, object: &Object, name: &str, missing: f32) -> Result<FloatInput> {
-        Ok(self.textured(object, &[name], Quantity::Number)?.map_or(missing.into(), Textured::float))
+        Ok(self.textured(object, &[name], Quantity::Number)?.map_or(missing.into(), Textured::number))
     }
 
     fn textured(&mut self, object: &Object, names: &[&str], quantity: Quantity) -> Result<Option<Textured>> {
@@ -124,7 +131,7 @@ impl Translation<'_> {
         let moved = color.zip(clamped, |a, b| (a - b).abs()).max_channel();
         if moved > 0.01 && quantity != Quantity::Radiance || color.max_channel() < 0.0 {
             let message = "colours out of their range: moved into it";
-            self.notes.push(NoteKind::Repaired, message, at.clone());
+            self.builder.note(NoteKind::Repaired, message, at.clone());
         }
         clamped
     }
@@ -135,17 +142,11 @@ impl Translation<'_> {
     /// [`Error::Invalid`] if it refers to itself.
     pub(super) fn texture(&mut self, object: &Object, quantity: Quantity) -> Result<Textured> {
         let key = (object.index, quantity);
-        match self.textures.get(&key) {
-            Some(Progress::Done(texture)) => return Ok(*texture),
-            Some(Progress::Begun) => return Err(refers_to_itself(object)),
-            None => {}
+        if let Some(known) = self.textures.begin(key, object)? {
+            return Ok(known);
         }
-        self.textures.insert(key, Progress::Begun);
-        self.enter(object)?;
-        let texture = self.convert_texture(object, quantity)?;
-        self.leave(object);
-        self.textures.insert(key, Progress::Done(texture));
-        Ok(texture)
+        let texture = self.nested(object, |inside| inside.convert_texture(object, quantity))?;
+        Ok(self.textures.finish(key, texture))
     }
 
     fn convert_texture(&mut self, object: &Object, quantity: Quantity) -> Result<Textured> {
@@ -158,10 +159,9 @@ impl Translation<'_> {
             "checkerboard" => {
                 let even = self.color(object, &["color0"], quantity, Rgb::gray(0.4))?;
                 let odd = self.color(object, &["color1"], quantity, Rgb::gray(0.2))?;
-                let (even, odd) = (self.node(even)?, self.node(odd)?);
                 let squares = Mat3::from_scale(Vec2::splat(2.0));
                 let transform = UvTransform(squares * uv_transform(object).0);
-                self.whole(Texture::Checkerboard { even, odd, transform })?
+                textures::checkerboard(&mut self.builder, even, odd, transform)?.into()
             }
             "gridtexture" | "wireframe" => {
                 object.accept_all();
@@ -170,8 +170,7 @@ impl Translation<'_> {
                 } else {
                     ["color0", "background"]
                 };
-                self.color(object, &names, quantity, Rgb::gray(0.2))
-                    .map(|color| Textured { color, channel: Channel::Luminance })?
+                self.color(object, &names, quantity, Rgb::gray(0.2))?.into()
             }
             "scale" => {
                 let scale = self.color(object, &["scale", "value"], Quantity::Number, Rgb::WHITE)?;
@@ -187,8 +186,9 @@ impl Translation<'_> {
                         Textured { color, ..inner }
                     }
                     _ => {
-                        let (a, b) = (self.node(inner.color)?, self.node(scale)?);
-                        self.whole(Texture::Product(a, b))?
+                        let builder = &mut self.builder;
+                        let (a, b) = (textures::node(builder, inner.color)?, textures::node(builder, scale)?);
+                        whole(builder.add_texture(Texture::Product(a, b))?).into()
                     }
                 }
             }
@@ -223,7 +223,7 @@ impl Translation<'_> {
         object.accept(&["accel", "format", "max_anisotropy", "cache", "filter"]);
         let Some(reference) = object.text("filename") else {
             let message = "bitmap without a file: grey of 0.5";
-            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             return Ok(GREY.into());
         };
         let encoding = encoding(object);
@@ -237,13 +237,11 @@ impl Translation<'_> {
             _ => Channel::Luminance,
         };
         let reference = self.find(reference, object);
-        let Some(image) =
-            self.images.load(self.files, &reference, encoding, &object.at, &mut self.builder)?
-        else {
+        let Some(image) = self.images.load(&reference, encoding, &object.at, &mut self.builder)? else {
             return Ok(GREY.into());
         };
         let node = image.texture(|all| ImageTexture { wrap, transform, sampling, ..all });
-        Ok(Textured { channel, ..self.whole(node)? })
+        Ok(Textured { color: whole(self.builder.add_texture(node)?), channel })
     }
 
     /// How a bitmap is looked up.
@@ -267,8 +265,7 @@ impl Translation<'_> {
             object.text("filename").filter(|_| object.plugin == "bitmap" && object.text("channel").is_none());
         let Some(reference) = reference else { return Ok(false) };
         let reference = self.find(reference, object);
-        let image =
-            self.images.load(self.files, &reference, encoding(object), &object.at, &mut self.builder)?;
+        let image = self.images.load(&reference, encoding(object), &object.at, &mut self.builder)?;
         Ok(image.is_some_and(|image| self.images.has_opacity(image)))
     }
 
@@ -284,35 +281,12 @@ impl Translation<'_> {
             _ => Wrap::Repeat,
         })
     }
-
-    /// The texture node of a colour.
-    pub(super) fn node(&mut self, color: ColorInput) -> Result<TextureId> {
-        let ColorInput { factor, texture } = color;
-        match texture {
-            Some(texture) if factor == Rgb::WHITE => Ok(texture),
-            Some(texture) => {
-                let factor = self.builder.add_texture(Texture::Constant(factor))?;
-                self.builder.add_texture(Texture::Product(factor, texture))
-            }
-            None => self.builder.add_texture(Texture::Constant(factor)),
-        }
-    }
-
-    /// A node as it is.
-    pub(super) fn whole(&mut self, node: Texture) -> Result<Textured> {
-        let texture = Some(self.builder.add_texture(node)?);
-        Ok(Textured { color: ColorInput { factor: Rgb::WHITE, texture }, channel: Channel::Luminance })
-    }
 }
 
 /// What the integers of an image stand for.
 pub(super) fn encoding(object: &Object) -> Encoding {
     let raw = object.boolean("raw").unwrap_or(false) | (object.float("gamma") == Some(1.0));
     if raw { Encoding::Linear } else { Encoding::Srgb }
-}
-
-pub(super) fn refers_to_itself(object: &Object) -> Error {
-    Error::invalid(object.place(), "an object that refers to itself", "references without a cycle")
 }
 
 /// The colour of a value; `None` if it is of another type.
@@ -372,7 +346,6 @@ fn uv_transform(object: &Object) -> UvTransform {
     }
     let both = object.float("uvscale").unwrap_or(1.0);
     let value = |name: &str, missing: f64| object.float(name).unwrap_or(missing) as f32;
-    let scale = Vec2::new(value("uscale", both), value("vscale", both));
-    let offset = Vec2::new(value("uoffset", 0.0), value("voffset", 0.0));
-    UvTransform(Mat3::from_translation(offset) * Mat3::from_scale(scale))
+    let offset = [value("uoffset", 0.0), value("voffset", 0.0)];
+    textures::scaled([value("uscale", both), value("vscale", both)], offset)
 }

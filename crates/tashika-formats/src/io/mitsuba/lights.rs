@@ -33,13 +33,6 @@ const SKY_RESOLUTION: [u32; 2] = [512, 256];
 /// Least difference of the cosines between which a spot fades.
 const MIN_FADING: f32 = 1e-4;
 
-/// Environments met so far.
-#[derive(Default)]
-pub(super) struct Environments {
-    constant: Option<Rgb>,
-    map: Option<Environment>,
-}
-
 impl<'a> Translation<'a> {
     /// Adds a light of the scene.
     pub(super) fn add_light(&mut self, object: &'a Object) -> Result<()> {
@@ -73,8 +66,7 @@ impl<'a> Translation<'a> {
             }
             "constant" => {
                 let radiance = self.radiance(object, "radiance", Rgb::WHITE)?;
-                let sum = self.environments.constant.unwrap_or_default() + radiance;
-                self.environments.constant = Some(sum);
+                self.environments.constant += radiance;
                 Ok(())
             }
             "envmap" => self.environment_map(object),
@@ -88,18 +80,11 @@ impl<'a> Translation<'a> {
 
     /// Hands the environments over.
     pub(super) fn finish_environments(&mut self) -> Result<()> {
-        let Environments { constant, map } = std::mem::take(&mut self.environments);
-        match (map, constant) {
-            (Some(map), constant) => {
-                if constant.is_some_and(|c| !c.is_black()) {
-                    let at = crate::error::Location::file(self.files.path());
-                    self.feature("light", "second environment", &at)?;
-                }
-                self.builder.set_environment(map)
-            }
-            (None, Some(radiance)) => self.builder.set_environment(Environment::constant(radiance)),
-            (None, None) => Ok(()),
+        if self.environments.hides_constant() {
+            let at = crate::error::Location::file(self.files.path());
+            self.feature("light", "second environment", &at)?;
         }
+        std::mem::take(&mut self.environments).finish(&mut self.builder)
     }
 
     fn radiance(&mut self, object: &Object, name: &str, missing: Rgb) -> Result<Rgb> {
@@ -130,15 +115,14 @@ impl<'a> Translation<'a> {
         let reference = object.text("filename").or(object.text("bitmap"));
         let Some(reference) = reference else {
             let message = "environment map without a file: left out";
-            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             return Ok(());
         };
         if self.environments.map.is_some() {
             return self.feature("light", "second environment", &object.at).map(drop);
         }
         let reference = self.find(reference, object);
-        let image =
-            self.images.read(self.files, &reference, Encoding::Srgb, &object.at, &mut self.builder)?;
+        let image = self.images.read(&reference, Encoding::Srgb, &object.at, &mut self.builder)?;
         let Some(image) = image else { return Ok(()) };
         let half_turn = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0));
         let frame = rigid(&to_world, object)? * half_turn;
@@ -159,7 +143,7 @@ impl<'a> Translation<'a> {
         let turbidity = object.float_in("turbidity", 0.0..=100.0)?.unwrap_or(3.0) as f32;
         if !(MIN_TURBIDITY..=MAX_TURBIDITY).contains(&turbidity) {
             let message = format!("turbidity outside of {MIN_TURBIDITY} to {MAX_TURBIDITY}: moved into it");
-            self.notes.push(NoteKind::Approximated, message, object.place_of("turbidity"));
+            self.builder.note(NoteKind::Approximated, message, object.place_of("turbidity"));
         }
         let scale = |name: &str| -> Result<f32> {
             let all = object.float_in("scale", 0.0..=1e30)?.unwrap_or(1.0);
@@ -174,7 +158,7 @@ impl<'a> Translation<'a> {
         };
         if direction.y < 0.0 {
             let message = "the sun is below the horizon: moved up to it";
-            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+            self.builder.note(NoteKind::Approximated, message, object.at.clone());
         }
         let sky = Sky::new(turbidity, direction);
         if object.plugin != "sun" && sky_scale > 0.0 {

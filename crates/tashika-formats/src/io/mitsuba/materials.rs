@@ -14,15 +14,18 @@
 //!
 //! Held to this by `suite::mitsuba`.
 
-use super::inputs::{GREY, Quantity, refers_to_itself};
+use super::Translation;
+use super::inputs::{GREY, Quantity};
 use super::object::{Class, Object, Value};
-use super::values::{self, shown};
-use super::{Progress, Translation};
+use super::values;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
+use crate::io::mixes::grey;
+use crate::io::notes::shown;
+use crate::io::textures::between;
 use crate::scene::{
     Alpha, AlphaMode, Back, Channel, CoatBase, ColorInput, Emission, FloatInput, Material, MaterialId,
-    NormalInput, NoteKind, Surface, Texture,
+    NormalInput, NoteKind, Surface,
 };
 
 /// Most parts of a mixture.
@@ -68,27 +71,21 @@ impl Translation<'_> {
     /// # Errors
     /// [`Error::Invalid`] if it refers to itself.
     pub(super) fn material(&mut self, object: &Object) -> Result<Material> {
-        match self.materials.get(&object.index) {
-            Some(Progress::Done(material)) => return Ok(material.clone()),
-            Some(Progress::Begun) => return Err(refers_to_itself(object)),
-            None => {}
+        if let Some(known) = self.materials.begin(object.index, object)? {
+            return Ok(known);
         }
-        self.materials.insert(object.index, Progress::Begun);
-        self.enter(object)?;
-        let mut material = self.convert(object)?;
-        self.leave(object);
+        let mut material = self.nested(object, |inside| inside.convert(object))?;
         if let Some(id) = &object.id {
             material.name = shown(id);
         }
-        self.materials.insert(object.index, Progress::Done(material.clone()));
-        Ok(material)
+        Ok(self.materials.finish(object.index, material))
     }
 
     fn convert(&mut self, object: &Object) -> Result<Material> {
         let name = shown(object.label());
         if !self.meet("material", object, "grey of reflectance 0.5")? {
             object.accept_all();
-            return Ok(Material::new(name, Surface::Lambert { reflectance: GREY.into() }));
+            return Ok(Material::new(name, grey()));
         }
         let document = self.document;
         let mut nested = document.children(object, Class::Bsdf).map(|(_, o)| o);
@@ -124,9 +121,9 @@ impl Translation<'_> {
                     let scale = object.float("scale").unwrap_or(1.0) as f32;
                     let texture = self.texture(texture, Quantity::Number)?;
                     // A constant height has no slope.
-                    if let Some(node) = texture.color.texture {
-                        let factor = scale * texture.color.factor.luminance();
-                        let height = FloatInput { factor, texture: Some((node, texture.channel)) };
+                    let mut height = texture.number();
+                    if height.texture.is_some() {
+                        height.factor *= scale;
                         inner.normal = Some(NormalInput::Bump { height });
                     }
                 }
@@ -181,9 +178,7 @@ impl Translation<'_> {
     /// A weight given as the texture without a name.
     fn texture_weight(&mut self, object: &Object) -> Result<FloatInput> {
         let Some(texture) = self.document.any_texture(object) else { return Ok(0.5.into()) };
-        let texture = self.texture(texture, Quantity::Number)?;
-        let factor = texture.color.factor.luminance();
-        Ok(FloatInput { factor, texture: texture.color.texture.map(|t| (t, texture.channel)) })
+        Ok(self.texture(texture, Quantity::Number)?.number())
     }
 
     /// The nested material; grey, with a note, if there is none.
@@ -192,8 +187,8 @@ impl Translation<'_> {
             return self.material(nested);
         }
         let message = format!("bsdf {:?} without a nested bsdf: grey of reflectance 0.5", object.plugin);
-        self.notes.push(NoteKind::Repaired, message, object.at.clone());
-        Ok(Material::new(shown(object.label()), Surface::Lambert { reflectance: GREY.into() }))
+        self.builder.note(NoteKind::Repaired, message, object.at.clone());
+        Ok(Material::new(shown(object.label()), grey()))
     }
 
     /// One of two materials; what is invisible becomes opacity of the other.
@@ -238,15 +233,14 @@ impl Translation<'_> {
 
     fn note_of_part(&mut self, message: &str) {
         let at = crate::error::Location::file(self.files.path());
-        self.notes.push(NoteKind::Ignored, message, at);
+        self.builder.note(NoteKind::Ignored, message, at);
     }
 
     /// `1 − amount`.
     fn complement(&mut self, amount: FloatInput) -> Result<FloatInput> {
         let Some((texture, channel)) = amount.texture else { return Ok((1.0 - amount.factor).into()) };
-        let [white, none] = [Rgb::WHITE, Rgb::gray(1.0 - amount.factor)].map(Texture::Constant);
-        let (first, second) = (self.builder.add_texture(white)?, self.builder.add_texture(none)?);
-        let texture = self.builder.add_texture(Texture::Mix { first, second, amount: texture })?;
+        let ends = [Rgb::WHITE, Rgb::gray(1.0 - amount.factor)];
+        let texture = between(&mut self.builder, ends, texture)?;
         // The opacity of a constant is 1, of which nothing would be left to take.
         let channel = if channel == Channel::A { Channel::Luminance } else { channel };
         Ok(FloatInput { factor: 1.0, texture: Some((texture, channel)) })
@@ -272,7 +266,7 @@ impl Translation<'_> {
         let mut all: Vec<_> = parts.into_iter().zip(weights).collect();
         if sum > 1.0 + WEIGHT_TOLERANCE {
             let message = "weights of a mixture that add up to more than 1: divided by their sum";
-            self.notes.push(NoteKind::Approximated, message, object.at.clone());
+            self.builder.note(NoteKind::Approximated, message, object.at.clone());
         } else if sum < 1.0 - WEIGHT_TOLERANCE {
             let black = Surface::Lambert { reflectance: Rgb::BLACK.into() };
             all.push((Material::new("the rest of a mixture", black), 1.0 - sum));

@@ -54,14 +54,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use self::inputs::{Quantity, Textured};
-use self::lights::Environments;
 use self::object::{Class, Document, Object};
 use self::shapes::{MeshKey, Placement};
-use self::values::shown;
 use super::SceneFiles;
 use super::assets::ImageCache;
 use super::features::{Feature, Support};
+use super::lights::Surroundings;
+use super::limits::Budget;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
 use crate::scene::{Material, MaterialId, MeshId, NoteKind, Notes, Scene, SceneBuilder, TurnedAway};
 
 pub(super) use features::FEATURES;
@@ -78,23 +79,23 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut notes = Notes::default();
     let document = reader::read(files, &mut notes)?;
     let mut builder = SceneBuilder::new(files.name(), Location::file(files.path()));
+    builder.extend_notes(notes.iter());
     builder.set_turned_away(TurnedAway::Opposite);
     let mut translation = Translation {
         files,
         document: &document,
         builder,
-        notes,
-        images: ImageCache::new(),
-        textures: BTreeMap::new(),
-        materials: BTreeMap::new(),
+        images: ImageCache::new(files),
+        textures: Made(BTreeMap::new()),
+        materials: Made(BTreeMap::new()),
         shape_materials: BTreeMap::new(),
-        shapes: BTreeMap::new(),
+        shapes: Made(BTreeMap::new()),
         meshes: BTreeMap::new(),
         last_file: None,
         placed: 0,
         triangles: 0,
-        environments: Environments::default(),
-        slides_left: files.options().max_file_bytes,
+        environments: Surroundings::default(),
+        slides: Budget::new(files.options().max_file_bytes, "images of lights"),
         camera_names: BTreeSet::new(),
         depth: 0,
     };
@@ -104,15 +105,33 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     }
     translation.finish_environments()?;
     translation.note_unused();
-    translation.builder.extend_notes(translation.notes.iter());
     translation.builder.build()
 }
 
-/// Something that is made once.
-enum Progress<T> {
-    /// It is being made: whoever asks for it now is part of it.
-    Begun,
-    Done(T),
+/// What is made once of each object; none while it is being made: whoever asks for it then is part
+/// of it.
+struct Made<K, T>(BTreeMap<K, Option<T>>);
+
+impl<K: Ord + Copy, T: Clone> Made<K, T> {
+    /// What was made of `object`; nothing if it is to be made now.
+    fn begin(&mut self, key: K, object: &Object) -> Result<Option<T>> {
+        match self.0.get(&key) {
+            Some(Some(made)) => Ok(Some(made.clone())),
+            Some(None) => {
+                let found = "an object that refers to itself";
+                Err(Error::invalid(object.place(), found, "references without a cycle"))
+            }
+            None => {
+                self.0.insert(key, None);
+                Ok(None)
+            }
+        }
+    }
+
+    fn finish(&mut self, key: K, made: T) -> T {
+        self.0.insert(key, Some(made.clone()));
+        made
+    }
 }
 
 /// A document on its way to a scene.
@@ -120,21 +139,20 @@ struct Translation<'a> {
     files: &'a SceneFiles,
     document: &'a Document,
     builder: SceneBuilder,
-    notes: Notes,
-    images: ImageCache,
-    textures: BTreeMap<(usize, Quantity), Progress<Textured>>,
-    materials: BTreeMap<usize, Progress<Material>>,
+    images: ImageCache<'a>,
+    textures: Made<(usize, Quantity), Textured>,
+    materials: Made<usize, Material>,
     /// By bsdf and light.
     shape_materials: BTreeMap<(Option<usize>, Option<usize>), MaterialId>,
-    shapes: BTreeMap<usize, Progress<Vec<Placement>>>,
+    shapes: Made<usize, Vec<Placement>>,
     meshes: BTreeMap<MeshKey, MeshId>,
     /// Name and bytes of the mesh file that was read last.
     last_file: Option<(String, Rc<Vec<u8>>)>,
     placed: usize,
     triangles: usize,
-    environments: Environments,
-    /// Bytes that images of lights may still hold.
-    slides_left: u64,
+    environments: Surroundings,
+    /// For images of lights.
+    slides: Budget,
     camera_names: BTreeSet<String>,
     depth: usize,
 }
@@ -164,16 +182,14 @@ impl<'a> Translation<'a> {
         if self.feature(kind, &object.plugin, &object.at)? {
             return Ok(true);
         }
-        let message = format!("{kind} {:?} is unknown: {instead}", shown(&object.plugin));
-        self.notes.push(NoteKind::Ignored, message, object.at.clone());
+        let message = Feature::unknown([kind, &object.plugin], instead);
+        self.builder.note(NoteKind::Ignored, message, object.at.clone());
         Ok(false)
     }
 
     /// Tells what the table says about a name; returns whether it is in the table.
     fn feature(&mut self, kind: &str, name: &str, at: &Location) -> Result<bool> {
-        let Some(feature) = Feature::find(FEATURES, kind, name) else { return Ok(false) };
-        feature.met(at, &mut self.notes)?;
-        Ok(true)
+        Feature::look_up(FEATURES, [kind, name], at, self.builder.notes_mut())
     }
 
     /// Whether the table says that a plugin is left out.
@@ -181,18 +197,16 @@ impl<'a> Translation<'a> {
         Feature::find(FEATURES, kind, &object.plugin).is_some_and(|f| f.support == Support::Ignored)
     }
 
-    /// One object deeper.
-    fn enter(&mut self, object: &Object) -> Result<()> {
-        self.depth += 1;
-        if self.depth > MAX_DEPTH {
+    /// Does something one object deeper.
+    fn nested<T>(&mut self, object: &Object, make: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        if self.depth >= MAX_DEPTH {
             let found = format!("objects more than {MAX_DEPTH} deep in each other");
             return Err(Error::invalid(object.place(), found, "a flatter scene"));
         }
-        Ok(())
-    }
-
-    fn leave(&mut self, _: &Object) {
+        self.depth += 1;
+        let made = make(self);
         self.depth -= 1;
+        made
     }
 
     /// Tells which references lead nowhere.
@@ -202,7 +216,7 @@ impl<'a> Translation<'a> {
                 && self.document.resolve(child).is_none()
             {
                 let message = format!("reference to {:?}, which is not defined: left out", shown(id));
-                self.notes.push(NoteKind::Repaired, message, child.at.clone());
+                self.builder.note(NoteKind::Repaired, message, child.at.clone());
             }
         }
     }
@@ -211,7 +225,7 @@ impl<'a> Translation<'a> {
     fn note_unused(&mut self) {
         for object in &self.document.objects {
             if self.was_used(object) {
-                object.note_unused(&mut self.notes);
+                object.note_unused(self.builder.notes_mut());
             }
         }
     }
@@ -219,10 +233,10 @@ impl<'a> Translation<'a> {
     fn was_used(&self, object: &Object) -> bool {
         let textured = || {
             let quantities = [Quantity::Reflectance, Quantity::Radiance, Quantity::Number];
-            quantities.iter().any(|q| self.textures.contains_key(&(object.index, *q)))
+            quantities.iter().any(|q| self.textures.0.contains_key(&(object.index, *q)))
         };
         match object.class {
-            Class::Bsdf => self.materials.contains_key(&object.index),
+            Class::Bsdf => self.materials.0.contains_key(&object.index),
             Class::Texture => textured(),
             Class::Emitter => !Self::is_shape_light(object),
             Class::Shape => object.plugin != "shapegroup",

@@ -15,7 +15,6 @@
 use glam::{DVec3, Vec3};
 
 use crate::math::elementary::acos;
-use crate::scene::MeshData;
 
 /// One normal a vertex; zero where there is none to tell.
 pub(super) fn of_vertices(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
@@ -32,12 +31,6 @@ pub(super) fn of_vertices(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec
     sums.into_iter().map(|sum| sum.normalize_or_zero().as_vec3()).collect()
 }
 
-/// Turns a mesh inside out.
-pub(super) fn flip(data: &mut MeshData) {
-    data.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    data.normals.iter_mut().for_each(|n| *n = -*n);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,12 +45,9 @@ mod tests {
     }
 
     #[test]
-    fn vertices_without_a_triangle_have_none_and_flipping_turns_all() {
+    fn vertices_without_a_triangle_have_none() {
         let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
-        let mut data = MeshData { triangles: vec![[0, 1, 2]], ..MeshData::default() };
-        data.normals = of_vertices(&positions, &data.triangles);
-        assert_eq!(data.normals, [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::ZERO]);
-        flip(&mut data);
-        assert_eq!((data.triangles[0], data.normals[0]), ([0, 2, 1], Vec3::NEG_Z));
+        let normals = of_vertices(&positions, &[[0, 1, 2]]);
+        assert_eq!(normals, [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::ZERO]);
     }
 }

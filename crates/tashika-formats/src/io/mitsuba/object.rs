@@ -15,6 +15,7 @@ use glam::{DMat4, DVec3};
 use super::values::{self, Spectrum};
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
 use crate::scene::{NoteKind, Notes};
 
 /// What sort of plugin an object is, after its element.
@@ -149,8 +150,8 @@ impl Object {
 
     /// The place with the object's kind and id, for messages.
     pub(super) fn place(&self) -> Location {
-        let id = self.id.as_ref().map_or(String::new(), |id| format!(" {:?}", values::shown(id)));
-        self.at.clone().item(format!("{} {}{id}", self.class.name(), values::shown(&self.plugin)))
+        let id = self.id.as_ref().map_or(String::new(), |id| format!(" {:?}", shown(id)));
+        self.at.clone().item(format!("{} {}{id}", self.class.name(), shown(&self.plugin)))
     }
 
     /// The value of a parameter, if `take` can use it; then it counts as used.
@@ -238,18 +239,15 @@ impl Object {
 
     /// Tells what nobody asked for.
     pub(super) fn note_unused(&self, notes: &mut Notes) {
-        let (class, plugin) = (self.class.name(), values::shown(&self.plugin));
+        let (class, plugin) = (self.class.name(), shown(&self.plugin));
         for parameter in self.parameters.iter().filter(|p| !p.used.get()) {
-            let name = values::shown(&parameter.name);
+            let name = shown(&parameter.name);
             let message = format!("{class} {plugin:?}: parameter {name:?} is not used");
             notes.push(NoteKind::Ignored, message, parameter.at.clone());
         }
         for child in self.children.iter().filter(|c| !c.used.get()) {
-            let name = if child.name.is_empty() {
-                String::new()
-            } else {
-                format!(" {:?}", values::shown(&child.name))
-            };
+            let name =
+                if child.name.is_empty() { String::new() } else { format!(" {:?}", shown(&child.name)) };
             let message = format!("{class} {plugin:?}: nested object{name} is not used");
             notes.push(NoteKind::Ignored, message, child.at.clone());
         }

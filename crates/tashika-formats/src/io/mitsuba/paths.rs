@@ -8,22 +8,17 @@
 //! Tested below and by `suite::mitsuba::files_are_found_beside_the_scene_and_in_paths`.
 
 use crate::error::{Location, Result};
+use crate::io::files::is_absolute;
 use crate::io::{SceneFiles, udim};
 
 /// `name` inside `folder`, which may be empty.
 pub(super) fn join(folder: &str, name: &str) -> String {
     let name = name.trim();
-    let absolute = name.starts_with(['/', '\\']) || name.as_bytes().get(1) == Some(&b':');
-    if folder.is_empty() || absolute {
+    if folder.is_empty() || is_absolute(name) {
         name.to_owned()
     } else {
         format!("{}/{name}", folder.trim_end_matches(['/', '\\']))
     }
-}
-
-/// The folder that a file lies in; empty if its name has none.
-pub(super) fn folder_of(name: &str) -> &str {
-    name.rfind(['/', '\\']).map_or("", |end| &name[..end])
 }
 
 /// `name` inside each folder, each only once.
@@ -69,7 +64,6 @@ mod tests {
             (join("a", "/c").as_str(), join("a", "C:\\c").as_str(), join("", "c").as_str()),
             ("/c", "C:\\c", "c")
         );
-        assert_eq!((folder_of("a/b/c.xml"), folder_of("c.xml")), ("a/b", ""));
         assert_eq!(candidates("c", ["", "a", ""]), ["c", "a/c"]);
     }
 }

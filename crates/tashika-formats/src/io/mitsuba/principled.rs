@@ -3,13 +3,12 @@
 use super::Translation;
 use super::inputs::GREY;
 use super::object::Object;
-use super::surfaces::IOR_RANGE;
-use crate::bsdf::{CoatModel, FacetModel};
+use crate::bsdf::CoatModel;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
-use crate::io::clear_coats::alpha_of_gloss;
-use crate::io::dielectrics::single_face;
-use crate::scene::{ColorInput, FacetInput, FloatInput, Material, Surface};
+use crate::io::dielectrics::{IOR_RANGE, rendered, single_face};
+use crate::io::principled::Principled;
+use crate::scene::{ColorInput, FloatInput, SceneBuilder, Surface};
 
 impl Translation<'_> {
     /// `principled` and `principledthin`.
@@ -35,65 +34,46 @@ impl Translation<'_> {
         // Sheets have none.
         let mut of_coat = |name| if is_thin { Ok(0.0.into()) } else { self.share(object, name, 0.0) };
         let (clearcoat, gloss) = (of_coat("clearcoat")?, of_coat("clearcoat_gloss")?);
-        let opaque = |metallic| match through > 0.0 {
-            true => Surface::Translucent { reflectance: part(1.0 - through), transmittance: part(through) },
-            false => {
-                // Sheets have gloss only where they transmit.
-                let ior = if is_thin { IOR_RANGE[0] as f32 } else { ior };
-                Surface::Principled {
-                    base_color,
-                    metallic,
-                    roughness,
-                    ior,
-                    specular_tint,
-                    sheen,
-                    sheen_tint,
-                    flatness,
-                    anisotropic,
-                }
-            }
+        let material = Principled {
+            name: "principled",
+            base_color,
+            metallic,
+            roughness,
+            // Sheets have gloss only where they transmit.
+            ior: if is_thin { IOR_RANGE[0] } else { ior },
+            specular_tint,
+            sheen,
+            sheen_tint,
+            flatness,
+            anisotropic,
+            transmission,
+            clearcoat,
+            gloss,
+            coat: CoatModel::Mitsuba,
         };
-        let amount = FloatInput { factor: transmission.factor * (1.0 - metallic.factor), ..transmission };
-        if amount.factor <= 0.0 {
-            return self.clear_coat(opaque(metallic), clearcoat, gloss);
-        }
-        if clearcoat.factor > 0.0 {
-            self.feature("material", "principled clearcoat", &object.place_of("clearcoat"))?;
-        }
-        if metallic.texture.is_some() {
-            self.feature("material", "principled spec_trans", &object.place_of("spec_trans"))?;
-        }
-        let glass = if is_thin {
-            let ior = single_face(ior);
-            Surface::ThinGlass { ior, reflectance: Rgb::WHITE.into(), transmittance: base_color }
-        } else {
-            // Light crosses two interfaces of a solid, each with the square root of the colour.
-            let transmittance = base_color.factor.map(f32::sqrt);
-            if anisotropic.texture.is_some() {
+        if material.glass_share().factor > 0.0 {
+            if clearcoat.factor > 0.0 {
+                self.feature("material", "principled clearcoat", &object.place_of("clearcoat"))?;
+            }
+            if metallic.texture.is_some() {
+                self.feature("material", "principled spec_trans", &object.place_of("spec_trans"))?;
+            }
+            if anisotropic.texture.is_some() && !is_thin {
                 self.feature("material", "principled anisotropic", &object.place_of("anisotropic"))?;
             }
-            let alpha = self.builder.power(roughness, 2.0)?;
-            let facets = FacetInput::of_aspect(alpha, anisotropic.factor, FacetModel::GgxIndependent);
-            Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance, facets }
+        }
+        let opaque = |material: &Principled| match through > 0.0 {
+            true => Surface::Translucent { reflectance: part(1.0 - through), transmittance: part(through) },
+            false => material.opaque(),
         };
-        if amount == 1.0.into() {
-            return Ok(glass);
-        }
-        // Both parts have the same gloss; what is not glass has all of the metal.
-        let rest = (1.0 - amount.factor).max(metallic.factor).max(f32::MIN_POSITIVE);
-        let rest = FloatInput { factor: metallic.factor / rest, ..metallic };
-        let opaque = self.clear_coat(opaque(rest), clearcoat, gloss)?;
-        self.either("principled", opaque, glass, amount)
-    }
-
-    /// The surface under a clear coat, if there is one.
-    fn clear_coat(&mut self, base: Surface, amount: FloatInput, gloss: FloatInput) -> Result<Surface> {
-        if amount.factor <= 0.0 {
-            return Ok(base);
-        }
-        let alpha = alpha_of_gloss(&mut self.builder, gloss)?;
-        let base = self.builder.add_material(Material::new("principled: below its coat", base))?;
-        Ok(Surface::Clearcoat { base, amount, alpha, model: CoatModel::Mitsuba })
+        let glass = |material: &Principled, builder: &mut SceneBuilder| match is_thin {
+            true => {
+                let (ior, reflectance) = (single_face(ior), Rgb::WHITE.into());
+                Ok(Surface::ThinGlass { ior, reflectance, transmittance: base_color })
+            }
+            false => material.glass(builder),
+        };
+        material.surface(&mut self.builder, opaque, glass)
     }
 
     /// A number from 0 to 1.
@@ -120,6 +100,6 @@ impl Translation<'_> {
                 "a finite one",
             ));
         }
-        Ok(eta.max(1.0 / eta).clamp(IOR_RANGE[0], IOR_RANGE[1]) as f32)
+        Ok(rendered(eta.max(1.0 / eta) as f32))
     }
 }

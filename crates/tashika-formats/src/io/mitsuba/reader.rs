@@ -16,22 +16,26 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use roxmltree::{Node, ParsingOptions};
 
 use super::object::{Child, Class, Document, Object, Parameter, Target, Value};
 use super::paths;
-use super::text::{decode, substitute};
-use super::values::{self, shown};
+use super::text::substitute;
+use super::values;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
+use crate::io::files::folder_of;
+use crate::io::limits::Includes;
+use crate::io::notes::shown;
+use crate::io::text::{decoded, utf8_or_latin1};
 use crate::scene::{NoteKind, Notes};
 
 /// How deep elements may nest.
 pub(super) const MAX_NESTING: usize = 64;
-/// How deep files may include each other.
-const MAX_INCLUDE_DEPTH: usize = 16;
+/// How deep files may include each other, the scene's own counted.
+const MAX_INCLUDE_DEPTH: usize = 17;
 /// How many files may be included in all, counting each time.
 const MAX_INCLUDES: usize = 4096;
 /// How many folders are searched for files.
@@ -39,10 +43,11 @@ const MAX_PATHS: usize = 64;
 
 /// Reads the scene file and all that it includes.
 pub(super) fn read(files: &SceneFiles, notes: &mut Notes) -> Result<Document> {
+    let includes = Includes::new(MAX_INCLUDES, MAX_INCLUDE_DEPTH);
     let mut reader =
-        Reader { files, notes, document: Document::default(), defaults: BTreeMap::new(), includes: 0 };
+        Reader { files, notes, document: Document::default(), defaults: BTreeMap::new(), includes };
     let bytes = files.read_scene()?;
-    let roots = reader.file(&bytes, files.path(), "", 0)?;
+    let roots = reader.file(&bytes, files.path(), "", 1)?;
     reader.document.roots = roots;
     Ok(reader.document)
 }
@@ -53,7 +58,7 @@ pub(super) struct Reader<'a> {
     pub(super) notes: &'a mut Notes,
     document: Document,
     defaults: BTreeMap<String, String>,
-    includes: usize,
+    includes: Includes,
 }
 
 /// One file while it is read.
@@ -66,7 +71,8 @@ pub(super) struct Source<'a> {
     lines: Vec<usize>,
     /// A byte whose place was asked for, and the characters before it in its line.
     last: Cell<(usize, usize)>,
-    include_depth: usize,
+    /// Files that are being read, this one counted.
+    open: usize,
 }
 
 impl Source<'_> {
@@ -93,14 +99,14 @@ enum Item {
 
 impl Reader<'_> {
     /// Reads one file; its objects are the result.
-    fn file(&mut self, bytes: &[u8], path: &Path, folder: &str, depth: usize) -> Result<Vec<usize>> {
-        let text = decode(bytes);
+    fn file(&mut self, bytes: &[u8], path: &Path, folder: &str, open: usize) -> Result<Vec<usize>> {
+        let bytes = decoded(bytes);
+        let text = utf8_or_latin1(&bytes);
         let lines =
             std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect::<Vec<_>>();
         let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
         let xml = roxmltree::Document::parse_with_options(&text, options).map_err(|e| malformed(&e, path))?;
-        let source =
-            Source { path, folder, text: &text, lines, last: Cell::new((0, 0)), include_depth: depth };
+        let source = Source { path, folder, text: &text, lines, last: Cell::new((0, 0)), open };
         let root = xml.root_element();
         let at = source.at(root.range().start);
         let tag = root.tag_name().name();
@@ -108,7 +114,7 @@ impl Reader<'_> {
             let found = format!("the root element <{}>: this is not a Mitsuba scene", shown(tag));
             return Err(Error::invalid(at, found, "<scene version=\"…\">"));
         }
-        if depth == 0 {
+        if open == 1 {
             self.version(root, &at)?;
         }
         let mut roots = Vec::new();
@@ -240,19 +246,12 @@ impl Reader<'_> {
 
     fn include(&mut self, node: Node<'_, '_>, source: &Source<'_>, at: &Location) -> Result<Item> {
         let reference = self.required(node, "filename", at)?;
-        self.includes += 1;
-        if source.include_depth >= MAX_INCLUDE_DEPTH || self.includes > MAX_INCLUDES {
-            let found = format!("include of {:?}", shown(&reference));
-            let expected = format!(
-                "at most {MAX_INCLUDES} included files, at most {MAX_INCLUDE_DEPTH} in each other: does it include itself?"
-            );
-            return Err(Error::invalid(at.clone(), found, expected));
-        }
+        self.includes.enter(&reference, source.open, at)?;
         let candidates = paths::candidates(&reference, [source.folder, ""]);
         let (bytes, found) = paths::read_first(self.files, &candidates, at)?;
-        let folder = paths::folder_of(&found).to_owned();
-        let path = self.files.path().parent().map_or_else(PathBuf::new, Path::to_owned).join(&found);
-        Ok(Item::Children(self.file(&bytes, &path, &folder, source.include_depth + 1)?))
+        let folder = folder_of(&found).to_owned();
+        let path = self.files.beside(&found);
+        Ok(Item::Children(self.file(&bytes, &path, &folder, source.open + 1)?))
     }
 
     fn path(&mut self, node: Node<'_, '_>, source: &Source<'_>, at: &Location) -> Result<Item> {

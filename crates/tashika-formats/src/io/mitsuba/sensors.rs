@@ -26,9 +26,10 @@ use glam::{Affine3A, DMat4, DVec3, Vec2};
 use super::Translation;
 use super::object::{Class, Object};
 use super::transforms;
-use super::values::{number, shown};
+use super::values::number;
 use crate::error::{Error, Result};
 use crate::film::Window;
+use crate::io::notes::shown;
 use crate::math::elementary::{atan2, tan};
 use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
 
@@ -54,13 +55,13 @@ impl<'a> Translation<'a> {
         }
         if object.plugin == "batch" {
             object.accept_all();
-            self.enter(object)?;
-            for (_, nested) in document.children(object, Class::Sensor) {
-                self.add_sensor(nested)?;
-                nested.note_unused(&mut self.notes);
-            }
-            self.leave(object);
-            return Ok(());
+            return self.nested(object, |inside| {
+                for (_, nested) in document.children(object, Class::Sensor) {
+                    inside.add_sensor(nested)?;
+                    nested.note_unused(inside.builder.notes_mut());
+                }
+                Ok(())
+            });
         }
         object.accept(&[
             "near_clip",
@@ -102,8 +103,8 @@ impl<'a> Translation<'a> {
         let lens = self.lens(object)?;
         let name = self.camera_name(object);
         let resolution = Some([width, height]);
-        let shows = None;
-        self.builder.add_camera(Camera { name, to_world, projection, shift, lens, resolution, crop, shows })
+        let camera = Camera::new(name, to_world, projection);
+        self.builder.add_camera(Camera { shift, lens, resolution, crop, ..camera })
     }
 
     fn lens(&mut self, object: &Object) -> Result<Lens> {
@@ -119,7 +120,7 @@ impl<'a> Translation<'a> {
             None if radius == 0.0 => Ok(pinhole),
             None => {
                 let message = "thin lens without focus_distance: a pinhole";
-                self.notes.push(NoteKind::Repaired, message, object.at.clone());
+                self.builder.note(NoteKind::Repaired, message, object.at.clone());
                 Ok(pinhole)
             }
         }
@@ -138,7 +139,7 @@ impl<'a> Translation<'a> {
                     "x" => width,
                     other => {
                         let message = format!("fov_axis {:?} is unknown: x", shown(other));
-                        self.notes.push(NoteKind::Repaired, message, object.place_of("fov_axis"));
+                        self.builder.note(NoteKind::Repaired, message, object.place_of("fov_axis"));
                         width
                     }
                 };

@@ -10,15 +10,14 @@
 //! Held to this by `suite::mitsuba`.
 
 use std::f32::consts::TAU;
-use std::path::PathBuf;
 
 use glam::{DMat3, DMat4, DVec3, Vec2};
 
 use super::object::{Class, Object};
-use super::values::shown;
-use super::{Progress, Translation, materials, normals, paths, serialized, transforms};
+use super::{Translation, materials, normals, paths, serialized, transforms};
 use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
+use crate::io::notes::shown;
 use crate::io::{mesh_files, shapes};
 use crate::scene::{Emission, MaterialId, MeshData, MeshId, NoteKind};
 
@@ -64,21 +63,15 @@ impl<'a> Translation<'a> {
 
     /// The meshes of a shape, placed.
     fn placements(&mut self, object: &Object) -> Result<Vec<Placement>> {
-        match self.shapes.get(&object.index) {
-            Some(Progress::Done(placements)) => return Ok(placements.clone()),
-            Some(Progress::Begun) => return Err(super::inputs::refers_to_itself(object)),
-            None => {}
+        if let Some(known) = self.shapes.begin(object.index, object)? {
+            return Ok(known);
         }
-        self.shapes.insert(object.index, Progress::Begun);
-        self.enter(object)?;
-        let placements = self.convert_shape(object)?;
-        self.leave(object);
+        let placements = self.nested(object, |inside| inside.convert_shape(object))?;
         // Kept only where it will be asked for again.
         if object.id.is_some() {
-            self.shapes.insert(object.index, Progress::Done(placements.clone()));
-        } else {
-            self.shapes.remove(&object.index);
+            return Ok(self.shapes.finish(object.index, placements));
         }
+        self.shapes.0.remove(&object.index);
         Ok(placements)
     }
 
@@ -122,11 +115,11 @@ impl<'a> Translation<'a> {
             if matches!(light.plugin.as_str(), "area" | "directionalarea") {
                 self.meet("light", light, "left out")?;
                 let emission = self.emission(light)?;
-                light.note_unused(&mut self.notes);
+                light.note_unused(self.builder.notes_mut());
                 return Ok(Some((light, emission)));
             }
             let message = format!("light {:?} on a shape: left out", shown(&light.plugin));
-            self.notes.push(NoteKind::Ignored, message, light.at.clone());
+            self.builder.note(NoteKind::Ignored, message, light.at.clone());
             light.accept_all();
         }
         Ok(None)
@@ -138,7 +131,7 @@ impl<'a> Translation<'a> {
         for (_, part) in document.children(object, Class::Shape) {
             if matches!(part.plugin.as_str(), "instance" | "shapegroup") {
                 let message = "instances and groups inside of a shape group: left out";
-                self.notes.push(NoteKind::Ignored, message, part.at.clone());
+                self.builder.note(NoteKind::Ignored, message, part.at.clone());
                 continue;
             }
             all.extend(self.placements(part)?);
@@ -154,12 +147,12 @@ impl<'a> Translation<'a> {
         let document = self.document;
         let Some((_, group)) = document.children(object, Class::Shape).next() else {
             let message = "instance without a shape group: left out";
-            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             return Ok(Vec::new());
         };
         if group.plugin == "instance" {
             let message = "instance of an instance: left out";
-            self.notes.push(NoteKind::Ignored, message, object.at.clone());
+            self.builder.note(NoteKind::Ignored, message, object.at.clone());
             return Ok(Vec::new());
         }
         let placed = self.placements(group)?;
@@ -201,7 +194,7 @@ impl<'a> Translation<'a> {
                 let mut data = make(&at)?;
                 shown(object.label()).clone_into(&mut data.name);
                 if flipped {
-                    normals::flip(&mut data);
+                    data.turn_around();
                 }
                 self.add_mesh(key, data, material, &at)?
             }
@@ -219,7 +212,7 @@ impl<'a> Translation<'a> {
         object.accept(&["collapse", "max_error", "shape_name"]);
         let Some(reference) = object.text("filename") else {
             let message = format!("shape {:?} without a file: left out", object.plugin);
-            self.notes.push(NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             return Ok(None);
         };
         let reference = self.find(reference, object);
@@ -240,21 +233,25 @@ impl<'a> Translation<'a> {
             Err(error @ Error::Io { .. }) => {
                 let why = reason(&error);
                 let message = format!("mesh {:?} could not be read ({why}): left out", shown(&reference));
-                self.notes.push(kind(&error), message, object.at.clone());
+                self.builder.note(kind(&error), message, object.at.clone());
                 return Ok(None);
             }
             Err(other) => return Err(other),
         };
-        let folder = self.files.path().parent().map_or_else(PathBuf::new, std::path::Path::to_owned);
-        let path = folder.join(&reference);
+        let path = self.files.beside(&reference);
         let (mut data, mut flat) = match object.plugin.as_str() {
             // Its reader gives the coordinates turned over.
-            "obj" => (turned(mesh_files::read_obj(&bytes, &path, &mut self.notes)?, !flip_v), flat),
+            "obj" => (turned(mesh_files::read_obj(&bytes, &path, self.builder.notes_mut())?, !flip_v), flat),
             "ply" => {
                 let options = self.files.options();
                 (
                     turned(
-                        mesh_files::read_ply(&bytes, options, &mut self.notes, &Location::file(path))?,
+                        mesh_files::read_ply(
+                            &bytes,
+                            options,
+                            self.builder.notes_mut(),
+                            &Location::file(path),
+                        )?,
                         flip_v,
                     ),
                     flat,
@@ -267,7 +264,7 @@ impl<'a> Translation<'a> {
         };
         flat |= data.triangles.is_empty();
         if mirrored && data.normals.is_empty() {
-            normals::flip(&mut data);
+            data.turn_around();
         }
         if flat {
             if mirrored && !data.normals.is_empty() {
@@ -278,7 +275,7 @@ impl<'a> Translation<'a> {
             data.normals = normals::of_vertices(&data.positions, &data.triangles);
         }
         if flipped {
-            normals::flip(&mut data);
+            data.turn_around();
         }
         shown(object.id.as_deref().unwrap_or(&reference)).clone_into(&mut data.name);
         Ok(Some(Placement { mesh: self.add_mesh(key, data, material, &at)?, to_world }))
@@ -360,7 +357,7 @@ fn cylinder_frame(p0: DVec3, p1: DVec3, radius: f64) -> Option<DMat4> {
 /// The mesh with `v` turned over, if asked for.
 fn turned(mut data: MeshData, turn: bool) -> MeshData {
     if turn {
-        data.uvs.iter_mut().for_each(|uv| *uv = Vec2::new(uv.x, 1.0 - uv.y));
+        data.flip_v();
     }
     data
 }

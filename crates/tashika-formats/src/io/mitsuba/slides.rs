@@ -24,14 +24,13 @@ use super::inputs::{GREY, Quantity, encoding};
 use super::lights::{rigid, unit};
 use super::object::Object;
 use crate::color::Rgb;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::io::images::one_texel;
+use crate::io::lights::{BYTES_OF_TEXEL, add_image_light};
 use crate::math::elementary::tan;
 use crate::scene::{
-    Emitter, Falloff, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, Spread, Wrap,
+    Emitter, Falloff, Image, IntensityMap, Lookup, NoteKind, Sampling, SlideWeight, Spread, Wrap,
 };
-
-/// Bytes that a map holds for each texel: colours, and their density with its guide.
-const BYTES_OF_TEXEL: u64 = 12 + 8 + 2;
 
 /// Widest cutoff of a spot through which an image can shine (degrees).
 const WIDEST: f64 = 89.0;
@@ -65,7 +64,7 @@ impl Translation<'_> {
         let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
         if cutoff > WIDEST {
             let message = "textures of spots with a cutoff beyond 89°: left out";
-            self.notes.push(NoteKind::Approximated, message, object.place_of("cutoff_angle"));
+            self.builder.note(NoteKind::Approximated, message, object.place_of("cutoff_angle"));
             let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
             return self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff });
         }
@@ -86,11 +85,7 @@ impl Translation<'_> {
     ) -> Result<()> {
         // A black image.
         let Some(map) = map.map(Arc::new) else { return Ok(()) };
-        if !position.is_finite() || !(intensity * map.brightest()).is_finite() {
-            self.notes.push(NoteKind::Repaired, "lights that are not finite: left out", object.at.clone());
-            return Ok(());
-        }
-        self.builder.add_image_light(&map, position, intensity, to_world)
+        add_image_light(&mut self.builder, &map, (position, to_world), intensity, object.at.clone())
     }
 
     /// The image of a parameter, and how it is looked up; one texel of a constant.
@@ -105,33 +100,24 @@ impl Translation<'_> {
         let texture_lookup = self.lookup(texture)?;
         if texture.transform("to_uv").is_some() {
             let message = "to_uv of the images of lights: left out";
-            self.notes.push(NoteKind::Approximated, message, texture.place_of("to_uv"));
+            self.builder.note(NoteKind::Approximated, message, texture.place_of("to_uv"));
         }
         texture.accept(&["accel", "format", "max_anisotropy", "cache", "filter", "channel", "gamma", "raw"]);
         let Some(reference) = texture.text("filename") else {
             let message = "bitmap without a file: grey of 0.5";
-            self.notes.push(NoteKind::Repaired, message, texture.at.clone());
+            self.builder.note(NoteKind::Repaired, message, texture.at.clone());
             return Ok(constant(GREY));
         };
         let reference = self.find(reference, texture);
         let encoding = encoding(texture);
-        let image = self.images.read(self.files, &reference, encoding, &texture.at, &mut self.builder)?;
+        let image = self.images.read(&reference, encoding, &texture.at, &mut self.builder)?;
         let Some(image) = image else { return Ok(constant(GREY)) };
-        let bytes = u64::from(image.width) * u64::from(image.height) * BYTES_OF_TEXEL;
-        self.slides_left = self.slides_left.checked_sub(bytes).ok_or_else(|| {
-            let limit = self.files.options().max_file_bytes;
-            Error::invalid(
-                object.place(),
-                "images of lights beyond the limit",
-                format!("at most {limit} bytes"),
-            )
-        })?;
+        let bytes = image.pixels.len() as u64 * BYTES_OF_TEXEL;
+        self.slides.take(bytes, &object.place())?;
         Ok((image, texture_lookup))
     }
 }
 
 fn constant(color: Rgb) -> (Image, Lookup) {
-    let pixels = Pixels::Float(vec![color.to_array()]);
-    let image = Image { name: "constant".into(), width: 1, height: 1, pixels };
-    (image, Lookup { sampling: Sampling::Nearest, wrap: [Wrap::Clamp; 2] })
+    (one_texel("constant", color), Lookup { sampling: Sampling::Nearest, wrap: [Wrap::Clamp; 2] })
 }

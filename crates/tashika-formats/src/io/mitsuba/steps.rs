@@ -9,8 +9,9 @@ use roxmltree::Node;
 
 use super::reader::{MAX_NESTING, Reader, Source};
 use super::transforms;
-use super::values::{self, shown};
+use super::values;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
 use crate::scene::NoteKind;
 
 impl Reader<'_> {

@@ -20,21 +20,22 @@ use super::Translation;
 use super::inputs::{GREY, Quantity};
 use super::metals::METALS;
 use super::object::{Object, Value};
-use super::values::shown;
 use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::io::dielectrics::refractive_index;
+use crate::io::dielectrics::{refractive_index, rendered};
+use crate::io::mixes::{beside, grey};
+use crate::io::notes::shown;
 use crate::io::rough_diffuse;
-use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, Material, NoteKind, Surface};
-
-/// Ratios of refractive indices that surfaces take.
-pub(super) const IOR_RANGE: [f64; 2] = [1.0001, 5.0];
+use crate::scene::{CoatBase, ColorInput, FacetInput, FloatInput, NoteKind, Surface};
 
 /// Largest Phong exponent.
 const MAX_EXPONENT: f64 = 1e6;
 
 const WHITE: Rgb = Rgb::WHITE;
+
+/// A reflectance of one in every direction.
+const PERFECT: ConductorFresnel = ConductorFresnel::Schlick { f0: WHITE };
 
 /// Of microfacets, in lower case.
 fn distribution(object: &Object) -> String {
@@ -95,7 +96,10 @@ impl Translation<'_> {
                 let specular = self.reflectance(object, "specular_reflectance", Rgb::gray(0.2))?;
                 let [alpha, v] = self.roughness(object)?;
                 let across = (alpha != v).then_some(v);
-                self.ward(diffuse, specular, FacetInput { alpha, across, model: FacetModel::Beckmann })
+                let facets = FacetInput { alpha, across, model: FacetModel::Beckmann };
+                let names = ["first", "second"].map(|which| format!("ward: {which} part"));
+                let lobe = |specular| Surface::Conductor { fresnel: PERFECT, specular, facets };
+                beside(&mut self.builder, names, [diffuse, specular], lobe)
             }
             "difftrans" => {
                 let transmittance = self.reflectance(object, "transmittance", GREY)?;
@@ -114,48 +118,9 @@ impl Translation<'_> {
             }
             _ => {
                 object.accept_all();
-                Ok(Surface::Lambert { reflectance: GREY.into() })
+                Ok(grey())
             }
         }
-    }
-
-    /// Diffuse reflection and perfect metal of such facets, side by side.
-    fn ward(&mut self, diffuse: ColorInput, specular: ColorInput, facets: FacetInput) -> Result<Surface> {
-        let weights = [diffuse, specular].map(|c| c.factor.max_channel());
-        let sum = weights[0] + weights[1];
-        if weights[1] <= 0.0 {
-            return Ok(Surface::Lambert { reflectance: diffuse });
-        }
-        let amount = weights[1] / sum;
-        let share = |c: ColorInput, share: f32| ColorInput {
-            factor: (c.factor * (1.0 / (share * sum.max(1.0)))).map(|v| v.min(1.0)),
-            ..c
-        };
-        let lobe = Surface::Conductor {
-            fresnel: ConductorFresnel::Schlick { f0: WHITE },
-            specular: share(specular, amount),
-            facets,
-        };
-        if amount >= 1.0 {
-            return Ok(lobe);
-        }
-        let base = Surface::Lambert { reflectance: share(diffuse, 1.0 - amount) };
-        self.either("ward", base, lobe, amount)
-    }
-
-    /// One of two surfaces at each point, at random: the second on the share `amount`. `of` is what
-    /// they are parts of.
-    pub(super) fn either(
-        &mut self,
-        of: &str,
-        first: Surface,
-        second: Surface,
-        amount: impl Into<FloatInput>,
-    ) -> Result<Surface> {
-        let [first, second] = [("first", first), ("second", second)].map(|(which, surface)| {
-            self.builder.add_material(Material::new(format!("{of}: {which} part"), surface))
-        });
-        Ok(Surface::Mix { first: first?, second: second?, amount: amount.into() })
     }
 
     fn lambert(&mut self, object: &Object) -> Result<Surface> {
@@ -181,10 +146,10 @@ impl Translation<'_> {
         let mut ratio = inside / outside;
         if ratio < 1.0 {
             let message = "refractive index below that of the outside: its inverse";
-            self.notes.push(NoteKind::Approximated, message, object.place_of("int_ior"));
+            self.builder.note(NoteKind::Approximated, message, object.place_of("int_ior"));
             ratio = 1.0 / ratio;
         }
-        Ok(ratio.clamp(IOR_RANGE[0], IOR_RANGE[1]) as f32)
+        Ok(rendered(ratio as f32))
     }
 
     /// A refractive index, as a number or by the material's name.
@@ -197,7 +162,7 @@ impl Translation<'_> {
             return Ok(f64::from(index));
         }
         let message = format!("dielectric {:?} is unknown: {missing}", shown(name));
-        self.notes.push(NoteKind::Repaired, message, object.place_of(parameter));
+        self.builder.note(NoteKind::Repaired, message, object.place_of(parameter));
         Ok(refractive_index(missing).map_or(1.0, f64::from))
     }
 
@@ -227,7 +192,7 @@ impl Translation<'_> {
         }
         if both.iter().any(|alpha| !(0.0..=1.0).contains(&alpha.factor)) {
             let message = "roughness outside of 0 to 1: moved into it";
-            self.notes.push(NoteKind::Repaired, message, object.place_of("alpha"));
+            self.builder.note(NoteKind::Repaired, message, object.place_of("alpha"));
         }
         Ok(both.map(|alpha| FloatInput { factor: alpha.factor.clamp(0.0, 1.0), ..alpha }))
     }
@@ -253,20 +218,12 @@ impl Translation<'_> {
             match self.metal(object, name)? {
                 Some(constants) => constants,
                 None if facets == 0.0.into() => return Ok(Surface::Mirror { reflectance: specular }),
-                // A reflectance of one in every direction.
-                None => {
-                    return Ok(Surface::Conductor {
-                        fresnel: ConductorFresnel::Schlick { f0: WHITE },
-                        specular,
-                        facets,
-                    });
-                }
+                None => return Ok(Surface::Conductor { fresnel: PERFECT, specular, facets }),
             }
         };
         let outside = outside as f32;
         if eta.is_black() && k == WHITE {
-            let fresnel = ConductorFresnel::Schlick { f0: WHITE };
-            return Ok(Surface::Conductor { fresnel, specular, facets });
+            return Ok(Surface::Conductor { fresnel: PERFECT, specular, facets });
         }
         // Where eta vanishes the reflectance is 1, as it nearly is here.
         let positive = |c: Rgb| c.map(|v| (v / outside).clamp(1e-3, 1e3));
@@ -287,7 +244,7 @@ impl Translation<'_> {
             return Ok(Some((eta.into(), k.into())));
         }
         let message = format!("metal {:?} is unknown: a perfect mirror", shown(name));
-        self.notes.push(NoteKind::Repaired, message, object.place_of("material"));
+        self.builder.note(NoteKind::Repaired, message, object.place_of("material"));
         Ok(None)
     }
 

@@ -1,4 +1,4 @@
-//! The text of files and attributes: encodings, `$name`.
+//! The text of attributes: `$name`.
 //!
 //! Tested below.
 
@@ -36,23 +36,6 @@ pub(super) fn substitute(text: &str, defaults: &BTreeMap<String, String>) -> Res
     Ok(replaced)
 }
 
-/// UTF-8, UTF-16 with a byte order mark, else Latin-1.
-pub(super) fn decode(bytes: &[u8]) -> String {
-    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
-        let units = bytes.chunks_exact(2).map(|b| unit([b[0], b[1]]));
-        char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
-    };
-    match bytes {
-        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
-        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
-        _ => {
-            let text = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]).unwrap_or(bytes);
-            std::str::from_utf8(text)
-                .map_or_else(|_| text.iter().map(|&b| char::from(b)).collect(), str::to_owned)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,13 +52,5 @@ mod tests {
         for (text, missing) in [("$q", "q"), ("${spq}", "spq"), ("1$", ""), ("${", "")] {
             assert_eq!(substitute(text, &defaults), Err(missing.to_owned()), "{text}");
         }
-    }
-
-    #[test]
-    fn text_in_other_encodings_is_read() {
-        assert_eq!(decode(b"\xef\xbb\xbfa\xc3\xa9"), "aé");
-        assert_eq!(decode(b"a\xe9"), "aé");
-        assert_eq!(decode(b"\xff\xfea\0\xe9\0"), "aé");
-        assert_eq!(decode(b"\xfe\xff\0a\0\xe9"), "aé");
     }
 }

@@ -135,17 +135,6 @@ pub(super) fn snake_case(name: &str) -> String {
     snake
 }
 
-/// A name from a file, fit for messages: without control characters, and not too long.
-pub(super) fn shown(name: &str) -> String {
-    const LONGEST: usize = 80;
-    let visible = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-    let mut shown: String = name.chars().take(LONGEST).map(visible).collect();
-    if name.chars().nth(LONGEST).is_some() {
-        shown.push('…');
-    }
-    shown
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

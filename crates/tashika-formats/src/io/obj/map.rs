@@ -14,9 +14,8 @@
 //!
 //! Tested by the tests below and `suite::obj::texture_options_*`.
 
-use glam::{Mat3, Vec3};
-
 use super::text::{name, number, split_keyword, trim, words};
+use crate::io::textures::upward;
 use crate::scene::{Channel, UvTransform, Wrap};
 
 /// What a texture statement says.
@@ -116,12 +115,7 @@ impl Map {
 
     /// What the statement does to coordinates that run down.
     pub(super) fn transform(&self) -> UvTransform {
-        let ([su, sv], [ou, ov]) = (self.scale, self.offset);
-        UvTransform(Mat3::from_cols(
-            Vec3::new(su, 0.0, 0.0),
-            Vec3::new(0.0, sv, 0.0),
-            Vec3::new(ou, 1.0 - sv - ov, 1.0),
-        ))
+        upward(self.scale, self.offset)
     }
 
     /// What the statement says about coordinates outside `[0, 1]`.
@@ -159,8 +153,6 @@ fn file_name(text: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec2;
-
     use super::*;
 
     fn parse(text: &str) -> Map {
@@ -204,17 +196,6 @@ mod tests {
             assert!(parse(changed).modified, "{changed}");
         }
         assert_eq!(parse("-s nan 2 a").scale, [1.0, 2.0]);
-    }
-
-    #[test]
-    fn transforms_are_those_of_coordinates_that_run_up() {
-        let map = parse("-s 2 4 -o 0.1 0.3 a");
-        for up in [Vec2::new(0.0, 0.0), Vec2::new(0.7, 0.2), Vec2::new(-1.0, 3.0)] {
-            let down = |v: Vec2| Vec2::new(v.x, 1.0 - v.y);
-            let expected = down(up * Vec2::new(2.0, 4.0) + Vec2::new(0.1, 0.3));
-            let got = map.transform().0.transform_point2(down(up));
-            assert!((got - expected).length() < 1e-5, "{up}: {got} for {expected}");
-        }
     }
 
     #[test]

@@ -35,16 +35,15 @@ use super::features::meaning;
 use super::map::Map;
 use super::mtl::Definition;
 use super::references::{Content, Textures};
-use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Location;
+use crate::io::dielectrics::{IOR_RANGE, normal_reflectance};
+use crate::io::mixes::{GREY, beside};
+use crate::io::principled::metallic_roughness;
 use crate::scene::{
-    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NormalInput, NoteKind, Notes,
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, NormalInput, NoteKind,
     SceneBuilder, Surface, TextureId,
 };
-
-/// Reflectance of what has none: chosen, a middling value for interiors.
-pub(super) const GREY: f32 = 0.5;
 
 /// Exponent of highlights without one: chosen, a broad highlight.
 const DEFAULT_EXPONENT: f32 = 10.0;
@@ -55,9 +54,6 @@ const DEFAULT_ROUGHNESS: f32 = 0.5;
 /// Refractive index where there is none: window glass.
 const DEFAULT_IOR: f32 = 1.5;
 
-/// Largest refractive index that is rendered; diamond has 2.4.
-const MAX_IOR: f32 = 5.0;
-
 /// Largest radiance (W·m⁻²·sr⁻¹): far above the sun's 2·10⁷, far below what overflows.
 const MAX_RADIANCE: f32 = 1e12;
 
@@ -67,18 +63,12 @@ pub(super) fn convert(
     definition: &Definition,
     textures: &mut Textures<'_>,
     builder: &mut SceneBuilder,
-    notes: &mut Notes,
 ) -> Material {
-    let mut converter = Converter { name, definition, textures, builder, notes };
+    let mut converter = Converter { name, definition, textures, builder };
     let surface = converter.surface();
     let glass = matches!(surface, Surface::Glass { .. });
     let (emission, alpha) = (converter.emission(), converter.alpha(glass));
     Material { emission, alpha, normal: converter.normal(), ..Material::new(name, surface) }
-}
-
-/// A material that nothing is known of.
-pub(super) fn grey(name: &str) -> Material {
-    Material::new(name, Surface::Lambert { reflectance: Rgb::gray(GREY).into() })
 }
 
 struct Converter<'a, 'f> {
@@ -86,7 +76,6 @@ struct Converter<'a, 'f> {
     definition: &'a Definition,
     textures: &'a mut Textures<'f>,
     builder: &'a mut SceneBuilder,
-    notes: &'a mut Notes,
 }
 
 impl Converter<'_, '_> {
@@ -96,12 +85,12 @@ impl Converter<'_, '_> {
 
     fn note(&mut self, kind: NoteKind, message: impl Into<String>) {
         let at = self.at();
-        self.notes.push(kind, message, at);
+        self.builder.note(kind, message, at);
     }
 
     /// Says what the table says about the definition as a whole.
     fn meaning(&mut self, name: &str) {
-        meaning(name, &self.definition.at, self.notes);
+        meaning(name, &self.definition.at, self.builder.notes_mut());
     }
 
     fn surface(&mut self) -> Surface {
@@ -145,23 +134,9 @@ impl Converter<'_, '_> {
             Some(kd) if !kd.is_black() => self.diffuse(),
             _ => return Surface::Mirror { reflectance: specular },
         };
-        let weights = [base, specular].map(|c| c.factor.max_channel());
-        let (sum, amount) = (weights[0] + weights[1], weights[1] / (weights[0] + weights[1]));
-        let share = |c: ColorInput, share: f32| ColorInput {
-            factor: (c.factor * (1.0 / (share * sum.max(1.0)))).map(|v| v.min(1.0)),
-            ..c
-        };
-        let parts = [
-            ("diffuse", Surface::Lambert { reflectance: share(base, 1.0 - amount) }),
-            ("mirror", Surface::Mirror { reflectance: share(specular, amount) }),
-        ];
-        let [first, second] = parts.map(|(part, surface)| {
-            self.builder.add_material(Material::new(format!("{}: {part}", self.name), surface)).ok()
-        });
-        match (first, second) {
-            (Some(first), Some(second)) => Surface::Mix { first, second, amount: amount.into() },
-            _ => Surface::Mirror { reflectance: specular },
-        }
+        let names = ["diffuse", "mirror"].map(|part| format!("{}: {part}", self.name));
+        let mirror = |reflectance| Surface::Mirror { reflectance };
+        beside(self.builder, names, [base, specular], mirror).unwrap_or(mirror(specular))
     }
 
     fn glass(&mut self) -> Option<Surface> {
@@ -173,7 +148,7 @@ impl Converter<'_, '_> {
         }
         self.meaning("illum 4, 6, 7, 9");
         Some(Surface::Glass {
-            ior: self.number("Ni", d.ni, DEFAULT_IOR, 1.0_f32.next_up()..=MAX_IOR),
+            ior: self.number("Ni", d.ni, DEFAULT_IOR, 1.0_f32.next_up()..=IOR_RANGE[1]),
             reflectance: Rgb::WHITE,
             transmittance: self.reflectance("Tf", d.tf.unwrap_or(Rgb::WHITE), false),
             facets: 0.0.into(),
@@ -185,16 +160,11 @@ impl Converter<'_, '_> {
         let default = |map: &Option<Map>, without| if map.is_some() { 1.0 } else { without };
         let metallic = self.number("Pm", d.pm, default(&d.map_pm, 0.0), 0.0..=1.0);
         let roughness = self.number("Pr", d.pr, default(&d.map_pr, DEFAULT_ROUGHNESS), 0.0..=1.0);
-        let ior = self.number("Ni", d.ni.filter(|&ni| ni > 1.0), DEFAULT_IOR, 1.0..=MAX_IOR);
-        let f0 = (ior - 1.0) / (ior + 1.0);
-        Surface::MetallicRoughness {
-            base_color: self.diffuse(),
-            metallic: self.mapped_number(metallic, d.map_pm.as_ref()),
-            roughness: self.mapped_number(roughness, d.map_pr.as_ref()),
-            specular_f0: Rgb::gray(f0 * f0).into(),
-            anisotropy: 0.0.into(),
-            model: FacetModel::Ggx,
-        }
+        let ior = self.number("Ni", d.ni.filter(|&ni| ni > 1.0), DEFAULT_IOR, 1.0..=IOR_RANGE[1]);
+        let base_color = self.diffuse();
+        let metallic = self.mapped_number(metallic, d.map_pm.as_ref());
+        let roughness = self.mapped_number(roughness, d.map_pr.as_ref());
+        metallic_roughness(base_color, metallic, roughness, Rgb::gray(normal_reflectance(ior)).into())
     }
 
     fn diffuse(&mut self) -> ColorInput {
@@ -231,8 +201,7 @@ impl Converter<'_, '_> {
 
     fn normal(&mut self) -> Option<NormalInput> {
         let map = self.definition.norm.as_ref()?;
-        let (texture, _) =
-            self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
+        let (texture, _) = self.textures.load(map, self.definition, Content::Number, self.builder)?;
         Some(NormalInput::Map { texture, scale: 1.0 })
     }
 
@@ -251,7 +220,7 @@ impl Converter<'_, '_> {
             } else {
                 Content::Number
             };
-            let (texture, has_alpha) = self.textures.load(map, d, content, self.builder, self.notes)?;
+            let (texture, has_alpha) = self.textures.load(map, d, content, self.builder)?;
             Some((texture, map.channel.unwrap_or(if has_alpha { Channel::A } else { Channel::R })))
         });
         if factor == 0.0 {
@@ -268,14 +237,13 @@ impl Converter<'_, '_> {
     }
 
     fn color_map(&mut self, map: Option<&Map>) -> Option<TextureId> {
-        let loaded = self.textures.load(map?, self.definition, Content::Color, self.builder, self.notes)?;
+        let loaded = self.textures.load(map?, self.definition, Content::Color, self.builder)?;
         Some(loaded.0)
     }
 
     fn mapped_number(&mut self, factor: f32, map: Option<&Map>) -> FloatInput {
         let texture = map.and_then(|map| {
-            let loaded =
-                self.textures.load(map, self.definition, Content::Number, self.builder, self.notes)?;
+            let loaded = self.textures.load(map, self.definition, Content::Number, self.builder)?;
             Some((loaded.0, map.channel.unwrap_or(Channel::R)))
         });
         FloatInput { factor, texture }

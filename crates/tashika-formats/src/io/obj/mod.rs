@@ -43,13 +43,14 @@ use std::path::Path;
 use glam::Affine3A;
 
 use super::SceneFiles;
+use super::mixes::{GREY, grey};
+use super::notes::Named;
 use crate::error::{Location, Result};
 use crate::scene::{Material, MeshData, NoteKind, Notes, Scene, SceneBuilder};
 pub(super) use features::FEATURES;
 use mtl::Definitions;
 use parse::Reference;
 use references::Textures;
-use tally::Named;
 
 /// How many different materials that are not defined are named.
 const MAX_UNDEFINED: usize = 100;
@@ -74,20 +75,20 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     drop(geometry);
 
     let mut builder = SceneBuilder::new(files.name(), Location::file(path));
+    builder.extend_notes(notes.iter());
     let mut materials = Materials {
         definitions,
         textures: Textures::new(files),
-        undefined: Named::new(NoteKind::Repaired, MAX_UNDEFINED, "further materials are not defined: grey"),
+        undefined: Named::new(MAX_UNDEFINED),
         files,
     };
     for mesh in meshes {
         let reference = &names[mesh.material as usize];
-        let material = materials.material(reference, &mut builder, &mut notes);
+        let material = materials.material(reference, &mut builder);
         let material = builder.add_material(material)?;
         let mesh = builder.add_mesh(mesh.data, material)?;
         builder.add_instance(mesh, Affine3A::IDENTITY)?;
     }
-    builder.extend_notes(notes.iter());
     builder.build()
 }
 
@@ -113,20 +114,20 @@ struct Materials<'a> {
 }
 
 impl Materials<'_> {
-    fn material(&mut self, used: &Reference, builder: &mut SceneBuilder, notes: &mut Notes) -> Material {
+    fn material(&mut self, used: &Reference, builder: &mut SceneBuilder) -> Material {
         let Reference { name, line } = used;
         if let Some(definition) = self.definitions.get(name) {
-            return materials::convert(name, definition, &mut self.textures, builder, notes);
+            return materials::convert(name, definition, &mut self.textures, builder);
         }
         let at = Location::line(self.files.path(), *line);
-        let grey = materials::GREY;
         if name.is_empty() {
-            let message = format!("faces without material: grey of reflectance {grey}");
-            notes.push(NoteKind::Defaulted, message, at);
-            return materials::grey("without material");
+            let message = format!("faces without material: grey of reflectance {GREY}");
+            builder.note(NoteKind::Defaulted, message, at);
+            return Material::new("without material", grey());
         }
-        let message = format!("material {name:?} is not defined: grey of reflectance {grey}");
-        self.undefined.add(message, at, notes);
-        materials::grey(name)
+        let message = format!("material {name:?} is not defined: grey of reflectance {GREY}");
+        let further = "further materials are not defined: grey";
+        self.undefined.add(NoteKind::Repaired, message, further, at, builder.notes_mut());
+        Material::new(name.as_str(), grey())
     }
 }

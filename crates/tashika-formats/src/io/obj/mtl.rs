@@ -19,13 +19,14 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 
-use super::features::{BUMP, MATERIAL, MODIFIED, Met, SHEEN, SPECTRAL};
+use super::features::{BUMP, MATERIAL, MODIFIED, SHEEN, SPECTRAL};
 use super::map::Map;
 use super::parse::MAX_UNKNOWN;
-use super::tally::{Named, Tally};
+use super::tally::Tally;
 use super::text::{Lines, excerpt, name, number, split_keyword, values, words};
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::Named;
 use crate::scene::{NoteKind, Notes};
 
 /// One `newmtl`, as it is written.
@@ -79,8 +80,7 @@ pub(super) fn parse(
         current: None,
         definitions,
         tally: Tally::default(),
-        met: Met::default(),
-        unknown: Named::new(NoteKind::Ignored, MAX_UNKNOWN, "further material statements that are not known"),
+        unknown: Named::new(MAX_UNKNOWN),
     };
     let mut lines = Lines::new(text);
     while let Some((line, statement)) = lines.next() {
@@ -90,7 +90,6 @@ pub(super) fn parse(
     }
     parser.close();
     parser.tally.report(file, notes);
-    parser.met.report(file, notes);
     Ok(())
 }
 
@@ -100,7 +99,6 @@ struct Parser<'a> {
     current: Option<(String, Definition)>,
     definitions: &'a mut Definitions,
     tally: Tally,
-    met: Met,
     unknown: Named,
 }
 
@@ -138,7 +136,7 @@ impl Parser<'_> {
             return Ok(());
         };
         let reader = Reader { file: self.file, line, material, keyword, rest };
-        let mut met = |name| self.met.add(MATERIAL, name, line);
+        let mut met = |name| self.tally.met(MATERIAL, name, line);
         match lower.as_slice() {
             b"kd" | b"ks" | b"ke" | b"tf" => {
                 let slot = match lower.as_slice() {
@@ -192,7 +190,9 @@ impl Parser<'_> {
             }
             _ => {
                 let message = format!("material statements {:?}, which are not known", excerpt(keyword));
-                self.unknown.add(message, Location::line(self.file, line), notes);
+                let further = "further material statements that are not known";
+                let at = Location::line(self.file, line);
+                self.unknown.add(NoteKind::Ignored, message, further, at, notes);
             }
         }
         Ok(())

@@ -19,10 +19,11 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
-use super::features::{COMMANDS, DISPLAY, FREE_FORM, Met, OUTER_MAPS, STATEMENT, VERTEX_COLORS};
-use super::tally::{Named, Tally};
+use super::features::{COMMANDS, DISPLAY, FREE_FORM, OUTER_MAPS, STATEMENT, VERTEX_COLORS};
+use super::tally::Tally;
 use super::text::{Lines, excerpt, name, number, split_keyword, values};
 use crate::error::{Error, Location, Result};
+use crate::io::notes::Named;
 use crate::scene::{NoteKind, Notes};
 
 /// An attribute that a corner does not have.
@@ -109,7 +110,6 @@ struct Parser<'a> {
     material: u32,
     smoothing: u32,
     tally: Tally,
-    met: Met,
     unknown: Named,
     first_unknown: Option<(u32, String)>,
     known_statements: bool,
@@ -126,12 +126,7 @@ impl<'a> Parser<'a> {
             material: 0,
             smoothing: 0,
             tally: Tally::default(),
-            met: Met::default(),
-            unknown: Named::new(
-                NoteKind::Ignored,
-                MAX_UNKNOWN,
-                "further statements that are not of the format",
-            ),
+            unknown: Named::new(MAX_UNKNOWN),
             first_unknown: None,
             known_statements: false,
         }
@@ -143,13 +138,13 @@ impl<'a> Parser<'a> {
 
     fn statement(&mut self, line: u32, statement: &[u8], notes: &mut Notes) -> Result<()> {
         let (keyword, rest) = split_keyword(statement);
-        let mut met = |name| self.met.add(STATEMENT, name, line);
+        let mut met = |name| self.tally.met(STATEMENT, name, line);
         match keyword {
             b"v" => {
                 let (xyz, more) = self.numbers::<3>("v", line, rest, 3)?;
                 // Four are x y z w, where w matters to rational curves only.
                 if more >= 3 {
-                    self.met.add(STATEMENT, VERTEX_COLORS, line);
+                    self.tally.met(STATEMENT, VERTEX_COLORS, line);
                 }
                 self.geometry.positions.push(xyz.into());
             }
@@ -182,7 +177,9 @@ impl<'a> Parser<'a> {
             _ => {
                 let word = excerpt(keyword);
                 let at = Location::line(self.file, line);
-                self.unknown.add(format!("statements {word:?}, which are not of the format"), at, notes);
+                let message = format!("statements {word:?}, which are not of the format");
+                let further = "further statements that are not of the format";
+                self.unknown.add(NoteKind::Ignored, message, further, at, notes);
                 self.first_unknown.get_or_insert((line, word));
                 return Ok(());
             }
@@ -352,7 +349,6 @@ impl<'a> Parser<'a> {
         }
         self.check_indices()?;
         self.tally.report(self.file, notes);
-        self.met.report(self.file, notes);
         Ok(self.geometry)
     }
 

@@ -8,17 +8,18 @@
 //! `suite::damaged_obj`.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::map::Map;
 use super::mtl::{self, Definition, Definitions};
 use super::parse::Reference;
-use super::tally::Named;
 use super::text::decode;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
-use crate::io::assets::{Unreadable, kind, reason};
-use crate::io::images::{self, Encoding};
+use crate::io::assets::{FACTOR_ALONE, ImageCache, Unreadable, kind, reason, unreadable_image};
+use crate::io::files::{folder_of, is_absolute};
+use crate::io::images::Encoding;
+use crate::io::notes::Named;
 use crate::io::udim::{self, Picture};
 use crate::scene::{ImageTexture, NoteKind, Notes, SceneBuilder, TextureId};
 
@@ -69,10 +70,6 @@ fn find(files: &SceneFiles, folder: &str, name: &str, at: &Location) -> Result<F
     }
 }
 
-fn is_absolute(name: &str) -> bool {
-    name.starts_with(['/', '\\']) || name.as_bytes().get(1) == Some(&b':')
-}
-
 /// How many different files that could not be read, or not where they should be, are named.
 const MAX_NAMED: usize = 100;
 
@@ -96,9 +93,7 @@ pub(super) fn read_libraries(
 ) -> Result<Definitions> {
     let mut definitions = Definitions::new();
     let mut seen = BTreeSet::new();
-    let mut unreadable =
-        Named::new(NoteKind::Repaired, MAX_NAMED, "further material libraries could not be read");
-    let mut moved = moved_notes();
+    let (mut unreadable, mut moved) = (Named::new(MAX_NAMED), Named::new(MAX_NAMED));
     let mut budget = MAX_LIBRARIES;
     for Reference { name, line } in references {
         let at = Location::line(files.path(), *line);
@@ -126,18 +121,17 @@ pub(super) fn read_libraries(
             let found = find(files, "", &name, &at);
             match found.and_then(|found| files.read(&found.reference, &at).map(|bytes| (found, bytes))) {
                 Ok((found, bytes)) => {
-                    if found.moved {
-                        moved.add(moved_message(&name, &found.reference), at.clone(), notes);
-                    }
+                    note_moved(&name, &found, &mut moved, &at, notes);
                     if seen.insert(found.path) {
-                        let file = beside(files, &found.reference);
+                        let file = files.beside(&found.reference);
                         let folder = folder_of(&found.reference);
                         mtl::parse(&decode(&bytes, &file)?, &file, folder, &mut definitions, notes)?;
                     }
                 }
                 Err(error) => {
                     let message = format!("material library {name:?} could not be read ({})", reason(&error));
-                    unreadable.add_as(kind(&error), message, at.clone(), notes);
+                    let further = "further material libraries could not be read";
+                    unreadable.add(kind(&error), message, further, at.clone(), notes);
                 }
             }
         }
@@ -161,21 +155,14 @@ fn split_names(list: &str) -> Vec<String> {
     names
 }
 
-/// A reference as a path for messages: relative to where the user named the scene.
-fn beside(files: &SceneFiles, reference: &str) -> PathBuf {
-    files.path().parent().unwrap_or(Path::new("")).join(reference)
-}
-
-fn folder_of(reference: &str) -> &str {
-    reference.rfind(['/', '\\']).map_or("", |separator| &reference[..=separator])
-}
-
-fn moved_notes() -> Named {
-    Named::new(NoteKind::Repaired, MAX_NAMED, "further files were found in the folder of the scene only")
-}
-
-fn moved_message(name: &str, reference: &str) -> String {
-    format!("file {name:?} is not there: {reference:?} in the folder of the scene is used")
+/// Tells where a file was found that is not where its name says.
+fn note_moved(name: &str, found: &Found, moved: &mut Named, at: &Location, notes: &mut Notes) {
+    if found.moved {
+        let reference = &found.reference;
+        let message = format!("file {name:?} is not there: {reference:?} in the folder of the scene is used");
+        let further = "further files were found in the folder of the scene only";
+        moved.add(NoteKind::Repaired, message, further, at.clone(), notes);
+    }
 }
 
 /// What a texture is used for.
@@ -189,33 +176,27 @@ pub(super) enum Content {
     Opacity,
 }
 
-/// Loads each image once.
+/// The images of materials.
 pub(super) struct Textures<'a> {
     files: &'a SceneFiles,
+    images: ImageCache<'a>,
     /// By folder and name as written.
-    by_name: BTreeMap<(String, String, Content), Result<Loaded, Unreadable>>,
-    by_path: BTreeMap<(PathBuf, Encoding), Loaded>,
+    by_name: BTreeMap<(String, String, Content), Result<Picture, Unreadable>>,
     /// How many different names led to nothing.
     failures: usize,
     unreadable: Named,
     moved: Named,
 }
 
-#[derive(Clone, Copy)]
-struct Loaded {
-    picture: Picture,
-    has_alpha: bool,
-}
-
 impl<'a> Textures<'a> {
     pub(super) fn new(files: &'a SceneFiles) -> Self {
         Self {
             files,
+            images: ImageCache::new(files),
             by_name: BTreeMap::new(),
-            by_path: BTreeMap::new(),
             failures: 0,
-            unreadable: Named::new(NoteKind::Repaired, MAX_NAMED, "further images could not be read"),
-            moved: moved_notes(),
+            unreadable: Named::new(MAX_NAMED),
+            moved: Named::new(MAX_NAMED),
         }
     }
 
@@ -226,7 +207,6 @@ impl<'a> Textures<'a> {
         definition: &Definition,
         content: Content,
         builder: &mut SceneBuilder,
-        notes: &mut Notes,
     ) -> Option<(TextureId, bool)> {
         let key = (definition.folder.clone(), map.name.clone(), content);
         let loaded = match self.by_name.get(&key) {
@@ -235,26 +215,24 @@ impl<'a> Textures<'a> {
                 Err((NoteKind::Repaired, "a thousand others could not be read".to_owned()))
             }
             None => {
-                let loaded =
-                    self.read(map, definition, content, builder, notes).map_err(|e| (kind(&e), reason(&e)));
+                let read = self.read(map, definition, content, builder);
+                let loaded = read.unwrap_or_else(|error| Err((kind(&error), reason(&error))));
                 self.failures += usize::from(loaded.is_err());
                 self.by_name.insert(key, loaded.clone());
                 loaded
             }
         };
         match loaded {
-            Ok(Loaded { picture, has_alpha }) => {
+            Ok(picture) => {
                 let (wrap, transform) = (map.wrap(), map.transform());
                 let lookup = picture.texture(|all| ImageTexture { wrap, transform, ..all });
                 // Fails for transforms that are not finite, which maps do not have.
-                Some((builder.add_texture(lookup).ok()?, has_alpha))
+                Some((builder.add_texture(lookup).ok()?, self.images.has_opacity(picture)))
             }
             Err((kind, reason)) => {
-                let message = format!(
-                    "image {:?} could not be read ({reason}): its colour factor is used alone",
-                    map.name
-                );
-                self.unreadable.add_as(kind, message, definition.at.clone(), notes);
+                let message = unreadable_image(&map.name, &reason, FACTOR_ALONE);
+                let further = "further images could not be read";
+                self.unreadable.add(kind, message, further, definition.at.clone(), builder.notes_mut());
                 None
             }
         }
@@ -266,39 +244,19 @@ impl<'a> Textures<'a> {
         definition: &Definition,
         content: Content,
         builder: &mut SceneBuilder,
-        notes: &mut Notes,
-    ) -> Result<Loaded> {
+    ) -> Result<Result<Picture, Unreadable>> {
         let at = &definition.at;
-        let Found { reference, path, moved } = find(self.files, &definition.folder, &map.name, at)?;
-        if moved {
-            self.moved.add(moved_message(&map.name, &reference), at.clone(), notes);
-        }
-        let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };
+        let found = find(self.files, &definition.folder, &map.name, at)?;
+        note_moved(&map.name, &found, &mut self.moved, at, builder.notes_mut());
         if content == Content::Opacity
-            && let Some(color) = self.by_path.get(&(path.clone(), Encoding::Srgb))
-            && color.has_alpha
+            && let Some(color) = self.images.known(&found.reference, Encoding::Srgb, at)
+            && self.images.has_opacity(color)
         {
             // Alpha is linear in either encoding: no second copy of the image for it.
-            return Ok(*color);
+            return Ok(Ok(color));
         }
-        if let Some(known) = self.by_path.get(&(path.clone(), encoding)) {
-            return Ok(*known);
-        }
-        if udim::is_pattern(&reference) {
-            let (tiles, opaque) = udim::load(self.files, &reference, encoding, at, builder)?;
-            let loaded = Loaded { picture: Picture::Tiles(tiles), has_alpha: !opaque };
-            self.by_path.insert((path, encoding), loaded);
-            return Ok(loaded);
-        }
-        let bytes = self.files.read(&reference, at)?;
-        let decoded = images::decode(&bytes, &reference, encoding, self.files.options(), at)?;
-        if let Some(message) = decoded.repairs() {
-            notes.push(NoteKind::Repaired, message, at.clone());
-        }
-        let picture = Picture::Image(builder.add_image(decoded.image)?);
-        let loaded = Loaded { picture, has_alpha: !decoded.opaque };
-        self.by_path.insert((path, encoding), loaded);
-        Ok(loaded)
+        let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };
+        self.images.find(&found.reference, encoding, at, builder)
     }
 }
 
@@ -310,11 +268,5 @@ mod tests {
     fn lists_of_names_are_split_at_blanks_without_a_backslash() {
         assert_eq!(split_names("a.mtl  b\\ c.mtl d"), ["a.mtl", "b c.mtl", "d"]);
         assert_eq!(split_names("  "), [""; 0]);
-    }
-
-    #[test]
-    fn folders_are_starts_of_references() {
-        assert_eq!([folder_of("a.mtl"), folder_of("m/n\\a.mtl")], ["", "m/n\\"]);
-        assert!(is_absolute("C:/a") && is_absolute("\\a") && !is_absolute("a/b"));
     }
 }

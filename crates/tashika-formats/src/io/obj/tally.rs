@@ -1,65 +1,52 @@
-//! Notes that many lines of a file give rise to.
-//!
-//! A file of a million lines can deserve a million notes, and a hostile one a million *different*
-//! notes.
-//! [`Tally`] counts the former without allocating; [`Named`] names at most so many of the latter and
-//! counts the rest together.
+//! Notes that many lines of a file give rise to: a file of a million lines can deserve a million.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::features::FEATURES;
 use crate::error::Location;
+use crate::io::features::Feature;
 use crate::scene::{NoteKind, Notes};
 
-/// Counts of fixed messages about lines of one file.
+/// What is told of a line.
+#[derive(Clone, Copy, PartialEq)]
+enum Told {
+    Message(NoteKind, &'static str),
+    Row(&'static Feature),
+}
+
+/// Counts what is told about the lines of one file, without allocating for each.
 #[derive(Default)]
-pub(super) struct Tally(Vec<(NoteKind, &'static str, u32, u64)>);
+pub(super) struct Tally(Vec<(Told, u32, u64)>);
 
 impl Tally {
     /// One more occurrence of `message`, on `line`.
     pub(super) fn add(&mut self, kind: NoteKind, message: &'static str, line: u32) {
-        match self.0.iter_mut().find(|entry| entry.1 == message) {
-            Some(entry) => entry.3 += 1,
-            None => self.0.push((kind, message, line, 1)),
+        self.count(Told::Message(kind, message), line);
+    }
+
+    /// A thing of a row of the table, on `line`.
+    pub(super) fn met(&mut self, kind: &str, name: &str, line: u32) {
+        if let Some(row) = Feature::find(FEATURES, kind, name) {
+            self.count(Told::Row(row), line);
+        }
+    }
+
+    fn count(&mut self, told: Told, line: u32) {
+        match self.0.iter_mut().find(|entry| entry.0 == told) {
+            Some(entry) => entry.2 += 1,
+            None => self.0.push((told, line, 1)),
         }
     }
 
     /// Hands the counts over.
     pub(super) fn report(self, file: &Path, notes: &mut Notes) {
-        for (kind, message, line, count) in self.0 {
-            notes.push_many(kind, message, Location::line(file, line), count);
-        }
-    }
-}
-
-/// Notes whose messages contain names out of the file.
-pub(super) struct Named {
-    kind: NoteKind,
-    limit: usize,
-    rest: &'static str,
-    messages: BTreeSet<String>,
-}
-
-impl Named {
-    /// At most `limit` different messages; further ones become the message `rest`.
-    pub(super) fn new(kind: NoteKind, limit: usize, rest: &'static str) -> Self {
-        Self { kind, limit, rest, messages: BTreeSet::new() }
-    }
-
-    /// One more occurrence of `message`.
-    pub(super) fn add(&mut self, message: String, at: Location, notes: &mut Notes) {
-        self.add_as(self.kind, message, at, notes);
-    }
-
-    /// The same as a note of another kind.
-    pub(super) fn add_as(&mut self, kind: NoteKind, message: String, at: Location, notes: &mut Notes) {
-        if self.messages.contains(&message) {
-            notes.push(kind, message, at);
-        } else if self.messages.len() < self.limit {
-            self.messages.insert(message.clone());
-            notes.push(kind, message, at);
-        } else {
-            notes.push(kind, self.rest, at);
+        for (told, line, count) in self.0 {
+            let at = Location::line(file, line);
+            match told {
+                Told::Message(kind, message) => notes.push_many(kind, message, at, count),
+                // No row is refused.
+                Told::Row(row) => row.met_often(&at, count, notes).unwrap_or_default(),
+            }
         }
     }
 }
@@ -67,28 +54,25 @@ impl Named {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::features::Support;
+    use crate::io::obj::features::STATEMENT;
 
     #[test]
-    fn equal_messages_are_counted_from_their_first_line() {
+    fn what_is_told_is_counted_from_its_first_line_and_nothing_is_refused() {
         let mut tally = Tally::default();
         for line in [4, 9, 11] {
             tally.add(NoteKind::Ignored, "lines", line);
         }
+        for line in [5, 6] {
+            tally.met(STATEMENT, "p", line);
+        }
+        tally.met(STATEMENT, "v", 1);
         tally.add(NoteKind::Ignored, "points", 10);
         let mut notes = Notes::default();
         tally.report(Path::new("a.obj"), &mut notes);
         let all: Vec<_> = notes.iter().map(|n| (n.message, n.first.line, n.count)).collect();
-        assert_eq!(all, [("lines".to_owned(), Some(4), 3), ("points".to_owned(), Some(10), 1)]);
-    }
-
-    #[test]
-    fn different_messages_are_limited() {
-        let mut named = Named::new(NoteKind::Ignored, 2, "more");
-        let mut notes = Notes::default();
-        for message in ["a", "b", "c", "a", "d"] {
-            named.add(message.to_owned(), Location::file("x"), &mut notes);
-        }
-        let all: Vec<_> = notes.iter().map(|n| (n.message, n.count)).collect();
-        assert_eq!(all, [("a".to_owned(), 2), ("b".to_owned(), 1), ("more".to_owned(), 2)]);
+        let expected = [("lines", 4, 3), ("points", 10, 1), ("statement \"p\": points are left out", 5, 2)];
+        assert_eq!(all, expected.map(|(message, line, count)| (message.to_owned(), Some(line), count)));
+        assert!(FEATURES.iter().all(|row| row.support != Support::Refused));
     }
 }

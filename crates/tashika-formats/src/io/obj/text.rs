@@ -11,18 +11,15 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::{Error, Location, Result};
+use crate::io::notes;
+use crate::io::text::{decoded, utf8_or_latin1};
 
 /// The text of a file as bytes in which every keyword and number is ASCII.
 ///
 /// # Errors
 /// [`Error::Invalid`] with the line of the first NUL byte.
 pub(super) fn decode<'a>(bytes: &'a [u8], file: &Path) -> Result<Cow<'a, [u8]>> {
-    let text = match bytes {
-        [0xff, 0xfe, rest @ ..] => Cow::Owned(from_utf16(rest, u16::from_le_bytes)),
-        [0xfe, 0xff, rest @ ..] => Cow::Owned(from_utf16(rest, u16::from_be_bytes)),
-        [0xef, 0xbb, 0xbf, rest @ ..] => Cow::Borrowed(rest),
-        _ => Cow::Borrowed(bytes),
-    };
+    let text = decoded(bytes);
     if let Some(position) = text.iter().position(|&b| b == 0) {
         let line = 1 + text[..position].iter().filter(|&&b| b == b'\n').count();
         return Err(Error::invalid(
@@ -32,12 +29,6 @@ pub(super) fn decode<'a>(bytes: &'a [u8], file: &Path) -> Result<Cow<'a, [u8]>> 
         ));
     }
     Ok(text)
-}
-
-fn from_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
-    let units = bytes.chunks_exact(2).map(|b| unit([b[0], b[1]]));
-    let text: String = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
-    text.into_bytes()
 }
 
 /// Logical lines: continued ones are joined.
@@ -116,20 +107,13 @@ pub(super) fn values(text: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// A name as text: UTF-8 or, failing that, Latin-1.
 pub(super) fn name(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().copied().map(char::from).collect(),
-    }
+    utf8_or_latin1(bytes).into_owned()
 }
 
 /// Words for a message: at most 60 characters of them.
 pub(super) fn excerpt(bytes: &[u8]) -> String {
     const LONGEST: usize = 60;
-    let text = name(&bytes[..bytes.len().min(4 * LONGEST)]);
-    match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
+    notes::excerpt(&name(&bytes[..bytes.len().min(4 * LONGEST)]), LONGEST)
 }
 
 /// A number: what C's `strtof` and `printf` agree on, with the not-a-numbers of several C
@@ -179,20 +163,6 @@ mod tests {
         let text = b"f 1 2\\\r\n 3 \\\n4\n# C:\\models\\\nv 1\nf 5\\";
         let expected = [(1, "f 1 2  3  4"), (4, "# C:\\models\\"), (5, "v 1"), (6, "f 5")];
         assert_eq!(lines(text), expected.map(|(n, s)| (n, s.to_owned())));
-    }
-
-    #[test]
-    fn utf16_of_both_byte_orders_and_marks_are_decoded() {
-        let text = "v 1\nusemtl Wände 🜁";
-        let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
-        let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
-        let with = |mark: &[u8], rest: &[u8]| {
-            decode(&[mark, rest].concat(), Path::new("a.obj")).unwrap().into_owned()
-        };
-        assert_eq!(with(&[0xff, 0xfe], &little), text.as_bytes());
-        assert_eq!(with(&[0xfe, 0xff], &big), text.as_bytes());
-        assert_eq!(with(&[0xef, 0xbb, 0xbf], text.as_bytes()), text.as_bytes());
-        assert_eq!(name(b"W\xe4nde"), "Wände");
     }
 
     #[test]

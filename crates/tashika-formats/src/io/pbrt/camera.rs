@@ -103,6 +103,12 @@ impl Film {
         Ok(film)
     }
 
+    /// A camera that exposes it.
+    fn camera(&self, pose: Affine3A, projection: Projection) -> Camera {
+        let resolution = Some(self.resolution);
+        Camera { resolution, crop: self.crop, ..Camera::new("camera", pose, projection) }
+    }
+
     /// The part of the image between fractions, rounded up as pbrt does, or between pixels.
     fn crop(&self, loading: &mut Loading<'_>, p: &Parameters) -> Option<Window> {
         let [width, height] = self.resolution;
@@ -182,16 +188,7 @@ pub(super) fn add(
     p.accept(&["shutteropen", "shutterclose", "hither", "yon"]);
     loading.note_unused(&format!("camera {class:?}"), p);
     let shift = Vec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1)) / size;
-    loading.builder.add_camera(Camera {
-        name: "camera".to_owned(),
-        to_world: pose,
-        projection,
-        shift,
-        lens,
-        resolution: Some(film.resolution),
-        crop: film.crop,
-        shows: None,
-    })
+    loading.builder.add_camera(Camera { shift, lens, ..film.camera(pose, projection) })
 }
 
 /// Adds a camera that sees all around.
@@ -220,16 +217,7 @@ fn add_spherical(
         SphereMap::EqualArea => pose,
     };
     loading.note_unused(&format!("camera {class:?}"), p);
-    loading.builder.add_camera(Camera {
-        name: "camera".to_owned(),
-        to_world,
-        projection: Projection::Spherical { map },
-        shift: Vec2::ZERO,
-        lens: Lens::PINHOLE,
-        resolution: Some(film.resolution),
-        crop: film.crop,
-        shows: None,
-    })
+    loading.builder.add_camera(film.camera(to_world, Projection::Spherical { map }))
 }
 
 /// A field of view of `fov` degrees between `±1` of a screen of that height.

@@ -3,116 +3,115 @@
 //! Names that both formats have stand once.
 //! `suite::pbrt_appearance::every_feature_gives_the_note_of_its_row` loads every row.
 
-use crate::io::{Feature, Support};
-
-use Support::{Approximated, Full, Ignored};
-
-const fn row(kind: &'static str, name: &'static str, support: Support, how: &'static str) -> Feature {
-    Feature::new(kind, name, support, how)
-}
+use crate::io::features::{Feature, Support, table};
 
 /// All rows.
-pub(in crate::io) const FEATURES: &[Feature] = &[
-    row("camera", "perspective", Full, "perspective camera with thin lens"),
-    row("camera", "orthographic", Full, "orthographic camera"),
-    row("camera", "environment", Full, "all directions, by latitude and longitude"),
-    row("camera", "spherical", Full, "all directions, of equal areas or by latitude and longitude"),
-    row("camera", "realistic", Approximated, "a pinhole with a field of view of 45°"),
-    row("film", "image", Full, "size and crop of the picture"),
-    row("film", "rgb", Full, "size and crop of the picture"),
-    row("film", "gbuffer", Full, "size and crop of the picture"),
-    row("film", "spectral", Approximated, "red, green and blue"),
-    row("shape", "sphere", Full, "triangles"),
-    row("shape", "disk", Full, "triangles"),
-    row("shape", "cylinder", Full, "triangles"),
-    row("shape", "cone", Full, "triangles"),
-    row("shape", "paraboloid", Full, "triangles"),
-    row("shape", "hyperboloid", Full, "triangles"),
-    row("shape", "trianglemesh", Full, "triangles"),
-    row("shape", "plymesh", Full, "triangles"),
-    row("shape", "bilinearmesh", Full, "triangles"),
-    row("shape", "loopsubdiv", Full, "triangles"),
-    row("shape", "heightfield", Full, "triangles"),
-    row("shape", "curve", Ignored, "left out"),
-    row("shape", "nurbs", Ignored, "left out"),
-    row("light", "point", Full, "point light"),
-    row("light", "spot", Full, "spot light with the fall-off of the version"),
-    row("light", "distant", Full, "directional light"),
-    row("light", "infinite", Full, "environment: constant, latitude-longitude (v3) or octahedral (v4) map"),
-    row(
-        "light",
-        "goniometric",
-        Full,
-        "intensity by direction: latitude-longitude (v3) or octahedral (v4) map",
-    ),
-    row("light", "projection", Full, "the image as a slide"),
-    row("area light", "diffuse", Full, "emission of the material"),
-    row("material", "matte", Full, "Lambert"),
-    row("material", "matte sigma", Approximated, "Lambert, as bright in even light: up to 11 % off"),
-    row("material", "plastic", Full, "diffuse with a GGX lobe"),
-    row("material", "metal", Full, "conductor"),
-    row("material", "mirror", Full, "mirror"),
-    row("material", "glass", Full, "smooth or rough glass"),
-    row("material", "uber", Full, "diffuse with a GGX lobe, mixed with a mirror or glass; opacity is alpha"),
-    row("material", "substrate", Approximated, "diffuse under a GGX coat of reflectance Ks: up to 98 % off"),
-    row("material", "translucent", Full, "Lambert on both sides, mixed with rough glass"),
-    row("material", "disney", Full, "Disney's principled material, mixed with glass"),
-    row("material", "disney metallic", Approximated, "between 0 and 1, brighter metal: up to 29 % off"),
-    row("material", "disney clearcoat", Approximated, "none over the share that is glass: up to 6 % off"),
-    row(
-        "material",
-        "disney thin",
-        Approximated,
-        "reflects what it would let through diffusely: up to 8 % off",
-    ),
-    row("material", "disney scatterdistance", Approximated, "light leaves where it enters"),
-    row("material", "hair", Approximated, "Lambert of the hair's colour"),
-    row("material", "subsurface", Approximated, "light leaves where it enters, under a coat: up to 10 % off"),
-    row("material", "kdsubsurface", Approximated, "light leaves where it enters, under a coat"),
-    row("material", "fourier", Approximated, "grey"),
-    row("material", "measured", Approximated, "grey"),
-    row("material", "mix", Full, "one of the two at random"),
-    row("material", "none", Full, "invisible"),
-    row("material", "", Full, "invisible"),
-    row("material", "interface", Full, "invisible"),
-    row("material", "diffuse", Full, "Lambert"),
-    row("material", "coateddiffuse", Full, "diffuse under a GGX coat"),
-    row(
-        "material",
-        "coatedconductor",
-        Approximated,
-        "a conductor that reflects as both do straight on: up to 38 % off",
-    ),
-    row("material", "coatedconductor interface.roughness", Approximated, "a smooth coat: up to 146 % off"),
-    row("material", "conductor", Full, "conductor"),
-    row("material", "dielectric", Full, "smooth or rough glass"),
-    row("material", "thindielectric", Full, "a pane of glass"),
-    row("material", "diffusetransmission", Full, "Lambert on both sides"),
-    row("texture", "constant", Full, "a constant"),
-    row("texture", "imagemap", Full, "an image"),
-    row("texture", "imagemap of 16 bits", Full, "16 bits a channel"),
-    row("texture", "imagemap .tx", Full, "its largest level: TIFF in tiles or strips, or OpenEXR"),
-    row("texture", "imagemap <UDIM>", Full, "an image for each tile: 1001 + s + 10 t, rounded down"),
-    row("texture", "scale", Full, "a product"),
-    row("texture", "mix", Full, "a blend"),
-    row("texture", "checkerboard", Full, "a checkerboard; in three dimensions its mean, noted"),
-    row("texture", "directionmix", Approximated, "an even blend"),
-    row("texture", "bilerp", Approximated, "the mean of its corners"),
-    row("texture", "dots", Approximated, "the mean of inside and outside"),
-    row("texture", "fbm", Approximated, "a constant of 0.5"),
-    row("texture", "wrinkled", Approximated, "a constant of 0.5"),
-    row("texture", "windy", Approximated, "a constant of 0.5"),
-    row("texture", "marble", Approximated, "its mean colour"),
-    row("texture", "uv", Approximated, "a constant of 0.5"),
-    row("texture", "ptex", Ignored, "a constant grey of 0.5"),
-    row("mapping", "uv", Full, "texture coordinates"),
-    row("mapping", "planar", Approximated, "the shape's own texture coordinates"),
-    row("mapping", "spherical", Approximated, "the shape's own texture coordinates"),
-    row("mapping", "cylindrical", Approximated, "the shape's own texture coordinates"),
-    row("color space", "srgb", Full, "linear Rec. 709"),
-    row("color space", "rec2020", Full, "its primaries"),
-    row("color space", "dci-p3", Full, "its primaries, with the white D65"),
-    row("color space", "aces2065-1", Full, "its primaries and its white"),
-    row("directive", "MakeNamedMedium", Ignored, "media are left out"),
-    row("directive", "MediumInterface", Ignored, "media are left out"),
-];
+pub(in crate::io) const FEATURES: &[Feature] = table! {
+    "camera" => {
+        "perspective", Full, "perspective camera with thin lens";
+        "orthographic", Full, "orthographic camera";
+        "environment", Full, "all directions, by latitude and longitude";
+        "spherical", Full, "all directions, of equal areas or by latitude and longitude";
+        "realistic", Approximated, "a pinhole with a field of view of 45°";
+    }
+    "film" => {
+        "image", Full, "size and crop of the picture";
+        "rgb", Full, "size and crop of the picture";
+        "gbuffer", Full, "size and crop of the picture";
+        "spectral", Approximated, "red, green and blue";
+    }
+    "shape" => {
+        "sphere", Full, "triangles";
+        "disk", Full, "triangles";
+        "cylinder", Full, "triangles";
+        "cone", Full, "triangles";
+        "paraboloid", Full, "triangles";
+        "hyperboloid", Full, "triangles";
+        "trianglemesh", Full, "triangles";
+        "plymesh", Full, "triangles";
+        "bilinearmesh", Full, "triangles";
+        "loopsubdiv", Full, "triangles";
+        "heightfield", Full, "triangles";
+        "curve", Ignored, "left out";
+        "nurbs", Ignored, "left out";
+    }
+    "light" => {
+        "point", Full, "point light";
+        "spot", Full, "spot light with the fall-off of the version";
+        "distant", Full, "directional light";
+        "infinite", Full, "environment: constant, latitude-longitude (v3) or octahedral (v4) map";
+        "goniometric", Full, "intensity by direction: latitude-longitude (v3) or octahedral (v4) map";
+        "projection", Full, "the image as a slide";
+    }
+    "area light" => {
+        "diffuse", Full, "emission of the material";
+    }
+    "material" => {
+        "matte", Full, "Lambert";
+        "matte sigma", Approximated, "Lambert, as bright in even light: up to 11 % off";
+        "plastic", Full, "diffuse with a GGX lobe";
+        "metal", Full, "conductor";
+        "mirror", Full, "mirror";
+        "glass", Full, "smooth or rough glass";
+        "uber", Full, "diffuse with a GGX lobe, mixed with a mirror or glass; opacity is alpha";
+        "substrate", Approximated, "diffuse under a GGX coat of reflectance Ks: up to 98 % off";
+        "translucent", Full, "Lambert on both sides, mixed with rough glass";
+        "disney", Full, "Disney's principled material, mixed with glass";
+        "disney metallic", Approximated, "between 0 and 1, brighter metal: up to 29 % off";
+        "disney clearcoat", Approximated, "none over the share that is glass: up to 6 % off";
+        "disney thin", Approximated, "reflects what it would let through diffusely: up to 8 % off";
+        "disney scatterdistance", Approximated, "light leaves where it enters";
+        "hair", Approximated, "Lambert of the hair's colour";
+        "subsurface", Approximated, "light leaves where it enters, under a coat: up to 10 % off";
+        "kdsubsurface", Approximated, "light leaves where it enters, under a coat";
+        "fourier", Approximated, "grey";
+        "measured", Approximated, "grey";
+        "mix", Full, "one of the two at random";
+        "none", Full, "invisible";
+        "", Full, "invisible";
+        "interface", Full, "invisible";
+        "diffuse", Full, "Lambert";
+        "coateddiffuse", Full, "diffuse under a GGX coat";
+        "coatedconductor", Approximated, "a conductor that reflects as both do straight on: up to 38 % off";
+        "coatedconductor interface.roughness", Approximated, "a smooth coat: up to 146 % off";
+        "conductor", Full, "conductor";
+        "dielectric", Full, "smooth or rough glass";
+        "thindielectric", Full, "a pane of glass";
+        "diffusetransmission", Full, "Lambert on both sides";
+    }
+    "texture" => {
+        "constant", Full, "a constant";
+        "imagemap", Full, "an image";
+        "imagemap of 16 bits", Full, "16 bits a channel";
+        "imagemap .tx", Full, "its largest level: TIFF in tiles or strips, or OpenEXR";
+        "imagemap <UDIM>", Full, "an image for each tile: 1001 + s + 10 t, rounded down";
+        "scale", Full, "a product";
+        "mix", Full, "a blend";
+        "checkerboard", Full, "a checkerboard; in three dimensions its mean, noted";
+        "directionmix", Approximated, "an even blend";
+        "bilerp", Approximated, "the mean of its corners";
+        "dots", Approximated, "the mean of inside and outside";
+        "fbm", Approximated, "a constant of 0.5";
+        "wrinkled", Approximated, "a constant of 0.5";
+        "windy", Approximated, "a constant of 0.5";
+        "marble", Approximated, "its mean colour";
+        "uv", Approximated, "a constant of 0.5";
+        "ptex", Ignored, "a constant grey of 0.5";
+    }
+    "mapping" => {
+        "uv", Full, "texture coordinates";
+        "planar", Approximated, "the shape's own texture coordinates";
+        "spherical", Approximated, "the shape's own texture coordinates";
+        "cylindrical", Approximated, "the shape's own texture coordinates";
+    }
+    "color space" => {
+        "srgb", Full, "linear Rec. 709";
+        "rec2020", Full, "its primaries";
+        "dci-p3", Full, "its primaries, with the white D65";
+        "aces2065-1", Full, "its primaries and its white";
+    }
+    "directive" => {
+        "MakeNamedMedium", Ignored, "media are left out";
+        "MediumInterface", Ignored, "media are left out";
+    }
+};

@@ -30,7 +30,8 @@ use super::parameters::Parameters;
 use super::version::Version;
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::io::images::Encoding;
+use crate::io::images::{Encoding, one_texel};
+use crate::io::lights::{BYTES_OF_TEXEL, add_image_light};
 use crate::math::elementary::tan;
 use crate::scene::{
     Emitter, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, SphereMap, Spread, Wrap,
@@ -47,9 +48,6 @@ pub(super) enum MapKind {
     /// A slide with the bits of its field of view.
     Slide(u32),
 }
-
-/// Bytes that a map holds for each texel: colours, and their density with its guide.
-const BYTES_OF_TEXEL: usize = 12 + 8 + 2;
 
 /// Fields of view are kept in this range (degrees).
 const FIELD_OF_VIEW: (f32, f32) = (0.1, 179.0);
@@ -107,7 +105,7 @@ pub(super) fn projection(loading: &mut Loading<'_>, p: &Parameters, to_world: &D
                 let message = "projections without an image: a white square";
                 loading.note(NoteKind::Repaired, message, p.at());
             }
-            slide(white()).map(Arc::new)
+            slide(one_texel("white", Rgb::WHITE)).map(Arc::new)
         }
     };
     let frame = if v4 { FLIPPED } else { Mat3::IDENTITY };
@@ -139,11 +137,11 @@ fn map(
     if let Some(known) = loading.maps.get(&key) {
         return Ok(known.clone());
     }
-    let (files, at) = (loading.files, p.at());
-    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let at = p.at();
+    let image = loading.images.read(name, Encoding::Srgb, &at, &mut loading.builder)?;
     let mut found = None;
     if let Some(image) = image {
-        loading.hold(image.width as usize * image.height as usize * BYTES_OF_TEXEL, &at)?;
+        loading.geometry.take(image.pixels.len() as u64 * BYTES_OF_TEXEL, &at)?;
         found = make(image).map(Arc::new);
     }
     loading.maps.insert(key, found.clone());
@@ -164,16 +162,7 @@ fn add(
     if let Some(power) = power {
         intensity *= power / map.integral().luminance().max(f32::MIN_POSITIVE);
     }
-    if !position.is_finite() || !(intensity * map.brightest()).is_finite() {
-        loading.note(NoteKind::Repaired, "lights that are not finite: left out", p.at());
-        return Ok(());
-    }
-    loading.builder.add_image_light(&map, position, intensity, to_world)
-}
-
-/// What pbrt-v3 projects without an image.
-fn white() -> Image {
-    Image { name: "white".into(), width: 1, height: 1, pixels: Pixels::Float(vec![[1.0; 3]]) }
+    add_image_light(&mut loading.builder, &map, (position, to_world), intensity, p.at())
 }
 
 /// The mean of the channels.

@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use glam::{Affine3A, DAffine3, DMat4, DVec3};
 
 use super::camera::{self, Film};
-use super::lexer::{Lexer, Token, excerpt, number, unescape};
-use super::lights::{self, Sky};
+use super::lexer::{Lexer, Token, number, unescape};
+use super::lights;
 use super::loading::Loading;
 use super::materials::Materials;
 use super::parameters::Parameters;
@@ -26,6 +26,8 @@ use super::transform;
 use super::version::Version;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
+use crate::io::lights::Surroundings;
+use crate::io::notes::excerpt;
 use crate::scene::{NoteKind, Scene};
 
 /// Most placements of meshes (some 150 bytes each): a small text can ask for a product of large
@@ -40,7 +42,7 @@ pub(super) struct Interpreter<'f> {
     textures: Textures,
     materials: Materials,
     shapes: Shapes,
-    sky: Sky,
+    sky: Surroundings,
     objects: BTreeMap<String, Vec<Part>>,
     /// The object between `ObjectBegin` and `ObjectEnd`.
     object: Option<(String, Vec<Part>)>,
@@ -62,7 +64,7 @@ impl<'f> Interpreter<'f> {
             textures: Textures::default(),
             materials,
             shapes: Shapes::default(),
-            sky: Sky::default(),
+            sky: Surroundings::default(),
             objects: BTreeMap::new(),
             object: None,
             instances: 0,
@@ -131,9 +133,12 @@ impl<'f> Interpreter<'f> {
         if let Some((class, parameters, pose)) = self.camera.take() {
             camera::add(&mut self.loading, &class, &parameters, pose, &self.film)?;
         }
-        self.sky.finish(&mut self.loading)?;
-        let Loading { mut builder, notes, .. } = self.loading;
-        builder.extend_notes(notes.iter());
+        if self.sky.hides_constant() {
+            let at = Location::file(self.loading.files.path());
+            self.note(NoteKind::Ignored, "constant infinite lights beside a map: left out", at);
+        }
+        let mut builder = self.loading.builder;
+        self.sky.finish(&mut builder)?;
         builder.build()
     }
 
@@ -189,7 +194,7 @@ impl<'f> Interpreter<'f> {
             b"ActiveTransform" => {
                 let token = lexer.next()?;
                 if !matches!(token, Some(Token::Word(which)) if self.states.activate(which)) {
-                    let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+                    let found = shown(token);
                     return Err(Error::invalid(lexer.place().location(), found, "StartTime, EndTime or All"));
                 }
             }
@@ -462,12 +467,17 @@ impl<'f> Interpreter<'f> {
     }
 }
 
+/// What came, for errors.
+fn shown(token: Option<Token<'_>>) -> String {
+    token.map_or("the end of the file".to_owned(), |token| token.shown())
+}
+
 /// The string that must come next.
 fn string(lexer: &mut Lexer<'_>, expected: &str) -> Result<String> {
     match lexer.next()? {
         Some(Token::Quoted(bytes)) => Ok(unescape(bytes)),
         other => {
-            let found = other.map_or("the end of the file".to_owned(), |token| token.shown());
+            let found = shown(other);
             Err(Error::invalid(lexer.place().location(), found, format!("{expected}, in quotation marks")))
         }
     }
@@ -487,14 +497,14 @@ fn numbers<const N: usize>(lexer: &mut Lexer<'_>) -> Result<[f64; N]> {
             _ => None,
         }
         .ok_or_else(|| {
-            let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+            let found = shown(token);
             Error::invalid(lexer.place().location(), found, format!("{N} finite numbers"))
         })?;
     }
     if bracketed {
         let token = lexer.next()?;
         if token != Some(Token::Close) {
-            let found = token.map_or("the end of the file".to_owned(), |t| t.shown());
+            let found = shown(token);
             return Err(Error::invalid(lexer.place().location(), found, format!("\"]\" after {N} numbers")));
         }
     }

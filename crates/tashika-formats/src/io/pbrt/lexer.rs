@@ -6,9 +6,9 @@
 //! Source: the format descriptions of pbrt-v3 and pbrt-v4 (Pharr et al. 2023, appendix C). Tested
 //! by the tests below.
 
-use std::borrow::Cow;
-
 use crate::error::{Error, Result};
+use crate::io::notes::excerpt;
+use crate::io::text::utf8_or_latin1;
 
 use super::place::{Place, Source};
 
@@ -30,19 +30,11 @@ impl Token<'_> {
     pub(super) fn shown(&self) -> String {
         const LONGEST: usize = 40;
         match self {
-            Self::Word(bytes) => format!("{:?}", excerpt(&text(bytes), LONGEST)),
-            Self::Quoted(bytes) => format!("the string {:?}", excerpt(&text(bytes), LONGEST)),
+            Self::Word(bytes) => format!("{:?}", excerpt(&utf8_or_latin1(bytes), LONGEST)),
+            Self::Quoted(bytes) => format!("the string {:?}", excerpt(&utf8_or_latin1(bytes), LONGEST)),
             Self::Open => "\"[\"".to_owned(),
             Self::Close => "\"]\"".to_owned(),
         }
-    }
-}
-
-/// At most `longest` characters of a name that the file gives.
-pub(super) fn excerpt(name: &str, longest: usize) -> String {
-    match name.char_indices().nth(longest) {
-        Some((end, _)) => format!("{}…", &name[..end]),
-        None => name.to_owned(),
     }
 }
 
@@ -145,18 +137,10 @@ fn ends_word(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\n' | b'\r' | 0x0b | 0x0c | b'"' | b'[' | b']' | b'#')
 }
 
-/// Bytes as text: UTF-8 or, failing that, Latin-1.
-pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Cow::Borrowed(text),
-        Err(_) => Cow::Owned(bytes.iter().copied().map(char::from).collect()),
-    }
-}
-
 /// A string's value: its escapes resolved. A `\` before a letter that means nothing stands for
 /// itself, as in paths.
 pub(super) fn unescape(bytes: &[u8]) -> String {
-    let raw = text(bytes);
+    let raw = utf8_or_latin1(bytes);
     if !raw.contains('\\') {
         return raw.into_owned();
     }

@@ -27,6 +27,7 @@ use super::version::Version;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::images::Encoding;
+use crate::io::lights::{NOT_FINITE, Surroundings};
 use crate::math::elementary::sin_cos;
 use crate::scene::{ColorInput, Emitter, Environment, Falloff, FalloffShape, NoteKind};
 
@@ -39,29 +40,6 @@ const LEAST_FADE: f32 = 0.05;
 
 /// Frame of the scene's latitude-longitude images to pbrt-v3's: `+y ↦ +z`, `+z ↦ +x`, `+x ↦ −y`.
 pub(super) const LAT_LONG_OF_PBRT: Mat3 = Mat3::from_cols(Vec3::NEG_Y, Vec3::Z, Vec3::X);
-
-/// What is seen where no surface is, from all `infinite` lights.
-#[derive(Debug, Default)]
-pub(super) struct Sky {
-    constant: Rgb,
-    map: Option<Environment>,
-}
-
-impl Sky {
-    /// Hands it to the scene.
-    pub(super) fn finish(self, loading: &mut Loading<'_>) -> Result<()> {
-        match self.map {
-            Some(map) => {
-                if !self.constant.is_black() {
-                    let at = crate::error::Location::file(loading.files.path());
-                    loading.note(NoteKind::Ignored, "constant infinite lights beside a map: left out", at);
-                }
-                loading.builder.set_environment(map)
-            }
-            None => loading.builder.set_environment(Environment::constant(self.constant)),
-        }
-    }
-}
 
 /// Light that a shape sends out.
 #[derive(Clone, Copy, Debug)]
@@ -91,8 +69,8 @@ pub(super) fn area_light(
     if loading.version == Version::V4
         && let Some(name) = p.string("filename")
     {
-        let (files, at) = (loading.files, p.at());
-        if let Some(image) = loading.images.load(files, name, Encoding::Srgb, &at, &mut loading.builder)? {
+        let at = p.at();
+        if let Some(image) = loading.images.load(name, Encoding::Srgb, &at, &mut loading.builder)? {
             let texture = loading.builder.add_texture(image.texture(|all| all))?;
             radiance.texture = Some(texture);
         }
@@ -109,7 +87,7 @@ pub(super) fn light(
     class: &str,
     p: &Parameters,
     to_world: &DAffine3,
-    sky: &mut Sky,
+    sky: &mut Surroundings,
 ) -> Result<()> {
     loading.met("light", class, "left out", &p.at())?;
     p.accept(&["nsamples", "samples"]);
@@ -149,7 +127,7 @@ pub(super) fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter) -
         Emitter::Directional { irradiance, .. } => (Vec3::ZERO, irradiance),
     };
     if !position.is_finite() || !color.is_finite() {
-        loading.note(NoteKind::Repaired, "lights that are not finite: left out", p.at());
+        loading.note(NoteKind::Repaired, NOT_FINITE, p.at());
         return Ok(());
     }
     loading.builder.add_emitter(emitter)
@@ -178,7 +156,12 @@ fn falloff(outer: f32, inner: f32, shape: FalloffShape) -> Falloff {
     Falloff { cos_inner, cos_outer: cos(outer).min(cos_inner.next_down()), shape }
 }
 
-fn infinite(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3, sky: &mut Sky) -> Result<()> {
+fn infinite(
+    loading: &mut Loading<'_>,
+    p: &Parameters,
+    to_world: &DAffine3,
+    sky: &mut Surroundings,
+) -> Result<()> {
     let radiance = colored(loading, p, "L")? * scale(loading, p)?;
     let illuminance = positive(p, "illuminance", loading.version);
     let name = match loading.version {
@@ -199,12 +182,12 @@ fn infinite(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3, sky:
             p.at(),
         );
     }
-    let (files, at) = (loading.files, p.at());
+    let at = p.at();
     if sky.map.is_some() {
         loading.note(NoteKind::Ignored, "further maps of infinite lights: left out", at);
         return Ok(());
     }
-    let image = loading.images.read(files, name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let image = loading.images.read(name, Encoding::Srgb, &at, &mut loading.builder)?;
     let Some(image) = image else {
         let message = "infinite lights whose map cannot be read: a constant of their L";
         loading.note(NoteKind::Repaired, message, at);

@@ -13,10 +13,12 @@ use std::cell::Cell;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::lexer::{Lexer, Token, excerpt, integer, number, text, unescape};
+use super::lexer::{Lexer, Token, integer, number, unescape};
 use super::place::Place;
 use crate::color::Primaries;
 use crate::error::{Error, Location, Result};
+use crate::io::notes::excerpt;
+use crate::io::text::utf8_or_latin1;
 
 /// The declared type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,7 +156,7 @@ impl Parameters {
         while lexer.peek() == Some(b'"') {
             let Some(Token::Quoted(declaration)) = lexer.next()? else { break };
             let place = lexer.place();
-            list.push(parameter(lexer, &text(declaration), primaries, place)?);
+            list.push(parameter(lexer, &utf8_or_latin1(declaration), primaries, place)?);
         }
         Ok(Self { list, defaults: Vec::new(), place })
     }

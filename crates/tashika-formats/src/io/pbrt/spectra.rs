@@ -19,7 +19,7 @@
 //! Source: Pharr et al. 2023, sections 4.5 and 12.1; pbrt-v3's format description. Tested by
 //! `suite::pbrt_appearance::lights_*`, `suite::pbrt_appearance::spectra_*`.
 
-use super::lexer::{excerpt, number};
+use super::lexer::number;
 use super::loading::Loading;
 use super::parameters::{Kind, Parameter, Parameters};
 use super::version::Version;
@@ -29,6 +29,7 @@ use crate::color::spectrum::{
 use crate::color::{Primaries, Rgb, White, transformed};
 use crate::error::{Error, Location, Result};
 use crate::io::assets::kind;
+use crate::io::notes::excerpt;
 use crate::scene::NoteKind;
 
 /// All types by which a colour can be given.

@@ -10,7 +10,6 @@
 //! Tested by `suite::pbrt::includes_*`, `suite::damaged_pbrt::includes_*`.
 
 use std::io::Read;
-use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
@@ -19,6 +18,8 @@ use super::place::Source;
 use super::version::{Evidence, Version, next_evidence};
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
+use crate::io::files::folder_of;
+use crate::io::limits::{Budget, Includes};
 
 /// Deepest nesting of includes.
 pub(super) const MAX_DEPTH: usize = 32;
@@ -42,14 +43,15 @@ pub(super) struct Text {
 /// Reads texts, and counts them.
 pub(super) struct Texts<'f> {
     files: &'f SceneFiles,
-    includes: usize,
-    bytes_left: u64,
+    includes: Includes,
+    budget: Budget,
 }
 
 impl<'f> Texts<'f> {
     /// Of a scene.
     pub(super) fn new(files: &'f SceneFiles) -> Self {
-        Self { files, includes: 0, bytes_left: files.options().max_file_bytes }
+        let budget = Budget::new(files.options().max_file_bytes, "texts");
+        Self { files, includes: Includes::new(MAX_INCLUDES, MAX_DEPTH), budget }
     }
 
     /// The main file.
@@ -61,12 +63,7 @@ impl<'f> Texts<'f> {
 
     /// The file that `name` in `from` stands for; `depth` texts are open.
     pub(super) fn include(&mut self, name: &str, from: &str, depth: usize, at: &Location) -> Result<Text> {
-        self.includes += 1;
-        if depth >= MAX_DEPTH || self.includes > MAX_INCLUDES {
-            let found = format!("Include of {name:?}, file {} at depth {depth}", self.includes);
-            let expected = format!("at most {MAX_INCLUDES} included files, {MAX_DEPTH} deep");
-            return Err(Error::invalid(at.clone(), found, expected));
-        }
+        self.includes.enter(name, depth, at)?;
         let beside = format!("{from}{name}");
         let (reference, bytes) = match self.files.read(name, at) {
             Ok(bytes) => (name.to_owned(), bytes),
@@ -77,16 +74,15 @@ impl<'f> Texts<'f> {
             Err(error) => return Err(error),
         };
         let bytes = self.unpacked(bytes, at)?;
-        let folder = reference.rfind(['/', '\\']).map_or("", |separator| &reference[..=separator]).to_owned();
-        let shown = self.files.path().parent().unwrap_or(Path::new("")).join(&reference);
-        Ok(Text { bytes, source: Source::new(&shown), folder })
+        let source = Source::new(&self.files.beside(&reference));
+        Ok(Text { bytes, source, folder: folder_of(&reference).to_owned() })
     }
 
     /// A text without compression.
-    fn unpacked(&mut self, bytes: Vec<u8>, at: &Location) -> Result<Vec<u8>> {
+    fn unpacked(&self, bytes: Vec<u8>, at: &Location) -> Result<Vec<u8>> {
         let bytes = if bytes.starts_with(GZIP) {
             let mut unpacked = Vec::new();
-            let limit = self.bytes_left.saturating_add(1);
+            let limit = self.budget.left().saturating_add(1);
             MultiGzDecoder::new(&bytes[..]).take(limit).read_to_end(&mut unpacked).map_err(|e| {
                 Error::invalid(at.clone(), format!("a text that cannot be decompressed ({e})"), "gzip")
             })?;
@@ -94,10 +90,7 @@ impl<'f> Texts<'f> {
         } else {
             bytes
         };
-        self.bytes_left = self.bytes_left.checked_sub(bytes.len() as u64).ok_or_else(|| {
-            let limit = self.files.options().max_file_bytes;
-            Error::invalid(at.clone(), "texts beyond the limit", format!("at most {limit} bytes in all"))
-        })?;
+        self.budget.take(bytes.len() as u64, at)?;
         Ok(bytes)
     }
 }

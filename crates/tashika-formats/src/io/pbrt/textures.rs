@@ -21,9 +21,6 @@
 
 use std::collections::BTreeMap;
 
-use glam::{Mat3, Vec3};
-
-use super::lexer::excerpt;
 use super::loading::Loading;
 use super::parameters::Parameters;
 use super::spectra::{self, Quantity};
@@ -31,13 +28,11 @@ use super::version::Version;
 use crate::color::Rgb;
 use crate::error::{Location, Result};
 use crate::io::images::Encoding;
+use crate::io::mixes::GREY;
+use crate::io::notes::excerpt;
+use crate::io::textures::{self, number, product, scaled, upward};
 use crate::io::udim::Picture;
-use crate::scene::{
-    Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Texture, TextureId, UvTransform, Wrap,
-};
-
-/// Grey of images that cannot be read: a middling value.
-const MISSING: f32 = 0.5;
+use crate::scene::{Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Texture, TextureId, Wrap};
 
 /// Textures by name.
 #[derive(Clone, Debug, Default)]
@@ -124,10 +119,54 @@ impl Textures {
         if is_float {
             return Ok(self.float(loading, parameters, name));
         }
-        Ok(self.color(loading, parameters, name)?.map(float_of_color))
+        Ok(self.color(loading, parameters, name)?.map(|color| number(color, Channel::Luminance)))
+    }
+
+    /// A texture of two others, of numbers as of greys; nothing if it is no such.
+    fn combination(
+        &self,
+        loading: &mut Loading<'_>,
+        class: &str,
+        p: &Parameters,
+        of_numbers: bool,
+    ) -> Result<Option<ColorInput>> {
+        let mut operand = |name: &str, missing: f32| -> Result<ColorInput> {
+            let missing = Rgb::gray(missing).into();
+            if !of_numbers {
+                return Ok(self.color(loading, p, name)?.unwrap_or(missing));
+            }
+            let number = self.float(loading, p, name);
+            number.map_or(Ok(missing), |number| color_of_float(loading, number))
+        };
+        let (ends, amount) = match class {
+            "mix" | "directionmix" => {
+                p.accept(&["dir"]);
+                let ends = [operand("tex1", 0.0)?, operand("tex2", 1.0)?];
+                let amount = match self.float(loading, p, "amount") {
+                    Some(amount) => color_of_float(loading, amount)?,
+                    None if of_numbers => Rgb::gray(0.5).into(),
+                    None => self.color(loading, p, "amount")?.unwrap_or(Rgb::gray(0.5).into()),
+                };
+                (ends, amount)
+            }
+            "checkerboard" => {
+                let ends = [operand("tex1", 1.0)?, operand("tex2", 0.0)?];
+                return checkerboard(loading, p, ends).map(Some);
+            }
+            "dots" => {
+                let ends = [operand("inside", 1.0)?, operand("outside", 0.0)?];
+                p.accept_all();
+                (ends, Rgb::gray(0.5).into())
+            }
+            _ => return Ok(None),
+        };
+        textures::mix(&mut loading.builder, ends, amount).map(Some)
     }
 
     fn color_texture(&self, loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Result<ColorInput> {
+        if let Some(combination) = self.combination(loading, class, p, false)? {
+            return Ok(combination);
+        }
         let gray = |v: f32| ColorInput::from(Rgb::gray(v));
         Ok(match class {
             "constant" => self.color(loading, p, "value")?.unwrap_or(gray(1.0)),
@@ -145,22 +184,7 @@ impl Textures {
                         (other.unwrap_or(gray(1.0)), scale)
                     }
                 };
-                product(loading, a, b)?
-            }
-            "mix" | "directionmix" => {
-                let first = self.color(loading, p, "tex1")?.unwrap_or(gray(0.0));
-                let second = self.color(loading, p, "tex2")?.unwrap_or(gray(1.0));
-                let amount = match self.float(loading, p, "amount") {
-                    Some(amount) => color_of_float(loading, amount)?,
-                    None => self.color(loading, p, "amount")?.unwrap_or(gray(0.5)),
-                };
-                p.accept(&["dir"]);
-                mix(loading, first, second, amount)?
-            }
-            "checkerboard" => {
-                let first = self.color(loading, p, "tex1")?.unwrap_or(gray(1.0));
-                let second = self.color(loading, p, "tex2")?.unwrap_or(gray(0.0));
-                checkerboard(loading, p, first, second)?
+                product(&mut loading.builder, a, b)?
             }
             "bilerp" => {
                 let mut sum = Rgb::BLACK;
@@ -171,24 +195,21 @@ impl Textures {
                 p.accept_all();
                 (sum * 0.25).into()
             }
-            "dots" => {
-                let inside = self.color(loading, p, "inside")?.unwrap_or(gray(1.0));
-                let outside = self.color(loading, p, "outside")?.unwrap_or(gray(0.0));
-                p.accept_all();
-                mix(loading, inside, outside, gray(0.5))?
-            }
             "marble" => {
                 p.accept_all();
                 MARBLE.into()
             }
             _ => {
                 p.accept_all();
-                gray(MISSING)
+                gray(GREY)
             }
         })
     }
 
     fn float_texture(&self, loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Result<FloatInput> {
+        if let Some(combination) = self.combination(loading, class, p, true)? {
+            return Ok(number(combination, Channel::Luminance));
+        }
         Ok(match class {
             "constant" => self.float(loading, p, "value").unwrap_or(1.0.into()),
             "imagemap" => {
@@ -204,29 +225,9 @@ impl Textures {
                     }
                     (a, b) => {
                         let (a, b) = (color_of_float(loading, a)?, color_of_float(loading, b)?);
-                        float_of_color(product(loading, a, b)?)
+                        number(product(&mut loading.builder, a, b)?, Channel::Luminance)
                     }
                 }
-            }
-            "mix" | "directionmix" | "checkerboard" | "dots" => {
-                let (names, defaults) = match class {
-                    "checkerboard" => (["tex1", "tex2"], [1.0, 0.0]),
-                    "dots" => (["inside", "outside"], [1.0, 0.0]),
-                    _ => (["tex1", "tex2"], [0.0, 1.0]),
-                };
-                let first = self.float(loading, p, names[0]).unwrap_or(defaults[0].into());
-                let second = self.float(loading, p, names[1]).unwrap_or(defaults[1].into());
-                let (first, second) = (color_of_float(loading, first)?, color_of_float(loading, second)?);
-                float_of_color(if class == "checkerboard" {
-                    checkerboard(loading, p, first, second)?
-                } else {
-                    let amount = self.float(loading, p, "amount").unwrap_or(0.5.into());
-                    let amount = color_of_float(loading, amount)?;
-                    if class != "mix" {
-                        p.accept_all();
-                    }
-                    mix(loading, first, second, amount)?
-                })
             }
             "bilerp" => {
                 let corners = [("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)];
@@ -236,7 +237,7 @@ impl Textures {
             }
             _ => {
                 p.accept_all();
-                MISSING.into()
+                GREY.into()
             }
         })
     }
@@ -265,84 +266,28 @@ fn color_of_float(loading: &mut Loading<'_>, input: FloatInput) -> Result<ColorI
     })
 }
 
-fn float_of_color(color: ColorInput) -> FloatInput {
-    match color.texture {
-        Some(texture) => {
-            FloatInput { factor: color.factor.luminance(), texture: Some((texture, Channel::Luminance)) }
-        }
-        None => color.factor.luminance().into(),
-    }
-}
-
-/// The node that has a colour's values.
-pub(super) fn node(loading: &mut Loading<'_>, color: ColorInput) -> Result<TextureId> {
-    match color.texture {
-        Some(texture) if color.factor == Rgb::WHITE => Ok(texture),
-        Some(texture) => {
-            let factor = loading.builder.add_texture(Texture::Constant(color.factor))?;
-            loading.builder.add_texture(Texture::Product(factor, texture))
-        }
-        None => loading.builder.add_texture(Texture::Constant(color.factor)),
-    }
-}
-
-/// `a · b`.
-pub(super) fn product(loading: &mut Loading<'_>, a: ColorInput, b: ColorInput) -> Result<ColorInput> {
-    let texture = match (a.texture, b.texture) {
-        (Some(a), Some(b)) => Some(loading.builder.add_texture(Texture::Product(a, b))?),
-        (one, other) => one.or(other),
-    };
-    Ok(ColorInput { factor: a.factor * b.factor, texture })
-}
-
-fn mix(
-    loading: &mut Loading<'_>,
-    first: ColorInput,
-    second: ColorInput,
-    amount: ColorInput,
-) -> Result<ColorInput> {
-    if let (None, None, None) = (first.texture, second.texture, amount.texture) {
-        let m = amount.factor;
-        return Ok((first.factor * (Rgb::WHITE - m) + second.factor * m).into());
-    }
-    let (first, second, amount) = (node(loading, first)?, node(loading, second)?, node(loading, amount)?);
-    let mix = loading.builder.add_texture(Texture::Mix { first, second, amount })?;
-    Ok(ColorInput { factor: Rgb::WHITE, texture: Some(mix) })
-}
-
-fn checkerboard(
-    loading: &mut Loading<'_>,
-    p: &Parameters,
-    first: ColorInput,
-    second: ColorInput,
-) -> Result<ColorInput> {
+fn checkerboard(loading: &mut Loading<'_>, p: &Parameters, ends: [ColorInput; 2]) -> Result<ColorInput> {
     p.accept(&["aamode"]);
     if p.integer("dimension") == Some(3) {
         loading.note(NoteKind::Approximated, "checkerboards of three dimensions: their mean is used", p.at());
         p.accept_all();
-        return mix(loading, first, second, Rgb::gray(0.5).into());
+        return textures::mix(&mut loading.builder, ends, Rgb::gray(0.5).into());
     }
-    let [su, sv, du, dv] = mapping(loading, p)?;
-    let transform = uv_transform(su, -sv, du, sv + dv);
-    let (even, odd) = (node(loading, first)?, node(loading, second)?);
-    let board = loading.builder.add_texture(Texture::Checkerboard { even, odd, transform })?;
-    Ok(ColorInput { factor: Rgb::WHITE, texture: Some(board) })
+    let ([su, sv], [du, dv]) = mapping(loading, p)?;
+    let [even, odd] = ends;
+    textures::checkerboard(&mut loading.builder, even, odd, scaled([su, -sv], [du, sv + dv]))
 }
 
-/// Scales and offsets of the coordinates: `s_u, s_v, d_u, d_v`.
-fn mapping(loading: &mut Loading<'_>, p: &Parameters) -> Result<[f32; 4]> {
+/// Scales and offsets of the coordinates.
+fn mapping(loading: &mut Loading<'_>, p: &Parameters) -> Result<([f32; 2], [f32; 2])> {
     let mapping = p.string("mapping").unwrap_or("uv").to_owned();
     loading.met("mapping", &mapping, "uv is used", &p.at())?;
     if mapping != "uv" {
         p.accept(&["v1", "v2", "udelta", "vdelta", "uscale", "vscale"]);
-        return Ok([1.0, 1.0, 0.0, 0.0]);
+        return Ok(([1.0; 2], [0.0; 2]));
     }
     let number = |name, default| p.float(name).unwrap_or(default);
-    Ok([number("uscale", 1.0), number("vscale", 1.0), number("udelta", 0.0), number("vdelta", 0.0)])
-}
-
-fn uv_transform(su: f32, sv: f32, du: f32, dv: f32) -> UvTransform {
-    UvTransform(Mat3::from_cols(Vec3::new(su, 0.0, 0.0), Vec3::new(0.0, sv, 0.0), Vec3::new(du, dv, 1.0)))
+    Ok(([number("uscale", 1.0), number("vscale", 1.0)], [number("udelta", 0.0), number("vdelta", 0.0)]))
 }
 
 /// An image map, the channel in which its numbers are, and its scale.
@@ -362,8 +307,8 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
             Wrap::Repeat
         }
     };
-    let [su, sv, du, dv] = mapping(loading, p)?;
-    let transform = uv_transform(su, sv, du, 1.0 - sv - dv);
+    let (scale_uv, offset) = mapping(loading, p)?;
+    let transform = upward(scale_uv, offset);
     let invert = p.boolean("invert").unwrap_or(false);
     let name = p.string("filename").unwrap_or_default().to_owned();
     let encoding = encoding(loading, p, &name);
@@ -373,10 +318,10 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
             loading.note(NoteKind::Repaired, message, p.at());
             None
         }
-        name => loading.images.load(loading.files, name, encoding, &p.at(), &mut loading.builder)?,
+        name => loading.images.load(name, encoding, &p.at(), &mut loading.builder)?,
     };
     let Some(image) = image else {
-        let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(MISSING)))?;
+        let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(GREY)))?;
         return Ok(((grey, Channel::Luminance), 1.0));
     };
     let texture = image.texture(|all| ImageTexture { wrap: [wrap; 2], transform, ..all });
@@ -385,9 +330,8 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
     let mut factor = scale;
     if invert {
         // 1 − scale · t, as a blend from white to 1 − scale.
-        let white = loading.builder.add_texture(Texture::Constant(Rgb::WHITE))?;
-        let end = loading.builder.add_texture(Texture::Constant(Rgb::gray((1.0 - scale).max(0.0))))?;
-        texture = loading.builder.add_texture(Texture::Mix { first: white, second: end, amount: texture })?;
+        let ends = [Rgb::WHITE, Rgb::gray((1.0 - scale).max(0.0))];
+        texture = textures::between(&mut loading.builder, ends, texture)?;
         factor = 1.0;
     }
     Ok(((texture, if invert { Channel::Luminance } else { channel }), factor))

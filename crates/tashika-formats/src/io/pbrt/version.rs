@@ -18,8 +18,9 @@
 //!
 //! Tested by `suite::pbrt::the_format_is_told_by_what_the_files_use`.
 
-use super::lexer::{Lexer, Token, text, unescape};
+use super::lexer::{Lexer, Token, unescape};
 use crate::error::Result;
+use crate::io::text::utf8_or_latin1;
 
 /// The format of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +107,7 @@ pub(super) fn next_evidence(lexer: &mut Lexer<'_>) -> Result<Evidence> {
                 expects = word;
                 None
             }
-            Token::Quoted(bytes) => match (std::mem::take(&mut expects), &*text(bytes)) {
+            Token::Quoted(bytes) => match (std::mem::take(&mut expects), &*utf8_or_latin1(bytes)) {
                 (b"Include", name) => return Ok(Evidence::Include(unescape(name.as_bytes()))),
                 (b"Film", "rgb" | "gbuffer" | "spectral") => Some(Version::V4),
                 (b"Film", "image") => Some(Version::V3),

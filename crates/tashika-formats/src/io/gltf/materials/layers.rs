@@ -30,17 +30,15 @@ use super::reader::Reader;
 use crate::bsdf::CoatModel;
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::io::dielectrics::single_face;
+use crate::io::dielectrics::{rendered, single_face};
 use crate::io::gltf::textures::Content;
+use crate::io::textures::{between, product, whole};
 use crate::math::elementary::powf;
 use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
 
 /// Roughness up to which a pane counts as smooth: less than the eye makes out through a window.
 /// Chosen.
 const SMOOTH_ROUGHNESS: f32 = 0.1;
-
-/// Indices of refraction that glass may have; 1 would be no surface at all.
-const GLASS_IOR: (f32, f32) = (1.0001, 5.0);
 
 const COAT: &str = "KHR_materials_clearcoat";
 const LEAF: &str = "KHR_materials_diffuse_transmission";
@@ -113,7 +111,7 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     bare(reader, below)?;
     let info = glass.transmission_texture.as_ref();
     let amount = share(reader, opaque, factor, &field("transmissionTexture"), info, Channel::R)?;
-    let ior = opaque.ior.clamp(GLASS_IOR.0, GLASS_IOR.1);
+    let ior = rendered(opaque.ior);
     let reflectance = opaque.specular;
     let surface = match absorption(reader)? {
         Some(absorption) => {
@@ -184,9 +182,9 @@ fn share(
     let Some((metal, metal_channel)) = metallic.texture.filter(|_| metallic.factor > 0.0) else {
         return reader.textured(factor * (1.0 - metallic.factor), field, info, channel);
     };
-    let rest = reader.white_to(metal, Rgb::gray(1.0 - metallic.factor))?;
+    let rest = between(reader.builder, [Rgb::WHITE, Rgb::gray(1.0 - metallic.factor)], metal)?;
     let content = Content::Spread(if channel == Channel::A { 3 } else { 0 });
     let texture = reader.texture(field, info, content)?.map(|t| t.texture);
-    let texture = reader.product([texture, Some(rest)])?;
-    Ok(FloatInput { factor, texture: texture.map(|t| (t, metal_channel)) })
+    let product = product(reader.builder, ColorInput { factor: Rgb::WHITE, texture }, whole(rest))?;
+    Ok(FloatInput { factor, texture: product.texture.map(|t| (t, metal_channel)) })
 }

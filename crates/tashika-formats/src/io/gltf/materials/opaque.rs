@@ -35,7 +35,10 @@ use super::reader::Reader;
 use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
+use crate::io::dielectrics::normal_reflectance;
 use crate::io::gltf::textures::{Content, UsedTexture};
+use crate::io::principled::metallic_roughness;
+use crate::io::textures::{between, product, whole};
 use crate::scene::{Channel, ColorInput, FacetInput, FloatInput, NoteKind, Surface, TangentInput};
 
 const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
@@ -172,8 +175,9 @@ impl Opaque {
         }
         if is_textured {
             reader.met_field(SPECULAR, "specularFactor")?;
-            let texture = reader.product([f0.texture, strength.texture.map(|(t, _)| t)])?;
-            let f0 = ColorInput { factor: f0.factor * strength.factor, texture };
+            let factor = Rgb::gray(strength.factor);
+            let strength = ColorInput { factor, texture: strength.texture.map(|(t, _)| t) };
+            let f0 = product(reader.builder, f0, strength)?;
             return Ok(of(self.base_color, metallic, f0));
         }
         let amount = 1.0 - (1.0 - metallic.factor) * (1.0 - strength.factor);
@@ -184,8 +188,7 @@ impl Opaque {
 
     /// A dielectric's reflectance at normal incidence, and the factor on all of its reflection.
     fn f0(&mut self, reader: &mut Reader<'_, '_>) -> Result<(ColorInput, FloatInput)> {
-        let from_index = (self.ior - 1.0) / (self.ior + 1.0);
-        let f0 = Rgb::gray(from_index * from_index);
+        let f0 = Rgb::gray(normal_reflectance(self.ior));
         let extensions = reader.material.extensions.as_ref();
         let Some(specular) = extensions.and_then(|e| e.specular.as_ref()) else {
             return Ok((f0.into(), 1.0.into()));
@@ -220,28 +223,22 @@ impl Opaque {
             ColorInput { factor: diffuse * Rgb::new(r, g, b), texture: diffuse_texture.map(|t| t.texture) };
         match f0_texture {
             Some(f0_texture) => {
-                let rest = reader.white_to(f0_texture, Rgb::WHITE - f0)?;
-                base_color.texture = reader.product([base_color.texture, Some(rest)])?;
+                let rest = between(reader.builder, [Rgb::WHITE, Rgb::WHITE - f0], f0_texture)?;
+                base_color = product(reader.builder, base_color, whole(rest))?;
             }
             None => base_color.factor *= 1.0 - f0.max_channel(),
         }
         let roughness = match glossiness_texture {
             Some(texture) => {
-                let texture = reader.white_to(texture, Rgb::gray(1.0 - glossiness))?;
+                let ends = [Rgb::WHITE, Rgb::gray(1.0 - glossiness)];
+                let texture = between(reader.builder, ends, texture)?;
                 FloatInput { factor: 1.0, texture: Some((texture, Channel::R)) }
             }
             None => (1.0 - glossiness).into(),
         };
         let (metallic, specular_f0) = (0.0.into(), ColorInput { factor: f0, texture: f0_texture });
         Ok(Self {
-            surface: Surface::MetallicRoughness {
-                base_color,
-                metallic,
-                roughness,
-                specular_f0,
-                anisotropy: 0.0.into(),
-                model: FacetModel::Ggx,
-            },
+            surface: metallic_roughness(base_color, metallic, roughness, specular_f0),
             takes_layers: false,
             base_color,
             metallic,

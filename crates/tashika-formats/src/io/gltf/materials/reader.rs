@@ -7,12 +7,11 @@ use super::Tint;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::gltf::features::met;
-use crate::io::gltf::shown;
 use crate::io::gltf::source::Source;
 use crate::io::gltf::textures::{Content, Textures, UsedTexture};
-use crate::scene::{
-    Channel, FloatInput, Material, MaterialId, NoteKind, SceneBuilder, Surface, Texture, TextureId,
-};
+use crate::io::mixes;
+use crate::io::notes::shown;
+use crate::scene::{Channel, FloatInput, Material, MaterialId, NoteKind, SceneBuilder, Surface};
 
 /// One material being read.
 pub(super) struct Reader<'r, 's> {
@@ -157,21 +156,6 @@ impl<'r, 's> Reader<'r, 's> {
         Ok(value.clamp(0.0, max))
     }
 
-    /// `(1 − texture) · white + texture · end`, channel by channel.
-    pub fn white_to(&mut self, texture: TextureId, end: Rgb) -> Result<TextureId> {
-        let first = self.builder.add_texture(Texture::Constant(Rgb::WHITE))?;
-        let second = self.builder.add_texture(Texture::Constant(end))?;
-        self.builder.add_texture(Texture::Mix { first, second, amount: texture })
-    }
-
-    /// The product of textures, if there is any.
-    pub fn product(&mut self, textures: [Option<TextureId>; 2]) -> Result<Option<TextureId>> {
-        match textures {
-            [Some(a), Some(b)] => self.builder.add_texture(Texture::Product(a, b)).map(Some),
-            [a, b] => Ok(a.or(b)),
-        }
-    }
-
     /// The surface as a material of its own, below what is `what`.
     pub fn below(&mut self, surface: Surface, what: &str) -> Result<MaterialId> {
         let name = format!("{} below its {what}", self.name());
@@ -194,10 +178,7 @@ impl<'r, 's> Reader<'r, 's> {
             return Ok(second);
         }
         let name = self.name();
-        let mut part =
-            |name, surface| -> Result<MaterialId> { self.builder.add_material(Material::new(name, surface)) };
-        let first = part(format!("{name} without {what}"), first)?;
-        let second = part(format!("{name}, {what}"), second)?;
-        Ok(Surface::Mix { first, second, amount })
+        let parts = [(format!("{name} without {what}"), first), (format!("{name}, {what}"), second)];
+        mixes::mix(self.builder, parts, amount)
     }
 }

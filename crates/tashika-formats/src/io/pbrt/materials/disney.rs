@@ -1,24 +1,20 @@
 //! The material `disney` of pbrt-v3.
 //!
-//! A mix of the opaque principled material and of glass: light is let through by the share
-//! `spectrans` that is not metal, with the root of the colour at each boundary, and both parts have
-//! the same facets and the same Fresnel reflectance. What pbrt tints of the gloss (`speculartint`)
-//! counts only where the surface is partly metal.
+//! As [`principled`](crate::io::principled) has it. What pbrt tints of the gloss (`speculartint`) counts
+//! only where the surface is partly metal.
 //!
 //! Left out, with a note each: see the rows `disney …` of the features table. Tested by the suite's
 //! `formula_materials`, sources: Burley 2012, 2015.
 
-use super::Materials;
 use super::maker::Maker;
-use crate::bsdf::{CoatModel, FacetModel};
-use crate::color::Rgb;
+use crate::bsdf::CoatModel;
 use crate::error::Result;
-use crate::io::clear_coats::alpha_of_gloss;
 use crate::io::pbrt::spectra::{self, Quantity};
-use crate::scene::{FacetInput, FloatInput, Surface};
+use crate::io::principled::Principled;
+use crate::scene::{FloatInput, Surface};
 
 /// The surface.
-pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<Surface> {
+pub(super) fn surface(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let base_color = m.color("color", 0.5)?;
     let ior = m.ior(&["eta"])?;
     let is_thin = m.parameters.boolean("thin").unwrap_or(false);
@@ -45,7 +41,8 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Resul
         m.met("disney metallic")?;
     }
     m.parameters.accept_all();
-    let opaque = |metallic| Surface::Principled {
+    let material = Principled {
+        name: "disney",
         base_color,
         metallic,
         roughness,
@@ -55,45 +52,13 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Resul
         sheen_tint,
         flatness,
         anisotropic,
+        transmission,
+        clearcoat,
+        gloss,
+        coat: CoatModel::Disney,
     };
-    let amount = FloatInput { factor: transmission.factor * (1.0 - metallic.factor), ..transmission };
-    if amount.factor <= 0.0 {
-        return clear_coat(m, materials, opaque(metallic), clearcoat, gloss);
-    }
-    if clearcoat.factor > 0.0 {
+    if material.glass_share().factor > 0.0 && clearcoat.factor > 0.0 {
         m.met("disney clearcoat")?;
     }
-    let alpha = m.loading.builder.power(roughness, 2.0)?;
-    let glass = Surface::Glass {
-        ior,
-        reflectance: Rgb::WHITE,
-        transmittance: base_color.factor.map(f32::sqrt),
-        facets: FacetInput::of_aspect(alpha, anisotropic.factor, FacetModel::GgxIndependent),
-    };
-    if amount == 1.0.into() {
-        return Ok(glass);
-    }
-    // What is not glass has all of the metal.
-    let rest = FloatInput {
-        factor: metallic.factor / (1.0 - amount.factor).max(metallic.factor).max(f32::MIN_POSITIVE),
-        ..metallic
-    };
-    let opaque = clear_coat(m, materials, opaque(rest), clearcoat, gloss)?;
-    materials.either(m.loading, "disney", opaque, glass, amount)
-}
-
-/// The surface under a clear coat, if there is one.
-fn clear_coat(
-    m: &mut Maker<'_, '_>,
-    materials: &mut Materials,
-    base: Surface,
-    amount: FloatInput,
-    gloss: FloatInput,
-) -> Result<Surface> {
-    if amount.factor <= 0.0 {
-        return Ok(base);
-    }
-    let alpha = alpha_of_gloss(&mut m.loading.builder, gloss)?;
-    let base = materials.part(m.loading, "disney: below its coat", base)?;
-    Ok(Surface::Clearcoat { base, amount, alpha, model: CoatModel::Disney })
+    material.surface(&mut m.loading.builder, Principled::opaque, Principled::glass)
 }

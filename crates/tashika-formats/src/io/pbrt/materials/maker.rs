@@ -4,7 +4,7 @@ use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 use crate::color::metals::conductor_rgb;
 use crate::error::Result;
-use crate::io::dielectrics::refractive_index;
+use crate::io::dielectrics::{refractive_index, rendered};
 use crate::io::images::Encoding;
 use crate::io::pbrt::loading::Loading;
 use crate::io::pbrt::parameters::{Kind, Parameters};
@@ -14,9 +14,6 @@ use crate::io::pbrt::textures::Textures;
 use crate::io::pbrt::version::Version;
 use crate::math::elementary::powf;
 use crate::scene::{ColorInput, FacetInput, FloatInput, NormalInput, NoteKind, Texture};
-
-/// Smallest and largest refractive index that is rendered; below, there is no boundary at all.
-const IOR_RANGE: (f32, f32) = (1.000_1, 5.0);
 
 /// Range of complex indices that are rendered; silver has a real part of 0.05.
 const LEAST_ETA: f32 = 1e-3;
@@ -145,12 +142,11 @@ impl Maker<'_, '_> {
             };
             break;
         }
-        let (least, most) = IOR_RANGE;
-        if !(least..=most).contains(&ior) {
+        if ior != rendered(ior) {
             let message = "refractive indices outside 1 to 5: set to the nearer end";
             self.loading.note(NoteKind::Repaired, message, self.parameters.at());
         }
-        Ok(ior.clamp(least, most))
+        Ok(rendered(ior))
     }
 
     /// The Fresnel reflectance of a metal by `eta` and `k`, each with `prefix` before it; copper
@@ -199,8 +195,7 @@ impl Maker<'_, '_> {
             && let Some(name) = self.parameters.string("normalmap")
         {
             let (loading, at) = (&mut *self.loading, self.parameters.at());
-            let image =
-                loading.images.load(loading.files, name, Encoding::Linear, &at, &mut loading.builder)?;
+            let image = loading.images.load(name, Encoding::Linear, &at, &mut loading.builder)?;
             let Some(image) = image else { return Ok(None) };
             let texture = loading.builder.add_texture(image.texture(|all| all))?;
             return Ok(Some(NormalInput::Map { texture, scale: 1.0 }));

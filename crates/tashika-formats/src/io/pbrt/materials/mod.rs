@@ -15,20 +15,18 @@ mod v4;
 use std::collections::BTreeMap;
 
 use self::maker::Maker;
-use super::lexer::excerpt;
 use super::loading::Loading;
 use super::parameters::Parameters;
 use super::textures::Textures;
 use super::version::Version;
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::io::mixes::grey;
+use crate::io::notes::excerpt;
 use crate::scene::{
     Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput, NoteKind,
     Surface, TextureId,
 };
-
-/// Reflectance of materials that nothing is known of: a middling value.
-const GREY: f32 = 0.5;
 
 /// A material as the file defines it.
 #[derive(Clone, Debug)]
@@ -63,7 +61,7 @@ pub(super) struct Materials {
 impl Materials {
     /// With the material that shapes have before any is named.
     pub(super) fn new() -> Self {
-        let surface = Some(Surface::Lambert { reflectance: Rgb::gray(GREY).into() });
+        let surface = Some(grey());
         let first =
             Definition { name: "default".to_owned(), surface, normal: None, opacity: None, textured: false };
         Self { definitions: vec![first], named: BTreeMap::new(), made: BTreeMap::new() }
@@ -135,7 +133,7 @@ impl Materials {
         } else {
             let mut maker = Maker { loading: &mut *loading, textures, parameters };
             let (surface, opacity) = match maker.loading.version {
-                Version::V3 => v3::surface(&mut maker, class, self)?,
+                Version::V3 => v3::surface(&mut maker, class)?,
                 Version::V4 => (v4::surface(&mut maker, class)?, None),
             };
             let brushed = surface.as_ref().is_some_and(|s| maker.loading.builder.is_brushed(s));
@@ -184,29 +182,6 @@ impl Materials {
     /// A material of the scene that only scatters.
     fn plain(&mut self, loading: &mut Loading<'_>, id: DefinitionId) -> Result<MaterialId> {
         self.material(loading, id, None, None)
-    }
-
-    /// One of two surfaces at each point, at random: the second on the share `amount`. `of` is what
-    /// they are parts of.
-    fn either(
-        &mut self,
-        loading: &mut Loading<'_>,
-        of: &str,
-        first: Surface,
-        second: Surface,
-        amount: impl Into<FloatInput>,
-    ) -> Result<Surface> {
-        let first = self.part(loading, &format!("{of}: first part"), first)?;
-        let second = self.part(loading, &format!("{of}: second part"), second)?;
-        Ok(Surface::Mix { first, second, amount: amount.into() })
-    }
-
-    /// A part of a material that consists of several.
-    fn part(&mut self, loading: &mut Loading<'_>, name: &str, surface: Surface) -> Result<MaterialId> {
-        let (name, surface) = (name.to_owned(), Some(surface));
-        let definition = Definition { name, surface, normal: None, opacity: None, textured: false };
-        self.definitions.push(definition);
-        self.plain(loading, DefinitionId(self.definitions.len() - 1))
     }
 
     /// The material of the scene for a definition with a light and an alpha.

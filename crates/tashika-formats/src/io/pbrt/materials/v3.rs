@@ -19,25 +19,21 @@
 //! `suite::pbrt_appearance::materials_of_pbrt_v3_*`.
 
 use super::maker::Maker;
-use super::{GREY, Materials};
-use crate::bsdf::FacetModel;
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::io::mixes::{either, grey, of_share};
 use crate::io::pbrt::spectra::{self, Quantity};
-use crate::io::pbrt::textures::product;
+use crate::io::principled::metallic_roughness;
 use crate::io::rough_diffuse;
+use crate::io::textures::product;
 use crate::math::elementary::exp;
-use crate::scene::{CoatBase, ColorInput, FloatInput, Surface};
+use crate::scene::{CoatBase, FloatInput, Surface};
 
 /// Reflectance of hair without colour: brown.
 const HAIR: Rgb = Rgb::new(0.12, 0.07, 0.04);
 
 /// The surface, none if it is invisible, and the material's own opacity.
-pub(super) fn surface(
-    m: &mut Maker<'_, '_>,
-    class: &str,
-    materials: &mut Materials,
-) -> Result<(Option<Surface>, Option<FloatInput>)> {
+pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<(Option<Surface>, Option<FloatInput>)> {
     let surface = match class {
         "" | "none" => {
             m.parameters.accept_all();
@@ -69,35 +65,29 @@ pub(super) fn surface(
             let facets = m.facets_if_rough()?;
             Surface::Glass { ior: m.ior(&["eta", "index"])?, reflectance, transmittance, facets }
         }
-        "uber" => return uber(m, materials).map(|(surface, opacity)| (Some(surface), opacity)),
+        "uber" => return uber(m).map(|(surface, opacity)| (Some(surface), opacity)),
         "substrate" => {
             let base_color = m.color("Kd", 0.5)?;
             let specular_f0 = m.color("Ks", 0.5)?;
             let alpha = m.even_alpha(0.1)?;
-            Surface::MetallicRoughness {
-                base_color,
-                metallic: 0.0.into(),
-                roughness: m.loading.builder.power(alpha, 0.5)?,
-                specular_f0,
-                anisotropy: 0.0.into(),
-                model: FacetModel::Ggx,
-            }
+            let roughness = m.loading.builder.power(alpha, 0.5)?;
+            metallic_roughness(base_color, 0.0.into(), roughness, specular_f0)
         }
-        "translucent" => translucent(m, materials)?,
-        "disney" => super::disney::surface(m, materials)?,
+        "translucent" => translucent(m)?,
+        "disney" => super::disney::surface(m)?,
         "subsurface" | "kdsubsurface" => {
             subsurface(m, if class == "subsurface" { None } else { Some("Kd") })?
         }
         "hair" => hair(m)?,
         _ => {
             m.parameters.accept_all();
-            Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
+            grey()
         }
     };
     Ok((Some(surface), None))
 }
 
-fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Option<FloatInput>)> {
+fn uber(m: &mut Maker<'_, '_>) -> Result<(Surface, Option<FloatInput>)> {
     let (diffuse, specular) = (m.color("Kd", 0.25)?, m.color("Ks", 0.25)?);
     let (mirror, transmission) = (m.color("Kr", 0.0)?, m.plain_color("Kt", 0.0)?);
     let (ior, facets) = (m.ior(&["eta", "index"])?, m.facets("", 0.1)?);
@@ -112,37 +102,32 @@ fn uber(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<(Surface, Op
     }
     let amount = weights[1] / (weights[0] + weights[1]);
     let clear = if transmission.is_black() {
-        let specular = share(mirror, amount);
+        let specular = of_share(mirror, amount);
         Surface::Plastic { diffuse: Rgb::BLACK.into(), specular, ior, facets: 0.0.into() }
     } else {
-        let reflectance = share(mirror, amount).factor;
-        let transmittance = share(transmission.into(), amount).factor;
+        let reflectance = of_share(mirror, amount).factor;
+        let transmittance = of_share(transmission.into(), amount).factor;
         Surface::Glass { ior, reflectance, transmittance, facets: 0.0.into() }
     };
     if amount >= 1.0 {
         return Ok((clear, opacity));
     }
     let first = Surface::Plastic {
-        diffuse: share(diffuse, 1.0 - amount),
-        specular: share(specular, 1.0 - amount),
+        diffuse: of_share(diffuse, 1.0 - amount),
+        specular: of_share(specular, 1.0 - amount),
         ior,
         facets,
     };
-    Ok((materials.either(m.loading, "uber", first, clear, amount)?, opacity))
-}
-
-/// A colour, divided by the share of the part of a mix that it belongs to.
-fn share(c: ColorInput, share: f32) -> ColorInput {
-    ColorInput { factor: (c.factor * (1.0 / share)).map(|v| v.min(1.0)), ..c }
+    Ok((either(&mut m.loading.builder, "uber", [first, clear], amount)?, opacity))
 }
 
 /// Lambert on both sides, and the same shares of `Ks` at facets of glass.
-fn translucent(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<Surface> {
+fn translucent(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let (diffuse, specular) = (m.color("Kd", 0.25)?, m.plain_color("Ks", 0.25)?);
     let (reflect, transmit) = (m.color("reflect", 0.5)?, m.color("transmit", 0.5)?);
     let facets = m.facets("", 0.1)?;
-    let reflectance = product(m.loading, diffuse, reflect)?;
-    let transmittance = product(m.loading, diffuse, transmit)?;
+    let reflectance = product(&mut m.loading.builder, diffuse, reflect)?;
+    let transmittance = product(&mut m.loading.builder, diffuse, transmit)?;
     let glossy = [reflect, transmit].map(|share| specular * share.factor);
     let both = reflect.factor + transmit.factor;
     let weights = [diffuse.factor * both, glossy[0].zip(glossy[1], f32::max)].map(Rgb::max_channel);
@@ -150,16 +135,16 @@ fn translucent(m: &mut Maker<'_, '_>, materials: &mut Materials) -> Result<Surfa
         return Ok(Surface::Translucent { reflectance, transmittance });
     }
     let amount = weights[1] / (weights[0] + weights[1]);
-    let [on, through] = glossy.map(|c| share(c.into(), amount).factor);
+    let [on, through] = glossy.map(|c| of_share(c.into(), amount).factor);
     let glass = Surface::Glass { ior: 1.5, reflectance: on, transmittance: through, facets };
     if amount >= 1.0 {
         return Ok(glass);
     }
     let leaf = Surface::Translucent {
-        reflectance: share(reflectance, 1.0 - amount),
-        transmittance: share(transmittance, 1.0 - amount),
+        reflectance: of_share(reflectance, 1.0 - amount),
+        transmittance: of_share(transmittance, 1.0 - amount),
     };
-    materials.either(m.loading, "translucent", leaf, glass, amount)
+    either(&mut m.loading.builder, "translucent", [leaf, glass], amount)
 }
 
 /// A dielectric over a scattering half-space. `reflectance` is the name of its diffuse reflectance

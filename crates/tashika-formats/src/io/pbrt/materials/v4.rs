@@ -16,12 +16,12 @@
 //! Source: Pharr et al. 2023, chapters 9 and 10; the format description of pbrt-v4. Tested by
 //! `suite::pbrt_appearance::materials_of_pbrt_v4_*`.
 
-use super::GREY;
 use super::maker::Maker;
 use super::v3::{hair, subsurface};
 use crate::bsdf::{ConductorFresnel, fresnel};
 use crate::color::Rgb;
 use crate::error::Result;
+use crate::io::mixes::grey;
 use crate::scene::{CoatBase, ColorInput, NoteKind, Surface};
 
 /// The surface, none if it is invisible.
@@ -74,7 +74,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
         "hair" => hair(m)?,
         _ => {
             m.parameters.accept_all();
-            Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
+            grey()
         }
     }))
 }

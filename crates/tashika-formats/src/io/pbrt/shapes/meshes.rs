@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use crate::error::{Error, Location, Result};
 use crate::io::assets::kind;
-use crate::io::pbrt::lexer::excerpt;
+use crate::io::notes::excerpt;
 use crate::io::pbrt::loading::Loading;
 use crate::io::pbrt::parameters::{Kind, Parameters};
 use crate::io::{mesh_files, shapes};
@@ -133,7 +133,7 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
             return Ok(None);
         }
     };
-    let mut data = mesh_files::read_ply(&bytes, options, &mut loading.notes, &at)?;
+    let mut data = mesh_files::read_ply(&bytes, options, loading.builder.notes_mut(), &at)?;
     if data.name.is_empty() {
         data.name = name.to_owned();
     }

@@ -133,7 +133,7 @@ impl Shapes {
         }
         let mesh = match data {
             Some(data) => {
-                loading.hold(bytes(&data), &at)?;
+                loading.geometry.take(bytes(&data) as u64, &at)?;
                 Some(loading.builder.add_mesh(data, material)?)
             }
             None => None,
@@ -170,26 +170,15 @@ impl Shapes {
         if textured && data.uvs.is_empty() {
             data = meshes::with_default_uvs(data);
         }
-        for uv in &mut data.uvs {
-            uv.y = 1.0 - uv.y;
-        }
-        if state.reverse {
-            reverse(&mut data, orientation, loading.version);
+        data.flip_v();
+        // Vertex normals decide for triangles in pbrt-v3.
+        let stays = orientation == Orientation::Triangles
+            && !data.normals.is_empty()
+            && loading.version == Version::V3;
+        if state.reverse && !stays {
+            data.turn_around();
         }
         Ok(Some(data))
-    }
-}
-
-/// Turns a shape around.
-fn reverse(data: &mut MeshData, orientation: Orientation, version: Version) {
-    if orientation == Orientation::Triangles && !data.normals.is_empty() && version == Version::V3 {
-        return;
-    }
-    for triangle in &mut data.triangles {
-        triangle.swap(1, 2);
-    }
-    for normal in &mut data.normals {
-        *normal = -*normal;
     }
 }
 

@@ -1,0 +1,100 @@
+//! What files may ask for at most.
+//!
+//! A small file can ask for the same bytes a million times, or name itself: what its author would
+//! see as a mistake must not fill the memory or the stack.
+//!
+//! Held to this by the tests below, and by the formats' `damaged_*` of the suite.
+
+use std::cell::Cell;
+
+use super::notes::quoted;
+use crate::error::{Error, Location, Result};
+
+/// Bytes that may still be used for one purpose.
+#[derive(Debug)]
+pub(super) struct Budget {
+    left: Cell<u64>,
+    limit: u64,
+    purpose: &'static str,
+}
+
+impl Budget {
+    /// At most `limit` bytes.
+    pub(super) fn new(limit: u64, purpose: &'static str) -> Self {
+        Self { left: Cell::new(limit), limit, purpose }
+    }
+
+    /// What has not been taken.
+    pub(super) fn left(&self) -> u64 {
+        self.left.get()
+    }
+
+    /// Takes `bytes`, or refuses what stands at `at`.
+    pub(super) fn take(&self, bytes: u64, at: &Location) -> Result<()> {
+        match self.left().checked_sub(bytes) {
+            Some(left) => {
+                self.left.set(left);
+                Ok(())
+            }
+            None => Err(Error::invalid(
+                at.clone(),
+                format!("{bytes} more bytes of {}", self.purpose),
+                format!("at most {} bytes in the whole scene", self.limit),
+            )),
+        }
+    }
+}
+
+/// How files may include each other: neither depth of the stack nor work is left to them.
+#[derive(Debug)]
+pub(super) struct Includes {
+    /// Most files in all, counting each time.
+    files: usize,
+    /// Most files in each other, the scene's own counted.
+    depth: usize,
+    included: usize,
+}
+
+impl Includes {
+    /// At most so many files in all, and so many in each other.
+    pub(super) fn new(files: usize, depth: usize) -> Self {
+        Self { files, depth, included: 0 }
+    }
+
+    /// One more file, named at `at`, where `open` files are being read.
+    pub(super) fn enter(&mut self, name: &str, open: usize, at: &Location) -> Result<()> {
+        self.included += 1;
+        if open < self.depth && self.included <= self.files {
+            return Ok(());
+        }
+        let found = format!("include of {}, file {} at depth {open}", quoted(name), self.included);
+        let (files, most) = (self.files, self.depth);
+        let expected =
+            format!("at most {files} included files, {most} deep in each other: does it include itself?");
+        Err(Error::invalid(at.clone(), found, expected))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_taken_is_gone_and_what_is_refused_is_not() {
+        let (budget, at) = (Budget::new(10, "texels"), Location::file("a"));
+        assert!(budget.take(7, &at).is_ok());
+        let error = budget.take(4, &at).unwrap_err().to_string();
+        assert_eq!(error, "a: 4 more bytes of texels; expected at most 10 bytes in the whole scene");
+        assert!(budget.take(3, &at).is_ok() && budget.left() == 0);
+    }
+
+    #[test]
+    fn files_are_counted_and_may_not_nest_too_deep() {
+        let (mut includes, at) = (Includes::new(2, 2), Location::file("a"));
+        assert!(includes.enter("b", 1, &at).is_ok());
+        let error = includes.enter("c", 2, &at).unwrap_err().to_string();
+        let expected = "a: include of \"c\", file 2 at depth 2; expected at most 2 included files, 2 deep in each other: does it include itself?";
+        assert_eq!(error, expected);
+        assert!(includes.enter("b", 1, &at).is_err());
+    }
+}

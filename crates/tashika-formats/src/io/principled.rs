@@ -1,0 +1,132 @@
+//! Physically based materials that several formats have.
+//!
+//! Disney's material, of which pbrt-v3 has `disney` and Mitsuba 3 `principled`, is a mix of the
+//! opaque principled surface and of glass: light is let through by the share that transmits and is
+//! not metal, with the root of the colour at each boundary, and both parts have the same facets and
+//! the same Fresnel reflectance. What is not glass lies under the clear coat, of
+//! `α = 0.1 + (0.001 − 0.1) gloss`.
+//!
+//! Sources: Burley 2012, section 5.4; Burley 2015. Held to this by `mitsuba::clear_coats_*` and the
+//! suite's `mitsuba_materials` and `formula_materials`.
+
+use super::mixes::either;
+use super::textures::between;
+use crate::bsdf::{CoatModel, FacetModel, MAX_GTR1_ALPHA, MIN_ALPHA};
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::scene::{ColorInput, FacetInput, FloatInput, Material, SceneBuilder, Surface};
+
+/// The parameters of Disney's material, numbers from 0 to 1.
+pub(super) struct Principled {
+    /// What parts of the material are named after.
+    pub(super) name: &'static str,
+    pub(super) base_color: ColorInput,
+    pub(super) metallic: FloatInput,
+    pub(super) roughness: FloatInput,
+    pub(super) ior: f32,
+    pub(super) specular_tint: FloatInput,
+    pub(super) sheen: FloatInput,
+    pub(super) sheen_tint: FloatInput,
+    pub(super) flatness: FloatInput,
+    pub(super) anisotropic: FloatInput,
+    /// Share of what is not metal that lets light through.
+    pub(super) transmission: FloatInput,
+    pub(super) clearcoat: FloatInput,
+    pub(super) gloss: FloatInput,
+    /// The format's own.
+    pub(super) coat: CoatModel,
+}
+
+impl Principled {
+    /// The share that is glass.
+    pub(super) fn glass_share(&self) -> FloatInput {
+        FloatInput { factor: self.transmission.factor * (1.0 - self.metallic.factor), ..self.transmission }
+    }
+
+    /// The part that is not glass.
+    pub(super) fn opaque(&self) -> Surface {
+        let Self { base_color, metallic, roughness, ior, specular_tint, .. } = *self;
+        let Self { sheen, sheen_tint, flatness, anisotropic, .. } = *self;
+        Surface::Principled {
+            base_color,
+            metallic,
+            roughness,
+            ior,
+            specular_tint,
+            sheen,
+            sheen_tint,
+            flatness,
+            anisotropic,
+        }
+    }
+
+    /// Glass of the material's facets.
+    pub(super) fn glass(&self, builder: &mut SceneBuilder) -> Result<Surface> {
+        let alpha = builder.power(self.roughness, 2.0)?;
+        Ok(Surface::Glass {
+            ior: self.ior,
+            reflectance: Rgb::WHITE,
+            transmittance: self.base_color.factor.map(f32::sqrt),
+            facets: FacetInput::of_aspect(alpha, self.anisotropic.factor, FacetModel::GgxIndependent),
+        })
+    }
+
+    /// All parts together, made by `opaque` and `glass`.
+    pub(super) fn surface(
+        mut self,
+        builder: &mut SceneBuilder,
+        opaque: impl FnOnce(&Self) -> Surface,
+        glass: impl FnOnce(&Self, &mut SceneBuilder) -> Result<Surface>,
+    ) -> Result<Surface> {
+        let amount = self.glass_share();
+        if amount.factor <= 0.0 {
+            return self.coated(builder, opaque(&self));
+        }
+        let glass = glass(&self, builder)?;
+        if amount == 1.0.into() {
+            return Ok(glass);
+        }
+        // What is not glass has all of the metal.
+        let rest = (1.0 - amount.factor).max(self.metallic.factor).max(f32::MIN_POSITIVE);
+        self.metallic.factor /= rest;
+        let opaque = self.coated(builder, opaque(&self))?;
+        either(builder, self.name, [opaque, glass], amount)
+    }
+
+    /// The surface under the clear coat, if there is one.
+    fn coated(&self, builder: &mut SceneBuilder, base: Surface) -> Result<Surface> {
+        let amount = self.clearcoat;
+        if amount.factor <= 0.0 {
+            return Ok(base);
+        }
+        let alpha = alpha_of_gloss(builder, self.gloss)?;
+        let base = builder.add_material(Material::new(format!("{}: below its coat", self.name), base))?;
+        Ok(Surface::Clearcoat { base, amount, alpha, model: self.coat })
+    }
+}
+
+/// `α` of a clear coat's gloss; of a textured one a texture.
+fn alpha_of_gloss(builder: &mut SceneBuilder, gloss: FloatInput) -> Result<FloatInput> {
+    let alpha = |gloss: f32| MAX_GTR1_ALPHA + (MIN_ALPHA - MAX_GTR1_ALPHA) * gloss.clamp(0.0, 1.0);
+    let Some((amount, channel)) = gloss.texture else { return Ok(alpha(gloss.factor).into()) };
+    let ends = [0.0, gloss.factor].map(|gloss| Rgb::gray(alpha(gloss)));
+    Ok(FloatInput { factor: 1.0, texture: Some((between(builder, ends, amount)?, channel)) })
+}
+
+/// Metallic-roughness that is as rough in all directions, with the reflectance `specular_f0` of
+/// what is no metal.
+pub(super) fn metallic_roughness(
+    base_color: ColorInput,
+    metallic: FloatInput,
+    roughness: FloatInput,
+    specular_f0: ColorInput,
+) -> Surface {
+    Surface::MetallicRoughness {
+        base_color,
+        metallic,
+        roughness,
+        specular_f0,
+        anisotropy: 0.0.into(),
+        model: FacetModel::Ggx,
+    }
+}
