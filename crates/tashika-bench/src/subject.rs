@@ -148,6 +148,9 @@ impl Subject {
             Method::Transport { truth, options, .. } => {
                 format!("{}, truth {truth}, error {}", self.args.method, options.error)
             }
+            Method::Audited { options, .. } => {
+                format!("{}, audited, error {}", self.args.method, options.error)
+            }
             Method::Path(_) => "path".to_owned(),
         };
         format!(

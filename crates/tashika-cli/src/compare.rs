@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
-use tashika::film::Plane;
+use tashika::film::{PictureClaim, Plane};
 use tashika::io::{read_exr, write_file};
 use tashika::report::{Claims, Comparison, Intervals, Named, compare, compare_page, error_image, summary};
 
@@ -41,6 +41,8 @@ struct Report {
     /// Share of the claims that were kept; none if the image makes no claims.
     claims_kept: Option<f64>,
     claims: Option<ClaimsReport>,
+    /// None if nothing is claimed of the picture as a whole.
+    picture: Option<PictureReport>,
     /// None if no pixel is claimed by both films, or they are about different truths or quantities.
     intervals: Option<IntervalsReport>,
     files: Vec<PathBuf>,
@@ -62,6 +64,15 @@ struct ClaimsReport {
     confidence: f64,
     /// Whether the reference is of the same VPLs and gather points, which the claims are about.
     same_truth: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct PictureReport {
+    claim: PictureClaim,
+    /// Pixels within the claimed error of the reference, and of how many.
+    within: u64,
+    of: u64,
+    held: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -141,6 +152,12 @@ fn report(plan: &ComparePlan, c: &Comparison) -> Report {
             high: claims.interval.high,
             confidence: Claims::CONFIDENCE,
             same_truth: claims.same_truth,
+        }),
+        picture: c.picture.as_ref().map(|picture| PictureReport {
+            claim: picture.claim,
+            within: picture.within,
+            of: picture.of,
+            held: picture.held(),
         }),
         intervals: c.intervals.as_ref().map(|intervals| IntervalsReport {
             claimed_in_both: intervals.claimed_in_both,

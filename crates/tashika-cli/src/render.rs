@@ -5,7 +5,7 @@ use std::thread::available_parallelism;
 
 use tashika::error::Result as LibraryResult;
 use tashika::experiment::OtherSet;
-use tashika::film::{Tally, keys, planes};
+use tashika::film::{PictureClaim, Tally, keys, planes};
 use tashika::integrator::PathStop;
 use tashika::io::{KeptTiles, save_vpls, write_exr, write_file, write_png};
 use tashika::render::Rendered;
@@ -66,7 +66,8 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
             summary::print("\n")?;
         }
         let kept = KeptTiles::new(plan.checkpoint.clone());
-        let watcher = Watcher::new(meter, seconds).with(kept, viewer.take(), page.take());
+        let watcher =
+            Watcher::new(meter, seconds).with(kept, viewer.take(), page.take()).ending_in(plan.time);
         worst = worst.max(image(plan, stage, outputs, stored, watcher, meter)?);
         if worst == Outcome::Interrupted {
             break;
@@ -218,6 +219,7 @@ fn report(
         pixels_asked: done.pixels_asked,
         complete: rendered.complete,
         tally,
+        picture_claim: PictureClaim::of(metadata),
         promise_met: tally.claiming(),
         picture: method.is_picture(),
         reconstructed: rendered.film.plane(planes::RECONSTRUCTION).is_some(),

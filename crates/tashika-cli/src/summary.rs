@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
 use tashika::experiment::OtherSet;
-use tashika::film::Tally;
+use tashika::film::{PictureClaim, Tally};
 use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
@@ -203,6 +203,8 @@ pub struct RenderReport {
     pub complete: bool,
     /// The pixels by what they claim.
     pub tally: Tally,
+    /// What is claimed of the picture as a whole, if anything is.
+    pub picture_claim: Option<PictureClaim>,
     /// Pixels that claim something within their budget, by its name in earlier versions.
     pub promise_met: u64,
     /// Whether nobody asked for an error, so that pixels may run out of budget.
@@ -288,7 +290,13 @@ impl RenderReport {
         };
         let share = if self.tiles == "1/1" { String::new() } else { format!(" (tiles {})", self.tiles) };
         rows.push("pixels", format!("{}{share}{state}", HumanCount(self.pixels)));
-        if self.tally.out_of_budget > 0 {
+        if let Some(claim) = &self.picture_claim {
+            rows.push("claim", claim.to_string());
+            if !claim.reached {
+                let PictureClaim { share, .. } = claim;
+                rows.push("", format!("{} % were asked for: --time gives it longer", 100.0 * share));
+            }
+        } else if self.tally.out_of_budget > 0 {
             let further = if self.picture { "; --error works on until they are good enough" } else { "" };
             rows.push(
                 "",

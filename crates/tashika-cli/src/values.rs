@@ -1,12 +1,14 @@
 //! Values of options as people type them; each error says what would be accepted.
 
+use std::time::Duration;
+
 use tashika::color::Controlled;
 use tashika::experiment::Grouping;
 use tashika::film::Window;
 use tashika::gather::Filter;
 use tashika::integrator::{SumMethod, Truth};
 use tashika::io::Exposure;
-use tashika::request::ProjectionName;
+use tashika::request::{ProjectionName, Quality};
 use tashika::vpl::Clamp;
 
 /// A count: `10000`, `55_000`, `10k`, `1.5M`.
@@ -36,6 +38,25 @@ pub fn percentage(typed: &str) -> Result<f64, String> {
     };
     let number: f64 = number.parse().map_err(|_| wrong())?;
     if number.is_finite() { Ok(number / unit) } else { Err(wrong()) }
+}
+
+/// A quality, by its name.
+pub fn quality(typed: &str) -> Result<Quality, String> {
+    typed.parse().map_err(|_| format!("expected {}", Quality::ALL.map(Quality::name).join(", ")))
+}
+
+/// A time: `60s`, `5m`, `1.5h`.
+pub fn duration(typed: &str) -> Result<Duration, String> {
+    const MOST: f64 = 365.0 * 86_400.0;
+    let wrong = || "expected a time above zero, such as 60s, 5m or 1h".to_owned();
+    let (number, unit) = match typed.char_indices().last() {
+        Some((at, 's')) => (&typed[..at], 1.0),
+        Some((at, 'm')) => (&typed[..at], 60.0),
+        Some((at, 'h')) => (&typed[..at], 3600.0),
+        _ => return Err(wrong()),
+    };
+    let seconds = number.parse::<f64>().map_err(|_| wrong())? * unit;
+    if seconds > 0.0 && seconds <= MOST { Ok(Duration::from_secs_f64(seconds)) } else { Err(wrong()) }
 }
 
 /// A size: `640x480`.

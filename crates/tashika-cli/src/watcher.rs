@@ -3,7 +3,7 @@
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use tashika::film::{Film, Window};
 use tashika::io::KeptTiles;
@@ -24,6 +24,8 @@ pub struct Watcher<'a> {
     kept: KeptTiles,
     viewer: Option<Viewer>,
     page: Option<LivePage>,
+    /// When the work is to be done, if that was said.
+    end: Option<Instant>,
 }
 
 struct Clock {
@@ -37,12 +39,17 @@ impl<'a> Watcher<'a> {
     /// Tells the meter alone.
     pub fn new(meter: &'a Meter, seconds: Seconds) -> Self {
         let clock = Mutex::new(Clock { begun: Instant::now(), seconds, heeded: false });
-        Self { meter, clock, kept: KeptTiles::default(), viewer: None, page: None }
+        Self { meter, clock, kept: KeptTiles::default(), viewer: None, page: None, end: None }
     }
 
     /// Keeps finished tiles, too, and shows them.
     pub fn with(self, kept: KeptTiles, viewer: Option<Viewer>, page: Option<LivePage>) -> Self {
         Self { kept, viewer, page, ..self }
+    }
+
+    /// Lets the work end in about that time, from now on.
+    pub fn ending_in(self, time: Option<Duration>) -> Self {
+        Self { end: time.map(|time| Instant::now() + time), ..self }
     }
 
     /// What the render that begins with this film goes on from.
@@ -156,6 +163,10 @@ impl Observer for Watcher<'_> {
 
     fn progress(&self, progress: &Progress) {
         self.meter.update(progress);
+    }
+
+    fn seconds_left(&self) -> Option<f64> {
+        self.end.map(|end| end.saturating_duration_since(Instant::now()).as_secs_f64())
     }
 
     fn cancel(&self) -> &AtomicBool {

@@ -37,6 +37,10 @@ pub enum Purpose {
     Replicate = 14,
     /// Paths of what VPLs do not carry.
     Compensation = 15,
+    /// Paths of pictures that are reconstructed.
+    Picture = 16,
+    /// Pixels that an audit looks at, and their truth.
+    Audit = 17,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes

@@ -8,7 +8,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 use tashika::experiment::OtherSet;
-use tashika::film::{Film, Plane, RenderFilm, Samples, Value, keys};
+use tashika::film::{Film, PictureClaim, Plane, RenderFilm, Samples, Value, keys};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
 use tashika::render::Merger;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
@@ -138,12 +138,20 @@ impl Image {
     }
 
     /// How many pixels claim what: a dict with a count for each kind of claim ("none", "exact",
-    /// "published", "calibrated", "certified", of pixels within their budget) and for
+    /// "published", "calibrated", "certified", "audited", of pixels within their budget) and for
     /// "out_of_budget", "wider" (of these, with an interval all the same), "not_found" and
     /// "not_rendered".
     #[getter]
     fn tally<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         from_json(py, &RenderFilm::of(&self.film).tally())
+    }
+
+    /// What is claimed of the picture as a whole, or None: a dict with "error", "share", "assurance",
+    /// "audited" and "outside" (pixels), "upper_outside" (the share that is outside at most),
+    /// "reached", "population", "looks" and "passes".
+    #[getter]
+    fn picture_claim<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        PictureClaim::of(self.film.metadata()).map(|claim| from_json(py, &claim)).transpose()
     }
 
     /// How the image was made: names and values, sorted.

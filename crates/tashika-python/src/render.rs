@@ -4,6 +4,7 @@ use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -14,10 +15,10 @@ use tashika::integrator::Truth;
 use tashika::io::KeptTiles;
 use tashika::render::{Begun, Finished, Progress, TileShare};
 use tashika::renderer::{Observer, Renderer};
-use tashika::request::{CameraChange, Framing, ProjectionName, Request};
+use tashika::request::{CameraChange, Framing, Method, ProjectionName, Request};
 
 use crate::attended::{Watch, attended};
-use crate::errors::raised;
+use crate::errors::{option, raised};
 use crate::image::Image;
 use crate::scene::Scene;
 use crate::vpls;
@@ -42,13 +43,18 @@ use crate::words;
 ///   and pixels that are not within 0.05 by then say so (0.02 with `truth` "vpl"; with "path":
 ///   none, 64 `paths` a pixel); `absolute`: error that is enough where it is dark (W/m²/sr), 0;
 ///   `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`:
-///   "calibrated" or "certified"; `truth`: "transport" (light in the scene, the default), "vpl"
+///   "calibrated" or "certified", or "audited": of the picture as a whole (below); `truth`: "transport" (light in the scene, the default), "vpl"
 ///   (the sum over one set, the default for certified claims and for a `VplSet`) or "clamped";
 ///   `max_pairs`: largest cut, pairs and paths with "transport".
 /// - `vpls`: a `VplSet`, or how many to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
 ///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `gather`: gather points a pixel (51 at 0.05,
 ///   128 at 0.02; 4 with `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris",
 ///   where these, or paths, are.
+/// - `quality`: "draft" and "good" are audited pictures, within 0.1 and 0.05, "final" has each
+///   pixel within 0.02. An audited picture is reconstructed, and of `audit` of its pixels, 400, the
+///   truth is looked up: `share` of the pixels, 0.95, are then within `error`, 0.1, as sure as
+///   `assurance`, 0.99, says; `Image.picture_claim` tells. It takes about `time` seconds at most;
+///   what is claimed is what was reached.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the
 ///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
@@ -72,7 +78,8 @@ use crate::words;
     scene, *, camera=None, size=None, crop=None, method="tashika", error=None, confidence=None, claim=None, truth=None,
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
     paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
-    focus_distance=None, blades=None, blade_rotation=None
+    focus_distance=None, blades=None, blade_rotation=None, quality=None, share=None, assurance=None, audit=None,
+    time=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -105,6 +112,11 @@ pub fn render(
     focus_distance: Option<f32>,
     blades: Option<u32>,
     blade_rotation: Option<f32>,
+    quality: Option<&str>,
+    share: Option<f64>,
+    assurance: Option<f64>,
+    audit: Option<u64>,
+    time: Option<f64>,
 ) -> PyResult<Image> {
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp)?;
@@ -121,7 +133,14 @@ pub fn render(
         gather,
         filter: filter.map(words::filter).transpose()?,
         seed,
+        share,
+        assurance,
+        audit,
         ..of_lights
+    };
+    let request = match quality.map(words::quality).transpose()? {
+        Some(quality) => request.of_quality(quality),
+        None => request,
     };
     let projection =
         projection.map(|name| words::named("projection", name, &ProjectionName::ALL)).transpose()?;
@@ -131,7 +150,18 @@ pub fn render(
     // What is wrong is raised before the work begins.
     framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
-    for name in request.resolve().map_err(raised)?.unused {
+    let resolved = request.resolve().map_err(raised)?;
+    let is_audited = matches!(resolved.method, Method::Audited { .. });
+    if let (true, Some(path)) = (is_audited, &checkpoint) {
+        let expected = "none with claim audited: the picture is made in passes, not in tiles";
+        return Err(option("checkpoint", path.display(), expected));
+    }
+    if let Some(seconds) = time.filter(|seconds| !(*seconds > 0.0 && seconds.is_finite())) {
+        return Err(option("time", seconds, "seconds, above 0"));
+    }
+    let in_vain = [("audit", audit.is_some()), ("time", time.is_some())].into_iter();
+    let in_vain = in_vain.filter(|(_, said)| *said && !is_audited).map(|(name, _)| name);
+    for name in resolved.unused.into_iter().chain(in_vain) {
         let name = if name == "lights" { "vpls" } else { name };
         warn(py, &format!("{name} means nothing to the method {method} and is not used"))?;
     }
@@ -140,7 +170,8 @@ pub fn render(
     let troubles = Mutex::new(Vec::new());
     let trouble = |what| troubles.lock().unwrap_or_else(PoisonError::into_inner).push(what);
     let (film, other_set) = attended(py, threads, progress, |watch| {
-        let watch = Keeping { watch, kept: &kept, trouble: &trouble };
+        let end = time.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+        let watch = Keeping { watch, kept: &kept, trouble: &trouble, end };
         let renderer = scene.renderer(camera, &request).observer(&watch);
         let renderer = renderer.camera_change(change).framing(framing).tiles(share);
         let prepared = given.into_iter().fold(renderer, Renderer::lights).prepare()?;
@@ -163,6 +194,8 @@ struct Keeping<'a> {
     watch: &'a Watch,
     kept: &'a KeptTiles,
     trouble: &'a (dyn Fn(String) + Sync),
+    /// When an audited picture is to be done.
+    end: Option<Instant>,
 }
 
 impl Keeping<'_> {
@@ -186,6 +219,10 @@ impl Observer for Keeping<'_> {
 
     fn progress(&self, progress: &Progress) {
         self.watch.tell(progress);
+    }
+
+    fn seconds_left(&self) -> Option<f64> {
+        self.end.map(|end| end.saturating_duration_since(Instant::now()).as_secs_f64())
     }
 
     fn cancel(&self) -> &AtomicBool {

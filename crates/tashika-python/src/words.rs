@@ -2,9 +2,9 @@
 
 use pyo3::prelude::*;
 use tashika::gather::Filter;
-use tashika::integrator::{Promise, SumMethod};
+use tashika::integrator::SumMethod;
 use tashika::render::TileShare;
-use tashika::request::MethodName;
+use tashika::request::{ClaimName, MethodName, Quality};
 use tashika::vpl::Clamp;
 
 use crate::errors::{option, raised};
@@ -37,12 +37,13 @@ pub fn all_measured() -> Vec<SumMethod> {
 }
 
 /// By which kind of argument an interval is claimed.
-pub fn claim(name: &str) -> PyResult<Promise> {
-    match name {
-        "calibrated" => Ok(Promise::Calibrated),
-        "certified" => Ok(Promise::Certified),
-        _ => Err(option("claim", name, "calibrated or certified")),
-    }
+pub fn claim(name: &str) -> PyResult<ClaimName> {
+    name.parse().map_err(raised)
+}
+
+/// A quality.
+pub fn quality(name: &str) -> PyResult<Quality> {
+    name.parse().map_err(raised)
 }
 
 /// A pixel filter.

@@ -33,6 +33,7 @@ use std::path::Path;
 
 use super::claims::{Claims, Judge};
 use super::intervals::{Intervals, Meeting};
+use super::judged::PictureJudged;
 use crate::color::{LUMINANCE_WEIGHTS, Rgb};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Plane, RenderFilm, Window};
@@ -122,6 +123,8 @@ pub struct Comparison {
     pub relative_l1: f64,
     /// What became of the film's claims, if it makes any.
     pub claims: Option<Claims>,
+    /// What became of what is claimed of the picture as a whole, if anything is.
+    pub picture: Option<PictureJudged>,
     /// How many intervals of the two films are disjoint, if they are about the same truth and both
     /// claim one at some pixel.
     pub intervals: Option<Intervals>,
@@ -207,6 +210,12 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     out.bias = ratio(sum - reference_sum, reference_sum);
     out.relative_l1 = ratio(distance_sum, reference_sum.abs());
     out.claims = judge.map(Judge::claims);
+    let rendered = both_rendered(image.film, reference.film);
+    let pairs = colors(image)?.zip(colors(reference)?).zip(rendered);
+    let is_judged = |((color, truth), rendered): ((Rgb, Rgb), bool)| {
+        (rendered && color.is_finite() && truth.is_finite()).then_some((color, truth))
+    };
+    out.picture = PictureJudged::of(image.film, pairs.map(is_judged));
     out.intervals = meeting.and_then(Meeting::intervals);
     Ok(out)
 }
@@ -229,6 +238,7 @@ impl Comparison {
             bias: 0.0,
             relative_l1: 0.0,
             claims: None,
+            picture: None,
             intervals: None,
             errors: Vec::with_capacity(window.area() as usize),
         }

@@ -11,6 +11,7 @@ mod compare;
 mod error_budget;
 mod error_image;
 mod intervals;
+mod judged;
 mod page;
 mod picks;
 mod picture;
@@ -21,6 +22,7 @@ pub use compare::{Comparison, Named, Tolerance, compare};
 pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::{error_image, half_width_image};
 pub use intervals::Intervals;
+pub use judged::PictureJudged;
 pub use page::{
     Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, headline, render_page,
 };

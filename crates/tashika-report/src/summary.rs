@@ -31,6 +31,18 @@ pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
             rows.push(("", why.to_owned()));
         }
     }
+    if let Some(picture) = &c.picture {
+        let verdict = if picture.held() { "held" } else { "NOT held" };
+        let [share, claimed] = [picture.share(), picture.claim.lower_within()].map(percent_of_share);
+        let error = percent_of_tolerance(picture.claim.error);
+        let pixels = pixels(picture.of);
+        rows.push((
+            "picture",
+            format!(
+                "{share} of {pixels} within {error} of the reference, at least {claimed} claimed: {verdict}"
+            ),
+        ));
+    }
     if let Some(intervals) = &c.intervals {
         rows.push(("intervals", disjoint(intervals)));
         if intervals.disjoint > 0 {

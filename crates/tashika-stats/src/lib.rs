@@ -1,6 +1,6 @@
 //! Statistics of [tashika](https://github.com/tashika-render/tashika), a many-light renderer, usable
 //! alone: intervals and certificates for means of strata, distributions over tables, running
-//! moments, quantiles, intervals of shares.
+//! moments, quantiles, intervals of shares, what an audit says of a picture.
 //!
 //! Users of the renderer find these as `tashika::stats`.
 //!
@@ -47,6 +47,7 @@ use tashika_math::math;
 use tashika_math::rng;
 
 mod adaptive;
+mod audit;
 mod binomial;
 mod discrete;
 mod moments;
@@ -54,6 +55,7 @@ pub mod stratified;
 mod student_t;
 
 pub use adaptive::{AdaptiveDensity, Weighted};
+pub use audit::{tolerance_rank, upper_share_outside};
 pub use binomial::{Interval, clopper_pearson};
 pub use discrete::{Block, Discrete, Piecewise2d};
 pub use moments::Moments;

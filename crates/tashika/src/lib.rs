@@ -41,7 +41,7 @@
 //! | `tashika-stats` | [`stats`] |
 //! | `tashika-film` | [`color`], [`error`], [`film`], [`reconstruction`] |
 //! | `tashika-scene` | [`bsdf`], [`scene`] |
-//! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`render`], [`request`], [`tree`], [`vpl`] |
+//! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`picture`], [`render`], [`request`], [`tree`], [`vpl`] |
 //! | `tashika-formats` | [`io`], but for lights and finished tiles |
 //! | `tashika-report` | [`report`] |
 //! | `tashika` | [`experiment`], [`io`], [`renderer`] |
@@ -61,7 +61,7 @@
 //! | 6 | [`cut`], [`compensation`] |
 //! | 7 | [`integrator`] |
 //! | 8 | [`reconstruction`], [`render`], [`report`], [`request`] |
-//! | 9 | [`experiment`], [`io`] |
+//! | 9 | [`experiment`], [`io`], [`picture`] |
 //! | 10 | [`renderer`] |
 #![forbid(unsafe_code)]
 
@@ -71,7 +71,8 @@ pub mod io;
 pub mod renderer;
 
 pub use tashika_core::{
-    accel, bounds, compensation, contribution, cut, gather, guidance, integrator, render, request, tree, vpl,
+    accel, bounds, compensation, contribution, cut, gather, guidance, integrator, picture, render, request,
+    tree, vpl,
 };
 pub use tashika_film::{color, error, film, reconstruction};
 pub use tashika_math::{math, rng, warp};

@@ -10,6 +10,7 @@ pub use measure::{
 };
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use tashika::color::Controlled;
@@ -18,7 +19,7 @@ use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
 use tashika::io::{AskedEnvironment, AskedLight, Exposure};
 use tashika::render::TileShare;
-use tashika::request::MethodName;
+use tashika::request::{MethodName, Quality};
 use tashika::vpl::{Clamp, VplOptions};
 
 use crate::tev;
@@ -77,6 +78,7 @@ Examples:
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
   tashika render kitchen.glb --claim certified --error 5%
+  tashika render kitchen.glb --quality draft --time 60s  a clean picture, and what it is worth
   tashika render kitchen.glb --truth vpl --vpls 55k --gather 16
   tashika render kitchen.glb --serve                     watch it in the browser
   tashika render kitchen.glb --tev                       watch it in the viewer tev
@@ -230,12 +232,35 @@ pub struct RenderArgs {
         help_heading = "Method")]
     pub confidence: Option<f64>,
 
-    /// What is claimed of each pixel, with --method tashika: calibrated intervals hold at least as
+    /// What is claimed, with --method tashika: of each pixel, calibrated intervals hold at least as
     /// often as the confidence says, by measurement; certified ones by proof, for two to six times
-    /// the rays
-    /// [default: calibrated]
+    /// the rays. Audited is a claim about the picture as a whole, which is reconstructed: --share of
+    /// its pixels are within --error, as --audit pixels tell that were checked
+    /// [default: calibrated; audited with --quality draft and good]
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
+
+    /// Share of the pixels that is to be within --error, with --claim audited
+    /// [default: 95%]
+    #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, allow_negative_numbers = true,
+        help_heading = "Method")]
+    pub share: Option<f64>,
+
+    /// How sure that is to be, with --claim audited
+    /// [default: 99%]
+    #[arg(long, value_name = "99%|0.99", value_parser = values::percentage, allow_negative_numbers = true,
+        help_heading = "Method")]
+    pub assurance: Option<f64>,
+
+    /// How good the picture is to be: draft is --claim audited --error 10%, good the same with 5%,
+    /// final has each pixel within 2%
+    #[arg(long, value_name = "draft|good|final", value_parser = values::quality, help_heading = "Method")]
+    pub quality: Option<Quality>,
+
+    /// About how long an audited picture may take; what is claimed of it then is what was reached
+    /// [default: as long as 64 million paths take]
+    #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
+    pub time: Option<Duration>,
 
     /// What --error is the distance from, with --method tashika: light transport itself
     /// (transport), the sum over one set of virtual point lights (vpl), or what an endless number
@@ -245,7 +270,8 @@ pub struct RenderArgs {
     pub truth: Option<Truth>,
 
     /// After the render, compute the truth of N pixels at random, exact sums or by path tracing,
-    /// and tell how many are within --error
+    /// and tell how many are within --error; with --claim audited, pixels that are checked
+    /// [default: none; 400 with --claim audited]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub audit: Option<u64>,
 
@@ -394,6 +420,8 @@ pub enum Claim {
     Calibrated,
     /// Proven
     Certified,
+    /// Of a share of the pixels, by an audit
+    Audited,
 }
 
 /// How pixels are computed.

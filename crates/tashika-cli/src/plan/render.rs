@@ -1,10 +1,11 @@
 //! What is to be done by `render`.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use tashika::integrator::{Promise, SumMethod};
+use tashika::integrator::SumMethod;
 use tashika::io::ToneMap;
-use tashika::request::{Method, Request, Resolved};
+use tashika::request::{ClaimName, Method, Request, Resolved};
 
 use super::{Asked, Common, Outputs, Serving, StagePlan};
 use crate::args::{Claim, RenderArgs};
@@ -37,6 +38,8 @@ pub struct RenderPlan {
     pub common: Common,
     /// Options that were typed and mean nothing to the method.
     pub unused: Vec<String>,
+    /// How long an audited picture may take.
+    pub time: Option<Duration>,
     /// Pixels whose exact sums are computed after the render, if the method controls its error.
     pub audit: Option<u64>,
 }
@@ -54,9 +57,18 @@ impl RenderPlan {
         if args.write_vpls.is_some() && matches!(resolved.method, Method::Path(_)) {
             return Err(Failure::usage("--write-vpls: --method path has no virtual point lights"));
         }
+        let is_audited = matches!(resolved.method, Method::Audited { .. });
         let audit = args.audit.filter(|_| can_be_audited(&resolved.method));
-        if audit.is_none() && args.audit.is_some() {
+        if audit.is_none() && args.audit.is_some() && !is_audited {
             unused.push("--audit".to_owned());
+        }
+        if args.time.is_some() && !is_audited {
+            unused.push("--time".to_owned());
+        }
+        if args.checkpoint && is_audited {
+            return Err(Failure::usage(
+                "--checkpoint: a picture with --claim audited is made in passes, not in tiles",
+            ));
         }
         let outputs = Outputs::new(&args.output, args.common.json.clone())?;
         let Outputs { exr, png, html, .. } = &outputs;
@@ -95,6 +107,7 @@ impl RenderPlan {
             common,
             asked,
             resolved,
+            time: args.time,
             audit,
             unused,
         })
@@ -118,7 +131,7 @@ fn can_be_audited(method: &Method) -> bool {
     match method {
         Method::Sum { method, .. } => *method != SumMethod::Exact,
         Method::Transport { .. } => true,
-        Method::Path(_) => false,
+        Method::Audited { .. } | Method::Path(_) => false,
     }
 }
 
@@ -131,12 +144,16 @@ fn typed(name: &str) -> String {
 }
 
 fn request(args: &RenderArgs) -> Result<Request, Failure> {
-    Ok(Request {
+    let request = Request {
         method: args.method.name()?,
         claim: args.claim.map(|claim| match claim {
-            Claim::Calibrated => Promise::Calibrated,
-            Claim::Certified => Promise::Certified,
+            Claim::Calibrated => ClaimName::Calibrated,
+            Claim::Certified => ClaimName::Certified,
+            Claim::Audited => ClaimName::Audited,
         }),
+        share: args.share,
+        assurance: args.assurance,
+        audit: args.audit,
         truth: args.truth,
         error: args.error,
         control: args.control,
@@ -150,5 +167,9 @@ fn request(args: &RenderArgs) -> Result<Request, Failure> {
         gather: args.gather.points,
         filter: args.gather.filter.filter,
         seed: args.seed,
+    };
+    Ok(match args.quality {
+        Some(quality) => request.of_quality(quality),
+        None => request,
     })
 }

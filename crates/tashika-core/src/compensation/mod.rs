@@ -177,11 +177,24 @@ impl<'a> Compensation<'a> {
     /// * `summed`: the BSDF that the VPLs are summed with there, if there are any.
     /// * `key`: of the decisions of rays.
     pub fn estimate(&mut self, point: &GatherPoint, summed: &Bsdf, key: u64, stream: &mut Stream) -> Rgb {
+        let first = Vertex::first(point, self.lit.lights.map(|_| summed));
+        self.from(first, point, key, stream)
+    }
+
+    /// An unbiased estimate of all light at a gather point (W·m⁻²·sr⁻¹), with its weight: nothing is
+    /// summed there; at the surfaces beyond, one VPL is drawn where there are any.
+    ///
+    /// * `key`: of the decisions of rays.
+    pub fn whole(&mut self, point: &GatherPoint, key: u64, stream: &mut Stream) -> Rgb {
+        self.from(Vertex::first(point, None), point, key, stream)
+    }
+
+    fn from(&mut self, first: Vertex, point: &GatherPoint, key: u64, stream: &mut Stream) -> Rgb {
         let mut radiance = Rgb::BLACK;
         let mut weight = Rgb::WHITE;
         self.bent = Bent::default();
         let lights = self.lit.lights;
-        let mut vertex = Vertex::first(point, lights.map(|_| summed));
+        let mut vertex = first;
         // Decisions of rays so far, at most.
         let mut decided = 0;
         let certain = if lights.is_some() { CERTAIN_BESIDE_VPLS } else { CERTAIN_DEPTH };

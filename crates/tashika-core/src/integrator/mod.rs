@@ -15,7 +15,7 @@ mod tashika;
 
 pub use crate::film::{Claim, HalfWidths, PixelRecord, Stop};
 pub use full_sum::FullSum;
-pub use light_transport::{Estimator, GuidedLights, LightTransport};
+pub use light_transport::{Estimator, GuidedLights, LightTransport, PathSampler, PathSamples};
 pub use method::SumMethod;
 pub use options::{ControlOptions, MANY_PAIRS, Truth};
 pub use path_tracer::{PathStop, PathTracer};

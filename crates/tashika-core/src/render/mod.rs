@@ -68,6 +68,26 @@ pub struct Totals {
     pub mean: Rgb,
 }
 
+impl Totals {
+    /// Of all pixels of a film.
+    pub fn of(film: &Film) -> Self {
+        let (read, mut totals, mut sum) = (RenderFilm::of(film), Self::default(), RgbSum::default());
+        for (x, y) in film.window().pixels() {
+            let record = read.at(x, y);
+            sum.add(record.radiance);
+            totals.tally.count(record.claim, record.stop);
+            totals.pairs += record.pairs;
+            totals.rays += record.rays;
+        }
+        Self { mean: mean(&sum, totals.tally.rendered()), ..totals }
+    }
+}
+
+/// Mean of so many pixels; black of none.
+fn mean(sum: &RgbSum, pixels: u64) -> Rgb {
+    if pixels == 0 { Rgb::BLACK } else { sum.scaled(1.0 / pixels as f64).total() }
+}
+
 /// A film and how it came to be.
 #[derive(Clone, Debug)]
 pub struct Rendered {

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::AuditTerms;
 use crate::error::{Error, Result};
 use crate::film::{Film, Metadata, keys};
 use crate::integrator::{ControlOptions, PathStop, Promise, SumMethod, Truth};
@@ -107,6 +108,15 @@ pub enum Method {
         /// Whether nobody asked for an error, so that pixels may run out of budget.
         is_picture: bool,
     },
+    /// A picture of light transport that is reconstructed, and audited as a whole.
+    Audited {
+        /// How the VPLs of the picture are traced; the audit has others.
+        lights: VplOptions,
+        /// The error that pixels may have.
+        options: ControlOptions,
+        /// What the audit is to find out.
+        terms: AuditTerms,
+    },
     /// Path tracing.
     Path(PathStop),
 }
@@ -117,7 +127,7 @@ impl Method {
     pub fn promises(&self) -> bool {
         match self {
             Self::Sum { method, .. } => *method == SumMethod::Exact || method.states_interval(),
-            Self::Transport { .. } => true,
+            Self::Transport { .. } | Self::Audited { .. } => true,
             Self::Path(stop) => matches!(stop, PathStop::Until { .. }),
         }
     }

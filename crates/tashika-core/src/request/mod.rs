@@ -11,7 +11,8 @@
 //! |---|---|
 //! | method | ours, with calibrated claims; whatever it claims, sums of few terms are computed whole ([`Method::over`]) |
 //! | truth | light transport; the sum over one set of VPLs for certified claims, and where these are given |
-//! | error | 5 % of light transport, 2 % of a sum |
+//! | error | 5 % of light transport, 2 % of a sum, 10 % of an audited picture |
+//! | share, assurance, audited pixels | those of [`AuditTerms`] |
 //! | confidence, control, absolute | those of [`ControlOptions`] |
 //! | most pairs | that of the method; of light transport without an error, by the size of the image ([`Method::sized`]) |
 //! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, 250,000 to four million |
@@ -24,12 +25,14 @@
 //! `request::tests`; the equality of planes from the program and from Python by the tests of the
 //! package.
 
+mod audited;
 mod camera_change;
 mod framing;
 mod method;
 #[cfg(test)]
 mod tests;
 
+pub use audited::{AuditTerms, ClaimName, Quality};
 pub use camera_change::{CameraChange, ProjectionName};
 pub use framing::{Framed, Framing};
 pub use method::{Method, MethodName};
@@ -42,6 +45,10 @@ use crate::vpl::{Clamp, VplOptions};
 
 /// Relative error of light transport that a picture is to have if nobody says.
 const PICTURE_ERROR: f64 = 0.05;
+/// The same of an audited picture.
+const AUDITED_ERROR: f64 = 0.1;
+/// VPLs of an audited picture: one of them stands for all at the second surface of a path.
+const AUDITED_VPLS: u64 = 250_000;
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
@@ -62,7 +69,13 @@ pub struct Request {
     /// The method by its name. Default: ours.
     pub method: MethodName,
     /// What our method claims, whatever `method` says of it.
-    pub claim: Option<Promise>,
+    pub claim: Option<ClaimName>,
+    /// Share of the pixels that an audited picture is to have within the error.
+    pub share: Option<f64>,
+    /// How sure that is to be.
+    pub assurance: Option<f64>,
+    /// Pixels that are audited.
+    pub audit: Option<u64>,
     /// What the error is the distance from, for our method.
     pub truth: Option<Truth>,
     /// Relative error that a pixel may have.
@@ -96,6 +109,9 @@ impl Default for Request {
         Self {
             method: MethodName::default(),
             claim: None,
+            share: None,
+            assurance: None,
+            audit: None,
             truth: None,
             error: None,
             control: None,
@@ -137,17 +153,17 @@ impl Request {
     /// [`Error::Option`] naming what is out of range or does not go with the rest, by the name of its field.
     pub fn resolve(&self) -> Result<Resolved> {
         let options = self.control_options()?;
-        if (self.method.of_lights(), self.claim)
-            == (Some(SumMethod::Tashika(Promise::Certified)), Some(Promise::Calibrated))
-        {
+        let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));
+        if is_certified && self.claim == Some(ClaimName::Calibrated) {
             let method = Promise::Certified.method_name();
             return Err(Error::option(
                 "claim",
-                Promise::Calibrated,
+                ClaimName::Calibrated,
                 format!("certified, or a method other than {method}"),
             ));
         }
         let method = match self.sum_method() {
+            Some(method) if self.is_audited() => self.audited(method, options)?,
             None => Method::Path(self.path_stop(options)?),
             Some(method) if self.is_about_all_sets() => {
                 let truth = self.truth();
@@ -219,8 +235,8 @@ impl Request {
 
     /// What the method makes of a sum over VPLs; none is path tracing.
     fn sum_method(&self) -> Option<SumMethod> {
-        match (self.method.of_lights(), self.claim) {
-            (Some(SumMethod::Tashika(_)), Some(claim)) => Some(SumMethod::Tashika(claim)),
+        match (self.method.of_lights(), self.claim.and_then(ClaimName::promise)) {
+            (Some(SumMethod::Tashika(_)), Some(promise)) => Some(SumMethod::Tashika(promise)),
             (method, _) => method,
         }
     }
@@ -232,8 +248,42 @@ impl Request {
     }
 
     fn error(&self) -> f64 {
-        let unsaid = if self.is_about_all_sets() { PICTURE_ERROR } else { ControlOptions::default().error };
+        let unsaid = match (self.is_audited(), self.is_about_all_sets()) {
+            (true, _) => AUDITED_ERROR,
+            (false, true) => PICTURE_ERROR,
+            (false, false) => ControlOptions::default().error,
+        };
         self.error.unwrap_or(unsaid)
+    }
+
+    /// Whether the claim is about the picture as a whole.
+    fn is_audited(&self) -> bool {
+        self.is_ours() && self.claim == Some(ClaimName::Audited)
+    }
+
+    /// A picture that is made until an audit is content.
+    fn audited(&self, method: SumMethod, options: ControlOptions) -> Result<Method> {
+        if method != SumMethod::Tashika(Promise::Calibrated) {
+            return Err(Error::option("method", method.name(), "tashika with claim audited"));
+        }
+        if self.lights_given {
+            let expected = "lights that are traced, for the picture and apart from them for its audit";
+            return Err(Error::option("lights", "given ones", expected));
+        }
+        if self.truth() != Truth::Transport {
+            return Err(Error::option("truth", self.truth(), "transport with claim audited"));
+        }
+        if options.controlled != Controlled::Luminance {
+            return Err(Error::option("control", options.controlled, "luminance with claim audited"));
+        }
+        let default = AuditTerms::default();
+        let terms = AuditTerms {
+            share: self.share.unwrap_or(default.share),
+            assurance: self.assurance.unwrap_or(default.assurance),
+            pixels: self.audit.unwrap_or(default.pixels),
+        };
+        terms.validate()?;
+        Ok(Method::Audited { lights: self.lights_of(AUDITED_VPLS)?, options, terms })
     }
 
     fn is_ours(&self) -> bool {
@@ -284,7 +334,7 @@ impl Request {
         let is_path = self.method == MethodName::Path;
         let is_exact = self.method == SumMethod::Exact.into();
         let until = is_path && self.error.is_some();
-        let is_ours = self.is_ours();
+        let (is_ours, is_audited) = (self.is_ours(), self.is_audited());
         let states_interval = self.sum_method().is_some_and(SumMethod::states_interval);
         let said_in_vain = [
             ("vpls", self.vpls.is_some() && is_path),
@@ -295,10 +345,12 @@ impl Request {
             ("error", self.error.is_some() && is_exact),
             ("control", self.control.is_some() && !(is_ours || until)),
             ("absolute", self.absolute.is_some() && !(is_ours || until)),
-            ("confidence", self.confidence.is_some() && !(states_interval || until)),
+            ("confidence", self.confidence.is_some() && (!(states_interval || until) || is_audited)),
+            ("share", self.share.is_some() && !is_audited),
+            ("assurance", self.assurance.is_some() && !is_audited),
             ("claim", self.claim.is_some() && !is_ours),
             ("truth", self.truth.is_some() && !is_ours),
-            ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path)),
+            ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path || is_audited)),
         ];
         said_in_vain.into_iter().filter(|(_, vain)| *vain).map(|(name, _)| name).collect()
     }

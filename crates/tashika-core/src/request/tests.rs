@@ -15,7 +15,7 @@ fn refused(request: &Request) -> String {
 /// Everything is said that can be said at once.
 fn all_said() -> Request {
     Request {
-        claim: Some(Promise::Calibrated),
+        claim: Some(ClaimName::Calibrated),
         truth: Some(Truth::Vpl),
         error: Some(0.1),
         control: Some(Controlled::Luminance),
@@ -51,7 +51,7 @@ fn what_is_not_said_is_the_default() {
     assert_eq!(given.method, Method::Sum { method, lights: None, options });
     let both = Request { lights_given: true, truth: Some(Truth::Transport), ..Request::default() };
     assert!(matches!(resolved(&both).method, Method::Transport { lights: None, .. }));
-    let certified = resolved(&Request { claim: Some(Promise::Certified), ..Request::default() });
+    let certified = resolved(&Request { claim: Some(ClaimName::Certified), ..Request::default() });
     assert!(matches!(certified.method, Method::Sum { .. }));
 
     let transport = Request::default();
@@ -93,7 +93,7 @@ fn what_is_not_said_is_the_default() {
     let published = Request { method: SumMethod::Nabata2016.into(), ..Request::default() };
     assert!(resolved(&published).method.promises());
     let named = Request { method: SumMethod::Tashika(Promise::Certified).into(), ..Request::default() };
-    let both = Request { claim: Some(Promise::Calibrated), ..named };
+    let both = Request { claim: Some(ClaimName::Calibrated), ..named };
     assert!(both.resolve().unwrap_err().to_string().contains("tashika-certified"));
 }
 
@@ -137,7 +137,7 @@ fn what_is_said_arrives() {
     assert_eq!(found.gather.filter, Filter::Tent);
     assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "max_pairs"]);
 
-    let certified = Request { claim: Some(Promise::Certified), lights_given: true, ..Request::default() };
+    let certified = Request { claim: Some(ClaimName::Certified), lights_given: true, ..Request::default() };
     let method = SumMethod::Tashika(Promise::Certified);
     let options = ControlOptions::default();
     assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
@@ -168,7 +168,7 @@ fn each_method_says_what_means_nothing_to_it() {
 #[test]
 fn what_does_not_go_together_is_refused() {
     let transport = Request { truth: Some(Truth::Transport), ..Request::default() };
-    let certified = Request { claim: Some(Promise::Certified), ..transport };
+    let certified = Request { claim: Some(ClaimName::Certified), ..transport };
     assert!(refused(&certified).contains("claim = certified; expected calibrated with truth transport"));
     let path = Request { method: MethodName::Path, ..Request::default() };
     assert!(

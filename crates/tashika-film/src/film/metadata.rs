@@ -111,6 +111,11 @@ impl Metadata {
         self.0.insert(name.to_owned(), value.into());
     }
 
+    /// Forgets the value of that name, if there is one.
+    pub fn remove(&mut self, name: impl AsRef<str>) {
+        self.0.remove(name.as_ref());
+    }
+
     /// The value of that name.
     pub fn get(&self, name: impl AsRef<str>) -> Option<&Value> {
         self.0.get(name.as_ref())

@@ -24,7 +24,8 @@ mod words;
 pub use metadata::{Metadata, Value};
 pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
 pub use record::{
-    Claim, Code, HalfWidths, Key, PixelRecord, PlaneRow, RenderFilm, SCHEMA, Shown, Stop, Tally, keys, planes,
+    Claim, Code, HalfWidths, Key, PictureClaim, PixelRecord, PlaneRow, RenderFilm, SCHEMA, Shown, Stop,
+    Tally, keys, planes,
 };
 pub use srgb_png::srgb_png;
 pub use words::{
@@ -207,7 +208,8 @@ impl Film {
         Ok(Self::from_planes(size, window, planes, self.metadata.clone()))
     }
 
-    /// The part of the film inside `window`.
+    /// The part of the film inside `window`. What is claimed of a picture as a whole is not claimed
+    /// of a part.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -218,6 +220,9 @@ impl Film {
         let mut part = self.blank(self.size, window)?;
         for y in window.y..window.y + window.height {
             part.copy_pixels([window.x, y], self, [window.x, y], window.width);
+        }
+        if window != self.window {
+            PictureClaim::forget(&mut part);
         }
         Ok(part)
     }

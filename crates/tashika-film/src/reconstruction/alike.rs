@@ -28,11 +28,13 @@ struct Sums {
 
 /// Reconstructed radiance; none of pixels that are like no other, not even themselves, since they
 /// are not finite.
-pub fn means(pixels: &Pixels, tamed: &[Tamed]) -> Vec<Option<Rgb>> {
+///
+/// * `guide`: by what they are alike; `averaged`: what is averaged, the same or independent of it.
+pub fn means(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed]) -> Vec<Option<Rgb>> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| {
         let albedo = &pixels.albedo[y * pixels.width..][..pixels.width];
-        let sums = sums_of_row(pixels, tamed, y);
+        let sums = sums_of_row(pixels, guide, averaged, y);
         sums.into_iter().zip(albedo).map(|(sums, albedo)| (sums.weight > 0.0).then(|| *albedo * mean(&sums)))
     })
     .collect()
@@ -47,7 +49,7 @@ fn mean(sums: &Sums) -> Rgb {
     if size > 0.0 { mean + glow * (most / (most + size)) } else { mean }
 }
 
-fn sums_of_row(pixels: &Pixels, tamed: &[Tamed], y: usize) -> Vec<Sums> {
+fn sums_of_row(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed], y: usize) -> Vec<Sums> {
     let mut sums = vec![Sums::default(); pixels.width];
     let mut columns = vec![Column::default(); pixels.width];
     for dy in -RADIUS..=RADIUS {
@@ -64,7 +66,7 @@ fn sums_of_row(pixels: &Pixels, tamed: &[Tamed], y: usize) -> Vec<Sums> {
                 continue;
             }
             for (x, column) in (first..end).zip(&mut columns[first..]) {
-                *column = of_column(pixels, tamed, [x, y], [dx, dy]);
+                *column = of_column(pixels, guide, [x, y], [dx, dy]);
             }
             for (x, sums) in sums.iter_mut().enumerate().take(end).skip(first) {
                 let p = y * pixels.width + x;
@@ -81,11 +83,11 @@ fn sums_of_row(pixels: &Pixels, tamed: &[Tamed], y: usize) -> Vec<Sums> {
                 }
                 let weight = kernel(of_patch + pixels.distance(p, q));
                 if weight > 0.0 {
-                    let (own, other) = (tamed[p].variance, &tamed[q]);
-                    let surer = 2.0 * own / (own + other.variance).max(f32::MIN_POSITIVE);
+                    let (own, variance) = (guide[p].variance, guide[q].variance);
+                    let surer = 2.0 * own / (own + variance).max(f32::MIN_POSITIVE);
                     let weight = weight * nearness * if p == q { 1.0 } else { surer.min(1.0) };
-                    sums.irradiance += other.irradiance * weight;
-                    sums.excess += other.excess * weight;
+                    sums.irradiance += averaged[q].irradiance * weight;
+                    sums.excess += averaged[q].excess * weight;
                     sums.weight += weight;
                 }
             }

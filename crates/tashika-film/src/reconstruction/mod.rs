@@ -28,12 +28,15 @@
 //! The tests below. The record of 2026-11-24 (reconstruction) has errors on scenes.
 
 mod alike;
+mod halves;
 mod outliers;
 mod pixels;
 
 use crate::color::Rgb;
 use crate::film::{Film, Plane, Samples, planes};
 use pixels::Pixels;
+
+pub use halves::{Halves, Reconstructed};
 
 /// What is said of it to people.
 pub const ABOUT: &str = "reconstructed: means of pixels that are alike, of which nothing is claimed";
@@ -56,7 +59,7 @@ pub fn reconstruct(film: &mut Film) {
     }
     let Some(pixels) = Pixels::of(film) else { return };
     let tamed = outliers::tame(&pixels);
-    let means = alike::means(&pixels, &tamed);
+    let means = alike::means(&pixels, &tamed, &tamed);
     let Some(estimates) = film.colors() else { return };
     let of_pixel = |(mean, estimate): (Option<Rgb>, Rgb)| mean.unwrap_or(estimate).to_array();
     let samples = means.into_iter().zip(estimates).flat_map(of_pixel).collect();

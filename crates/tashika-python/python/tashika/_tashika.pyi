@@ -199,6 +199,8 @@ class Image(Mapping[str, NDArray[Any]]):
     @property
     def tally(self) -> dict[str, int]: ...
     @property
+    def picture_claim(self) -> dict[str, float | int | bool] | None: ...
+    @property
     def metadata(self) -> dict[str, str | int | float | bool]: ...
     @property
     def planes(self) -> dict[str, dict[str, Any]]: ...
@@ -281,7 +283,7 @@ def render(
     method: _Method = "tashika",
     error: float | None = None,
     confidence: float | None = None,
-    claim: Literal["calibrated", "certified"] | None = None,
+    claim: Literal["calibrated", "certified", "audited"] | None = None,
     truth: Literal["vpl", "transport", "clamped"] | None = None,
     vpls: _Vpls | None = None,
     gather: int | None = None,
@@ -302,6 +304,11 @@ def render(
     focus_distance: float | None = None,
     blades: int | None = None,
     blade_rotation: float | None = None,
+    quality: Literal["draft", "good", "final"] | None = None,
+    share: float | None = None,
+    assurance: float | None = None,
+    audit: int | None = None,
+    time: float | None = None,
 ) -> Image: ...
 def exact(
     scene: Scene,

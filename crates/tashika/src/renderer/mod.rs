@@ -19,6 +19,7 @@
 //! planes from Python to those of the program.
 
 mod audit;
+mod audited;
 mod light_cache;
 mod observer;
 mod prepared;
@@ -38,9 +39,11 @@ use crate::color::Controlled;
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::gather::{Filter, View};
-use crate::integrator::{GuidedLights, Promise, Truth};
+use crate::integrator::{GuidedLights, Truth};
 use crate::render::{Rendered, TileShare};
-use crate::request::{CameraChange, Framed, Framing, Method, MethodName, Request, Resolved};
+use crate::request::{
+    CameraChange, ClaimName, Framed, Framing, Method, MethodName, Quality, Request, Resolved,
+};
 use crate::scene::{Camera, Scene};
 use crate::tree::LightSet;
 use crate::vpl::{Clamp, VplSet};
@@ -180,10 +183,17 @@ impl<'a> Renderer<'a> {
         self
     }
 
-    /// Whether claims of our method hold by measurement or by a theorem.
+    /// What is claimed: of each pixel, by measurement or by a theorem, or of the picture as a whole.
     #[must_use]
-    pub fn claim(mut self, claim: Promise) -> Self {
-        self.request.claim = Some(claim);
+    pub fn claim(mut self, claim: impl Into<ClaimName>) -> Self {
+        self.request.claim = Some(claim.into());
+        self
+    }
+
+    /// How good the picture is to be, in one word; what was said before stays.
+    #[must_use]
+    pub fn quality(mut self, quality: Quality) -> Self {
+        self.request = self.request.of_quality(quality);
         self
     }
 
@@ -264,6 +274,10 @@ impl<'a> Renderer<'a> {
         let (resolved, framed) = self.resolve()?;
         let Resolved { method, gather, unused } = resolved;
         let Framed { camera, size, window } = framed;
+        if matches!(method, Method::Audited { .. }) && !self.share.is_whole() {
+            let expected = "all of them with claim audited: a share of a share is no share";
+            return Err(Error::option("tiles", &self.share, expected));
+        }
         let method = method.sized(size);
         let seed = self.request.seed;
         let lights = self.light(&method, &View { camera: &camera, size, gather, seed })?;
@@ -350,6 +364,11 @@ impl<'a> Renderer<'a> {
                     Some(cache) => cache.lights(options, *truth, view, trace)?,
                     None => trace()?,
                 })
+            }
+            (Method::Audited { lights: options, .. }, _) => {
+                let truth = Truth::Transport;
+                let trace = || self.tell(options.count, || GuidedLights::trace(tracer, options, truth, view));
+                Lights::Guided(Arc::new(trace()?))
             }
             (Method::Transport { lights: None, truth, .. }, Some(given)) => {
                 let guided = || GuidedLights::given(tracer, given.set(), *truth, view);

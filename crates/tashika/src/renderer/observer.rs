@@ -59,6 +59,12 @@ pub trait Observer: Sync {
     /// So far is the phase.
     fn progress(&self, _progress: &Progress) {}
 
+    /// Seconds that are left for the work, if there is an end; read between parts of the work of
+    /// pictures that are audited. Without one, they have so many paths at most.
+    fn seconds_left(&self) -> Option<f64> {
+        None
+    }
+
     /// Becomes true when the work is to end: nothing more is begun, and what is finished is
     /// returned.
     fn cancel(&self) -> &AtomicBool {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::observer::{Observer, Phase, during};
-use super::{Audit, audit};
+use super::{Audit, audit, audited};
 use crate::accel::Tracer;
 use crate::error::Result;
 use crate::experiment::{OtherSet, until_converged};
@@ -112,7 +112,7 @@ impl Prepared<'_> {
             (Method::Sum { method, options, .. }, Lights::Set(lights)) => {
                 method.integrator(lights, options)?
             }
-            (Method::Transport { options, .. }, Lights::Guided(lights)) => {
+            (Method::Transport { options, .. } | Method::Audited { options, .. }, Lights::Guided(lights)) => {
                 Box::new(LightTransport::new(&self.tracer, lights, options))
             }
             (Method::Path(stop), _) => {
@@ -137,6 +137,10 @@ impl Prepared<'_> {
     /// # Errors
     /// Options out of range; what `begin` fails with.
     pub fn render_from(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
+        if let (Method::Audited { options, terms, .. }, Lights::Guided(lights)) = (&self.method, &self.lights)
+        {
+            return audited::render(self, lights, options, terms, begin);
+        }
         let (setting, integrator) = (self.setting(), self.integrator()?);
         let options = RenderOptions { window: self.window, share: self.share.clone() };
         let mut film = blank(&setting, integrator.as_ref(), &options)?;

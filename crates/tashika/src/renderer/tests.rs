@@ -230,8 +230,8 @@ fn what_cannot_be_is_refused_before_any_work() {
     assert!(refused(tiny().error(0.0)).contains("error = 0"));
     assert!(refused(tiny().size([0, 5])).contains("0x5"));
     assert!(refused(tiny().crop(Window { x: 14, y: 0, width: 9, height: 1 })).contains("14"));
-    assert!(refused(tiny().claim(Promise::Certified).truth(Truth::Transport)).contains("certified"));
+    assert!(refused(tiny().claim(ClaimName::Certified).truth(Truth::Transport)).contains("certified"));
     assert_eq!(told.phases(), "");
-    let unused = tiny().method(MethodName::Path).claim(Promise::Certified).prepare().unwrap();
+    let unused = tiny().method(MethodName::Path).claim(ClaimName::Certified).prepare().unwrap();
     assert_eq!(unused.unused(), ["vpls", "claim"]);
 }

@@ -151,7 +151,9 @@ fn an_interval_is_stated_only_where_the_rule_is_met() {
                         let allowed = 0.05 * luminance(e) * (1.0 + 1e-5);
                         assert!(f64::from(e.half_width) <= allowed, "{method}: {e:?}");
                     }
-                    Claim::Exact | Claim::Calibrated | Claim::Certified => panic!("{method} cannot know"),
+                    Claim::Exact | Claim::Calibrated | Claim::Certified | Claim::Audited => {
+                        panic!("{method} cannot know")
+                    }
                 }
             }
         }

@@ -29,10 +29,12 @@ mod estimate;
 mod interval;
 mod lights;
 mod nearby;
+mod paths;
 mod pixel;
 
 pub use estimate::Estimator;
 pub use lights::GuidedLights;
+pub use paths::{PathSampler, PathSamples};
 
 use std::cell::OnceCell;
 use std::sync::OnceLock;
@@ -85,6 +87,12 @@ impl<'a> LightTransport<'a> {
     pub fn only_by(mut self, estimator: Estimator) -> Self {
         self.only = Some(estimator);
         self
+    }
+
+    /// Error that is enough where it is dark (W·m⁻²·sr⁻¹): what was said, or a share of the mean
+    /// luminance of the view.
+    pub fn absolute_error(&self) -> f64 {
+        self.options.absolute_error
     }
 
     /// Pairs and paths beyond which a pixel does not grow.

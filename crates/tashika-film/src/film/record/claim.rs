@@ -23,6 +23,9 @@ pub enum Claim {
     Calibrated,
     /// An interval that holds with at least the confidence, for this pixel; proven.
     Certified,
+    /// An interval of a map that holds for a share of the picture's pixels, as an audit of some of
+    /// them found ([`PictureClaim`](super::PictureClaim)); of a single pixel nothing is known.
+    Audited,
 }
 
 /// Why work on a pixel ended.
@@ -62,7 +65,8 @@ const fn code(id: u32, name: &'static str, label: &'static str, color: &'static 
 
 impl Claim {
     /// All claims, in the order of their codes.
-    pub const ALL: [Self; 5] = [Self::None, Self::Exact, Self::Published, Self::Calibrated, Self::Certified];
+    pub const ALL: [Self; 6] =
+        [Self::None, Self::Exact, Self::Published, Self::Calibrated, Self::Certified, Self::Audited];
 
     /// The codes of the plane `claim`, in the order of [`Self::ALL`].
     pub const CODES: &[Code] = &[
@@ -71,6 +75,7 @@ impl Claim {
         code(2, "published", "published", "#e69f00"),
         code(3, "calibrated", "calibrated", "#56b4e9"),
         code(4, "certified", "certified", "#009e73"),
+        code(5, "audited", "audited", "#cc79a7"),
     ];
 
     /// Its row in [`Self::CODES`].
@@ -98,7 +103,7 @@ impl Claim {
     pub fn states_interval(self) -> bool {
         match self {
             Self::None | Self::Exact => false,
-            Self::Published | Self::Calibrated | Self::Certified => true,
+            Self::Published | Self::Calibrated | Self::Certified | Self::Audited => true,
         }
     }
 
@@ -125,6 +130,10 @@ impl Claim {
             Self::Certified => [
                 "carries a certified interval: it holds by a theorem.",
                 "carry certified intervals: they hold by a theorem.",
+            ],
+            Self::Audited => [
+                "carries an interval of an audited map: most pixels of the picture are within theirs, as an audit found.",
+                "carry intervals of an audited map: most pixels of the picture are within theirs, as an audit found.",
             ],
         }
     }
@@ -179,13 +188,13 @@ mod tests {
 
     #[test]
     fn a_code_of_another_version_claims_nothing() {
-        assert_eq!(Claim::of_id(5), Claim::None);
+        assert_eq!(Claim::of_id(6), Claim::None);
         assert_eq!(Stop::of_id(6), Stop::Budget, "it was rendered, and is not to be relied on");
     }
 
     #[test]
     fn only_intervals_have_a_half_width() {
         let stated = Claim::ALL.map(|claim| claim.stated(0.5));
-        assert_eq!(stated, [0.0, 0.0, 0.5, 0.5, 0.5]);
+        assert_eq!(stated, [0.0, 0.0, 0.5, 0.5, 0.5, 0.5]);
     }
 }

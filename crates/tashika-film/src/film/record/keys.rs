@@ -88,7 +88,7 @@ keys! {
     ERROR_ABSOLUTE "error_absolute" Making, "error that is enough where it is dark (W·m⁻²·sr⁻¹)";
     CONFIDENCE "confidence" Making, "confidence of the intervals, 0 to 1";
     CONTROL "control" Making, "what the error is the error of: `luminance` or `channels`";
-    CLAIM "claim" Making, "kind of the intervals: `calibrated` or `certified`";
+    CLAIM "claim" Making, "kind of the intervals: `calibrated`, `certified` or `audited`";
     PICTURE "picture" Making, "true if nobody asked for an error";
     MAX_PAIRS "max_pairs" Making, "most pairs a pixel";
     MIN_PAIRS "min_pairs" Making, "fewest pairs a pixel";
@@ -104,6 +104,16 @@ keys! {
     COMPLETE "complete" Part, "whether every pixel that was asked for was rendered";
     AUDIT_OF "audit.of" Part, "pixels that an audit looked at";
     AUDIT_WITHIN "audit.within" Part, "of these, pixels within the allowed error";
+    AUDIT_SHARE "audit.share" Making, "share of the pixels that is to be within the error, 0 to 1";
+    AUDIT_ASSURANCE "audit.assurance" Making, "how sure that is to be, 0 to 1";
+    AUDIT_UPPER_OUTSIDE "audit.upper_outside" Part, "share of the pixels that is outside of the error at most, that sure";
+    AUDIT_REACHED "audit.reached" Part, "whether the audit found that enough pixels are within the error";
+    AUDIT_LOOKS "audit.looks" Part, "how often pictures in work were held against the audited pixels";
+    AUDIT_MOST_LOOKS "audit.looks.most" Making, "looks that the risk is shared by";
+    AUDIT_POPULATION "audit.population" Part, "pixels that the audited ones were drawn from";
+    AUDIT_RAYS "audit.rays" Part, "rays and segments traced for the audit";
+    AUDIT_FACTOR "audit.factor" Part, "by how much the audit scaled the map of half-widths";
+    PASSES "passes" Part, "passes that the picture was made in";
     AUDIT_KEPT "audit.kept" Part, "the same as `audit.within`, for readers of earlier versions";
 }
 

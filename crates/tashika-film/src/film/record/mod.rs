@@ -6,6 +6,7 @@
 //! | `schema` | [`SCHEMA`]: a row for each plane, from which [`PixelRecord`] and [`planes`] are made |
 //! | `keys` | [`keys`]: a row for each value of the metadata |
 //! | `tally` | [`Tally`]: how many pixels claim what |
+//! | `picture_claim` | [`PictureClaim`]: what an audit says of all pixels together |
 //!
 //! Nothing above this module writes a code, or the name of a plane or of a value, by hand; pages get
 //! them from here as data. *(tidy)*
@@ -16,11 +17,13 @@
 
 mod claim;
 pub mod keys;
+mod picture_claim;
 mod schema;
 mod tally;
 
 pub use claim::{Claim, Code, Stop};
 pub use keys::Key;
+pub use picture_claim::PictureClaim;
 pub use schema::{HalfWidths, PixelRecord, PlaneRow, SCHEMA, Shown, planes};
 pub use tally::Tally;
 

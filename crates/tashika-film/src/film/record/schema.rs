@@ -264,7 +264,7 @@ schema! {
             "what the half-width would be if one source of error were all: few terms drawn, few VPLs, few paths of what VPLs do not carry";
         claim: Claim => CLAIM "claim" ["id"] "1",
             Shown::Code(Claim::CODES), in_pages true, "claim",
-            "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified";
+            "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified, 5 audited";
         stop: Stop => STOP "stop" ["id"] "1",
             Shown::Code(Stop::CODES), in_pages true, "why work stopped",
             "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 out of budget, 5 light not found";
@@ -291,6 +291,9 @@ schema! {
         RECONSTRUCTION "reconstruction" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages true, "picture, reconstructed",
             "radiance as a mean of pixels that are alike; nothing is claimed of it";
+        AUDITED "audited" ["low", "high", "verdict"] "W·m⁻²·sr⁻¹",
+            Shown::Value, in_pages true, "audited pixels",
+            "luminance that an audit found of a pixel, from and to, and its verdict: 1 within the error, 2 outside or not known well enough, 0 not audited";
         REFERENCE "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages false, "reference",
             "what errors are measured from";

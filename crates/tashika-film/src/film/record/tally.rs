@@ -126,7 +126,7 @@ mod tests {
             (Claim::None, Stop::SampleCount),
             (Claim::None, Stop::NotRendered),
         ]);
-        assert_eq!(Claim::ALL.map(|claim| found.of(claim)), [2, 1, 0, 2, 0]);
+        assert_eq!(Claim::ALL.map(|claim| found.of(claim)), [2, 1, 0, 2, 0, 0]);
         assert_eq!((found.claiming(), found.out_of_budget, found.wider, found.silent()), (3, 2, 1, 3));
         assert_eq!((found.not_found, found.rendered(), found.pixels()), (1, 7, 8));
     }

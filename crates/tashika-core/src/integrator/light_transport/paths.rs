@@ -1,0 +1,172 @@
+//! Paths of light transport, so many of each pixel: what pictures are made of that are
+//! reconstructed.
+//!
+//! A path begins at a gather point of its own. At the first surface emitters are drawn and the BSDF
+//! is followed; at each later one, one VPL of all is drawn by what was learned of the place
+//! ([`Choices`](crate::compensation::Choices)), and stands for all light that VPLs carry. So most
+//! paths are short, and no pixel pays for a cut.
+//!
+//! # Guarantee
+//! The mean of a pixel is unbiased over sets of VPLs, as that of
+//! [`LightTransport`](super::LightTransport) is. Held to this by `paths::tests`.
+
+use super::estimate::{Common, Estimator};
+use super::{LightTransport, Truth};
+use crate::color::{Controlled, RgbSum};
+use crate::compensation::Compensation;
+use crate::film::Window;
+use crate::gather::Features;
+use crate::integrator::Setting;
+use crate::rng::{self, Purpose, Stream};
+use crate::stats::Moments;
+
+/// Draws paths of the pixels of one view.
+#[derive(Clone, Copy, Debug)]
+pub struct PathSampler<'v> {
+    method: &'v LightTransport<'v>,
+    setting: Setting<'v>,
+}
+
+/// What paths of a pixel found.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathSamples {
+    /// Sum of their radiance (W·m⁻²·sr⁻¹).
+    pub sum: RgbSum,
+    /// Of its luminance, path by path.
+    pub luminance: Moments,
+    /// Of their first surfaces.
+    pub features: Features,
+    /// Rays and segments traced.
+    pub rays: u64,
+}
+
+impl LightTransport<'_> {
+    /// Paths of this view, by these lights.
+    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> PathSampler<'v> {
+        PathSampler { method: self, setting }
+    }
+}
+
+impl PathSampler<'_> {
+    /// The view.
+    pub fn setting(&self) -> &Setting<'_> {
+        &self.setting
+    }
+
+    /// Paths of the pixels of a tile, row by row: as many as `count` says of each; with other
+    /// `seed`s they are independent.
+    pub fn tile(&self, tile: &Window, seed: u64, count: impl Fn([u32; 2]) -> u32) -> Vec<PathSamples> {
+        let common = Common {
+            setting: &self.setting,
+            emitters: &self.method.emitters,
+            lights: self.method.lights,
+            compensates: self.method.lights.truth() == Truth::Transport,
+            controlled: Controlled::Luminance,
+        };
+        let clamp_distance = self.method.clamp_distance(0);
+        let mut compensation = Compensation::new(common.lit(Estimator::Vpls, clamp_distance));
+        let of_pixel = |(x, y)| pixel(&common, &mut compensation, [x, y], seed, count([x, y]));
+        tile.pixels().map(of_pixel).collect()
+    }
+}
+
+fn pixel(
+    common: &Common<'_>,
+    compensation: &mut Compensation<'_>,
+    pixel: [u32; 2],
+    seed: u64,
+    count: u32,
+) -> PathSamples {
+    if count == 0 {
+        return PathSamples::default();
+    }
+    let number = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
+    let key = rng::key(seed, Purpose::Picture, number);
+    let seen = common.samples(pixel, count, key);
+    let before = compensation.rays();
+    let mut found = PathSamples { features: seen.features, ..PathSamples::default() };
+    for (number, sample) in (0..).zip(&seen.samples) {
+        let mut value = sample.background;
+        if let Some(point) = sample.point.map(|k| &seen.points[k as usize]) {
+            let mut stream = Stream::new(key, Purpose::Picture, number);
+            let of_rays = rng::key(key, Purpose::Opacity, number);
+            value += compensation.whole(point, of_rays, &mut stream);
+        }
+        let value = value * count as f32;
+        found.sum.add(value);
+        found.luminance.push(value.luminance().into());
+    }
+    found.rays = u64::from(count) + compensation.rays() - before;
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use crate::accel::Tracer;
+    use crate::film::Window;
+    use crate::gather::{GatherOptions, View};
+    use crate::integrator::{
+        ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting, Truth,
+    };
+    use crate::scene::builtin;
+    use crate::stats::Moments;
+    use crate::vpl::VplOptions;
+
+    /// The mean over an image is that of the path tracer, with lights of several seeds; half of the
+    /// light comes from other surfaces, so that paths without it would be far off.
+    #[test]
+    fn the_mean_is_that_of_the_path_tracer() {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let size = [16, 12];
+        let view = |seed| View {
+            camera: &tracer.scene().cameras()[0],
+            size,
+            gather: GatherOptions::default(),
+            seed,
+        };
+        let window = Window::full(size);
+        let setting = Setting { tracer: &tracer, view: view(1) };
+        let truth = PathTracer::new(&tracer, PathStop::Count(4096), 16).unwrap();
+        let truth = truth.estimate(&setting, &window);
+        let of_truth: f64 = truth.iter().map(|pixel| f64::from(pixel.radiance.luminance())).sum();
+        let mut sums = Moments::default();
+        for seed in 1..=8 {
+            let options = VplOptions { count: 20_000, seed, ..VplOptions::default() };
+            let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view(seed)).unwrap();
+            let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
+            let sampler = method.path_sampler(Setting { tracer: &tracer, view: view(seed) });
+            let found = sampler.tile(&window, seed, |_| 256);
+            sums.push(found.iter().map(|pixel| pixel.luminance.mean()).sum());
+        }
+        let error = sums.standard_error();
+        assert!(error < 0.01 * of_truth, "{error} of {of_truth}");
+        assert!(
+            (sums.mean() - of_truth).abs() < 4.0 * error + 0.003 * of_truth,
+            "{} for {of_truth}",
+            sums.mean()
+        );
+    }
+
+    /// A tile of a tile gives the same pixels, and a pixel that needs no path has none.
+    #[test]
+    fn tiles_do_not_enter() {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let size = [16, 12];
+        let view =
+            View { camera: &tracer.scene().cameras()[0], size, gather: GatherOptions::default(), seed: 1 };
+        let options = VplOptions { count: 2000, ..VplOptions::default() };
+        let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap();
+        let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
+        let sampler = method.path_sampler(Setting { tracer: &tracer, view });
+        let count = |[x, y]: [u32; 2]| (x + y) % 4;
+        let (whole, part) = (Window::full(size), Window { x: 5, y: 3, width: 4, height: 5 });
+        let of_whole = sampler.tile(&whole, 7, count);
+        for ((x, y), of_part) in part.pixels().zip(sampler.tile(&part, 7, count)) {
+            let pixel = &of_whole[whole.index(x, y)];
+            assert_eq!(pixel.luminance, of_part.luminance);
+            assert_eq!(pixel.luminance.count(), u64::from(count([x, y])));
+        }
+    }
+}

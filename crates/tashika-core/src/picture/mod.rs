@@ -1,0 +1,317 @@
+//! A picture that is made in passes: paths where it is foreseen to be wrong, and a reconstruction.
+//!
+//! ```text
+//! pass 0: n₀ paths of each pixel       pass r: as many as all before, by (e/t)²       t = max(ε L, ε_abs)
+//! ```
+//!
+//! Every pixel has two halves, drawn apart, from which it is [reconstructed](Halves) and which tell
+//! about how far off it is, `e`. A tenth of the paths of a pass is spread evenly, so that what
+//! nobody foresees is found as well.
+//!
+//! # Guarantee
+//! None of its own: nothing here claims anything. It is a function of the view, the lights, the seed
+//! and the number of passes; neither threads nor tiles enter.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use crate::color::{Rgb, RgbSum};
+use crate::error::Result;
+use crate::film::{Film, PixelRecord, Stop, Window};
+use crate::gather::Features;
+use crate::integrator::{PathSampler, PathSamples};
+use crate::reconstruction::{Halves, Reconstructed};
+use crate::rng::{self, Purpose};
+use crate::stats::Moments;
+
+/// Paths of each half of a pixel in the first pass.
+const FIRST: u32 = 4;
+/// Share of the paths of a later pass that is spread evenly.
+const EVENLY: f64 = 0.1;
+/// Most paths of a pixel in a pass, as a multiple of the mean.
+const MOST: f64 = 32.0;
+/// Largest error that is reckoned with, as a share of what a pixel may be off.
+const LARGEST: f64 = 8.0;
+/// Side of the tiles that threads take (pixels).
+const TILE: u32 = 16;
+
+/// What is known of one half of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Half {
+    sum: RgbSum,
+    luminance: Moments,
+}
+
+/// What is known of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pixel {
+    halves: [Half; 2],
+    /// Sums, by paths.
+    features: Features,
+    rays: u64,
+}
+
+impl Pixel {
+    fn paths(&self) -> u64 {
+        self.halves.iter().map(|half| half.luminance.count()).sum()
+    }
+
+    fn add(&mut self, half: usize, found: &PathSamples) {
+        let count = found.luminance.count();
+        if count == 0 {
+            return;
+        }
+        let before = self.paths() as f32;
+        let share = count as f32 / (before + count as f32);
+        let (features, new) = (&mut self.features, &found.features);
+        // Depth and normal are means over the paths that met a surface.
+        let [met, new_met] = [before * features.coverage, count as f32 * new.coverage];
+        let share_of_met = if new_met > 0.0 { new_met / (met + new_met) } else { 0.0 };
+        features.depth += (new.depth - features.depth) * share_of_met;
+        features.normal += (new.normal - features.normal) * share_of_met;
+        features.albedo = features.albedo.lerp(new.albedo, share);
+        features.coverage += (new.coverage - features.coverage) * share;
+        self.rays += found.rays;
+        self.halves[half].sum.merge(&found.sum);
+        self.halves[half].luminance.merge(&found.luminance);
+    }
+
+    /// As a film says it: of one half, or of both.
+    fn record(&self, halves: &[Half]) -> PixelRecord {
+        let (mut sum, mut luminance) = (RgbSum::default(), Moments::default());
+        for half in halves {
+            sum.merge(&half.sum);
+            luminance.merge(&half.luminance);
+        }
+        let count = luminance.count();
+        PixelRecord {
+            radiance: sum.scaled(1.0 / count.max(1) as f64).total(),
+            standard_error: luminance.standard_error() as f32,
+            stop: if count > 0 { Stop::SampleCount } else { Stop::NotRendered },
+            pairs: count,
+            rays: self.rays,
+            ..self.features.into()
+        }
+    }
+}
+
+/// A picture in work.
+#[derive(Debug)]
+pub struct Picture<'v> {
+    sampler: PathSampler<'v>,
+    window: Window,
+    pixels: Vec<Pixel>,
+    passes: u32,
+    seed: u64,
+}
+
+impl<'v> Picture<'v> {
+    /// A picture of this window, of which nothing is known yet.
+    pub fn new(sampler: PathSampler<'v>, window: Window, seed: u64) -> Self {
+        Self { sampler, window, pixels: vec![Pixel::default(); window.area() as usize], passes: 0, seed }
+    }
+
+    /// How many passes there were.
+    pub fn passes(&self) -> u32 {
+        self.passes
+    }
+
+    /// Paths so far.
+    pub fn paths(&self) -> u64 {
+        self.pixels.iter().map(Pixel::paths).sum()
+    }
+
+    /// Rays so far.
+    pub fn rays(&self) -> u64 {
+        self.pixels.iter().map(|pixel| pixel.rays).sum()
+    }
+
+    /// One pass more, by what the last reconstruction is foreseen to be off; nothing changes if it
+    /// was cancelled. Runs on the current thread pool.
+    ///
+    /// * `importance`: how much each pixel needs paths, as a share of what it may be off.
+    pub fn pass(&mut self, importance: Option<&[f32]>, cancel: &AtomicBool) -> bool {
+        let counts = match importance {
+            None => vec![FIRST; self.pixels.len()],
+            Some(importance) => self.spread(importance),
+        };
+        let (window, pass) = (self.window, u64::from(self.passes));
+        let seeds = [0, 1].map(|half| rng::key(self.seed, Purpose::Picture, 2 * pass + half));
+        let tiles: Vec<Window> = tiles(&window).collect();
+        let found: Vec<Option<[Vec<PathSamples>; 2]>> = tiles
+            .par_iter()
+            .map(|tile| {
+                let of_half = |seed| self.sampler.tile(tile, seed, |[x, y]| counts[window.index(x, y)]);
+                (!cancel.load(Ordering::Relaxed)).then(|| seeds.map(of_half))
+            })
+            .collect();
+        if found.iter().any(Option::is_none) {
+            return false;
+        }
+        for (tile, halves) in tiles.iter().zip(found.into_iter().flatten()) {
+            for (half, found) in halves.iter().enumerate() {
+                for ((x, y), found) in tile.pixels().zip(found) {
+                    self.pixels[window.index(x, y)].add(half, found);
+                }
+            }
+        }
+        self.passes += 1;
+        true
+    }
+
+    /// How many paths each half of a pixel has next: in all as many as there are, so that work
+    /// doubles.
+    fn spread(&self, importance: &[f32]) -> Vec<u32> {
+        let mean = self.paths() as f64 / 2.0 / self.pixels.len() as f64;
+        // Errors fall with the root of the paths.
+        let wanted = |importance: &f32| f64::from(*importance) * f64::from(*importance);
+        let sum: f64 = importance.iter().map(wanted).sum();
+        let of_one = if sum > 0.0 { (1.0 - EVENLY) * mean * importance.len() as f64 / sum } else { 0.0 };
+        let count = |importance: &f32| {
+            let count = EVENLY * mean + of_one * wanted(importance);
+            count.clamp(1.0, MOST * mean.max(1.0)).round() as u32
+        };
+        importance.iter().map(count).collect()
+    }
+
+    /// The unreconstructed picture.
+    ///
+    /// # Errors
+    /// A window outside the image.
+    pub fn film(&self) -> Result<Film> {
+        self.film_of(|pixel| pixel.record(&pixel.halves))
+    }
+
+    /// The reconstruction.
+    ///
+    /// # Errors
+    /// A window outside the image.
+    pub fn reconstruct(&self) -> Result<Reconstructed> {
+        let half = |half: usize| self.film_of(move |pixel| pixel.record(&pixel.halves[half..=half]));
+        let halves = Halves { a: half(0)?, b: half(1)? };
+        Ok(halves.reconstruct().expect("films of records have all planes"))
+    }
+
+    fn film_of(&self, record: impl Fn(&Pixel) -> PixelRecord) -> Result<Film> {
+        let mut film = Film::new(self.sampler.setting().view.size, self.window, PixelRecord::PLANES)?;
+        for ((x, y), pixel) in self.window.pixels().zip(&self.pixels) {
+            record(pixel).store(&mut film, x, y);
+        }
+        Ok(film)
+    }
+}
+
+/// What pixels are foreseen to be off, as a share of what they may be; at most [`LARGEST`].
+pub fn importance(reconstructed: &Reconstructed, tolerance: impl Fn(Rgb) -> f64) -> Vec<f32> {
+    let of_pixel = |(radiance, error): (&Rgb, &f32)| {
+        let share = f64::from(*error) / tolerance(*radiance).max(f64::from(f32::MIN_POSITIVE));
+        if share.is_finite() { share.min(LARGEST) as f32 } else { LARGEST as f32 }
+    };
+    reconstructed.radiance.iter().zip(&reconstructed.importance_error).map(of_pixel).collect()
+}
+
+fn tiles(window: &Window) -> impl Iterator<Item = Window> + '_ {
+    let [columns, rows] = [window.width, window.height].map(|side| side.div_ceil(TILE));
+    (0..columns * rows).map(move |k| {
+        let [x, y] = [k % columns * TILE, k / columns * TILE];
+        Window {
+            x: window.x + x,
+            y: window.y + y,
+            width: TILE.min(window.width - x),
+            height: TILE.min(window.height - y),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::accel::Tracer;
+    use crate::film::planes;
+    use crate::gather::{GatherOptions, View};
+    use crate::integrator::{ControlOptions, GuidedLights, LightTransport, Setting, Truth};
+    use crate::scene::builtin;
+    use crate::vpl::VplOptions;
+
+    const SIZE: [u32; 2] = [40, 24];
+    static NEVER: AtomicBool = AtomicBool::new(false);
+
+    fn with_picture<T>(window: Window, work: impl FnOnce(Picture<'_>) -> T) -> T {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let camera = tracer.scene().cameras()[0].clone();
+        let view = View { camera: &camera, size: SIZE, gather: GatherOptions::default(), seed: 1 };
+        let options = VplOptions { count: 2000, ..VplOptions::default() };
+        let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap();
+        let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
+        work(Picture::new(method.path_sampler(Setting { tracer: &tracer, view }), window, 1))
+    }
+
+    /// Work doubles, and goes where it is wanted, but not all of it.
+    #[test]
+    fn paths_go_where_errors_are_foreseen() {
+        let window = Window::full(SIZE);
+        with_picture(window, |mut picture| {
+            assert!(picture.pass(None, &NEVER));
+            let first = picture.paths();
+            assert_eq!(first, 2 * u64::from(FIRST) * window.area());
+            let left: Vec<f32> = window.pixels().map(|(x, _)| if x < 20 { 1.0 } else { 0.0 }).collect();
+            assert!(picture.pass(Some(&left), &NEVER));
+            let of_all = picture.paths() as f64 / first as f64;
+            // Each half has one at least.
+            assert!((1.9..2.2).contains(&of_all), "{of_all}");
+            let film = picture.film().unwrap();
+            let paths = |x: u32| film.plane(planes::PAIRS).unwrap().f32_at(x, 7)[0];
+            // Of the four paths more that half a pixel has on average, 0.4 are spread evenly.
+            assert_eq!((paths(3), paths(30)), (8.0 + 2.0 * 8.0, 8.0 + 2.0));
+        });
+    }
+
+    #[test]
+    fn neither_threads_nor_the_window_enter() {
+        let of = |threads: usize, window: Window| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            with_picture(window, |mut picture| {
+                pool.install(|| picture.pass(None, &NEVER));
+                picture.film().unwrap()
+            })
+        };
+        let (whole, part) = (Window::full(SIZE), Window { x: 9, y: 5, width: 20, height: 11 });
+        let all = of(1, whole);
+        assert!(all == of(3, whole));
+        assert!(all.cropped(part).unwrap() == of(2, part));
+    }
+
+    #[test]
+    fn a_pass_that_is_cancelled_changes_nothing() {
+        with_picture(Window::full(SIZE), |mut picture| {
+            assert!(!picture.pass(None, &AtomicBool::new(true)));
+            assert_eq!((picture.paths(), picture.passes()), (0, 0));
+        });
+    }
+
+    /// Features are means over the paths of all passes.
+    #[test]
+    fn what_passes_find_adds_up() {
+        let found = |depth: f32, coverage: f32, values: &[f64]| {
+            let mut found = PathSamples { rays: 3, ..PathSamples::default() };
+            found.features = Features { depth, coverage, albedo: Rgb::gray(depth), ..Features::default() };
+            for value in values {
+                found.luminance.push(*value);
+                found.sum.add(Rgb::gray(*value as f32));
+            }
+            found
+        };
+        let mut pixel = Pixel::default();
+        pixel.add(0, &found(2.0, 0.5, &[1.0, 1.0]));
+        pixel.add(1, &found(5.0, 1.0, &[4.0]));
+        pixel.add(1, &PathSamples::default());
+        let record = pixel.record(&pixel.halves);
+        assert_eq!((record.radiance, record.pairs, record.rays), (Rgb::gray(2.0), 3, 6));
+        assert!((record.depth - 3.5).abs() < 1e-6, "one path of each pass met a surface: {}", record.depth);
+        assert!((record.albedo.r - 3.0).abs() < 1e-6 && (record.coverage - 2.0 / 3.0).abs() < 1e-6);
+        assert_eq!(pixel.record(&pixel.halves[1..]).radiance, Rgb::gray(4.0));
+    }
+}

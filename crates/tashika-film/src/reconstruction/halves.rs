@@ -1,0 +1,216 @@
+//! A reconstruction of two independent halves of a picture, which tells about how far off it is.
+//!
+//! ```text
+//! y_A = means of A over pixels that are alike by B      y_B = means of B … by A      y = (y_A + y_B)/2
+//! ẑ = y + λ (u − y)       u = (A + B)/2      λ = Σ (A − y)(B − y)/n² / Σ (u − y)²/n²  in [0, 1], over a block
+//! e²/n² = (1 − λ)² max(0, mean (A − y)(B − y)/n²) + λ² v/n² + mean (y_A − y_B)²/4n²
+//! ```
+//!
+//! of luminances, with the variance `v` of `u` and the size `n` of each pixel, since a dark pixel
+//! beside a bright one is not as wrong as that one.
+//!
+//! Weights that know nothing of the noise of what they average do not choose it by its noise
+//! (Rousselle, Knaus, Zwicker 2012). The products `(A − y)(B − y)` have the square of the bias of
+//! `y` for their mean, since the noise of one half knows nothing of that of the other; so `λ` is a
+//! step of James and Stein (1961) towards the unbiased picture: it goes to 1 as samples grow, and
+//! more work always helps.
+//!
+//! # Guarantee
+//! None: `e` guides work, and what a picture is worth is for an audit to say.
+
+use rayon::prelude::*;
+
+use super::alike;
+use super::outliers;
+use super::pixels::Pixels;
+use crate::color::Rgb;
+use crate::film::{Film, planes};
+
+/// Pixels to each side of a pixel that make its block.
+const BLOCK: usize = 3;
+/// Least size of a pixel, as a share of the mean of the picture.
+const LEAST_SIZE: f64 = 0.01;
+
+/// Two independent films of one picture, with the features of both in each.
+#[derive(Clone, Debug)]
+pub struct Halves {
+    /// One.
+    pub a: Film,
+    /// The other.
+    pub b: Film,
+}
+
+/// A reconstruction, row by row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reconstructed {
+    /// Radiance (W·m⁻²·sr⁻¹).
+    pub radiance: Vec<Rgb>,
+    /// About how far its luminance is off (W·m⁻²·sr⁻¹): a root mean square. A heuristic.
+    pub importance_error: Vec<f32>,
+}
+
+impl Halves {
+    /// Reconstructs the picture; none if a film lacks a plane that is needed. Runs on the current
+    /// thread pool.
+    pub fn reconstruct(&self) -> Option<Reconstructed> {
+        let [a, b] = [Pixels::of(&self.a)?, Pixels::of(&self.b)?];
+        let tamed = [outliers::tame(&a), outliers::tame(&b)];
+        // Features are those of both.
+        let of = |guide: &[_], averaged: &[_], plain: &Film| -> Option<Vec<Rgb>> {
+            let means = alike::means(&a, guide, averaged);
+            Some(means.into_iter().zip(plain.colors()?).map(|(mean, plain)| mean.unwrap_or(plain)).collect())
+        };
+        let [y_a, y_b] = [of(&tamed[1], &tamed[0], &self.a)?, of(&tamed[0], &tamed[1], &self.b)?];
+        let smoothed: Vec<Rgb> = y_a.iter().zip(&y_b).map(|(a, b)| (*a + *b) * 0.5).collect();
+        let mean = smoothed.iter().map(|color| f64::from(color.luminance().abs())).sum::<f64>();
+        let least = (LEAST_SIZE * mean / smoothed.len().max(1) as f64) as f32;
+        let errors = [&self.a, &self.b].map(|film| film.plane(planes::STANDARD_ERROR)?.f32_samples());
+        let (of_a, of_b): (Vec<Rgb>, Vec<Rgb>) = (self.a.colors()?.collect(), self.b.colors()?.collect());
+        let products: Vec<Products> = (0..smoothed.len())
+            .map(|p| {
+                let [y, a, b] = [smoothed[p], of_a[p], of_b[p]].map(Rgb::luminance);
+                let size = y.abs().max(least).max(f32::MIN_POSITIVE);
+                let (a, b) = ((a - y) / size, (b - y) / size);
+                let spread = 0.5 * (y_a[p].luminance() - y_b[p].luminance()) / size;
+                let whole = 0.5 * (a + b);
+                Products { size, bias: a * b, square: whole * whole, spread: spread * spread }
+            })
+            .collect();
+        let [width, height] = [a.width, a.height];
+        let pixel = |(x, y): (usize, usize)| {
+            let block = Products::mean(&products, [x, y], [width, height]);
+            let step = if block.square > 0.0 { (block.bias / block.square).clamp(0.0, 1.0) } else { 0.0 };
+            let p = y * width + x;
+            let plain = (of_a[p] + of_b[p]) * 0.5;
+            let size = products[p].size;
+            let variance: f32 =
+                errors.iter().map(|errors| errors.map_or(0.0, |e| 0.25 * e[p] * e[p] / (size * size))).sum();
+            let rest = (1.0 - step) * (1.0 - step) * block.bias.max(0.0);
+            let error = size * (rest + step * step * variance + block.spread).sqrt();
+            (smoothed[p].lerp(plain, step), error)
+        };
+        let rows = (0..height).into_par_iter();
+        let (radiance, importance_error) =
+            rows.flat_map_iter(|y| (0..width).map(move |x| (x, y))).map(pixel).unzip();
+        Some(Reconstructed { radiance, importance_error })
+    }
+}
+
+/// What a pixel tells of its block, relative to its size.
+#[derive(Clone, Copy, Debug, Default)]
+struct Products {
+    /// `n`: luminance.
+    size: f32,
+    /// `(A − y)(B − y)/n²`.
+    bias: f32,
+    /// `(u − y)²/n²`.
+    square: f32,
+    /// `(y_A − y_B)²/4n²`.
+    spread: f32,
+}
+
+impl Products {
+    /// Means over the block of a pixel; of those that are numbers.
+    fn mean(of: &[Self], [x, y]: [usize; 2], [width, height]: [usize; 2]) -> Self {
+        let (mut sum, mut count) = (Self::default(), 0.0f32);
+        for y in y.saturating_sub(BLOCK)..(y + BLOCK + 1).min(height) {
+            for of_pixel in &of[y * width..][x.saturating_sub(BLOCK)..(x + BLOCK + 1).min(width)] {
+                if (of_pixel.square + of_pixel.spread + of_pixel.bias).is_finite() {
+                    sum.bias += of_pixel.bias;
+                    sum.square += of_pixel.square;
+                    sum.spread += of_pixel.spread;
+                    count += 1.0;
+                }
+            }
+        }
+        let count = count.max(1.0);
+        Self { size: 0.0, bias: sum.bias / count, square: sum.square / count, spread: sum.spread / count }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{PixelRecord, Window};
+    use crate::math::Vec3;
+    use crate::rng::{Purpose, Stream};
+
+    const SIZE: [u32; 2] = [64, 48];
+
+    /// A flat wall, bright to the right of a soft edge and with stripes that no feature tells; its
+    /// luminance in the middle of a pixel.
+    fn truth(x: u32) -> f32 {
+        let edge = 1.0 / (1.0 + (-(x as f32 - 32.0) / 2.0).exp());
+        1.0 + 2.0 * edge + if x % 8 < 4 { 0.2 } else { 0.0 }
+    }
+
+    /// Of variance 1, about normal.
+    fn normal(s: &mut Stream) -> f32 {
+        (0..12).map(|_| s.uniform()).sum::<f32>() - 6.0
+    }
+
+    /// Half a picture of that wall with relative noise.
+    fn half(noise: f32, seed: u64) -> Film {
+        let mut film = Film::new(SIZE, Window::full(SIZE), PixelRecord::PLANES).unwrap();
+        let mut s = Stream::new(seed, Purpose::Test, 0);
+        for (x, y) in Window::full(SIZE).pixels() {
+            let record = PixelRecord {
+                radiance: Rgb::gray(truth(x) * (1.0 + noise * normal(&mut s))),
+                standard_error: noise * truth(x),
+                depth: 3.0,
+                normal: Vec3::Z,
+                albedo: Rgb::gray(0.5),
+                coverage: 1.0,
+                ..PixelRecord::default()
+            };
+            record.store(&mut film, x, y);
+        }
+        film
+    }
+
+    fn reconstructed(noise: f32) -> Reconstructed {
+        Halves { a: half(noise, 1), b: half(noise, 2) }.reconstruct().unwrap()
+    }
+
+    /// Root of the mean squared relative error.
+    fn error(radiance: &[Rgb]) -> f64 {
+        let of = |((x, _), color): ((u32, u32), &Rgb)| f64::from(color.luminance() / truth(x) - 1.0).powi(2);
+        (Window::full(SIZE).pixels().zip(radiance).map(of).sum::<f64>() / radiance.len() as f64).sqrt()
+    }
+
+    /// The mean of two halves is off by the noise over √2. Much noise is mostly taken away; of little
+    /// noise no more is left, though the stripes are in no feature.
+    #[test]
+    fn more_work_always_helps() {
+        let errors =
+            [0.4, 0.1, 0.02, 0.002].map(|noise| error(&reconstructed(noise).radiance) / f64::from(noise));
+        let plain = 0.5_f64.sqrt();
+        assert!(errors[0] < 0.4 * plain, "{errors:?}");
+        assert!(errors[1..].iter().all(|error| *error < 1.1 * plain), "{errors:?}");
+    }
+
+    /// What is foreseen is about what it is, where noise is left and where the stripes are smeared.
+    #[test]
+    fn errors_are_foreseen() {
+        for noise in [0.4, 0.2, 0.05] {
+            let found = reconstructed(noise);
+            let squares = Window::full(SIZE).pixels().zip(&found.radiance).zip(&found.importance_error);
+            let (mut off, mut foreseen) = (0.0, 0.0);
+            for (((x, _), color), error) in squares {
+                off += f64::from(color.luminance() - truth(x)).powi(2);
+                foreseen += f64::from(*error).powi(2);
+            }
+            let ratio = (foreseen / off).sqrt();
+            assert!((0.6..1.6).contains(&ratio), "noise {noise}: foreseen over found {ratio}");
+        }
+    }
+
+    #[test]
+    fn threads_do_not_enter() {
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| reconstructed(0.3))
+        };
+        assert!(with(1) == with(3));
+    }
+}

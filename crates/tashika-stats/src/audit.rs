@@ -1,0 +1,143 @@
+//! What pixels drawn at random from a picture say of all its pixels.
+//!
+//! Of a picture `n` pixels are drawn at random and looked at; `k` of them are outside of what is
+//! claimed. Nothing is assumed of how the picture was made, nor of how its errors are spread: only
+//! that the draw is independent of them.
+//!
+//! ```text
+//! share outside ≤ U/(1 − γ)      U: P(X ≤ k | n, U) = δ                       (Clopper, Pearson 1934)
+//! ratios below the m-th smallest of n: at least the share s of all, where P(Y ≥ m | n, s) ≤ δ (Wilks 1941)
+//! ```
+//!
+//! with `X` and `Y` binomial, `δ` the risk, and `γ` the probability that an outside pixel is taken
+//! for one inside, since its own truth is known by an interval only.
+//!
+//! # Guarantee
+//! Each statement is wrong with probability at most `δ`; several looks at the same pixels share the
+//! risk evenly (Bonferroni). Drawing without repetition from few pixels makes both conservative
+//! (Hoeffding 1963).
+//!
+//! # Held to this by
+//! The tests below: published tables, and pictures of known errors at the edge of the claim.
+
+use super::clopper_pearson;
+
+/// The share of a picture's pixels that are outside at most, where `outside` of `audited` were.
+///
+/// * `risk`: the probability of being wrong, in (0, ½).
+/// * `missed`: the probability `γ` that an outside pixel is taken for one inside, in [0, 1).
+///
+/// # Panics
+/// If more are outside than were audited.
+///
+/// # Example
+/// ```
+/// use tashika_stats::upper_share_outside;
+///
+/// assert!(upper_share_outside(0, 59, 0.05, 0.0) < 0.05);
+/// assert!(upper_share_outside(1, 59, 0.05, 0.0) > 0.05);
+/// ```
+pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -> f64 {
+    // One tail of the two-sided interval.
+    let upper = clopper_pearson(outside, audited, 1.0 - 2.0 * risk).high;
+    (upper / (1.0 - missed)).min(1.0)
+}
+
+/// Which of `n` sorted numbers, counted from 1, at least the share `share` of all numbers are not
+/// above; none if `n` are too few to tell.
+///
+/// * `risk`: the probability of being wrong, in (0, ½).
+///
+/// # Example
+/// ```
+/// assert_eq!(tashika_stats::tolerance_rank(300, 0.95, 0.05), Some(292));
+/// ```
+pub fn tolerance_rank(n: u64, share: f64, risk: f64) -> Option<u64> {
+    // The m-th smallest is below the quantile `s` where at least m numbers are: the probability of
+    // that falls with m, and is at most `risk` where Clopper's lower end of m of n is above `s`.
+    let is_above = |m: u64| clopper_pearson(m, n, 1.0 - 2.0 * risk).low >= share;
+    if n == 0 || !is_above(n) {
+        return None;
+    }
+    let (mut below, mut above) = (0, n);
+    while above - below > 1 {
+        let middle = below + (above - below) / 2;
+        if is_above(middle) { above = middle } else { below = middle }
+    }
+    Some(above)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    /// Fewest audited pixels that certify 95 %, for so many outside: tables of binomial sampling.
+    #[test]
+    fn numbers_of_pixels_are_those_of_the_tables() {
+        let tables = [
+            (0.05, [(0, 59), (1, 93), (3, 153), (5, 208), (10, 336)]),
+            (0.01, [(0, 90), (1, 130), (3, 198), (5, 259), (10, 398)]),
+        ];
+        for (risk, rows) in tables {
+            for (outside, audited) in rows {
+                assert!(upper_share_outside(outside, audited, risk, 0.0) <= 0.05, "{outside} of {audited}");
+                assert!(upper_share_outside(outside, audited - 1, risk, 0.0) > 0.05, "{outside} {audited}");
+            }
+        }
+    }
+
+    #[test]
+    fn intervals_that_miss_are_reckoned_with() {
+        let [sure, unsure] = [0.0, 0.2].map(|missed| upper_share_outside(3, 153, 0.05, missed));
+        assert!((unsure - sure / 0.8).abs() < 1e-12);
+        assert_eq!(upper_share_outside(153, 153, 0.05, 0.2), 1.0);
+    }
+
+    #[test]
+    fn ranks_are_those_of_wilks() {
+        let ranks = [(58, None), (59, Some(59)), (300, Some(292)), (500, Some(484)), (1000, Some(962))];
+        for (n, rank) in ranks {
+            assert_eq!(tolerance_rank(n, 0.95, 0.05), rank, "{n}");
+        }
+        assert_eq!(tolerance_rank(0, 0.95, 0.05), None);
+    }
+
+    /// Pictures whose share outside is just above what is claimed: few may be certified.
+    #[test]
+    fn pictures_at_the_edge_are_certified_no_more_often_than_the_risk() {
+        const PICTURES: u64 = 10_000;
+        let (share, risk, audited) = (0.95, 0.05, 153);
+        let mut certified = [0u64; 2];
+        for picture in 0..PICTURES {
+            let mut s = Stream::new(1, Purpose::Test, picture);
+            let outside = (0..audited).filter(|_| s.uniform() > 0.95).count() as u64;
+            for (looks, certified) in [1, 3].into_iter().zip(&mut certified) {
+                let upper = upper_share_outside(outside, audited, risk / f64::from(looks), 0.0);
+                *certified += u64::from(upper <= 1.0 - share);
+            }
+        }
+        let rate = certified.map(|n| n as f64 / PICTURES as f64);
+        // The risk of this number of pixels is 4.97 %; three standard errors of the count.
+        assert!(rate[0] < risk + 0.0066 && rate[0] > 0.03, "{rate:?}");
+        assert!(rate[1] < risk / 3.0 + 0.004, "{rate:?}");
+    }
+
+    /// Of the ratios of all pixels, the rank covers the share; two ranks lower it does not.
+    #[test]
+    fn ranks_cover_the_share_as_often_as_they_say() {
+        const PICTURES: u64 = 10_000;
+        let (n, share, risk) = (300u64, 0.95f64, 0.05);
+        let rank = tolerance_rank(n, share, risk).unwrap();
+        let covers = |rank: u64| {
+            let count = (0..PICTURES).filter(|picture| {
+                let mut s = Stream::new(2, Purpose::Test, *picture);
+                let below = (0..n).filter(|_| f64::from(s.uniform()) < share).count() as u64;
+                below < rank
+            });
+            count.count() as f64 / PICTURES as f64
+        };
+        assert!(covers(rank) > 1.0 - risk - 0.0066, "{}", covers(rank));
+        assert!(covers(rank - 2) < 1.0 - risk, "{}", covers(rank - 2));
+    }
+}

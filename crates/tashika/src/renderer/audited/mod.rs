@@ -1,0 +1,279 @@
+//! A picture that is made until an audit is content: reconstructed, and claimed as a whole.
+//!
+//! ```text
+//! passes (work doubles) ── reconstruction ─► picture ── look ─► reached? ── yes ─► PictureClaim
+//!                ▲                                       no │
+//!                └──────────────────────────────────────────┘
+//! ```
+//!
+//! The schedule of pictures is fixed beforehand by the view, the lights and the seed: what the audit
+//! finds says only where to stop. A look is taken where a picture is foreseen to be good enough, at
+//! most [`AuditTerms::LOOKS`] times, the last at the end whatever is foreseen; each look has an equal
+//! share of the risk. So there is always an answer: a certificate, or the share that is certain.
+//!
+//! Whatever was reached, the map of half-widths is what the reconstruction foresees of its own
+//! error, scaled by the [rank](AuditTerms::rank) of the audited pixels' ratios: as sure as the
+//! certificate, the asked-for share of the pixels is within theirs.
+//!
+//! # Guarantee
+//! With at least the assurance, what is claimed is true: of the pixels that show more than a constant
+//! background, the share is within the error of light transport; and so for the map. Assumed is that
+//! an interval of an audited pixel's own truth misses it no more often than it says ([`AuditTerms::CONFIDENCE`]).
+//!
+//! # Held to this by
+//! `stats::audit` (pictures at the edge of the claim), the tests of `renderer::audited`, and the
+//! record, with certificates of several seeds held against truths from elsewhere.
+
+mod truths;
+
+#[cfg(test)]
+mod tests;
+
+use super::Prepared;
+use super::observer::{Phase, during};
+use crate::error::Result;
+use crate::film::{Claim, Film, Metadata, PictureClaim, PixelRecord, RenderFilm, Stop, keys};
+use crate::integrator::{ControlOptions, GuidedLights, LightTransport};
+use crate::math::elementary::exp_f64;
+use crate::picture::{Picture, importance};
+use crate::reconstruction::Reconstructed;
+use crate::render::{Begun, Finished, Progress, RenderOptions, Rendered, Totals, blank};
+use crate::request::AuditTerms;
+use truths::{Look, Tolerance, Truths};
+
+/// Paths of all pixels at most, where no time is said: a picture in minutes.
+const MOST_PATHS: u64 = 64_000_000;
+/// Passes at least, whatever the size of the image, and at most.
+const PASSES: [u32; 2] = [5, 12];
+/// A look is taken where so much of the share that may be outside is foreseen to be. Chosen.
+const LOOK_AT: f64 = 0.4;
+/// Least half-width of the map, as a share of the tolerance: what is foreseen may be zero.
+const LEAST_HALF_WIDTH: f64 = 0.05;
+
+/// Renders the picture; `begin` takes the film with which it begins, and gives it back.
+pub(super) fn render(
+    prepared: &Prepared<'_>,
+    lights: &GuidedLights,
+    options: &ControlOptions,
+    terms: &AuditTerms,
+    begin: impl FnOnce(Film) -> Result<Begun>,
+) -> Result<Rendered> {
+    let method = LightTransport::new(&prepared.tracer, lights, options);
+    let setting = prepared.setting();
+    let whole = RenderOptions { window: prepared.window, share: prepared.share.clone() };
+    let mut film = blank(&setting, &method, &whole)?;
+    prepared.method.describe(film.metadata_mut());
+    prepared.change.describe(film.metadata_mut());
+    describe(terms, film.metadata_mut());
+    let mut work = Work {
+        prepared,
+        terms,
+        options,
+        tolerance: Tolerance { error: options.error, absolute: method.absolute_error() },
+        film: begin(film)?.film,
+        picture: Picture::new(method.path_sampler(setting), prepared.window, options.seed),
+        reconstructed: Reconstructed::default(),
+        truths: None,
+        look: None,
+        looks: 0,
+    };
+    work.go_on()?;
+    work.finish()
+}
+
+/// What a film says of the audit beside what its integrator says of the pixels.
+fn describe(terms: &AuditTerms, metadata: &mut Metadata) {
+    metadata.set(keys::CLAIM, Claim::Audited.code().name);
+    metadata.set(keys::PAIRS_ARE, "paths");
+    // Of the map, each half-width holds for as many pixels as the share says.
+    metadata.set(keys::CONFIDENCE, terms.share);
+    metadata.set(keys::AUDIT_SHARE, terms.share);
+    metadata.set(keys::AUDIT_ASSURANCE, terms.assurance);
+    metadata.set(keys::AUDIT_MOST_LOOKS, AuditTerms::LOOKS);
+    metadata.remove(keys::MAX_PAIRS);
+}
+
+/// A picture in work, and its audit.
+struct Work<'p, 'v> {
+    prepared: &'p Prepared<'p>,
+    terms: &'p AuditTerms,
+    options: &'p ControlOptions,
+    tolerance: Tolerance,
+    film: Film,
+    picture: Picture<'v>,
+    reconstructed: Reconstructed,
+    truths: Option<Truths<'p>>,
+    /// The last.
+    look: Option<Look>,
+    looks: u32,
+}
+
+impl Work<'_, '_> {
+    /// Passes and looks until the audit is content, or no work is left, or it is cancelled.
+    fn go_on(&mut self) -> Result<()> {
+        let observer = self.prepared.observer;
+        loop {
+            let before = observer.seconds_left();
+            if !self.pass()? {
+                return Ok(());
+            }
+            let after = observer.seconds_left();
+            if self.truths.is_none() {
+                let (film, setting) = (self.picture.film()?, self.prepared.setting());
+                let Self { options, terms, tolerance, .. } = self;
+                self.truths = Truths::compute(&film, &setting, options, terms, tolerance, observer)?;
+                if self.truths.is_none() {
+                    return Ok(());
+                }
+            }
+            let is_last = match (before, after, observer.seconds_left()) {
+                // The next pass takes twice as long as this one.
+                (Some(before), Some(after), Some(left)) => left < 2.0 * (before - after),
+                _ => !self.has_paths_left(),
+            } || self.picture.passes() >= PASSES[1];
+            let is_reached = (is_last || self.is_foreseen()) && self.look()?;
+            if is_last || is_reached {
+                return Ok(());
+            }
+        }
+    }
+
+    /// One pass more, and what is seen of it; false if it was cancelled.
+    fn pass(&mut self) -> Result<bool> {
+        let (window, observer) = (self.prepared.window, self.prepared.observer);
+        let phase = Phase::Pixels { method: "paths", window, is_of_a_sum: false, promises: false };
+        let by_error = (self.picture.passes() > 0).then(|| self.importance());
+        if !during(observer, phase, || self.picture.pass(by_error.as_deref(), observer.cancel())) {
+            return Ok(false);
+        }
+        self.reconstructed = during(observer, Phase::Reconstruction, || self.picture.reconstruct())?;
+        self.store(Claim::None, Stop::SampleCount, 0.0)?;
+        let tally = RenderFilm::of(&self.film).tally();
+        let progress = Progress { tally, of: window.area(), rays: self.picture.rays() };
+        observer.tile(&Finished { progress, film: &self.film, tile: window });
+        Ok(true)
+    }
+
+    /// Whether another pass fits into the paths of a picture.
+    fn has_paths_left(&self) -> bool {
+        self.picture.passes() < PASSES[0] || 2 * self.picture.paths() <= MOST_PATHS
+    }
+
+    /// What pixels are foreseen to be off, as a share of what they may be.
+    fn importance(&self) -> Vec<f32> {
+        importance(&self.reconstructed, |radiance| self.tolerance.of(radiance.luminance().into()))
+    }
+
+    /// Whether the picture is foreseen to be good enough for a look that is not the last, if errors
+    /// are normal.
+    fn is_foreseen(&self) -> bool {
+        let importance = self.importance();
+        let outside = importance.iter().map(|share| beyond(1.0 / f64::from(*share))).sum::<f64>();
+        let may_be = LOOK_AT * (1.0 - self.terms.share) * importance.len() as f64;
+        self.looks + 1 < AuditTerms::LOOKS && outside <= may_be
+    }
+
+    /// Half-widths of the map, not scaled yet (W·m⁻²·sr⁻¹).
+    fn half_widths(&self) -> Vec<f64> {
+        let Reconstructed { radiance, importance_error } = &self.reconstructed;
+        let of_pixel = |(radiance, error): (&crate::color::Rgb, &f32)| {
+            let least = LEAST_HALF_WIDTH * self.tolerance.of(radiance.luminance().into());
+            f64::from(*error).max(least).max(f64::MIN_POSITIVE)
+        };
+        radiance.iter().zip(importance_error).map(of_pixel).collect()
+    }
+
+    /// Holds the picture against the audited pixels: whether enough of them are within.
+    fn look(&mut self) -> Result<bool> {
+        let half_widths = self.half_widths();
+        let Some(truths) = &mut self.truths else { return Ok(false) };
+        let (window, radiance) = (self.prepared.window, &self.reconstructed.radiance);
+        truths.refine(&window, radiance)?;
+        let look = truths.look(&window, radiance, &half_widths);
+        let is_reached = self.terms.is_reached(look.outside, look.ratios.len() as u64);
+        self.look = Some(look);
+        self.looks += 1;
+        Ok(is_reached)
+    }
+
+    /// What the half-widths of the map are to be multiplied by; none if the audit cannot tell.
+    fn factor(&self) -> Option<f64> {
+        let mut ratios = self.look.as_ref()?.ratios.clone();
+        ratios.sort_unstable_by(f64::total_cmp);
+        let rank = self.terms.rank(ratios.len() as u64)?;
+        Some(ratios[rank as usize - 1]).filter(|factor| factor.is_finite())
+    }
+
+    /// Puts the picture into the film.
+    fn store(&mut self, claim: Claim, stop: Stop, factor: f64) -> Result<()> {
+        let plain = self.picture.film()?;
+        let read = RenderFilm::of(&plain);
+        let half_widths = self.half_widths();
+        for (k, (x, y)) in self.prepared.window.pixels().enumerate() {
+            let record = read.at(x, y);
+            let claim = if truths::is_shown(&record) { claim } else { Claim::None };
+            let record = PixelRecord {
+                radiance: self.reconstructed.radiance[k],
+                standard_error: self.reconstructed.importance_error[k],
+                half_width: claim.stated(factor * half_widths[k]),
+                claim,
+                stop,
+                ..record
+            };
+            record.store(&mut self.film, x, y);
+        }
+        Ok(())
+    }
+
+    /// The film with all that is claimed.
+    fn finish(mut self) -> Result<Rendered> {
+        let was_cancelled = self.prepared.observer.cancel().load(std::sync::atomic::Ordering::Relaxed);
+        if was_cancelled && self.truths.is_some() {
+            self.look()?;
+        }
+        if let (Some(truths), Some(look)) = (&self.truths, &self.look) {
+            let (audited, outside) = (look.ratios.len() as u64, look.outside);
+            let AuditTerms { share, assurance, .. } = *self.terms;
+            let found = PictureClaim {
+                error: self.tolerance.error,
+                share,
+                assurance,
+                audited,
+                outside,
+                upper_outside: self.terms.upper_outside(outside, audited),
+                reached: self.terms.is_reached(outside, audited),
+                population: truths.population,
+                looks: self.looks.into(),
+                passes: self.picture.passes().into(),
+            };
+            let metadata = self.film.metadata_mut();
+            found.describe(metadata);
+            metadata.set(keys::AUDIT_RAYS, truths.rays);
+            let factor = self.factor();
+            if let Some(factor) = factor {
+                self.film.metadata_mut().set(keys::AUDIT_FACTOR, factor);
+            }
+            let claim = if factor.is_some() { Claim::Audited } else { Claim::None };
+            let stop = if found.reached { Stop::RuleMet } else { Stop::Budget };
+            self.store(claim, stop, factor.unwrap_or_default())?;
+            if let Some(truths) = &self.truths {
+                truths.describe(&mut self.film);
+            }
+        }
+        let complete = !was_cancelled && self.look.is_some();
+        let mut film = self.film;
+        film.metadata_mut().set(keys::COMPLETE, complete);
+        let totals = Totals::of(&film);
+        Ok(Rendered { film, complete, totals })
+    }
+}
+
+/// The probability that a normal number is more than `x` standard deviations from its mean, to 10⁻⁶
+/// (Abramowitz, Stegun 1964, 7.1.26); `x` at least 0.
+fn beyond(x: f64) -> f64 {
+    let z = x * std::f64::consts::FRAC_1_SQRT_2;
+    let k = 1.0 / (1.0 + 0.327_591_1 * z);
+    let polynomial = [1.061_405_429, -1.453_152_027, 1.421_413_741, -0.284_496_736, 0.254_829_592];
+    let sum = polynomial.iter().fold(0.0, |sum, factor| (sum + factor) * k);
+    if z.is_finite() { sum * exp_f64(-z * z) } else { 0.0 }
+}

@@ -1,0 +1,228 @@
+//! What is claimed of pictures, who is told, and faults that an audit has to notice.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use super::truths::{Tolerance, Truths};
+use crate::color::Rgb;
+use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, planes};
+use crate::integrator::{ControlOptions, PathStop, PathTracer, Truth};
+use crate::render::{Finished, Progress, RenderOptions, TileShare, render, with_threads};
+use crate::renderer::{Observer, Prepared, Renderer, Silent};
+use crate::request::{AuditTerms, ClaimName, Request};
+use crate::scene::builtin;
+
+const SIZE: [u32; 2] = [48, 36];
+const ERROR: f64 = 0.25;
+const TERMS: AuditTerms = AuditTerms { share: 0.9, assurance: 0.9, pixels: 60 };
+
+fn renderer<'a>(seed: u64) -> Renderer<'a> {
+    let request = Request {
+        claim: Some(ClaimName::Audited),
+        error: Some(ERROR),
+        share: Some(TERMS.share),
+        assurance: Some(TERMS.assurance),
+        audit: Some(TERMS.pixels),
+        vpls: Some(5000),
+        seed,
+        ..Request::default()
+    };
+    Renderer::new(builtin::tiny()).request(request).size(SIZE)
+}
+
+/// Many paths of each pixel.
+fn truth(prepared: &Prepared<'_>) -> Film {
+    let tracer = PathTracer::new(&prepared.tracer, PathStop::Count(1024), 16).unwrap();
+    let options = RenderOptions { window: prepared.window, share: TileShare::default() };
+    render(&prepared.setting(), &tracer, &options, &|_| {}, &AtomicBool::new(false)).unwrap().film
+}
+
+/// What is claimed is true of all pixels, by paths that know nothing of it, and the map holds.
+#[test]
+fn what_is_claimed_is_so() {
+    let prepared = renderer(1).prepare().unwrap();
+    let image = prepared.render().unwrap();
+    let claim = PictureClaim::of(image.film.metadata()).expect("an audit has an answer");
+    assert!(image.complete && claim.reached, "{claim}");
+    assert_eq!((claim.audited, claim.share, claim.error), (TERMS.pixels, TERMS.share, ERROR));
+    let (read, truth) = (RenderFilm::of(&image.film), truth(&prepared));
+    let (mut within, mut in_map, mut of) = (0, 0, 0);
+    for ((x, y), truth) in Window::full(SIZE).pixels().zip(truth.colors().unwrap()) {
+        let record = read.at(x, y);
+        if record.claim != Claim::Audited {
+            continue;
+        }
+        assert_eq!(record.stop, Stop::RuleMet);
+        let [value, truth] = [record.radiance, truth].map(|color| f64::from(color.luminance()));
+        of += 1;
+        within += u32::from((value - truth).abs() <= ERROR * truth);
+        in_map += u32::from((value - truth).abs() <= f64::from(record.half_width));
+    }
+    assert_eq!(of, claim.population);
+    let [within, in_map] = [within, in_map].map(|count| f64::from(count) / of as f64);
+    assert!(within >= claim.lower_within(), "{within} for {claim}");
+    assert!(in_map >= TERMS.share, "{in_map} of the half-widths hold");
+    let audited = image.film.plane(planes::AUDITED).unwrap().f32_samples().unwrap();
+    let verdicts = audited.chunks(3).filter(|pixel| pixel[2] > 0.0).count() as u64;
+    assert_eq!(verdicts, TERMS.pixels);
+}
+
+/// Neither threads nor who looks on enters.
+#[test]
+fn the_same_request_gives_the_same_bits() {
+    let with = |threads: usize| with_threads(threads, || renderer(3).render().unwrap().film).unwrap();
+    assert!(with(1) == with(3));
+}
+
+fn tolerance() -> Tolerance {
+    Tolerance { error: 0.1, absolute: 0.0 }
+}
+
+fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
+    let options = ControlOptions { error: 0.1, ..ControlOptions::default() };
+    Truths::compute(film, &prepared.setting(), &options, &TERMS, &tolerance(), &Silent).unwrap().unwrap()
+}
+
+/// A picture that is too bright, one that is flat, and one that is right.
+#[test]
+fn faults_of_a_picture_are_noticed() {
+    let prepared = renderer(1).prepare().unwrap();
+    let right = truth(&prepared);
+    let truths = truths(&prepared, &right);
+    let window = Window::full(SIZE);
+    let outside = |change: &dyn Fn(Rgb) -> Rgb| {
+        let radiance: Vec<Rgb> = right.colors().unwrap().map(change).collect();
+        truths.look(&window, &radiance, &vec![1.0; radiance.len()]).outside
+    };
+    let colors: Vec<Rgb> = right.colors().unwrap().collect();
+    let mean = colors.iter().fold(Rgb::BLACK, |sum, color| sum + *color) / colors.len() as f32;
+    assert!(outside(&|color| color) <= 3, "{}", outside(&|color| color));
+    assert!(outside(&|color| color * 1.15) >= 50, "too bright: {}", outside(&|color| color * 1.15));
+    assert!(outside(&|_| mean) >= 30, "flat: {}", outside(&|_| mean));
+}
+
+/// Pixels that may be on either side are looked at again, and only once.
+#[test]
+fn what_is_open_is_computed_once_more() {
+    let prepared = renderer(1).prepare().unwrap();
+    let film = truth(&prepared);
+    let mut truths = truths(&prepared, &film);
+    let window = Window::full(SIZE);
+    // At the very border of the tolerance.
+    let mut radiance: Vec<Rgb> = film.colors().unwrap().collect();
+    for truth in &truths.pixels {
+        let [low, high] = truth.interval.unwrap();
+        let at = window.index(truth.pixel[0], truth.pixel[1]);
+        radiance[at] = Rgb::gray((0.5 * (low + high) * 1.1) as f32);
+    }
+    let width = |truths: &Truths<'_>| {
+        truths
+            .pixels
+            .iter()
+            .map(|truth| truth.interval.map_or(9.0, |[low, high]| (high - low) / high))
+            .sum::<f64>()
+    };
+    let (before, rays) = (width(&truths), truths.rays);
+    assert!(truths.refine(&window, &radiance).unwrap());
+    assert!(width(&truths) < 0.5 * before && truths.rays > rays, "{} of {before}", width(&truths));
+    let again = truths.pixels.clone();
+    assert!(truths.refine(&window, &radiance).unwrap());
+    assert_eq!(again, truths.pixels);
+}
+
+/// Nothing of the picture enters the truths, and the seed of the picture is not that of the audit.
+#[test]
+fn the_audit_knows_nothing_of_the_picture() {
+    let prepared = renderer(1).prepare().unwrap();
+    let film = truth(&prepared);
+    let mut darker = film.clone();
+    for (x, y) in Window::full(SIZE).pixels() {
+        darker.plane_mut(planes::RADIANCE).unwrap().set_f32(x, y, &[0.0; 3]);
+    }
+    let [of_film, of_darker] = [&film, &darker].map(|film| truths(&prepared, film));
+    assert_eq!(of_film.pixels, of_darker.pixels);
+    let chosen = |truths: &Truths| truths.pixels.iter().map(|truth| truth.pixel).collect::<Vec<_>>();
+    let mut sorted = chosen(&of_film);
+    sorted.sort_unstable();
+    assert_ne!(sorted, chosen(&of_film), "pixels are drawn in no order of the image");
+    assert!(of_film.pixels.iter().all(|truth| truth.interval.is_some()));
+}
+
+#[test]
+fn a_share_of_a_picture_has_no_share() {
+    let part = renderer(1).tiles("1/2".parse().unwrap());
+    let refused = part.prepare().err().expect("tiles").to_string();
+    assert!(refused.contains("a share of a share"), "{refused}");
+}
+
+/// Ends the work after so many pictures, by cancelling it or because the time is up.
+struct Ending {
+    pictures: AtomicU32,
+    most: u32,
+    cancel: AtomicBool,
+    is_late: bool,
+}
+
+impl Ending {
+    fn new(most: u32, is_late: bool) -> Self {
+        Self { pictures: AtomicU32::new(0), most, cancel: AtomicBool::new(false), is_late }
+    }
+}
+
+impl Observer for Ending {
+    fn tile(&self, done: &Finished<'_>) {
+        assert_eq!(done.tile, Window::full(SIZE), "whole pictures are shown");
+        if self.pictures.fetch_add(1, Ordering::SeqCst) + 1 == self.most && !self.is_late {
+            self.cancel.store(true, Ordering::SeqCst);
+        }
+    }
+
+    fn progress(&self, _: &Progress) {}
+
+    fn seconds_left(&self) -> Option<f64> {
+        // Each picture takes ten seconds.
+        self.is_late.then(|| 10.0 * f64::from(self.most.saturating_sub(self.pictures.load(Ordering::SeqCst))))
+    }
+
+    fn cancel(&self) -> &AtomicBool {
+        &self.cancel
+    }
+}
+
+/// There is an answer when the time is up, and it says that less was reached.
+#[test]
+fn there_is_an_answer_when_the_time_is_up() {
+    let ending = Ending::new(2, true);
+    let image = renderer(1).error(0.001).observer(&ending).render().unwrap();
+    let claim = PictureClaim::of(image.film.metadata()).unwrap();
+    assert!(image.complete && !claim.reached && claim.looks == 1, "{claim}");
+    assert!(claim.lower_within() < 0.5, "{claim}");
+    assert_eq!(ending.pictures.load(Ordering::SeqCst), 1, "the second picture would take twice as long");
+    assert!(image.totals.tally.out_of_budget > 0);
+}
+
+#[test]
+fn what_is_cancelled_claims_nothing() {
+    let ending = Ending::new(1, false);
+    let image = renderer(1).observer(&ending).render().unwrap();
+    assert!(!image.complete);
+    assert_eq!(PictureClaim::of(image.film.metadata()), None);
+    assert!(RenderFilm::of(&image.film).tally().of(Claim::Audited) == 0);
+    assert!(image.totals.mean.luminance() > 0.0, "there is a picture");
+}
+
+#[test]
+fn tails_are_those_of_the_tables() {
+    let table = [(0.0, 1.0), (1.0, 0.317_310_5), (1.959_964, 0.05), (3.0, 0.002_699_8), (f64::INFINITY, 0.0)];
+    for (x, tail) in table {
+        assert!((super::beyond(x) - tail).abs() < 1e-6, "{x}: {}", super::beyond(x));
+    }
+}
+
+#[test]
+fn what_does_not_go_with_it_is_refused() {
+    let refused = |renderer: Renderer<'_>| renderer.prepare().err().expect("refused").to_string();
+    assert!(refused(renderer(1).truth(Truth::Vpl)).contains("transport"));
+    let few = Request { claim: Some(ClaimName::Audited), audit: Some(20), ..Request::default() };
+    let few = refused(Renderer::new(builtin::tiny()).request(few));
+    assert!(few.contains("128 are enough"), "{few}");
+}

@@ -1,0 +1,292 @@
+//! Pixels drawn at random from a picture, their truths, and what they say of it.
+//!
+//! ```text
+//! truth in [l, h]       pixel y is within if |y − t| ≤ max(ε t, ε_abs) for t = l and for t = h
+//! ```
+//!
+//! which is then so for every `t` between: the distance less the tolerance falls up to `y` and
+//! rises beyond. A pixel whose truth is not known by an interval is outside. Where a look finds that
+//! an interval leaves it open on which side a pixel is, its truth is computed once more, to a
+//! quarter of the width and by other random numbers. An outside pixel is taken for one inside only if
+//! one of the two intervals misses its truth, each with half of `γ`.
+//!
+//! # Independence
+//! The truths come from lights, gather points and random numbers of their own
+//! ([`Purpose::Audit`]), and from another estimator than the picture's: sums over VPLs by cuts.
+
+use std::collections::BTreeSet;
+
+use crate::color::Rgb;
+use crate::error::Result;
+use crate::film::{Film, PixelRecord, RenderFilm, Samples, Window, planes};
+use crate::gather::{GatherOptions, View};
+use crate::integrator::{ControlOptions, GuidedLights, LightTransport, Setting, Truth};
+use crate::render::render_pixels;
+use crate::renderer::observer::{Observer, Phase, during};
+use crate::request::AuditTerms;
+use crate::rng::{self, Purpose, Stream};
+use crate::vpl::VplOptions;
+
+/// Half-widths of a truth at first and where that leaves it open, as shares of the tolerance.
+const SHARES_OF_TOLERANCE: [f64; 2] = [0.25, 0.0625];
+/// Pairs and paths at which a truth is taken as it is, at first and then.
+const MOST_WORK: [u64; 2] = [1 << 14, 1 << 18];
+/// VPLs that truths are summed over.
+const VPLS: u64 = 500_000;
+/// Gather points of a truth at first.
+const POINTS: u32 = 64;
+
+/// An audited pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct AuditedPixel {
+    /// Its place in the full image.
+    pub pixel: [u32; 2],
+    /// Its luminance, from and to (W·m⁻²·sr⁻¹), if that is known.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// What a pixel may be off: `max(ε t, ε_abs)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tolerance {
+    pub error: f64,
+    pub absolute: f64,
+}
+
+impl Tolerance {
+    /// Of a pixel that is so bright.
+    pub fn of(&self, luminance: f64) -> f64 {
+        (self.error * luminance).max(self.absolute)
+    }
+}
+
+impl AuditedPixel {
+    /// The largest distance that the pixel may have from its truth.
+    pub fn distance(&self, luminance: f64) -> f64 {
+        let of = |[low, high]: [f64; 2]| (luminance - low).abs().max((luminance - high).abs());
+        self.interval.map_or(f64::INFINITY, of)
+    }
+
+    /// Whether the pixel is within, wherever in its interval the truth is.
+    pub fn is_within(&self, luminance: f64, tolerance: &Tolerance) -> bool {
+        self.interval
+            .is_some_and(|ends| ends.iter().all(|truth| (luminance - truth).abs() <= tolerance.of(*truth)))
+    }
+
+    /// Whether it is not within, though it may be for some truth in its interval.
+    pub fn is_open(&self, luminance: f64, tolerance: &Tolerance) -> bool {
+        let may_be = self.interval.is_none_or(|[low, high]| {
+            let nearest = luminance.clamp(low, high);
+            (luminance - nearest).abs() <= tolerance.of(nearest)
+        });
+        may_be && !self.is_within(luminance, tolerance)
+    }
+}
+
+/// The audited pixels of a picture.
+pub(super) struct Truths<'p> {
+    source: Source<'p>,
+    pub pixels: Vec<AuditedPixel>,
+    /// Those whose truth was computed once more.
+    again: BTreeSet<usize>,
+    /// Pixels that they were drawn from.
+    pub population: u64,
+    pub rays: u64,
+}
+
+/// Where truths come from.
+struct Source<'p> {
+    setting: Setting<'p>,
+    options: ControlOptions,
+    tolerance: Tolerance,
+    lights: GuidedLights,
+    observer: &'p dyn Observer,
+}
+
+impl Source<'_> {
+    /// The truths of these pixels, and the rays for them; none if it was cancelled.
+    fn truths(&self, pixels: &[[u32; 2]], stage: usize) -> Result<Option<(Vec<AuditedPixel>, u64)>> {
+        let Self { setting, options, tolerance, lights, observer } = self;
+        let seed = rng::key(options.seed, Purpose::Audit, stage as u64);
+        let options = ControlOptions {
+            error: SHARES_OF_TOLERANCE[stage] * tolerance.error,
+            absolute_error: SHARES_OF_TOLERANCE[stage] * tolerance.absolute,
+            confidence: 1.0 - 0.5 * (1.0 - AuditTerms::CONFIDENCE),
+            max_pairs: Some(MOST_WORK[stage]),
+            seed,
+            ..*options
+        };
+        let setting = Setting { view: View { seed, ..setting.view }, ..*setting };
+        let method = LightTransport::new(setting.tracer, lights, &options);
+        let phase = Phase::Audit { by: "sums over other lights", pixels: pixels.len() as u64 };
+        let rendered = during(*observer, phase, || {
+            render_pixels(&setting, &method, pixels, &|p| observer.progress(p), observer.cancel())
+        })?;
+        let read = RenderFilm::of(&rendered.film);
+        let truth = |pixel: &[u32; 2]| {
+            let record = read.at(pixel[0], pixel[1]);
+            let luminance = f64::from(record.radiance.luminance());
+            let half_width = f64::from(record.half_width);
+            let interval = [(luminance - half_width).max(0.0), luminance + half_width];
+            AuditedPixel { pixel: *pixel, interval: record.claim.is_some().then_some(interval) }
+        };
+        let truths = pixels.iter().map(truth).collect();
+        Ok(rendered.complete.then_some((truths, rendered.totals.rays)))
+    }
+}
+
+/// What a look at a picture found.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Look {
+    /// Pixels that are not within.
+    pub outside: u64,
+    /// How far each may be off, over what the map says.
+    pub ratios: Vec<f64>,
+}
+
+impl<'p> Truths<'p> {
+    /// Draws pixels of a film and computes their truths; none if it was cancelled.
+    ///
+    /// * `options`: those of the picture; the audit has a seed of its own from theirs.
+    pub fn compute(
+        film: &Film,
+        setting: &Setting<'p>,
+        options: &ControlOptions,
+        terms: &AuditTerms,
+        tolerance: &Tolerance,
+        observer: &'p dyn Observer,
+    ) -> Result<Option<Self>> {
+        let seed = rng::key(options.seed, Purpose::Audit, 0);
+        let shown = shown(film);
+        let (population, count) = (shown.len() as u64, terms.pixels.min(shown.len() as u64));
+        let chosen = drawn(shown, count, seed);
+        let gather = GatherOptions { points: POINTS, ..setting.view.gather };
+        let setting = Setting { view: View { seed, gather, ..setting.view }, ..*setting };
+        let lights = VplOptions { count: VPLS, seed, ..VplOptions::default() };
+        let phase = Phase::Vpls { count: VPLS };
+        let lights = during(observer, phase, || {
+            GuidedLights::trace(setting.tracer, &lights, Truth::Transport, &setting.view)
+        })?;
+        let options = ControlOptions { seed, ..*options };
+        let source = Source { setting, options, tolerance: *tolerance, lights, observer };
+        let Some((pixels, rays)) = source.truths(&chosen, 0)? else { return Ok(None) };
+        Ok(Some(Self { source, pixels, again: BTreeSet::new(), population, rays }))
+    }
+
+    /// Computes the truths once more of pixels that may be on either side; false if it was
+    /// cancelled, which changes nothing.
+    ///
+    /// * `radiance`: of the window's pixels, row by row.
+    pub fn refine(&mut self, window: &Window, radiance: &[Rgb]) -> Result<bool> {
+        let tolerance = self.source.tolerance;
+        let is_open = |(k, truth): &(usize, &AuditedPixel)| {
+            let luminance = f64::from(radiance[window.index(truth.pixel[0], truth.pixel[1])].luminance());
+            !self.again.contains(k) && truth.is_open(luminance, &tolerance)
+        };
+        let open: Vec<usize> = self.pixels.iter().enumerate().filter(is_open).map(|(k, _)| k).collect();
+        if open.is_empty() {
+            return Ok(true);
+        }
+        let pixels: Vec<[u32; 2]> = open.iter().map(|k| self.pixels[*k].pixel).collect();
+        let Some((truths, rays)) = self.source.truths(&pixels, 1)? else { return Ok(false) };
+        for (k, truth) in open.iter().zip(truths) {
+            self.pixels[*k] = truth;
+        }
+        self.again.extend(open);
+        self.rays += rays;
+        Ok(true)
+    }
+
+    /// Holds a picture against the truths.
+    ///
+    /// * `radiance`, `half_widths`: of the window's pixels, row by row.
+    pub fn look(&self, window: &Window, radiance: &[Rgb], half_widths: &[f64]) -> Look {
+        let mut look = Look { outside: 0, ratios: Vec::with_capacity(self.pixels.len()) };
+        for truth in &self.pixels {
+            let index = window.index(truth.pixel[0], truth.pixel[1]);
+            let luminance = f64::from(radiance[index].luminance());
+            look.outside += u64::from(!truth.is_within(luminance, &self.source.tolerance));
+            look.ratios.push(truth.distance(luminance) / half_widths[index]);
+        }
+        look
+    }
+
+    /// Adds the plane of the audited pixels to a film.
+    pub fn describe(&self, film: &mut Film) {
+        let luminances: Vec<f64> = self
+            .pixels
+            .iter()
+            .map(|truth| RenderFilm::of(film).at(truth.pixel[0], truth.pixel[1]).radiance.luminance().into())
+            .collect();
+        let window = film.window();
+        let channels = planes::AUDITED.channels.len();
+        let mut samples = vec![0.0; channels * window.area() as usize];
+        for (truth, luminance) in self.pixels.iter().zip(luminances) {
+            let at = channels * window.index(truth.pixel[0], truth.pixel[1]);
+            let [low, high] = truth.interval.unwrap_or_default().map(|end| end as f32);
+            let verdict = if truth.is_within(luminance, &self.source.tolerance) { 1.0 } else { 2.0 };
+            samples[at..at + channels].copy_from_slice(&[low, high, verdict]);
+        }
+        film.add_plane(&planes::AUDITED, Samples::F32(samples));
+    }
+}
+
+/// The pixels of a film that the audit is about: a constant background would be right in any picture
+/// and say nothing of the others.
+fn shown(film: &Film) -> Vec<[u32; 2]> {
+    let read = RenderFilm::of(film);
+    film.window().pixels().map(|(x, y)| [x, y]).filter(|[x, y]| is_shown(&read.at(*x, *y))).collect()
+}
+
+/// Whether a pixel shows more than a constant background.
+pub(super) fn is_shown(record: &PixelRecord) -> bool {
+    record.coverage > 0.0 || record.standard_error > 0.0
+}
+
+/// `count` of these pixels at random, each subset as likely as another.
+fn drawn(mut pixels: Vec<[u32; 2]>, count: u64, seed: u64) -> Vec<[u32; 2]> {
+    let mut stream = Stream::new(seed, Purpose::Audit, 1);
+    for k in 0..count as usize {
+        let other = k + stream.below((pixels.len() - k) as u64) as usize;
+        pixels.swap(k, other);
+    }
+    pixels.truncate(count as usize);
+    pixels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_is_within_only_with_its_whole_interval() {
+        let tolerance = Tolerance { error: 0.1, absolute: 0.05 };
+        let at = |interval| AuditedPixel { pixel: [0, 0], interval };
+        let known = at(Some([1.0, 1.04]));
+        assert!(known.is_within(1.0, &tolerance) && known.is_within(1.09, &tolerance));
+        assert!(!known.is_within(0.93, &tolerance), "1.04 may be the truth, and 11 % is too much");
+        assert!(!known.is_within(1.11, &tolerance), "1.0 may be the truth");
+        assert!(!at(None).is_within(1.0, &tolerance), "what is not known is not within");
+        assert!(at(Some([0.0, 0.0])).is_within(0.04, &tolerance), "in the dark the absolute error counts");
+        assert!(known.is_open(1.11, &tolerance) && known.is_open(0.93, &tolerance));
+        assert!(!known.is_open(1.0, &tolerance) && !known.is_open(1.3, &tolerance));
+        assert!(at(None).is_open(1.0, &tolerance));
+        assert_eq!(known.distance(0.9), 1.04 - 0.9);
+        assert_eq!(at(None).distance(0.9), f64::INFINITY);
+    }
+
+    #[test]
+    fn every_pixel_is_drawn_as_often_as_another_and_none_twice() {
+        let pixels: Vec<[u32; 2]> = (0..10).map(|x| [x, 0]).collect();
+        let mut counts = [0u32; 10];
+        for seed in 0..3000 {
+            let chosen = drawn(pixels.clone(), 4, seed);
+            let mut sorted = chosen.clone();
+            sorted.sort_unstable();
+            sorted.dedup();
+            assert_eq!(sorted.len(), 4);
+            chosen.iter().for_each(|[x, _]| counts[*x as usize] += 1);
+        }
+        // Binomial of mean 1200 and standard deviation 27.
+        assert!(counts.iter().all(|count| count.abs_diff(1200) < 5 * 27), "{counts:?}");
+    }
+}
