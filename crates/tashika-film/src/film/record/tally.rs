@@ -135,7 +135,7 @@ mod tests {
     fn programs_read_it_by_name() {
         let json = serde_json::to_value(tally(&[(Claim::Certified, Stop::RuleMet)])).unwrap();
         let expected = serde_json::json!({
-            "none": 0, "exact": 0, "published": 0, "calibrated": 0, "certified": 1,
+            "none": 0, "exact": 0, "published": 0, "calibrated": 0, "certified": 1, "audited": 0,
             "out_of_budget": 0, "wider": 0, "not_found": 0, "not_rendered": 0,
         });
         assert_eq!(json, expected);

@@ -211,7 +211,8 @@ impl Work<'_, '_> {
         let half_widths = self.half_widths();
         for (k, (x, y)) in self.prepared.window.pixels().enumerate() {
             let record = read.at(x, y);
-            let claim = if truths::is_shown(&record) { claim } else { Claim::None };
+            let is_audited = self.truths.as_ref().is_some_and(|truths| truths.population[k]);
+            let claim = if is_audited { claim } else { Claim::None };
             let record = PixelRecord {
                 radiance: self.reconstructed.radiance[k],
                 standard_error: self.reconstructed.importance_error[k],
@@ -242,7 +243,7 @@ impl Work<'_, '_> {
                 outside,
                 upper_outside: self.terms.upper_outside(outside, audited),
                 reached: self.terms.is_reached(outside, audited),
-                population: truths.population,
+                population: truths.population.iter().map(|is_shown| u64::from(*is_shown)).sum(),
                 looks: self.looks.into(),
                 passes: self.picture.passes().into(),
             };

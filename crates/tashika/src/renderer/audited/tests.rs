@@ -11,7 +11,7 @@ use crate::renderer::{Observer, Prepared, Renderer, Silent};
 use crate::request::{AuditTerms, ClaimName, Request};
 use crate::scene::builtin;
 
-const SIZE: [u32; 2] = [48, 36];
+const SIZE: [u32; 2] = [32, 24];
 const ERROR: f64 = 0.25;
 const TERMS: AuditTerms = AuditTerms { share: 0.9, assurance: 0.9, pixels: 60 };
 
@@ -69,16 +69,18 @@ fn what_is_claimed_is_so() {
 /// Neither threads nor who looks on enters.
 #[test]
 fn the_same_request_gives_the_same_bits() {
-    let with = |threads: usize| with_threads(threads, || renderer(3).render().unwrap().film).unwrap();
+    let small = || renderer(3).size([16, 12]).error(0.5);
+    let with = |threads: usize| with_threads(threads, || small().render().unwrap().film).unwrap();
     assert!(with(1) == with(3));
 }
 
+/// The box is about as bright as 1.
 fn tolerance() -> Tolerance {
-    Tolerance { error: 0.1, absolute: 0.0 }
+    Tolerance { error: ERROR, absolute: 0.01 }
 }
 
 fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
-    let options = ControlOptions { error: 0.1, ..ControlOptions::default() };
+    let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
     Truths::compute(film, &prepared.setting(), &options, &TERMS, &tolerance(), &Silent).unwrap().unwrap()
 }
 
@@ -95,8 +97,8 @@ fn faults_of_a_picture_are_noticed() {
     };
     let colors: Vec<Rgb> = right.colors().unwrap().collect();
     let mean = colors.iter().fold(Rgb::BLACK, |sum, color| sum + *color) / colors.len() as f32;
-    assert!(outside(&|color| color) <= 3, "{}", outside(&|color| color));
-    assert!(outside(&|color| color * 1.15) >= 50, "too bright: {}", outside(&|color| color * 1.15));
+    assert!(outside(&|color| color) <= 2, "{}", outside(&|color| color));
+    assert!(outside(&|color| color * 1.4) > 45, "too bright: {}", outside(&|color| color * 1.4));
     assert!(outside(&|_| mean) >= 30, "flat: {}", outside(&|_| mean));
 }
 
@@ -112,18 +114,18 @@ fn what_is_open_is_computed_once_more() {
     for truth in &truths.pixels {
         let [low, high] = truth.interval.unwrap();
         let at = window.index(truth.pixel[0], truth.pixel[1]);
-        radiance[at] = Rgb::gray((0.5 * (low + high) * 1.1) as f32);
+        radiance[at] = Rgb::gray((0.5 * (low + high) * (1.0 + ERROR)) as f32);
     }
     let width = |truths: &Truths<'_>| {
         truths
             .pixels
             .iter()
-            .map(|truth| truth.interval.map_or(9.0, |[low, high]| (high - low) / high))
+            .map(|truth| truth.interval.map_or(9.0, |[low, high]| (high - low) / high.max(1e-3)))
             .sum::<f64>()
     };
     let (before, rays) = (width(&truths), truths.rays);
     assert!(truths.refine(&window, &radiance).unwrap());
-    assert!(width(&truths) < 0.5 * before && truths.rays > rays, "{} of {before}", width(&truths));
+    assert!(width(&truths) < 0.8 * before && truths.rays > rays, "{} of {before}", width(&truths));
     let again = truths.pixels.clone();
     assert!(truths.refine(&window, &radiance).unwrap());
     assert_eq!(again, truths.pixels);

@@ -32,7 +32,7 @@ const SHARES_OF_TOLERANCE: [f64; 2] = [0.25, 0.0625];
 /// Pairs and paths at which a truth is taken as it is, at first and then.
 const MOST_WORK: [u64; 2] = [1 << 14, 1 << 18];
 /// VPLs that truths are summed over.
-const VPLS: u64 = 500_000;
+const VPLS: u64 = 250_000;
 /// Gather points of a truth at first.
 const POINTS: u32 = 64;
 
@@ -88,8 +88,8 @@ pub(super) struct Truths<'p> {
     pub pixels: Vec<AuditedPixel>,
     /// Those whose truth was computed once more.
     again: BTreeSet<usize>,
-    /// Pixels that they were drawn from.
-    pub population: u64,
+    /// Whether they were drawn from a pixel, too: of the window's, row by row.
+    pub population: Vec<bool>,
     pub rays: u64,
 }
 
@@ -156,8 +156,11 @@ impl<'p> Truths<'p> {
         observer: &'p dyn Observer,
     ) -> Result<Option<Self>> {
         let seed = rng::key(options.seed, Purpose::Audit, 0);
-        let shown = shown(film);
-        let (population, count) = (shown.len() as u64, terms.pixels.min(shown.len() as u64));
+        let population = shown(film);
+        let pixels = film.window().pixels().zip(&population);
+        let shown: Vec<[u32; 2]> =
+            pixels.filter(|(_, is_shown)| **is_shown).map(|((x, y), _)| [x, y]).collect();
+        let count = terms.pixels.min(shown.len() as u64);
         let chosen = drawn(shown, count, seed);
         let gather = GatherOptions { points: POINTS, ..setting.view.gather };
         let setting = Setting { view: View { seed, gather, ..setting.view }, ..*setting };
@@ -230,16 +233,15 @@ impl<'p> Truths<'p> {
     }
 }
 
-/// The pixels of a film that the audit is about: a constant background would be right in any picture
-/// and say nothing of the others.
-fn shown(film: &Film) -> Vec<[u32; 2]> {
+/// Whether a pixel of a film shows more than a constant background, which would be right in any
+/// picture and say nothing of the others.
+fn shown(film: &Film) -> Vec<bool> {
     let read = RenderFilm::of(film);
-    film.window().pixels().map(|(x, y)| [x, y]).filter(|[x, y]| is_shown(&read.at(*x, *y))).collect()
-}
-
-/// Whether a pixel shows more than a constant background.
-pub(super) fn is_shown(record: &PixelRecord) -> bool {
-    record.coverage > 0.0 || record.standard_error > 0.0
+    let is_shown = |(x, y)| {
+        let PixelRecord { coverage, standard_error, .. } = read.at(x, y);
+        coverage > 0.0 || standard_error > 0.0
+    };
+    film.window().pixels().map(is_shown).collect()
 }
 
 /// `count` of these pixels at random, each subset as likely as another.
