@@ -47,8 +47,8 @@
 //! | `tashika` | [`experiment`], [`io`], [`renderer`] |
 //!
 //! # Layers
-//! From the bottom; a module uses only those above it in this list (kept by Cargo between crates, by the test
-//! `tidy` within them).
+//! From the bottom; a module uses only those above it in this list (kept by Cargo between crates, by
+//! the test `tidy` within them).
 //!
 //! | layer | modules |
 //! |---|---|
