@@ -202,7 +202,7 @@ impl<'v> Picture<'v> {
     }
 }
 
-/// What pixels are foreseen to be off, as a share of what they may be; at most [`LARGEST`].
+/// What pixels are foreseen to be off, as a share of what they may be; at most 8.
 pub fn importance(reconstructed: &Reconstructed, tolerance: impl Fn(Rgb) -> f64) -> Vec<f32> {
     let of_pixel = |(radiance, error): (&Rgb, &f32)| {
         let share = f64::from(*error) / tolerance(*radiance).max(f64::from(f32::MIN_POSITIVE));
