@@ -10,6 +10,7 @@ use tashika::report::{self, Claims, Intervals, Named, Tolerance, compare_page, e
 use crate::arrays::array;
 use crate::errors::{option, raised};
 use crate::image::{Image, ending};
+use crate::json::from_json;
 use crate::notebook;
 
 /// How far an image is from a reference. Shares are in 0 to 1, errors relative; the names are those
@@ -124,6 +125,20 @@ impl Comparison {
         claims.set_item("confidence", Claims::CONFIDENCE)?;
         claims.set_item("same_truth", found.same_truth)?;
         Ok(Some(claims))
+    }
+
+    /// What became of what is claimed of the picture as a whole: the "claim", as
+    /// `Image.picture_claim` has it, pixels "within" the claimed error, "of" how many, and whether it
+    /// "held"; None if nothing is claimed.
+    #[getter]
+    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(found) = &self.found.picture else { return Ok(None) };
+        let picture = PyDict::new(py);
+        picture.set_item("claim", from_json(py, &found.claim)?)?;
+        picture.set_item("within", found.within)?;
+        picture.set_item("of", found.of)?;
+        picture.set_item("held", found.held())?;
+        Ok(Some(picture))
     }
 
     /// Intervals of both images: how many pixels are "claimed_in_both", how many of these have

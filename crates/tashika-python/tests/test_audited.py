@@ -17,6 +17,8 @@ def test_a_picture_says_what_share_of_it_is_certain():
     verdicts = image["audited"][..., 2]
     assert np.count_nonzero(verdicts) == 60
     assert np.count_nonzero(verdicts == 2) == claim["outside"]
+    judged = tashika.compare(image, image).picture
+    assert judged["held"] and judged["claim"] == claim and judged["within"] == judged["of"] == claim["population"]
 
 
 def test_a_quality_is_a_claim_and_an_error():

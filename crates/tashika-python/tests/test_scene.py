@@ -291,7 +291,7 @@ def test_files_that_cannot_be_are_refused(tmp_path: Path) -> None:
         ({"method": "Tashika"}, "method = Tashika; expected one of exact, .*, path"),
         ({"error": 0}, "error = 0; expected above 0"),
         ({"confidence": 1}, "confidence = 1; expected"),
-        ({"claim": "proven"}, "claim = proven; expected calibrated or certified"),
+        ({"claim": "proven"}, "claim = proven; expected one of calibrated, certified, audited"),
         ({"truth": "real"}, "truth = real; expected vpl or clamped or transport"),
         ({"claim": "certified", "truth": "transport"}, "claim = certified; expected calibrated"),
         ({"control": "red"}, "control = red; expected luminance or channels"),

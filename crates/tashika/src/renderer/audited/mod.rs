@@ -128,7 +128,7 @@ impl Work<'_, '_> {
             }
             let is_last = match (before, after, observer.seconds_left()) {
                 // The next pass takes twice as long as this one.
-                (Some(before), Some(after), Some(left)) => left < 2.0 * (before - after),
+                (Some(before), Some(after), Some(left)) => left <= 2.0 * (before - after),
                 _ => !self.has_paths_left(),
             } || self.picture.passes() >= PASSES[1];
             let is_reached = (is_last || self.is_foreseen()) && self.look()?;
