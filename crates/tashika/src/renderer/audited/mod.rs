@@ -18,11 +18,12 @@
 //! # Guarantee
 //! With at least the assurance, what is claimed is true: of the pixels that show more than a constant
 //! background, the share is within the error of light transport; and so for the map. Assumed is that
-//! an interval of an audited pixel's own truth misses it no more often than it says ([`AuditTerms::CONFIDENCE`]).
+//! an interval of an audited pixel's own truth misses it no more often than it says
+//! ([`AuditTerms::CONFIDENCE`]).
 //!
 //! # Held to this by
-//! `stats::audit` (pictures at the edge of the claim), the tests of `renderer::audited`, and the
-//! record, with certificates of several seeds held against truths from elsewhere.
+//! `stats::audit` (pictures at the edge of the claim) and the tests of `renderer::audited`; the record
+//! of 2026-11-26 (audited pictures) has pictures of real scenes.
 
 mod truths;
 

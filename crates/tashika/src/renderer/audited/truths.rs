@@ -6,9 +6,9 @@
 //!
 //! which is then so for every `t` between: the distance less the tolerance falls up to `y` and
 //! rises beyond. A pixel whose truth is not known by an interval is outside. Where a look finds that
-//! an interval leaves it open on which side a pixel is, its truth is computed once more, to a
-//! quarter of the width and by other random numbers. An outside pixel is taken for one inside only if
-//! one of the two intervals misses its truth, each with half of `γ`.
+//! an interval leaves it open on which side a pixel is, its truth is computed once more, to half
+//! the width and by other random numbers. An outside pixel is taken for one inside only if one of
+//! the two intervals misses its truth, each with half of `γ`.
 //!
 //! # Independence
 //! The truths come from lights, gather points and random numbers of their own
@@ -28,11 +28,11 @@ use crate::rng::{self, Purpose, Stream};
 use crate::vpl::VplOptions;
 
 /// Half-widths of a truth at first and where that leaves it open, as shares of the tolerance.
-const SHARES_OF_TOLERANCE: [f64; 2] = [0.25, 0.0625];
+const SHARES_OF_TOLERANCE: [f64; 2] = [0.25, 0.125];
 /// Pairs and paths at which a truth is taken as it is, at first and then.
 const MOST_WORK: [u64; 2] = [1 << 14, 1 << 18];
 /// VPLs that truths are summed over.
-const VPLS: u64 = 250_000;
+const VPLS: u64 = 500_000;
 /// Gather points of a truth at first.
 const POINTS: u32 = 64;
 
