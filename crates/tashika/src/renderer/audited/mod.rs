@@ -75,6 +75,7 @@ pub(super) fn render(
         picture: Picture::new(method.path_sampler(setting), prepared.window, options.seed),
         reconstructed: Reconstructed::default(),
         truths: None,
+        audit_seconds: 0.0,
         look: None,
         looks: 0,
     };
@@ -104,6 +105,8 @@ struct Work<'p, 'v> {
     picture: Picture<'v>,
     reconstructed: Reconstructed,
     truths: Option<Truths<'p>>,
+    /// What the truths took, if there is an end of the time.
+    audit_seconds: f64,
     /// The last.
     look: Option<Look>,
     looks: u32,
@@ -126,6 +129,7 @@ impl Work<'_, '_> {
                 if self.truths.is_none() {
                     return Ok(());
                 }
+                self.audit_seconds = after.zip(observer.seconds_left()).map_or(0.0, |(a, b)| a - b);
             }
             let is_last = match (before, after, observer.seconds_left()) {
                 // The next pass takes twice as long as this one.
@@ -189,7 +193,11 @@ impl Work<'_, '_> {
         let half_widths = self.half_widths();
         let Some(truths) = &mut self.truths else { return Ok(false) };
         let (window, radiance) = (self.prepared.window, &self.reconstructed.radiance);
-        truths.refine(&window, radiance)?;
+        // What is open then stays outside.
+        let left = self.prepared.observer.seconds_left();
+        if left.is_none_or(|left| left > self.audit_seconds) {
+            truths.refine(&window, radiance)?;
+        }
         let look = truths.look(&window, radiance, &half_widths);
         let is_reached = self.terms.is_reached(look.outside, look.ratios.len() as u64);
         self.look = Some(look);
