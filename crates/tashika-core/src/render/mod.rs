@@ -85,7 +85,11 @@ impl Totals {
 
 /// Mean of so many pixels; black of none.
 fn mean(sum: &RgbSum, pixels: u64) -> Rgb {
-    if pixels == 0 { Rgb::BLACK } else { sum.scaled(1.0 / pixels as f64).total() }
+    if pixels == 0 {
+        return Rgb::BLACK;
+    }
+    let [r, g, b] = sum.channels().map(|channel| (channel / pixels as f64) as f32);
+    Rgb::new(r, g, b)
 }
 
 /// A film and how it came to be.
@@ -290,14 +294,7 @@ fn render_tiles(
     for s in sums.iter().flatten() {
         sum.merge(s);
     }
-    let pixels = totals.tally.rendered();
-    totals.mean = if pixels > 0 {
-        let n = pixels as f64;
-        let [r, g, b] = sum.channels().map(|c| (c / n) as f32);
-        Rgb::new(r, g, b)
-    } else {
-        Rgb::BLACK
-    };
+    totals.mean = mean(&sum, totals.tally.rendered());
     let complete = sums.iter().all(Option::is_some);
     film.metadata_mut().set(keys::COMPLETE, complete);
     Rendered { film, complete, totals }

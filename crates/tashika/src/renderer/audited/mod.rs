@@ -30,8 +30,11 @@ mod truths;
 #[cfg(test)]
 mod tests;
 
+use std::sync::atomic::Ordering;
+
 use super::Prepared;
 use super::observer::{Phase, during};
+use crate::color::Rgb;
 use crate::error::Result;
 use crate::film::{Claim, Film, Metadata, PictureClaim, PixelRecord, RenderFilm, Stop, keys};
 use crate::integrator::{ControlOptions, GuidedLights, LightTransport};
@@ -181,7 +184,7 @@ impl Work<'_, '_> {
     /// Half-widths of the map, not scaled yet (W·m⁻²·sr⁻¹).
     fn half_widths(&self) -> Vec<f64> {
         let Reconstructed { radiance, importance_error } = &self.reconstructed;
-        let of_pixel = |(radiance, error): (&crate::color::Rgb, &f32)| {
+        let of_pixel = |(radiance, error): (&Rgb, &f32)| {
             let least = LEAST_HALF_WIDTH * self.tolerance.of(radiance.luminance().into());
             f64::from(*error).max(least).max(f64::MIN_POSITIVE)
         };
@@ -237,8 +240,9 @@ impl Work<'_, '_> {
 
     /// The film with all that is claimed.
     fn finish(mut self) -> Result<Rendered> {
-        let was_cancelled = self.prepared.observer.cancel().load(std::sync::atomic::Ordering::Relaxed);
-        if was_cancelled && self.truths.is_some() {
+        let was_cancelled = self.prepared.observer.cancel().load(Ordering::Relaxed);
+        // No look is taken that is not paid for.
+        if was_cancelled && self.truths.is_some() && self.looks < AuditTerms::LOOKS {
             self.look()?;
         }
         if let (Some(truths), Some(look)) = (&self.truths, &self.look) {
