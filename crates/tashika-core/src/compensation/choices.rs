@@ -32,28 +32,35 @@ pub(super) struct Met {
     pub by_vpls: Vec<Receiver>,
     /// Those that have an emitter drawn: all.
     pub by_emitters: Vec<Receiver>,
+    /// Whether VPLs are drawn at gather points, too.
+    pub draws_at_points: bool,
 }
 
 impl Choices {
     /// Learns on the surfaces that paths from a view meet. Runs on the current thread pool.
     ///
-    /// * `summed`: the BSDF that the VPLs are summed with at a gather point.
+    /// * `by_vpls`: the BSDF that light of VPLs is scattered with at a gather point.
+    /// * `draws_at_points`: whether VPLs are drawn there, or summed.
     pub fn learn(
         lit: &LightingContext<'_>,
         view: &View<'_>,
-        summed: impl Fn(&GatherPoint) -> Bsdf + Sync,
+        by_vpls: impl Fn(&GatherPoint) -> Bsdf + Sync,
+        draws_at_points: bool,
         seed: u64,
     ) -> Self {
         let pixels: u64 = view.size.iter().map(|side| u64::from(*side)).product();
         let paths = (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]);
         let chunks = (0..paths / CHUNK).into_par_iter().map(|chunk| {
-            let mut compensation = Compensation { met: Some(Met::default()), ..Compensation::new(*lit) };
+            let mut compensation = Compensation {
+                met: Some(Met { draws_at_points, ..Met::default() }),
+                ..Compensation::new(*lit)
+            };
             for path in chunk * CHUNK..(chunk + 1) * CHUNK {
                 let key = rng::key(seed, Purpose::Guidance, path);
                 let mut stream = Stream::new(key, Purpose::Guidance, 0);
                 let pixel = view.size.map(|side| stream.below(side.into()) as u32);
                 for point in view.samples(lit.tracer, pixel, 1, key).points {
-                    compensation.estimate(&point, &summed(&point), key, &mut stream);
+                    compensation.estimate(&point, &by_vpls(&point), key, &mut stream);
                 }
             }
             compensation.met.unwrap_or_default()
@@ -63,7 +70,9 @@ impl Choices {
             met.by_vpls.extend(of_chunk.by_vpls);
             met.by_emitters.extend(of_chunk.by_emitters);
         }
-        let beyond = Compensation::new(*lit).beyond;
+        let compensation = Compensation::new(*lit);
+        // Most are drawn at gather points, if any are there.
+        let beyond = compensation.contribution(draws_at_points);
         let learn_vpls = |lights| VplChoice::learn(lights, lit.tracer, beyond, met.by_vpls, seed);
         let vpls = lit.lights.and_then(learn_vpls);
         let key = rng::key(seed, Purpose::Guidance, paths);

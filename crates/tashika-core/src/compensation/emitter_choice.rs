@@ -131,6 +131,7 @@ mod tests {
     use super::*;
     use crate::accel::{SegmentBatch, Tracer};
     use crate::color::Rgb;
+    use crate::compensation::VplSource;
     use crate::contribution::ContributionKernel;
     use crate::error::Location;
     use crate::math::Affine3A;
@@ -173,6 +174,7 @@ mod tests {
             tracer: &tracer,
             emitters: &emitters,
             lights: None,
+            vpl_source: VplSource::Surfaces,
             choices: None,
             contribution: ContributionKernel::default(),
             max_depth: 2,

@@ -36,6 +36,10 @@
 //! Where there is no set of VPLs, nothing is carried: the last row is all there is, and the paths
 //! are those of a path tracer.
 //!
+//! Where sums are too dear, a few VPLs are [drawn](Draws) at gather points, too. They are best those
+//! of surfaces alone ([`VplSource`]), so that what comes straight from emitters is not carried: one
+//! drawn emitter is far less noisy than one drawn VPL of many that stand for it.
+//!
 //! # Guarantee
 //! With the sum over a set of VPLs whose expectation is the light by `c` (an unbiased trace, solid
 //! glass that stops segments), the expectation over sets and paths is light transport itself, but
@@ -44,6 +48,7 @@
 
 mod choices;
 mod descent;
+mod drawn;
 mod emitter_choice;
 mod places;
 mod trials;
@@ -61,13 +66,15 @@ use crate::guidance::BentLight;
 use crate::math::Ray;
 use crate::rng::Stream;
 use crate::tree::LightTree;
-use crate::vpl::{EmitterSampler, Vpl, VplKind};
+use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
 use crate::warp::balance;
 
 pub use choices::Choices;
+pub use drawn::{Draws, Numbers};
 
 use choices::Met;
 use descent::Descent;
+use drawn::Drawn;
 use emitter_choice::EmittersAt;
 use places::Receiver;
 use vertex::{Kernel, Vertex};
@@ -82,6 +89,15 @@ const CLAMPED_BEYOND: f32 = 4.0;
 /// Highest probability of going on beyond these.
 const MAX_SURVIVAL: f32 = 0.98;
 
+/// Whose light VPLs stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VplSource {
+    /// That of emitters and of surfaces: both are carried.
+    EmittersAndSurfaces,
+    /// That of surfaces alone.
+    Surfaces,
+}
+
 /// The light in which paths are followed.
 #[derive(Clone, Copy, Debug)]
 pub struct LightingContext<'a> {
@@ -91,6 +107,8 @@ pub struct LightingContext<'a> {
     pub emitters: &'a EmitterSampler<'a>,
     /// The VPLs; if there are none, nothing is carried, and paths have all that there is to do.
     pub lights: Option<&'a LightTree>,
+    /// Whose light they stand for.
+    pub vpl_source: VplSource,
     /// What was learned about which emitters and which VPLs to draw: of these `emitters` and
     /// `lights`, drawn with the same probabilities.
     pub choices: Option<&'a Choices>,
@@ -138,6 +156,8 @@ struct Way<'a> {
     sums_vpls: bool,
     /// How emitters were drawn there.
     emitters: EmittersAt<'a>,
+    /// And how many.
+    drawn: f32,
 }
 
 /// Largest channel in size: weights of differences have signs.
@@ -178,19 +198,19 @@ impl<'a> Compensation<'a> {
     /// * `key`: of the decisions of rays.
     pub fn estimate(&mut self, point: &GatherPoint, summed: &Bsdf, key: u64, stream: &mut Stream) -> Rgb {
         let first = Vertex::first(point, self.lit.lights.map(|_| summed));
-        self.from(first, point, key, stream)
+        self.from(first, point, None, key, stream)
     }
 
-    /// An unbiased estimate of all light at a gather point (W·m⁻²·sr⁻¹), with its weight: nothing is
-    /// summed there; at the surfaces beyond, one VPL is drawn where there are any.
-    ///
-    /// * `key`: of the decisions of rays.
-    pub fn whole(&mut self, point: &GatherPoint, key: u64, stream: &mut Stream) -> Rgb {
-        self.from(Vertex::first(point, None), point, key, stream)
-    }
-
-    fn from(&mut self, first: Vertex, point: &GatherPoint, key: u64, stream: &mut Stream) -> Rgb {
-        let mut radiance = Rgb::BLACK;
+    /// An estimate by a path from a gather point, and by what was drawn there, if anything was.
+    fn from(
+        &mut self,
+        first: Vertex,
+        point: &GatherPoint,
+        drawn: Option<Drawn>,
+        key: u64,
+        stream: &mut Stream,
+    ) -> Rgb {
+        let mut radiance = drawn.map_or(Rgb::BLACK, |drawn| drawn.radiance);
         let mut weight = Rgb::WHITE;
         self.bent = Bent::default();
         let lights = self.lit.lights;
@@ -221,8 +241,10 @@ impl<'a> Compensation<'a> {
                 }
                 weight = weight / survival;
             }
+            let drawn = drawn.filter(|_| depth == 0);
+            let of_kernel = drawn.map_or_else(|| stream.uniform(), |drawn| drawn.of_path[3]);
             let (kernel, probability) =
-                if stream.uniform() < rest { (Kernel::Rest, rest) } else { (Kernel::Carried, 1.0 - rest) };
+                if of_kernel < rest { (Kernel::Rest, rest) } else { (Kernel::Carried, 1.0 - rest) };
             weight = weight / probability;
             let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
             let LightingContext { emitters, choices, .. } = self.lit;
@@ -231,16 +253,20 @@ impl<'a> Compensation<'a> {
             let has_vpl = kernel == Kernel::Carried && !vertex.sums_vpls();
             if let Some(met) = &mut self.met {
                 met.by_emitters.push(receiver);
-                if has_vpl {
+                if has_vpl || (depth == 0 && met.draws_at_points) {
                     met.by_vpls.push(receiver);
                 }
-            } else {
+            } else if drawn.is_none() {
                 if has_vpl {
                     radiance += weight * self.drawn_light(&vertex, &receiver, stream);
                 }
                 radiance += weight * self.drawn_emitter(&vertex, kernel, &emitters, stream);
             }
-            let Some((direction, density, factor)) = vertex.sample(kernel, stream) else { break };
+            let of_direction = match drawn {
+                Some(Drawn { of_path: [a, b, c, _], .. }) => [a, b, c],
+                None => stream.uniform_3(),
+            };
+            let Some((direction, density, factor)) = vertex.sample(kernel, of_direction) else { break };
             weight *= factor;
             if weight.is_black() {
                 break;
@@ -251,6 +277,7 @@ impl<'a> Compensation<'a> {
                 is_carried: kernel == Kernel::Carried,
                 sums_vpls: vertex.sums_vpls(),
                 emitters,
+                drawn: drawn.map_or(1.0, |drawn| drawn.draws.emitters as f32),
             };
             let ray = Ray::new(vertex.position(), direction);
             let path_key = key.wrapping_add(decided);
@@ -284,10 +311,10 @@ impl<'a> Compensation<'a> {
             let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(step)) else {
                 if let Some(e) = scene.environment() {
                     let d = ray.direction.normalize();
-                    let share = match (is_straight, way.is_carried) {
+                    let share = match (is_straight, way.is_carried && self.carries_emitters()) {
                         (false, _) => 1.0,
                         (true, true) => 0.0,
-                        (true, false) => balance(way.density, way.emitters.pdf_of_environment(d)),
+                        (true, false) => balance(way.density, way.drawn * way.emitters.pdf_of_environment(d)),
                     };
                     *radiance += *weight * e.radiance(d) * share;
                     if !is_straight {
@@ -306,7 +333,8 @@ impl<'a> Compensation<'a> {
             };
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
-                let on_area = way.emitters.pdf_on_triangle(hit.instance, hit.triangle);
+                let on_area = way.drawn * way.emitters.pdf_on_triangle(hit.instance, hit.triangle);
+                let carried = if self.carries_emitters() { carried } else { 0.0 };
                 let share = if is_straight && on_area > 0.0 {
                     let cos = surface.geometric_normal.dot(outgoing).abs();
                     (1.0 - carried) * balance(way.density, on_area * squared / cos.max(f32::MIN_POSITIVE))
@@ -335,6 +363,11 @@ impl<'a> Compensation<'a> {
         None
     }
 
+    /// Whether VPLs stand for light of emitters, too.
+    fn carries_emitters(&self) -> bool {
+        self.lit.vpl_source == VplSource::EmittersAndSurfaces
+    }
+
     /// How the VPLs that light a vertex are clamped.
     fn contribution(&self, sums_vpls: bool) -> ContributionKernel<'a> {
         if sums_vpls { self.lit.contribution } else { self.beyond }
@@ -343,18 +376,21 @@ impl<'a> Compensation<'a> {
     /// What one VPL, drawn for the vertex, gives by what is carried.
     fn drawn_light(&mut self, vertex: &Vertex, receiver: &Receiver, stream: &mut Stream) -> Rgb {
         let u = stream.uniform_f64();
-        let Some(lights) = self.lit.lights else { return Rgb::BLACK };
-        let descent = Descent { lights, clamp_distance: self.beyond.clamp_distance(), receiver };
+        self.vpl(vertex, receiver, u).map_or(Rgb::BLACK, |arrives| self.unblocked(arrives, vertex))
+    }
+
+    /// The same, were nothing in its way, of the VPL that a uniform number draws.
+    fn vpl(&self, vertex: &Vertex, receiver: &Receiver, u: f64) -> Option<Arrives> {
+        let lights = self.lit.lights?;
+        let contribution = self.contribution(vertex.sums_vpls());
+        let descent = Descent { lights, clamp_distance: contribution.clamp_distance(), receiver };
         let choice = self.lit.choices.and_then(|choices| choices.vpls.as_ref());
-        let drawn = choice.map_or_else(|| descent.draw(u), |choice| choice.draw(&descent, u));
-        let Some((light, probability)) = drawn else { return Rgb::BLACK };
+        let (light, probability) =
+            choice.map_or_else(|| descent.draw(u), |choice| choice.draw(&descent, u))?;
         let light = lights.light(light);
-        let link = self.beyond.link(vertex.position(), &light);
+        let link = contribution.link(vertex.position(), &light);
         let value = vertex.carried_cos(link.towards_light) * (light.intensity * link.tint) * link.geometric;
-        if value.is_black() {
-            return Rgb::BLACK;
-        }
-        value * (self.visible(&light, vertex.position()) / probability as f32)
+        (!value.is_black()).then(|| Arrives { light, value: value / probability as f32 })
     }
 
     /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted
@@ -367,39 +403,64 @@ impl<'a> Compensation<'a> {
         stream: &mut Stream,
     ) -> Rgb {
         let (u, v) = (stream.uniform_f64(), stream.uniform_2());
-        let Some(sample) = emitters.sample(u, v) else { return Rgb::BLACK };
-        let light = &sample.light;
-        // Unclamped.
-        let Link { towards_light, geometric, tint, squared_distance } =
-            self.lit.contribution.clamped(0.0).link(vertex.position(), light);
-        let carried = match kernel {
-            Kernel::Carried => self.contribution(vertex.sums_vpls()).share(squared_distance),
-            Kernel::Rest => 0.0,
-        };
-        if carried >= 1.0 {
-            return Rgb::BLACK;
-        }
-        let intensity = light.intensity * tint;
-        let value = vertex.value(kernel, towards_light) * intensity * (geometric * (1.0 - carried));
-        if value.is_black() {
-            return Rgb::BLACK;
-        }
-        let weight = sample.pdf.map_or(1.0, |pdf| {
-            let jacobian = if light.kind == VplKind::Directional {
-                1.0
-            } else {
-                squared_distance / -light.direction.dot(towards_light)
-            };
-            balance(pdf * jacobian, vertex.density(kernel, towards_light))
-        });
-        value * (weight * self.visible(light, vertex.position()))
+        let sample = emitters.sample(u, v);
+        let arrives = sample.and_then(|sample| self.emitter(vertex, &[kernel], &sample, 1.0));
+        arrives.map_or(Rgb::BLACK, |arrives| self.unblocked(arrives, vertex))
     }
 
-    fn visible(&mut self, light: &Vpl, target: Vec3) -> f32 {
+    /// The same by these kernels, were nothing in its way, of one sample of so many.
+    fn emitter(
+        &self,
+        vertex: &Vertex,
+        kernels: &[Kernel],
+        sample: &LightSample,
+        drawn: f32,
+    ) -> Option<Arrives> {
+        let light = sample.light;
+        // Unclamped.
+        let Link { towards_light, geometric, tint, squared_distance } =
+            self.lit.contribution.clamped(0.0).link(vertex.position(), &light);
+        let intensity = light.intensity * tint;
+        let of_kernel = |kernel: &Kernel| {
+            let carried = if *kernel == Kernel::Carried && self.carries_emitters() {
+                self.contribution(vertex.sums_vpls()).share(squared_distance)
+            } else {
+                0.0
+            };
+            if carried >= 1.0 {
+                return Rgb::BLACK;
+            }
+            let value = vertex.value(*kernel, towards_light) * intensity * (geometric * (1.0 - carried));
+            if value.is_black() {
+                return Rgb::BLACK;
+            }
+            let weight = sample.pdf.map_or(1.0, |pdf| {
+                let jacobian = if light.kind == VplKind::Directional {
+                    1.0
+                } else {
+                    squared_distance / -light.direction.dot(towards_light)
+                };
+                balance(drawn * pdf * jacobian, vertex.density(*kernel, towards_light))
+            });
+            value * weight
+        };
+        let value = kernels.iter().map(of_kernel).fold(Rgb::BLACK, |sum, value| sum + value);
+        (!value.is_black()).then_some(Arrives { light, value })
+    }
+
+    /// What arrives of it.
+    fn unblocked(&mut self, Arrives { light, value }: Arrives, vertex: &Vertex) -> Rgb {
         self.rays += 1;
         self.batch.clear();
-        self.batch.push_fan(light.apex(), [target]);
+        self.batch.push_fan(light.apex(), [vertex.position()]);
         self.lit.tracer.visibility(&self.batch, &mut self.visibility);
-        self.visibility[0]
+        value * self.visibility[0]
     }
+}
+
+/// What a light gives to a surface if nothing is in its way (W·m⁻²·sr⁻¹).
+#[derive(Clone, Copy, Debug)]
+struct Arrives {
+    light: Vpl,
+    value: Rgb,
 }

@@ -5,7 +5,6 @@ use glam::Vec3;
 use crate::bsdf::{Bsdf, Lambert, glossy_probability};
 use crate::color::Rgb;
 use crate::gather::GatherPoint;
-use crate::rng::Stream;
 use crate::scene::SurfacePoint;
 use crate::vpl::carried_cos;
 
@@ -165,10 +164,10 @@ impl Vertex {
         self.drawn_from(kernel).pdf(self.point.wo, self.point.frame.to_local(direction))
     }
 
-    /// A direction for a kernel, its density (sr⁻¹), and the kernel over it; none if the path ends.
-    pub(super) fn sample(&self, kernel: Kernel, stream: &mut Stream) -> Option<(Vec3, f32, Rgb)> {
+    /// The direction for a kernel that three uniform numbers draw, its density (sr⁻¹), and the kernel over it; none if the path ends.
+    pub(super) fn sample(&self, kernel: Kernel, u: [f32; 3]) -> Option<(Vec3, f32, Rgb)> {
         let Self { point, .. } = self;
-        let sample = self.drawn_from(kernel).sample(point.wo, stream.uniform_3())?;
+        let sample = self.drawn_from(kernel).sample(point.wo, u)?;
         let direction = point.frame.to_world(sample.wi).normalize();
         let value = self.value(kernel, direction);
         Some((direction, sample.pdf, value / sample.pdf)).filter(|_| !value.is_black())
@@ -180,7 +179,7 @@ mod tests {
     use super::*;
     use crate::bsdf::Plastic;
     use crate::math::Frame;
-    use crate::rng::Purpose;
+    use crate::rng::{Purpose, Stream};
 
     /// Beside VPLs the gloss is what is left: hardly a direction may be lost on the diffuse part,
     /// nor the gloss be left out.
@@ -207,7 +206,9 @@ mod tests {
         let mut s = Stream::new(1, Purpose::Test, 0);
         let mut in_the_lobe = 0;
         for _ in 0..1000 {
-            let Some((direction, density, factor)) = vertex.sample(Kernel::Rest, &mut s) else { continue };
+            let Some((direction, density, factor)) = vertex.sample(Kernel::Rest, s.uniform_3()) else {
+                continue;
+            };
             let value = vertex.value(Kernel::Rest, direction);
             assert!((factor.luminance() * density / value.luminance() - 1.0).abs() < 1e-3);
             in_the_lobe += u32::from(direction.dot(mirrored) > 0.9);

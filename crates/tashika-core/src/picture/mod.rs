@@ -232,7 +232,7 @@ mod tests {
     use crate::accel::Tracer;
     use crate::film::planes;
     use crate::gather::{GatherOptions, View};
-    use crate::integrator::{ControlOptions, GuidedLights, LightTransport, Setting, Truth};
+    use crate::integrator::{ControlOptions, GuidedLights, LightTransport, Setting};
     use crate::scene::builtin;
     use crate::vpl::VplOptions;
 
@@ -244,7 +244,7 @@ mod tests {
         let camera = tracer.scene().cameras()[0].clone();
         let view = View { camera: &camera, size: SIZE, gather: GatherOptions::default(), seed: 1 };
         let options = VplOptions { count: 2000, ..VplOptions::default() };
-        let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap();
+        let lights = GuidedLights::to_draw(&tracer, &options, &view).unwrap();
         let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
         work(Picture::new(method.path_sampler(Setting { tracer: &tracer, view }), window, 1))
     }

@@ -187,10 +187,20 @@ impl<'s> LightTracer<'s> {
 
     /// The set of this seed, traced in parallel on the current thread pool.
     pub fn trace(&self, seed: u64) -> VplSet {
-        let Self { tracer, options, emitters, .. } = self;
-        let mut lights: Vec<Vpl> = emitters.punctual().collect();
-        let (drawn, trail, paths) = self.draw(options.count, seed, lights.len() as u64);
-        lights.extend(drawn);
+        let mut direct: Vec<Vpl> = self.emitters.punctual().collect();
+        let (drawn, trail, paths) = self.draw(self.options.count, seed, direct.len() as u64);
+        direct.extend(drawn);
+        self.set(direct, trail, paths, seed)
+    }
+
+    /// The same without direct VPLs: what surfaces reflect.
+    pub fn trace_indirect(&self, seed: u64) -> VplSet {
+        let paths = self.paths(self.options.count, self.options.count);
+        self.set(Vec::new(), self.trace_paths(seed, Purpose::LightPath, paths), paths, seed)
+    }
+
+    fn set(&self, mut lights: Vec<Vpl>, trail: Trail, paths: u64, seed: u64) -> VplSet {
+        let Self { tracer, options, .. } = self;
         lights.retain(|l| !l.intensity.is_black());
         let direct = lights.len() as u64;
         lights.extend(trail.lights);

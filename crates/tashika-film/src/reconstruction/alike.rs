@@ -24,18 +24,34 @@ struct Sums {
     irradiance: Rgb,
     excess: Rgb,
     weight: f32,
+    /// `Σ w² v`.
+    variance: f32,
+}
+
+/// A mean over pixels that are alike.
+#[derive(Clone, Copy, Debug)]
+pub struct Mean {
+    /// Radiance.
+    pub radiance: Rgb,
+    /// Of its luminance, if weights are none of chance.
+    pub variance: f32,
 }
 
 /// Reconstructed radiance; none of pixels that are like no other, not even themselves, since they
 /// are not finite.
 ///
 /// * `guide`: by what they are alike; `averaged`: what is averaged, the same or independent of it.
-pub fn means(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed]) -> Vec<Option<Rgb>> {
+pub fn means(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed]) -> Vec<Option<Mean>> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| {
         let albedo = &pixels.albedo[y * pixels.width..][..pixels.width];
         let sums = sums_of_row(pixels, guide, averaged, y);
-        sums.into_iter().zip(albedo).map(|(sums, albedo)| (sums.weight > 0.0).then(|| *albedo * mean(&sums)))
+        let of_pixel = |(sums, albedo): (Sums, &Rgb)| {
+            let of_luminance = albedo.luminance() / sums.weight;
+            let variance = sums.variance * of_luminance * of_luminance;
+            (sums.weight > 0.0).then(|| Mean { radiance: *albedo * mean(&sums), variance })
+        };
+        sums.into_iter().zip(albedo).map(of_pixel)
     })
     .collect()
 }
@@ -89,6 +105,7 @@ fn sums_of_row(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed], y: usize) -
                     sums.irradiance += averaged[q].irradiance * weight;
                     sums.excess += averaged[q].excess * weight;
                     sums.weight += weight;
+                    sums.variance += weight * weight * averaged[q].variance;
                 }
             }
         }

@@ -3,11 +3,12 @@
 //! ```text
 //! y_A = means of A over pixels that are alike by B      y_B = means of B … by A      y = (y_A + y_B)/2
 //! ẑ = y + λ (u − y)       u = (A + B)/2      λ = Σ (A − y)(B − y)/n² / Σ (u − y)²/n²  in [0, 1], over a block
-//! e²/n² = (1 − λ)² max(0, mean (A − y)(B − y)/n²) + λ² v/n² + mean (y_A − y_B)²/4n²
+//! e²/n² = (1 − λ)² max(0, mean (A − y)(B − y)/n²) + ((1 − λ) s_y + λ s_u)²/n² + mean (y_A − y_B)²/4n²
 //! ```
 //!
-//! of luminances, with the variance `v` of `u` and the size `n` of each pixel, since a dark pixel
-//! beside a bright one is not as wrong as that one.
+//! of luminances, with the standard errors `s` by the noise of the pixels and the size `n` of each
+//! pixel, since a dark pixel beside a bright one is not as wrong as that one. Means are over a
+//! block, the standard errors are the pixel's own: one that is like no other is as noisy as it was.
 //!
 //! Weights that know nothing of the noise of what they average do not choose it by its noise
 //! (Rousselle, Knaus, Zwicker 2012). The products `(A − y)(B − y)` have the square of the bias of
@@ -20,7 +21,7 @@
 
 use rayon::prelude::*;
 
-use super::alike;
+use super::alike::{self, Mean};
 use super::outliers;
 use super::pixels::Pixels;
 use crate::color::Rgb;
@@ -56,12 +57,13 @@ impl Halves {
         let [a, b] = [Pixels::of(&self.a)?, Pixels::of(&self.b)?];
         let tamed = [outliers::tame(&a), outliers::tame(&b)];
         // Features are those of both.
-        let of = |guide: &[_], averaged: &[_], plain: &Film| -> Option<Vec<Rgb>> {
-            let means = alike::means(&a, guide, averaged);
-            Some(means.into_iter().zip(plain.colors()?).map(|(mean, plain)| mean.unwrap_or(plain)).collect())
+        let of = |guide: &[_], averaged: &[_], plain: &Film| -> Option<Vec<Mean>> {
+            let means = alike::means(&a, guide, averaged).into_iter().zip(plain.colors()?);
+            let exact = |radiance| Mean { radiance, variance: 0.0 };
+            Some(means.map(|(mean, plain)| mean.unwrap_or(exact(plain))).collect())
         };
         let [y_a, y_b] = [of(&tamed[1], &tamed[0], &self.a)?, of(&tamed[0], &tamed[1], &self.b)?];
-        let smoothed: Vec<Rgb> = y_a.iter().zip(&y_b).map(|(a, b)| (*a + *b) * 0.5).collect();
+        let smoothed: Vec<Rgb> = y_a.iter().zip(&y_b).map(|(a, b)| (a.radiance + b.radiance) * 0.5).collect();
         let mean = smoothed.iter().map(|color| f64::from(color.luminance().abs())).sum::<f64>();
         let least = (LEAST_SIZE * mean / smoothed.len().max(1) as f64) as f32;
         let errors = [&self.a, &self.b].map(|film| film.plane(planes::STANDARD_ERROR)?.f32_samples());
@@ -71,7 +73,7 @@ impl Halves {
                 let [y, a, b] = [smoothed[p], of_a[p], of_b[p]].map(Rgb::luminance);
                 let size = y.abs().max(least).max(f32::MIN_POSITIVE);
                 let (a, b) = ((a - y) / size, (b - y) / size);
-                let spread = 0.5 * (y_a[p].luminance() - y_b[p].luminance()) / size;
+                let spread = 0.5 * (y_a[p].radiance.luminance() - y_b[p].radiance.luminance()) / size;
                 let whole = 0.5 * (a + b);
                 Products { size, bias: a * b, square: whole * whole, spread: spread * spread }
             })
@@ -85,8 +87,10 @@ impl Halves {
             let size = products[p].size;
             let variance: f32 =
                 errors.iter().map(|errors| errors.map_or(0.0, |e| 0.25 * e[p] * e[p] / (size * size))).sum();
+            let smooth = 0.25 * (y_a[p].variance + y_b[p].variance) / (size * size);
+            let noise = (1.0 - step) * smooth.sqrt() + step * variance.sqrt();
             let rest = (1.0 - step) * (1.0 - step) * block.bias.max(0.0);
-            let error = size * (rest + step * step * variance + block.spread).sqrt();
+            let error = size * (rest + noise * noise + block.spread).sqrt();
             (smoothed[p].lerp(plain, step), error)
         };
         let rows = (0..height).into_par_iter();

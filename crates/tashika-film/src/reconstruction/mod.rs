@@ -34,6 +34,7 @@ mod pixels;
 
 use crate::color::Rgb;
 use crate::film::{Film, Plane, Samples, planes};
+use alike::Mean;
 use pixels::Pixels;
 
 pub use halves::{Halves, Reconstructed};
@@ -61,7 +62,8 @@ pub fn reconstruct(film: &mut Film) {
     let tamed = outliers::tame(&pixels);
     let means = alike::means(&pixels, &tamed, &tamed);
     let Some(estimates) = film.colors() else { return };
-    let of_pixel = |(mean, estimate): (Option<Rgb>, Rgb)| mean.unwrap_or(estimate).to_array();
+    let of_pixel =
+        |(mean, estimate): (Option<Mean>, Rgb)| mean.map_or(estimate, |mean| mean.radiance).to_array();
     let samples = means.into_iter().zip(estimates).flat_map(of_pixel).collect();
     film.add_plane(&planes::RECONSTRUCTION, Samples::F32(samples));
 }

@@ -366,8 +366,7 @@ impl<'a> Renderer<'a> {
                 })
             }
             (Method::Audited { lights: options, .. }, _) => {
-                let truth = Truth::Transport;
-                let trace = || self.tell(options.count, || GuidedLights::trace(tracer, options, truth, view));
+                let trace = || self.tell(options.count, || GuidedLights::to_draw(tracer, options, view));
                 Lights::Guided(Arc::new(trace()?))
             }
             (Method::Transport { lights: None, truth, .. }, Some(given)) => {

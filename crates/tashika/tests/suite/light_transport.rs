@@ -2,16 +2,16 @@
 //! unclamped, on diffuse scenes with every kind of emitter; and clamped, with what VPLs do not
 //! carry put back, on scenes with gloss, mirrors and glass.
 
-use tashika::accel::Glass;
+use tashika::accel::{Glass, Tracer};
 use tashika::bsdf::{Bsdf, CoatModel, ConductorFresnel, Lambert};
 use tashika::color::Rgb;
-use tashika::compensation::{Compensation, LightingContext};
+use tashika::compensation::{Compensation, LightingContext, VplSource};
 use tashika::contribution::ContributionKernel;
-use tashika::film::Film;
+use tashika::film::{Film, Window};
 use tashika::gather::GatherPoint;
 use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
-    ControlOptions, Estimator, FullSum, GuidedLights, LightTransport, PathStop, PathTracer, Truth,
+    ControlOptions, Estimator, FullSum, GuidedLights, LightTransport, PathStop, PathTracer, Setting, Truth,
 };
 use tashika::math::{Mat3, Vec2, Vec3};
 use tashika::rng::{Purpose, Stream};
@@ -174,9 +174,41 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         assert!(error < 0.01 * of, "{what}: the comparison is sharp: {error} of {of}");
         assert!((sum - of).abs() < 4.42 * error, "{what}, {estimator:?}: {sum} ± {error} for {of}");
     }
+    drawn_lights_agree(&tracer, &expected, errors, what);
     // Without this the agreement would say nothing about paths beside sums.
     let clamped = estimate(&traced(Truth::Clamped), Estimator::Vpls).0.iter().sum::<f64>();
     assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
+}
+
+/// The paths of pictures, which draw lights where others sum them: each pixel within the error that
+/// sets of VPLs tell of each other, and the whole image more sharply.
+fn drawn_lights_agree(tracer: &Tracer, expected: &[f64], errors: &[f32], what: &str) {
+    // Quantiles of Student's t with 15 degrees of freedom for two-sided levels 10⁻⁵ and 10⁻⁴.
+    const SETS: u64 = 16;
+    const OF_PIXEL: f64 = 6.50;
+    const OF_IMAGE: f64 = 5.24;
+    let mut pixels = vec![Moments::default(); expected.len()];
+    let mut image = Moments::default();
+    for seed in 0..SETS {
+        let view = view(tracer.scene(), SIZE, 1, seed);
+        let options =
+            VplOptions { count: 20_000, seed, clamp: Clamp::Distance(0.2), ..VplOptions::default() };
+        let lights = GuidedLights::to_draw(tracer, &options, &view).unwrap();
+        let method = LightTransport::new(tracer, &lights, &ControlOptions::default());
+        let found = method.path_sampler(Setting { tracer, view }).tile(&Window::full(SIZE), seed, |_| 400);
+        image.push(found.iter().map(|pixel| pixel.luminance.mean()).sum());
+        pixels.iter_mut().zip(&found).for_each(|(of_sets, pixel)| of_sets.push(pixel.luminance.mean()));
+    }
+    for (i, (found, (l, e))) in pixels.iter().zip(expected.iter().zip(errors)).enumerate() {
+        let error = found.standard_error().hypot(f64::from(*e));
+        let own = (found.mean(), found.standard_error());
+        assert!((found.mean() - l).abs() <= OF_PIXEL * error, "{what}, pixel {i}: {own:?} for {l} ± {e}");
+    }
+    let (sum, of) = (image.mean(), expected.iter().sum::<f64>());
+    let error =
+        image.standard_error().hypot(errors.iter().map(|e| f64::from(*e).powi(2)).sum::<f64>().sqrt());
+    assert!(error < 0.01 * of, "{what}, drawn: the comparison is sharp: {error} of {of}");
+    assert!((sum - of).abs() < OF_IMAGE * error, "{what}, drawn: {sum} ± {error} for {of}");
 }
 
 fn plastic(alpha: f32) -> Surface {
@@ -478,6 +510,7 @@ fn paths_from_dark_surfaces_go_as_far() {
             tracer: &tracer,
             emitters: &emitters,
             lights,
+            vpl_source: VplSource::EmittersAndSurfaces,
             choices: None,
             contribution: ContributionKernel::new(0.8).with_glass(Glass::SolidStops),
             max_depth: 16,

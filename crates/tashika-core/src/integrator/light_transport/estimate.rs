@@ -56,6 +56,7 @@ impl<'a> Common<'a> {
             tracer: self.setting.tracer,
             emitters: self.emitters,
             lights: (estimator == Estimator::Vpls).then(|| self.lights.tree()),
+            vpl_source: self.lights.source(),
             choices: self.lights.choices(),
             contribution: ContributionKernel::new(clamp_distance)
                 .with_glass(Glass::SolidStops)

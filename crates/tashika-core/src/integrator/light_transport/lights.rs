@@ -3,7 +3,7 @@
 use super::super::Truth;
 use super::estimate::{Estimator, summed_with};
 use crate::accel::{Glass, Tracer};
-use crate::compensation::{Choices, LightingContext};
+use crate::compensation::{Choices, LightingContext, VplSource};
 use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::gather::{GatherPoint, View};
@@ -27,6 +27,7 @@ pub struct GuidedLights {
     given_directions: Vec<Vec3>,
     importance_brightness: f64,
     importance_correlation: f64,
+    source: VplSource,
     choices: Option<Box<Choices>>,
     bent: Option<BentLight>,
     lamps: Option<SeenLamps>,
@@ -77,6 +78,21 @@ impl GuidedLights {
         Self::new(&set, options, truth, view, &guided)
     }
 
+    /// VPLs of surfaces alone, so many of which are drawn at each gather point, as emitters are: what
+    /// a [`PathSampler`](super::PathSampler) draws from. The truth is light transport.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn to_draw(tracer: &Tracer, options: &VplOptions, view: &View<'_>) -> Result<Self> {
+        let (options, guided) = learn(tracer, options, view)?;
+        let truth = Truth::Transport;
+        let set = guided.tracing.trace_indirect(options.seed).clamped(farther(truth, options.clamp));
+        let mut lights = Self::of(&set, options, truth, &guided);
+        lights.source = VplSource::Surfaces;
+        lights.learn_choices(&guided, view, true);
+        Ok(lights)
+    }
+
     /// The set alone that [`trace`](Self::trace) traces: kept in a file, it spares those who share
     /// a picture the tracing. [`given`](Self::given) makes of it the same lights, bit for bit, if
     /// the options were the defaults but for count, clamp and seed.
@@ -122,43 +138,58 @@ impl GuidedLights {
         if truth == Truth::Vpl {
             return Err(Error::option("truth", truth, "clamped or transport, which are about all sets"));
         }
-        let tracer = guided.tracing.tracer();
-        let given = EmitterSampler::new(tracer.scene());
-        let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
-        let tree = LightTree::build(set, LightTreeBuilder::default());
-        let key = |number: u64| rng::key(options.seed, Purpose::Guidance, number);
-        let provenance = set.provenance().clone();
-        let importance_correlation = importance_correlation(&guided.tracing, view, &provenance, key(2));
-        let lit = LightingContext {
-            tracer,
-            emitters: &EmitterSampler::by_use(tracer, &options),
-            lights: Some(&tree),
-            choices: None,
-            contribution: ContributionKernel::new(provenance.clamp_distance)
-                .with_glass(Glass::SolidStops)
-                .within(tracer.scene()),
-            max_depth: provenance.max_depth,
-            bent: None,
-        };
-        let summed = |point: &GatherPoint| summed_with(point, Estimator::Vpls);
-        let (mut choices, mut bent) = (None, None);
+        let mut lights = Self::of(set, options, truth, guided);
+        let (tracing, provenance) = (&guided.tracing, set.provenance());
+        lights.importance_correlation = importance_correlation(tracing, view, provenance, lights.key(2));
         if truth == Truth::Transport {
-            choices = Some(Box::new(Choices::learn(&lit, view, summed, key(1))));
-            bent = BentLight::learn(&guided.tracing, key(3));
+            lights.learn_choices(guided, view, false);
+            lights.bent = BentLight::learn(tracing, lights.key(3));
         }
-        let lamps = SeenLamps::learn(&guided.tracing, view, key(4));
-        Ok(Self {
-            tree,
-            choices,
-            bent,
-            lamps,
-            provenance,
+        lights.lamps = SeenLamps::learn(tracing, view, lights.key(4));
+        Ok(lights)
+    }
+
+    /// The set in a tree, of which nothing is learned yet.
+    fn of(set: &VplSet, options: VplOptions, truth: Truth, guided: &Guided<'_>) -> Self {
+        let given = EmitterSampler::new(guided.tracing.tracer().scene());
+        let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
+        Self {
+            tree: LightTree::build(set, LightTreeBuilder::default()),
+            source: VplSource::EmittersAndSurfaces,
+            choices: None,
+            bent: None,
+            lamps: None,
+            provenance: set.provenance().clone(),
             truth,
             given_directions: directional.map(|light| light.direction).collect(),
             importance_brightness: guided.importance_brightness,
-            importance_correlation,
+            importance_correlation: 1.0,
             options,
-        })
+        }
+    }
+
+    /// Learns which lights to draw where.
+    fn learn_choices(&mut self, guided: &Guided<'_>, view: &View<'_>, draws_at_points: bool) {
+        let tracer = guided.tracing.tracer();
+        let lit = LightingContext {
+            tracer,
+            emitters: &EmitterSampler::by_use(tracer, &self.options),
+            lights: Some(&self.tree),
+            vpl_source: self.source,
+            choices: None,
+            contribution: ContributionKernel::new(self.provenance.clamp_distance)
+                .with_glass(Glass::SolidStops)
+                .within(tracer.scene()),
+            max_depth: self.provenance.max_depth,
+            bent: None,
+        };
+        let by_vpls = |point: &GatherPoint| summed_with(point, Estimator::Vpls);
+        self.choices = Some(Box::new(Choices::learn(&lit, view, by_vpls, draws_at_points, self.key(1))));
+    }
+
+    /// Of what is learned.
+    fn key(&self, number: u64) -> u64 {
+        rng::key(self.options.seed, Purpose::Guidance, number)
     }
 
     /// How many VPLs.
@@ -169,6 +200,11 @@ impl GuidedLights {
     /// The tree over them.
     pub(super) fn tree(&self) -> &LightTree {
         &self.tree
+    }
+
+    /// Whose light they stand for.
+    pub(super) fn source(&self) -> VplSource {
+        self.source
     }
 
     /// Which of them, and which emitters, to draw for a surface on a path.

@@ -1,24 +1,27 @@
 //! Paths of light transport, so many of each pixel: what pictures are made of that are
 //! reconstructed.
 //!
-//! A path begins at a gather point of its own. At the first surface emitters are drawn and the BSDF
-//! is followed; at each later one, one VPL of all is drawn by what was learned of the place
-//! ([`Choices`](crate::compensation::Choices)), and stands for all light that VPLs carry. So most
-//! paths are short, and no pixel pays for a cut.
+//! A path begins at a gather point of its own. There and at each later surface emitters and VPLs are
+//! drawn by what was learned of the place ([`Choices`](crate::compensation::Choices)): a few at the
+//! first, one at others. VPLs stand for all light that diffuse surfaces send on, the path for the
+//! rest. So most paths are short, and no pixel pays for a cut.
 //!
 //! # Guarantee
 //! The mean of a pixel is unbiased over sets of VPLs, as that of
 //! [`LightTransport`](super::LightTransport) is. Held to this by `paths::tests`.
 
-use super::estimate::{Common, Estimator};
+use super::estimate::{Common, Estimator, summed_with};
 use super::{LightTransport, Truth};
 use crate::color::{Controlled, RgbSum};
-use crate::compensation::Compensation;
+use crate::compensation::{Compensation, Draws, Numbers};
 use crate::film::Window;
 use crate::gather::Features;
 use crate::integrator::Setting;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
+
+/// Lights drawn at a gather point: as many as cost about what the path costs. Chosen.
+const DRAWS: Draws = Draws { emitters: 2, vpls: 4 };
 
 /// Draws paths of the pixels of one view.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +93,9 @@ fn pixel(
         if let Some(point) = sample.point.map(|k| &seen.points[k as usize]) {
             let mut stream = Stream::new(key, Purpose::Picture, number);
             let of_rays = rng::key(key, Purpose::Opacity, number);
-            value += compensation.whole(point, of_rays, &mut stream);
+            let by_vpls = summed_with(point, Estimator::Vpls);
+            let numbers = Numbers::new(number as u32, key);
+            value += compensation.whole(point, &by_vpls, DRAWS, numbers, of_rays, &mut stream);
         }
         let value = value * count as f32;
         found.sum.add(value);
@@ -108,7 +113,7 @@ mod tests {
     use crate::film::Window;
     use crate::gather::{GatherOptions, View};
     use crate::integrator::{
-        ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting, Truth,
+        ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
     };
     use crate::scene::builtin;
     use crate::stats::Moments;
@@ -134,7 +139,7 @@ mod tests {
         let mut sums = Moments::default();
         for seed in 1..=8 {
             let options = VplOptions { count: 20_000, seed, ..VplOptions::default() };
-            let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view(seed)).unwrap();
+            let lights = GuidedLights::to_draw(&tracer, &options, &view(seed)).unwrap();
             let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
             let sampler = method.path_sampler(Setting { tracer: &tracer, view: view(seed) });
             let found = sampler.tile(&window, seed, |_| 256);
@@ -157,7 +162,7 @@ mod tests {
         let view =
             View { camera: &tracer.scene().cameras()[0], size, gather: GatherOptions::default(), seed: 1 };
         let options = VplOptions { count: 2000, ..VplOptions::default() };
-        let lights = GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap();
+        let lights = GuidedLights::to_draw(&tracer, &options, &view).unwrap();
         let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
         let sampler = method.path_sampler(Setting { tracer: &tracer, view });
         let count = |[x, y]: [u32; 2]| (x + y) % 4;

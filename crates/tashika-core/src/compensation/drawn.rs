@@ -1,0 +1,136 @@
+//! Light at gather points where nothing is summed: a few emitters and VPLs are drawn, and a path is
+//! followed.
+//!
+//! ```text
+//! L = Σ_e emitter(e)/E  +  Σ_k VPL(u_k)/V  +  path        u_k = (k + u)/V
+//! ```
+//!
+//! All draws are told the one place of the gather point, so that they are spread evenly over what was
+//! learned of it ([`Choices`](super::Choices)). An emitter is weighted against the path that may meet
+//! it by the balance heuristic of several samples (Veach, Guibas 1995).
+
+use super::places::Receiver;
+use super::vertex::{Kernel, Vertex};
+use super::{Arrives, Compensation, EmittersAt, LightingContext};
+use crate::bsdf::Bsdf;
+use crate::color::Rgb;
+use crate::gather::GatherPoint;
+use crate::rng::{self, Purpose, Stream};
+
+/// How many lights are drawn at a gather point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Draws {
+    /// Of the emitters; at least 1.
+    pub emitters: u32,
+    /// Of the VPLs.
+    pub vpls: u32,
+}
+
+/// The uniform numbers of one of the gather points of a pixel: an Owen-scrambled Sobol' sequence over
+/// them all (Burley 2020), so that lights are spread evenly over the pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers {
+    /// Which gather point.
+    index: u32,
+    key: u64,
+}
+
+/// Longest part of a sequence.
+const LONGEST: u32 = 1 << 12;
+/// What a number of single precision leaves open.
+const STEP: f64 = 1.0 / (1u64 << 24) as f64;
+
+impl Numbers {
+    /// Of the gather point `index` of a pixel; pixels are told apart by `key`.
+    pub fn new(index: u32, key: u64) -> Self {
+        Self { index: index % LONGEST, key: rng::key(key, Purpose::Cut, u64::from(index / LONGEST)) }
+    }
+
+    /// Of draw `k` of so many.
+    fn of_draw(&self, k: u32, draws: u32) -> [f32; 4] {
+        sobol_burley::sample_4d(self.index * draws + k, 0, self.key as u32)
+    }
+
+    /// For the path.
+    fn of_path(&self) -> [f32; 4] {
+        sobol_burley::sample_4d(self.index, 1, (self.key >> 32) as u32)
+    }
+
+    /// For all VPLs.
+    fn of_vpls(&self) -> f32 {
+        sobol_burley::sample(self.index, 0, (self.key >> 32) as u32)
+    }
+}
+
+/// With the digits that single precision does not have, of which large sets of lights need some.
+fn precise(u: f32, stream: &mut Stream) -> f64 {
+    f64::from(u) + STEP * stream.uniform_f64()
+}
+
+/// What was drawn at a gather point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drawn {
+    pub draws: Draws,
+    /// What arrived (W·m⁻²·sr⁻¹).
+    pub radiance: Rgb,
+    /// Uniform numbers that the path begins with: of its direction, and by which kernel.
+    pub of_path: [f32; 4],
+}
+
+impl Compensation<'_> {
+    /// An unbiased estimate of all light at a gather point (W·m⁻²·sr⁻¹), with its weight.
+    ///
+    /// * `by_vpls`: the BSDF that light of VPLs is scattered with there; paths have the rest.
+    /// * `key`: of the decisions of rays.
+    pub fn whole(
+        &mut self,
+        point: &GatherPoint,
+        by_vpls: &Bsdf,
+        draws: Draws,
+        numbers: Numbers,
+        key: u64,
+        stream: &mut Stream,
+    ) -> Rgb {
+        let first = Vertex::first(point, self.lit.lights.map(|_| by_vpls));
+        let radiance = self.drawn(&first, draws, numbers, stream);
+        self.from(first, point, Some(Drawn { draws, radiance, of_path: numbers.of_path() }), key, stream)
+    }
+
+    /// What lights that are drawn at a gather point give.
+    fn drawn(&mut self, vertex: &Vertex, draws: Draws, numbers: Numbers, stream: &mut Stream) -> Rgb {
+        let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
+        let LightingContext { emitters, choices, tracer, .. } = self.lit;
+        let choice = choices.map(|choices| &choices.emitters);
+        let emitters = EmittersAt::new(emitters, choice, &receiver);
+        let of_emitters = draws.emitters as f32;
+        let mut arrive = Vec::with_capacity((draws.emitters + draws.vpls) as usize);
+        let kernels = [Kernel::Carried, Kernel::Rest];
+        for k in 0..draws.emitters {
+            let [u, v @ .., _] = numbers.of_draw(k, draws.emitters);
+            let sample = emitters.sample(precise(u, stream), v);
+            let arrives = sample.and_then(|sample| self.emitter(vertex, &kernels, &sample, of_emitters));
+            arrive.extend(arrives.map(|arrives| arrives.share(of_emitters)));
+        }
+        let u = precise(numbers.of_vpls(), stream);
+        for k in 0..draws.vpls {
+            let u = (f64::from(k) + u) / f64::from(draws.vpls);
+            let arrives = self.vpl(vertex, &receiver, u);
+            arrive.extend(arrives.map(|arrives| arrives.share(draws.vpls as f32)));
+        }
+        self.rays += arrive.len() as u64;
+        self.batch.clear();
+        for Arrives { light, .. } in &arrive {
+            self.batch.push_fan(light.apex(), [vertex.position()]);
+        }
+        tracer.visibility(&self.batch, &mut self.visibility);
+        let arrive = arrive.iter().zip(&self.visibility);
+        arrive.map(|(arrives, visible)| arrives.value * *visible).fold(Rgb::BLACK, |sum, value| sum + value)
+    }
+}
+
+impl Arrives {
+    /// One of so many.
+    fn share(self, count: f32) -> Self {
+        Self { value: self.value / count, ..self }
+    }
+}
