@@ -1,7 +1,7 @@
 //! A picture that is made in passes: paths where it is foreseen to be wrong, and a reconstruction.
 //!
 //! ```text
-//! pass 0: n₀ paths of each pixel       pass r: as many as all before, by (e/t)²       t = max(ε L, ε_abs)
+//! pass 0: n₀ paths of each pixel       pass r: g times as many as all before, by (e/t)²       t = max(ε L, ε_abs)
 //! ```
 //!
 //! Every pixel has two halves, drawn apart, from which it is [reconstructed](Halves) and which tell
@@ -131,10 +131,11 @@ impl<'v> Picture<'v> {
     /// was cancelled. Runs on the current thread pool.
     ///
     /// * `importance`: how much each pixel needs paths, as a share of what it may be off.
-    pub fn pass(&mut self, importance: Option<&[f32]>, cancel: &AtomicBool) -> bool {
+    /// * `growth`: paths of this pass, over those that there are: 1 doubles the work.
+    pub fn pass(&mut self, importance: Option<&[f32]>, growth: f64, cancel: &AtomicBool) -> bool {
         let counts = match importance {
             None => vec![FIRST; self.pixels.len()],
-            Some(importance) => self.spread(importance),
+            Some(importance) => self.spread(importance, growth),
         };
         let (window, pass) = (self.window, u64::from(self.passes));
         let seeds = [0, 1].map(|half| rng::key(self.seed, Purpose::Picture, 2 * pass + half));
@@ -160,10 +161,9 @@ impl<'v> Picture<'v> {
         true
     }
 
-    /// How many paths each half of a pixel has next: in all as many as there are, so that work
-    /// doubles.
-    fn spread(&self, importance: &[f32]) -> Vec<u32> {
-        let mean = self.paths() as f64 / 2.0 / self.pixels.len() as f64;
+    /// How many paths each half of a pixel has next.
+    fn spread(&self, importance: &[f32], growth: f64) -> Vec<u32> {
+        let mean = growth * self.paths() as f64 / 2.0 / self.pixels.len() as f64;
         // Errors fall with the root of the paths.
         let wanted = |importance: &f32| f64::from(*importance) * f64::from(*importance);
         let sum: f64 = importance.iter().map(wanted).sum();
@@ -254,11 +254,11 @@ mod tests {
     fn paths_go_where_errors_are_foreseen() {
         let window = Window::full(SIZE);
         with_picture(window, |mut picture| {
-            assert!(picture.pass(None, &NEVER));
+            assert!(picture.pass(None, 1.0, &NEVER));
             let first = picture.paths();
             assert_eq!(first, 2 * u64::from(FIRST) * window.area());
             let left: Vec<f32> = window.pixels().map(|(x, _)| if x < 20 { 1.0 } else { 0.0 }).collect();
-            assert!(picture.pass(Some(&left), &NEVER));
+            assert!(picture.pass(Some(&left), 1.0, &NEVER));
             let of_all = picture.paths() as f64 / first as f64;
             // Each half has one at least.
             assert!((1.9..2.2).contains(&of_all), "{of_all}");
@@ -274,7 +274,7 @@ mod tests {
         let of = |threads: usize, window: Window| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             with_picture(window, |mut picture| {
-                pool.install(|| picture.pass(None, &NEVER));
+                pool.install(|| picture.pass(None, 1.0, &NEVER));
                 picture.film().unwrap()
             })
         };
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn a_pass_that_is_cancelled_changes_nothing() {
         with_picture(Window::full(SIZE), |mut picture| {
-            assert!(!picture.pass(None, &AtomicBool::new(true)));
+            assert!(!picture.pass(None, 1.0, &AtomicBool::new(true)));
             assert_eq!((picture.paths(), picture.passes()), (0, 0));
         });
     }

@@ -51,8 +51,10 @@ const MOST_PATHS: u64 = 64_000_000;
 const PASSES: [u32; 2] = [5, 12];
 /// A look is taken where so much of the share that may be outside is foreseen to be. Chosen.
 const LOOK_AT: f64 = 0.4;
-/// Least half-width of the map, as a share of the tolerance: what is foreseen may be zero.
-const LEAST_HALF_WIDTH: f64 = 0.05;
+/// Least growth that is worth a pass where time ends.
+const LEAST_GROWTH: f64 = 0.2;
+/// What the map adds to what is foreseen, as a share of the tolerance: about how well truths are known.
+const OF_TRUTHS: f64 = 0.5;
 
 /// Renders the picture; `begin` takes the film with which it begins, and gives it back.
 pub(super) fn render(
@@ -78,7 +80,6 @@ pub(super) fn render(
         picture: Picture::new(method.path_sampler(setting), prepared.window, options.seed),
         reconstructed: Reconstructed::default(),
         truths: None,
-        audit_seconds: 0.0,
         look: None,
         looks: 0,
     };
@@ -108,8 +109,6 @@ struct Work<'p, 'v> {
     picture: Picture<'v>,
     reconstructed: Reconstructed,
     truths: Option<Truths<'p>>,
-    /// What the truths took, if there is an end of the time.
-    audit_seconds: f64,
     /// The last.
     look: Option<Look>,
     looks: u32,
@@ -119,12 +118,15 @@ impl Work<'_, '_> {
     /// Passes and looks until the audit is content, or no work is left, or it is cancelled.
     fn go_on(&mut self) -> Result<()> {
         let observer = self.prepared.observer;
+        let mut growth = 1.0;
         loop {
-            let before = observer.seconds_left();
-            if !self.pass()? {
+            let (before, paths) = (observer.seconds_left(), self.picture.paths());
+            if !self.pass(growth)? {
                 return Ok(());
             }
             let after = observer.seconds_left();
+            let of_path =
+                before.zip(after).map(|(a, b)| (a - b) / (self.picture.paths() - paths).max(1) as f64);
             if self.truths.is_none() {
                 let (film, setting) = (self.picture.film()?, self.prepared.setting());
                 let Self { options, terms, tolerance, .. } = self;
@@ -132,26 +134,39 @@ impl Work<'_, '_> {
                 if self.truths.is_none() {
                     return Ok(());
                 }
-                self.audit_seconds = after.zip(observer.seconds_left()).map_or(0.0, |(a, b)| a - b);
             }
-            let is_last = match (before, after, observer.seconds_left()) {
-                // The next pass takes twice as long as this one.
-                (Some(before), Some(after), Some(left)) => left <= 2.0 * (before - after),
-                _ => !self.has_paths_left(),
-            } || self.picture.passes() >= PASSES[1];
-            let is_reached = (is_last || self.is_foreseen()) && self.look()?;
-            if is_last || is_reached {
-                return Ok(());
+            let next = self.growth(of_path);
+            let is_reached = (next.is_none() || self.is_foreseen()) && self.look()?;
+            match next {
+                Some(next) if !is_reached => growth = next,
+                _ => return Ok(()),
             }
         }
     }
 
+    /// How many paths the next pass may have, over those that there are; none if there is no next.
+    ///
+    /// * `of_path`: what a path takes (s), if there is an end of the time.
+    fn growth(&self, of_path: Option<f64>) -> Option<f64> {
+        if self.picture.passes() >= PASSES[1] {
+            return None;
+        }
+        let Some((of_path, left)) = of_path.zip(self.prepared.observer.seconds_left()) else {
+            return self.has_paths_left().then_some(1.0);
+        };
+        let for_truths = self.truths.as_ref().map_or(0.0, Truths::seconds_of_refinement);
+        let growth = (left - for_truths) / (of_path * self.picture.paths() as f64);
+        (growth >= LEAST_GROWTH).then(|| growth.min(1.0))
+    }
+
     /// One pass more, and what is seen of it; false if it was cancelled.
-    fn pass(&mut self) -> Result<bool> {
+    ///
+    /// * `growth`: its paths, over those that there are.
+    fn pass(&mut self, growth: f64) -> Result<bool> {
         let (window, observer) = (self.prepared.window, self.prepared.observer);
         let phase = Phase::Pixels { method: "paths", window, is_of_a_sum: false, promises: false };
         let by_error = (self.picture.passes() > 0).then(|| self.importance());
-        if !during(observer, phase, || self.picture.pass(by_error.as_deref(), observer.cancel())) {
+        if !during(observer, phase, || self.picture.pass(by_error.as_deref(), growth, observer.cancel())) {
             return Ok(false);
         }
         self.reconstructed = during(observer, Phase::Reconstruction, || self.picture.reconstruct())?;
@@ -185,8 +200,8 @@ impl Work<'_, '_> {
     fn half_widths(&self) -> Vec<f64> {
         let Reconstructed { radiance, importance_error } = &self.reconstructed;
         let of_pixel = |(radiance, error): (&Rgb, &f32)| {
-            let least = LEAST_HALF_WIDTH * self.tolerance.of(radiance.luminance().into());
-            f64::from(*error).max(least).max(f64::MIN_POSITIVE)
+            let of_truth = OF_TRUTHS * self.tolerance.of(radiance.luminance().into());
+            (f64::from(*error) + of_truth).max(f64::MIN_POSITIVE)
         };
         radiance.iter().zip(importance_error).map(of_pixel).collect()
     }
@@ -196,11 +211,7 @@ impl Work<'_, '_> {
         let half_widths = self.half_widths();
         let Some(truths) = &mut self.truths else { return Ok(false) };
         let (window, radiance) = (self.prepared.window, &self.reconstructed.radiance);
-        // What is open then stays outside.
-        let left = self.prepared.observer.seconds_left();
-        if left.is_none_or(|left| left > self.audit_seconds) {
-            truths.refine(&window, radiance)?;
-        }
+        truths.refine(&window, radiance)?;
         let look = truths.look(&window, radiance, &half_widths);
         let is_reached = self.terms.is_reached(look.outside, look.ratios.len() as u64);
         self.look = Some(look);

@@ -89,8 +89,10 @@ fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
 fn faults_of_a_picture_are_noticed() {
     let prepared = renderer(1).prepare().unwrap();
     let right = truth(&prepared);
-    let truths = truths(&prepared, &right);
+    let mut truths = truths(&prepared, &right);
     let window = Window::full(SIZE);
+    let radiance: Vec<Rgb> = right.colors().unwrap().collect();
+    assert!(truths.refine(&window, &radiance).unwrap());
     let outside = |change: &dyn Fn(Rgb) -> Rgb| {
         let radiance: Vec<Rgb> = right.colors().unwrap().map(change).collect();
         truths.look(&window, &radiance, &vec![1.0; radiance.len()]).outside
@@ -198,7 +200,7 @@ fn there_is_an_answer_when_the_time_is_up() {
     let claim = PictureClaim::of(image.film.metadata()).unwrap();
     assert!(image.complete && !claim.reached && claim.looks == 1, "{claim}");
     assert!(claim.lower_within() < 0.5, "{claim}");
-    assert_eq!(ending.pictures.load(Ordering::SeqCst), 1, "the second picture would take twice as long");
+    assert_eq!(ending.pictures.load(Ordering::SeqCst), 2, "a third picture would be late");
     assert!(image.totals.tally.out_of_budget > 0);
 }
 

@@ -7,14 +7,12 @@
 //! which is then so for every `t` between: the distance less the tolerance falls up to `y` and
 //! rises beyond. A pixel whose truth is not known by an interval is outside. Where a look finds that
 //! an interval leaves it open on which side a pixel is, its truth is computed once more, to half
-//! the width and by other random numbers. An outside pixel is taken for one inside only if one of
-//! the two intervals misses its truth, each with half of `γ`.
+//! the width and by other random numbers, in [stages](STAGES). An outside pixel is taken for one
+//! inside only if one of its intervals misses its truth, each with an equal share of `γ`.
 //!
 //! # Independence
 //! The truths come from lights, gather points and random numbers of their own
 //! ([`Purpose::Audit`]), and from another estimator than the picture's: sums over VPLs by cuts.
-
-use std::collections::BTreeSet;
 
 use crate::color::Rgb;
 use crate::error::Result;
@@ -27,10 +25,29 @@ use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::VplOptions;
 
-/// Half-widths of a truth at first and where that leaves it open, as shares of the tolerance.
-const SHARES_OF_TOLERANCE: [f64; 2] = [0.25, 0.125];
-/// Pairs and paths at which a truth is taken as it is, at first and then.
-const MOST_WORK: [u64; 2] = [1 << 14, 1 << 18];
+/// A way to compute truths.
+struct Stage {
+    /// Half-width, as a share of the tolerance.
+    half_width: f64,
+    /// Pairs and paths at which a truth is taken as it is.
+    most_work: u64,
+}
+
+/// How truths are computed at first, and then where they are open. Most pixels of a picture that is
+/// good enough are so by far, and a wide interval tells.
+const STAGES: [Stage; 3] = [
+    Stage { half_width: 0.5, most_work: 1 << 13 },
+    Stage { half_width: 0.25, most_work: 1 << 15 },
+    Stage { half_width: 0.125, most_work: 1 << 18 },
+];
+/// Pixels that are tried for how long truths take.
+const TRIED: u64 = 16;
+/// Share of the time that is left which truths may take.
+const SHARE_OF_TIME: f64 = 0.3;
+/// What all stages take, over the first. Chosen.
+const STAGES_COST: f64 = 4.0;
+/// Pixels of an audit at least, however little time there is.
+const FEWEST: usize = 20;
 /// VPLs that truths are summed over.
 const VPLS: u64 = 500_000;
 /// Gather points of a truth at first.
@@ -86,11 +103,13 @@ impl AuditedPixel {
 pub(super) struct Truths<'p> {
     source: Source<'p>,
     pub pixels: Vec<AuditedPixel>,
-    /// Those whose truth was computed once more.
-    again: BTreeSet<usize>,
+    /// The stage of each.
+    stages: Vec<usize>,
     /// Whether they were drawn from a pixel, too: of the window's, row by row.
     pub population: Vec<bool>,
     pub rays: u64,
+    /// What the first stage took (s), if there is an end of the time.
+    seconds: f64,
 }
 
 /// Where truths come from.
@@ -106,12 +125,14 @@ impl Source<'_> {
     /// The truths of these pixels, and the rays for them; none if it was cancelled.
     fn truths(&self, pixels: &[[u32; 2]], stage: usize) -> Result<Option<(Vec<AuditedPixel>, u64)>> {
         let Self { setting, options, tolerance, lights, observer } = self;
-        let seed = rng::key(options.seed, Purpose::Audit, stage as u64);
+        // The draw of the pixels has the key 0.
+        let seed = rng::key(options.seed, Purpose::Audit, 1 + stage as u64);
+        let Stage { half_width, most_work } = STAGES[stage];
         let options = ControlOptions {
-            error: SHARES_OF_TOLERANCE[stage] * tolerance.error,
-            absolute_error: SHARES_OF_TOLERANCE[stage] * tolerance.absolute,
-            confidence: 1.0 - 0.5 * (1.0 - AuditTerms::CONFIDENCE),
-            max_pairs: Some(MOST_WORK[stage]),
+            error: half_width * tolerance.error,
+            absolute_error: half_width * tolerance.absolute,
+            confidence: 1.0 - (1.0 - AuditTerms::CONFIDENCE) / STAGES.len() as f64,
+            max_pairs: Some(most_work),
             seed,
             ..*options
         };
@@ -146,6 +167,10 @@ pub(super) struct Look {
 impl<'p> Truths<'p> {
     /// Draws pixels of a film and computes their truths; none if it was cancelled.
     ///
+    /// Where there is an end of the time, they are as many as are foreseen to take their
+    /// [share](SHARE_OF_TIME) of it, by pixels of which nothing else is used: so what a truth costs
+    /// and what it says may depend on each other as they like.
+    ///
     /// * `options`: those of the picture; the audit has a seed of its own from theirs.
     pub fn compute(
         film: &Film,
@@ -155,13 +180,12 @@ impl<'p> Truths<'p> {
         tolerance: &Tolerance,
         observer: &'p dyn Observer,
     ) -> Result<Option<Self>> {
+        let began = observer.seconds_left();
         let seed = rng::key(options.seed, Purpose::Audit, 0);
         let population = shown(film);
         let pixels = film.window().pixels().zip(&population);
         let shown: Vec<[u32; 2]> =
             pixels.filter(|(_, is_shown)| **is_shown).map(|((x, y), _)| [x, y]).collect();
-        let count = terms.pixels.min(shown.len() as u64);
-        let chosen = drawn(shown, count, seed);
         let gather = GatherOptions { points: POINTS, ..setting.view.gather };
         let setting = Setting { view: View { seed, gather, ..setting.view }, ..*setting };
         let lights = VplOptions { count: VPLS, seed, ..VplOptions::default() };
@@ -171,32 +195,59 @@ impl<'p> Truths<'p> {
         })?;
         let options = ControlOptions { seed, ..*options };
         let source = Source { setting, options, tolerance: *tolerance, lights, observer };
-        let Some((pixels, rays)) = source.truths(&chosen, 0)? else { return Ok(None) };
-        Ok(Some(Self { source, pixels, again: BTreeSet::new(), population, rays }))
+        let count = terms.pixels.min(shown.len() as u64);
+        // Those that come first are tried for what they take, the others are the audit's.
+        let tried = if began.is_some() { TRIED.min(shown.len() as u64 - count) } else { 0 };
+        let mut chosen = drawn(shown, tried + count, seed);
+        let of_audit = chosen.split_off(tried as usize);
+        let mut count = count as usize;
+        if let (Some(began), Some(before), false) = (began, observer.seconds_left(), chosen.is_empty()) {
+            if source.truths(&chosen, 0)?.is_none() {
+                return Ok(None);
+            }
+            let of_one = (before - observer.seconds_left().unwrap_or(before)) / tried as f64;
+            let affordable = (SHARE_OF_TIME * began - (began - before)).max(0.0) / (STAGES_COST * of_one);
+            count = count.min((affordable as usize).max(FEWEST));
+        }
+        let before = observer.seconds_left();
+        let Some((pixels, rays)) = source.truths(&of_audit[..count], 0)? else { return Ok(None) };
+        let seconds = before.zip(observer.seconds_left()).map_or(0.0, |(before, after)| before - after);
+        let stages = vec![0; pixels.len()];
+        Ok(Some(Self { source, pixels, stages, population, rays, seconds }))
     }
 
-    /// Computes the truths once more of pixels that may be on either side; false if it was
-    /// cancelled, which changes nothing.
+    /// About what it will take to refine them (s), if there is an end of the time.
+    pub fn seconds_of_refinement(&self) -> f64 {
+        (STAGES_COST - 1.0) * self.seconds
+    }
+
+    /// Computes the truths once more, stage by stage, of pixels that may be on either side; false if
+    /// it was cancelled.
     ///
     /// * `radiance`: of the window's pixels, row by row.
     pub fn refine(&mut self, window: &Window, radiance: &[Rgb]) -> Result<bool> {
-        let tolerance = self.source.tolerance;
-        let is_open = |(k, truth): &(usize, &AuditedPixel)| {
-            let luminance = f64::from(radiance[window.index(truth.pixel[0], truth.pixel[1])].luminance());
-            !self.again.contains(k) && truth.is_open(luminance, &tolerance)
-        };
-        let open: Vec<usize> = self.pixels.iter().enumerate().filter(is_open).map(|(k, _)| k).collect();
-        if open.is_empty() {
-            return Ok(true);
+        for stage in 1..STAGES.len() {
+            let open: Vec<usize> = (0..self.pixels.len())
+                .filter(|k| self.stages[*k] + 1 == stage && self.is_open(*k, window, radiance))
+                .collect();
+            if open.is_empty() {
+                continue;
+            }
+            let pixels: Vec<[u32; 2]> = open.iter().map(|k| self.pixels[*k].pixel).collect();
+            let Some((truths, rays)) = self.source.truths(&pixels, stage)? else { return Ok(false) };
+            for (k, truth) in open.iter().zip(truths) {
+                self.pixels[*k] = truth;
+                self.stages[*k] = stage;
+            }
+            self.rays += rays;
         }
-        let pixels: Vec<[u32; 2]> = open.iter().map(|k| self.pixels[*k].pixel).collect();
-        let Some((truths, rays)) = self.source.truths(&pixels, 1)? else { return Ok(false) };
-        for (k, truth) in open.iter().zip(truths) {
-            self.pixels[*k] = truth;
-        }
-        self.again.extend(open);
-        self.rays += rays;
         Ok(true)
+    }
+
+    fn is_open(&self, k: usize, window: &Window, radiance: &[Rgb]) -> bool {
+        let truth = &self.pixels[k];
+        let luminance = f64::from(radiance[window.index(truth.pixel[0], truth.pixel[1])].luminance());
+        truth.is_open(luminance, &self.source.tolerance)
     }
 
     /// Holds a picture against the truths.
@@ -246,7 +297,7 @@ fn shown(film: &Film) -> Vec<bool> {
 
 /// `count` of these pixels at random, each subset as likely as another.
 fn drawn(mut pixels: Vec<[u32; 2]>, count: u64, seed: u64) -> Vec<[u32; 2]> {
-    let mut stream = Stream::new(seed, Purpose::Audit, 1);
+    let mut stream = Stream::new(seed, Purpose::Audit, 0);
     for k in 0..count as usize {
         let other = k + stream.below((pixels.len() - k) as u64) as usize;
         pixels.swap(k, other);
