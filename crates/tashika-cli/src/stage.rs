@@ -76,6 +76,10 @@ impl Stage {
             .request(asked.request.clone())
             .tiles(asked.share.clone())
             .observer(observer);
+        let renderer = match &asked.smoother {
+            Some(smoother) => renderer.smoother(Arc::clone(smoother)),
+            None => renderer,
+        };
         match stored {
             Some(lights) => renderer.lights(lights),
             None => renderer,

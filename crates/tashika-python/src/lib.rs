@@ -8,6 +8,7 @@ mod arrays;
 mod attended;
 mod building;
 mod compare;
+mod denoiser;
 mod errors;
 mod image;
 mod json;

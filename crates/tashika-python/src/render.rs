@@ -18,6 +18,7 @@ use tashika::renderer::{Observer, Renderer};
 use tashika::request::{CameraChange, Framing, Method, ProjectionName, Request};
 
 use crate::attended::{Watch, attended};
+use crate::denoiser;
 use crate::errors::{option, raised};
 use crate::image::Image;
 use crate::scene::Scene;
@@ -55,6 +56,9 @@ use crate::words;
 ///   truth is looked up: `share` of the pixels, 0.95, are then within `error`, 0.1, as sure as
 ///   `assurance`, 0.99, says; `Image.picture_claim` tells. It takes about `time` seconds at most;
 ///   what is claimed is what was reached.
+/// - `denoiser`: what smooths audited pictures: "own", "oidn" (Open Image Denoise 2, as
+///   `pip install tashika[oidn]` brings it, or as TASHIKA_OIDN or the system name it), or the file
+///   of that library; the same bits are then no longer promised for every machine.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the
 ///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
@@ -79,7 +83,7 @@ use crate::words;
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
     paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
     focus_distance=None, blades=None, blade_rotation=None, quality=None, share=None, assurance=None, audit=None,
-    time=None
+    time=None, denoiser=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -117,6 +121,7 @@ pub fn render(
     assurance: Option<f64>,
     audit: Option<u64>,
     time: Option<f64>,
+    denoiser: Option<PathBuf>,
 ) -> PyResult<Image> {
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp)?;
@@ -159,12 +164,15 @@ pub fn render(
     if let Some(seconds) = time.filter(|seconds| !(*seconds > 0.0 && seconds.is_finite())) {
         return Err(option("time", seconds, "seconds, above 0"));
     }
-    let in_vain = [("audit", audit.is_some()), ("time", time.is_some())].into_iter();
+    let said = [("audit", audit.is_some()), ("time", time.is_some()), ("denoiser", denoiser.is_some())];
+    let in_vain = said.into_iter();
     let in_vain = in_vain.filter(|(_, said)| *said && !is_audited).map(|(name, _)| name);
     for name in resolved.unused.into_iter().chain(in_vain) {
         let name = if name == "lights" { "vpls" } else { name };
         warn(py, &format!("{name} means nothing to the method {method} and is not used"))?;
     }
+    let smoother = denoiser.filter(|_| is_audited);
+    let smoother = smoother.map(|name| denoiser::of(py, &name, threads)).transpose()?.flatten();
     let given = given.map(|set| set.get().shared());
     let kept = KeptTiles::new(checkpoint);
     let troubles = Mutex::new(Vec::new());
@@ -174,6 +182,7 @@ pub fn render(
         let watch = Keeping { watch, kept: &kept, trouble: &trouble, end };
         let renderer = scene.renderer(camera, &request).observer(&watch);
         let renderer = renderer.camera_change(change).framing(framing).tiles(share);
+        let renderer = smoother.into_iter().fold(renderer, Renderer::smoother);
         let prepared = given.into_iter().fold(renderer, Renderer::lights).prepare()?;
         let rendered = prepared.render_from(|film| watch.begin(film))?;
         let other_set = prepared.other_set(&rendered)?;

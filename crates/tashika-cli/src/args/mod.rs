@@ -263,6 +263,13 @@ pub struct RenderArgs {
     #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
     pub time: Option<Duration>,
 
+    /// What smooths an audited picture: the own reconstruction, or Open Image Denoise 2 (oidn), by the
+    /// library that TASHIKA_OIDN or the system names, or by this FILE; the same bits are then no
+    /// longer promised for every machine
+    /// [default: own]
+    #[arg(long, value_name = "own|oidn|FILE", help_heading = "Method")]
+    pub denoiser: Option<PathBuf>,
+
     /// What --error is the distance from, with --method tashika: light transport itself
     /// (transport), the sum over one set of virtual point lights (vpl), or what an endless number
     /// of such lights would give, with their clamp and without what they do not carry (clamped)

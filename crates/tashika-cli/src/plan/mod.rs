@@ -19,9 +19,11 @@ pub use transport::TransportPlan;
 use std::fs;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use tashika::film::Window;
 use tashika::io::{LightChanges, LoadOptions, ToneMap, check_writable, open_scene, scene_format};
+use tashika::reconstruction::Smoother;
 use tashika::render::TileShare;
 use tashika::report::Tolerance;
 use tashika::request::{CameraChange, Framing, Request};
@@ -100,6 +102,8 @@ pub struct Asked {
     pub vpl_file: Option<PathBuf>,
     /// Which tiles.
     pub share: TileShare,
+    /// What is to smooth a picture, where it is not our own.
+    pub smoother: Option<Arc<dyn Smoother>>,
 }
 
 impl Asked {
@@ -107,7 +111,12 @@ impl Asked {
     fn new(request: Request, vpl_file: Option<&Path>) -> Result<Self, Failure> {
         let request = Request { lights_given: vpl_file.is_some(), ..request };
         request.resolve()?;
-        Ok(Self { request, vpl_file: vpl_file.map(Path::to_owned), share: TileShare::default() })
+        Ok(Self {
+            request,
+            vpl_file: vpl_file.map(Path::to_owned),
+            share: TileShare::default(),
+            smoother: None,
+        })
     }
 
     /// What was typed of a sum over lights that are traced or read, at gather points.

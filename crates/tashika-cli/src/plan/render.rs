@@ -1,11 +1,14 @@
 //! What is to be done by `render`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use tashika::integrator::SumMethod;
 use tashika::io::ToneMap;
+use tashika::reconstruction::Smoother;
 use tashika::request::{ClaimName, Method, Request, Resolved};
+use tashika_oidn::Oidn;
 
 use super::{Asked, Common, Outputs, Serving, StagePlan};
 use crate::args::{Claim, RenderArgs};
@@ -65,6 +68,12 @@ impl RenderPlan {
         if args.time.is_some() && !is_audited {
             unused.push("--time".to_owned());
         }
+        if args.denoiser.is_some() && !is_audited {
+            unused.push("--denoiser".to_owned());
+        }
+        let smoother = args.denoiser.as_deref().filter(|_| is_audited);
+        let smoother = smoother.map(|name| smoother_of(name, args.common.threads)).transpose()?.flatten();
+        let asked = Asked { smoother, ..asked };
         if args.checkpoint && is_audited {
             return Err(Failure::usage(
                 "--checkpoint: a picture with --claim audited is made in passes, not in tiles",
@@ -112,6 +121,19 @@ impl RenderPlan {
             unused,
         })
     }
+}
+
+/// Where the library Open Image Denoise is, where nobody says it on the command line.
+const OIDN: &str = "TASHIKA_OIDN";
+
+/// What is to smooth a picture, if it is not our own.
+fn smoother_of(name: &Path, threads: usize) -> Result<Option<Arc<dyn Smoother>>, Failure> {
+    let library = match name.to_str() {
+        Some("own") => return Ok(None),
+        Some("oidn") => std::env::var_os(OIDN).map_or_else(|| tashika_oidn::SYSTEM.into(), PathBuf::from),
+        _ => name.to_owned(),
+    };
+    Ok(Some(Arc::new(Oidn::load(&library, threads)?)))
 }
 
 /// An option that goes with one image only.

@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::film::{Film, PixelRecord, Stop, Window};
 use crate::gather::Features;
 use crate::integrator::{PathSampler, PathSamples};
-use crate::reconstruction::{Halves, Reconstructed};
+use crate::reconstruction::{Halves, Reconstructed, Smoother};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
 
@@ -185,12 +185,14 @@ impl<'v> Picture<'v> {
 
     /// The reconstruction.
     ///
+    /// * `smoother`: another than our own.
+    ///
     /// # Errors
-    /// A window outside the image.
-    pub fn reconstruct(&self) -> Result<Reconstructed> {
+    /// A window outside the image; what another smoother fails with.
+    pub fn reconstruct(&self, smoother: Option<&dyn Smoother>) -> Result<Reconstructed> {
         let half = |half: usize| self.film_of(move |pixel| pixel.record(&pixel.halves[half..=half]));
         let halves = Halves { a: half(0)?, b: half(1)? };
-        Ok(halves.reconstruct().expect("films of records have all planes"))
+        Ok(halves.reconstruct(smoother)?.expect("films of records have all planes"))
     }
 
     fn film_of(&self, record: impl Fn(&Pixel) -> PixelRecord) -> Result<Film> {

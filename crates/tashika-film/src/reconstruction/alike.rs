@@ -28,12 +28,12 @@ struct Sums {
     variance: f32,
 }
 
-/// A mean over pixels that are alike.
+/// A smooth picture at a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Mean {
     /// Radiance.
     pub radiance: Rgb,
-    /// Of its luminance, if weights are none of chance.
+    /// Of its luminance, by the noise of what was averaged; 0 if that is not known.
     pub variance: f32,
 }
 

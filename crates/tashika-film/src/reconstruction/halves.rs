@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! y_A = means of A over pixels that are alike by B      y_B = means of B … by A      y = (y_A + y_B)/2
-//! ẑ = y + λ (u − y)       u = (A + B)/2      λ = Σ (A − y)(B − y)/n² / Σ (u − y)²/n²  in [0, 1], over a block
+//! ẑ = y + λ (u′ − y)      u = (A + B)/2      λ = Σ (A − y)(B − y)/n² / Σ (u − y)²/n²  in [0, 1], over a block
 //! e²/n² = (1 − λ)² max(0, mean (A − y)(B − y)/n²) + ((1 − λ) s_y + λ s_u)²/n² + mean (y_A − y_B)²/4n²
 //! ```
 //!
-//! of luminances, with the standard errors `s` by the noise of the pixels and the size `n` of each
+//! of luminances, where `u′` is `u` without outliers, with the standard errors `s` by the noise of the pixels and the size `n` of each
 //! pixel, since a dark pixel beside a bright one is not as wrong as that one. Means are over a
 //! block, the standard errors are the pixel's own: one that is like no other is as noisy as it was.
 //!
@@ -19,12 +19,15 @@
 //! # Guarantee
 //! None: `e` guides work, and what a picture is worth is for an audit to say.
 
+use std::fmt;
+
 use rayon::prelude::*;
 
 use super::alike::{self, Mean};
-use super::outliers;
+use super::outliers::{self, Tamed};
 use super::pixels::Pixels;
 use crate::color::Rgb;
+use crate::error::Result;
 use crate::film::{Film, planes};
 
 /// Pixels to each side of a pixel that make its block.
@@ -41,6 +44,20 @@ pub struct Halves {
     pub b: Film,
 }
 
+/// What makes smooth pictures of noisy ones, where it is not our own means of what is alike.
+pub trait Smoother: fmt::Debug + Send + Sync {
+    /// What it calls itself, with its version.
+    fn name(&self) -> String;
+
+    /// A smooth picture of a noisy one, row by row.
+    ///
+    /// * `radiance`: the noisy picture; `film`: its features.
+    ///
+    /// # Errors
+    /// Whatever it fails with.
+    fn smooth(&self, radiance: &[Rgb], film: &Film) -> Result<Vec<Rgb>>;
+}
+
 /// A reconstruction, row by row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reconstructed {
@@ -53,41 +70,111 @@ pub struct Reconstructed {
 impl Halves {
     /// Reconstructs the picture; none if a film lacks a plane that is needed. Runs on the current
     /// thread pool.
-    pub fn reconstruct(&self) -> Option<Reconstructed> {
-        let [a, b] = [Pixels::of(&self.a)?, Pixels::of(&self.b)?];
-        let tamed = [outliers::tame(&a), outliers::tame(&b)];
-        // Features are those of both.
-        let of = |guide: &[_], averaged: &[_], plain: &Film| -> Option<Vec<Mean>> {
-            let means = alike::means(&a, guide, averaged).into_iter().zip(plain.colors()?);
-            let exact = |radiance| Mean { radiance, variance: 0.0 };
-            Some(means.map(|(mean, plain)| mean.unwrap_or(exact(plain))).collect())
+    ///
+    /// * `smoother`: another than our own.
+    ///
+    /// # Errors
+    /// What another smoother fails with.
+    pub fn reconstruct(&self, smoother: Option<&dyn Smoother>) -> Result<Option<Reconstructed>> {
+        let Some(read) = Read::of(self) else { return Ok(None) };
+        let smooth = match smoother {
+            Some(smoother) => Smooth::by(smoother, &read, &self.a)?,
+            None => Smooth::of_alike(&read),
         };
-        let [y_a, y_b] = [of(&tamed[1], &tamed[0], &self.a)?, of(&tamed[0], &tamed[1], &self.b)?];
-        let smoothed: Vec<Rgb> = y_a.iter().zip(&y_b).map(|(a, b)| (a.radiance + b.radiance) * 0.5).collect();
+        Ok(Some(read.reconstruct(&smooth)))
+    }
+}
+
+/// Two halves, as they are compared.
+struct Read {
+    /// With the features of both.
+    pixels: Pixels,
+    tamed: [Vec<Tamed>; 2],
+    radiance: [Vec<Rgb>; 2],
+    /// Standard errors of each.
+    errors: [Vec<f32>; 2],
+}
+
+/// Smooth pictures.
+struct Smooth {
+    /// Of each half.
+    halves: [Vec<Rgb>; 2],
+    /// Of both: `y`.
+    both: Vec<Rgb>,
+    /// Of its luminance, by the noise of what was averaged; zeros if that is not known.
+    variance: Vec<f32>,
+}
+
+impl Smooth {
+    /// Our own: each half by what is alike in the other.
+    fn of_alike(read: &Read) -> Self {
+        let Read { pixels, tamed: [a, b], .. } = read;
+        let means = [alike::means(pixels, b, a), alike::means(pixels, a, b)];
+        let of_half = |half: usize| -> Vec<Mean> {
+            let exact = |radiance: &Rgb| Mean { radiance: *radiance, variance: 0.0 };
+            let pixels = means[half].iter().zip(&read.radiance[half]);
+            pixels.map(|(mean, plain)| mean.unwrap_or_else(|| exact(plain))).collect()
+        };
+        let [a, b] = [of_half(0), of_half(1)];
+        let radiance = |half: &[Mean]| half.iter().map(|mean| mean.radiance).collect();
+        Self {
+            both: a.iter().zip(&b).map(|(a, b)| (a.radiance + b.radiance) * 0.5).collect(),
+            variance: a.iter().zip(&b).map(|(a, b)| 0.25 * (a.variance + b.variance)).collect(),
+            halves: [radiance(&a), radiance(&b)],
+        }
+    }
+
+    /// Another's.
+    fn by(smoother: &dyn Smoother, read: &Read, film: &Film) -> Result<Self> {
+        let [a, b] = &read.radiance;
+        let both: Vec<Rgb> = a.iter().zip(b).map(|(a, b)| (*a + *b) * 0.5).collect();
+        Ok(Self {
+            halves: [smoother.smooth(a, film)?, smoother.smooth(b, film)?],
+            both: smoother.smooth(&both, film)?,
+            variance: vec![0.0; both.len()],
+        })
+    }
+}
+
+impl Read {
+    /// None if a film lacks a plane that is needed.
+    fn of(halves: &Halves) -> Option<Self> {
+        let Halves { a, b } = halves;
+        let [pixels, other] = [Pixels::of(a)?, Pixels::of(b)?];
+        let errors = |film: &Film| Some(film.plane(planes::STANDARD_ERROR)?.f32_samples()?.to_vec());
+        Some(Self {
+            tamed: [outliers::tame(&pixels), outliers::tame(&other)],
+            radiance: [a.colors()?.collect(), b.colors()?.collect()],
+            errors: [errors(a)?, errors(b)?],
+            pixels,
+        })
+    }
+
+    fn reconstruct(&self, smooth: &Smooth) -> Reconstructed {
+        let Self { pixels, tamed, radiance: [of_a, of_b], errors } = self;
+        let Smooth { halves: [y_a, y_b], both: smoothed, variance: of_smooth } = smooth;
         let mean = smoothed.iter().map(|color| f64::from(color.luminance().abs())).sum::<f64>();
         let least = (LEAST_SIZE * mean / smoothed.len().max(1) as f64) as f32;
-        let errors = [&self.a, &self.b].map(|film| film.plane(planes::STANDARD_ERROR)?.f32_samples());
-        let (of_a, of_b): (Vec<Rgb>, Vec<Rgb>) = (self.a.colors()?.collect(), self.b.colors()?.collect());
         let products: Vec<Products> = (0..smoothed.len())
             .map(|p| {
                 let [y, a, b] = [smoothed[p], of_a[p], of_b[p]].map(Rgb::luminance);
                 let size = y.abs().max(least).max(f32::MIN_POSITIVE);
                 let (a, b) = ((a - y) / size, (b - y) / size);
-                let spread = 0.5 * (y_a[p].radiance.luminance() - y_b[p].radiance.luminance()) / size;
+                let spread = 0.5 * (y_a[p].luminance() - y_b[p].luminance()) / size;
                 let whole = 0.5 * (a + b);
                 Products { size, bias: a * b, square: whole * whole, spread: spread * spread }
             })
             .collect();
-        let [width, height] = [a.width, a.height];
+        let [width, height] = [pixels.width, pixels.height];
         let pixel = |(x, y): (usize, usize)| {
             let block = Products::mean(&products, [x, y], [width, height]);
             let step = if block.square > 0.0 { (block.bias / block.square).clamp(0.0, 1.0) } else { 0.0 };
             let p = y * width + x;
-            let plain = (of_a[p] + of_b[p]) * 0.5;
+            // A path in a thousand that is a thousand times brighter is left to the means.
+            let plain = pixels.albedo[p] * (tamed[0][p].irradiance + tamed[1][p].irradiance) * 0.5;
             let size = products[p].size;
-            let variance: f32 =
-                errors.iter().map(|errors| errors.map_or(0.0, |e| 0.25 * e[p] * e[p] / (size * size))).sum();
-            let smooth = 0.25 * (y_a[p].variance + y_b[p].variance) / (size * size);
+            let variance: f32 = errors.iter().map(|e| 0.25 * e[p] * e[p] / (size * size)).sum();
+            let smooth = of_smooth[p] / (size * size);
             let noise = (1.0 - step) * smooth.sqrt() + step * variance.sqrt();
             let rest = (1.0 - step) * (1.0 - step) * block.bias.max(0.0);
             let error = size * (rest + noise * noise + block.spread).sqrt();
@@ -96,7 +183,7 @@ impl Halves {
         let rows = (0..height).into_par_iter();
         let (radiance, importance_error) =
             rows.flat_map_iter(|y| (0..width).map(move |x| (x, y))).map(pixel).unzip();
-        Some(Reconstructed { radiance, importance_error })
+        Reconstructed { radiance, importance_error }
     }
 }
 
@@ -173,7 +260,7 @@ mod tests {
     }
 
     fn reconstructed(noise: f32) -> Reconstructed {
-        Halves { a: half(noise, 1), b: half(noise, 2) }.reconstruct().unwrap()
+        Halves { a: half(noise, 1), b: half(noise, 2) }.reconstruct(None).unwrap().unwrap()
     }
 
     /// Root of the mean squared relative error.

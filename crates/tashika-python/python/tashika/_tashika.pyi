@@ -311,6 +311,7 @@ def render(
     assurance: float | None = None,
     audit: int | None = None,
     time: float | None = None,
+    denoiser: str | PathLike[str] | None = None,
 ) -> Image: ...
 def exact(
     scene: Scene,

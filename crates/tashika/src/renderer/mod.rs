@@ -40,6 +40,7 @@ use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::gather::{Filter, View};
 use crate::integrator::{GuidedLights, Truth};
+use crate::reconstruction::Smoother;
 use crate::render::{Rendered, TileShare};
 use crate::request::{
     CameraChange, ClaimName, Framed, Framing, Method, MethodName, Quality, Request, Resolved,
@@ -74,6 +75,7 @@ pub struct Renderer<'a> {
     share: TileShare,
     lights: Option<Arc<LightSet>>,
     cache: Option<&'a LightCache>,
+    smoother: Option<Arc<dyn Smoother>>,
     observer: &'a dyn Observer,
 }
 
@@ -94,6 +96,7 @@ impl<'a> Renderer<'a> {
             share: TileShare::default(),
             lights: None,
             cache: None,
+            smoother: None,
             observer: &Silent,
         }
     }
@@ -102,6 +105,12 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn observer(self, observer: &'a dyn Observer) -> Self {
         Self { observer, ..self }
+    }
+
+    /// What makes smooth pictures of noisy ones, if a picture is audited. Default: our own.
+    #[must_use]
+    pub fn smoother(self, smoother: Arc<dyn Smoother>) -> Self {
+        Self { smoother: Some(smoother), ..self }
     }
 
     /// Everything that is asked for, but for what is given by [`lights`](Self::lights).
@@ -297,6 +306,7 @@ impl<'a> Renderer<'a> {
             method,
             lights,
             unused,
+            smoother: self.smoother.clone(),
             observer: self.observer,
         })
     }

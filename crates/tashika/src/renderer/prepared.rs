@@ -12,6 +12,7 @@ use crate::gather::{GatherOptions, View};
 use crate::integrator::{
     ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathTracer, Setting,
 };
+use crate::reconstruction::Smoother;
 use crate::render::{Begun, Finished, RenderOptions, Rendered, TileShare, blank, resume};
 use crate::request::{CameraChange, Method};
 use crate::scene::Camera;
@@ -65,6 +66,7 @@ pub struct Prepared<'a> {
     pub(super) method: Method,
     pub(super) lights: Lights,
     pub(super) unused: Vec<&'static str>,
+    pub(super) smoother: Option<Arc<dyn Smoother>>,
     pub(super) observer: &'a dyn Observer,
 }
 

@@ -71,6 +71,9 @@ pub(super) fn render(
     prepared.method.describe(film.metadata_mut());
     prepared.change.describe(film.metadata_mut());
     describe(terms, film.metadata_mut());
+    if let Some(smoother) = &prepared.smoother {
+        film.metadata_mut().set(keys::DENOISER, smoother.name());
+    }
     let mut work = Work {
         prepared,
         terms,
@@ -164,12 +167,13 @@ impl Work<'_, '_> {
     /// * `growth`: its paths, over those that there are.
     fn pass(&mut self, growth: f64) -> Result<bool> {
         let (window, observer) = (self.prepared.window, self.prepared.observer);
+        let smoother = self.prepared.smoother.as_deref();
         let phase = Phase::Pixels { method: "paths", window, is_of_a_sum: false, promises: false };
         let by_error = (self.picture.passes() > 0).then(|| self.importance());
         if !during(observer, phase, || self.picture.pass(by_error.as_deref(), growth, observer.cancel())) {
             return Ok(false);
         }
-        self.reconstructed = during(observer, Phase::Reconstruction, || self.picture.reconstruct())?;
+        self.reconstructed = during(observer, Phase::Reconstruction, || self.picture.reconstruct(smoother))?;
         self.store(Claim::None, Stop::SampleCount, 0.0)?;
         let tally = RenderFilm::of(&self.film).tally();
         let progress = Progress { tally, of: window.area(), rays: self.picture.rays() };

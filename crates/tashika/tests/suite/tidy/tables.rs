@@ -132,7 +132,7 @@ pub(super) const DEPENDENCIES: &[(&str, &str, &[&str])] = &[
     ("tashika-film", "thiserror", &["error"]),
     ("tashika-core", "rayon", &["accel", "guidance", "vpl", "tree", "compensation", "picture", "render"]),
     ("tashika-core", "smallvec", &["cut"]),
-    ("tashika-core", "sobol_burley", &["gather"]),
+    ("tashika-core", "sobol_burley", &["compensation", "gather"]),
     ("tashika", "serde_json", &["io"]),
 ];
 
@@ -194,6 +194,8 @@ pub(super) const UNSAFE: &[(&str, &str)] = &[
     ("crates/tashika-math/src/math/simd/level.rs", "the call of what is compiled for an instruction set"),
     ("crates/tashika-math/src/math/simd/neon.rs", "vector instructions"),
     ("crates/tashika-bench/src/embree.rs", "a C library, loaded at run time"),
+    ("crates/tashika-oidn/src/library.rs", "a C library, loaded at run time"),
+    ("crates/tashika-oidn/src/lib.rs", "the call that loads it"),
 ];
 
 /// Where the names of planes and of values of the metadata are written.
