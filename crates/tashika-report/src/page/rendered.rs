@@ -2,7 +2,7 @@
 
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Controlled;
-use crate::film::{Claim, Film, Plane, RenderFilm, Stop, Tally, keys, planes};
+use crate::film::{Claim, Film, PictureClaim, Plane, RenderFilm, Stop, Tally, keys, planes};
 use crate::reconstruction::ABOUT;
 use crate::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
@@ -59,6 +59,9 @@ impl Counts {
     fn headline(&self, film: &Film) -> String {
         let metadata = film.metadata();
         let scene = metadata.text(keys::SCENE).unwrap_or("an image");
+        if let Some(claim) = PictureClaim::of(metadata) {
+            return format!("{scene}: {claim}");
+        }
         let (rendered, claiming) = (self.tally.rendered(), self.tally.claiming());
         let of = format!("{} pixels", count(rendered));
         let who = if claiming == rendered {
@@ -140,7 +143,7 @@ impl Counts {
 }
 
 /// Distributions of what is claimed and of what it cost.
-fn plots(film: &Film) -> Vec<Plot> {
+pub(super) fn plots(film: &Film) -> Vec<Plot> {
     let mut plots = Vec::new();
     let half_widths = half_widths(film);
     if half_widths.iter().any(|h| *h > 0.0) {
@@ -150,6 +153,16 @@ fn plots(film: &Film) -> Vec<Plot> {
             "relative half-width",
             &[("pixels that claim an interval".to_owned(), half_widths)],
             film.metadata().number(keys::ERROR),
+        ));
+    }
+    let ratios = audited_ratios(film);
+    if !ratios.is_empty() {
+        plots.push(Plot::shares(
+            "audited",
+            "How far audited pixels may be from their truths: share of them that is at most x times the half-width away; the line is the half-width itself",
+            "distance over half-width",
+            &[("audited pixels".to_owned(), ratios)],
+            Some(1.0),
         ));
     }
     let pairs = film.metadata().text(keys::PAIRS_ARE).unwrap_or("what was looked at");
@@ -162,6 +175,21 @@ fn plots(film: &Film) -> Vec<Plot> {
         }
     }
     plots
+}
+
+/// The largest distance that each audited pixel may have from its truth, over its half-width.
+fn audited_ratios(film: &Film) -> Vec<f64> {
+    let read = RenderFilm::of(film);
+    let Some(audited) = film.plane(planes::AUDITED).and_then(Plane::f32_samples) else { return Vec::new() };
+    let ratio = |((x, y), audited): ((u32, u32), &[f32])| {
+        let record = read.at(x, y);
+        let luminance = record.radiance.luminance();
+        let distance = (luminance - audited[0]).abs().max((audited[1] - luminance).abs());
+        let is_known = audited[2] > 0.0 && audited[1] > audited[0] && record.half_width > 0.0;
+        is_known.then(|| f64::from(distance / record.half_width))
+    };
+    let pixels = film.window().pixels().zip(audited.chunks_exact(planes::AUDITED.channels.len()));
+    pixels.filter_map(ratio).collect()
 }
 
 /// Relative half-widths of the pixels that claim an interval.

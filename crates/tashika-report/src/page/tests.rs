@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::Value as Json;
 
 use super::*;
-use crate::film::{Claim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Window, keys, planes};
+use crate::film::{Claim, PictureClaim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Window, keys, planes};
 use crate::{Named, Tolerance, compare};
 
 const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
@@ -203,6 +203,41 @@ fn published_claims_are_told_as_such_and_none_is_called_kept() {
     film.metadata_mut().set(keys::AUDIT_WITHIN, 9_u32);
     film.metadata_mut().set(keys::AUDIT_OF, 10_u32);
     assert!(rendered(&film).contains("An audit found 9 of 10 pixels at random within the error."));
+}
+
+/// The page of an audited picture says what is claimed of the whole, and plots how far off the audited
+/// pixels were.
+#[test]
+fn audited_pictures_are_told_as_a_whole() {
+    let mut film = film(5, 2);
+    assert!(rendered::plots(&film).iter().all(|plot| plot.name != "audited"));
+    let claim = PictureClaim {
+        error: 0.1,
+        share: 0.9,
+        assurance: 0.95,
+        audited: 2,
+        outside: 1,
+        upper_outside: 0.99,
+        reached: false,
+        population: 10,
+        looks: 1,
+        passes: 3,
+    };
+    claim.describe(film.metadata_mut());
+    let [first, second] = [0, 1].map(|k| film.window().pixels().nth(k).unwrap());
+    let mut samples = vec![0.0; 3 * film.window().area() as usize];
+    samples[..6].copy_from_slice(&[0.9, 1.1, 1.0, 2.0, 4.0, 2.0]);
+    film.add_plane(&planes::AUDITED, Samples::F32(samples));
+    for (x, y) in [first, second] {
+        film.plane_mut(planes::RADIANCE).unwrap().set_f32(x, y, &[1.0; 3]);
+        film.plane_mut(planes::HALF_WIDTH).unwrap().set_f32(x, y, &[0.5]);
+    }
+    assert!(headline(&film).ends_with("2 pixels were checked, 1 were outside"), "{}", headline(&film));
+    let plot = rendered::plots(&film).into_iter().find(|plot| plot.name == "audited").unwrap();
+    // Of 0.1 and of 3 over 0.5.
+    let ratios: Vec<f64> =
+        plot.csv.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().parse().unwrap()).collect();
+    assert!((ratios[0] - 0.2).abs() < 1e-6 && (ratios[1] - 6.0).abs() < 1e-6, "{}", plot.csv);
 }
 
 /// What scripts ask of the tables is in the tables, and they write no name of a plane themselves.

@@ -1,13 +1,16 @@
 //! What is claimed of pictures, who is told, and faults that an audit has to notice.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use super::truths::{Tolerance, Truths};
 use crate::color::Rgb;
-use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, planes};
+use crate::error::Result;
+use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, keys, planes};
 use crate::integrator::{ControlOptions, PathStop, PathTracer, Truth};
+use crate::reconstruction::Smoother;
 use crate::render::{Finished, Progress, RenderOptions, TileShare, render, with_threads};
-use crate::renderer::{Observer, Prepared, Renderer, Silent};
+use crate::renderer::{Lights, Observer, Prepared, Renderer, Silent};
 use crate::request::{AuditTerms, ClaimName, Request};
 use crate::scene::builtin;
 
@@ -149,6 +152,51 @@ fn the_audit_knows_nothing_of_the_picture() {
     sorted.sort_unstable();
     assert_ne!(sorted, chosen(&of_film), "pixels are drawn in no order of the image");
     assert!(of_film.pixels.iter().all(|truth| truth.interval.is_some()));
+}
+
+/// The lights that truths are summed over are not those that the picture is made of.
+#[test]
+fn the_audit_has_lights_of_its_own() {
+    let prepared = renderer(1).prepare().unwrap();
+    let truths = truths(&prepared, &truth(&prepared));
+    let Lights::Guided(of_picture) = prepared.lights() else {
+        panic!("an audited picture has guided lights")
+    };
+    assert_ne!(truths.lights().provenance().seed, of_picture.provenance().seed);
+}
+
+/// Makes all pixels the mean of the picture.
+#[derive(Debug)]
+struct Flat;
+
+impl Smoother for Flat {
+    fn name(&self) -> String {
+        "flat".to_owned()
+    }
+
+    fn smooth(&self, radiance: &[Rgb], _: &Film) -> Result<Vec<Rgb>> {
+        let sum = radiance.iter().fold(Rgb::BLACK, |sum, color| sum + *color);
+        Ok(vec![sum / radiance.len() as f32; radiance.len()])
+    }
+}
+
+/// A smoother that is wrong everywhere is not believed: what is left of the picture is its own
+/// samples, and the audit says how few of them are good enough.
+#[test]
+fn a_smoother_that_returns_the_mean_is_noticed() {
+    let of = |smoother: Option<Arc<dyn Smoother>>| {
+        let ending = Ending::new(1, true);
+        let renderer = renderer(1).error(0.05).observer(&ending);
+        let image = smoother.into_iter().fold(renderer, Renderer::smoother).render().unwrap();
+        let name = image.film.metadata().text(keys::DENOISER).map(str::to_owned);
+        (PictureClaim::of(image.film.metadata()).unwrap(), name)
+    };
+    let ((own, of_own), (flat, of_flat)) = (of(None), of(Some(Arc::new(Flat))));
+    assert_eq!((of_own, of_flat.as_deref()), (None, Some("flat")));
+    assert!(
+        !flat.reached && flat.outside * own.audited > own.outside * flat.audited,
+        "{flat}; our own: {own}"
+    );
 }
 
 #[test]

@@ -216,6 +216,12 @@ impl<'p> Truths<'p> {
         Ok(Some(Self { source, pixels, stages, population, rays, seconds }))
     }
 
+    /// What truths are summed over.
+    #[cfg(test)]
+    pub fn lights(&self) -> &GuidedLights {
+        &self.source.lights
+    }
+
     /// About what it will take to refine them (s), if there is an end of the time.
     pub fn seconds_of_refinement(&self) -> f64 {
         (STAGES_COST - 1.0) * self.seconds
