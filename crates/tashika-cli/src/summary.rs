@@ -312,7 +312,9 @@ impl RenderReport {
         if let Some(ErrorBudget { total, clustering, lights, compensation }) = self.error_budget {
             let [total, clustering, lights, compensation] =
                 [total, clustering, lights, compensation].map(percent_of_error);
-            let made_of = if self.truth.as_deref() == Some("vpl") {
+            let made_of = if self.picture_claim.is_some() {
+                "as the audit scaled the map".to_owned()
+            } else if self.truth.as_deref() == Some("vpl") {
                 "all of it from clustering".to_owned()
             } else {
                 format!("alone: clustering {clustering}, lights {lights}, compensation {compensation}")

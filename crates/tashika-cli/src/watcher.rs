@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use tashika::film::{Film, Window};
+use tashika::film::{Film, Window, keys, percent_of_error};
 use tashika::io::KeptTiles;
 use tashika::render::{Begun, Finished, Progress};
 use tashika::renderer::{Observer, Phase};
@@ -156,8 +156,12 @@ impl Observer for Watcher<'_> {
         if let Some(trouble) = self.viewer.as_ref().and_then(|viewer| viewer.show(done)) {
             self.meter.note(&trouble);
         }
+        let of_pass = of_pass(done.film);
+        if let Some(of_pass) = &of_pass {
+            self.meter.phase(of_pass);
+        }
         if let Some(page) = &self.page {
-            page.show(done, self.meter.words());
+            page.show(done, of_pass.unwrap_or_else(|| self.meter.words()));
         }
     }
 
@@ -172,6 +176,16 @@ impl Observer for Watcher<'_> {
     fn cancel(&self) -> &AtomicBool {
         interrupt::flag()
     }
+}
+
+/// How good a picture in passes is so far.
+fn of_pass(film: &Film) -> Option<String> {
+    let metadata = film.metadata();
+    let (passes, foreseen) = (metadata.number(keys::PASSES)?, metadata.number(keys::FORESEEN)?);
+    let foreseen = percent_of_error(foreseen);
+    Some(format!(
+        "pass {passes}: the median pixel is foreseen to be {foreseen} off, of which nothing is claimed"
+    ))
 }
 
 /// Whether the phase looks at the flag that Ctrl-C sets; where it does not, Ctrl-C ends the program.

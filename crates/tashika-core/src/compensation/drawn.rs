@@ -7,7 +7,7 @@
 //!
 //! All draws are told the one place of the gather point, so that they are spread evenly over what was
 //! learned of it ([`Choices`](super::Choices)). An emitter is weighted against the path that may meet
-//! it by the balance heuristic of several samples (Veach, Guibas 1995).
+//! it by the balance heuristic of several samples (Veach 1997, section 9.2).
 
 use super::places::Receiver;
 use super::vertex::{Kernel, Vertex};

@@ -67,6 +67,17 @@ pub struct Reconstructed {
     pub importance_error: Vec<f32>,
 }
 
+impl Reconstructed {
+    /// The median of the relative errors; 0 of no pixels. A heuristic.
+    pub fn importance_median(&self) -> f64 {
+        let relative = |(radiance, error): (&Rgb, &f32)| f64::from(error / radiance.luminance());
+        let errors = self.radiance.iter().zip(&self.importance_error).map(relative);
+        let mut errors: Vec<f64> = errors.filter(|error| error.is_finite()).collect();
+        let middle = errors.len() / 2;
+        if errors.is_empty() { 0.0 } else { *errors.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    }
+}
+
 impl Halves {
     /// Reconstructs the picture; none if a film lacks a plane that is needed. Runs on the current
     /// thread pool.
@@ -294,6 +305,14 @@ mod tests {
             let ratio = (foreseen / off).sqrt();
             assert!((0.6..1.6).contains(&ratio), "noise {noise}: foreseen over found {ratio}");
         }
+    }
+
+    #[test]
+    fn the_median_is_that_of_pixels_that_are_not_black() {
+        let radiance = [1.0, 2.0, 0.0, 4.0].map(Rgb::gray).to_vec();
+        let found = Reconstructed { radiance, importance_error: vec![0.1, 0.6, 0.0, 0.4] };
+        assert!((found.importance_median() - 0.1).abs() < 1e-6, "{}", found.importance_median());
+        assert_eq!(Reconstructed::default().importance_median(), 0.0);
     }
 
     #[test]

@@ -236,6 +236,9 @@ impl Work<'_, '_> {
         let plain = self.picture.film()?;
         let read = RenderFilm::of(&plain);
         let half_widths = self.half_widths();
+        let metadata = self.film.metadata_mut();
+        metadata.set(keys::PASSES, self.picture.passes());
+        metadata.set(keys::FORESEEN, self.reconstructed.importance_median());
         for (k, (x, y)) in self.prepared.window.pixels().enumerate() {
             let record = read.at(x, y);
             let is_audited = self.truths.as_ref().is_some_and(|truths| truths.population[k]);
