@@ -49,7 +49,8 @@ use truths::{Look, Tolerance, Truths};
 const MOST_PATHS: u64 = 64_000_000;
 /// Passes at least, whatever the size of the image, and at most.
 const PASSES: [u32; 2] = [5, 12];
-/// A look is taken where so much of the share that may be outside is foreseen to be. Chosen.
+/// The first look is taken where so much of the share that may be outside is foreseen to be, each later
+/// one where it is half as much. Chosen.
 const LOOK_AT: f64 = 0.4;
 /// Least growth that is worth a pass where time ends.
 const LEAST_GROWTH: f64 = 0.2;
@@ -196,7 +197,8 @@ impl Work<'_, '_> {
     fn is_foreseen(&self) -> bool {
         let importance = self.importance();
         let outside = importance.iter().map(|share| beyond(1.0 / f64::from(*share))).sum::<f64>();
-        let may_be = LOOK_AT * (1.0 - self.terms.share) * importance.len() as f64;
+        let look_at = LOOK_AT / f64::from(1u32 << self.looks);
+        let may_be = look_at * (1.0 - self.terms.share) * importance.len() as f64;
         self.looks + 1 < AuditTerms::LOOKS && outside <= may_be
     }
 
