@@ -75,7 +75,7 @@ pub fn package(shell: &Shell, program: &Path) -> Outcome<()> {
     pip(shell, &python, "install").arg(format!("{}[test]", wheels.join(wheel).display())).run()?;
     // There are no wheels of it for some machines; its tests are left out there.
     if pip(shell, &python, "install").arg("pyoidn").run_quietly().is_err() {
-        println!("pyoidn cannot be installed here: no test with Open Image Denoise");
+        shell.say("pyoidn cannot be installed here: no test with Open Image Denoise");
     }
     let tests = "-m pytest --quiet -p no:cacheprovider crates/tashika-python";
     shell.command(python, tests).env("TASHIKA", program).run()
