@@ -257,8 +257,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "draft|good|final", value_parser = values::quality, help_heading = "Method")]
     pub quality: Option<Quality>,
 
-    /// About how long an audited picture may take, beside what its audit takes; what is claimed of it
-    /// then is what was reached
+    /// About how long an audited picture may take, with its audit; what is claimed of it then is what
+    /// was reached
     /// [default: as long as 64 million paths take]
     #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
     pub time: Option<Duration>,

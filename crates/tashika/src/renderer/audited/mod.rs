@@ -6,7 +6,8 @@
 //!                └──────────────────────────────────────────┘
 //! ```
 //!
-//! The schedule of pictures is fixed beforehand by the view, the lights and the seed: what the audit
+//! The schedule of pictures is fixed beforehand by the view, the lights, the seed and, if there is an
+//! end of it, the time: what the audit
 //! finds says only where to stop. A look is taken where a picture is foreseen to be good enough, at
 //! most [`AuditTerms::LOOKS`] times, the last at the end whatever is foreseen; each look has an equal
 //! share of the risk. So there is always an answer: a certificate, or the share that is certain.
