@@ -183,8 +183,12 @@ fn of_pass(film: &Film) -> Option<String> {
     let metadata = film.metadata();
     let (passes, foreseen) = (metadata.number(keys::PASSES)?, metadata.number(keys::FORESEEN)?);
     let foreseen = percent_of_error(foreseen);
+    let before = metadata.number(keys::ERROR_BEFORE);
+    let before = before
+        .map(|error| format!("; before it, all were {} off, root mean square", percent_of_error(error)));
     Some(format!(
-        "pass {passes}: the median pixel is foreseen to be {foreseen} off, of which nothing is claimed"
+        "pass {passes}: the median pixel is foreseen to be {foreseen} off, of which nothing is claimed{}",
+        before.unwrap_or_default()
     ))
 }
 

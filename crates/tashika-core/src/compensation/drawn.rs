@@ -134,3 +134,45 @@ impl Arrives {
         Self { value: self.value / count, ..self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of so many numbers in `[0, 1)`, each part of the interval has one.
+    fn is_even(numbers: &[f32]) -> bool {
+        let mut parts: Vec<usize> = numbers.iter().map(|u| (*u * numbers.len() as f32) as usize).collect();
+        parts.sort_unstable();
+        parts.into_iter().eq(0..numbers.len())
+    }
+
+    /// The draws of all gather points of a pixel are spread evenly, in each number; those of other
+    /// pixels are others.
+    #[test]
+    fn numbers_are_spread_over_a_pixel() {
+        const POINTS: u32 = 16;
+        let of = |key: u64| (0..POINTS).map(move |index| Numbers::new(index, key));
+        for key in [1, 2] {
+            for dimension in 0..3 {
+                let of_draws = of(key).flat_map(|n| [0, 1].map(|k| n.of_draw(k, 2)[dimension]));
+                assert!(is_even(&of_draws.collect::<Vec<_>>()), "draws, {dimension}");
+                let of_paths = of(key).map(|numbers| numbers.of_path()[dimension]);
+                assert!(is_even(&of_paths.collect::<Vec<_>>()), "paths, {dimension}");
+            }
+            assert!(is_even(&of(key).map(|numbers| numbers.of_vpls()).collect::<Vec<_>>()));
+        }
+        assert!(of(1).zip(of(2)).all(|(a, b)| a.of_vpls() != b.of_vpls()));
+        let [first, later] = [0, LONGEST].map(|index| Numbers::new(index, 1).of_vpls());
+        assert_ne!(first, later, "a sequence that is used up is followed by another");
+    }
+
+    /// Digits are added below those that single precision has.
+    #[test]
+    fn numbers_have_the_digits_of_large_sets() {
+        let mut stream = Stream::new(1, Purpose::Test, 0);
+        let numbers: Vec<f64> = (0..100).map(|_| precise(0.25, &mut stream)).collect();
+        assert!(numbers.iter().all(|u| (0.25..0.25 + STEP).contains(u)));
+        let in_upper_half = numbers.iter().filter(|u| **u >= 0.25 + 0.5 * STEP).count();
+        assert!((30..70).contains(&in_upper_half), "{in_upper_half}");
+    }
+}

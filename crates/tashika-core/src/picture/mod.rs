@@ -33,6 +33,8 @@ const EVENLY: f64 = 0.1;
 const MOST: f64 = 32.0;
 /// Largest error that is reckoned with, as a share of what a pixel may be off.
 const LARGEST: f64 = 8.0;
+/// Least size of a pixel, as a share of the mean of the picture.
+const LEAST_SIZE: f64 = 0.01;
 /// Side of the tiles that threads take (pixels).
 const TILE: u32 = 16;
 
@@ -102,6 +104,8 @@ pub struct Picture<'v> {
     sampler: PathSampler<'v>,
     window: Window,
     pixels: Vec<Pixel>,
+    /// Luminances of the halves of each pixel, by the last pass alone.
+    last: Vec<[f64; 2]>,
     passes: u32,
     seed: u64,
 }
@@ -109,7 +113,8 @@ pub struct Picture<'v> {
 impl<'v> Picture<'v> {
     /// A picture of this window, of which nothing is known yet.
     pub fn new(sampler: PathSampler<'v>, window: Window, seed: u64) -> Self {
-        Self { sampler, window, pixels: vec![Pixel::default(); window.area() as usize], passes: 0, seed }
+        let pixels = vec![Pixel::default(); window.area() as usize];
+        Self { sampler, window, last: vec![[0.0; 2]; pixels.len()], pixels, passes: 0, seed }
     }
 
     /// How many passes there were.
@@ -153,12 +158,33 @@ impl<'v> Picture<'v> {
         for (tile, halves) in tiles.iter().zip(found.into_iter().flatten()) {
             for (half, found) in halves.iter().enumerate() {
                 for ((x, y), found) in tile.pixels().zip(found) {
-                    self.pixels[window.index(x, y)].add(half, found);
+                    let k = window.index(x, y);
+                    self.pixels[k].add(half, found);
+                    self.last[k][half] = found.luminance.mean();
                 }
             }
         }
         self.passes += 1;
         true
+    }
+
+    /// An unbiased estimate of the mean of `(y − t)²/n²` over the pixels: how far a picture `y` that
+    /// was there before the last pass is off the truth `t`, relative to its own sizes `n`; below zero
+    /// by chance only.
+    ///
+    /// ```text
+    /// mean (A − y)(B − y)/n²      A, B: the halves of the last pass      n = max(y, mean of y/100)
+    /// ```
+    ///
+    /// The noise of `A` and that of `B` know nothing of each other, nor of `y`.
+    ///
+    /// * `radiance`: of the window's pixels, row by row, by the passes before.
+    pub fn squared_error(&self, radiance: &[Rgb]) -> f64 {
+        let luminances = || radiance.iter().map(|radiance| f64::from(radiance.luminance()));
+        let count = radiance.len().max(1) as f64;
+        let least = (LEAST_SIZE * luminances().map(f64::abs).sum::<f64>() / count).max(f64::MIN_POSITIVE);
+        let product = |(y, [a, b]): (f64, &[f64; 2])| (a - y) * (b - y) / y.abs().max(least).powi(2);
+        luminances().zip(&self.last).map(product).sum::<f64>() / count
     }
 
     /// How many paths each half of a pixel has next.
@@ -268,6 +294,33 @@ mod tests {
             let paths = |x: u32| film.plane(planes::PAIRS).unwrap().f32_at(x, 7)[0];
             // Of the four paths more that half a pixel has on average, 0.4 are spread evenly.
             assert_eq!((paths(3), paths(30)), (8.0 + 2.0 * 8.0, 8.0 + 2.0));
+        });
+    }
+
+    /// The mean squared error of a picture that is off in known ways, by passes that know nothing of it.
+    #[test]
+    fn the_squared_error_is_unbiased() {
+        let window = Window { x: 10, y: 6, width: 20, height: 12 };
+        with_picture(window, |mut picture| {
+            for _ in 0..9 {
+                let importance = vec![1.0; window.area() as usize];
+                assert!(picture.pass((picture.passes > 0).then_some(&importance), 1.0, &NEVER));
+            }
+            let truth: Vec<Rgb> = picture.film().unwrap().colors().unwrap().collect();
+            let off = |k: usize| if k.is_multiple_of(2) { 1.2 } else { 0.9 };
+            let off: Vec<Rgb> = truth.iter().enumerate().map(|(k, truth)| *truth * off(k)).collect();
+            // What is 1.2 times the truth is 0.2/1.2 off, relative to itself.
+            let expected = 0.5 * ((0.2f64 / 1.2).powi(2) + (0.1f64 / 0.9).powi(2));
+            with_picture(window, |mut other| {
+                other.seed = 2;
+                let mut mean = 0.0;
+                for _ in 0..8 {
+                    let importance = vec![1.0; window.area() as usize];
+                    assert!(other.pass((other.passes > 0).then_some(&importance), 1.0, &NEVER));
+                    mean += other.squared_error(&off) / 8.0;
+                }
+                assert!((mean - expected).abs() < 0.25 * expected, "{mean} for {expected}");
+            });
         });
     }
 

@@ -232,7 +232,11 @@ fn audited_pictures_are_told_as_a_whole() {
         film.plane_mut(planes::RADIANCE).unwrap().set_f32(x, y, &[1.0; 3]);
         film.plane_mut(planes::HALF_WIDTH).unwrap().set_f32(x, y, &[0.5]);
     }
-    assert!(headline(&film).ends_with("2 pixels were checked, 1 were outside"), "{}", headline(&film));
+    assert!(
+        headline(&film).ends_with("2 pixels were checked, 1 were not certainly within"),
+        "{}",
+        headline(&film)
+    );
     let plot = rendered::plots(&film).into_iter().find(|plot| plot.name == "audited").unwrap();
     // Of 0.1 and of 3 over 0.5.
     let ratios: Vec<f64> =

@@ -114,6 +114,7 @@ keys! {
     AUDIT_RAYS "audit.rays" Part, "rays and segments traced for the audit";
     AUDIT_FACTOR "audit.factor" Part, "by how much the audit scaled the map of half-widths";
     FORESEEN "foreseen" Part, "median of the relative errors that the reconstruction foresees, of which nothing is claimed";
+    ERROR_BEFORE "error.before" Part, "root mean square of the relative errors of the picture before the last pass, by the samples of that pass; no claim";
     DENOISER "denoiser" Making, "what smoothed the picture, where it is not our own reconstruction";
     PASSES "passes" Part, "passes that the picture was made in";
     AUDIT_KEPT "audit.kept" Part, "the same as `audit.within`, for readers of earlier versions";

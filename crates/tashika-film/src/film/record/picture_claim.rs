@@ -105,7 +105,7 @@ impl fmt::Display for PictureClaim {
         write!(
             f,
             "at least {within} % of the pixels are within {error} % of light transport, {assurance} % sure; \
-             {audited} pixels were checked, {outside} were outside"
+             {audited} pixels were checked, {outside} were not certainly within"
         )
     }
 }
@@ -159,6 +159,6 @@ mod tests {
     fn no_more_is_said_than_is_known() {
         let told = claim().to_string();
         assert!(told.starts_with("at least 95.6 % of the pixels are within 10 %"), "{told}");
-        assert!(told.ends_with("300 pixels were checked, 4 were outside"), "{told}");
+        assert!(told.ends_with("300 pixels were checked, 4 were not certainly within"), "{told}");
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use super::truths::{Tolerance, Truths};
+use super::truths::{AuditedPixel, Tolerance, Truths};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, keys, planes};
@@ -95,7 +95,7 @@ fn faults_of_a_picture_are_noticed() {
     let mut truths = truths(&prepared, &right);
     let window = Window::full(SIZE);
     let radiance: Vec<Rgb> = right.colors().unwrap().collect();
-    assert!(truths.refine(&window, &radiance).unwrap());
+    assert!(truths.refine(&window, &radiance, |_, _| false).unwrap());
     let outside = |change: &dyn Fn(Rgb) -> Rgb| {
         let radiance: Vec<Rgb> = right.colors().unwrap().map(change).collect();
         truths.look(&window, &radiance, &vec![1.0; radiance.len()]).outside
@@ -129,11 +129,65 @@ fn what_is_open_is_computed_once_more() {
             .sum::<f64>()
     };
     let (before, rays) = (width(&truths), truths.rays);
-    assert!(truths.refine(&window, &radiance).unwrap());
+    let told = std::cell::Cell::new((0, 0));
+    let is_decided = |outside, may_be| {
+        told.set((outside, may_be));
+        true
+    };
+    assert!(truths.refine(&window, &radiance, is_decided).unwrap());
+    assert_eq!((width(&truths), truths.rays), (before, rays), "nobody wants to know more");
+    // Nearly every pixel may be outside, none is for certain.
+    let is_within = |truth: &&AuditedPixel| {
+        let [x, y] = truth.pixel;
+        truth.is_within(radiance[window.index(x, y)].luminance().into(), &tolerance())
+    };
+    let within = truths.pixels.iter().filter(is_within).count() as u64;
+    assert!(within < 10, "{within}");
+    assert_eq!(told.get(), (0, TERMS.pixels - within));
+    assert!(truths.refine(&window, &radiance, |_, _| false).unwrap());
     assert!(width(&truths) < 0.8 * before && truths.rays > rays, "{} of {before}", width(&truths));
     let again = truths.pixels.clone();
-    assert!(truths.refine(&window, &radiance).unwrap());
+    assert!(truths.refine(&window, &radiance, |_, _| false).unwrap());
     assert_eq!(again, truths.pixels);
+}
+
+/// More pixels are others, drawn with the first.
+#[test]
+fn more_pixels_are_audited_beside_the_first() {
+    let prepared = renderer(1).prepare().unwrap();
+    let film = truth(&prepared);
+    let mut truths = truths(&prepared, &film);
+    let (first, rays) = (truths.pixels.clone(), truths.rays);
+    assert!(truths.extend().unwrap());
+    assert_eq!(
+        (truths.pixels.len() as u64, &truths.pixels[..first.len()]),
+        (TERMS.more_pixels(), &first[..])
+    );
+    assert!(truths.rays > rays && truths.pixels.iter().all(|truth| truth.interval.is_some()));
+    let mut places: Vec<[u32; 2]> = truths.pixels.iter().map(|truth| truth.pixel).collect();
+    places.sort_unstable();
+    places.dedup();
+    assert_eq!(places.len(), truths.pixels.len(), "none is audited twice");
+    let (all, rays) = (truths.pixels.clone(), truths.rays);
+    assert!(truths.extend().unwrap());
+    assert_eq!((all, rays), (truths.pixels, truths.rays), "there are no more");
+}
+
+/// How many pixels are audited in the time that is left is told by others.
+#[test]
+fn what_was_tried_is_not_audited() {
+    const TRIED: usize = 16;
+    let prepared = renderer(1).prepare().unwrap();
+    let film = truth(&prepared);
+    let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
+    let by = |observer: &dyn Observer| {
+        let truths =
+            Truths::compute(&film, &prepared.setting(), &options, &TERMS, &tolerance(), observer).unwrap();
+        truths.unwrap().pixels
+    };
+    let (without_end, with_end) = (by(&Silent), by(&Ending::new(2, true)));
+    assert_eq!(with_end.len() as u64, TERMS.pixels, "the clock stands, so all are affordable");
+    assert_eq!(with_end[..with_end.len() - TRIED], without_end[TRIED..]);
 }
 
 /// Nothing of the picture enters the truths, and the seed of the picture is not that of the audit.

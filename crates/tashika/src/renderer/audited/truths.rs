@@ -46,6 +46,8 @@ const TRIED: u64 = 16;
 const SHARE_OF_TIME: f64 = 0.3;
 /// What all stages take, over the first. Chosen.
 const STAGES_COST: f64 = 4.0;
+/// What a pixel takes in a stage, over what one took in the stage before. Measured.
+const NEXT_STAGE_COST: f64 = 4.0;
 /// Pixels of an audit at least, however little time there is.
 const FEWEST: usize = 20;
 /// VPLs that truths are summed over.
@@ -105,6 +107,8 @@ pub(super) struct Truths<'p> {
     pub pixels: Vec<AuditedPixel>,
     /// The stage of each.
     stages: Vec<usize>,
+    /// Drawn as they were, and not audited yet.
+    pub spare: Vec<[u32; 2]>,
     /// Whether they were drawn from a pixel, too: of the window's, row by row.
     pub population: Vec<bool>,
     pub rays: u64,
@@ -195,11 +199,16 @@ impl<'p> Truths<'p> {
         })?;
         let options = ControlOptions { seed, ..*options };
         let source = Source { setting, options, tolerance: *tolerance, lights, observer };
-        let count = terms.pixels.min(shown.len() as u64);
+        let all = shown.len() as u64;
+        let count = terms.pixels.min(all);
         // Those that come first are tried for what they take, the others are the audit's.
-        let tried = if began.is_some() { TRIED.min(shown.len() as u64 - count) } else { 0 };
-        let mut chosen = drawn(shown, tried + count, seed);
-        let of_audit = chosen.split_off(tried as usize);
+        let [tried, spare] = match began {
+            Some(_) => [TRIED.min(all - count), 0],
+            None => [0, terms.more_pixels().min(all) - count],
+        };
+        let mut chosen = drawn(shown, tried + count + spare, seed);
+        let mut of_audit = chosen.split_off(tried as usize);
+        let spare = of_audit.split_off(count as usize);
         let mut count = count as usize;
         if let (Some(began), Some(before), false) = (began, observer.seconds_left(), chosen.is_empty()) {
             if source.truths(&chosen, 0)?.is_none() {
@@ -213,7 +222,21 @@ impl<'p> Truths<'p> {
         let Some((pixels, rays)) = source.truths(&of_audit[..count], 0)? else { return Ok(None) };
         let seconds = before.zip(observer.seconds_left()).map_or(0.0, |(before, after)| before - after);
         let stages = vec![0; pixels.len()];
-        Ok(Some(Self { source, pixels, stages, population, rays, seconds }))
+        Ok(Some(Self { source, pixels, stages, spare, population, rays, seconds }))
+    }
+
+    /// Audits [more pixels](AuditTerms::more_pixels), if they are not audited already; false if it was
+    /// cancelled. Where there is an end of the time there are no more.
+    pub fn extend(&mut self) -> Result<bool> {
+        if self.spare.is_empty() {
+            return Ok(true);
+        }
+        let Some((truths, rays)) = self.source.truths(&self.spare, 0)? else { return Ok(false) };
+        self.spare.clear();
+        self.pixels.extend(truths);
+        self.stages.resize(self.pixels.len(), 0);
+        self.rays += rays;
+        Ok(true)
     }
 
     /// What truths are summed over.
@@ -228,16 +251,34 @@ impl<'p> Truths<'p> {
     }
 
     /// Computes the truths once more, stage by stage, of pixels that may be on either side; false if
-    /// it was cancelled.
+    /// it was cancelled. Where there is an end of the time, no stage is begun that would be late:
+    /// what stays open counts as outside.
     ///
     /// * `radiance`: of the window's pixels, row by row.
-    pub fn refine(&mut self, window: &Window, radiance: &[Rgb]) -> Result<bool> {
+    /// * `decides`: whether it is decided what the audit finds, where so many pixels are outside for
+    ///   certain, and so many may be.
+    pub fn refine(
+        &mut self,
+        window: &Window,
+        radiance: &[Rgb],
+        decides: impl Fn(u64, u64) -> bool,
+    ) -> Result<bool> {
+        let mut of_one = self.seconds / self.pixels.len() as f64;
         for stage in 1..STAGES.len() {
-            let open: Vec<usize> = (0..self.pixels.len())
-                .filter(|k| self.stages[*k] + 1 == stage && self.is_open(*k, window, radiance))
-                .collect();
+            let all: Vec<usize> =
+                (0..self.pixels.len()).filter(|k| self.is_open(*k, window, radiance)).collect();
+            let may_be = self.outside(window, radiance);
+            if decides(may_be - all.len() as u64, may_be) {
+                break;
+            }
+            let open: Vec<usize> = all.into_iter().filter(|k| self.stages[*k] + 1 == stage).collect();
             if open.is_empty() {
                 continue;
+            }
+            of_one *= NEXT_STAGE_COST;
+            let left = self.source.observer.seconds_left();
+            if left.is_some_and(|left| of_one * open.len() as f64 > left) {
+                break;
             }
             let pixels: Vec<[u32; 2]> = open.iter().map(|k| self.pixels[*k].pixel).collect();
             let Some((truths, rays)) = self.source.truths(&pixels, stage)? else { return Ok(false) };
@@ -252,22 +293,26 @@ impl<'p> Truths<'p> {
 
     fn is_open(&self, k: usize, window: &Window, radiance: &[Rgb]) -> bool {
         let truth = &self.pixels[k];
-        let luminance = f64::from(radiance[window.index(truth.pixel[0], truth.pixel[1])].luminance());
-        truth.is_open(luminance, &self.source.tolerance)
+        truth.is_open(luminance_at(truth.pixel, window, radiance), &self.source.tolerance)
+    }
+
+    /// Pixels that are not within.
+    fn outside(&self, window: &Window, radiance: &[Rgb]) -> u64 {
+        let is_within = |truth: &&AuditedPixel| {
+            truth.is_within(luminance_at(truth.pixel, window, radiance), &self.source.tolerance)
+        };
+        (self.pixels.len() - self.pixels.iter().filter(is_within).count()) as u64
     }
 
     /// Holds a picture against the truths.
     ///
     /// * `radiance`, `half_widths`: of the window's pixels, row by row.
     pub fn look(&self, window: &Window, radiance: &[Rgb], half_widths: &[f64]) -> Look {
-        let mut look = Look { outside: 0, ratios: Vec::with_capacity(self.pixels.len()) };
-        for truth in &self.pixels {
-            let index = window.index(truth.pixel[0], truth.pixel[1]);
-            let luminance = f64::from(radiance[index].luminance());
-            look.outside += u64::from(!truth.is_within(luminance, &self.source.tolerance));
-            look.ratios.push(truth.distance(luminance) / half_widths[index]);
-        }
-        look
+        let ratio = |truth: &AuditedPixel| {
+            let half_width = half_widths[window.index(truth.pixel[0], truth.pixel[1])];
+            truth.distance(luminance_at(truth.pixel, window, radiance)) / half_width
+        };
+        Look { outside: self.outside(window, radiance), ratios: self.pixels.iter().map(ratio).collect() }
     }
 
     /// Adds the plane of the audited pixels to a film.
@@ -288,6 +333,10 @@ impl<'p> Truths<'p> {
         }
         film.add_plane(&planes::AUDITED, Samples::F32(samples));
     }
+}
+
+fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -> f64 {
+    radiance[window.index(pixel[0], pixel[1])].luminance().into()
 }
 
 /// Whether a pixel of a film shows more than a constant background, which would be right in any
