@@ -279,7 +279,7 @@ pub struct RenderArgs {
 
     /// After the render, compute the truth of N pixels at random, exact sums or by path tracing,
     /// and tell how many are within --error; with --claim audited, pixels that are checked
-    /// [default: none; 400 with --claim audited]
+    /// [default: none; 600 with --claim audited]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub audit: Option<u64>,
 

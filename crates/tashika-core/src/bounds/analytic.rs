@@ -25,12 +25,12 @@
 
 use super::angle::{Angle, TURN};
 use super::lobes::clearcoat::{Coats, Light};
-use super::lobes::facets::{self, Ring, Widths};
+use super::lobes::facets::{self, FacetKind, Ring, Seen, Widths};
 use super::lobes::fresnel::Reflected;
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, LENGTHS, least_from_mirror};
 use super::{Reflector, Towards, UpperMaterial};
-use crate::bsdf::{CoatModel, FacetModel, MIN_COSINE};
+use crate::bsdf::{CoatModel, MIN_COSINE};
 use crate::math::{Cone, Vec3};
 
 /// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to
@@ -78,9 +78,9 @@ struct FacetRange {
     /// At least the largest channel of `F` for cosines of incidence from `k / KNOTS` on; zeros if
     /// there is no such lobe.
     reflected: [f32; KNOTS],
-    /// Roughnesses of each model, in the order of [`FacetModel::ALL`]; [`Widths::NONE`] if there is
+    /// Roughnesses of each model, in the order of [`FacetKind::ALL`]; [`Widths::NONE`] if there is
     /// no such lobe.
-    widths: [Widths; FacetModel::ALL.len()],
+    widths: [Widths; FacetKind::ALL.len()],
 }
 
 /// A range of nothing.
@@ -95,7 +95,7 @@ const EMPTY: UpperAnalytic = UpperAnalytic {
     peak: 0.0,
     phong: PhongRange { scale: 0.0, exponents: NONE },
     min_cos_o: f32::INFINITY,
-    facets: FacetRange { reflected: [0.0; KNOTS], widths: [Widths::NONE; FacetModel::ALL.len()] },
+    facets: FacetRange { reflected: [0.0; KNOTS], widths: [Widths::NONE; FacetKind::ALL.len()] },
     coat_peak: 0.0,
     coats: [Coats::none(CoatModel::ALL[0]), Coats::none(CoatModel::ALL[1]), Coats::none(CoatModel::ALL[2])],
 };
@@ -134,9 +134,9 @@ impl UpperMaterial for UpperAnalytic {
                 let phong = PhongRange { scale: scale as f32, exponents: [exponent as f32; 2] };
                 Self { phong, ..glossy() }
             }
-            Lobe::Facets { facets, reflected } => {
-                let widths = FacetModel::ALL
-                    .map(|model| if model == facets.model { Widths::of(&facets) } else { Widths::NONE });
+            Lobe::Facets { kind, facets, reflected } => {
+                let widths =
+                    FacetKind::ALL.map(|k| if k == kind { Widths::of(&facets) } else { Widths::NONE });
                 let facets = FacetRange { reflected: table(&reflected), widths };
                 Self { facets, ..glossy() }
             }
@@ -254,12 +254,18 @@ impl FacetRange {
             f64::from(self.reflected[knot.min(KNOTS - 1)])
         };
         let (least, viewer) = (half.least_from_normal, points.widest_viewer);
-        let models =
-            FacetModel::ALL.into_iter().zip(self.widths).filter(|(_, widths)| *widths != Widths::NONE);
-        let bounds = models.map(|(model, widths)| {
-            let distribution = |least| facets::upper_distribution(model, widths, least);
-            facets::upper_reflection(distribution, widths.cuts(), least, viewer, all, reflected)
-                * facets::upper_visibility_cos(model, f64::from(widths.narrowest), min_cos_o, max_cos_i)
+        let kinds = FacetKind::ALL.into_iter().zip(self.widths).filter(|(_, widths)| *widths != Widths::NONE);
+        let bounds = kinds.map(|(kind, widths)| {
+            let distribution = |least| facets::upper_distribution(kind, widths, least);
+            facets::upper_reflection(distribution, widths.cuts(), least, viewer, all, |ring| {
+                let seen = Seen {
+                    alpha: f64::from(widths.narrowest),
+                    cos_o: min_cos_o,
+                    cos_i: max_cos_i,
+                    cos_incidence: ring.cos_incidence,
+                };
+                reflected(ring) * facets::upper_visibility_cos(kind, &seen)
+            })
         });
         bounds.fold(0.0, f64::max)
     }

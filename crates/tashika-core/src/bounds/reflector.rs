@@ -21,7 +21,7 @@ use glam::DVec3;
 
 use super::angle::Angle;
 use super::lobes::clearcoat::{Coats, Light};
-use super::lobes::facets::{self, Ring, Widths};
+use super::lobes::facets::{self, Ring, Seen, Widths};
 use super::lobes::{Lobe, Parts, phong, round_up};
 use super::spans::{Bundle, Directions, HalfVectors, least_from_mirror};
 use crate::bsdf::{Bsdf, MIN_COSINE};
@@ -85,15 +85,17 @@ impl Reflector {
         let lobe_cos = match parts.lobe {
             Lobe::None => 0.0,
             Lobe::Phong { scale, exponent } => scale * phong::upper_peak(exponent, directions.least_mirror()),
-            Lobe::Facets { facets: of_lobe, reflected } => {
-                let (widths, model) = (Widths::of(&of_lobe), of_lobe.model);
+            Lobe::Facets { kind, facets: of_lobe, reflected } => {
+                let widths = Widths::of(&of_lobe);
                 let narrowest = f64::from(widths.narrowest);
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light: 1.0 };
                 let viewer = directions.widest_viewer;
-                let reflected = |ring: Ring| reflected.upper(ring.cos_incidence);
-                let distribution = |least| facets::upper_distribution(model, widths, least);
-                facets::upper_reflection(distribution, widths.cuts(), Angle::ZERO, viewer, all, reflected)
-                    * facets::upper_visibility_cos(model, narrowest, f64::from(cos_o), 1.0)
+                let distribution = |least| facets::upper_distribution(kind, widths, least);
+                facets::upper_reflection(distribution, widths.cuts(), Angle::ZERO, viewer, all, |ring| {
+                    let cos_incidence = ring.cos_incidence;
+                    let seen = Seen { alpha: narrowest, cos_o: f64::from(cos_o), cos_i: 1.0, cos_incidence };
+                    reflected.upper(cos_incidence) * facets::upper_visibility_cos(kind, &seen)
+                })
             }
         };
         let coat_cos = parts.coat.map_or(0.0, |coat| {
@@ -134,8 +136,8 @@ impl Reflector {
                 let least = least_from_mirror(&directions(), &lights);
                 scale * phong::upper_power([exponent; 2], least) * cosine(factor, max_cos_i)
             }
-            Lobe::Facets { facets: of_lobe, reflected } => {
-                let (widths, model) = (Widths::of(&of_lobe), of_lobe.model);
+            Lobe::Facets { kind, facets: of_lobe, reflected } => {
+                let widths = Widths::of(&of_lobe);
                 let narrowest = f64::from(widths.narrowest);
                 let directions = directions();
                 let least = least_from_mirror(&directions, &lights);
@@ -147,12 +149,14 @@ impl Reflector {
                 let all = Ring { cos_incidence: half.cos_incidence, cos_light };
                 let cos_o = f64::from(cos_o);
                 let viewer = directions.widest_viewer;
-                let distribution = |least| facets::upper_distribution(model, widths, least);
+                let distribution = |least| facets::upper_distribution(kind, widths, least);
                 let (cuts, least) = (widths.cuts(), half.least_from_normal);
                 facets::upper_reflection(distribution, cuts, least, viewer, all, |ring| {
+                    let seen =
+                        |cos_i| Seen { alpha: narrowest, cos_o, cos_i, cos_incidence: ring.cos_incidence };
                     let visibility = match factor {
-                        Factor::One => facets::upper_visibility(model, narrowest, cos_o, ring.cos_light),
-                        Factor::Cosine => facets::upper_visibility_cos(model, narrowest, cos_o, max_cos_i),
+                        Factor::One => facets::upper_visibility(kind, &seen(ring.cos_light)),
+                        Factor::Cosine => facets::upper_visibility_cos(kind, &seen(max_cos_i)),
                     };
                     reflected.upper(ring.cos_incidence) * visibility
                 })

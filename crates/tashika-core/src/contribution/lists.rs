@@ -132,8 +132,8 @@ impl Work for List<'_> {
 mod tests {
     use super::*;
     use crate::bsdf::{
-        Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MetallicRoughness, Microfacets,
-        Phong, Plastic,
+        AshikhminShirley, Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MetallicRoughness,
+        Microfacets, Phong, Plastic,
     };
     use crate::color::Rgb;
     use crate::math::Frame;
@@ -148,7 +148,7 @@ mod tests {
         let (alpha, ior) = (0.001 + 0.999 * s.uniform() * s.uniform(), 1.0 + s.uniform());
         let across = if s.below(2) == 0 { alpha } else { 0.3 };
         let facets = Microfacets { alpha: [alpha, across], model: FacetModel::ALL[s.below(3) as usize] };
-        match s.below(7) {
+        match s.below(8) {
             0 => Bsdf::Lambert(Lambert { reflectance: a }),
             1 => {
                 let exponent = crate::math::elementary::powf(10.0, 6.0 * s.uniform());
@@ -165,6 +165,10 @@ mod tests {
                 Bsdf::Conductor(Conductor { fresnel, specular: c, facets })
             }
             5 => Bsdf::Coated(Coated { reflectance: a, specular: b, ior, facets }),
+            6 => {
+                let facets = Microfacets { model: FacetModel::Ggx, ..facets };
+                Bsdf::AshikhminShirley(AshikhminShirley { diffuse: a, f0: b, facets })
+            }
             _ => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0: b, dielectric_f0: c, facets }),
         }
     }

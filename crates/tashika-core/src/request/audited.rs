@@ -75,19 +75,19 @@ pub struct AuditTerms {
     pub share: f64,
     /// How sure that is to be. Default 0.99; in [½, 1).
     pub assurance: f64,
-    /// Pixels that are audited. Default 400.
+    /// Pixels that are audited. Default 600.
     pub pixels: u64,
 }
 
 impl Default for AuditTerms {
     fn default() -> Self {
-        Self { share: 0.95, assurance: 0.99, pixels: 400 }
+        Self { share: 0.95, assurance: 0.99, pixels: 600 }
     }
 }
 
 impl AuditTerms {
     /// Pictures that are looked at, at most.
-    pub const PICTURES: u32 = 3;
+    pub const PICTURES: u32 = 6;
     /// Looks that share the risk: the first picture may have a second, at more pixels.
     pub const LOOKS: u32 = Self::PICTURES + 1;
     /// Confidence of the intervals of an audited pixel's own truth, of all together.
@@ -103,10 +103,10 @@ impl AuditTerms {
         upper_share_outside(outside, audited, self.risk(), 1.0 - Self::CONFIDENCE)
     }
 
-    /// Pixels of an audit that tells more closely: about 2.5 % of them may be outside where 95 % are
-    /// to be within, and of the usual number only 1.5 %.
+    /// Pixels of an audit that tells more closely: 3 % of them may be outside where 95 % are to be
+    /// within, and of the usual number 2 %.
     pub fn more_pixels(&self) -> u64 {
-        self.pixels.saturating_mul(5) / 2
+        self.pixels.saturating_mul(2)
     }
 
     /// Whether an audit with this outcome finds enough pixels within the error.

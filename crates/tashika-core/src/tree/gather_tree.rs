@@ -167,6 +167,7 @@ fn direction(point: &GatherPoint) -> Vec3 {
         | Bsdf::Conductor(_)
         | Bsdf::Coated(_)
         | Bsdf::MetallicRoughness(_)
+        | Bsdf::AshikhminShirley(_)
         | Bsdf::Principled(_)
         | Bsdf::Clearcoat(_)
         | Bsdf::Mirror(_)

@@ -115,6 +115,7 @@ impl UnderCoat {
             | Bsdf::Plastic(_)
             | Bsdf::Conductor(_)
             | Bsdf::Coated(_)
+            | Bsdf::AshikhminShirley(_)
             | Bsdf::Clearcoat(_)
             | Bsdf::Mirror(_)
             | Bsdf::Glass(_)

@@ -12,6 +12,7 @@
 //! | [`Conductor`] | `k_s F(ω_i·h) D G₂ / 4 c_i c_o` | visible normals | Walter et al. 2007; Heitz 2014 |
 //! | [`Coated`] | the same with a dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` | both lobes | Saunderson 1942 |
 //! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
+//! | [`AshikhminShirley`] | `28 ρ_d (1 − F₀)/23π · s(c_i) s(c_o) + F D / 4 ω_i·h max(c_i, c_o)` | both lobes | Ashikhmin, Shirley 2000 |
 //! | [`Principled`] | `ρ_d/π · b + s (1 − ω_i·h)⁵ + F D G₂ / 4 c_i c_o` | both lobes | Burley 2012 |
 //! | [`Clearcoat`] | a coat's `w F D G₂ / 4 c_i c_o` over what it leaves of one of the above | all lobes | Burley 2012; glTF |
 //! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
@@ -40,6 +41,7 @@ use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 
+mod ashikhmin_shirley;
 pub mod boundary;
 mod clearcoat;
 mod coated;
@@ -58,6 +60,7 @@ mod specular;
 mod tests;
 mod validate;
 
+pub use ashikhmin_shirley::AshikhminShirley;
 pub use clearcoat::{
     Clearcoat, CoatModel, MASKING_ALPHA, MAX_GTR1_ALPHA, UnderCoat, reflectance as coat_reflectance,
 };
@@ -95,6 +98,8 @@ pub enum Bsdf {
     Coated(Coated),
     /// The core material of glTF 2.0.
     MetallicRoughness(MetallicRoughness),
+    /// Rough reflection over a diffuse base, in balance.
+    AshikhminShirley(AshikhminShirley),
     /// The principled material of Disney.
     Principled(Principled),
     /// Clear coat over an opaque surface.
@@ -174,6 +179,7 @@ impl Bsdf {
             Self::Conductor(b) => b.draw(up, u),
             Self::Coated(b) => b.draw(up, u)?,
             Self::MetallicRoughness(b) => b.draw(up, u),
+            Self::AshikhminShirley(b) => b.draw(up, u),
             Self::Principled(b) => b.draw(up, u),
             Self::Clearcoat(b) => b.draw(up, u),
             Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
@@ -201,6 +207,7 @@ impl Bsdf {
             | Self::Conductor(_)
             | Self::Coated(_)
             | Self::MetallicRoughness(_)
+            | Self::AshikhminShirley(_)
             | Self::Principled(_)
             | Self::Clearcoat(_) => false,
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => true,
@@ -218,6 +225,7 @@ impl Bsdf {
             Self::Plastic(b) => b.diffuse,
             Self::Coated(b) => b.diffuse_albedo(wo.z.abs()),
             Self::MetallicRoughness(b) => b.diffuse_albedo(wo.z.abs()),
+            Self::AshikhminShirley(b) => b.diffuse_albedo(wo.z.abs()),
             Self::Principled(b) => b.diffuse_albedo(wo.z.abs()),
             Self::Clearcoat(b) => b.diffuse_albedo(wo),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
@@ -234,6 +242,7 @@ impl Bsdf {
             Self::Plastic(b) => b.diffuse *= LEFT,
             Self::Coated(b) => b.reflectance *= LEFT,
             Self::MetallicRoughness(b) => b.diffuse *= LEFT,
+            Self::AshikhminShirley(b) => b.diffuse *= LEFT,
             Self::Principled(b) => b.diffuse *= LEFT,
             Self::Clearcoat(b) => b.base = b.base.with_diffuse(LEFT),
             Self::Lambert(_) | Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
@@ -251,6 +260,7 @@ impl Bsdf {
             Self::Plastic(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
             Self::Coated(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
             Self::MetallicRoughness(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
+            Self::AshikhminShirley(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
             Self::Principled(b) => b.importance_gloss(cos),
             Self::Clearcoat(b) => b.importance_gloss(wo),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
@@ -269,6 +279,7 @@ impl Bsdf {
             Self::Conductor(b) => Some(b.facets.mean()),
             Self::Coated(b) => (!b.specular.is_black()).then_some(b.facets.mean()),
             Self::MetallicRoughness(b) => Some(b.facets.mean()),
+            Self::AshikhminShirley(b) => Some(b.facets.mean()),
             Self::Principled(b) => Some(b.facets.mean()),
             Self::Clearcoat(b) => b.roughness(),
             Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
@@ -287,6 +298,7 @@ impl Bsdf {
             Self::Conductor(b) => b.fresnel.at(1.0) * b.specular,
             Self::Coated(b) => b.diffuse_albedo(1.0) + b.specular * fresnel::dielectric(1.0, b.ior),
             Self::MetallicRoughness(b) => b.diffuse_albedo(1.0) + b.f0,
+            Self::AshikhminShirley(b) => b.diffuse_albedo(1.0) + b.f0,
             Self::Principled(b) => b.diffuse_albedo(1.0) + b.fresnel.at(1.0).into(),
             Self::Clearcoat(b) => {
                 Self::from(b.base).albedo() * b.left(1.0) + Rgb::gray(b.importance_coat(1.0))
@@ -310,6 +322,7 @@ impl Bsdf {
             Self::Conductor(b) => b.validate(),
             Self::Coated(b) => b.validate(),
             Self::MetallicRoughness(b) => b.validate(),
+            Self::AshikhminShirley(b) => b.validate(),
             Self::Principled(b) => b.validate(),
             Self::Clearcoat(b) => b.validate(),
             Self::Mirror(b) => b.validate(),
@@ -328,6 +341,7 @@ impl Bsdf {
             Self::Conductor(b) => b.eval(wo, wi),
             Self::Coated(b) => b.eval(wo, wi),
             Self::MetallicRoughness(b) => b.eval(wo, wi),
+            Self::AshikhminShirley(b) => b.eval(wo, wi),
             Self::Principled(b) => b.eval(wo, wi),
             Self::Clearcoat(b) => b.eval(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => [R::splat(0.0); 3],
@@ -344,6 +358,7 @@ impl Bsdf {
             Self::Conductor(b) => b.pdf(wo, wi),
             Self::Coated(b) => b.pdf(wo, wi),
             Self::MetallicRoughness(b) => b.pdf(wo, wi),
+            Self::AshikhminShirley(b) => b.pdf(wo, wi),
             Self::Principled(b) => b.pdf(wo, wi),
             Self::Clearcoat(b) => b.pdf(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => 0.0,

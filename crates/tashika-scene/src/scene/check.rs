@@ -201,6 +201,11 @@ fn surface(surface: &Surface) -> Checked {
             number("roughness", roughness)?;
             color("specular f0", specular_f0)
         }
+        Surface::AshikhminShirley { diffuse, specular_f0, facets } => {
+            color("diffuse", diffuse)?;
+            color("specular f0", specular_f0)?;
+            roughness(facets)
+        }
         Surface::Principled {
             base_color,
             metallic,

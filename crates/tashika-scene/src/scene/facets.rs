@@ -106,6 +106,7 @@ impl Surface {
             Self::Plastic { facets, .. }
             | Self::Conductor { facets, .. }
             | Self::Coated { facets, .. }
+            | Self::AshikhminShirley { facets, .. }
             | Self::Glass { facets, .. } => facets.across.is_some(),
             Self::MetallicRoughness { anisotropy: strength, .. }
             | Self::Principled { anisotropic: strength, .. } => *strength != 0.0.into(),

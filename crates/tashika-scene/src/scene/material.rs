@@ -96,6 +96,15 @@ pub enum Surface {
         /// What the facets are distributed by.
         model: FacetModel,
     },
+    /// Facets over a diffuse base that fades where they reflect (Ashikhmin, Shirley 2000).
+    AshikhminShirley {
+        /// Reflectance of the base, 0 to 1.
+        diffuse: ColorInput,
+        /// Reflectance of a facet at normal incidence, 0 to 1.
+        specular_f0: ColorInput,
+        /// The facets, of GGX.
+        facets: FacetInput,
+    },
     /// Disney's principled material, opaque: Burley's diffuse part, sheen, and facets.
     Principled {
         /// Base colour.
@@ -176,6 +185,7 @@ impl Surface {
             Self::Conductor { .. } => "conductor",
             Self::Coated { .. } => "coated",
             Self::MetallicRoughness { .. } => "metallic-roughness",
+            Self::AshikhminShirley { .. } => "ashikhmin-shirley",
             Self::Principled { .. } => "principled",
             Self::Clearcoat { .. } => "clear coat",
             Self::Mirror { .. } => "mirror",
@@ -326,7 +336,8 @@ impl Material {
                 vec![color(reflectance), color(transmittance)]
             }
             Surface::Phong { diffuse, specular, .. } => vec![color(diffuse), color(specular)],
-            Surface::Plastic { diffuse, specular, facets, .. } => {
+            Surface::Plastic { diffuse, specular, facets, .. }
+            | Surface::AshikhminShirley { diffuse, specular_f0: specular, facets } => {
                 vec![color(diffuse), color(specular), number(&facets.alpha), across(facets)]
             }
             Surface::Conductor { specular, facets, .. } => {

@@ -33,9 +33,9 @@ use glam::Vec2;
 use super::facets::{drawn_out, of_aspect};
 use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
-    Bsdf, Clearcoat, CoatModel, Coated, Conductor, FacetModel, Glass, Lambert, MAX_GTR1_ALPHA, MAX_SHEEN,
-    MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass, TintedFresnel,
-    UnderCoat, fresnel, glossy_probability,
+    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, FacetModel, Glass, Lambert,
+    MAX_GTR1_ALPHA, MAX_SHEEN, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled,
+    ThinGlass, TintedFresnel, UnderCoat, fresnel, glossy_probability,
 };
 use crate::color::Rgb;
 
@@ -189,6 +189,13 @@ impl<'a> Look<'a> {
                     facets: Microfacets { alpha, model: *model },
                 }))
             }
+            Surface::AshikhminShirley { diffuse, specular_f0, facets } => {
+                whole(Bsdf::AshikhminShirley(AshikhminShirley {
+                    diffuse: self.color(diffuse),
+                    f0: self.color(specular_f0),
+                    facets: self.facets(facets).unwrap_or(Microfacets::ggx(MIN_ALPHA)),
+                }))
+            }
             Surface::Principled {
                 base_color,
                 metallic,
@@ -273,6 +280,7 @@ impl<'a> Look<'a> {
             | Surface::Conductor { .. }
             | Surface::Coated { .. }
             | Surface::MetallicRoughness { .. }
+            | Surface::AshikhminShirley { .. }
             | Surface::Principled { .. }
             | Surface::Clearcoat { .. }
             | Surface::Mirror { .. } => 0.0,

@@ -4,13 +4,13 @@
 
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, ImageBuffer, Rgb as Texel, Rgba};
-use tashika::bsdf::ConductorFresnel;
+use tashika::bsdf::{ConductorFresnel, FacetModel};
 use tashika::color::Rgb;
 use tashika::io::{Feature, Support, features};
 use tashika::math::elementary::sin_cos;
 use tashika::scene::{
-    Channel, ColorInput, Emitter, FalloffShape, FloatInput, NormalInput, NoteKind, Scene, Surface, Texture,
-    Wrap,
+    Channel, ColorInput, Emitter, FacetInput, FalloffShape, FloatInput, NormalInput, NoteKind, Scene,
+    Surface, Texture, Wrap,
 };
 
 use super::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, scene};
@@ -282,15 +282,15 @@ fn materials_of_pbrt_v3_become_surfaces() {
         close(color(reflectance), [0.4, 0.2, 0.2], 1e-6)
             && close(color(transmittance), [0.2, 0.1, 0.1], 1e-6)
     );
-    let Surface::MetallicRoughness { base_color, roughness, specular_f0, .. } =
+    let Surface::AshikhminShirley { diffuse, specular_f0, facets } =
         v3("\"substrate\" \"rgb Ks\" [0.04 0.04 0.04] \"float uroughness\" 0.25 \"float vroughness\" 0.25 \
             \"bool remaproughness\" \"false\"")
     else {
         panic!()
     };
     assert_eq!(
-        (color(base_color), color(specular_f0), value(roughness)),
-        (Rgb::gray(0.5), Rgb::gray(0.04), 0.5)
+        (color(diffuse), color(specular_f0), facets),
+        (Rgb::gray(0.5), Rgb::gray(0.04), FacetInput::even(0.25.into(), FacetModel::Ggx))
     );
 }
 

@@ -5,6 +5,11 @@
 //! and roughness, `V = G₂ / (4 c_o c_i)` falls with `α`, `c_o` and `c_i`, and `V c_i` grows with
 //! `c_i`.
 //!
+//! That of Ashikhmin and Shirley is `V = 1 / (4 c_d max(c_o, c_i))` with the cosine `c_d = ω_i·h` of
+//! incidence, `‖ω_o + ω_i‖/2 ≥ (c_o + c_i)/2`. With `m` at least that and at most `c_d`,
+//! `1 / (4 m max(c_o, c_i))` falls with all cosines; times `c_i` it grows up to `c_i = c_o`, and falls from
+//! there on.
+//!
 //! # Brushed surfaces
 //! Let `α_n ≤ α_w` be the roughnesses along the two axes. With `q = h_x²/α_u² + h_y²/α_v²`, GGX has
 //! `D = 1 / (π α_n α_w (q + h_z²)²)`, Beckmann's `D = e^(−q/h_z²) / (π α_n α_w h_z⁴)`. Both fall with
@@ -32,6 +37,25 @@ use super::{beckmann, ggx};
 use crate::bounds::angle::Angle;
 use crate::bounds::spans::LENGTHS;
 use crate::bsdf::{FacetModel, Microfacets};
+
+/// By what facets reflect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::bounds) enum FacetKind {
+    /// `D` and `G₂` of a model.
+    Model(FacetModel),
+    /// `D` of GGX, and `V = 1 / (4 ω_i·h max(c_o, c_i))`.
+    AshikhminShirley,
+}
+
+impl FacetKind {
+    /// All of them.
+    pub(in crate::bounds) const ALL: [Self; 4] = [
+        Self::Model(FacetModel::ALL[0]),
+        Self::Model(FacetModel::ALL[1]),
+        Self::Model(FacetModel::ALL[2]),
+        Self::AshikhminShirley,
+    ];
+}
 
 /// Tangents of the angle of the half vector, in units of the largest `α`, between which the factors
 /// are bounded one by one. There, `D` of GGX is `4`, `10²` and `10⁴` times below its peak. Chosen.
@@ -136,30 +160,64 @@ pub(in crate::bounds) fn upper_reflection(
 }
 
 /// At least `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least` on.
-pub(in crate::bounds) fn upper_distribution(model: FacetModel, widths: Widths, least: Angle) -> f64 {
+pub(in crate::bounds) fn upper_distribution(kind: FacetKind, widths: Widths, least: Angle) -> f64 {
     let alphas = widths.widest.map(f64::from);
-    let even = match model {
-        FacetModel::Ggx | FacetModel::GgxIndependent => ggx::upper_distribution(alphas, least),
-        FacetModel::Beckmann => beckmann::upper_distribution(alphas, least),
+    let even = match kind {
+        FacetKind::Model(FacetModel::Beckmann) => beckmann::upper_distribution(alphas, least),
+        FacetKind::Model(FacetModel::Ggx | FacetModel::GgxIndependent) | FacetKind::AshikhminShirley => {
+            ggx::upper_distribution(alphas, least)
+        }
     };
     even * f64::from(widths.ratio)
 }
 
-/// At least `G₂ / (4 c_o c_i)` for all cosines and roughnesses from the given ones on.
-pub(in crate::bounds) fn upper_visibility(model: FacetModel, alpha: f64, cos_o: f64, cos_i: f64) -> f64 {
-    match model {
-        FacetModel::Ggx => ggx::upper_visibility(alpha, cos_o, cos_i),
-        FacetModel::GgxIndependent => ggx::upper_visible(alpha, cos_o) * ggx::upper_visible(alpha, cos_i),
-        FacetModel::Beckmann => beckmann::upper_visible(alpha, cos_o) * beckmann::upper_visible(alpha, cos_i),
+/// What the visibility of facets is bounded for: the least of each, but for the cosine of light that
+/// [`upper_visibility_cos`] says.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::bounds) struct Seen {
+    /// The smaller roughness.
+    pub(in crate::bounds) alpha: f64,
+    /// Cosine between viewer and normal.
+    pub(in crate::bounds) cos_o: f64,
+    /// Cosine between light and normal.
+    pub(in crate::bounds) cos_i: f64,
+    /// Cosine of the angle of incidence on a facet.
+    pub(in crate::bounds) cos_incidence: f64,
+}
+
+impl Seen {
+    /// At least Ashikhmin and Shirley's `V`.
+    fn unmasked(&self) -> f64 {
+        let Self { cos_o, cos_i, cos_incidence, .. } = *self;
+        0.25 / (cos_incidence.max(0.5 * (cos_o + cos_i)) * cos_o.max(cos_i))
     }
 }
 
-/// At least `G₂ / (4 c_o)` for roughnesses and `cos_o` from the given ones on, and `cos_i` up to
-/// the given one, which is above zero.
-pub(in crate::bounds) fn upper_visibility_cos(model: FacetModel, alpha: f64, cos_o: f64, cos_i: f64) -> f64 {
-    match model {
-        FacetModel::Ggx => ggx::upper_visibility_cos(alpha, cos_o, cos_i),
-        _ => upper_visibility(model, alpha, cos_o, cos_i) * cos_i,
+/// At least `V` for all that is not below what is said.
+pub(in crate::bounds) fn upper_visibility(kind: FacetKind, seen: &Seen) -> f64 {
+    let Seen { alpha, cos_o, cos_i, .. } = *seen;
+    match kind {
+        FacetKind::Model(FacetModel::Ggx) => ggx::upper_visibility(alpha, cos_o, cos_i),
+        FacetKind::Model(FacetModel::GgxIndependent) => {
+            ggx::upper_visible(alpha, cos_o) * ggx::upper_visible(alpha, cos_i)
+        }
+        FacetKind::Model(FacetModel::Beckmann) => {
+            beckmann::upper_visible(alpha, cos_o) * beckmann::upper_visible(alpha, cos_i)
+        }
+        FacetKind::AshikhminShirley => seen.unmasked(),
+    }
+}
+
+/// At least `V c_i` for light at cosines up to the given one, which is above zero, and all else that
+/// is not below what is said.
+pub(in crate::bounds) fn upper_visibility_cos(kind: FacetKind, seen: &Seen) -> f64 {
+    match kind {
+        FacetKind::Model(FacetModel::Ggx) => ggx::upper_visibility_cos(seen.alpha, seen.cos_o, seen.cos_i),
+        FacetKind::AshikhminShirley => {
+            let brightest = Seen { cos_i: seen.cos_i.min(seen.cos_o), ..*seen };
+            brightest.unmasked() * brightest.cos_i
+        }
+        FacetKind::Model(_) => upper_visibility(kind, seen) * seen.cos_i,
     }
 }
 
@@ -189,6 +247,10 @@ mod tests {
         f64::from(all) / distribution(model, UPRIGHT, alpha)
     }
 
+    fn seen(alpha: f64, cos_o: f64, cos_i: f64) -> Seen {
+        Seen { alpha, cos_o, cos_i, cos_incidence: 0.0 }
+    }
+
     /// `[low, high]` in steps of equal ratio.
     fn between([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
         (0..=200).map(move |i| low * (high / low).powf(f64::from(i) / 200.0))
@@ -200,7 +262,7 @@ mod tests {
     fn ranges_of_roughness_hold_and_are_tight() {
         let of = |model, alphas: [f64; 2], least: Angle| {
             let widths = Widths { widest: alphas.map(|a| a as f32), narrowest: alphas[0] as f32, ratio: 1.0 };
-            let distribution = |least| upper_distribution(model, widths, least);
+            let distribution = |least| upper_distribution(FacetKind::Model(model), widths, least);
             upper_reflection(distribution, widths.cuts(), least, Angle::ZERO, EVERYTHING, |_| 1.0)
         };
         for (model, alphas) in models_of([[1e-3, 1e-3], [1e-3, 1e-2], [0.05, 0.4], [1e-3, 1.0], [1.0, 1.0]]) {
@@ -243,7 +305,7 @@ mod tests {
                         let others = |incidence: f64| 1e-6 + (1.0 - incidence.cos()).powf(steep);
                         let all = Ring { cos_incidence: widest.cos(), cos_light: 1.0 };
                         let widths = Widths::of(&Microfacets::even(alpha as f32, model));
-                        let upper = |least| upper_distribution(model, widths, least);
+                        let upper = |least| upper_distribution(FacetKind::Model(model), widths, least);
                         let others_within = |ring: Ring| others(ring.cos_incidence.acos());
                         let [least_angle, viewer_angle] = [least, viewer].map(angle);
                         let bound = upper_reflection(
@@ -280,14 +342,50 @@ mod tests {
                 for cos_i in values {
                     let value = visibility(model, cos_o as f32, cos_i as f32, alpha as f32);
                     for (a, o, i) in [(1.0, 1.0, 1.0), (0.5, 1.0, 1.0), (1.0, 0.5, 1.0), (1.0, 1.0, 0.5)] {
-                        let bound = upper_visibility(model, alpha * a, cos_o * o, cos_i * i);
+                        let bound =
+                            upper_visibility(FacetKind::Model(model), &seen(alpha * a, cos_o * o, cos_i * i));
                         assert!(value <= bound * (1.0 + 1e-6));
-                        let bound = upper_visibility_cos(model, alpha * a, cos_o * o, cos_i / i);
+                        let bound = upper_visibility_cos(
+                            FacetKind::Model(model),
+                            &seen(alpha * a, cos_o * o, cos_i / i),
+                        );
                         assert!(value * cos_i <= bound * (1.0 + 1e-6));
                     }
-                    assert!(value * (1.0 + 1e-6) >= upper_visibility(model, alpha, cos_o, cos_i));
-                    assert!(value * cos_i * (1.0 + 1e-6) >= upper_visibility_cos(model, alpha, cos_o, cos_i));
+                    assert!(
+                        value * (1.0 + 1e-6)
+                            >= upper_visibility(FacetKind::Model(model), &seen(alpha, cos_o, cos_i))
+                    );
+                    assert!(
+                        value * cos_i * (1.0 + 1e-6)
+                            >= upper_visibility_cos(FacetKind::Model(model), &seen(alpha, cos_o, cos_i))
+                    );
                 }
+            }
+        }
+    }
+
+    /// Of Ashikhmin and Shirley, over all azimuths: the bounds hold, and are met by a single direction.
+    #[test]
+    fn unmasked_visibilities_are_bounded_by_the_ends_that_are_named() {
+        const KIND: FacetKind = FacetKind::AshikhminShirley;
+        let values = [1e-4_f64, 1e-3, 0.03, 0.2, 0.7, 1.0];
+        let sine = |cos: f64| (1.0 - cos * cos).sqrt();
+        for (cos_o, cos_i) in values.into_iter().flat_map(|o| values.map(|i| (o, i))) {
+            for step in 0..=40 {
+                let azimuth = std::f64::consts::PI * f64::from(step) / 40.0;
+                let along = cos_o * cos_i + sine(cos_o) * sine(cos_i) * azimuth.cos();
+                let cos_d = (0.5 + 0.5 * along).max(0.0).sqrt();
+                let value = 0.25 / (cos_d * cos_o.max(cos_i));
+                for (o, i, d) in [(1.0, 1.0, 1.0), (0.5, 1.0, 1.0), (1.0, 0.5, 0.9), (0.1, 0.1, 0.0)] {
+                    let at = |cos_i: f64| Seen { cos_incidence: cos_d * d, ..seen(1.0, cos_o * o, cos_i) };
+                    let bound = upper_visibility(KIND, &at(cos_i * i));
+                    assert!(value <= bound * (1.0 + 1e-6), "{cos_o} {cos_i} {o} {i}");
+                    let bound = upper_visibility_cos(KIND, &at((cos_i / i).min(1.0)));
+                    assert!(value * cos_i <= bound * (1.0 + 1e-6), "{cos_o} {cos_i} {o} {i}");
+                }
+                let one = Seen { cos_incidence: cos_d, ..seen(1.0, cos_o, cos_i) };
+                assert!(value * (1.0 + 1e-6) >= upper_visibility(KIND, &one));
+                assert!(cos_i > cos_o || value * cos_i * (1.0 + 1e-6) >= upper_visibility_cos(KIND, &one));
             }
         }
     }

@@ -12,6 +12,7 @@
 //! | Conductor | 0 | [`facets`] |
 //! | Coated | `ρ/π · T(c_o) T_max / (η² (1 − ρ F_int))` | [`facets`] |
 //! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`facets`] |
+//! | AshikhminShirley | its diffuse part, which grows with `c_i` | [`facets`] |
 //! | Principled | `ρ_d/π · b` and the sheen, by [`burley`] | [`facets`] |
 //! | Clearcoat | what is left of its base's | what is left of its base's, and a coat: [`clearcoat`] |
 //!
@@ -33,9 +34,10 @@ pub(super) mod phong;
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
-use crate::bsdf::{Bsdf, ConductorFresnel, Microfacets};
+use crate::bsdf::{AshikhminShirley, Bsdf, ConductorFresnel, Microfacets};
 use crate::color::Rgb;
 use clearcoat::Coats;
+use facets::FacetKind;
 use fresnel::Reflected;
 
 /// The parts of a BSDF seen from one direction.
@@ -65,6 +67,8 @@ pub(super) enum Lobe {
     },
     /// `F D G₂ / (4 c_o c_i)`.
     Facets {
+        /// By what they reflect.
+        kind: FacetKind,
         /// The facets.
         facets: Microfacets,
         /// What a facet reflects, `F`.
@@ -112,6 +116,15 @@ impl Parts {
                 let reflected = Reflected::Schlick { scale: Rgb::WHITE, f0: b.f0 };
                 (b.diffuse * (Rgb::WHITE - b.dielectric_f0), facets(b.facets, reflected))
             }
+            Bsdf::AshikhminShirley(b) => {
+                let reflected = Reflected::Schlick { scale: Rgb::WHITE, f0: b.f0 };
+                let lobe = Lobe::Facets { kind: FacetKind::AshikhminShirley, facets: b.facets, reflected };
+                (
+                    b.diffuse_albedo(cos_o)
+                        * (AshikhminShirley::SCALE * AshikhminShirley::shape(max_cos_i as f32)),
+                    lobe,
+                )
+            }
             Bsdf::Principled(b) => {
                 let shape = burley::upper_shape(b.roughness, b.flatness, f64::from(cos_o), max_cos_i);
                 let [shape, shape_cos] = shape.map(|bound| bound as f32);
@@ -144,13 +157,17 @@ impl Lobe {
         match self {
             Self::None => Self::None,
             Self::Phong { scale, exponent } => Self::Phong { scale: scale * f64::from(factor), exponent },
-            Self::Facets { facets: of_lobe, reflected } => facets(of_lobe, reflected.scaled(factor)),
+            Self::Facets { kind, facets, reflected } => {
+                let reflected = reflected.scaled(factor);
+                if reflected.is_black() { Self::None } else { Self::Facets { kind, facets, reflected } }
+            }
         }
     }
 }
 
 fn facets(facets: Microfacets, reflected: Reflected) -> Lobe {
-    if reflected.is_black() { Lobe::None } else { Lobe::Facets { facets, reflected } }
+    let kind = FacetKind::Model(facets.model);
+    if reflected.is_black() { Lobe::None } else { Lobe::Facets { kind, facets, reflected } }
 }
 
 /// `bound` as `f32`, with room for the rounding of the BSDFs; zero stays zero.

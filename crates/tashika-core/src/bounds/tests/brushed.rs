@@ -10,8 +10,14 @@ use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, FacetModel, MAX_ALPHA, MIN_
 use crate::math::{Cone, Frame, Vec3};
 use crate::rng::{Purpose, Stream};
 
-const KINDS: [Kind; 5] =
-    [Kind::Plastic, Kind::Schlick, Kind::Coated, Kind::MetallicRoughness, Kind::Principled];
+const KINDS: [Kind; 6] = [
+    Kind::Plastic,
+    Kind::Schlick,
+    Kind::Coated,
+    Kind::MetallicRoughness,
+    Kind::AshikhminShirley,
+    Kind::Principled,
+];
 
 /// Facets of two roughnesses: either along the first axis, up to the ends of their ranges.
 fn facets(s: &mut Stream) -> Microfacets {
@@ -30,6 +36,7 @@ fn brushed(mut bsdf: Bsdf, s: &mut Stream) -> Bsdf {
         Bsdf::Conductor(b) => b.facets = facets,
         Bsdf::Coated(b) => b.facets = facets,
         Bsdf::MetallicRoughness(b) => b.facets = facets,
+        Bsdf::AshikhminShirley(b) => b.facets.alpha = facets.alpha,
         Bsdf::Principled(b) => b.facets = facets,
         _ => unreachable!("has no facets"),
     }

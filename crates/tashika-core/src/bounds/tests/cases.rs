@@ -5,8 +5,9 @@ use glam::DVec3;
 
 use crate::bounds::Reflector;
 use crate::bsdf::{
-    Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MAX_GTR1_ALPHA,
-    MIN_ALPHA, MetallicRoughness, Microfacets, Phong, Plastic, Principled, TintedFresnel, UnderCoat,
+    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Lambert,
+    MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness, Microfacets, Phong, Plastic, Principled, TintedFresnel,
+    UnderCoat,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -24,12 +25,13 @@ pub enum Kind {
     Metal,
     Coated,
     MetallicRoughness,
+    AshikhminShirley,
     Principled,
     Clearcoat,
 }
 
 /// All kinds.
-pub const KINDS: [Kind; 9] = [
+pub const KINDS: [Kind; 10] = [
     Kind::Lambert,
     Kind::Phong,
     Kind::Plastic,
@@ -39,6 +41,7 @@ pub const KINDS: [Kind; 9] = [
     Kind::MetallicRoughness,
     Kind::Principled,
     Kind::Clearcoat,
+    Kind::AshikhminShirley,
 ];
 
 /// Uniform in the logarithm from `low` to `high`.
@@ -85,6 +88,11 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
         Kind::MetallicRoughness => {
             let f0 = if s.below(2) == 0 { Rgb::gray(0.04) } else { b };
             Bsdf::MetallicRoughness(MetallicRoughness { diffuse: a, f0, dielectric_f0: f0, facets })
+        }
+        Kind::AshikhminShirley => {
+            let f0 = if s.below(2) == 0 { Rgb::gray(0.04) } else { b };
+            let facets = Microfacets { model: FacetModel::Ggx, ..facets };
+            Bsdf::AshikhminShirley(AshikhminShirley { diffuse: a, f0, facets })
         }
         Kind::Principled => {
             let [roughness, schlick, cloth] = s.uniform_3();

@@ -4,8 +4,8 @@ use super::cases::*;
 use super::many;
 use crate::bounds::Reflector;
 use crate::bsdf::{
-    Bsdf, Clearcoat, CoatModel, Coated, FacetModel, Lambert, MIN_COSINE, MetallicRoughness, Microfacets,
-    Mirror, Phong, Plastic, Principled, TintedFresnel, UnderCoat,
+    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, FacetModel, Lambert, MIN_COSINE, MetallicRoughness,
+    Microfacets, Mirror, Phong, Plastic, Principled, TintedFresnel, UnderCoat,
 };
 use crate::color::Rgb;
 use crate::math::{Cone, Vec3};
@@ -111,6 +111,9 @@ fn gray(bsdf: Bsdf) -> Bsdf {
             let (f0, dielectric_f0) = (gray(b.f0), gray(b.dielectric_f0));
             Bsdf::MetallicRoughness(MetallicRoughness { diffuse: gray(b.diffuse), f0, dielectric_f0, ..b })
         }
+        Bsdf::AshikhminShirley(b) => {
+            Bsdf::AshikhminShirley(AshikhminShirley { diffuse: gray(b.diffuse), f0: gray(b.f0), ..b })
+        }
         // Its diffuse part and sheen are bounded over many directions at once: tested by
         // themselves.
         Bsdf::Principled(b) => {
@@ -154,6 +157,7 @@ fn single_directions_have_nearly_their_value() {
                 Bsdf::Coated(b) => is_off(b.facets) || !(1.1..3.7).contains(&b.ior),
                 Bsdf::Conductor(b) => is_off(b.facets),
                 Bsdf::MetallicRoughness(b) => is_off(b.facets),
+                Bsdf::AshikhminShirley(b) => is_off(b.facets),
                 Bsdf::Principled(b) => is_off(b.facets) || !(1.1..3.7).contains(&b.fresnel.ior),
                 // Of Mitsuba's coats without the cosine `c_i v(c_i)` is bounded by ½.
                 Bsdf::Clearcoat(b) => b.alpha < 0.05 || b.model == CoatModel::Mitsuba,

@@ -54,7 +54,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "mirror", Full, "mirror";
         "glass", Full, "smooth or rough glass";
         "uber", Full, "diffuse with a GGX lobe, mixed with a mirror or glass; opacity is alpha";
-        "substrate", Approximated, "diffuse under a GGX coat of reflectance Ks: up to 98 % off";
+        "substrate", Full, "GGX facets over a diffuse base, by Ashikhmin and Shirley";
         "translucent", Full, "Lambert on both sides, mixed with rough glass";
         "disney", Full, "Disney's principled material, mixed with glass";
         "disney metallic", Approximated, "between 0 and 1, brighter metal: up to 29 % off";

@@ -139,15 +139,22 @@ impl Microfacets {
         }
     }
 
+    /// `D` (sr⁻¹).
+    ///
+    /// * `half`: of both.
+    #[inline(always)]
+    pub(super) fn distribution<R: Real>(&self, half: HalfVector<R>, wo: Vec3, wi: [R; 3]) -> R {
+        let (slopes, alpha) = (self.squeezed(half, wo, wi), self.mean());
+        match self.model {
+            FacetModel::Ggx | FacetModel::GgxIndependent => ggx::distribution(half, slopes, alpha),
+            FacetModel::Beckmann => beckmann::distribution(half, slopes, alpha),
+        }
+    }
+
     /// Density (sr⁻¹) of the reflections drawn by [`Microfacets::sample_reflection`].
     #[inline]
     pub fn reflection_pdf(&self, half: HalfVector<f32>, wo: Vec3, wi: Vec3) -> f32 {
-        let (slopes, alpha) = (self.squeezed(half, wo, wi.to_array()), self.mean());
-        let density = match self.model {
-            FacetModel::Ggx | FacetModel::GgxIndependent => ggx::distribution(half, slopes, alpha),
-            FacetModel::Beckmann => beckmann::distribution(half, slopes, alpha),
-        };
-        density / (4.0 * self.visible_area(wo))
+        self.distribution(half, wo, wi.to_array()) / (4.0 * self.visible_area(wo))
     }
 
     /// `G₂ / G₁(o)`: how much of what facets seen from one side send to the other is not in shadow,

@@ -3,9 +3,9 @@
 use std::mem::discriminant;
 
 use super::super::{
-    Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Glass, Lambert, MAX_ALPHA,
-    MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled, ThinGlass,
-    TintedFresnel, UnderCoat,
+    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Glass,
+    Lambert, MAX_ALPHA, MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic,
+    Principled, ThinGlass, TintedFresnel, UnderCoat,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -70,6 +70,12 @@ pub fn all() -> Vec<Case> {
     add("MetallicRoughness, metallic = 0.6".into(), Bsdf::MetallicRoughness(half_metal));
     add("MetallicRoughness metal".into(), metallic_roughness(Rgb::BLACK, ORANGE, 0.3));
     add("MetallicRoughness white".into(), metallic_roughness(Rgb::WHITE, Rgb::gray(0.04), 0.1));
+    for alpha in [[MIN_ALPHA; 2], [0.03; 2], [0.4; 2], [1.0; 2], [0.5, 0.1], [0.2, 1.0]] {
+        for f0 in [Rgb::BLACK, BLUE, Rgb::WHITE] {
+            let facets = Microfacets { alpha, model: FacetModel::Ggx };
+            add(format!("AshikhminShirley, {f0:?}, {alpha:?}"), ashikhmin_shirley(ORANGE, f0, facets));
+        }
+    }
     add("MetallicRoughness, f0 = 0".into(), metallic_roughness(BLUE, Rgb::BLACK, 0.7));
     let tinted = (0.6, BLUE, 1.2);
     add("Principled smooth".into(), principled(Rgb::WHITE, BLUE * 0.3, 0.0, tinted, 0.1));
@@ -132,7 +138,7 @@ pub fn random(stream: &mut Stream) -> Bsdf {
     let across = if stream.below(2) == 0 { alpha } else { across.clamp(MIN_ALPHA, alpha) };
     let facets = Microfacets { alpha: [alpha, across], model };
     let ior = 1.0001 + 3.9 * stream.uniform() * stream.uniform();
-    match stream.below(12) {
+    match stream.below(13) {
         0 => lambert(a),
         1 => phong(a * (Rgb::WHITE - b), b, powf(1e6, stream.uniform())),
         2 => conductor(ConductorFresnel::Schlick { f0: a }, facets),
@@ -142,6 +148,7 @@ pub fn random(stream: &mut Stream) -> Bsdf {
         6 => Bsdf::Mirror(Mirror { reflectance: a }),
         7 => plastic(a * (Rgb::WHITE - b), b, ior, facets),
         8 => thin_glass(ior, a, b),
+        11 => ashikhmin_shirley(a, b, facets),
         9 => {
             let of = principled(a, b, stream.uniform(), (stream.uniform(), b, ior), facets);
             flat(of, [0.0, 1.0, stream.uniform()][stream.below(3) as usize])
@@ -158,6 +165,11 @@ pub fn random(stream: &mut Stream) -> Bsdf {
         }
         _ => glass(ior, a, b),
     }
+}
+
+pub fn ashikhmin_shirley(diffuse: Rgb, f0: Rgb, facets: Microfacets) -> Bsdf {
+    let facets = Microfacets { model: FacetModel::Ggx, ..facets };
+    Bsdf::AshikhminShirley(AshikhminShirley { diffuse, f0, facets })
 }
 
 pub fn lambert(reflectance: Rgb) -> Bsdf {
@@ -234,5 +246,5 @@ fn the_list_has_every_variant_and_only_valid_parameters() {
             kinds.push(discriminant(&case.bsdf));
         }
     }
-    assert_eq!(kinds.len(), 11, "a variant of `Bsdf` has no case, or this count is old");
+    assert_eq!(kinds.len(), 12, "a variant of `Bsdf` has no case, or this count is old");
 }

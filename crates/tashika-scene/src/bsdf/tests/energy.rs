@@ -3,8 +3,8 @@
 use std::f64::consts::LN_2;
 
 use super::super::{
-    Bsdf, Clearcoat, CoatModel, Coated, ConductorFresnel, MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness,
-    Principled, UnderCoat,
+    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, ConductorFresnel, MAX_GTR1_ALPHA, MIN_ALPHA,
+    MetallicRoughness, Principled, UnderCoat,
 };
 use super::cases::{self, Case};
 use super::quadrature::{PolarGrid, hemisphere};
@@ -36,6 +36,7 @@ fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
         | Bsdf::Phong(_)
         | Bsdf::Plastic(_)
         | Bsdf::Conductor(_)
+        | Bsdf::AshikhminShirley(_)
         | Bsdf::Mirror(_)
         | Bsdf::Glass(_)
         | Bsdf::ThinGlass(_) => 1.0,
@@ -145,6 +146,7 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
         Bsdf::Plastic(b) => cases::plastic(Rgb::BLACK, b.specular, b.ior, b.facets),
         Bsdf::Coated(b) => Bsdf::Coated(Coated { reflectance: Rgb::BLACK, ..b }),
         Bsdf::MetallicRoughness(b) => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: Rgb::BLACK, ..b }),
+        Bsdf::AshikhminShirley(b) => Bsdf::AshikhminShirley(AshikhminShirley { diffuse: Rgb::BLACK, ..b }),
         Bsdf::Principled(b) => Bsdf::Principled(Principled { diffuse: Rgb::BLACK, ..b }),
         Bsdf::Clearcoat(b) => Bsdf::Clearcoat(Clearcoat { base: b.base.with_diffuse(0.0), ..b }),
         Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => *bsdf,
@@ -166,6 +168,7 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
             Bsdf::Plastic(b) => b.facets.alpha = [1.0; 2],
             Bsdf::Coated(b) => b.facets.alpha = [1.0; 2],
             Bsdf::MetallicRoughness(b) => b.facets.alpha = [1.0; 2],
+            Bsdf::AshikhminShirley(b) => b.facets.alpha = [1.0; 2],
             Bsdf::Principled(b) => b.facets.alpha = [1.0; 2],
             Bsdf::Clearcoat(b) => {
                 b.alpha = if b.model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
@@ -212,6 +215,7 @@ fn is_wide(bsdf: &Bsdf, stated: Rgb) -> bool {
         Bsdf::Conductor(b) => b.facets.widest() > 0.1,
         Bsdf::Coated(b) => b.facets.widest() > 0.1,
         Bsdf::MetallicRoughness(b) => b.facets.widest() > 0.1,
+        Bsdf::AshikhminShirley(b) => b.facets.widest() > 0.1,
         // What exceeds 1 is cut.
         Bsdf::Principled(b) => b.facets.widest() > 0.1 || stated.max_channel() == 1.0,
         // Of white bases additive coats reflect more than 1.

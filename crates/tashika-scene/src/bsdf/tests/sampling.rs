@@ -3,8 +3,8 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::super::{
-    Bsdf, BsdfSample, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Lobe, MetallicRoughness,
-    Plastic, Principled,
+    AshikhminShirley, Bsdf, BsdfSample, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Lobe,
+    MetallicRoughness, Plastic, Principled,
 };
 use super::cases::{self, Case};
 use super::quadrature::PolarGrid;
@@ -57,6 +57,7 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
         | Bsdf::Plastic(Plastic { facets, .. })
         | Bsdf::Coated(Coated { facets, .. })
         | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. })
+        | Bsdf::AshikhminShirley(AshikhminShirley { facets, .. })
         | Bsdf::Principled(Principled { facets, .. }) => {
             // At grazing angles lobes are lines, and Beckmann's have no tails that lead to them.
             let alpha = facets.narrowest();

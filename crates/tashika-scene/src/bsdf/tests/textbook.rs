@@ -39,13 +39,21 @@ impl Pair {
         Self { o, i, h, cos_o: o.z, cos_i: i.z, cos_mirror: mirror.dot(i), cos_h: h.z, cos_d: o.dot(h) }
     }
 
+    /// `D` of GGX's brushed facets (Heitz 2014, section 5).
+    fn distribution(&self, Microfacets { alpha, .. }: Microfacets) -> f64 {
+        let [u, v] = alpha.map(f64::from);
+        let h = self.h;
+        let slope = (h.x * h.x / (u * u) + h.y * h.y / (v * v)) / (h.z * h.z);
+        1.0 / (PI * u * v * self.cos_h.powi(4) * (1.0 + slope).powi(2))
+    }
+
     /// `D G₂ / (4 c_o c_i)` of brushed facets (Heitz 2014, section 5).
     fn facets(&self, Microfacets { alpha, model }: Microfacets) -> f64 {
         let [u, v] = alpha.map(f64::from);
         // `tan²θ (cos²φ/α_u² + sin²φ/α_v²)`, and `α² tan²θ` with the roughness along a direction.
         let slope = |w: DVec3| (w.x * w.x / (u * u) + w.y * w.y / (v * v)) / (w.z * w.z);
         let seen = |w: DVec3| (w.x * w.x * u * u + w.y * w.y * v * v) / (w.z * w.z);
-        let ggx = || 1.0 / (PI * u * v * self.cos_h.powi(4) * (1.0 + slope(self.h)).powi(2));
+        let ggx = || self.distribution(Microfacets { alpha, model });
         let lambda = |w: DVec3| ((1.0 + seen(w)).sqrt() - 1.0) / 2.0;
         let (of_o, of_i) = (lambda(self.o), lambda(self.i));
         let facets = match model {
@@ -130,6 +138,13 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let f = schlick(f0.g, pair.cos_d);
             (1.0 - schlick(dielectric_f0.g, pair.cos_d)) * f64::from(diffuse.g) / PI + f * pair.facets(facets)
         }
+        // As pbrt's `FresnelBlend` is printed.
+        Bsdf::AshikhminShirley(b) => {
+            let fades = |cos: f64| 1.0 - (1.0 - cos / 2.0).powi(5);
+            let diffuse = 28.0 * f64::from(b.diffuse.g) / (23.0 * PI) * (1.0 - f64::from(b.f0.g));
+            let specular = pair.distribution(b.facets) / (4.0 * pair.cos_d * pair.cos_o.max(pair.cos_i));
+            diffuse * fades(pair.cos_o) * fades(pair.cos_i) + schlick(b.f0.g, pair.cos_d) * specular
+        }
         Bsdf::Principled(b) => {
             let (cos_d, grazing) = (pair.cos_d, |cos: f64| (1.0 - cos).powi(5));
             let (o, i) = (grazing(pair.cos_o), grazing(pair.cos_i));
@@ -179,6 +194,7 @@ fn values_are_those_of_the_sources() {
                 (b.facets.narrowest() < 0.05, f64::from(Boundary::new(b.facets, b.ior).inside()))
             }
             Bsdf::MetallicRoughness(b) => (b.facets.narrowest() < 0.05, 0.0),
+            Bsdf::AshikhminShirley(b) => (b.facets.narrowest() < 0.05, 0.0),
             Bsdf::Principled(b) => (b.facets.narrowest() < 0.05, 0.0),
             Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (false, 0.0),
         };

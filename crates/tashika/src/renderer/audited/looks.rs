@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! first picture      by n pixels; if it is dear, and there is hope, by m > n
-//! second             by m if it is dear, else by n
-//! last               likewise
+//! each after it      by m if it is dear, else by n
+//! the last           likewise
 //! ```
 //!
 //! All of it follows from the pictures, but for whether a look that could be taken is left out: so
@@ -12,8 +12,7 @@
 
 use crate::request::AuditTerms;
 
-/// The first look is taken where so much of the share that may be outside is foreseen to be, the next
-/// where it is half as much. Chosen.
+/// The first look is taken where so much of the share that may be outside is foreseen to be. Chosen.
 const LOOK_AT: f64 = 0.5;
 /// Rays of a truth, about.
 const TRUTH_RAYS: u64 = 50_000;
@@ -31,8 +30,8 @@ impl Looks {
     ///
     /// * `outside`: share of its pixels that are foreseen to be outside.
     pub fn is_due(&self, terms: &AuditTerms, outside: f64) -> bool {
-        let look_at = LOOK_AT / f64::from(1u32 << self.pictures);
-        self.pictures + 1 < AuditTerms::PICTURES && outside <= look_at * (1.0 - terms.share)
+        let is_good = self.pictures > 0 || outside <= LOOK_AT * (1.0 - terms.share);
+        is_good && self.pictures + 1 < AuditTerms::PICTURES
     }
 
     /// Begins with a picture: whether it may be looked at, and whether it is the first.
@@ -61,7 +60,7 @@ pub(super) fn is_hopeful(terms: &AuditTerms, outside: u64, [of, most]: [u64; 2])
 mod tests {
     use super::*;
 
-    const TERMS: AuditTerms = AuditTerms { share: 0.95, assurance: 0.99, pixels: 400 };
+    const TERMS: AuditTerms = AuditTerms { share: 0.95, assurance: 0.99, pixels: 600 };
 
     /// However many pictures there are, no look is taken that has no share of the risk.
     #[test]
@@ -82,26 +81,28 @@ mod tests {
         assert_eq!(taken, AuditTerms::LOOKS);
     }
 
-    /// Pictures are looked at where few are foreseen outside, later ones where fewer are.
+    /// Pictures are looked at from where few pixels are foreseen outside.
     #[test]
     fn looks_are_due_where_pictures_are_foreseen_to_be_good() {
         let mut looks = Looks::default();
-        let due = |looks: &Looks| [0.026, 0.025, 0.013, 0.012].map(|outside| looks.is_due(&TERMS, outside));
-        assert_eq!(due(&looks), [false, true, true, true]);
+        let due = |looks: &Looks| [0.026, 0.025].map(|outside| looks.is_due(&TERMS, outside));
+        assert_eq!(due(&looks), [false, true]);
         assert_eq!(looks.begin(), Some(true));
-        assert_eq!(due(&looks), [false, false, false, true]);
-        assert_eq!(looks.begin(), Some(false));
-        assert_eq!(due(&looks), [false; 4], "what is left is for the end");
+        for _ in 2..AuditTerms::PICTURES {
+            assert_eq!(due(&looks), [true; 2]);
+            assert_eq!(looks.begin(), Some(false));
+        }
+        assert_eq!(due(&looks), [false; 2], "what is left is for the end");
     }
 
     /// There is hope where a little luck would do; without more pixels, where the claim holds.
     #[test]
     fn there_is_hope_as_long_as_a_look_may_succeed() {
         let most = |pixels: u64, of: u64| (0..of).rev().find(|k| TERMS.is_reached(*k, pixels)).unwrap();
-        let (few, many) = (most(400, 400), most(1000, 1000));
-        assert!(is_hopeful(&TERMS, few, [400, 400]) && !is_hopeful(&TERMS, few + 1, [400, 400]));
-        let hopeful = (0..400).rev().find(|k| is_hopeful(&TERMS, *k, [400, 1000])).unwrap();
-        assert!(hopeful > few && hopeful as f64 * 2.5 * 0.9 < (many + 1) as f64, "{few} {hopeful} {many}");
+        let (few, many) = (most(600, 600), most(1200, 1200));
+        assert!(is_hopeful(&TERMS, few, [600, 600]) && !is_hopeful(&TERMS, few + 1, [600, 600]));
+        let hopeful = (0..600).rev().find(|k| is_hopeful(&TERMS, *k, [600, 1200])).unwrap();
+        assert!(hopeful > few && hopeful as f64 * 2.0 * 0.9 < (many + 1) as f64, "{few} {hopeful} {many}");
         assert!(!is_dear(&TERMS, 29_999_999) && is_dear(&TERMS, 30_000_000));
     }
 }

@@ -330,5 +330,5 @@ fn what_does_not_go_with_it_is_refused() {
     assert!(refused(renderer(1).truth(Truth::Vpl)).contains("transport"));
     let few = Request { claim: Some(ClaimName::Audited), audit: Some(20), ..Request::default() };
     let few = refused(Renderer::new(builtin::tiny()).request(few));
-    assert!(few.contains("128 are enough"), "{few}");
+    assert!(few.contains("256 are enough"), "{few}");
 }

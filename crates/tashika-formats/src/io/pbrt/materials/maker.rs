@@ -76,20 +76,6 @@ impl Maker<'_, '_> {
         Ok(FacetInput { alpha, across, model: FacetModel::Ggx })
     }
 
-    /// The same where only one `α` can be rendered.
-    pub(super) fn even_alpha(&mut self, default: f32) -> Result<FloatInput> {
-        let FacetInput { alpha, across, .. } = self.facets("", default)?;
-        let Some(across) = across else { return Ok(alpha) };
-        let message =
-            "substrate of different roughness along u and v: the geometric mean, or the texture along u";
-        self.note(NoteKind::Approximated, message);
-        Ok(match (alpha.texture, across.texture) {
-            (None, None) => (alpha.factor * across.factor).sqrt().into(),
-            (Some(_), _) => alpha,
-            (None, Some(_)) => across,
-        })
-    }
-
     /// `α` of a roughness.
     fn alpha(&mut self, roughness: FloatInput, remap: bool) -> Result<FloatInput> {
         let version = self.loading.version;

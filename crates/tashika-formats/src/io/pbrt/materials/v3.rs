@@ -8,7 +8,7 @@
 //! | `mirror` | mirror of `Kr` |
 //! | `glass` | glass of `Kr`, `Kt` |
 //! | `uber` | `Plastic`; with `Kr` or `Kt` a mix with a smooth coat or glass, each part divided by its share so that the sum is the material's; `opacity` is alpha |
-//! | `substrate` | metallic-roughness with `Kd` under a reflectance of `Ks` at normal incidence, instead of Ashikhmin and Shirley's formula |
+//! | `substrate` | Ashikhmin and Shirley's formula |
 //! | `translucent` | a mix, as for `uber`, of Lambert on both sides, `reflect · Kd` and `transmit · Kd`, and of glass of the same shares of `Ks` |
 //! | `disney` | see `disney` |
 //! | `subsurface`, `kdsubsurface` | a coat over the diffuse reflectance of a half-space (Jensen 2001), or `Kd` |
@@ -23,7 +23,6 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::mixes::{either, grey, of_share};
 use crate::io::pbrt::spectra::{self, Quantity};
-use crate::io::principled::metallic_roughness;
 use crate::io::rough_diffuse;
 use crate::io::textures::product;
 use crate::math::elementary::exp;
@@ -67,11 +66,8 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<(Option<Surf
         }
         "uber" => return uber(m).map(|(surface, opacity)| (Some(surface), opacity)),
         "substrate" => {
-            let base_color = m.color("Kd", 0.5)?;
-            let specular_f0 = m.color("Ks", 0.5)?;
-            let alpha = m.even_alpha(0.1)?;
-            let roughness = m.loading.builder.power(alpha, 0.5)?;
-            metallic_roughness(base_color, 0.0.into(), roughness, specular_f0)
+            let (diffuse, specular_f0) = (m.color("Kd", 0.5)?, m.color("Ks", 0.5)?);
+            Surface::AshikhminShirley { diffuse, specular_f0, facets: m.facets("", 0.1)? }
         }
         "translucent" => translucent(m)?,
         "disney" => super::disney::surface(m)?,

@@ -1,0 +1,86 @@
+//! Rough reflection over a diffuse base that has what is left: the model of Ashikhmin and Shirley.
+//!
+//! ```text
+//! f_r = 28 ρ_d (1 − F₀) / 23π · s(c_i) s(c_o)  +  F D / (4 ω_i·h max(c_i, c_o))          (sr⁻¹)
+//! s(c) = 1 − (1 − c/2)⁵,    F = F₀ + (1 − F₀)(1 − ω_i·h)⁵
+//! ```
+//!
+//! (Ashikhmin, Shirley 2000, equations 4 and 5, with the distribution `D` of GGX's facets as pbrt's
+//! `substrate` has it.) The diffuse part fades where the facets reflect; its factor makes it reflect
+//! `ρ_d (1 − F₀) s(c_o)` in all. Nothing masks the facets; `max(c_i, c_o)` keeps them from reflecting
+//! more than they receive.
+//!
+//! Tested by `bsdf::tests`, and by the suite's `formula_materials`.
+
+use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, validate};
+use crate::color::Rgb;
+use crate::math::simd::each;
+use crate::math::{Real, Vec3};
+use microfacet::{FacetModel, HalfVector, Microfacets};
+
+/// Facets over a diffuse base that fades where they reflect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AshikhminShirley {
+    /// Reflectance of the base, `ρ_d`; each channel in `[0, 1]`.
+    pub diffuse: Rgb,
+    /// Reflectance of a facet at normal incidence; each channel in `[0, 1]`.
+    pub f0: Rgb,
+    /// The facets, of [`FacetModel::Ggx`]; only their distribution counts.
+    pub facets: Microfacets,
+}
+
+impl AshikhminShirley {
+    /// `π` times the diffuse part, over what it reflects in all and `s(c_i)`: `28/23`.
+    pub const SCALE: f32 = 28.0 / 23.0;
+
+    /// `s(c)`; grows with the cosine.
+    #[inline(always)]
+    pub fn shape<R: Real>(cos: R) -> R {
+        // The differences of its definition would be rounded where the cosine is small.
+        let x = R::splat(0.5) * cos;
+        let sum = R::splat(-10.0) + x * (R::splat(10.0) + x * (R::splat(-5.0) + x));
+        x * (R::splat(5.0) + x * sum)
+    }
+
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        let half = HalfVector::between(wo, wi);
+        let cos_d = half.cos_incidence();
+        let facets =
+            self.facets.distribution(half, wo, wi) / (R::splat(4.0) * cos_d * wi[2].max(R::splat(wo.z)));
+        let f = fresnel::schlick(self.f0, cos_d);
+        let shape = R::splat(Self::SCALE) * Self::shape(wi[2]);
+        let diffuse = diffuse_brdf(self.diffuse_albedo(wo.z)).to_array();
+        each!(|channel| R::splat(diffuse[channel]) * shape + f[channel] * facets)
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
+    }
+
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+        lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
+    }
+
+    /// Albedo of the diffuse part for light at cosine `cos_o`.
+    pub fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
+        self.diffuse * (Rgb::WHITE - self.f0) * Self::shape(cos_o)
+    }
+
+    /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles even
+    /// if `F₀ = 0`.
+    fn facet_probability(&self, cos_o: f32) -> f32 {
+        let facets = Rgb::from(fresnel::schlick(self.f0, cos_o)).max_channel().max(f32::MIN_POSITIVE);
+        glossy_probability(facets, self.diffuse_albedo(cos_o).max_channel()).unwrap_or(1.0)
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        validate::fraction("diffuse", self.diffuse)?;
+        validate::fraction("f0", self.f0)?;
+        if self.facets.model != FacetModel::Ggx {
+            return Err(format!("facets of {:?}; expected {:?}", self.facets.model, FacetModel::Ggx));
+        }
+        validate::facets(self.facets)
+    }
+}
