@@ -210,12 +210,16 @@ const Views = (() => {
     const add = (id, label, fields) => views.push({ id: `${index}/${id}`, image: index, label: prefix + label, ...fields });
     const ends = (plane, channel, log) => extent(source.overview(index).planes([plane])?.[0][channel], log);
     const ramp = (from, to, beyond) => ({ ramp: palette.scale, from, to, beyond });
+    const single = (name) => planes.get(name)?.channels.length === 1;
     const relative = (id, label, plane, channel = 0) => {
+      // Where nothing is claimed there is no half-width.
+      const claim = plane === PLANE.half_width && single(PLANE.claim) ? [PLANE.claim] : [];
       // Nearly all are below the tolerance, which is the middle of the scale.
-      const value = ([c, h], i) => ratio(h[channel][i], size(c, i)) / (2 * tolerance);
+      const value = ([c, h, k], i) =>
+        k && k[0][i] === Record.claim.none ? NaN : ratio(h[channel][i], size(c, i)) / (2 * tolerance);
       add(id, label, {
         kind: "error",
-        planes: [PLANE.radiance, plane],
+        planes: [PLANE.radiance, plane, ...claim],
         paint: each(value, palette),
         legend: () => ramp("0 %", typed(2 * tolerance), `> ${typed(2 * tolerance)}`),
       });
@@ -239,8 +243,6 @@ const Views = (() => {
     };
     const coded = (id, label, list, names, value) =>
       add(id, label, { kind: "code", planes: names, paint: codes(list)(value), legend: () => ({ codes: list.map(({ label, color }) => [label, color]) }) });
-    const single = (name) => planes.get(name)?.channels.length === 1;
-
     const isColor = ({ name, channels }) => ROWS.get(name)?.shown === "color" || channels.join("") === "RGB";
     for (const { name } of [...planes.values()].filter(isColor)) {
       add(name || "estimate", ROWS.get(name)?.label ?? name, {
