@@ -16,7 +16,8 @@
 mod library;
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use library::{Device, Images};
 use tashika_film::color::Rgb;
@@ -32,6 +33,9 @@ pub const SYSTEM: &str = if cfg!(target_os = "macos") {
 } else {
     "libOpenImageDenoise.so.2"
 };
+
+/// The environment variable that says where the library is.
+const VARIABLE: &str = "TASHIKA_OIDN";
 
 /// Luminance that the mean of a picture has for the network, which knows pictures that people look
 /// at.
@@ -63,6 +67,28 @@ impl Oidn {
         // SAFETY: what is loaded is what the user names as that library.
         let device = unsafe { Device::load(library, threads) }.map_err(failed)?;
         Ok(Self { device })
+    }
+
+    /// The smoother that a user calls by `name`: none for `own`, our own reconstruction; for `oidn` the
+    /// library that the environment variable `TASHIKA_OIDN` names, else `found`, else
+    /// [the system's](SYSTEM); else the library in the file of that name.
+    ///
+    /// # Errors
+    /// As [`Oidn::load`].
+    pub fn by_name(
+        name: &Path,
+        found: impl FnOnce() -> Option<PathBuf>,
+        threads: usize,
+    ) -> Result<Option<Arc<dyn Smoother>>> {
+        let library = match name.to_str() {
+            Some("own") => return Ok(None),
+            Some("oidn") => {
+                let named = std::env::var_os(VARIABLE).map(PathBuf::from);
+                named.or_else(found).unwrap_or_else(|| SYSTEM.into())
+            }
+            _ => name.to_owned(),
+        };
+        Ok(Some(Arc::new(Self::load(&library, threads)?)))
     }
 }
 
@@ -111,10 +137,23 @@ mod tests {
         assert!(other.contains("pyoidn"), "{other}");
     }
 
+    #[test]
+    fn names_are_those_of_users() {
+        assert!(Oidn::by_name(Path::new("own"), || panic!("nothing is looked for"), 1).unwrap().is_none());
+        let file = Path::new("/nowhere/it.so");
+        let refused = Oidn::by_name(file, || panic!("a file is named"), 1).unwrap_err().to_string();
+        assert!(refused.contains("/nowhere/it.so"), "{refused}");
+        if std::env::var_os(VARIABLE).is_none() {
+            let found = || Some("/nowhere/found.so".into());
+            let refused = Oidn::by_name(Path::new("oidn"), found, 1).unwrap_err().to_string();
+            assert!(refused.contains("/nowhere/found.so"), "{refused}");
+        }
+    }
+
     /// Noise is mostly taken away, an edge stays, and the picture is as bright as it was.
     #[test]
     fn noise_is_smoothed() {
-        let Some(library) = std::env::var_os("TASHIKA_OIDN") else { return };
+        let Some(library) = std::env::var_os(VARIABLE) else { return };
         let oidn = Oidn::load(Path::new(&library), 2).unwrap();
         let size = [64, 48];
         let truth = |x: u32| if x < 32 { 100.0 } else { 300.0 };

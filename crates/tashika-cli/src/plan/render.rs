@@ -1,12 +1,10 @@
 //! What is to be done by `render`.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use tashika::integrator::SumMethod;
 use tashika::io::ToneMap;
-use tashika::reconstruction::Smoother;
 use tashika::request::{ClaimName, Method, Request, Resolved};
 use tashika_oidn::Oidn;
 
@@ -72,7 +70,8 @@ impl RenderPlan {
             unused.push("--denoiser".to_owned());
         }
         let smoother = args.denoiser.as_deref().filter(|_| is_audited);
-        let smoother = smoother.map(|name| smoother_of(name, args.common.threads)).transpose()?.flatten();
+        let smoother =
+            smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
         let asked = Asked { smoother, ..asked };
         if args.checkpoint && is_audited {
             return Err(Failure::usage(
@@ -121,19 +120,6 @@ impl RenderPlan {
             unused,
         })
     }
-}
-
-/// Where the library Open Image Denoise is, where nobody says it on the command line.
-const OIDN: &str = "TASHIKA_OIDN";
-
-/// What is to smooth a picture, if it is not our own.
-fn smoother_of(name: &Path, threads: usize) -> Result<Option<Arc<dyn Smoother>>, Failure> {
-    let library = match name.to_str() {
-        Some("own") => return Ok(None),
-        Some("oidn") => std::env::var_os(OIDN).map_or_else(|| tashika_oidn::SYSTEM.into(), PathBuf::from),
-        _ => name.to_owned(),
-    };
-    Ok(Some(Arc::new(Oidn::load(&library, threads)?)))
 }
 
 /// An option that goes with one image only.
