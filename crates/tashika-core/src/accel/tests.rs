@@ -478,8 +478,12 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
         transmittance: Rgb::gray(0.9),
         facets: 0.0.into(),
     };
-    let pane =
-        Surface::ThinGlass { ior: 1.5, reflectance: Rgb::WHITE.into(), transmittance: Rgb::gray(0.9).into() };
+    let pane = Surface::ThinGlass {
+        ior: 1.5,
+        reflectance: Rgb::WHITE.into(),
+        transmittance: Rgb::gray(0.9).into(),
+        facets: 0.0.into(),
+    };
     let two_faces = |f: f32| (1.0 - f) / (1.0 + f);
     for (surface, passes) in [(solid, 1.0 - normal), (pane, two_faces(normal))] {
         // Placed once, and so often that the mesh is shared and stretched, which must not change

@@ -265,14 +265,14 @@ impl Scatter {
             return Self::Specular(SpecularPoint { surface: *surface, outgoing, bsdf, weight });
         }
         let (geometric_normal, shading_normal) = surface.normals_seen_from(outgoing);
-        // Light that comes through gathers behind the surface; its part is Lambertian, whatever the
-        // viewer's direction.
+        // Light that comes through gathers behind the surface, as if it were seen from there.
         let side = if through { -1.0 } else { 1.0 };
         let frame = surface.frame(shading_normal * side);
+        let wo = frame.to_local(outgoing) * Vec3::new(1.0, 1.0, side);
         Self::Gathers(GatherPoint {
             position: surface.leave(geometric_normal * side),
             geometric_normal: geometric_normal * side,
-            wo: if through { Vec3::Z } else { frame.to_local(outgoing) },
+            wo,
             frame,
             bsdf,
             weight: Rgb::gray(weight),

@@ -186,7 +186,8 @@ fn scattered(
     s: &mut Stream,
 ) -> Option<Scattered> {
     let (ng, ns) = point.normals_towards(incoming);
-    // A part that lets light through is Lambertian: no lobe of its own is to be drawn from.
+    // Light that goes through leaves as if it were reflected, mirrored to behind the surface.
+    let mirrored = Vec3::new(1.0, 1.0, if through { -1.0 } else { 1.0 });
     let by_geometry = Frame::about(if through { -ng } else { ng });
     let by_shading = point.frame(ns);
     let wo = by_shading.to_local(incoming);
@@ -199,7 +200,7 @@ fn scattered(
     let direction = if choice < share {
         by_geometry.to_world(warp::cosine_hemisphere([u[1], u[2]]))
     } else {
-        by_shading.to_world(bsdf.sample(wo, u)?.wi)
+        by_shading.to_world(bsdf.sample(wo, u)?.wi * mirrored)
     };
     let direction = direction.normalize();
     let cos = by_geometry.n.dot(direction);
@@ -208,11 +209,11 @@ fn scattered(
     }
     let mut density = share * warp::cosine_hemisphere_pdf(cos);
     if share < 1.0 {
-        density += (1.0 - share) * bsdf.pdf(wo, by_shading.to_local(direction));
+        density += (1.0 - share) * bsdf.pdf(wo, by_shading.to_local(direction) * mirrored);
     }
     let (_, seen) = point.normals_seen_from(direction);
     let frame = point.frame(if through { -seen } else { seen });
-    let viewer = if through { Vec3::Z } else { frame.to_local(direction) };
+    let viewer = frame.to_local(direction) * mirrored;
     let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming));
     let factor = kernel * (cos / (ng.dot(incoming) * density));
     factor.is_valid().then_some(Scattered { direction, factor, specular: None })
@@ -254,7 +255,9 @@ mod tests {
             (plastic, false, flat),
             (lambert, false, opposite),
             (lambert, true, opposite),
+            (plastic, true, flat),
             (plastic, false, opposite),
+            (plastic, true, opposite),
             (coat, false, flat),
             (coat, false, opposite),
         ] {
@@ -276,7 +279,7 @@ mod tests {
                     if even.z * side > 0.0 {
                         let seen = if is_behind(even) { stand_in * side } else { ns * side };
                         let frame = Frame::about(seen * side);
-                        let viewer = if through { Vec3::Z } else { frame.to_local(even) };
+                        let viewer = frame.to_local(even) * Vec3::new(1.0, 1.0, side);
                         let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming)).r;
                         value = kernel * even.z.abs() / incoming.z * 4.0 * PI;
                     }

@@ -48,6 +48,12 @@ pub enum ConductorFresnel {
         /// Imaginary part `k`, from 0 to 100.
         k: Rgb,
     },
+    /// No metal: what Schlick's approximation leaves of a dielectric, `(1 − F₀)(1 − (1 − ω_i·h)⁵)`. The
+    /// far side of a rough pane sends it on, as if it were reflected there.
+    Passed {
+        /// Reflectance at normal incidence; each channel in `[0, 1]`.
+        f0: Rgb,
+    },
 }
 
 impl ConductorFresnel {
@@ -63,6 +69,10 @@ impl ConductorFresnel {
         match *self {
             Self::Schlick { f0 } => fresnel::schlick(f0, cos),
             Self::Exact { eta, k } => fresnel::conductor(cos, eta, k),
+            Self::Passed { f0 } => {
+                let reflected = fresnel::schlick(f0, cos);
+                each!(|channel| R::splat(1.0) - reflected[channel])
+            }
         }
     }
 }
@@ -87,7 +97,9 @@ impl Conductor {
 
     pub(super) fn validate(&self) -> Result<(), String> {
         match self.fresnel {
-            ConductorFresnel::Schlick { f0 } => validate::fraction("f0", f0)?,
+            ConductorFresnel::Schlick { f0 } | ConductorFresnel::Passed { f0 } => {
+                validate::fraction("f0", f0)?
+            }
             ConductorFresnel::Exact { eta, k } => {
                 validate::channels_in_range("eta", eta, MIN_ETA, MAX_INDEX)?;
                 validate::channels_in_range("k", k, 0.0, MAX_INDEX)?;

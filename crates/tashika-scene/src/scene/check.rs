@@ -164,10 +164,14 @@ fn surface(surface: &Surface) -> Checked {
         Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => {
             color("reflectance", reflectance)
         }
-        Surface::Translucent { reflectance, transmittance }
-        | Surface::ThinGlass { reflectance, transmittance, .. } => {
+        Surface::Translucent { reflectance, transmittance } => {
             color("reflectance", reflectance)?;
             color("transmittance", transmittance)
+        }
+        Surface::ThinGlass { reflectance, transmittance, facets, .. } => {
+            color("reflectance", reflectance)?;
+            color("transmittance", transmittance)?;
+            roughness(facets)
         }
         Surface::Phong { diffuse, specular, .. } => {
             color("diffuse", diffuse)?;
@@ -182,7 +186,9 @@ fn surface(surface: &Surface) -> Checked {
             color("specular", specular)?;
             roughness(facets)?;
             match fresnel {
-                ConductorFresnel::Schlick { f0 } => color("f0", &(*f0).into()),
+                ConductorFresnel::Schlick { f0 } | ConductorFresnel::Passed { f0 } => {
+                    color("f0", &(*f0).into())
+                }
                 ConductorFresnel::Exact { eta, k } => {
                     color("eta", &(*eta).into())?;
                     color("k", &(*k).into())

@@ -107,14 +107,14 @@ impl Surface {
             | Self::Conductor { facets, .. }
             | Self::Coated { facets, .. }
             | Self::AshikhminShirley { facets, .. }
-            | Self::Glass { facets, .. } => facets.across.is_some(),
+            | Self::Glass { facets, .. }
+            | Self::ThinGlass { facets, .. } => facets.across.is_some(),
             Self::MetallicRoughness { anisotropy: strength, .. }
             | Self::Principled { anisotropic: strength, .. } => *strength != 0.0.into(),
             Self::Lambert { .. }
             | Self::Translucent { .. }
             | Self::Phong { .. }
             | Self::Mirror { .. }
-            | Self::ThinGlass { .. }
             | Self::Clearcoat { .. }
             | Self::Mix { .. } => false,
         }

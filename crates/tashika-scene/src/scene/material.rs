@@ -162,6 +162,8 @@ pub enum Surface {
         reflectance: ColorInput,
         /// Factor on the transmission, 0 to 1.
         transmittance: ColorInput,
+        /// The facets, of both faces as one.
+        facets: FacetInput,
     },
     /// One of two materials at each point, at random.
     Mix {
@@ -331,9 +333,11 @@ impl Material {
         let across = |facets: &FacetInput| facets.across.as_ref().and_then(number);
         let mut all: Vec<Option<TextureId>> = match &self.surface {
             Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => vec![color(reflectance)],
-            Surface::Translucent { reflectance, transmittance }
-            | Surface::ThinGlass { reflectance, transmittance, .. } => {
+            Surface::Translucent { reflectance, transmittance } => {
                 vec![color(reflectance), color(transmittance)]
+            }
+            Surface::ThinGlass { reflectance, transmittance, facets, .. } => {
+                vec![color(reflectance), color(transmittance), number(&facets.alpha), across(facets)]
             }
             Surface::Phong { diffuse, specular, .. } => vec![color(diffuse), color(specular)],
             Surface::Plastic { diffuse, specular, facets, .. }

@@ -33,9 +33,9 @@ use glam::Vec2;
 use super::facets::{drawn_out, of_aspect};
 use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
-    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, FacetModel, Glass, Lambert,
-    MAX_GTR1_ALPHA, MAX_SHEEN, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic, Principled,
-    ThinGlass, TintedFresnel, UnderCoat, fresnel, glossy_probability,
+    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Glass,
+    Lambert, MAX_GTR1_ALPHA, MAX_SHEEN, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic,
+    Principled, ThinGlass, TintedFresnel, UnderCoat, fresnel, glossy_probability,
 };
 use crate::color::Rgb;
 
@@ -46,8 +46,8 @@ pub struct Part {
     pub bsdf: Bsdf,
     /// One over the probability of the choice.
     pub weight: f32,
-    /// Whether it scatters to the side that [`Part::bsdf`] is not seen from: light arrives, or
-    /// leaves, behind the surface.
+    /// Whether it scatters to the side that it is not seen from: light arrives, or leaves, behind the
+    /// surface, as [`Part::bsdf`] says of the direction mirrored there.
     pub through: bool,
 }
 
@@ -249,12 +249,38 @@ impl<'a> Look<'a> {
                 transmittance: unit(*transmittance),
                 facets: self.facets(facets),
             })),
-            Surface::ThinGlass { ior, reflectance, transmittance } => whole(Bsdf::ThinGlass(ThinGlass {
-                ior: *ior,
-                reflectance: self.color(reflectance),
-                transmittance: self.color(transmittance),
-            })),
+            Surface::ThinGlass { ior, reflectance, transmittance, facets } => {
+                let (reflectance, transmittance) = (self.color(reflectance), self.color(transmittance));
+                match self.facets(facets) {
+                    Some(facets) => self.rough_pane(*ior, reflectance, transmittance, facets, u),
+                    None => whole(Bsdf::ThinGlass(ThinGlass { ior: *ior, reflectance, transmittance })),
+                }
+            }
             Surface::Mix { .. } => unreachable!("resolved above"),
+        }
+    }
+
+    /// A pane whose facets reflect by Schlick's approximation of both faces, and send on what is left
+    /// (`KHR_materials_transmission`, Khronos).
+    fn rough_pane(
+        &self,
+        ior: f32,
+        reflectance: Rgb,
+        transmittance: Rgb,
+        facets: Microfacets,
+        u: f32,
+    ) -> Part {
+        let both = |cos: f32| 1.0 - ThinGlass::passed(cos, ior);
+        let (f0, reflected) = (Rgb::gray(both(1.0)), both(self.cos));
+        let of = |fresnel, specular| Bsdf::Conductor(Conductor { fresnel, specular, facets });
+        let [through, back] = [(1.0 - reflected) * transmittance, reflected * reflectance];
+        let p = glossy_probability(through.max_channel(), back.max_channel()).unwrap_or(0.0);
+        if u < p {
+            let bsdf = of(ConductorFresnel::Passed { f0 }, transmittance);
+            Part { bsdf, weight: 1.0 / p, through: true }
+        } else {
+            let bsdf = of(ConductorFresnel::Schlick { f0 }, reflectance);
+            Part { bsdf, weight: 1.0 / (1.0 - p), through: false }
         }
     }
 
@@ -270,6 +296,7 @@ impl<'a> Look<'a> {
             Surface::Glass { ior, transmittance, .. } => {
                 (1.0 - fresnel::dielectric(self.cos, *ior)) * unit(*transmittance).luminance()
             }
+            Surface::ThinGlass { facets, .. } if self.facets(facets).is_some() => 0.0,
             Surface::ThinGlass { ior, transmittance, .. } => {
                 ThinGlass::passed(self.cos, *ior) * self.color(transmittance).luminance()
             }
@@ -390,6 +417,26 @@ mod tests {
         assert!(far.through && !near.through);
         let sum = near.bsdf.albedo() + far.bsdf.albedo();
         assert!(sum.max_channel() <= 1.0 && sum.r > 0.999);
+    }
+
+    /// Rough panes reflect and pass on what smooth ones do, but for what facets hide.
+    #[test]
+    fn rough_panes_share_light_as_smooth_ones() {
+        let pane = |alpha: f32| Surface::ThinGlass {
+            ior: 1.5,
+            reflectance: Rgb::WHITE.into(),
+            transmittance: ORANGE.into(),
+            facets: alpha.into(),
+        };
+        assert!(both_whole(weighted_shares(pane(0.05), |p| usize::from(p.through))));
+        let materials = [Material::new("pane", pane(0.05))];
+        let (back, through) = (part(&materials, 1.0, 0.99), part(&materials, 1.0, 0.0));
+        assert!(through.through && !back.through);
+        let passed = ThinGlass::passed(1.0, 1.5);
+        for channel in 0..3 {
+            assert!((through.bsdf.albedo()[channel] - passed * ORANGE[channel]).abs() < 1e-5);
+            assert!((back.bsdf.albedo()[channel] - (1.0 - passed)).abs() < 1e-5);
+        }
     }
 
     #[test]

@@ -126,8 +126,7 @@ fn light_through_leaves_panes_and_holes() {
     add_ceiling_lamp(&mut b, 5.0);
     b.set_environment(sky()).unwrap();
     add_leaf_and_gauze(&mut b, lambert(0.8));
-    let pane =
-        Surface::ThinGlass { ior: 1.5, reflectance: Rgb::BLACK.into(), transmittance: Rgb::gray(0.8).into() };
+    let pane = pane(Rgb::BLACK, 0.0);
     let front = parallelogram(Vec3::new(-1.0, 0.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0);
     place(&mut b, front, Material::new("pane", pane));
     let first = b.add_material(Material::new("a", lambert(0.9))).unwrap();
@@ -218,6 +217,11 @@ fn plastic(alpha: f32) -> Surface {
         ior: 1.5,
         facets: alpha.into(),
     }
+}
+
+fn pane(reflectance: Rgb, alpha: f32) -> Surface {
+    let (reflectance, transmittance) = (reflectance.into(), Rgb::gray(0.8).into());
+    Surface::ThinGlass { ior: 1.5, reflectance, transmittance, facets: alpha.into() }
 }
 
 #[test]
@@ -359,6 +363,29 @@ fn clear_coats_are_put_back() {
     transport_agrees(b, 0.02, "coats");
 }
 
+/// Facets over a base that fades, and rough panes: one before the scene, seen through, one within, lit
+/// from behind.
+#[test]
+fn substrates_and_rough_panes_are_put_back() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    b.set_environment(Environment::constant(Rgb::new(0.3, 0.5, 0.9))).unwrap();
+    let substrate = |alpha: f32| Surface::AshikhminShirley {
+        diffuse: Rgb::new(0.6, 0.4, 0.2).into(),
+        specular_f0: Rgb::gray(0.1).into(),
+        facets: alpha.into(),
+    };
+    let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
+    place(&mut b, floor, Material::new("floor", substrate(0.3)));
+    let block = cuboid(Vec3::new(0.4, 0.02, -0.2), Vec3::new(0.8, 0.6, 0.3), false);
+    place(&mut b, block, Material::new("block", substrate(0.1)));
+    let front = parallelogram(Vec3::new(-1.0, 0.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0);
+    place(&mut b, front, Material::new("front", pane(Rgb::WHITE, 0.2)));
+    let under_lamp = parallelogram(Vec3::new(-0.7, 1.5, -0.6), Vec3::X * 1.2, Vec3::Z * 1.2);
+    place(&mut b, under_lamp, Material::new("diffuser", pane(Rgb::WHITE, 0.4)));
+    transport_agrees(b, 0.05, "substrates and rough panes");
+}
+
 /// A mirror that lights what VPLs cannot, a smooth coat, a pane and a block of solid glass in front
 /// of an open side with a sky.
 #[test]
@@ -379,8 +406,7 @@ fn mirrors_panes_and_glass_are_put_back() {
     };
     let block = cuboid(Vec3::new(-0.7, 0.01, 0.0), Vec3::new(-0.4, 0.6, 0.3), false);
     place(&mut b, block, Material::new("glass", glass));
-    let pane =
-        Surface::ThinGlass { ior: 1.5, reflectance: Rgb::WHITE.into(), transmittance: Rgb::gray(0.8).into() };
+    let pane = pane(Rgb::WHITE, 0.0);
     let front = parallelogram(Vec3::new(-1.0, 0.0, 1.0), Vec3::X * 2.0, Vec3::Y * 2.0);
     place(&mut b, front, Material::new("pane", pane));
     transport_agrees(b, 0.05, "mirrors and glass");

@@ -102,6 +102,10 @@ impl Parts {
                 let reflected = match b.fresnel {
                     ConductorFresnel::Schlick { f0 } => Reflected::Schlick { scale, f0 },
                     ConductorFresnel::Exact { eta, k } => Reflected::Conductor { scale, eta, k },
+                    // Most at normal incidence.
+                    ConductorFresnel::Passed { f0 } => {
+                        Reflected::Schlick { scale: scale * (Rgb::WHITE - f0), f0: Rgb::WHITE }
+                    }
                 };
                 (Rgb::BLACK, facets(b.facets, reflected))
             }

@@ -28,9 +28,11 @@ pub enum Kind {
     AshikhminShirley,
     Principled,
     Clearcoat,
+    Passed,
 }
 
-/// All kinds.
+/// All kinds whose bounds are tight: what [`Kind::Passed`] is bounded by does not know that hardly
+/// anything passes at grazing angles.
 pub const KINDS: [Kind; 10] = [
     Kind::Lambert,
     Kind::Phong,
@@ -76,6 +78,9 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
         Kind::Plastic => Bsdf::Plastic(Plastic { diffuse: a * (Rgb::WHITE - b), specular: b, ior, facets }),
         Kind::Schlick => {
             Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Schlick { f0: a }, specular: b, facets })
+        }
+        Kind::Passed => {
+            Bsdf::Conductor(Conductor { fresnel: ConductorFresnel::Passed { f0: a }, specular: b, facets })
         }
         Kind::Metal => {
             let low = [1e-3, 0.05, 0.9][s.below(3) as usize];

@@ -95,6 +95,27 @@ fn bounds_hold_and_are_tight() {
     }
 }
 
+/// What facets let through is within its bounds, which most of it comes near to.
+#[test]
+fn what_passes_is_bounded() {
+    let mut s = Stream::new(31, Purpose::Test, 90);
+    let mut ratios = Vec::new();
+    for _ in 0..many(3000) {
+        let point = random_point(Kind::Passed, &mut s);
+        let cone = cone(&point, &mut s);
+        let bounds = [point.upper_brdf(&cone), point.upper_brdf_cos(&cone)];
+        let largest = climb(&point, &cone, &mut s, |values| {
+            for (value, bound) in values.iter().zip(bounds) {
+                assert!(*value <= bound, "{values:?} above {bounds:?} {point:?} {cone:?}");
+            }
+        });
+        if largest[0] > 0.0 {
+            ratios.push(f64::from(bounds[0]) / f64::from(largest[0]));
+        }
+    }
+    assert!(ratios.len() > 2000 && quantile(&mut ratios, 0.5) < 1.3, "{}", quantile(&mut ratios, 0.5));
+}
+
 /// The same without colours: bounds take the largest channel of each part, which need not be the
 /// same.
 fn gray(bsdf: Bsdf) -> Bsdf {

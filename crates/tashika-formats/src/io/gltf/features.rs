@@ -99,9 +99,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     }
     "KHR_materials_transmission" => {
         "thicknessFactor", Approximated,
-            "glass without thickness reflects at grazing angles as two faces do: up to 27 % off";
-        "roughnessFactor", Approximated,
-            "through glass without thickness light passes straight, as if it were smooth: up to 249 % off";
+            "smooth glass without thickness reflects at grazing angles as two faces do: up to 27 % off";
     }
     "extension" => {
         "KHR_materials_volume", Full,

@@ -69,7 +69,7 @@ impl Translation<'_> {
         let glass = |material: &Principled, builder: &mut SceneBuilder| match is_thin {
             true => {
                 let (ior, reflectance) = (single_face(ior), Rgb::WHITE.into());
-                Ok(Surface::ThinGlass { ior, reflectance, transmittance: base_color })
+                Ok(Surface::ThinGlass { ior, reflectance, transmittance: base_color, facets: 0.0.into() })
             }
             false => material.glass(builder),
         };

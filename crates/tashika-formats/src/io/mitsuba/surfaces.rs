@@ -67,7 +67,7 @@ impl Translation<'_> {
                 let ior = self.ior(object)?;
                 let reflectance = self.reflectance(object, "specular_reflectance", WHITE)?;
                 let transmittance = self.reflectance(object, "specular_transmittance", WHITE)?;
-                Ok(Surface::ThinGlass { ior, reflectance, transmittance })
+                Ok(Surface::ThinGlass { ior, reflectance, transmittance, facets: 0.0.into() })
             }
             "conductor" => self.conductor(object, 0.0.into()),
             "roughconductor" => {

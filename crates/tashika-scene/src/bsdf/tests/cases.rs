@@ -56,6 +56,9 @@ pub fn all() -> Vec<Case> {
     }
     let dark = ConductorFresnel::Schlick { f0: Rgb::BLACK };
     add("Conductor black but for grazing light".into(), conductor(dark, 0.2));
+    for (alpha, f0) in [(0.05, BLUE), (0.4, Rgb::gray(0.04))] {
+        add(format!("Conductor of a pane, {alpha}"), conductor(ConductorFresnel::Passed { f0 }, alpha));
+    }
     for ior in [1.0001, 5.0] {
         add(format!("Coated white, ior = {ior}"), coated(Rgb::WHITE, Rgb::WHITE, ior, 0.2));
         add(format!("Coated black, ior = {ior}"), coated(Rgb::BLACK, Rgb::WHITE, ior, 0.2));

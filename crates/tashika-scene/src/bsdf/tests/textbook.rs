@@ -116,6 +116,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
         Bsdf::Conductor(b) => {
             let f = match b.fresnel {
                 ConductorFresnel::Schlick { f0 } => schlick(f0.g, pair.cos_d),
+                ConductorFresnel::Passed { f0 } => 1.0 - schlick(f0.g, pair.cos_d),
                 // Held to complex arithmetic by the tests of `fresnel`.
                 ConductorFresnel::Exact { .. } => f64::from(b.fresnel.at(pair.cos_d as f32).g),
             };

@@ -8,7 +8,7 @@
 //! | diffuse transmission | `diffuseTransmissionFactor · (1 − m)` | a surface that only lets light through, diffusely |
 //! | transmission | `transmissionFactor · (1 − m)` | glass: without thickness, or solid where `KHR_materials_volume` gives it one |
 //!
-//! Glass without thickness is smooth, and its tint is the base colour. Solid glass has at each
+//! The tint of glass without thickness, smooth or rough, is the base colour. Solid glass has at each
 //! crossing the factor
 //!
 //! ```text
@@ -124,9 +124,14 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
         }
         None => {
             let is_rough = opaque.roughness.factor > SMOOTH_ROUGHNESS;
-            reader.met_field(GLASS, if is_rough { "roughnessFactor" } else { "thicknessFactor" })?;
+            let facets = if is_rough {
+                opaque.glass_facets(reader)?
+            } else {
+                reader.met_field(GLASS, "thicknessFactor")?;
+                0.0.into()
+            };
             let (ior, reflectance) = (single_face(ior), reflectance.into());
-            Surface::ThinGlass { ior, reflectance, transmittance: opaque.base_color }
+            Surface::ThinGlass { ior, reflectance, transmittance: opaque.base_color, facets }
         }
     };
     reader.mix(below, surface, amount, "glass")

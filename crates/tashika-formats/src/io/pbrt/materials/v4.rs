@@ -62,6 +62,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
             ior: m.ior(&["eta"])?,
             reflectance: Rgb::WHITE.into(),
             transmittance: Rgb::WHITE.into(),
+            facets: 0.0.into(),
         },
         "diffusetransmission" => {
             let (reflectance, transmittance) =
@@ -107,7 +108,7 @@ fn coated_conductor(m: &mut Maker<'_, '_>) -> Result<Surface> {
         ConductorFresnel::Exact { eta, k } => {
             ConductorFresnel::Exact { eta: (eta / inside).map(|v| v.max(1e-3)), k: k / inside }.at(1.0)
         }
-        textured @ ConductorFresnel::Schlick { .. } => textured.at(1.0),
+        other @ (ConductorFresnel::Schlick { .. } | ConductorFresnel::Passed { .. }) => other.at(1.0),
     };
     let f0 = below.map(|r| coat + (1.0 - coat) * (1.0 - coat) * r / (1.0 - coat * r));
     Ok(Surface::Conductor { fresnel: ConductorFresnel::Schlick { f0 }, specular, facets })
