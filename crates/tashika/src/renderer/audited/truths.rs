@@ -251,8 +251,8 @@ impl<'p> Truths<'p> {
     }
 
     /// Computes the truths once more, stage by stage, of pixels that may be on either side; false if
-    /// it was cancelled. Where there is an end of the time, no stage is begun that would be late:
-    /// what stays open counts as outside.
+    /// it was cancelled. Where there is an end of the time, as many as fit: what stays open counts as
+    /// outside.
     ///
     /// * `radiance`: of the window's pixels, row by row.
     /// * `decides`: whether it is decided what the audit finds, where so many pixels are outside for
@@ -271,14 +271,13 @@ impl<'p> Truths<'p> {
             if decides(may_be - all.len() as u64, may_be) {
                 break;
             }
-            let open: Vec<usize> = all.into_iter().filter(|k| self.stages[*k] + 1 == stage).collect();
+            let mut open: Vec<usize> = all.into_iter().filter(|k| self.stages[*k] + 1 == stage).collect();
+            of_one *= NEXT_STAGE_COST;
+            if let Some(left) = self.source.observer.seconds_left() {
+                open.truncate((left / of_one) as usize);
+            }
             if open.is_empty() {
                 continue;
-            }
-            of_one *= NEXT_STAGE_COST;
-            let left = self.source.observer.seconds_left();
-            if left.is_some_and(|left| of_one * open.len() as f64 > left) {
-                break;
             }
             let pixels: Vec<[u32; 2]> = open.iter().map(|k| self.pixels[*k].pixel).collect();
             let Some((truths, rays)) = self.source.truths(&pixels, stage)? else { return Ok(false) };
