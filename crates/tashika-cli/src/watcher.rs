@@ -184,8 +184,9 @@ fn of_pass(film: &Film) -> Option<String> {
     let (passes, foreseen) = (metadata.number(keys::PASSES)?, metadata.number(keys::FORESEEN)?);
     let foreseen = percent_of_error(foreseen);
     let before = metadata.number(keys::ERROR_BEFORE);
-    let before = before
-        .map(|error| format!("; before it, all were {} off, root mean square", percent_of_error(error)));
+    let before = before.map(|error| {
+        format!("; the picture before it was {} off, root mean square", percent_of_error(error))
+    });
     Some(format!(
         "pass {passes}: the median pixel is foreseen to be {foreseen} off, of which nothing is claimed{}",
         before.unwrap_or_default()

@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::film::{Film, PixelRecord, Stop, Window};
 use crate::gather::Features;
 use crate::integrator::{PathSampler, PathSamples};
-use crate::reconstruction::{Halves, Reconstructed, Smoother};
+use crate::reconstruction::{Halves, LEAST_SIZE, Reconstructed, Smoother};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
 
@@ -33,8 +33,6 @@ const EVENLY: f64 = 0.1;
 const MOST: f64 = 32.0;
 /// Largest error that is reckoned with, as a share of what a pixel may be off.
 const LARGEST: f64 = 8.0;
-/// Least size of a pixel, as a share of the mean of the picture.
-const LEAST_SIZE: f64 = 0.01;
 /// Side of the tiles that threads take (pixels).
 const TILE: u32 = 16;
 

@@ -32,8 +32,8 @@ use crate::film::{Film, planes};
 
 /// Pixels to each side of a pixel that make its block.
 const BLOCK: usize = 3;
-/// Least size of a pixel, as a share of the mean of the picture.
-const LEAST_SIZE: f64 = 0.01;
+/// Least size of a pixel that errors are relative to, as a share of the mean of the picture.
+pub const LEAST_SIZE: f64 = 0.01;
 
 /// Two independent films of one picture, with the features of both in each.
 #[derive(Clone, Debug)]

@@ -37,7 +37,7 @@ use crate::film::{Film, Plane, Samples, planes};
 use alike::Mean;
 use pixels::Pixels;
 
-pub use halves::{Halves, Reconstructed, Smoother};
+pub use halves::{Halves, LEAST_SIZE, Reconstructed, Smoother};
 
 /// What is said of it to people.
 pub const ABOUT: &str = "reconstructed: means of pixels that are alike, of which nothing is claimed";

@@ -12,7 +12,7 @@
 //!
 //! Tested by `bsdf::tests`, and by the suite's `formula_materials`.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
@@ -68,11 +68,8 @@ impl AshikhminShirley {
         self.diffuse * (Rgb::WHITE - self.f0) * Self::shape(cos_o)
     }
 
-    /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles even
-    /// if `F₀ = 0`.
     fn facet_probability(&self, cos_o: f32) -> f32 {
-        let facets = Rgb::from(fresnel::schlick(self.f0, cos_o)).max_channel().max(f32::MIN_POSITIVE);
-        glossy_probability(facets, self.diffuse_albedo(cos_o).max_channel()).unwrap_or(1.0)
+        lobes::facet_probability(fresnel::schlick(self.f0, cos_o), self.diffuse_albedo(cos_o))
     }
 
     pub(super) fn validate(&self) -> Result<(), String> {

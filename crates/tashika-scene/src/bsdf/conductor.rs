@@ -1,4 +1,5 @@
-//! Rough metal.
+//! Rough metal; and, since it is drawn and bounded alike, what a rough pane sends on
+//! ([`ConductorFresnel::Passed`]).
 //!
 //! ```text
 //! f_r = s F(ω_i·h) D(h) G₂(ω_o, ω_i) / (4 c_o c_i)          (sr⁻¹)

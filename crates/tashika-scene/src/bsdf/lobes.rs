@@ -28,6 +28,16 @@ pub fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
     }
 }
 
+/// Probability of drawing from facets over a diffuse part. They always reflect: `F` is 1 at grazing
+/// angles even if `F₀ = 0`.
+///
+/// * `reflected`: what a facet reflects of light from where the viewer is; `diffuse`: albedo.
+#[inline]
+pub(super) fn facet_probability(reflected: [f32; 3], diffuse: Rgb) -> f32 {
+    let facets = Rgb::from(reflected).max_channel().max(f32::MIN_POSITIVE);
+    glossy_probability(facets, diffuse.max_channel()).unwrap_or(1.0)
+}
+
 /// Density (sr⁻¹) of [`draw`].
 ///
 /// * `p`: probability of drawing from the facets.

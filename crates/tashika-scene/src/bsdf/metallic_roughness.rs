@@ -21,7 +21,7 @@
 //!
 //! Tested by `bsdf::tests`.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
@@ -68,11 +68,8 @@ impl MetallicRoughness {
         self.diffuse * (Rgb::WHITE - self.dielectric_f0) * (1.0 - fresnel::schlick_hemisphere(cos_o))
     }
 
-    /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles even
-    /// if `F₀ = 0`.
     fn facet_probability(&self, cos_o: f32) -> f32 {
-        let facets = Rgb::from(fresnel::schlick(self.f0, cos_o)).max_channel().max(f32::MIN_POSITIVE);
-        glossy_probability(facets, self.diffuse_albedo(cos_o).max_channel()).unwrap_or(1.0)
+        lobes::facet_probability(fresnel::schlick(self.f0, cos_o), self.diffuse_albedo(cos_o))
     }
 
     pub(super) fn validate(&self) -> Result<(), String> {

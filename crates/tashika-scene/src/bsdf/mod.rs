@@ -92,7 +92,7 @@ pub enum Bsdf {
     Phong(Phong),
     /// Diffuse reflection and a lobe with the Fresnel reflectance of a dielectric.
     Plastic(Plastic),
-    /// Rough metal.
+    /// Rough metal, or what a rough pane sends on.
     Conductor(Conductor),
     /// Rough dielectric coat on a diffuse base.
     Coated(Coated),

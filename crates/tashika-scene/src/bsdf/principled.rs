@@ -23,7 +23,7 @@
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, validate};
+use super::{Lobe, diffuse_brdf, fresnel, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::elementary::ln_f64;
 use crate::math::simd::each;
@@ -152,11 +152,9 @@ impl Principled {
         (Rgb::from(self.fresnel.at(cos_o)) + self.sheen * IMPORTANCE_SHEEN).max_channel()
     }
 
-    /// Probability of drawing from the facets. They always reflect: `F` is 1 at grazing angles.
     fn facet_probability(&self, cos_o: f32) -> f32 {
-        let facets = Rgb::from(self.fresnel.at(cos_o)).max_channel().max(f32::MIN_POSITIVE);
         let spread = self.diffuse_albedo(cos_o) + self.sheen * IMPORTANCE_SHEEN;
-        glossy_probability(facets, spread.max_channel()).unwrap_or(1.0)
+        lobes::facet_probability(self.fresnel.at(cos_o), spread)
     }
 
     pub(super) fn validate(&self) -> Result<(), String> {

@@ -184,7 +184,12 @@ impl Work<'_, '_> {
         }
         if by_error.is_some() {
             let squared = self.picture.squared_error(&self.reconstructed.radiance);
-            self.film.metadata_mut().set(keys::ERROR_BEFORE, squared.max(0.0).sqrt());
+            let metadata = self.film.metadata_mut();
+            if squared > 0.0 && squared.is_finite() {
+                metadata.set(keys::ERROR_BEFORE, squared.sqrt());
+            } else {
+                metadata.remove(keys::ERROR_BEFORE);
+            }
         }
         self.reconstructed = during(observer, Phase::Reconstruction, || self.picture.reconstruct(smoother))?;
         self.store(Claim::None, Stop::SampleCount, 0.0)?;
