@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from material_math import (
-    COLOR, NO_VALUES, constant, facets, rough_glass, row_of, scaled, schlick, smooth, sum_of_rows,
+    COLOR, NO_VALUES, albedo, constant, facets, rough_glass, row_of, scaled, schlick, sheen, smooth, sum_of_rows,
 )  # fmt: skip
 
 PALE = [0.9, 0.6, 0.3]
@@ -50,6 +50,20 @@ def coated(base, clearcoat, roughness):
         layer = clearcoat * (0.04 + 0.96 * (1 - wo[..., 2]) ** 5)
         lobe, _ = facets(wo, wi, roughness**2)
         return (1 - layer)[..., None] * base(wo, wi) + (layer * lobe)[..., None]
+
+    return f
+
+
+def under_sheen(base, color, roughness):
+    """KHR_materials_sheen, the base scaled by the albedo that the viewer sees."""
+
+    def white(wo, wi):
+        return sheen(wo, wi, roughness)[..., None] * np.ones(3)
+
+    def f(wo, wi):
+        elevation = float(np.degrees(np.arcsin(wo[..., 2].flat[0])))
+        left = max(0, 1 - max(color) * albedo(white, elevation)[0])
+        return left * base(wo, wi) + color * sheen(wo, wi, roughness)[..., None]
 
     return f
 
@@ -126,6 +140,14 @@ def materials():
         found = row_of(coated(metallic_roughness(COLOR, metallic, 0.6, 0.04), clearcoat, roughness))
         fields = {"clearcoatFactor": clearcoat, "clearcoatRoughnessFactor": roughness}
         yield text_of(0.6, metallic, clearcoat=fields), found
+    tint = np.array([0.9, 0.6, 0.2])
+    for metallic, roughness in ((0.0, 0.3), (0.0, 0.7), (0.4, 1.0)):
+        fields = {"sheenColorFactor": [*tint], "sheenRoughnessFactor": roughness}
+        found = under_sheen(metallic_roughness(COLOR, metallic, 0.6, 0.04), tint, roughness)
+        yield text_of(0.6, metallic, sheen=fields), row_of(found)
+    coat, sheen_fields = {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.5}, {"sheenColorFactor": [*tint], "sheenRoughnessFactor": 0.5}
+    found = coated(under_sheen(metallic_roughness(COLOR, 0.0, 0.6, 0.04), tint, 0.5), 1.0, 0.5)
+    yield text_of(0.6, sheen=sheen_fields, clearcoat=coat), row_of(found)
     for strength, roughness in ((0.5, 0.45), (0.9, 0.3)):
         found = row_of(brushed_metal(COLOR, roughness, strength))
         yield text_of(roughness, 1.0, anisotropy={"anisotropyStrength": strength}), found

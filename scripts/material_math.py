@@ -66,6 +66,27 @@ def facets(wo, wi, alpha, separate=False):
     return d * g / (4 * wo[..., 2] * wi[..., 2]), (h * wo).sum(-1)
 
 
+def sheen(wo, wi, roughness):
+    """Of `KHR_materials_sheen`: fibres by Estevez and Kulla 2017, without its colour."""
+    alpha = roughness**2
+    rest = (1 - alpha) ** 2
+    a, b, c, d, e = (
+        rough + (fine - rough) * rest
+        for rough, fine in [(21.5473, 25.3245), (3.82987, 3.32435), (0.19823, 0.16801), (-1.97760, -1.27393), (-4.32054, -4.85967)]
+    )
+
+    def curve(x):
+        return a / (1 + b * x**c) + d * x + e
+
+    def hidden(cos):
+        return np.exp(np.where(cos < 0.5, curve(cos), 2 * curve(0.5) - curve(np.maximum(1 - cos, 0))))
+
+    cos_o, cos_i = wo[..., 2], wi[..., 2]
+    sine2 = 1 - unit(wo + wi)[..., 2] ** 2
+    distribution = (2 + 1 / alpha) * np.maximum(sine2, 0) ** (0.5 / alpha) / (2 * np.pi)
+    return distribution / ((1 + hidden(cos_o) + hidden(cos_i)) * 4 * cos_o * cos_i)
+
+
 def albedo(f, elevation):
     """`f` times the cosine over the hemisphere."""
     cos = (np.arange(500) + 0.5) / 500

@@ -21,6 +21,8 @@ pub enum Measure {
     Metals,
     /// Writes the table of light through rough boundaries
     Boundary,
+    /// Writes the table of light that fibres return
+    Sheen,
 }
 
 impl Measure {
@@ -36,6 +38,7 @@ impl Measure {
                 ("material_formulas.py", Some("crates/tashika/tests/suite/formula_materials.txt"))
             }
             Self::Metals => ("mitsuba_metals.py", Some("crates/tashika-formats/src/io/mitsuba/metals.rs")),
+            Self::Sheen => ("sheen_albedo.py", Some("crates/tashika-scene/src/bsdf/sheen/table.rs")),
             Self::Boundary => ("rough_boundary.py", Some("crates/tashika-scene/src/bsdf/boundary/table.rs")),
         }
     }

@@ -50,7 +50,7 @@ enum Factor {
 /// Maxima over all light directions (sr⁻¹).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OverAll {
-    /// Of the diffuse part.
+    /// Of the diffuse part and the sheen.
     pub(super) diffuse: f64,
     /// Of the lobe times the cosine.
     pub(super) lobe_cos: f64,
@@ -61,13 +61,21 @@ pub(super) struct OverAll {
 impl Reflector {
     /// At least the largest channel of `f_r` (sr⁻¹) over all light directions in `cone` (world).
     pub fn upper_brdf(&self, cone: &Cone) -> f32 {
-        self.upper(cone, Factor::One)
+        let [diffuse, rest] = self.upper(cone, Factor::One);
+        round_up(diffuse + rest)
     }
 
     /// At least the largest channel of `f_r cos⁺θ` (sr⁻¹) over all light directions in `cone`
     /// (world).
     pub fn upper_brdf_cos(&self, cone: &Cone) -> f32 {
-        self.upper(cone, Factor::Cosine)
+        let [diffuse, rest] = self.upper(cone, Factor::Cosine);
+        round_up(diffuse + rest)
+    }
+
+    /// [`Reflector::upper_brdf_cos`] without the diffuse part and the sheen.
+    pub(super) fn upper_lobe_cos(&self, cone: &Cone) -> f32 {
+        let [_, rest] = self.upper(cone, Factor::Cosine);
+        round_up(rest)
     }
 
     /// The shading normal on the side of the viewer.
@@ -110,20 +118,21 @@ impl Reflector {
         1.0_f32.copysign(self.wo.z)
     }
 
-    fn upper(&self, cone: &Cone, factor: Factor) -> f32 {
+    /// Of the diffuse part and the sheen, and of the rest.
+    fn upper(&self, cone: &Cone, factor: Factor) -> [f64; 2] {
         let cos_o = self.wo.z * self.side();
         if cos_o <= MIN_COSINE || cone.is_empty() {
-            return 0.0;
+            return [0.0; 2];
         }
         let lights = Bundle::about(self.in_frame(cone.axis), Angle::half_angle(cone));
         let geometric_normal = Bundle::one(self.in_frame(self.geometric_normal));
         let normal = Bundle::one(DVec3::Z);
         if lights.least_angle(&geometric_normal).cos <= 0.0 {
-            return 0.0;
+            return [0.0; 2];
         }
         let max_cos_i = lights.least_angle(&normal).cos;
         if max_cos_i <= 0.0 {
-            return 0.0;
+            return [0.0; 2];
         }
         let min_cos_i = lights.widest_angle(&normal).cos.max(f64::from(MIN_COSINE));
         let parts = Parts::of(&self.bsdf, cos_o, max_cos_i);
@@ -173,7 +182,7 @@ impl Reflector {
             Factor::One => parts.diffuse,
             Factor::Cosine => parts.diffuse_cos,
         };
-        round_up(diffuse + lobe + coat)
+        [diffuse, lobe + coat]
     }
 
     /// A world direction in the frame turned to the viewer's side, without rounding to `f32`.

@@ -169,7 +169,7 @@ fn direction(point: &GatherPoint) -> Vec3 {
         | Bsdf::MetallicRoughness(_)
         | Bsdf::AshikhminShirley(_)
         | Bsdf::Principled(_)
-        | Bsdf::Clearcoat(_)
+        | Bsdf::Layered(_)
         | Bsdf::Mirror(_)
         | Bsdf::Glass(_)
         | Bsdf::ThinGlass(_) => point.frame.to_world(Vec3::new(-point.wo.x, -point.wo.y, point.wo.z)),

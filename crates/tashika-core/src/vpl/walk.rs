@@ -222,7 +222,7 @@ fn scattered(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::{Clearcoat, CoatModel, Lambert, Plastic, UnderCoat};
+    use crate::bsdf::{Clearcoat, CoatModel, Lambert, Layered, Plastic, Sheen};
     use crate::scene::{InstanceId, TurnedAway};
     use crate::stats::Moments;
 
@@ -246,8 +246,11 @@ mod tests {
         let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, facets: 0.4.into() };
         let plastic = Bsdf::Plastic(plastic);
         // Not the same for light that goes the other way.
-        let base = UnderCoat::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
-        let coat = Bsdf::Clearcoat(Clearcoat { base, amount: 1.0, alpha: 0.4, model: CoatModel::Layer });
+        let layered = Layered::over(&lambert).unwrap();
+        let coat = Clearcoat { amount: 1.0, alpha: 0.4, model: CoatModel::Layer };
+        let coat = Bsdf::Layered(Layered { coat, ..layered });
+        let sheen = Sheen { color: Rgb::WHITE, roughness: 0.4 };
+        let cloth = Bsdf::Layered(Layered { sheen, ..layered });
         let (flat, opposite) = ((TurnedAway::Flat, Vec3::Z), (TurnedAway::Opposite, -ns));
         for (bsdf, through, (rule, stand_in)) in [
             (lambert, false, flat),
@@ -260,6 +263,8 @@ mod tests {
             (plastic, true, opposite),
             (coat, false, flat),
             (coat, false, opposite),
+            (cloth, false, flat),
+            (cloth, false, opposite),
         ] {
             let point = point(rule);
             for incoming in [Vec3::new(0.48, 0.64, 0.6), Vec3::new(-0.96, 0.0, 0.28)] {

@@ -1,13 +1,13 @@
-//! A clear coat over an opaque surface, as three formats mean it.
+//! A clear coat, as three formats mean it.
 //!
 //! With the amount `w`, `F(c) = 0.04 + 0.96 (1 − c)⁵`, `c_d = ω_i·h` and `v(c) = 1 / (c + S(c))`, `S`
 //! that of GGX facets of roughness ¼ ([`microfacet`]):
 //!
-//! | [`CoatModel`] | `f_r` (sr⁻¹) |
-//! |---|---|
-//! | `Disney` | `f_base + ¼ w F(c_d) D₁ v(c_o) v(c_i)` |
-//! | `Mitsuba` | `f_base + w F(c_d) D₁ c_o v(c_o) c_i v(c_i)` |
-//! | `Layer` | `(1 − w F(c_o)) f_base + w F(c_o) D G₂ / (4 c_o c_i)` |
+//! | [`CoatModel`] | `f_c` (sr⁻¹) | left of what is below |
+//! |---|---|---|
+//! | `Disney` | `¼ w F(c_d) D₁ v(c_o) v(c_i)` | 1 |
+//! | `Mitsuba` | `w F(c_d) D₁ c_o v(c_o) c_i v(c_i)` | 1 |
+//! | `Layer` | `w F(c_o) D G₂ / (4 c_o c_i)` | `1 − w F(c_o)` |
 //!
 //! ```text
 //! D₁ = (1 − α²) / (−2π ln α) · (1 + t) / (α² + t),    t = tan²θ_h                (sr⁻¹)
@@ -24,23 +24,16 @@
 //! ```
 //!
 //! # Limits
-//! VPLs carry the diffuse part under a layer as if it were seen from where the light comes.
-//!
 //! The coats of Disney and of Mitsuba take nothing away from what is below: they add up to `0.05 w`
-//! and `0.04 w` to the albedo. The layer reflects no more than all light if its base does not.
+//! and `0.04 w` to the albedo.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` and `formula_materials`.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use super::{
-    Bsdf, Lambert, Lobe, MIN_ALPHA, MetallicRoughness, Principled, fresnel, glossy_probability, microfacet,
-    validate,
-};
-use crate::color::Rgb;
+use super::{MIN_ALPHA, fresnel, microfacet, validate};
 use crate::math::elementary::{exp, ln, sin_cos};
-use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 use microfacet::{HalfVector, Microfacets, ggx};
 
@@ -53,7 +46,7 @@ pub const MASKING_ALPHA: f32 = 0.25;
 /// Largest `α` of `D₁`: the least gloss.
 pub const MAX_GTR1_ALPHA: f32 = 0.1;
 
-/// What a clear coat adds to its base, and what it leaves of it.
+/// What a clear coat reflects, and what it leaves of what is below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoatModel {
     /// Disney's, as pbrt-v3 has it.
@@ -69,11 +62,9 @@ impl CoatModel {
     pub const ALL: [Self; 3] = [Self::Disney, Self::Mitsuba, Self::Layer];
 }
 
-/// A clear coat over an opaque surface.
+/// A clear coat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearcoat {
-    /// What is below.
-    pub base: UnderCoat,
     /// How much of a coat there is, `w`, in `[0, 1]`.
     pub amount: f32,
     /// Roughness `α`, in [[`MIN_ALPHA`], [`MAX_GTR1_ALPHA`]], of a layer in [[`MIN_ALPHA`], 1].
@@ -83,91 +74,11 @@ pub struct Clearcoat {
     pub model: CoatModel,
 }
 
-/// A surface that can have a clear coat.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum UnderCoat {
-    /// Ideal diffuse reflection.
-    Lambert(Lambert),
-    /// The core material of glTF 2.0.
-    MetallicRoughness(MetallicRoughness),
-    /// The principled material of Disney.
-    Principled(Principled),
-}
-
-impl From<UnderCoat> for Bsdf {
-    fn from(base: UnderCoat) -> Self {
-        match base {
-            UnderCoat::Lambert(b) => Self::Lambert(b),
-            UnderCoat::MetallicRoughness(b) => Self::MetallicRoughness(b),
-            UnderCoat::Principled(b) => Self::Principled(b),
-        }
-    }
-}
-
-impl UnderCoat {
-    /// The surface as one that can have a coat, if it is one.
-    pub fn of(bsdf: &Bsdf) -> Option<Self> {
-        match *bsdf {
-            Bsdf::Lambert(b) => Some(Self::Lambert(b)),
-            Bsdf::MetallicRoughness(b) => Some(Self::MetallicRoughness(b)),
-            Bsdf::Principled(b) => Some(Self::Principled(b)),
-            Bsdf::Phong(_)
-            | Bsdf::Plastic(_)
-            | Bsdf::Conductor(_)
-            | Bsdf::Coated(_)
-            | Bsdf::AshikhminShirley(_)
-            | Bsdf::Clearcoat(_)
-            | Bsdf::Mirror(_)
-            | Bsdf::Glass(_)
-            | Bsdf::ThinGlass(_) => None,
-        }
-    }
-
-    /// The same, its diffuse part times `factor`.
-    pub(crate) fn with_diffuse(mut self, factor: f32) -> Self {
-        match &mut self {
-            Self::Lambert(b) => b.reflectance *= factor,
-            Self::MetallicRoughness(b) => b.diffuse *= factor,
-            Self::Principled(b) => b.diffuse *= factor,
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
-        match self {
-            Self::Lambert(b) => b.eval(),
-            Self::MetallicRoughness(b) => b.eval(wo, wi),
-            Self::Principled(b) => b.eval(wo, wi),
-        }
-    }
-
-    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        match self {
-            Self::Lambert(b) => b.pdf(wi),
-            Self::MetallicRoughness(b) => b.pdf(wo, wi),
-            Self::Principled(b) => b.pdf(wo, wi),
-        }
-    }
-
-    fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        match self {
-            Self::Lambert(b) => b.draw(u),
-            Self::MetallicRoughness(b) => b.draw(wo, u),
-            Self::Principled(b) => b.draw(wo, u),
-        }
-    }
-}
-
 impl Clearcoat {
-    #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
-        let base = self.base.eval(wo, wi);
-        let (left, coat) = (R::splat(self.left(wo.z)), self.coat(wo, wi));
-        each!(|channel| left * base[channel] + coat)
-    }
+    /// None.
+    pub const NONE: Self = Self { amount: 0.0, alpha: 1.0, model: CoatModel::Layer };
 
-    /// What is left of the base, seen at the cosine `cos_o`.
+    /// What is left of what is below, seen at the cosine `cos_o`.
     #[inline]
     pub fn left(&self, cos_o: f32) -> f32 {
         match self.model {
@@ -182,9 +93,9 @@ impl Clearcoat {
         self.amount * reflectance(cos_o)
     }
 
-    /// The coat alone (sr⁻¹).
+    /// `f_c` (sr⁻¹).
     #[inline(always)]
-    fn coat<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> R {
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> R {
         let half = HalfVector::between(wo, wi);
         let (cos_o, cos_i) = (wo.z, wi[2]);
         let strength = match self.model {
@@ -203,47 +114,34 @@ impl Clearcoat {
         strength * reflectance(half.cos_incidence()) * distribution * visibility
     }
 
+    /// Density of [`Clearcoat::draw`] (sr⁻¹).
     pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let p = self.coat_probability(wo);
         let half = HalfVector::between(wo, wi.to_array());
-        let coat = match self.model {
+        match self.model {
             CoatModel::Layer => Microfacets::ggx(self.alpha).reflection_pdf(half, wo, wi),
             CoatModel::Disney | CoatModel::Mitsuba => {
                 let peak = self.alpha * self.alpha * half.axial2 + half.tangential2;
                 0.5 * gtr1_scale(self.alpha) * half.axial2.sqrt() / peak
             }
-        };
-        (1.0 - p) * self.base.pdf(wo, wi) + p * coat
+        }
     }
 
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        let p = self.coat_probability(wo);
-        if u[0] >= p {
-            let rest = ((u[0] - p) / (1.0 - p)).min(1.0 - f32::EPSILON / 2.0);
-            return self.base.draw(wo, [rest, u[1], u[2]]);
-        }
-        let direction = [u[1], u[2]];
-        let wi = match self.model {
-            CoatModel::Layer => Microfacets::ggx(self.alpha).sample_reflection(wo, direction),
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
+        match self.model {
+            CoatModel::Layer => Microfacets::ggx(self.alpha).sample_reflection(wo, u),
             CoatModel::Disney | CoatModel::Mitsuba => {
                 let alpha2 = self.alpha * self.alpha;
-                let sin2 = alpha2 * (exp(-2.0 * u[1] * ln(self.alpha)) - 1.0) / (1.0 - alpha2);
+                let sin2 = alpha2 * (exp(-2.0 * u[0] * ln(self.alpha)) - 1.0) / (1.0 - alpha2);
                 let (sin, cos) = (sin2.min(1.0).sqrt(), (1.0 - sin2).max(0.0).sqrt());
-                let (sin_phi, cos_phi) = sin_cos(2.0 * PI * u[2]);
+                let (sin_phi, cos_phi) = sin_cos(2.0 * PI * u[1]);
                 let h = Vec3::new(sin * cos_phi, sin * sin_phi, cos);
                 (h * (2.0 * wo.dot(h)) - wo).normalize()
             }
-        };
-        (wi, Lobe::Glossy)
-    }
-
-    /// Albedo of the diffuse part for light at cosine `|ω_o.z|`.
-    pub(super) fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
-        Bsdf::from(self.base).vpl_reflectance(wo) * self.left(wo.z.abs())
+        }
     }
 
     /// About the albedo of the coat: as if its facets lay flat.
-    pub(super) fn importance_coat(&self, cos_o: f32) -> f32 {
+    pub(super) fn importance(&self, cos_o: f32) -> f32 {
         let unmasked = cos_o / (cos_o + ggx::stretch(cos_o, MASKING_ALPHA));
         match self.model {
             CoatModel::Disney => self.layer(cos_o) * unmasked * unmasked,
@@ -252,30 +150,10 @@ impl Clearcoat {
         }
     }
 
-    /// About what is not in [`Clearcoat::diffuse_albedo`].
-    pub(super) fn importance_gloss(&self, wo: Vec3) -> f32 {
-        let cos_o = wo.z.abs();
-        Bsdf::from(self.base).importance_gloss(wo) * self.left(cos_o) + self.importance_coat(cos_o)
-    }
-
-    /// Probability of drawing from the coat.
-    fn coat_probability(&self, wo: Vec3) -> f32 {
-        let base = Bsdf::from(self.base);
-        let base = base.vpl_reflectance(wo).max_channel() + base.importance_gloss(wo);
-        glossy_probability(self.importance_coat(wo.z), base * self.left(wo.z)).unwrap_or(0.0)
-    }
-
-    /// The roughness of the narrower of its lobes.
-    pub fn roughness(&self) -> Option<f32> {
-        let coat = (self.amount > 0.0).then_some(self.alpha);
-        Bsdf::from(self.base).roughness().into_iter().chain(coat).reduce(f32::min)
-    }
-
     pub(super) fn validate(&self) -> Result<(), String> {
         let largest = if self.model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
         validate::in_range("amount of the coat", self.amount, 0.0, 1.0)?;
-        validate::in_range("alpha of the coat", self.alpha, MIN_ALPHA, largest)?;
-        Bsdf::from(self.base).validate()
+        validate::in_range("alpha of the coat", self.alpha, MIN_ALPHA, largest)
     }
 }
 

@@ -14,7 +14,7 @@
 //! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
 //! | [`AshikhminShirley`] | `28 ρ_d (1 − F₀)/23π · s(c_i) s(c_o) + F D / 4 ω_i·h max(c_i, c_o)` | both lobes | Ashikhmin, Shirley 2000 |
 //! | [`Principled`] | `ρ_d/π · b + s (1 − ω_i·h)⁵ + F D G₂ / 4 c_i c_o` | both lobes | Burley 2012 |
-//! | [`Clearcoat`] | a coat's `w F D G₂ / 4 c_i c_o` over what it leaves of one of the above | all lobes | Burley 2012; glTF |
+//! | [`Layered`] | one of the above, under [`Sheen`] and a [`Clearcoat`], each over what it leaves | all lobes | Burley 2012; glTF |
 //! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
 //! | [`Glass`] | `F` on reflection, `1 − F` on refraction, at facets if it is rough | `F` against `1 − F` | Walter et al. 2007 |
 //! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through | the same | Stokes 1862 |
@@ -25,14 +25,14 @@
 //! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
 //!   `+z` first. Light passes from one side to the other in [`Glass`] and [`ThinGlass`] only.
 //! * A direction within [`MIN_COSINE`] of the horizon neither receives nor sends light.
-//! * Every opaque BSDF is reciprocal, `f_r(a, b) = f_r(b, a)`, but for a [`Clearcoat`] that is a layer:
-//!   `ω_o` is where it is seen from. For [`Glass`] see there.
+//! * Every opaque BSDF is reciprocal, `f_r(a, b) = f_r(b, a)`, but for [`Layered`] ones, where a layer
+//!   takes from what is below what it reflects to `ω_o`, where it is seen from. For [`Glass`] see there.
 //!
 //! # Guarantee
 //! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and
 //! not negative. [`Bsdf::sample`] draws exactly from [`Bsdf::pdf`]. No surface reflects more than
 //! it receives, but for a thousandth in [`Coated`], for [`MetallicRoughness`] at grazing angles,
-//! for [`Principled`], and for [`Clearcoat`] over these or by Disney's models.
+//! for [`Principled`], and for [`Layered`] over these, by Disney's coats or under sheen.
 //!
 //! # Held to this by
 //! `bsdf::tests`: every case of a closed list and of a random sweep, times every property.
@@ -48,6 +48,7 @@ mod coated;
 mod conductor;
 pub mod fresnel;
 mod lambert;
+mod layered;
 mod lobes;
 mod metallic_roughness;
 pub mod microfacet;
@@ -55,18 +56,18 @@ mod phong;
 mod plastic;
 mod principled;
 mod sample;
+mod sheen;
 mod specular;
 #[cfg(test)]
 mod tests;
 mod validate;
 
 pub use ashikhmin_shirley::AshikhminShirley;
-pub use clearcoat::{
-    Clearcoat, CoatModel, MASKING_ALPHA, MAX_GTR1_ALPHA, UnderCoat, reflectance as coat_reflectance,
-};
+pub use clearcoat::{Clearcoat, CoatModel, MASKING_ALPHA, MAX_GTR1_ALPHA, reflectance as coat_reflectance};
 pub use coated::Coated;
 pub use conductor::{Conductor, ConductorFresnel};
 pub use lambert::Lambert;
+pub use layered::{Layered, UnderLayers};
 pub use lobes::glossy_probability;
 use lobes::{diffuse_brdf, sum_of_lobes};
 pub use metallic_roughness::MetallicRoughness;
@@ -75,6 +76,7 @@ pub use phong::Phong;
 pub use plastic::Plastic;
 pub use principled::{MAX_SHEEN, Principled, TintedFresnel};
 pub use sample::{BsdfSample, Lobe};
+pub use sheen::{MIN_SHEEN_ROUGHNESS, Sheen, UPPER_SHEEN_VISIBILITY};
 pub use specular::{Glass, Mirror, ThinGlass};
 
 /// Directions whose cosine with the normal is not above this count as lying in the surface.
@@ -102,8 +104,8 @@ pub enum Bsdf {
     AshikhminShirley(AshikhminShirley),
     /// The principled material of Disney.
     Principled(Principled),
-    /// Clear coat over an opaque surface.
-    Clearcoat(Clearcoat),
+    /// Sheen and a clear coat over an opaque surface.
+    Layered(Layered),
     /// Perfect mirror.
     Mirror(Mirror),
     /// Smooth or rough dielectric.
@@ -181,7 +183,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.draw(up, u),
             Self::AshikhminShirley(b) => b.draw(up, u),
             Self::Principled(b) => b.draw(up, u),
-            Self::Clearcoat(b) => b.draw(up, u),
+            Self::Layered(b) => b.draw(up, u),
             Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
             Self::Glass(b) => return b.sample(wo, u).filter(carries_light),
             Self::ThinGlass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
@@ -209,7 +211,7 @@ impl Bsdf {
             | Self::MetallicRoughness(_)
             | Self::AshikhminShirley(_)
             | Self::Principled(_)
-            | Self::Clearcoat(_) => false,
+            | Self::Layered(_) => false,
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => true,
         }
     }
@@ -227,7 +229,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.diffuse_albedo(wo.z.abs()),
             Self::AshikhminShirley(b) => b.diffuse_albedo(wo.z.abs()),
             Self::Principled(b) => b.diffuse_albedo(wo.z.abs()),
-            Self::Clearcoat(b) => b.diffuse_albedo(wo),
+            Self::Layered(b) => b.diffuse_albedo(wo),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
         }
     }
@@ -244,7 +246,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.diffuse *= LEFT,
             Self::AshikhminShirley(b) => b.diffuse *= LEFT,
             Self::Principled(b) => b.diffuse *= LEFT,
-            Self::Clearcoat(b) => b.base = b.base.with_diffuse(LEFT),
+            Self::Layered(b) => b.base = b.base.with_diffuse(LEFT),
             Self::Lambert(_) | Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
             }
         }
@@ -262,7 +264,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
             Self::AshikhminShirley(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
             Self::Principled(b) => b.importance_gloss(cos),
-            Self::Clearcoat(b) => b.importance_gloss(wo),
+            Self::Layered(b) => b.importance_gloss(wo),
             Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
                 self.albedo().max_channel()
             }
@@ -281,7 +283,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => Some(b.facets.mean()),
             Self::AshikhminShirley(b) => Some(b.facets.mean()),
             Self::Principled(b) => Some(b.facets.mean()),
-            Self::Clearcoat(b) => b.roughness(),
+            Self::Layered(b) => b.roughness(),
             Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
         }
     }
@@ -300,9 +302,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.diffuse_albedo(1.0) + b.f0,
             Self::AshikhminShirley(b) => b.diffuse_albedo(1.0) + b.f0,
             Self::Principled(b) => b.diffuse_albedo(1.0) + b.fresnel.at(1.0).into(),
-            Self::Clearcoat(b) => {
-                Self::from(b.base).albedo() * b.left(1.0) + Rgb::gray(b.importance_coat(1.0))
-            }
+            Self::Layered(b) => b.albedo(),
             Self::Mirror(b) => b.reflectance,
             Self::Glass(b) => b.transmittance.lerp(b.reflectance, fresnel::dielectric(1.0, b.ior)),
             Self::ThinGlass(b) => {
@@ -324,7 +324,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.validate(),
             Self::AshikhminShirley(b) => b.validate(),
             Self::Principled(b) => b.validate(),
-            Self::Clearcoat(b) => b.validate(),
+            Self::Layered(b) => b.validate(),
             Self::Mirror(b) => b.validate(),
             Self::Glass(b) => b.validate(),
             Self::ThinGlass(b) => b.validate(),
@@ -343,7 +343,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.eval(wo, wi),
             Self::AshikhminShirley(b) => b.eval(wo, wi),
             Self::Principled(b) => b.eval(wo, wi),
-            Self::Clearcoat(b) => b.eval(wo, wi),
+            Self::Layered(b) => b.eval(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => [R::splat(0.0); 3],
         }
     }
@@ -360,7 +360,7 @@ impl Bsdf {
             Self::MetallicRoughness(b) => b.pdf(wo, wi),
             Self::AshikhminShirley(b) => b.pdf(wo, wi),
             Self::Principled(b) => b.pdf(wo, wi),
-            Self::Clearcoat(b) => b.pdf(wo, wi),
+            Self::Layered(b) => b.pdf(wo, wi),
             Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => 0.0,
         }
     }

@@ -153,7 +153,7 @@ impl SceneBuilder {
             Surface::Mix { first, second, .. } => {
                 [first, second].into_iter().any(|part| self.scene.brushed[part.index()])
             }
-            Surface::Clearcoat { base, .. } => self.scene.brushed[base.index()],
+            Surface::Sheen { base, .. } | Surface::Clearcoat { base, .. } => self.scene.brushed[base.index()],
             surface => surface.is_brushed(),
         }
     }

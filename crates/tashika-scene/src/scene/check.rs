@@ -108,11 +108,12 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     if let Some(m) = material.others().find(|m| m.index() >= scene.materials.len()) {
         return Err(Wrong::new(format!("material {}", m.index()), "a material added before"));
     }
-    if let Surface::Clearcoat { base, .. } = &material.surface
-        && let Some(other) = without_coat(*base, scene)
+    let layer = &material.surface;
+    if let Surface::Sheen { base, .. } | Surface::Clearcoat { base, .. } = layer
+        && let Some(other) = without_layer(*base, layer, scene)
     {
         let expected = "a base that is Lambertian, metallic-roughness, principled or a mix of these";
-        return Err(Wrong::new(format!("a clear coat over {other}"), expected));
+        return Err(Wrong::new(format!("a {} over {other}", layer.kind()), expected));
     }
     let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
     // A material has at most two parts; they are at the two ends of the numbers that choose.
@@ -125,12 +126,14 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     Ok(())
 }
 
-/// The kind of a surface below a coat that cannot have one, if there is such a surface.
-fn without_coat(base: MaterialId, scene: &Scene) -> Option<&'static str> {
+/// The kind of a surface below a layer that cannot have this one, if there is such a surface.
+fn without_layer(base: MaterialId, layer: &Surface, scene: &Scene) -> Option<&'static str> {
     match &scene.materials[base.index()].surface {
+        // A coat lies over sheen.
+        Surface::Sheen { .. } if matches!(layer, Surface::Clearcoat { .. }) => None,
         Surface::Lambert { .. } | Surface::MetallicRoughness { .. } | Surface::Principled { .. } => None,
         Surface::Mix { first, second, .. } => {
-            without_coat(*first, scene).or_else(|| without_coat(*second, scene))
+            without_layer(*first, layer, scene).or_else(|| without_layer(*second, layer, scene))
         }
         other => Some(other.kind()),
     }
@@ -237,6 +240,10 @@ fn surface(surface: &Surface) -> Checked {
             color("reflectance", &(*reflectance).into())?;
             color("transmittance", &(*transmittance).into())
         }
+        Surface::Sheen { color: sheen, roughness, .. } => {
+            color("colour of the sheen", sheen)?;
+            number("roughness of the sheen", roughness)
+        }
         Surface::Clearcoat { amount, alpha, .. } => {
             number("amount of the coat", amount)?;
             number("alpha of the coat", alpha)
@@ -252,7 +259,7 @@ mod tests {
     use crate::scene::SceneBuilder;
 
     #[test]
-    fn coats_lie_over_opaque_surfaces_that_can_have_one() {
+    fn layers_lie_over_opaque_surfaces_that_can_have_one() {
         let mut b = SceneBuilder::new("coats", Location::default());
         let mut add = |surface| b.add_material(Material::new("m", surface));
         let gray = || ColorInput::from(Rgb::gray(0.5));
@@ -265,10 +272,19 @@ mod tests {
         let mix = |second| Surface::Mix { first: lambert, second, amount: 0.5.into() };
         let [opaque, half] = [mix(lambert), mix(mirror)].map(|surface| add(surface).unwrap());
         let coated = add(coat(opaque, 1.0)).unwrap();
+        let sheen =
+            |base, roughness: f32| Surface::Sheen { base, color: gray(), roughness: roughness.into() };
+        let cloth = add(sheen(opaque, 0.5)).unwrap();
+        add(coat(cloth, 1.0)).unwrap();
         for (base, kind) in [(mirror, "mirror"), (half, "mirror"), (coated, "clear coat")] {
-            let error = add(coat(base, 1.0)).unwrap_err().to_string();
-            assert!(error.contains(&format!("a clear coat over {kind}")), "{error}");
+            let errors = [coat(base, 1.0), sheen(base, 0.5)].map(|layer| add(layer).unwrap_err().to_string());
+            assert!(errors[0].contains(&format!("a clear coat over {kind}")), "{errors:?}");
+            assert!(errors[1].contains(&format!("a sheen over {kind}")), "{errors:?}");
         }
+        let error = add(sheen(cloth, 0.5)).unwrap_err().to_string();
+        assert!(error.contains("a sheen over sheen"), "{error}");
+        let error = add(sheen(lambert, -1.0)).unwrap_err().to_string();
+        assert!(error.contains("roughness of the sheen = -1"), "{error}");
         let error = add(coat(lambert, f32::NAN)).unwrap_err().to_string();
         assert!(error.contains("amount of the coat = NaN"), "{error}");
     }

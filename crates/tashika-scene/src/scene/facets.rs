@@ -100,7 +100,7 @@ pub(super) fn of_aspect(roughness: f32, anisotropic: f32) -> [f32; 2] {
 }
 
 impl Surface {
-    /// Whether its facets have a direction, but for the parts of a mix and the base of a coat.
+    /// Whether its facets have a direction, but for the parts of a mix and what is below a layer.
     pub(super) fn is_brushed(&self) -> bool {
         match self {
             Self::Plastic { facets, .. }
@@ -115,6 +115,7 @@ impl Surface {
             | Self::Translucent { .. }
             | Self::Phong { .. }
             | Self::Mirror { .. }
+            | Self::Sheen { .. }
             | Self::Clearcoat { .. }
             | Self::Mix { .. } => false,
         }

@@ -129,7 +129,8 @@ pub enum Surface {
     },
     /// A clear coat over an opaque surface.
     Clearcoat {
-        /// What is below: Lambertian, metallic-roughness, principled, or a mix of these.
+        /// What is below: Lambertian, metallic-roughness, principled, any of these with sheen, or a
+        /// mix of these.
         base: MaterialId,
         /// How much of a coat there is, 0 to 1.
         amount: FloatInput,
@@ -137,6 +138,15 @@ pub enum Surface {
         alpha: FloatInput,
         /// Whose coat it is.
         model: CoatModel,
+    },
+    /// The sheen of cloth on an opaque surface, as glTF means it.
+    Sheen {
+        /// What is below: Lambertian, metallic-roughness, principled, or a mix of these.
+        base: MaterialId,
+        /// Colour, 0 to 1.
+        color: ColorInput,
+        /// Perceptual roughness; `α` is its square.
+        roughness: FloatInput,
     },
     /// Perfect mirror.
     Mirror {
@@ -189,6 +199,7 @@ impl Surface {
             Self::MetallicRoughness { .. } => "metallic-roughness",
             Self::AshikhminShirley { .. } => "ashikhmin-shirley",
             Self::Principled { .. } => "principled",
+            Self::Sheen { .. } => "sheen",
             Self::Clearcoat { .. } => "clear coat",
             Self::Mirror { .. } => "mirror",
             Self::Glass { .. } => "glass",
@@ -316,7 +327,7 @@ impl Material {
     pub(super) fn others(&self) -> impl Iterator<Item = MaterialId> {
         let parts = match &self.surface {
             Surface::Mix { first, second, .. } => [Some(*first), Some(*second)],
-            Surface::Clearcoat { base, .. } => [Some(*base), None],
+            Surface::Sheen { base, .. } | Surface::Clearcoat { base, .. } => [Some(*base), None],
             _ => [None; 2],
         };
         let back = match self.back {
@@ -371,6 +382,7 @@ impl Material {
                 numbers.map(number).into_iter().chain([color(base_color)]).collect()
             }
             Surface::Glass { facets, .. } => vec![number(&facets.alpha), across(facets)],
+            Surface::Sheen { color: sheen, roughness, .. } => vec![color(sheen), number(roughness)],
             Surface::Clearcoat { amount, alpha, .. } => vec![number(amount), number(alpha)],
             Surface::Mix { amount, .. } => vec![number(amount)],
         };

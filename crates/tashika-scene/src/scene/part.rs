@@ -17,7 +17,7 @@
 //! | [`Surface::Conductor`], `α = 0` | mirror `s F(c_o)` | 1 |
 //! | [`Surface::Translucent`] | Lambert on this side; Lambert on the other | reflectance; transmittance |
 //! | [`Surface::Mix`] | the two materials | `1 − amount`; `amount` |
-//! | [`Surface::Clearcoat`] | those of its base, each under the coat | as there |
+//! | [`Surface::Sheen`], [`Surface::Clearcoat`] | those of its base, each under the layer | as there |
 //! | others | themselves | 1 |
 //!
 //! # Guarantee
@@ -34,8 +34,9 @@ use super::facets::{drawn_out, of_aspect};
 use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
     AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Glass,
-    Lambert, MAX_GTR1_ALPHA, MAX_SHEEN, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic,
-    Principled, ThinGlass, TintedFresnel, UnderCoat, fresnel, glossy_probability,
+    Lambert, Layered, MAX_GTR1_ALPHA, MAX_SHEEN, MIN_ALPHA, MIN_SHEEN_ROUGHNESS, MetallicRoughness,
+    Microfacets, Mirror, Phong, Plastic, Principled, Sheen, ThinGlass, TintedFresnel, fresnel,
+    glossy_probability,
 };
 use crate::color::Rgb;
 
@@ -231,15 +232,16 @@ impl<'a> Look<'a> {
                     facets: Microfacets { alpha, model: FacetModel::GgxIndependent },
                 }))
             }
-            Surface::Clearcoat { base, amount, alpha, model } => {
-                let part = self.part(&self.materials[base.index()], u);
-                // The builder accepts no other base.
-                let Some(base) = UnderCoat::of(&part.bsdf) else { return part };
+            Surface::Sheen { base, color, roughness } => self.under_layer(base, u, |layered| {
+                let roughness = roughness.at(self.textures, self.uv).clamp(MIN_SHEEN_ROUGHNESS, 1.0);
+                layered.sheen = Sheen { color: self.color(color), roughness };
+            }),
+            Surface::Clearcoat { base, amount, alpha, model } => self.under_layer(base, u, |layered| {
                 let widest = if *model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
                 let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let alpha = alpha.at(self.textures, self.uv).clamp(MIN_ALPHA, widest);
-                Part { bsdf: Bsdf::Clearcoat(Clearcoat { base, amount, alpha, model: *model }), ..part }
-            }
+                layered.coat = Clearcoat { amount, alpha, model: *model };
+            }),
             Surface::Mirror { reflectance } => {
                 whole(Bsdf::Mirror(Mirror { reflectance: self.color(reflectance) }))
             }
@@ -258,6 +260,15 @@ impl<'a> Look<'a> {
             }
             Surface::Mix { .. } => unreachable!("resolved above"),
         }
+    }
+
+    /// The part of `base` that `u` chooses, with a layer more.
+    fn under_layer(&self, base: &MaterialId, u: f32, add: impl FnOnce(&mut Layered)) -> Part {
+        let part = self.part(&self.materials[base.index()], u);
+        // The builder accepts no other base.
+        let Some(mut layered) = Layered::over(&part.bsdf) else { return part };
+        add(&mut layered);
+        Part { bsdf: Bsdf::Layered(layered), ..part }
     }
 
     /// A pane whose facets reflect by Schlick's approximation of both faces, and send on what is left
@@ -309,6 +320,7 @@ impl<'a> Look<'a> {
             | Surface::MetallicRoughness { .. }
             | Surface::AshikhminShirley { .. }
             | Surface::Principled { .. }
+            | Surface::Sheen { .. }
             | Surface::Clearcoat { .. }
             | Surface::Mirror { .. } => 0.0,
             Surface::Mix { first, second, amount } => {

@@ -66,7 +66,7 @@ fn rich() -> Document {
     );
     d.json["scenes"] = json!([{ "nodes": [1, 2, 3] }]);
     d.json["scene"] = json!(0);
-    d.json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_materials_sheen"]);
+    d.json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_materials_iridescence"]);
     d
 }
 
@@ -80,7 +80,7 @@ fn opaque(scene: &Scene) -> Surface {
                 let is_below = matches!(scene.materials()[first.index()].surface, Surface::Lambert { .. });
                 if is_below { second } else { first }
             }
-            Surface::Clearcoat { base, .. } => base,
+            Surface::Sheen { base, .. } | Surface::Clearcoat { base, .. } => base,
             surface => return surface,
         }
     }

@@ -171,6 +171,23 @@ fn example(kind: &str, name: &str) -> Document {
             let brushed = json!({ "anisotropyStrength": 0.5, "anisotropyTexture": { "index": 0 } });
             d.json["materials"][0]["extensions"]["KHR_materials_anisotropy"] = brushed;
         }
+        ("KHR_materials_sheen", field) => {
+            let sheen = json!({ "sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 0.5 });
+            match field {
+                "transmissionFactor" => {
+                    d = glass(json!({ "thicknessFactor": 1 }), smooth);
+                    d.json["materials"][0]["extensions"]["KHR_materials_sheen"] = sheen;
+                }
+                "emissiveFactor" => {
+                    let sheen = json!({ "KHR_materials_sheen": sheen });
+                    d = with_material(json!({ "emissiveFactor": [1, 1, 1], "extensions": sheen }));
+                }
+                _ => {
+                    let fine = json!({ "KHR_materials_sheen": { "sheenColorFactor": [1, 1, 1] } });
+                    d = with_material(json!({ "extensions": fine }));
+                }
+            }
+        }
         ("KHR_materials_clearcoat", "clearcoatNormalTexture") => {
             let coat = json!({ "clearcoatFactor": 1, "clearcoatNormalTexture": { "index": 0 } });
             d = with_material(json!({ "extensions": { "KHR_materials_clearcoat": coat } }));
@@ -201,7 +218,7 @@ fn example(kind: &str, name: &str) -> Document {
                 "KHR_materials_clearcoat" => json!({ "clearcoatFactor": 0.5 }),
                 "KHR_materials_anisotropy" => json!({ "anisotropyStrength": 0.5 }),
                 "KHR_materials_pbrSpecularGlossiness" => json!({ "glossinessFactor": 0.5 }),
-                "KHR_materials_sheen" => json!({ "sheenColorFactor": [1, 1, 1] }),
+                "KHR_materials_sheen" => json!({ "sheenColorFactor": [1, 1, 1], "sheenRoughnessFactor": 1 }),
                 "KHR_materials_iridescence" => json!({ "iridescenceFactor": 1 }),
                 "KHR_materials_dispersion" => json!({ "dispersion": 1 }),
                 "KHR_materials_unlit" => json!({}),

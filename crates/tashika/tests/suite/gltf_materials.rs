@@ -257,6 +257,32 @@ fn clear_coats_lie_over_dielectrics_and_metals() {
     }
 }
 
+/// Under a coat, which takes from both; the texel is (255, 102, 128) and opaque by 0.6.
+#[test]
+fn sheen_lies_on_the_base_and_under_a_coat() {
+    let sheen = json!({
+        "sheenColorFactor": [0.5, 0.8, 1], "sheenColorTexture": { "index": 0 },
+        "sheenRoughnessFactor": 0.9, "sheenRoughnessTexture": { "index": 0 },
+    });
+    let coat = json!({ "clearcoatFactor": 0.5 });
+    let extensions = json!({ "KHR_materials_sheen": sheen, "KHR_materials_clearcoat": coat });
+    let scene = textured(dielectric(0.4, extensions));
+    assert_eq!(notes(&scene), []);
+    let Surface::Clearcoat { base, .. } = used(&scene).surface else { panic!() };
+    let Surface::Sheen { base, color: tint, roughness } = scene.materials()[base.index()].surface else {
+        panic!()
+    };
+    near(color(&scene, tint).map(|c| c.g), [0.8 * linear(102), 0.8]);
+    near(number(&scene, roughness), [0.9 * 0.6, 0.9]);
+    assert_eq!(scene.materials()[base.index()].surface.kind(), "metallic-roughness");
+
+    let fine = json!({ "KHR_materials_sheen": { "sheenColorFactor": [1, 1, 1] } });
+    let scene = textured(dielectric(0.4, fine));
+    assert_eq!(notes(&scene).len(), 1);
+    let none = json!({ "KHR_materials_sheen": { "sheenRoughnessFactor": 1 } });
+    assert_eq!(used(&textured(dielectric(0.4, none))).surface.kind(), "metallic-roughness");
+}
+
 #[test]
 fn anisotropy_has_a_strength_and_a_direction() {
     let brushed = json!({ "KHR_materials_anisotropy": {

@@ -363,6 +363,29 @@ fn clear_coats_are_put_back() {
     transport_agrees(b, 0.02, "coats");
 }
 
+/// Sheen on a curtain and on a block, and under a coat: what VPLs leave, and what fibres send on.
+#[test]
+fn sheen_is_put_back() {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 5.0);
+    let red = b.add_material(Material::new("red", lambert(0.4))).unwrap();
+    let sheen = |base, roughness: f32| Surface::Sheen {
+        base,
+        color: Rgb::new(1.0, 0.8, 0.4).into(),
+        roughness: roughness.into(),
+    };
+    let cloth = b.add_material(Material::new("cloth", sheen(red, 0.5))).unwrap();
+    let coat =
+        Surface::Clearcoat { base: cloth, amount: 1.0.into(), alpha: 0.3.into(), model: CoatModel::Layer };
+    let floor = parallelogram(Vec3::new(-1.0, 0.01, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
+    place(&mut b, floor, Material::new("carpet", sheen(red, 1.0)));
+    let left = cuboid(Vec3::new(-0.8, 0.02, -0.2), Vec3::new(-0.4, 0.5, 0.3), false);
+    place(&mut b, left, Material::new("block", coat));
+    let back = parallelogram(Vec3::new(-0.9, 0.2, -0.98), Vec3::X * 1.2, Vec3::Y * 1.0);
+    place(&mut b, back, Material::new("curtain", sheen(red, 0.25)));
+    transport_agrees(b, 0.02, "sheen");
+}
+
 /// Facets over a base that fades, and rough panes: one before the scene, seen through, one within, lit
 /// from behind.
 #[test]

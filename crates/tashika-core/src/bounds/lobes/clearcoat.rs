@@ -197,16 +197,20 @@ impl Coats {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::{Bsdf, Lambert, UnderCoat};
+    use crate::bsdf::{Bsdf, Lambert, Layered};
     use crate::color::Rgb;
     use crate::math::Vec3;
     use crate::math::elementary::powf;
     use crate::rng::{Purpose, Stream};
 
-    /// The coat alone: over black.
     fn coat(model: CoatModel, alpha: f32) -> Clearcoat {
-        let base = UnderCoat::Lambert(Lambert { reflectance: Rgb::BLACK });
-        Clearcoat { base, amount: 1.0, alpha, model }
+        Clearcoat { amount: 1.0, alpha, model }
+    }
+
+    /// The coat alone: over black.
+    fn over_black(coat: Clearcoat) -> Bsdf {
+        let black = Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK });
+        Bsdf::Layered(Layered { coat, ..Layered::over(&black).unwrap() })
     }
 
     fn coats(model: CoatModel, alphas: [f32; 2], cos_o: f32) -> Coats {
@@ -253,7 +257,7 @@ mod tests {
             let wo = upper_half(&mut s);
             let other = upper_half(&mut s) * s.uniform() * s.uniform();
             let wi = (Vec3::new(-wo.x, -wo.y, wo.z) + other).normalize();
-            let value = f64::from(Bsdf::Clearcoat(coat(model, alpha)).eval(wo, wi).g);
+            let value = f64::from(over_black(coat(model, alpha)).eval(wo, wi).g);
             let h = (wo + wi).as_dvec3();
             let (tan, incidence) = (h.truncate().length() / h.z, 0.5 * h.length());
             let cos = 1.0 / (1.0 + tan * tan).sqrt();

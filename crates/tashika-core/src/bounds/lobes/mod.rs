@@ -1,4 +1,4 @@
-//! BSDFs in parts that can be bounded: one that does not depend on directions, a lobe, and a coat.
+//! BSDFs in parts that can be bounded: one that hardly depends on directions, a lobe, and a coat.
 //!
 //! ```text
 //! f_r ≤ diffuse + lobe + coat          (sr⁻¹, the largest channel of each)
@@ -14,7 +14,7 @@
 //! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`facets`] |
 //! | AshikhminShirley | its diffuse part, which grows with `c_i` | [`facets`] |
 //! | Principled | `ρ_d/π · b` and the sheen, by [`burley`] | [`facets`] |
-//! | Clearcoat | what is left of its base's | what is left of its base's, and a coat: [`clearcoat`] |
+//! | Layered | what is left of its base's, and [`sheen`] | what is left of its base's, and a coat: [`clearcoat`] |
 //!
 //! # Guarantee
 //! The sum of the bounds is at least the value in the `f32` arithmetic of
@@ -31,6 +31,7 @@ pub(super) mod facets;
 pub(super) mod fresnel;
 mod ggx;
 pub(super) mod phong;
+mod sheen;
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -43,9 +44,9 @@ use fresnel::Reflected;
 /// The parts of a BSDF seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts {
-    /// Upper bound of the diffuse part (sr⁻¹).
+    /// Upper bound of the diffuse part and the sheen (sr⁻¹).
     pub(super) diffuse: f64,
-    /// Upper bound of the diffuse part times the cosine: that times the largest cosine, or less.
+    /// Upper bound of these times the cosine: that times the largest cosine, or less.
     pub(super) diffuse_cos: f64,
     /// The part that depends on directions.
     pub(super) lobe: Lobe,
@@ -80,11 +81,17 @@ impl Parts {
     /// The parts of `bsdf` for light at cosines of at most `max_cos_i`, seen at the cosine
     /// `cos_o > 0`.
     pub(super) fn of(bsdf: &Bsdf, cos_o: f32, max_cos_i: f64) -> Self {
-        if let Bsdf::Clearcoat(b) = bsdf {
+        if let Bsdf::Layered(b) = bsdf {
             let left = b.left(cos_o);
             let base = Self::of(&b.base.into(), cos_o, max_cos_i);
-            let [diffuse, diffuse_cos] = [base.diffuse, base.diffuse_cos].map(|part| part * f64::from(left));
-            return Self { diffuse, diffuse_cos, lobe: base.lobe.scaled(left), coat: Coats::of(b, cos_o) };
+            let uncoated = f64::from(b.coat.left(cos_o));
+            let [fibres, fibres_cos] = sheen::upper(&b.sheen, cos_o, max_cos_i).map(|part| part * uncoated);
+            return Self {
+                diffuse: base.diffuse * f64::from(left) + fibres,
+                diffuse_cos: base.diffuse_cos * f64::from(left) + fibres_cos,
+                lobe: base.lobe.scaled(left),
+                coat: Coats::of(&b.coat, cos_o),
+            };
         }
         let mut flat_cos = None;
         let (diffuse, lobe) = match bsdf {
@@ -141,7 +148,7 @@ impl Parts {
                     facets(b.facets, Reflected::Tinted { scale: 1.0, fresnel: b.fresnel }),
                 )
             }
-            Bsdf::Clearcoat(_) => unreachable!("told apart above"),
+            Bsdf::Layered(_) => unreachable!("told apart above"),
             Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (Rgb::BLACK, Lobe::None),
         };
         let brdf = |part: Rgb| f64::from(part.max_channel()) * FRAC_1_PI;

@@ -214,6 +214,18 @@ fn bounds_of_points_hold_and_are_tight() {
     }
 }
 
+/// Sheen is bounded, alone and beside others.
+#[test]
+fn bounds_of_sheen_hold() {
+    let mut s = Stream::new(43, Purpose::Test, 0);
+    let [_, mut analytic] = check(1000, &mut s, |s| {
+        let first = random_point(Kind::Sheen, s);
+        let second = random_point(one_of(&[Kind::Sheen, Kind::Plastic], s), s);
+        (vec![first, second], lights(&first, s))
+    });
+    assert!(quantile(&mut analytic, 0.5) < 10.0, "{}", quantile(&mut analytic, 0.5));
+}
+
 /// For diffuse surfaces the constant bound is the analytic one; for lobes it is near what they
 /// reflect of light from everywhere (measured: up to 1.16).
 #[test]
@@ -254,7 +266,7 @@ fn near_equal_children_have_the_bound_of_one() {
             Bsdf::AshikhminShirley(b) => is_wide(b.facets),
             Bsdf::Principled(b) => is_wide(b.facets),
             // Of what is below, whose kind is compared by itself, GGX facets and Beckmann's.
-            Bsdf::Clearcoat(b) => b.roughness().is_none_or(|alpha| alpha > 0.3),
+            Bsdf::Layered(b) => b.roughness().is_none_or(|alpha| alpha > 0.3),
             _ => true,
         };
         let normal = near(first.normal().as_dvec3(), 1e-7, &mut s).as_vec3().normalize();
@@ -274,7 +286,7 @@ fn near_equal_children_have_the_bound_of_one() {
             | Bsdf::Conductor(_)
             | Bsdf::AshikhminShirley(_)
             | Bsdf::Principled(_)
-            | Bsdf::Clearcoat(_) => 1.5,
+            | Bsdf::Layered(_) => 1.5,
             _ => 1.1,
         };
         assert!(bounds[2] <= limit * larger, "{bounds:?} {first:?} {towards:?}");

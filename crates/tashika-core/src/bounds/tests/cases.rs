@@ -6,8 +6,8 @@ use glam::DVec3;
 use crate::bounds::Reflector;
 use crate::bsdf::{
     AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Lambert,
-    MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness, Microfacets, Phong, Plastic, Principled, TintedFresnel,
-    UnderCoat,
+    Layered, MAX_GTR1_ALPHA, MIN_ALPHA, MIN_SHEEN_ROUGHNESS, MetallicRoughness, Microfacets, Phong, Plastic,
+    Principled, Sheen, TintedFresnel,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -29,10 +29,11 @@ pub enum Kind {
     Principled,
     Clearcoat,
     Passed,
+    Sheen,
 }
 
 /// All kinds whose bounds are tight: what [`Kind::Passed`] is bounded by does not know that hardly
-/// anything passes at grazing angles.
+/// anything passes at grazing angles, and that of [`Kind::Sheen`] does not know directions.
 pub const KINDS: [Kind; 10] = [
     Kind::Lambert,
     Kind::Phong,
@@ -108,7 +109,7 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
         }
         Kind::Clearcoat => {
             let below = [Kind::Lambert, Kind::MetallicRoughness, Kind::Principled][s.below(3) as usize];
-            let base = UnderCoat::of(&bsdf(below, s)).expect("a surface that can have a coat");
+            let layered = Layered::over(&bsdf(below, s)).expect("a surface that can have layers");
             let model = CoatModel::ALL[s.below(3) as usize];
             let widest = if model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
             let alpha = match pick {
@@ -117,7 +118,13 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
                 _ => log_uniform(s, MIN_ALPHA, widest),
             };
             let amount = if s.below(4) == 0 { 1.0 } else { s.uniform() };
-            Bsdf::Clearcoat(Clearcoat { base, amount, alpha, model })
+            Bsdf::Layered(Layered { coat: Clearcoat { amount, alpha, model }, ..layered })
+        }
+        Kind::Sheen => {
+            let below = [Kind::Lambert, Kind::MetallicRoughness, Kind::Clearcoat][s.below(3) as usize];
+            let layered = Layered::over(&bsdf(below, s)).expect("a surface that can have layers");
+            let roughness = if s.below(4) == 0 { 1.0 } else { log_uniform(s, MIN_SHEEN_ROUGHNESS, 1.0) };
+            Bsdf::Layered(Layered { sheen: Sheen { color: c, roughness }, ..layered })
         }
     }
 }

@@ -154,6 +154,18 @@ fn bounds_of_clusters_hold_and_are_tight() {
     }
 }
 
+/// Sheen is bounded, if not tightly.
+#[test]
+fn bounds_of_sheen_hold() {
+    for size in [1, 8] {
+        let medians = [
+            bounds_of_kinds_hold::<Published>(&[Kind::Sheen], size, 200),
+            bounds_of_kinds_hold::<Folded>(&[Kind::Sheen], size, 200),
+        ];
+        assert!(medians[1] < 10.0 && medians[1] < medians[0], "{size} points: {medians:?}");
+    }
+}
+
 /// Principled surfaces and coats: of several lobes, each of which is bounded by itself. Medians as
 /// measured here.
 #[test]

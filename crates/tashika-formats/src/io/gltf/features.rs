@@ -121,6 +121,11 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "emissiveFactor", Ignored, "the coat does not dim what the surface emits";
         "clearcoatNormalTexture", Ignored, "the coat has the normals of the base";
     }
+    "KHR_materials_sheen" => {
+        "sheenRoughnessFactor", Approximated, "fibres are at least as rough as 0.1";
+        "transmissionFactor", Ignored, "what lets light through has no sheen";
+        "emissiveFactor", Ignored, "the sheen does not dim what the surface emits";
+    }
     "extension" => {
         "KHR_materials_anisotropy", Full, "facets of two roughnesses";
     }
@@ -132,7 +137,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "KHR_materials_pbrSpecularGlossiness", Approximated,
             "diffuse part and reflectance of metallic-roughness, by channel where textured";
         "KHR_materials_unlit", Approximated, "diffuse reflection of the same colour";
-        "KHR_materials_sheen", Ignored, "left out";
+        "KHR_materials_sheen", Full, "fibres over the base, by the angle at which they are seen";
         "KHR_materials_iridescence", Ignored, "left out";
         "KHR_materials_dispersion", Ignored, "one index of refraction for all wavelengths";
         "KHR_materials_variants", Ignored, "the default materials are used";

@@ -4,8 +4,8 @@ use std::mem::discriminant;
 
 use super::super::{
     AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Glass,
-    Lambert, MAX_ALPHA, MAX_GTR1_ALPHA, MIN_ALPHA, MetallicRoughness, Microfacets, Mirror, Phong, Plastic,
-    Principled, ThinGlass, TintedFresnel, UnderCoat,
+    Lambert, Layered, MAX_ALPHA, MAX_GTR1_ALPHA, MIN_ALPHA, MIN_SHEEN_ROUGHNESS, MetallicRoughness,
+    Microfacets, Mirror, Phong, Plastic, Principled, Sheen, ThinGlass, TintedFresnel,
 };
 use crate::color::Rgb;
 use crate::math::elementary::powf;
@@ -103,6 +103,13 @@ pub fn all() -> Vec<Case> {
     }
     add("Clearcoat of nothing".into(), clearcoat(white, 0.0, 0.05, CoatModel::Layer));
     add("Clearcoat, wide".into(), clearcoat(lambert(ORANGE), 1.0, 0.8, CoatModel::Layer));
+    for roughness in [MIN_SHEEN_ROUGHNESS, 0.4, 1.0] {
+        add(format!("Sheen alone, {roughness}"), sheen(lambert(Rgb::BLACK), Rgb::WHITE, roughness));
+        add(format!("Sheen on white, {roughness}"), sheen(lambert(Rgb::WHITE), BLUE, roughness));
+        let cloth = sheen(metallic_roughness(ORANGE, Rgb::gray(0.04), 0.5), BLUE, roughness);
+        add(format!("Sheen on plastic, {roughness}"), cloth);
+        add(format!("Sheen under a coat, {roughness}"), clearcoat(cloth, 0.7, 0.1, CoatModel::Layer));
+    }
     add("Mirror".into(), Bsdf::Mirror(Mirror { reflectance: ORANGE }));
     add("Plastic black, ior = 5".into(), plastic(Rgb::BLACK, Rgb::WHITE, 5.0, 0.2));
     add("Plastic without lobe".into(), plastic(ORANGE, Rgb::BLACK, 1.5, 0.2));
@@ -164,7 +171,9 @@ pub fn random(stream: &mut Stream) -> Bsdf {
             };
             let coat = powf(MIN_ALPHA / MAX_GTR1_ALPHA, stream.uniform()) * MAX_GTR1_ALPHA;
             let model = CoatModel::ALL[stream.below(3) as usize];
-            clearcoat(base, stream.uniform(), coat.max(MIN_ALPHA), model)
+            let coated = clearcoat(base, stream.uniform(), coat.max(MIN_ALPHA), model);
+            let roughness = MIN_SHEEN_ROUGHNESS + (1.0 - MIN_SHEEN_ROUGHNESS) * stream.uniform();
+            if stream.below(2) == 0 { coated } else { sheen(coated, b, roughness) }
         }
         _ => glass(ior, a, b),
     }
@@ -224,8 +233,13 @@ pub fn flat(mut bsdf: Bsdf, flatness: f32) -> Bsdf {
 }
 
 pub fn clearcoat(base: Bsdf, amount: f32, alpha: f32, model: CoatModel) -> Bsdf {
-    let base = UnderCoat::of(&base).expect("a surface that can have a coat");
-    Bsdf::Clearcoat(Clearcoat { base, amount, alpha, model })
+    let layered = Layered::over(&base).expect("a surface that can have a coat");
+    Bsdf::Layered(Layered { coat: Clearcoat { amount, alpha, model }, ..layered })
+}
+
+pub fn sheen(base: Bsdf, color: Rgb, roughness: f32) -> Bsdf {
+    let layered = Layered::over(&base).expect("a surface that can have sheen");
+    Bsdf::Layered(Layered { sheen: Sheen { color, roughness }, ..layered })
 }
 
 pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {

@@ -3,8 +3,8 @@
 use std::f64::consts::LN_2;
 
 use super::super::{
-    AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, ConductorFresnel, MAX_GTR1_ALPHA, MIN_ALPHA,
-    MetallicRoughness, Principled, UnderCoat,
+    AshikhminShirley, Bsdf, CoatModel, Coated, ConductorFresnel, Layered, MAX_GTR1_ALPHA, MIN_ALPHA,
+    MetallicRoughness, Principled, UnderLayers,
 };
 use super::cases::{self, Case};
 use super::quadrature::{PolarGrid, hemisphere};
@@ -45,12 +45,15 @@ fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
         Bsdf::MetallicRoughness(_) if cos >= 0.5 => 1.03,
         Bsdf::MetallicRoughness(_) => 2.0,
         Bsdf::Principled(b) => 2.6 + 0.1 * f64::from(b.sheen.max_channel()),
-        Bsdf::Clearcoat(b) => {
-            let (base, amount) = (largest_albedo(&b.base.into(), cos), f64::from(b.amount));
-            match b.model {
-                CoatModel::Disney => base + 0.05 * amount,
-                CoatModel::Mitsuba => base + 0.04 * amount,
-                CoatModel::Layer => base.max(1.0),
+        Bsdf::Layered(b) => {
+            // What the table is off by, and what fibres return where they are grazed.
+            let fibres = if b.sheen.is_there() { if cos > 0.2 { 0.01 } else { 2.0 } } else { 0.0 };
+            let below = largest_albedo(&b.base.into(), cos).max(1.0) + fibres;
+            let amount = f64::from(b.coat.amount);
+            match b.coat.model {
+                CoatModel::Disney => below + 0.05 * amount,
+                CoatModel::Mitsuba => below + 0.04 * amount,
+                CoatModel::Layer => below,
             }
         }
     }
@@ -148,7 +151,7 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
         Bsdf::MetallicRoughness(b) => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: Rgb::BLACK, ..b }),
         Bsdf::AshikhminShirley(b) => Bsdf::AshikhminShirley(AshikhminShirley { diffuse: Rgb::BLACK, ..b }),
         Bsdf::Principled(b) => Bsdf::Principled(Principled { diffuse: Rgb::BLACK, ..b }),
-        Bsdf::Clearcoat(b) => Bsdf::Clearcoat(Clearcoat { base: b.base.with_diffuse(0.0), ..b }),
+        Bsdf::Layered(b) => Bsdf::Layered(Layered { base: b.base.with_diffuse(0.0), ..b }),
         Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => *bsdf,
     };
     let bsdf = *bsdf;
@@ -170,12 +173,12 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
             Bsdf::MetallicRoughness(b) => b.facets.alpha = [1.0; 2],
             Bsdf::AshikhminShirley(b) => b.facets.alpha = [1.0; 2],
             Bsdf::Principled(b) => b.facets.alpha = [1.0; 2],
-            Bsdf::Clearcoat(b) => {
-                b.alpha = if b.model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
+            Bsdf::Layered(b) => {
+                b.coat.alpha = if b.coat.model == CoatModel::Layer { 1.0 } else { MAX_GTR1_ALPHA };
                 match &mut b.base {
-                    UnderCoat::Lambert(_) => {}
-                    UnderCoat::MetallicRoughness(b) => b.facets.alpha = [1.0; 2],
-                    UnderCoat::Principled(b) => b.facets.alpha = [1.0; 2],
+                    UnderLayers::Lambert(_) => {}
+                    UnderLayers::MetallicRoughness(b) => b.facets.alpha = [1.0; 2],
+                    UnderLayers::Principled(b) => b.facets.alpha = [1.0; 2],
                 }
             }
             Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => {
@@ -219,7 +222,9 @@ fn is_wide(bsdf: &Bsdf, stated: Rgb) -> bool {
         // What exceeds 1 is cut.
         Bsdf::Principled(b) => b.facets.widest() > 0.1 || stated.max_channel() == 1.0,
         // Of white bases additive coats reflect more than 1.
-        Bsdf::Clearcoat(b) => b.alpha > 0.1 || stated.max_channel() == 1.0 || is_wide(&b.base.into(), stated),
+        Bsdf::Layered(b) => {
+            b.coat.alpha > 0.1 || stated.max_channel() == 1.0 || is_wide(&b.base.into(), stated)
+        }
         Bsdf::Lambert(_) | Bsdf::Phong(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => false,
     }
 }

@@ -68,8 +68,8 @@ fn everything_is_finite_and_not_negative() {
 fn opaque_surfaces_are_reciprocal() {
     let mut stream = stream(31);
     for Case { name, bsdf } in cases::smooth() {
-        // By its formula, a layer takes from its base what it reflects towards the viewer.
-        if matches!(bsdf, Bsdf::Clearcoat(b) if b.model == CoatModel::Layer && b.amount > 0.0) {
+        // By their formulas, layers take from their base what they reflect towards the viewer.
+        if matches!(bsdf, Bsdf::Layered(b) if b.left(0.5) < 1.0) {
             continue;
         }
         for _ in 0..1000 {
@@ -145,7 +145,7 @@ fn validation_names_field_value_and_range() {
     let half = Rgb::gray(0.5);
     let schlick = |f0| ConductorFresnel::Schlick { f0 };
     let exact = |eta, k| ConductorFresnel::Exact { eta: Rgb::gray(eta), k: Rgb::gray(k) };
-    let refused: [(Bsdf, &str); 18] = [
+    let refused: [(Bsdf, &str); 20] = [
         (cases::lambert(Rgb::new(0.5, 1.5, 0.5)), "reflectance.g = 1.5; expected 0 to 1"),
         (cases::lambert(Rgb::new(0.5, 0.5, f32::NAN)), "reflectance.b = NaN; expected 0 to 1"),
         (cases::phong(half, Rgb::gray(-0.1), 1.0), "specular.r = -0.1; expected 0 to 1"),
@@ -175,6 +175,11 @@ fn validation_names_field_value_and_range() {
             cases::clearcoat(cases::lambert(Rgb::gray(2.0)), 1.0, 0.1, CoatModel::Mitsuba),
             "reflectance.r = 2; expected 0 to 1",
         ),
+        (
+            cases::sheen(cases::lambert(half), Rgb::gray(1.5), 0.5),
+            "colour of the sheen.r = 1.5; expected 0 to 1",
+        ),
+        (cases::sheen(cases::lambert(half), half, 0.05), "roughness of the sheen = 0.05; expected 0.1 to 1"),
         (cases::glass(5.5, half, half), "ior = 5.5; expected 1.0001 to 5"),
     ];
     for (bsdf, message) in refused {

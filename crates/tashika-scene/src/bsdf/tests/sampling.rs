@@ -46,11 +46,12 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
     let mut is_line = false;
     let width = match bsdf {
         Bsdf::Lambert(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => 1.0,
-        Bsdf::Clearcoat(b) => {
+        Bsdf::Layered(b) => {
             let (base, of_base) = width(&b.base.into(), wo);
-            let is_thin = wo.z < 0.1;
+            let is_thin = wo.z < 0.1 && b.coat.amount > 0.0;
             is_line = is_thin || of_base;
-            base.min(f64::from(if is_thin { b.alpha * wo.z } else { b.alpha }).powi(2))
+            let coat = if b.coat.amount > 0.0 { b.coat.alpha } else { 1.0 };
+            base.min(f64::from(if is_thin { coat * wo.z } else { coat }).powi(2))
         }
         Bsdf::Phong(b) => 1.0 / f64::from(b.exponent + 1.0),
         Bsdf::Conductor(Conductor { facets, .. })

@@ -100,12 +100,22 @@ impl Default for Volume {
     }
 }
 
-/// The strength of `KHR_materials_sheen`, `KHR_materials_iridescence` or
-/// `KHR_materials_dispersion`: without it they do nothing.
+/// `KHR_materials_sheen`.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Sheen {
+    pub sheen_color_factor: [f32; 3],
+    pub sheen_color_texture: Option<Info>,
+    pub sheen_roughness_factor: f32,
+    /// In the opacity.
+    pub sheen_roughness_texture: Option<Info>,
+}
+
+/// The strength of `KHR_materials_iridescence` or `KHR_materials_dispersion`: without it they do
+/// nothing.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Strength {
-    sheen_color_factor: [f32; 3],
     iridescence_factor: f32,
     dispersion: f32,
 }
@@ -113,6 +123,6 @@ pub(super) struct Strength {
 impl Strength {
     /// Whether the extension does anything.
     pub(super) fn is_there(&self) -> bool {
-        self.sheen_color_factor != [0.0; 3] || self.iridescence_factor != 0.0 || self.dispersion != 0.0
+        self.iridescence_factor != 0.0 || self.dispersion != 0.0
     }
 }

@@ -1,6 +1,7 @@
 //! Layers on the opaque surface.
 //!
-//! A clear coat lies over it ([`CoatModel::Layer`]). Then each layer replaces a share of what is
+//! Sheen lies on it ([`Sheen`](crate::bsdf::Sheen)), and a clear coat over both
+//! ([`CoatModel::Layer`]). Then each layer replaces a share of what is
 //! below it, in the order of glTF, from below, with `m` the metalness:
 //!
 //! | extension | share | of |
@@ -18,16 +19,17 @@
 //! which is Lambert–Beer's law over the thickness for light that crosses the surface twice.
 //!
 //! # Limits
-//! The tint of solid glass has no texture. What lets light through has no coat, and a coat does
-//! not dim what is emitted below it.
+//! The tint of solid glass has no texture. What lets light through has no sheen and no coat, and these
+//! do not dim what is emitted below them.
 //!
 //! Held to this by `gltf_materials::transmission_*`, `gltf_materials::clear_coats_*`,
+//! `gltf_materials::sheen_*`,
 //! `gltf_materials::leaves_*`.
 
-use super::fields::{Clearcoat, DiffuseTransmission, Volume};
+use super::fields::{Clearcoat, DiffuseTransmission, Sheen, Volume};
 use super::opaque::Opaque;
 use super::reader::Reader;
-use crate::bsdf::CoatModel;
+use crate::bsdf::{CoatModel, MIN_SHEEN_ROUGHNESS};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::io::dielectrics::{rendered, single_face};
@@ -40,6 +42,7 @@ use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
 /// Chosen.
 const SMOOTH_ROUGHNESS: f32 = 0.1;
 
+const SHEEN: &str = "KHR_materials_sheen";
 const COAT: &str = "KHR_materials_clearcoat";
 const LEAF: &str = "KHR_materials_diffuse_transmission";
 const GLASS: &str = "KHR_materials_transmission";
@@ -50,17 +53,41 @@ pub(super) fn surface(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Su
     if !opaque.takes_layers {
         return Ok(opaque.surface);
     }
-    let surface = coat(reader, opaque)?;
+    let surface = sheen(reader, opaque)?;
+    let surface = coat(reader, surface)?;
     let surface = leaf(reader, opaque, surface)?;
     glass(reader, opaque, surface)
 }
 
-fn coat(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
-    let Some(coat) = reader.extension::<Clearcoat>(COAT)? else { return Ok(opaque.surface) };
+fn sheen(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
+    let Some(sheen) = reader.extension::<Sheen>(SHEEN)? else { return Ok(opaque.surface) };
+    let field = |name: &str| format!("extensions.{SHEEN}.{name}");
+    let factor = reader.color(&field("sheenColorFactor"), sheen.sheen_color_factor, 1.0)?;
+    if factor.is_black() {
+        return Ok(opaque.surface);
+    }
+    if reader.material.emissive_factor.0 != [0.0; 3] {
+        reader.met_field(SHEEN, "emissiveFactor")?;
+    }
+    let name = "sheenRoughnessFactor";
+    let roughness = reader.number(&field(name), sheen.sheen_roughness_factor, 1.0)?;
+    if roughness < MIN_SHEEN_ROUGHNESS {
+        reader.met_field(SHEEN, name)?;
+    }
+    let (name, info) = (field("sheenRoughnessTexture"), sheen.sheen_roughness_texture.as_ref());
+    let roughness = reader.textured(roughness, &name, info, Channel::A)?;
+    let (name, info) = (field("sheenColorTexture"), sheen.sheen_color_texture.as_ref());
+    let texture = reader.texture(&name, info, Content::Color)?.map(|t| t.texture);
+    let base = reader.below(opaque.surface, "sheen")?;
+    Ok(Surface::Sheen { base, color: ColorInput { factor, texture }, roughness })
+}
+
+fn coat(reader: &mut Reader<'_, '_>, below: Surface) -> Result<Surface> {
+    let Some(coat) = reader.extension::<Clearcoat>(COAT)? else { return Ok(below) };
     let field = |name: &str| format!("extensions.{COAT}.{name}");
     let factor = reader.number(&field("clearcoatFactor"), coat.clearcoat_factor, 1.0)?;
     if factor == 0.0 {
-        return Ok(opaque.surface);
+        return Ok(below);
     }
     if coat.clearcoat_normal_texture.is_some() {
         reader.met_field(COAT, "clearcoatNormalTexture")?;
@@ -75,7 +102,7 @@ fn coat(reader: &mut Reader<'_, '_>, opaque: &Opaque) -> Result<Surface> {
     let (name, info) = (field("clearcoatRoughnessTexture"), coat.clearcoat_roughness_texture.as_ref());
     let roughness = reader.textured(roughness, &name, info, Channel::G)?;
     let alpha = reader.builder.power(roughness, 2.0)?;
-    let base = reader.below(opaque.surface, "coat")?;
+    let base = reader.below(below, "coat")?;
     Ok(Surface::Clearcoat { base, amount, alpha, model: CoatModel::Layer })
 }
 
@@ -137,13 +164,16 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     reader.mix(below, surface, amount, "glass")
 }
 
-/// Tells that what replaces a share of `below` has no coat, if that has one.
+/// Tells which layers of `below` what replaces a share of it does not have.
 fn bare(reader: &mut Reader<'_, '_>, below: Surface) -> Result<()> {
     if matches!(below, Surface::Clearcoat { .. }) {
-        reader.met_field(COAT, "transmissionFactor")
-    } else {
-        Ok(())
+        reader.met_field(COAT, "transmissionFactor")?;
     }
+    // It may be below the coat.
+    if reader.extension::<Sheen>(SHEEN)?.is_some_and(|sheen| sheen.sheen_color_factor != [0.0; 3]) {
+        reader.met_field(SHEEN, "transmissionFactor")?;
+    }
+    Ok(())
 }
 
 /// What absorption leaves at each crossing of the surface of something solid; none of something

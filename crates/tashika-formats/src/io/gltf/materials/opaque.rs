@@ -117,7 +117,7 @@ impl Opaque {
         opaque.ior = ior(reader)?;
         let (f0, strength) = opaque.f0(reader)?;
         opaque.surface = opaque.under(reader, f0, strength)?;
-        for name in ["KHR_materials_sheen", "KHR_materials_iridescence", "KHR_materials_dispersion"] {
+        for name in ["KHR_materials_iridescence", "KHR_materials_dispersion"] {
             if reader.extension::<Strength>(name)?.is_some_and(|s| s.is_there()) {
                 reader.met_extension(name)?;
             }

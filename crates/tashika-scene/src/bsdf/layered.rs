@@ -1,0 +1,205 @@
+//! Layers over an opaque surface: sheen, and a clear coat over that.
+//!
+//! ```text
+//! f_r = l_c (l_s f_base + f_s) + f_c          (sr⁻¹)
+//! ```
+//!
+//! with the [`Sheen`] `f_s`, the [`Clearcoat`] `f_c`, and what each leaves of all below it, `l_s` and
+//! `l_c`: by the cosine at which the surface is *seen*. Layers that leave less than all are not reciprocal;
+//! light paths evaluate them as viewers do.
+//!
+//! # Limits
+//! VPLs carry the diffuse part under a layer as if it were seen from where the light comes.
+//!
+//! # Held to this by
+//! `bsdf::tests`, and the suite's `mitsuba_materials` and `formula_materials`.
+
+use super::{Bsdf, Clearcoat, Lambert, Lobe, MetallicRoughness, Principled, Sheen, glossy_probability};
+use crate::color::Rgb;
+use crate::math::simd::each;
+use crate::math::{Real, Vec3};
+
+/// An opaque surface with layers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layered {
+    /// What is below all.
+    pub base: UnderLayers,
+    /// Fibres on it.
+    pub sheen: Sheen,
+    /// A coat over both.
+    pub coat: Clearcoat,
+}
+
+/// A surface that can have layers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UnderLayers {
+    /// Ideal diffuse reflection.
+    Lambert(Lambert),
+    /// The core material of glTF 2.0.
+    MetallicRoughness(MetallicRoughness),
+    /// The principled material of Disney.
+    Principled(Principled),
+}
+
+impl From<UnderLayers> for Bsdf {
+    fn from(base: UnderLayers) -> Self {
+        match base {
+            UnderLayers::Lambert(b) => Self::Lambert(b),
+            UnderLayers::MetallicRoughness(b) => Self::MetallicRoughness(b),
+            UnderLayers::Principled(b) => Self::Principled(b),
+        }
+    }
+}
+
+impl UnderLayers {
+    /// The surface as one that can have layers, if it is one.
+    pub fn of(bsdf: &Bsdf) -> Option<Self> {
+        match *bsdf {
+            Bsdf::Lambert(b) => Some(Self::Lambert(b)),
+            Bsdf::MetallicRoughness(b) => Some(Self::MetallicRoughness(b)),
+            Bsdf::Principled(b) => Some(Self::Principled(b)),
+            Bsdf::Phong(_)
+            | Bsdf::Plastic(_)
+            | Bsdf::Conductor(_)
+            | Bsdf::Coated(_)
+            | Bsdf::AshikhminShirley(_)
+            | Bsdf::Layered(_)
+            | Bsdf::Mirror(_)
+            | Bsdf::Glass(_)
+            | Bsdf::ThinGlass(_) => None,
+        }
+    }
+
+    /// The same, its diffuse part times `factor`.
+    pub(crate) fn with_diffuse(mut self, factor: f32) -> Self {
+        match &mut self {
+            Self::Lambert(b) => b.reflectance *= factor,
+            Self::MetallicRoughness(b) => b.diffuse *= factor,
+            Self::Principled(b) => b.diffuse *= factor,
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        match self {
+            Self::Lambert(b) => b.eval(),
+            Self::MetallicRoughness(b) => b.eval(wo, wi),
+            Self::Principled(b) => b.eval(wo, wi),
+        }
+    }
+
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self {
+            Self::Lambert(b) => b.pdf(wi),
+            Self::MetallicRoughness(b) => b.pdf(wo, wi),
+            Self::Principled(b) => b.pdf(wo, wi),
+        }
+    }
+
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+        match self {
+            Self::Lambert(b) => b.draw(u),
+            Self::MetallicRoughness(b) => b.draw(wo, u),
+            Self::Principled(b) => b.draw(wo, u),
+        }
+    }
+}
+
+impl Layered {
+    /// A surface without layers yet, if it can have them.
+    pub fn over(bsdf: &Bsdf) -> Option<Self> {
+        match *bsdf {
+            Bsdf::Layered(b) => Some(b),
+            _ => UnderLayers::of(bsdf).map(|base| Self { base, sheen: Sheen::NONE, coat: Clearcoat::NONE }),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        let mut below = self.base.eval(wo, wi);
+        if self.sheen.is_there() {
+            let (left, white) = (R::splat(self.sheen.left(wo.z)), self.sheen.white(wo, wi));
+            let color = self.sheen.color.to_array();
+            below = each!(|channel| left * below[channel] + R::splat(color[channel]) * white);
+        }
+        if self.coat.amount == 0.0 {
+            return below;
+        }
+        let (left, coat) = (R::splat(self.coat.left(wo.z)), self.coat.eval(wo, wi));
+        each!(|channel| left * below[channel] + coat)
+    }
+
+    /// What is left of the base, seen at the cosine `cos_o`.
+    #[inline]
+    pub fn left(&self, cos_o: f32) -> f32 {
+        self.sheen.left(cos_o) * self.coat.left(cos_o)
+    }
+
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let [coat, sheen] = self.probabilities(wo);
+        let mut below = self.base.pdf(wo, wi);
+        if sheen > 0.0 {
+            below = (1.0 - sheen) * below + sheen * Sheen::PDF;
+        }
+        (1.0 - coat) * below + coat * self.coat.pdf(wo, wi)
+    }
+
+    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+        let [coat, sheen] = self.probabilities(wo);
+        let direction = [u[1], u[2]];
+        if u[0] < coat {
+            return (self.coat.draw(wo, direction), Lobe::Glossy);
+        }
+        let u = rest(u[0], coat);
+        if u < sheen {
+            return (Sheen::draw(direction), Lobe::Glossy);
+        }
+        self.base.draw(wo, [rest(u, sheen), direction[0], direction[1]])
+    }
+
+    /// Albedo of the diffuse part for light at cosine `|ω_o.z|`.
+    pub(super) fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        Bsdf::from(self.base).vpl_reflectance(wo) * self.left(wo.z.abs())
+    }
+
+    /// About what is not in [`Layered::diffuse_albedo`].
+    pub(super) fn importance_gloss(&self, wo: Vec3) -> f32 {
+        let cos_o = wo.z.abs();
+        let fibres = self.sheen.albedo(cos_o).max_channel() * self.coat.left(cos_o);
+        Bsdf::from(self.base).importance_gloss(wo) * self.left(cos_o) + fibres + self.coat.importance(cos_o)
+    }
+
+    /// Probability of drawing from the coat, and else of drawing from the sheen.
+    fn probabilities(&self, wo: Vec3) -> [f32; 2] {
+        let base = Bsdf::from(self.base);
+        let base = base.vpl_reflectance(wo).max_channel() + base.importance_gloss(wo);
+        let (base, fibres) = (base * self.sheen.left(wo.z), self.sheen.albedo(wo.z).max_channel());
+        let below = (base + fibres) * self.coat.left(wo.z);
+        [(self.coat.importance(wo.z), below), (fibres, base)]
+            .map(|(layer, below)| glossy_probability(layer, below).unwrap_or(0.0))
+    }
+
+    /// The roughness of the narrowest of its lobes.
+    pub fn roughness(&self) -> Option<f32> {
+        let coat = (self.coat.amount > 0.0).then_some(self.coat.alpha);
+        let sheen = self.sheen.is_there().then_some(self.sheen.roughness);
+        Bsdf::from(self.base).roughness().into_iter().chain(coat).chain(sheen).reduce(f32::min)
+    }
+
+    pub(super) fn albedo(&self) -> Rgb {
+        let below = Bsdf::from(self.base).albedo() * self.sheen.left(1.0) + self.sheen.albedo(1.0);
+        below * self.coat.left(1.0) + Rgb::gray(self.coat.importance(1.0))
+    }
+
+    pub(super) fn validate(&self) -> Result<(), String> {
+        self.sheen.validate()?;
+        self.coat.validate()?;
+        Bsdf::from(self.base).validate()
+    }
+}
+
+/// The uniform number that is left of `u` where the share `below` was not chosen.
+fn rest(u: f32, below: f32) -> f32 {
+    ((u - below) / (1.0 - below)).min(1.0 - f32::EPSILON / 2.0)
+}
