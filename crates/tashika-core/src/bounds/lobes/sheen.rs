@@ -66,6 +66,7 @@ mod tests {
     use crate::bsdf::{Bsdf, Lambert, Layered};
     use crate::color::Rgb;
     use crate::math::Vec3;
+    use crate::math::elementary::sin_cos;
 
     /// Against all directions of a grid. With the cosine the largest quotient is 5.7, of fine fibres seen from
     /// above, and a tenth more.
@@ -82,7 +83,7 @@ mod tests {
                     let mut largest = [0.0_f64; 2];
                     for (i, j) in (1..=200_u16).flat_map(|i| (0..=40_u16).map(move |j| (i, j))) {
                         let cos_i = max_cos_i * f32::from(i) * f32::from(i) / 40_000.0;
-                        let (sin, cos) = (std::f32::consts::PI * f32::from(j) / 40.0).sin_cos();
+                        let (sin, cos) = sin_cos(std::f32::consts::PI * f32::from(j) / 40.0);
                         let wi = Vec3::new(cos, sin, 0.0) * (1.0 - cos_i * cos_i).sqrt() + Vec3::Z * cos_i;
                         let values = [bsdf.eval(wo, wi).g, bsdf.eval_cos(wo, wi).g];
                         for (largest, (value, bound)) in

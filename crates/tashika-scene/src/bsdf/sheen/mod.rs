@@ -165,6 +165,7 @@ impl Fibres {
 mod tests {
     use super::super::MIN_COSINE;
     use super::*;
+    use crate::math::elementary::powf;
     use crate::rng::{Purpose, Stream};
 
     /// Means over even directions, which the table is not made by.
@@ -200,7 +201,7 @@ mod tests {
             let fibres = Fibres::of(roughness);
             let mut before = f32::INFINITY;
             for step in 0..=4000 {
-                let cos = MIN_COSINE * (1.0 / MIN_COSINE).powf(step as f32 / 4000.0);
+                let cos = MIN_COSINE * powf(1.0 / MIN_COSINE, step as f32 / 4000.0);
                 let hidden = fibres.hidden(cos);
                 assert!(hidden >= 0.0 && hidden <= before * (1.0 + 1e-5), "{roughness} {cos}: {hidden}");
                 let visible = f64::from(cos) * (1.0 + f64::from(hidden));
