@@ -93,8 +93,18 @@ pub enum Error {
         /// What the user can do.
         instead: String,
     },
-    /// The input names files that are not there.
-    #[error("{}: names files that are not there (the option allow-missing goes on without them):{}", scene.display(), in_lines(files))]
+    /// The input names a file outside of its folder, where none is read.
+    #[error(
+        "{at}: {reference:?} is outside of the folder of the scene file; the option allow-outside permits it"
+    )]
+    Outside {
+        /// Where.
+        at: Location,
+        /// The file as it is named.
+        reference: String,
+    },
+    /// The input names files that are not there or must not be read.
+    #[error("{}: names files that cannot be had (the option allow-missing goes on without them):{}", scene.display(), in_lines(files))]
     Missing {
         /// The scene that names them.
         scene: PathBuf,

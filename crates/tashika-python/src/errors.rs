@@ -2,7 +2,7 @@
 //!
 //! | of the library | in Python | which is also |
 //! |---|---|---|
-//! | `Error::Io`, `Error::Missing` | `FileError` | `OSError` |
+//! | `Error::Io`, `Error::Outside`, `Error::Missing` | `FileError` | `OSError` |
 //! | `Error::Invalid` | `InputError` | `ValueError` |
 //! | `Error::Unsupported` | `UnsupportedError` | `ValueError` |
 //! | `Error::Option` | `OptionError` | `ValueError` |
@@ -24,7 +24,9 @@ mod classes {
 pub fn raised(error: Error) -> PyErr {
     let message = error.to_string();
     match error {
-        Error::Io { .. } | Error::Missing { .. } => classes::FileError::new_err(message),
+        Error::Io { .. } | Error::Outside { .. } | Error::Missing { .. } => {
+            classes::FileError::new_err(message)
+        }
         Error::Invalid { .. } => classes::InputError::new_err(message),
         Error::Unsupported { .. } => classes::UnsupportedError::new_err(message),
         // The enum may grow; what is not known here is about what the caller asked for.

@@ -173,6 +173,7 @@ fn noted<T>(
 pub(super) fn kind(error: &Error) -> NoteKind {
     match error {
         Error::Io { source, .. } if source.kind() == ErrorKind::NotFound => NoteKind::Missing,
+        Error::Outside { .. } => NoteKind::Missing,
         _ => NoteKind::Repaired,
     }
 }
@@ -182,6 +183,9 @@ pub(super) fn reason(error: &Error) -> String {
     match error {
         Error::Io { source, .. } if source.kind() == ErrorKind::NotFound => "no such file".to_owned(),
         Error::Io { source, .. } => source.kind().to_string(),
+        Error::Outside { .. } => {
+            "outside of the folder of the scene file; the option allow-outside permits it".to_owned()
+        }
         Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
         Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),
         other => other.to_string(),

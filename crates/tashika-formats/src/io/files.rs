@@ -98,13 +98,12 @@ impl SceneFiles {
     /// spelt, one that differs only in case is taken.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the reference leads out of the folder and that is not permitted,
-    /// [`Error::Io`] if nothing is there.
+    /// [`Error::Outside`] if the reference leads out of the folder and that is not permitted,
+    /// [`Error::Invalid`] if it is no name, [`Error::Io`] if nothing is there.
     pub fn resolve(&self, reference: &str, at: &Location) -> Result<PathBuf> {
         let refuse =
             |expected: &str| Error::invalid(at.clone(), format!("reference {reference:?}"), expected);
-        let outside =
-            || refuse("a path inside the folder of the scene file (the option allow-outside permits others)");
+        let outside = || Error::Outside { at: at.clone(), reference: reference.to_owned() };
         if reference.is_empty() || reference.contains('\0') {
             return Err(refuse("the name of a file"));
         }
@@ -289,13 +288,15 @@ mod tests {
         for reference in references {
             let error = open(&folder, &strict).read(reference, &at).unwrap_err();
             let text = error.to_string();
-            assert!(matches!(error, Error::Invalid { .. }), "{text}");
+            assert!(matches!(error, Error::Outside { .. }), "{text}");
             assert!(text.contains("images[0]") && text.contains("allow-outside"), "{text}");
             assert_eq!(open(&folder, &free).read(reference, &at).unwrap(), b"secret");
         }
-        for reference in ["../no-such-file", "../scene/s.gltf", "C:\\secret.txt", ""] {
+        let error = open(&folder, &strict).read("", &at).unwrap_err();
+        assert!(matches!(error, Error::Invalid { .. }), "{error}");
+        for reference in ["../no-such-file", "../scene/s.gltf", "C:\\secret.txt"] {
             let error = open(&folder, &strict).read(reference, &at).unwrap_err();
-            assert!(matches!(error, Error::Invalid { .. }), "tells nothing about what is outside: {error}");
+            assert!(matches!(error, Error::Outside { .. }), "tells nothing about what is outside: {error}");
         }
     }
 
@@ -310,8 +311,8 @@ mod tests {
         let files = open(&folder, &LoadOptions::default());
         let at = Location::default();
         assert_eq!(files.read("in", &at).unwrap(), b"wood");
-        assert!(matches!(files.read("out", &at), Err(Error::Invalid { .. })));
-        assert!(matches!(files.read("up/secret.txt", &at), Err(Error::Invalid { .. })));
+        assert!(matches!(files.read("out", &at), Err(Error::Outside { .. })));
+        assert!(matches!(files.read("up/secret.txt", &at), Err(Error::Outside { .. })));
         let free = LoadOptions { allow_outside: true, ..Default::default() };
         assert_eq!(open(&folder, &free).read("out", &at).unwrap(), b"secret");
     }

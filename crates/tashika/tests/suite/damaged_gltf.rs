@@ -625,16 +625,20 @@ fn references_out_of_the_folder_are_refused() {
     }
     for reference in references {
         d.json["buffers"][0]["uri"] = json!(reference);
-        let text = invalid(load_in(&inside, "s.gltf", &d.text(), &LoadOptions::default()));
+        let error = load_in(&inside, "s.gltf", &d.text(), &LoadOptions::default()).unwrap_err();
+        let text = error.to_string();
+        assert!(matches!(error, Error::Outside { .. }), "{text}");
         assert!(text.contains("buffers[0]") && text.contains("allow-outside"), "{text}");
         let free = LoadOptions { allow_outside: true, ..LoadOptions::default() };
         assert!(load_in(&inside, "s.gltf", &d.text(), &free).is_ok(), "{reference}");
     }
-    // An image there is not read either.
+    // An image there is not read either, as if there were none.
     let mut d = rich();
     std::fs::write(folder.path().join("secret.png"), png([[255; 4]; 2])).unwrap();
     d.json["images"][0] = json!({ "uri": "../secret.png" });
-    let scene = load_in(&inside, "s.glb", &d.glb(), &LoadOptions::default()).unwrap();
+    let error = load_in(&inside, "s.glb", &d.glb(), &LoadOptions::default()).unwrap_err();
+    assert!(matches!(error, Error::Missing { .. }) && error.to_string().contains("allow-outside"), "{error}");
+    let scene = load_in(&inside, "s.glb", &d.glb(), &lenient()).unwrap();
     assert!(scene.images().is_empty());
     assert!(notes(&scene).iter().any(|(_, m)| m.contains("allow-outside")));
 }

@@ -187,11 +187,15 @@ fn errors_name_line_column_value_and_what_is_expected() {
             "window",
         ),
         ("<ref/>", "without id"),
-        ("<shape type=\"obj\"><string name=\"filename\" value=\"../m.obj\"/></shape>", "allow-outside"),
     ] {
         let text = invalid(body);
         assert!(text.contains(part) && text.contains("scene.xml:2:"), "{text}");
     }
+    // A mesh must not be read from there, and counts as missing.
+    let outside = "<shape type=\"obj\"><string name=\"filename\" value=\"../m.obj\"/></shape>";
+    let scene = load(outside).unwrap();
+    let note = scene.notes().iter().find(|note| note.kind == NoteKind::Missing).unwrap();
+    assert!(note.message.contains("allow-outside") && note.first.line == Some(2), "{note:?}");
 }
 
 #[test]

@@ -395,7 +395,11 @@ fn shapes_with_the_same_parameters_share_a_mesh() {
     let missing =
         folder.load(&format!("{V4} Shape \"plymesh\" \"string filename\" \"m/b.ply\" {TRIANGLE}")).unwrap();
     assert_eq!(missing.instances().len(), 1);
-    assert!(noted(&missing, NoteKind::Missing, "mesh file \"m/b.ply\" is not there: left out"));
+    assert!(noted(
+        &missing,
+        NoteKind::Missing,
+        "mesh file \"m/b.ply\" could not be read (no such file): left out"
+    ));
 }
 
 #[test]

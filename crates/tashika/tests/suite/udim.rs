@@ -152,7 +152,7 @@ fn tiles_out_of_the_folder_are_not_looked_for() {
         let scene = scene(format, "../w.<UDIM>.png", [0.5, 0.5], &[], &lenient()).unwrap();
         let faults = faults(&scene);
         assert!(
-            faults.iter().any(|(kind, m)| *kind == NoteKind::Repaired && m.contains("allow-outside")),
+            faults.iter().any(|(kind, m)| *kind == NoteKind::Missing && m.contains("allow-outside")),
             "{format}: {faults:?}"
         );
     }

@@ -179,6 +179,6 @@ mod tests {
         }
         assert_eq!(fetch(&files, "50%25.bin", &at).unwrap(), b"50%25.bin", "decoded it is not there");
         assert!(matches!(fetch(&files, "https://example.org/a.bin", &at), Err(Error::Unsupported { .. })));
-        assert!(matches!(fetch(&files, "%2e%2e/secret", &at), Err(Error::Invalid { .. })));
+        assert!(matches!(fetch(&files, "%2e%2e/secret", &at), Err(Error::Outside { .. })));
     }
 }

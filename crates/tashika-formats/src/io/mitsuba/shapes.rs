@@ -230,7 +230,7 @@ impl<'a> Translation<'a> {
         let at = object.place();
         let bytes = match self.mesh_bytes(&reference, &at) {
             Ok(bytes) => bytes,
-            Err(error @ Error::Io { .. }) => {
+            Err(error @ (Error::Io { .. } | Error::Outside { .. })) => {
                 let why = reason(&error);
                 let message = format!("mesh {:?} could not be read ({why}): left out", shown(&reference));
                 self.builder.note(kind(&error), message, object.at.clone());

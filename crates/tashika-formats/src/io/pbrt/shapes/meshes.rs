@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::error::{Error, Location, Result};
-use crate::io::assets::kind;
+use crate::io::assets::{kind, reason};
 use crate::io::notes::excerpt;
 use crate::io::pbrt::loading::Loading;
 use crate::io::pbrt::parameters::{Kind, Parameters};
@@ -123,13 +123,8 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
         Ok(bytes) => bytes,
         Err(error) => {
             let shown = excerpt(name, 60);
-            let kind = kind(&error);
-            let why = match error {
-                Error::Io { .. } => "is not there",
-                _ => "is outside the folder of the scene file or too large",
-            };
-            let message = format!("mesh file {shown:?} {why}: left out");
-            loading.note_named(kind, message, "mesh files could not be read", at);
+            let message = format!("mesh file {shown:?} could not be read ({}): left out", reason(&error));
+            loading.note_named(kind(&error), message, "mesh files could not be read", at);
             return Ok(None);
         }
     };
