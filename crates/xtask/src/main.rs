@@ -2,6 +2,7 @@
 //!
 //!     cargo xtask ci                              everything that has to hold, but for the tests
 //!     cargo xtask measure pictures SIZE PATHS SCENE.xml...    pictures beside Mitsuba's
+//!     cargo xtask dist [FOLDER]                   the program, its wheel and packages for others
 //!     cargo xtask pages [FOLDER]                  pages in a browser
 //!     cargo xtask sheet LIST FOLDER SHEET.png     small pictures of many scenes on one sheet
 //!
@@ -9,7 +10,9 @@
 #![forbid(unsafe_code)]
 
 mod ci;
+mod dist;
 mod measure;
+mod parts;
 mod shell;
 
 use std::path::PathBuf;
@@ -39,6 +42,12 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         rest: Vec<String>,
     },
+    /// Make what is given to others: archive, wheel, Debian package, bill of materials, sums
+    Dist {
+        /// Where it goes
+        #[arg(default_value = "target/distribution")]
+        folder: PathBuf,
+    },
     /// Make pages, and look at them with a browser
     Pages {
         /// Where screenshots go
@@ -61,6 +70,7 @@ fn run(args: &Args) -> Outcome<()> {
     match &args.task {
         Task::Ci => ci::run(&shell),
         Task::Measure { what, rest } => what.run(&shell, rest),
+        Task::Dist { folder } => dist::run(&shell, folder),
         Task::Pages { folder } => {
             let program = shell.program()?;
             ci::pages(&shell, &ci::python_of_readers(&shell)?, &program, folder)

@@ -82,6 +82,7 @@ fn tell(common: &Common, report: &Report, farm: Farm) -> Result<(), Failure> {
 }
 
 /// Scripts are to be run.
+#[cfg_attr(not(unix), expect(unused_variables))]
 fn make_executable(path: &Path) -> Result<(), Failure> {
     #[cfg(unix)]
     if path.extension().is_some_and(|e| e == "sh") {

@@ -9,7 +9,7 @@ mod licences;
 mod python;
 mod scenes;
 
-pub use python::{pages, python_of_readers};
+pub use python::{environment, pages, python_of_readers, wheel};
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -80,14 +80,20 @@ fn toolchain(shell: &Shell) -> Outcome<()> {
     Ok(())
 }
 
+/// What has to compile for machines that it is not run on here.
+const OTHER_MACHINES: [&str; 3] =
+    ["aarch64-unknown-linux-gnu", "aarch64-apple-darwin", "x86_64-pc-windows-gnu"];
+
 /// What the manifests promise of machines and compilers, where there is a rustup to fetch them.
 fn others(shell: &Shell) -> Outcome<()> {
     if !shell.has("rustup") {
         return Ok(());
     }
     shell.step("other machines, older compilers");
-    shell.command("rustup", "target add aarch64-unknown-linux-gnu").run_quietly()?;
-    shell.cargo("check --locked --release -p tashika --target aarch64-unknown-linux-gnu").run()?;
+    for target in OTHER_MACHINES {
+        shell.command("rustup", "target add").arg(target).run_quietly()?;
+        shell.cargo("check --locked --release --package tashika-cli --target").arg(target).run()?;
+    }
     let manifest = fs::read_to_string(shell.root().join("Cargo.toml")).map_err(|e| e.to_string())?;
     let oldest = manifest
         .lines()

@@ -12,7 +12,7 @@ pub fn python_of_readers(shell: &Shell) -> Outcome<PathBuf> {
 }
 
 /// A Python of its own with these packages.
-fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf> {
+pub fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf> {
     let folder = shell.folder(name)?;
     shell.command("python3", "-m venv").arg(&folder).run()?;
     let python = folder.join("bin/python");
@@ -60,19 +60,34 @@ pub fn pages(shell: &Shell, python: &Path, program: &Path, screenshots: &Path) -
     shell.command(python, "").arg(shell.script("page.py")).args([program, screenshots]).run()
 }
 
-/// The Python package: its wheel, installed, and its tests.
+/// Makes the wheel of the Python package with the program in it; where it is.
+pub fn wheel(shell: &Shell, python: &Path, program: &Path, folder: &Path) -> Outcome<PathBuf> {
+    let scripts = shell.root().join("crates/tashika-python/tashika.data/scripts");
+    let trouble = |e: std::io::Error| format!("{}: {e}", scripts.display());
+    fs::create_dir_all(&scripts).map_err(trouble)?;
+    fs::copy(program, scripts.join("tashika")).map_err(trouble)?;
+    let wheel = pip(shell, python, "wheel").args(["--no-deps", "--wheel-dir"]).arg(folder);
+    let made = wheel.arg("./crates/tashika-python").run();
+    // A wheel that is made without it must not have an old one.
+    fs::remove_dir_all(scripts.parent().unwrap_or(&scripts)).map_err(trouble)?;
+    made?;
+    let names = fs::read_dir(folder).map_err(|e| e.to_string())?;
+    let mut names = names.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let wheel = names.find(|name| name.starts_with("tashika-") && name.contains("-abi3-"));
+    Ok(folder.join(wheel.ok_or("the wheel is not for the stable interface")?))
+}
+
+/// The Python package: its wheel, installed, with the program, and its tests.
 pub fn package(shell: &Shell, program: &Path) -> Outcome<()> {
     let python = environment(shell, "package", "")?;
-    let wheels = shell.folder("wheels")?;
-    let wheel = pip(shell, &python, "wheel").args(["--no-deps", "--wheel-dir"]).arg(&wheels);
-    wheel.arg("./crates/tashika-python").run()?;
-    let made = fs::read_dir(&wheels).map_err(|e| e.to_string())?;
-    let names = made.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let wheel = names
-        .into_iter()
-        .find(|name| name.starts_with("tashika-") && name.contains("-abi3-"))
-        .ok_or("the wheel is not for the stable interface")?;
-    pip(shell, &python, "install").arg(format!("{}[test]", wheels.join(wheel).display())).run()?;
+    let wheel = wheel(shell, &python, program, &shell.folder("wheels")?)?;
+    pip(shell, &python, "install").arg(format!("{}[test]", wheel.display())).run()?;
+    let version = "import tashika; print('tashika', tashika.__version__)";
+    let module = shell.command(&python, "-c").arg(version).output()?;
+    let program_of_wheel = shell.command(python.with_file_name("tashika"), "--version").output()?;
+    if module != program_of_wheel {
+        return Err(format!("the wheel has the module {module} and the program {program_of_wheel}"));
+    }
     // There are no wheels of it for some machines; its tests are left out there.
     if pip(shell, &python, "install").arg("pyoidn").run_quietly().is_err() {
         shell.say("pyoidn cannot be installed here: no test with Open Image Denoise");
