@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use serde::Serialize;
 use tashika::film::{PictureClaim, Plane};
 use tashika::io::{read_exr, write_file};
-use tashika::report::{Claims, Comparison, Intervals, Named, compare, compare_page, error_image, summary};
+use tashika::report::{
+    Claims, Comparison, Intervals, Named, Tolerance, ToleranceFrom, compare, compare_page, error_image,
+    summary,
+};
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::ComparePlan;
@@ -20,10 +23,14 @@ struct Report {
     reference: PathBuf,
     /// Tolerance, relative.
     error: f64,
+    /// Where it is from: `asked`, the `image` that was rendered to it, or `default`.
+    error_from: &'static str,
     /// Tolerance for dark pixels, luminance.
     absolute: f64,
     /// Pixels that have an error; all shares are of these.
     pixels: u64,
+    /// Of these, pixels where the image is not finite.
+    failed: u64,
     within_tolerance: f64,
     /// Of the finite errors.
     mean: f64,
@@ -35,7 +42,17 @@ struct Report {
     bias: f64,
     /// Mean distance over mean reference.
     relative_l1: f64,
-    /// Pixels whose error is infinite.
+    /// Of linear RGB, unit of the images; this and what follows is none if all pixels failed.
+    rmse: Option<f64>,
+    relmse: Option<f64>,
+    /// Of the display picture (dB).
+    psnr: Option<f64>,
+    /// None, too, of images of fewer than 11 pixels a side.
+    ssim: Option<f64>,
+    flip: Option<f64>,
+    /// Stops by which the display picture is exposed.
+    exposure_stops: Option<f64>,
+    /// Pixels that have not failed and whose error is infinite.
     infinite: u64,
     left_out: LeftOut,
     /// Share of the claims that were kept; none if the image makes no claims.
@@ -108,7 +125,8 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
     let image = Named { name: &plan.image, film: &image };
     let reference = Named { name: &plan.reference, film: &reference };
     meter.phase("comparing");
-    let comparison = compare(image, reference, &plan.tolerance)?;
+    let (tolerance, from) = Tolerance::asked_or_of(plan.error, plan.absolute, image.film);
+    let comparison = compare(image, reference, &tolerance)?;
     if let Some(path) = &plan.picture {
         write_file(path, &error_image(&comparison).png())?;
     }
@@ -117,7 +135,7 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
         write_file(path, page.as_bytes())?;
     }
     meter.finish();
-    let report = report(plan, &comparison);
+    let report = report(plan, &comparison, from);
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }
@@ -127,13 +145,16 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-fn report(plan: &ComparePlan, c: &Comparison) -> Report {
+fn report(plan: &ComparePlan, c: &Comparison, from: ToleranceFrom) -> Report {
+    let measures = c.measures.as_ref();
     Report {
         image: plan.image.clone(),
         reference: plan.reference.clone(),
         error: c.tolerance.relative,
+        error_from: from.name(),
         absolute: c.tolerance.absolute,
         pixels: c.pixels,
+        failed: c.failed,
         within_tolerance: c.within_share(),
         mean: c.mean,
         median: c.median,
@@ -142,6 +163,12 @@ fn report(plan: &ComparePlan, c: &Comparison) -> Report {
         worst_at: c.worst_at,
         bias: c.bias,
         relative_l1: c.relative_l1,
+        rmse: measures.map(|m| m.rmse),
+        relmse: measures.map(|m| m.relmse),
+        psnr: measures.map(|m| m.psnr),
+        ssim: measures.and_then(|m| m.ssim),
+        flip: measures.map(|m| m.flip),
+        exposure_stops: measures.map(|m| m.exposure_stops),
         infinite: c.infinite,
         left_out: LeftOut { not_rendered: c.not_rendered, not_finite: c.not_finite },
         claims_kept: c.claims.as_ref().and_then(Claims::share),
@@ -175,8 +202,17 @@ fn rows(report: &Report, comparison: &Comparison) -> Rows {
     let mut rows = Rows::default();
     rows.push("image", report.image.display().to_string());
     rows.push("reference", report.reference.display().to_string());
+    let why = match report.error_from {
+        from if from == ToleranceFrom::Image.name() => {
+            "the error that the image was rendered to; --error sets another"
+        }
+        _ => "",
+    };
     for (label, text) in summary(comparison) {
         rows.push(label, text);
+        if label == "within" && !why.is_empty() {
+            rows.push("", why);
+        }
     }
     if !report.files.is_empty() {
         let files: Vec<String> = report.files.iter().map(|f| f.display().to_string()).collect();

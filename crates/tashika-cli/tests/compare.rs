@@ -5,7 +5,7 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use serde_json::Value;
-use tashika::film::Film;
+use tashika::film::{Film, Samples, planes};
 use tashika::io::{read_exr, write_exr};
 
 /// Runs the program in a folder; what it printed.
@@ -91,4 +91,68 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
     assert_eq!(intervals["claimed_in_both"], claims["of"]);
     let broken = claims["of"].as_u64().unwrap() - claims["kept"].as_u64().unwrap();
     assert_eq!(intervals["disjoint"], broken, "claims that do not meet an exact reference are broken");
+}
+
+#[test]
+fn an_image_is_judged_by_the_error_that_it_was_rendered_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let path = "render builtin:tiny --size 12x11 --method path -q";
+    run(folder, &format!("{path} --error 30% --absolute 0.001 -o rendered.exr"));
+    run(folder, &format!("{path} --paths 64 -o reference.exr"));
+    let said = "30 % of the reference, or 0.001 where it is dark";
+    let why = "the error that the image was rendered to; --error sets another";
+    for (image, options, expected, told) in [
+        ("rendered", "", (0.3, 0.001, "image"), true),
+        ("rendered", "--absolute 0", (0.3, 0.0, "image"), true),
+        ("rendered", "--error 30% --absolute 0.001", (0.3, 0.001, "asked"), false),
+        ("rendered", "--error 2%", (0.02, 0.0, "asked"), false),
+        ("reference", "", (0.02, 0.0, "default"), false),
+    ] {
+        let line = format!("compare {image}.exr reference.exr {options} --json numbers.json");
+        let printed = run(folder, &line);
+        let json: Value = serde_json::from_slice(&fs::read(folder.join("numbers.json")).unwrap()).unwrap();
+        let found = (&json["error"], &json["absolute"], &json["error_from"]);
+        assert_eq!(found, (&expected.0.into(), &expected.1.into(), &expected.2.into()), "{line}");
+        assert_eq!(printed.contains(why), told, "{line}: {printed}");
+        assert_eq!(printed.contains(said), (expected.0, expected.1) == (0.3, 0.001), "{line}: {printed}");
+    }
+}
+
+#[test]
+fn pixels_that_are_not_finite_have_failed_and_measures_are_of_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, "render builtin:tiny --size 16x12 --truth vpl --vpls 300 --gather 1 -q -o whole.exr");
+    let film = read_exr(&folder.join("whole.exr")).unwrap();
+    let window = film.window();
+    let mut samples = samples(&film, "").to_vec();
+    let spoiled = [5, 40, 191];
+    for (pixel, value) in spoiled.into_iter().zip([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
+        samples[3 * pixel] = value;
+    }
+    // Of the pixels that are left one is off, by 0.5 in green.
+    samples[3 * 100 + 1] += 0.5;
+    let mut image = Film::new(film.size(), window, &[]).unwrap();
+    image.add_plane(&planes::RADIANCE, Samples::F32(samples));
+    write_exr(&folder.join("spoiled.exr"), &image).unwrap();
+
+    let (said, json) = compared(folder, "spoiled", "whole");
+    assert_eq!((&json["pixels"], &json["failed"]), (&192.into(), &3.into()));
+    assert_eq!(json["within_tolerance"].as_f64(), Some(188.0 / 192.0), "{json}");
+    assert_eq!((&json["left_out"]["not_finite"], &json["worst"]), (&0.into(), &Value::Null));
+    let number = |key: &str| json[key].as_f64().unwrap_or_else(|| panic!("{key}: {json}"));
+    assert!((number("rmse") - (0.25_f64 / 567.0).sqrt()).abs() < 1e-6, "{json}");
+    assert!(number("psnr") > 20.0 && number("ssim") > 0.8 && number("relmse") > 0.0, "{json}");
+    assert!(number("flip") > 0.0 && number("flip") < 0.1 && number("exposure_stops").is_finite(), "{json}");
+    assert!(said.contains("3 pixels: not finite, outside of any tolerance"), "{said}");
+    assert!(said.contains("RMSE") && said.contains("FLIP"), "{said}");
+    // As the reference they are left out.
+    let (_, json) = compared(folder, "whole", "spoiled");
+    assert_eq!((&json["pixels"], &json["failed"]), (&189.into(), &0.into()));
+    assert_eq!(json["left_out"]["not_finite"], 3);
+    // Of equal pictures the ratio is infinite, which JSON cannot say.
+    let (said, json) = compared(folder, "whole", "whole");
+    assert_eq!((&json["psnr"], &json["rmse"], &json["flip"]), (&Value::Null, &0.0.into(), &0.0.into()));
+    assert!(said.contains("PSNR infinite"), "{said}");
 }

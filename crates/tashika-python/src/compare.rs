@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tashika::io::write_file;
-use tashika::report::{self, Claims, Intervals, Named, Tolerance, compare_page, error_image, summary};
+use tashika::report::{
+    self, Claims, Intervals, Named, Tolerance, ToleranceFrom, compare_page, error_image, summary,
+};
 
 use crate::arrays::array;
 use crate::errors::{option, raised};
@@ -18,6 +20,7 @@ use crate::notebook;
 #[pyclass(frozen, module = "tashika")]
 pub struct Comparison {
     found: report::Comparison,
+    error_from: ToleranceFrom,
     image: Py<Image>,
     reference: Py<Image>,
 }
@@ -30,6 +33,12 @@ impl Comparison {
         self.found.tolerance.relative
     }
 
+    /// Where it is from: "asked", the "image" that was rendered to it, or "default".
+    #[getter]
+    fn error_from(&self) -> &'static str {
+        self.error_from.name()
+    }
+
     /// Tolerance for dark pixels (W/m²/sr).
     #[getter]
     fn absolute(&self) -> f64 {
@@ -40,6 +49,12 @@ impl Comparison {
     #[getter]
     pub(crate) fn pixels(&self) -> u64 {
         self.found.pixels
+    }
+
+    /// Of these, pixels where the image is not finite: outside of any tolerance, and in no mean.
+    #[getter]
+    fn failed(&self) -> u64 {
+        self.found.failed
     }
 
     /// Share of the pixels within the tolerance.
@@ -88,6 +103,44 @@ impl Comparison {
     #[getter]
     fn relative_l1(&self) -> f64 {
         self.found.relative_l1
+    }
+
+    /// Root mean squared error of linear RGB (W/m²/sr); this and the other measures are None if all
+    /// pixels failed.
+    #[getter]
+    fn rmse(&self) -> Option<f64> {
+        self.found.measures.map(|m| m.rmse)
+    }
+
+    /// Mean of the squared errors of linear RGB, each over the squared reference plus 0.01.
+    #[getter]
+    fn relmse(&self) -> Option<f64> {
+        self.found.measures.map(|m| m.relmse)
+    }
+
+    /// Peak signal-to-noise ratio (dB) of the sRGB pictures, clamped to 0 to 1.
+    #[getter]
+    fn psnr(&self) -> Option<f64> {
+        self.found.measures.map(|m| m.psnr)
+    }
+
+    /// Structural similarity of the sRGB pictures' luma; None, too, of images of fewer than 11 pixels
+    /// a side.
+    #[getter]
+    fn ssim(&self) -> Option<f64> {
+        self.found.measures.and_then(|m| m.ssim)
+    }
+
+    /// LDR-FLIP of the sRGB pictures, at 67 pixels per degree.
+    #[getter]
+    fn flip(&self) -> Option<f64> {
+        self.found.measures.map(|m| m.flip)
+    }
+
+    /// Stops by which both are exposed in their sRGB pictures: the reference's own.
+    #[getter]
+    fn exposure_stops(&self) -> Option<f64> {
+        self.found.measures.map(|m| m.exposure_stops)
     }
 
     /// Pixels whose error is infinite: lit, where the reference is black.
@@ -203,7 +256,8 @@ fn named(image: &Image) -> Named<'_> {
 }
 
 /// Holds an image against a reference of the same size: errors are distances of luminance, relative
-/// to the reference, or to `absolute` over `error` where that is more.
+/// to the reference, or to `absolute` over `error` where that is more. Without `error` it is what the image was rendered to, with its
+/// absolute tolerance unless `absolute` is given, or 2 %.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")
@@ -214,16 +268,16 @@ fn named(image: &Image) -> Named<'_> {
 /// (True, (6, 8))
 /// ```
 #[pyfunction]
-#[pyo3(signature = (image, reference, error=0.02, absolute=0.0))]
+#[pyo3(signature = (image, reference, error=None, absolute=None))]
 pub fn compare(
     py: Python<'_>,
     image: &Bound<'_, Image>,
     reference: &Bound<'_, Image>,
-    error: f64,
-    absolute: f64,
+    error: Option<f64>,
+    absolute: Option<f64>,
 ) -> PyResult<Comparison> {
-    let tolerance = Tolerance { relative: error, absolute };
+    let (tolerance, error_from) = Tolerance::asked_or_of(error, absolute, image.get().film());
     let (of, by) = (named(image.get()), named(reference.get()));
     let found = py.detach(|| report::compare(of, by, &tolerance)).map_err(raised)?;
-    Ok(Comparison { found, image: image.clone().unbind(), reference: reference.clone().unbind() })
+    Ok(Comparison { found, error_from, image: image.clone().unbind(), reference: reference.clone().unbind() })
 }

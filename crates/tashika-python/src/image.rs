@@ -105,12 +105,7 @@ impl Image {
 
     /// The error that it was told to keep to.
     fn tolerance(&self) -> Tolerance {
-        let number = |key| self.film.metadata().number(key);
-        let default = Tolerance::default();
-        Tolerance {
-            relative: number(keys::ERROR).unwrap_or(default.relative),
-            absolute: number(keys::ERROR_ABSOLUTE).unwrap_or(default.absolute),
-        }
+        Tolerance::of(&self.film).unwrap_or_default()
     }
 }
 
@@ -256,7 +251,7 @@ impl Image {
     ) -> PyResult<Bound<'py, PyDict>> {
         let own = slf.get().tolerance();
         let error = error.unwrap_or(own.relative);
-        let comparison = compare(slf.py(), slf, reference, error, own.absolute)?;
+        let comparison = compare(slf.py(), slf, reference, Some(error), Some(own.absolute))?;
         let found = PyDict::new(slf.py());
         found.set_item("error", error)?;
         found.set_item("pixels", comparison.pixels())?;

@@ -110,13 +110,20 @@ def test_comparisons_tell_errors_and_claims(
     exact = tashika.render(tiny, method="exact", size=SUM["size"], vpls=SUM["vpls"])
     ours = tashika.compare(image, exact)
     assert ours.errors.shape == (12, 16) and ours.errors.dtype == np.float64
-    assert ours.pixels == 192 and ours.error == 0.02 and ours.absolute == 0
+    assert ours.pixels == 192 and ours.error == 0.02 and ours.absolute == 0 and ours.error_from == "image"
     weights = np.float32([0.2126, 0.7152, 0.0722])
     by_hand, truth = image["radiance"] @ weights, exact["radiance"] @ weights
     lit = truth > 0
     # Colours and weights are float32 here: a few roundings of 6e-8 of the luminance.
     assert np.allclose(ours.errors[lit], (np.abs(by_hand - truth)[lit] / truth[lit]), rtol=0, atol=1e-6)
     assert not ours.errors[~lit].any()
+    squares = (image["radiance"].astype(np.float64) - exact["radiance"]) ** 2
+    assert ours.rmse is not None and np.isclose(ours.rmse, np.sqrt(squares.mean()), rtol=1e-12)
+    relative = squares / (exact["radiance"].astype(np.float64) ** 2 + 0.01)
+    assert ours.relmse is not None and np.isclose(ours.relmse, relative.mean(), rtol=1e-12)
+    assert ours.ssim is not None and ours.flip is not None and ours.ssim > 0.9 > 0.5 > ours.flip > 0
+    asked = tashika.compare(image, exact, 0.05)
+    assert (asked.error, asked.error_from, asked.failed) == (0.05, "asked", 0)
     assert ours.worst == ours.errors.max() and ours.errors[ours.worst_at[::-1]] == ours.worst
     assert ours.claims is not None and ours.claims["of"] == 192 and ours.claims["same_truth"]
     assert ours.claims_kept == ours.claims["kept"] / 192

@@ -12,14 +12,17 @@
 //! bias = ΣL / ΣL_r − 1                       0 if both sums are 0
 //! ```
 //!
-//! The mean is of the errors that are finite, beside which the number of infinite ones is told;
-//! everything else is of all errors. Quantiles are of the nearest rank: the smallest error that at
+//! A pixel where the image is not finite has *failed*: its error is infinite, whatever is tolerated, and what it claims is
+//! not kept. It has no luminance, so that sums leave it out; it is counted.
+//!
+//! The mean is of the errors that are finite, beside which the number of infinite ones is told, as are `bias` and the
+//! mean distance; everything else is of all errors. Quantiles are of the nearest rank: the smallest error that at
 //! least that share of the pixels does not exceed. So `p95 ≤ ε` says the same as "at least 95 % of
 //! the pixels are within the tolerance".
 //!
 //! # What is left out
-//! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where one of the
-//! films is not finite have no error. They are counted, and enter nothing else.
+//! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where the reference is not finite have no
+//! error. They are counted, and enter nothing else.
 //!
 //! # Assumption
 //! The reference is taken for the truth. Where it is itself an estimate, its own error is part of
@@ -34,9 +37,11 @@ use std::path::Path;
 use super::claims::{Claims, Judge};
 use super::intervals::{Intervals, Meeting};
 use super::judged::PictureJudged;
+use super::measures::Measures;
+use super::pairs::{Pairs, Pixel};
 use crate::color::{LUMINANCE_WEIGHTS, Rgb};
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Plane, RenderFilm, Window};
+use crate::film::{Film, RenderFilm, Window, keys};
 
 /// A film and the name of its file, for messages.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +68,51 @@ impl Default for Tolerance {
     }
 }
 
+/// Where a tolerance is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToleranceFrom {
+    /// Somebody asked for it.
+    Asked,
+    /// The image was rendered to it.
+    Image,
+    /// Neither: it is the default.
+    Default,
+}
+
+impl ToleranceFrom {
+    /// In one word, for scripts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Asked => "asked",
+            Self::Image => "image",
+            Self::Default => "default",
+        }
+    }
+}
+
 impl Tolerance {
+    /// What was asked for, and otherwise the error that the film was rendered to, its own absolute tolerance with it unless another
+    /// was asked for; a film that says nothing is judged by the default.
+    pub fn asked_or_of(relative: Option<f64>, absolute: Option<f64>, film: &Film) -> (Self, ToleranceFrom) {
+        let (own, from) = match (relative, Self::of(film)) {
+            (Some(relative), _) => (Self { relative, absolute: 0.0 }, ToleranceFrom::Asked),
+            (None, Some(own)) => (own, ToleranceFrom::Image),
+            (None, None) => (Self::default(), ToleranceFrom::Default),
+        };
+        (Self { absolute: absolute.unwrap_or(own.absolute), ..own }, from)
+    }
+
+    /// What a film says that it was rendered to; none if it does not, nobody asked for it, or it is out of range.
+    pub fn of(film: &Film) -> Option<Self> {
+        if film.metadata().bool(keys::PICTURE) == Some(true) {
+            return None;
+        }
+        let number = |key| film.metadata().number(key);
+        let absolute = number(keys::ERROR_ABSOLUTE).unwrap_or(0.0);
+        let tolerance = Self { relative: number(keys::ERROR)?, absolute };
+        tolerance.validate().is_ok().then_some(tolerance)
+    }
+
     /// # Errors
     /// [`Error::Option`] naming `error` or `absolute` if out of range.
     pub fn validate(&self) -> Result<()> {
@@ -96,15 +145,17 @@ pub struct Comparison {
     pub window: Window,
     /// What was tolerated.
     pub tolerance: Tolerance,
-    /// Pixels that have an error.
+    /// Pixels that have an error, those that failed among them.
     pub pixels: u64,
     /// Pixels left out because one of the films did not render them.
     pub not_rendered: u64,
-    /// Pixels left out because one of the films is not finite there.
+    /// Pixels left out because the reference is not finite there.
     pub not_finite: u64,
+    /// Pixels that failed: the image is not finite there, the reference is. Their error is infinite.
+    pub failed: u64,
     /// Pixels within the tolerance.
     pub within: u64,
-    /// Pixels whose error is infinite: not black, where the reference is.
+    /// Pixels that have not failed and whose error is infinite: not black, where the reference is.
     pub infinite: u64,
     /// Mean of the errors that are finite; infinite if none is.
     pub mean: f64,
@@ -117,10 +168,12 @@ pub struct Comparison {
     /// Pixel of the largest error, the first one if there are several, in coordinates of the full
     /// image.
     pub worst_at: [u32; 2],
-    /// Mean luminance over that of the reference, less one.
+    /// Mean luminance over that of the reference, less one; infinite if all pixels failed.
     pub bias: f64,
-    /// Mean distance over the mean reference: a mean error that dark pixels do not dominate.
+    /// Mean distance over the mean reference: a mean error that dark pixels do not dominate. Infinite if all pixels failed.
     pub relative_l1: f64,
+    /// RMSE, PSNR and their like, of the pixels that have not failed; none if all have.
+    pub measures: Option<Measures>,
     /// What became of the film's claims, if it makes any.
     pub claims: Option<Claims>,
     /// What became of what is claimed of the picture as a whole, if anything is.
@@ -153,8 +206,7 @@ impl Comparison {
 pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) -> Result<Comparison> {
     tolerance.validate()?;
     same_window(image, reference)?;
-    let rendered = both_rendered(image.film, reference.film);
-    let pairs = colors(image)?.zip(colors(reference)?).zip(rendered);
+    let pairs = Pairs::of(image, reference)?;
 
     let controlled = RenderFilm::of(image.film).controlled();
     let mut out = Comparison::empty(image.film.window(), *tolerance);
@@ -162,38 +214,56 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let mut meeting = Meeting::of(image.film, reference.film);
     let (mut sum, mut reference_sum, mut distance_sum, mut error_sum) = (0.0, 0.0, 0.0, 0.0);
     let mut worst: Option<(f64, usize)> = None;
-    for (i, ((color, truth), rendered)) in pairs.enumerate() {
-        if !(rendered && color.is_finite() && truth.is_finite()) {
-            *if rendered { &mut out.not_finite } else { &mut out.not_rendered } += 1;
-            out.errors.push(f64::NAN);
+    for (i, pixel) in pairs.pixels().enumerate() {
+        let error = match pixel {
+            Pixel::NotRendered => {
+                out.not_rendered += 1;
+                f64::NAN
+            }
+            Pixel::NoTruth => {
+                out.not_finite += 1;
+                f64::NAN
+            }
+            Pixel::Failed { .. } => {
+                out.failed += 1;
+                if let Some(judge) = &mut judge {
+                    judge.judge(i, f64::NAN, 0.0);
+                }
+                f64::INFINITY
+            }
+            Pixel::Finite { color, truth } => {
+                let (l, r) = (luminance(color), luminance(truth));
+                let (size, distance) = controlled.size_and_distance(truth, color);
+                let error = tolerance.error(distance, size);
+                out.within += u64::from(error <= tolerance.relative);
+                out.infinite += u64::from(error.is_infinite());
+                sum += l;
+                reference_sum += r;
+                distance_sum += (l - r).abs();
+                if error.is_finite() {
+                    error_sum += error;
+                }
+                if let Some(judge) = &mut judge {
+                    judge.judge(i, distance, size);
+                }
+                if let Some(meeting) = &mut meeting {
+                    meeting.take(i, distance, size);
+                }
+                error
+            }
+        };
+        out.errors.push(error);
+        if error.is_nan() {
             continue;
         }
-        let (l, r) = (luminance(color), luminance(truth));
-        let (size, distance) = controlled.size_and_distance(truth, color);
-        let error = tolerance.error(distance, size);
-        out.errors.push(error);
         out.pixels += 1;
-        out.within += u64::from(error <= tolerance.relative);
-        out.infinite += u64::from(error.is_infinite());
-        sum += l;
-        reference_sum += r;
-        distance_sum += (l - r).abs();
-        if error.is_finite() {
-            error_sum += error;
-        }
         if worst.is_none_or(|(e, _)| error > e) {
             worst = Some((error, i));
-        }
-        if let Some(judge) = &mut judge {
-            judge.judge(i, distance, size);
-        }
-        if let Some(meeting) = &mut meeting {
-            meeting.take(i, distance, size);
         }
     }
     let Some((worst, at)) = worst else {
         let found = format!(
-            "no pixel is rendered and finite both here and in {} ({} not rendered, {} not finite)",
+            "no pixel is rendered both here and in {}, and finite there ({} not rendered, {} not finite)",
             reference.name.display(),
             out.not_rendered,
             out.not_finite
@@ -204,18 +274,16 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let row = at as u64 / u64::from(out.window.width);
     out.worst_at = [out.window.x + column as u32, out.window.y + row as u32];
     out.worst = worst;
-    let finite = out.pixels - out.infinite;
+    let finite = out.pixels - out.infinite - out.failed;
     out.mean = if finite > 0 { error_sum / finite as f64 } else { f64::INFINITY };
     [out.median, out.p95] = quantiles(&out.errors, [50, 95]);
-    out.bias = ratio(sum - reference_sum, reference_sum);
-    out.relative_l1 = ratio(distance_sum, reference_sum.abs());
+    if out.failed < out.pixels {
+        out.bias = ratio(sum - reference_sum, reference_sum);
+        out.relative_l1 = ratio(distance_sum, reference_sum.abs());
+    }
+    out.measures = Measures::of(out.window, pairs);
     out.claims = judge.map(Judge::claims);
-    let rendered = both_rendered(image.film, reference.film);
-    let pairs = colors(image)?.zip(colors(reference)?).zip(rendered);
-    let is_judged = |((color, truth), rendered): ((Rgb, Rgb), bool)| {
-        (rendered && color.is_finite() && truth.is_finite()).then_some((color, truth))
-    };
-    out.picture = PictureJudged::of(image.film, pairs.map(is_judged));
+    out.picture = PictureJudged::of(image.film, pairs);
     out.intervals = meeting.and_then(Meeting::intervals);
     Ok(out)
 }
@@ -228,6 +296,7 @@ impl Comparison {
             pixels: 0,
             not_rendered: 0,
             not_finite: 0,
+            failed: 0,
             within: 0,
             infinite: 0,
             mean: 0.0,
@@ -235,8 +304,9 @@ impl Comparison {
             p95: 0.0,
             worst: 0.0,
             worst_at: [window.x, window.y],
-            bias: 0.0,
-            relative_l1: 0.0,
+            bias: f64::INFINITY,
+            relative_l1: f64::INFINITY,
+            measures: None,
             claims: None,
             picture: None,
             intervals: None,
@@ -283,21 +353,4 @@ fn same_window(image: Named<'_>, reference: Named<'_>) -> Result<()> {
         format!("an image of {}", told(image.film)),
         format!("what {} shows: {}", reference.name.display(), told(reference.film)),
     ))
-}
-
-pub(super) fn colors<'a>(named: Named<'a>) -> Result<impl Iterator<Item = Rgb> + use<'a>> {
-    named.film.colors().ok_or_else(|| {
-        let planes: Vec<&str> = named.film.planes().iter().map(Plane::name).collect();
-        Error::invalid(
-            Location::file(named.name),
-            format!("an image without colours, of the layers {planes:?}"),
-            "channels R, G and B, or one channel, that belong to no named layer",
-        )
-    })
-}
-
-/// Whether each pixel was rendered in both films; films without a plane `stop` are whole.
-fn both_rendered(image: &Film, reference: &Film) -> Vec<bool> {
-    let films = [image, reference].map(RenderFilm::of);
-    (0..image.window().area() as usize).map(|i| films.iter().all(|film| film.is_rendered(i))).collect()
 }

@@ -1,6 +1,6 @@
 //! What became of what is claimed of a picture as a whole.
 
-use crate::color::Rgb;
+use super::pairs::{Pairs, Pixel};
 use crate::film::{Claim, Film, PictureClaim, RenderFilm, keys};
 
 /// A claim about a picture, held against a reference.
@@ -18,18 +18,16 @@ pub struct PictureJudged {
 }
 
 impl PictureJudged {
-    /// Holds a film's claim against the colours of a reference, both of the same window, pixel by
-    /// pixel; none if nothing is claimed of the picture, or no pixel is there to be judged.
-    ///
-    /// * `pixels`: colours of the film and of the reference; none for a pixel that is left out.
-    pub(super) fn of(film: &Film, pixels: impl Iterator<Item = Option<(Rgb, Rgb)>>) -> Option<Self> {
+    /// Holds a film's claim against a reference, pixel by pixel; none if nothing is claimed of the picture, or no pixel is
+    /// there to be judged. A pixel that failed is not within.
+    pub(super) fn of(film: &Film, pairs: Pairs<'_>) -> Option<Self> {
         let claim = PictureClaim::of(film.metadata())?;
         let absolute = film.metadata().number(keys::ERROR_ABSOLUTE).unwrap_or(0.0);
         let read = RenderFilm::of(film);
         let has_map = read.tally().of(Claim::Audited) > 0;
         let mut judged = Self { claim, within: 0, of: 0 };
-        for (pixel, colors) in pixels.enumerate() {
-            let Some((color, truth)) = colors else { continue };
+        for (pixel, found) in pairs.pixels().enumerate() {
+            let (Pixel::Failed { color, truth } | Pixel::Finite { color, truth }) = found else { continue };
             if has_map && read.claim(pixel) != Claim::Audited {
                 continue;
             }

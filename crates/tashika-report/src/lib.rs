@@ -12,17 +12,20 @@ mod error_budget;
 mod error_image;
 mod intervals;
 mod judged;
+mod measures;
 mod page;
+mod pairs;
 mod picks;
 mod picture;
 mod summary;
 
 pub use claims::Claims;
-pub use compare::{Comparison, Named, Tolerance, compare};
+pub use compare::{Comparison, Named, Tolerance, ToleranceFrom, compare};
 pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::{error_image, half_width_image};
 pub use intervals::Intervals;
 pub use judged::PictureJudged;
+pub use measures::Measures;
 pub use page::{
     Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, headline, render_page,
 };

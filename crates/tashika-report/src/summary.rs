@@ -3,6 +3,7 @@
 use super::claims::Claims;
 use super::compare::Comparison;
 use super::intervals::Intervals;
+use super::measures::Measures;
 use crate::film::{count, percent_of_error, percent_of_share, percent_of_tolerance};
 
 /// Labels and what is to say under each; an empty label continues the row above.
@@ -23,7 +24,17 @@ pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
     if c.infinite > 0 {
         rows.push(("", format!("{} lit where the reference is black, not in the mean", pixels(c.infinite))));
     }
+    if c.failed > 0 {
+        rows.push((
+            "failed",
+            format!("{}: not finite, outside of any tolerance and in no mean", pixels(c.failed)),
+        ));
+    }
     rows.push(("bias", percent_of_error(c.bias)));
+    if let Some(measures) = &c.measures {
+        rows.push(("measures", measured(measures)));
+        rows.push(("", displayed(measures)));
+    }
     if let Some(claims) = &c.claims {
         rows.push(("claims", told(claims)));
         if claims.of > 0 && !claims.same_truth {
@@ -53,7 +64,10 @@ pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
         let (rendered, finite) = (count(c.not_rendered), count(c.not_finite));
         rows.push((
             "left out",
-            format!("{}: {rendered} not rendered, {finite} not finite", pixels(c.left_out())),
+            format!(
+                "{}: {rendered} not rendered, {finite} where the reference is not finite",
+                pixels(c.left_out())
+            ),
         ));
     }
     rows
@@ -70,6 +84,28 @@ fn within(c: &Comparison) -> String {
         percent_of_share(c.within_share()),
         pixels(c.pixels)
     )
+}
+
+fn measured(measures: &Measures) -> String {
+    let Measures { rmse, relmse, .. } = measures;
+    format!("RMSE {}, relMSE {} of linear RGB", digits(*rmse), digits(*relmse))
+}
+
+fn displayed(measures: &Measures) -> String {
+    let Measures { psnr, ssim, flip, exposure_stops, .. } = measures;
+    let psnr = if psnr.is_finite() { format!("{psnr:.2} dB") } else { "infinite".to_owned() };
+    let ssim = ssim.map_or(String::new(), |ssim| format!(", SSIM {ssim:.4}"));
+    format!("PSNR {psnr}{ssim}, FLIP {flip:.4} of the picture at {exposure_stops:+.2} stops")
+}
+
+/// Four digits of a number of any size.
+fn digits(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e4).contains(&value) {
+        let whole = (0..4).filter(|&digit| value >= 10.0_f64.powi(digit)).count();
+        format!("{value:.*}", 4 - whole)
+    } else {
+        format!("{value:.3e}")
+    }
 }
 
 fn told(claims: &Claims) -> String {

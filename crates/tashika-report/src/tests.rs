@@ -142,8 +142,8 @@ fn what_has_no_error_is_counted_and_left_out() {
     near(c.mean, 0.1 / 3.0);
     near(c.bias, 0.1 / 3.0);
     let said = compare(
-        named("a.exr", &film(&[f32::INFINITY])),
-        named("ref.exr", &film(&[1.0])),
+        named("a.exr", &film(&[1.0])),
+        named("ref.exr", &film(&[f32::INFINITY])),
         &Tolerance::default(),
     );
     let said = said.unwrap_err().to_string();
@@ -151,6 +151,69 @@ fn what_has_no_error_is_counted_and_left_out() {
         said.contains("a.exr: no pixel") && said.contains("ref.exr") && said.contains("1 not finite"),
         "{said}"
     );
+}
+
+#[test]
+fn a_pixel_that_is_not_finite_has_failed_and_keeps_no_claim() {
+    let specs = [COLOR, HALF_WIDTH, CLAIM];
+    let mut image = film_in_rows(5, &[1.0, 1.5, f32::INFINITY, 1.0, f32::INFINITY], &specs);
+    for (x, y) in image.window().pixels() {
+        // As wide as it can be, and still what is not finite is not inside.
+        image.plane_mut("half_width").unwrap().set_f32(x, y, &[f32::INFINITY]);
+        image.plane_mut("claim").unwrap().set_u32(x, y, &[1]);
+    }
+    let mut reference = film_in_rows(5, &[1.0, 1.0, 1.0, 0.0, f32::INFINITY], &specs);
+    for (x, y) in reference.window().pixels() {
+        reference.plane_mut("claim").unwrap().set_u32(x, y, &[1]);
+    }
+    let c = compared(&image, &reference, 1.0, 0.0);
+    assert_eq!((c.pixels, c.within, c.failed, c.infinite, c.not_finite), (4, 2, 1, 1, 1));
+    assert_eq!(
+        (c.errors[2], c.worst, c.worst_at),
+        (f64::INFINITY, f64::INFINITY, [CORNER[0] + 2, CORNER[1]])
+    );
+    assert_eq!((c.mean, c.p95), (0.25, f64::INFINITY));
+    // Of the three that are finite: 3.5 for 2.
+    assert_eq!((c.bias, c.relative_l1), (0.75, 0.75));
+    let claims = c.claims.as_ref().unwrap();
+    assert_eq!((claims.kept, claims.of), (3, 4));
+    assert_eq!(c.intervals.as_ref().unwrap().claimed_in_both, 3);
+    let rmse = c.measures.unwrap().rmse;
+    assert!((rmse - (1.25_f64 / 3.0).sqrt()).abs() < 1e-12, "{rmse}");
+    let said = summary(&c);
+    let row = |label: &str| said.iter().find(|row| row.0 == label).map(|row| row.1.as_str());
+    assert_eq!(row("failed"), Some("1 pixel: not finite, outside of any tolerance and in no mean"));
+    assert_eq!(row("left out"), Some("1 pixel: 0 not rendered, 1 where the reference is not finite"));
+
+    let all = compared(&film(&[f32::INFINITY; 2]), &film(&[1.0; 2]), 0.02, 0.0);
+    assert_eq!((all.pixels, all.failed, all.within, all.mean), (2, 2, 0, f64::INFINITY));
+    assert_eq!((all.bias, all.measures), (f64::INFINITY, None));
+    assert!(summary(&all).iter().all(|(_, text)| !text.contains("NaN")), "{:?}", summary(&all));
+}
+
+#[test]
+fn what_a_film_was_rendered_to_is_a_tolerance_if_it_can_be() {
+    let mut image = film(&[1.0]);
+    assert_eq!(Tolerance::of(&image), None);
+    image.metadata_mut().set("error", 0.05);
+    assert_eq!(Tolerance::of(&image), Some(Tolerance { relative: 0.05, absolute: 0.0 }));
+    image.metadata_mut().set("error_absolute", 1e-4);
+    assert_eq!(Tolerance::of(&image), Some(Tolerance { relative: 0.05, absolute: 1e-4 }));
+    let chosen = |relative, absolute, image: &Film| {
+        let (tolerance, from) = Tolerance::asked_or_of(relative, absolute, image);
+        ([tolerance.relative, tolerance.absolute], from.name())
+    };
+    assert_eq!(chosen(None, None, &image), ([0.05, 1e-4], "image"));
+    assert_eq!(chosen(None, Some(0.5), &image), ([0.05, 0.5], "image"));
+    assert_eq!(chosen(Some(0.1), None, &image), ([0.1, 0.0], "asked"));
+    assert_eq!(chosen(None, Some(0.5), &film(&[1.0])), ([0.02, 0.5], "default"));
+    for error in [0.0, 5.0, f64::NAN] {
+        image.metadata_mut().set("error", error);
+        assert_eq!(Tolerance::of(&image), None, "{error}");
+    }
+    image.metadata_mut().set("error", 0.05);
+    image.metadata_mut().set("picture", true);
+    assert_eq!(Tolerance::of(&image), None, "nobody asked for an error");
 }
 
 #[test]
@@ -221,8 +284,8 @@ fn what_cannot_be_compared_is_refused_by_name() {
 fn the_picture_shows_errors_where_they_are() {
     // No error, the tolerance, the end of the scale (five times that), and beyond it.
     let c = compared(
-        &film_in_rows(2, &[1.0, 1.02, 1.0999, 1.3, 1.0, f32::INFINITY], &[COLOR]),
-        &film_in_rows(2, &[1.0; 6], &[COLOR]),
+        &film_in_rows(2, &[1.0, 1.02, 1.0999, 1.3, f32::INFINITY, 1.0], &[COLOR]),
+        &film_in_rows(2, &[1.0, 1.0, 1.0, 1.0, 1.0, f32::INFINITY], &[COLOR]),
         0.02,
         0.0,
     );
@@ -236,6 +299,7 @@ fn the_picture_shows_errors_where_they_are() {
     assert!(r > 240 && g > 240 && b < 80, "yellow at the end of the scale: {:?}", [r, g, b]);
     let [r, g, b] = at(1, 1);
     assert!(r > 180 && g < 80 && b < 80, "red beyond: {:?}", [r, g, b]);
+    assert_eq!(at(0, 2), at(1, 1), "what failed is beyond");
     let [r, g, b] = at(1, 2);
     assert!(r == g && g == b && r > 0, "gray if left out");
     // The legend holds the same colours, and there is ink below.

@@ -119,13 +119,15 @@ Tiles are read when they are looked at, so that a file may be larger than the me
 
 const COMPARE_EXAMPLES: &str = "\
 Examples:
-  tashika compare kitchen.exr reference.exr --error 2%
+  tashika compare kitchen.exr reference.exr
   tashika compare kitchen.exr reference.exr --image error.png --html error.html
   tashika compare other_renderer.exr reference.exr --error 5% --absolute 1e-4 --json numbers.json
 
 The error of a pixel is the distance of its luminance from the reference's, relative to the
 reference. It is infinite where a lit pixel meets a black reference; --absolute tolerates that.
-Infinite errors are null in the JSON file and are left out of the mean alone.";
+Infinite errors are null in the JSON file and are left out of the mean alone. A pixel of A.exr that
+is not finite has failed: it is outside of any tolerance. RMSE and relMSE are of linear RGB; PSNR,
+SSIM and LDR-FLIP (67 pixels per degree) of the sRGB picture, exposed as the reference asks.";
 
 /// The scene, shared by all commands.
 #[derive(Debug, ClapArgs)]
@@ -616,20 +618,16 @@ pub struct CompareArgs {
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
 
-    /// Tolerance, relative to the reference: above 0, at most 100%
-    #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, default_value = "2%",
+    /// Tolerance, relative to the reference: above 0, at most 100% [default: the error that A.exr was
+    /// rendered to, with its absolute tolerance, or 2%]
+    #[arg(long, value_name = "2%|0.02", value_parser = values::percentage,
         allow_negative_numbers = true, help_heading = "Tolerance")]
-    pub error: f64,
+    pub error: Option<f64>,
 
     /// What is tolerated however dark the reference is, as luminance in the unit of the images
-    #[arg(
-        long,
-        value_name = "E",
-        default_value_t = 0.0,
-        allow_negative_numbers = true,
-        help_heading = "Tolerance"
-    )]
-    pub absolute: f64,
+    /// [default: 0]
+    #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Tolerance")]
+    pub absolute: Option<f64>,
 
     /// Write a picture of each pixel's error, with its scale
     #[arg(id = "picture", long = "image", value_name = "FILE.png", help_heading = "Output")]

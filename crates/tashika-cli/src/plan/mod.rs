@@ -258,8 +258,10 @@ pub struct ComparePlan {
     pub reference: PathBuf,
     /// Layer of the image, if not its main one.
     pub layer: Option<String>,
-    /// What is tolerated.
-    pub tolerance: Tolerance,
+    /// Relative tolerance, if one was asked for.
+    pub error: Option<f64>,
+    /// Absolute tolerance, if one was asked for.
+    pub absolute: Option<f64>,
     /// Picture of the error to write.
     pub picture: Option<PathBuf>,
     /// Page to write.
@@ -271,8 +273,9 @@ pub struct ComparePlan {
 impl ComparePlan {
     /// Checks what was typed, and that the outputs can be written.
     pub fn new(args: &CompareArgs) -> Result<Self, Failure> {
-        let tolerance = Tolerance { relative: args.error, absolute: args.absolute };
-        tolerance.validate()?;
+        let default = Tolerance::default();
+        let relative = args.error.unwrap_or(default.relative);
+        Tolerance { relative, absolute: args.absolute.unwrap_or(default.absolute) }.validate()?;
         if let Some(path) = args.picture.as_deref().filter(|p| !has_ending(p, "png")) {
             return Err(Failure::option("image", path.display(), "a file name ending in .png"));
         }
@@ -282,7 +285,8 @@ impl ComparePlan {
             image: args.image.clone(),
             reference: args.reference.clone(),
             layer: args.layer.clone(),
-            tolerance,
+            error: args.error,
+            absolute: args.absolute,
             picture: args.picture.clone(),
             html: args.html.clone(),
             common,

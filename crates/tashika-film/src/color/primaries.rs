@@ -67,13 +67,22 @@ impl Primaries {
                 BRADFORD.inverse() * DMat3::from_diagonal(to / from) * BRADFORD
             }
         };
-        let matrix = Self::REC709.to_xyz().inverse() * adapted * self.to_xyz();
+        let matrix = Self::REC709.matrix().inverse() * adapted * self.matrix();
         let rows = matrix.transpose().to_cols_array_2d();
         matrix.is_finite().then(|| rows.map(|row| row.map(|v| v as f32)))
     }
 
-    /// `M`.
-    fn to_xyz(self) -> DMat3 {
+    /// `M`, by rows: from these primaries to CIE XYZ, where white has the luminance 1.
+    pub fn to_xyz(self) -> [[f64; 3]; 3] {
+        self.matrix().transpose().to_cols_array_2d()
+    }
+
+    /// `M⁻¹`, by rows: from CIE XYZ to these primaries.
+    pub fn from_xyz(self) -> [[f64; 3]; 3] {
+        self.matrix().inverse().transpose().to_cols_array_2d()
+    }
+
+    fn matrix(self) -> DMat3 {
         let [r, g, b] = self.rgb.map(xyz);
         let unscaled = DMat3::from_cols(r, g, b);
         unscaled * DMat3::from_diagonal(unscaled.inverse() * xyz(self.white))
@@ -110,6 +119,19 @@ mod tests {
         close(rec2020, [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]]);
         let aces_cg = Primaries::ACESCG.to_rec709(White::Adapted).unwrap();
         close(aces_cg, [[1.7051, -0.6218, -0.0833], [-0.1303, 1.1408, -0.0105], [-0.0240, -0.1290, 1.1530]]);
+    }
+
+    /// IEC 61966-2-1, annex F: to four digits.
+    #[test]
+    fn rec709_is_taken_to_xyz_and_back() {
+        let there = Primaries::REC709.to_xyz();
+        let standard = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
+        assert!(there.as_flattened().iter().zip(standard.as_flattened()).all(|(a, b)| (a - b).abs() < 5e-5));
+        let back = Primaries::REC709.from_xyz();
+        for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
+            let product: f64 = (0..3).map(|k| back[row][k] * there[k][column]).sum();
+            assert!((product - f64::from(row == column)).abs() < 1e-12, "{row} {column}: {product}");
+        }
     }
 
     #[test]

@@ -15,12 +15,14 @@
 //! plane without the asked kind of sample, a wrong number of channels are programming errors and
 //! panic.
 
+mod exposure;
 mod metadata;
 mod plane;
 mod record;
 mod srgb_png;
 mod words;
 
+pub use exposure::automatic_stops;
 pub use metadata::{Metadata, Value};
 pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
 pub use record::{

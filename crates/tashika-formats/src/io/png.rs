@@ -14,9 +14,8 @@
 //! so that pictures are proportional to radiance up to the knee, which the shoulder meets with the
 //! same slope, and hue and luminance are those of the radiance where the gamut allows.
 //!
-//! [`Exposure::Auto`] puts the log-average luminance of the pixels that are not black at middle gray,
-//! `0.18` (Reinhard, Stark, Shirley, Ferwerda 2002, eq. 1), pixels darker than 10⁻⁴ of the mean
-//! left out: `2ᵉ = 0.18 / exp(mean ln L)`. It depends on nothing but the samples.
+//! [`Exposure::Auto`] puts the log-average luminance of the pixels that are not black at middle gray
+//! ([`automatic_stops`]). It depends on nothing but the samples.
 //!
 //! The file says that it is sRGB. The picture shows the film's window. Pixels that were not
 //! rendered, which a plane `stop` marks by 0, are transparent and left out of the average.
@@ -33,17 +32,13 @@ use std::path::Path;
 use super::output::write_file;
 use crate::color::{Rgb, srgb_encode};
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Plane, RenderFilm, srgb_png};
-use crate::math::elementary::{exp, ln, powf};
+use crate::film::{Film, Plane, RenderFilm, automatic_stops, srgb_png};
+use crate::math::elementary::{exp, powf};
 use crate::reconstruction::seen;
 
 /// Luminance up to which pictures are proportional to radiance; chosen so that a white wall at
 /// three times middle gray is still in proportion.
 const KNEE: f32 = 0.6;
-/// Where the log-average of a picture goes.
-const MIDDLE_GRAY: f64 = 0.18;
-/// Pixels darker than this share of the mean say nothing about the exposure.
-const NEGLIGIBLE: f64 = 1e-4;
 
 /// How bright the picture is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -104,7 +99,10 @@ pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u
     };
     let pixels: Vec<(Rgb, bool)> = colors.zip(rendered(film)).collect();
     let stops = match tone_map.exposure {
-        Exposure::Auto => automatic_stops(&pixels),
+        Exposure::Auto => {
+            let shown = pixels.iter().filter(|(_, rendered)| *rendered);
+            automatic_stops(shown.map(|(color, _)| color.luminance()))
+        }
         Exposure::Stops(stops) if stops.abs() <= 64.0 => stops,
         Exposure::Stops(stops) => {
             return Err(Error::option("exposure", stops, "auto, or stops from -64 to 64"));
@@ -124,26 +122,6 @@ pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u
 fn rendered(film: &Film) -> Vec<bool> {
     let read = RenderFilm::of(film);
     (0..film.window().area() as usize).map(|pixel| read.is_rendered(pixel)).collect()
-}
-
-/// Stops that put the log-average at middle gray; 0 for a black film.
-fn automatic_stops(pixels: &[(Rgb, bool)]) -> f32 {
-    let luminances = || {
-        let shown = pixels.iter().filter(|(_, rendered)| *rendered);
-        shown.map(|(c, _)| c.luminance()).filter(|&l| l > 0.0 && l.is_finite())
-    };
-    let mean_above = |floor: f64, of: fn(f32) -> f32| {
-        let (mut sum, mut count) = (0.0, 0_u64);
-        for l in luminances().filter(|&l| f64::from(l) >= floor) {
-            sum += f64::from(of(l));
-            count += 1;
-        }
-        (count > 0).then(|| sum / count as f64)
-    };
-    let Some(mean) = mean_above(0.0, |l| l) else { return 0.0 };
-    let log_average = mean_above(NEGLIGIBLE * mean, ln).expect("the largest is above its mean");
-    let log_gray = f64::from(ln(MIDDLE_GRAY as f32));
-    (((log_gray - log_average) / std::f64::consts::LN_2) as f32).clamp(-64.0, 64.0)
 }
 
 /// Radiance to display-linear colour in `[0, 1]`.

@@ -138,7 +138,8 @@ impl<'f> RenderFilm<'f> {
         tally
     }
 
-    fn color(&self, pixel: usize) -> Option<Rgb> {
+    /// Colour of the pixel (W·m⁻²·sr⁻¹); none if the film has no colours.
+    pub fn color(&self, pixel: usize) -> Option<Rgb> {
         let (plane, channels) = self.colors?;
         let samples = plane.f32_samples()?;
         let at = pixel * plane.channels().len();

@@ -1,0 +1,143 @@
+//! The difference in colour, as it is seen from a distance (Andersson et al. 2020, section 4.1).
+//!
+//! 1. Linear RGB → XYZ → YCxCz, a space of opponent colours (Flohr et al. 1993), by the white `n` of the display:
+//!    `Y = 116 Y/Yₙ − 16`, `Cx = 500 (X/Xₙ − Y/Yₙ)`, `Cz = 200 (Y/Yₙ − Z/Zₙ)`.
+//! 2. Each channel is blurred by what the eye does not resolve, `Σ a √(π/b) exp(−π² d²/b)` of the distance `d` (degrees), the
+//!    weights adding up to 1.
+//! 3. Back to linear RGB, clamped to 0 to 1, and on to CIE L\*a\*b\* (CIE 15), whose `a*`, `b*` are scaled by `0.01 L*` (Hunt 1952).
+//! 4. The distance is that of Abasi et al. 2020, `HyAB = |ΔL*| + √(Δa*² + Δb*²)`, raised to 0.7; of this, in units of the distance of
+//!    green and blue, up to 0.4 become 0 to 0.95, and the rest becomes 0.95 to 1.
+
+use super::super::Pictures;
+use super::super::grid::{Grid, Weights};
+use crate::color::{Primaries, Rgb};
+use crate::math::elementary::{exp_f64, powf_f64};
+
+/// `a`, `b` (degrees squared) of the Gaussians of a channel.
+type Gaussian = (f64, f64);
+/// The contrast sensitivity of the channels Y, Cx, Cz (table 1 of the source).
+const SENSITIVITY: [&[Gaussian]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
+/// The largest `b`.
+const WIDEST: f64 = 0.04;
+/// Exponent of the distance.
+const EXPONENT: f64 = 0.7;
+/// Share of the largest distance up to which differences are spread.
+const KNEE: f64 = 0.4;
+/// What a difference at the knee becomes.
+const AT_KNEE: f64 = 0.95;
+
+type Matrix = [[f64; 3]; 3];
+
+/// What linear RGB, XYZ, and the opponent colours are to each other.
+struct Space {
+    to_xyz: Matrix,
+    from_xyz: Matrix,
+    /// XYZ of white.
+    white: [f64; 3],
+}
+
+/// The difference in colour at each pixel, 0 to 1.
+pub(super) fn differences(pictures: &Pictures, pixels_per_degree: f64) -> Grid {
+    let space = Space::new();
+    let [a, b] = [0, 1].map(|picture| seen(&space, pictures, picture, pixels_per_degree));
+    let largest = {
+        let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|linear| space.perceived(linear));
+        powf_f64(distance(green, blue), EXPONENT)
+    };
+    let knee = KNEE * largest;
+    let spread = |difference: f64| {
+        if difference < knee {
+            AT_KNEE / knee * difference
+        } else {
+            AT_KNEE + (difference - knee) / (largest - knee) * (1.0 - AT_KNEE)
+        }
+    };
+    let differences = a.iter().zip(&b).map(|(a, b)| spread(powf_f64(distance(*a, *b), EXPONENT)));
+    Grid::new(pictures.width, differences)
+}
+
+/// `HyAB`.
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let [l, x, y] = [0, 1, 2].map(|i| a[i] - b[i]);
+    l.abs() + (x * x + y * y).sqrt()
+}
+
+/// A picture as it is seen: `L*` and the scaled `a*`, `b*`.
+fn seen(space: &Space, pictures: &Pictures, picture: usize, pixels_per_degree: f64) -> Vec<[f64; 3]> {
+    // Beyond three standard deviations of the widest there is nothing.
+    let deviation = (WIDEST / (2.0 * std::f64::consts::PI.powi(2))).sqrt();
+    let radius = (3.0 * deviation * pixels_per_degree).ceil() as usize;
+    let opponents = || pictures.colors[picture].iter().map(|color| space.opponents(*color));
+    let [y, cx, cz] = [0, 1, 2].map(|channel| {
+        let sharp = Grid::new(pictures.width, opponents().map(|color| color[channel]));
+        blurred(&sharp, SENSITIVITY[channel], radius, pixels_per_degree)
+    });
+    let blurred = y.values.iter().zip(&cx.values).zip(&cz.values);
+    blurred.map(|((y, cx), cz)| space.perceived(space.shown([*y, *cx, *cz]))).collect()
+}
+
+/// A channel as the eye resolves it.
+fn blurred(channel: &Grid, gaussians: &[Gaussian], radius: usize, pixels_per_degree: f64) -> Grid {
+    use std::f64::consts::PI;
+    let weights = gaussians.iter().map(|(a, b)| {
+        let weights = Weights::of(radius, |x| exp_f64(-(PI * x / pixels_per_degree).powi(2) / b));
+        (a * (PI / b).sqrt() * weights.sum().powi(2), weights.normalized())
+    });
+    let weights: Vec<(f64, Weights)> = weights.collect();
+    let sum: f64 = weights.iter().map(|(share, _)| share).sum();
+    let parts = weights.iter().map(|(share, weights)| {
+        let mut part = channel.weighed(weights, weights);
+        part.values.iter_mut().for_each(|value| *value *= share / sum);
+        part
+    });
+    parts.reduce(|all, part| all.with(&part, |a, b| a + b)).expect("a channel has a Gaussian")
+}
+
+impl Space {
+    fn new() -> Self {
+        let to_xyz = Primaries::REC709.to_xyz();
+        Self { to_xyz, from_xyz: Primaries::REC709.from_xyz(), white: times(&to_xyz, [1.0; 3]) }
+    }
+
+    /// YCxCz of linear RGB.
+    fn opponents(&self, linear: Rgb) -> [f64; 3] {
+        let [x, y, z] = self.relative(linear.to_array().map(f64::from));
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    /// Linear RGB of YCxCz, as far as a display shows it.
+    fn shown(&self, [luma, cx, cz]: [f64; 3]) -> [f64; 3] {
+        let y = (luma + 16.0) / 116.0;
+        let [xn, yn, zn] = self.white;
+        let xyz = [(y + cx / 500.0) * xn, y * yn, (y - cz / 200.0) * zn];
+        times(&self.from_xyz, xyz).map(|v| v.clamp(0.0, 1.0))
+    }
+
+    /// `L*` and the scaled `a*`, `b*` of linear RGB.
+    fn perceived(&self, linear: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = self.relative(linear).map(lightness);
+        let l = 116.0 * y - 16.0;
+        let hunt = 0.01 * l;
+        [l, hunt * 500.0 * (x - y), hunt * 200.0 * (y - z)]
+    }
+
+    /// XYZ over that of white.
+    fn relative(&self, linear: [f64; 3]) -> [f64; 3] {
+        let xyz = times(&self.to_xyz, linear);
+        [0, 1, 2].map(|i| xyz[i] / self.white[i])
+    }
+}
+
+/// `f` of CIE L\*a\*b\*: the cube root, and a line near black.
+fn lightness(relative: f64) -> f64 {
+    const DELTA: f64 = 6.0 / 29.0;
+    if relative > DELTA * DELTA * DELTA {
+        powf_f64(relative, 1.0 / 3.0)
+    } else {
+        relative / (3.0 * DELTA * DELTA) + 4.0 / 29.0
+    }
+}
+
+fn times(matrix: &Matrix, v: [f64; 3]) -> [f64; 3] {
+    matrix.map(|row| row.iter().zip(v).map(|(a, b)| a * b).sum())
+}
