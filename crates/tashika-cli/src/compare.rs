@@ -139,7 +139,7 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }
-    if !plan.common.quiet {
+    if plan.common.prints_rows() {
         rows(&report, &comparison).print()?;
     }
     Ok(Outcome::Done)

@@ -8,6 +8,7 @@ use serde::Serialize;
 use tashika::scene::{Emitter, Material, NoteKind, Projection, Scene, SphereMap};
 
 use crate::exit::{Failure, Outcome};
+use crate::notes::{NoteReport, notes};
 use crate::plan::InfoPlan;
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, Triangles, counted, write_json};
@@ -91,15 +92,6 @@ struct CameraReport {
     height: Option<f32>,
 }
 
-#[derive(Debug, Serialize)]
-struct NoteReport {
-    kind: NoteKind,
-    message: String,
-    /// Where it was met first.
-    first: String,
-    count: u64,
-}
-
 /// Reads a scene and tells about it.
 pub fn run(plan: &InfoPlan) -> Result<Outcome, Failure> {
     metered(&plan.common, |meter| work(plan, meter))
@@ -115,7 +107,7 @@ fn work(plan: &InfoPlan, meter: &Meter) -> Result<Outcome, Failure> {
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }
-    if !plan.common.quiet {
+    if plan.common.prints_rows() {
         rows(&report).print()?;
     }
     Ok(Outcome::Done)
@@ -163,16 +155,7 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
             })
             .collect(),
         bounds: [bounds.lo.to_array(), bounds.hi.to_array()],
-        notes: scene
-            .notes()
-            .iter()
-            .map(|n| NoteReport {
-                kind: n.kind,
-                message: n.message,
-                first: n.first.to_string(),
-                count: n.count,
-            })
-            .collect(),
+        notes: notes(scene),
     }
 }
 

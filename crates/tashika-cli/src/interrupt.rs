@@ -1,4 +1,5 @@
-//! Ctrl-C: the first asks a running render to finish, the second ends the program.
+//! Ctrl-C, and SIGTERM, by which schedulers and systems end programs: the first asks a running render to finish, the second ends
+//! the program.
 
 use std::io::IsTerminal;
 use std::process;
@@ -14,23 +15,30 @@ static RENDERING: AtomicBool = AtomicBool::new(false);
 /// Whether it was asked.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Takes over Ctrl-C; to be called once. Outside [`with_flag`] it still ends the program.
+/// Takes over Ctrl-C and SIGTERM; to be called once. Outside [`with_flag`] they still end the program.
 pub fn listen(common: &Common) {
     let json = common.log.style == LogStyle::Json;
     // Without a handler Ctrl-C ends the program at once, which is no reason not to render.
-    let _ = ctrlc::set_handler(move || {
-        if !RENDERING.load(Ordering::SeqCst) || ASKED.swap(true, Ordering::SeqCst) {
-            process::exit(i32::from(INTERRUPTED));
-        }
-        const ANSWER: &str = "interrupted: finishing what is in work; press Ctrl-C again to end at once";
-        if json {
-            eprintln!("{}", note_in_json(ANSWER));
-            return;
-        }
-        // On a terminal there is a progress line to leave.
-        let leave = if std::io::stderr().is_terminal() { "\n" } else { "" };
-        eprintln!("{leave}{ANSWER}");
-    });
+    let _ = ctrlc::set_handler(move || asked(json));
+    #[cfg(unix)]
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new([signal_hook::consts::SIGTERM]) {
+        std::thread::spawn(move || signals.forever().for_each(|_| asked(json)));
+    }
+}
+
+/// Somebody asked for an end.
+fn asked(json: bool) {
+    if !RENDERING.load(Ordering::SeqCst) || ASKED.swap(true, Ordering::SeqCst) {
+        process::exit(i32::from(INTERRUPTED));
+    }
+    const ANSWER: &str = "interrupted: finishing what is in work; press Ctrl-C again to end at once";
+    if json {
+        eprintln!("{}", note_in_json(ANSWER));
+        return;
+    }
+    // On a terminal there is a progress line to leave.
+    let leave = if std::io::stderr().is_terminal() { "\n" } else { "" };
+    eprintln!("{leave}{ANSWER}");
 }
 
 /// Runs `work` with a flag that the first Ctrl-C sets.

@@ -240,7 +240,7 @@ impl Findings<'_> {
                 write_file(&folder.file(&format!("{}.csv", plot.name)), plot.csv.as_bytes())?;
             }
         }
-        if !common.quiet {
+        if common.prints_rows() {
             print(&markdown)?;
         }
         Ok(if self.rows.len() < self.of { Outcome::Interrupted } else { Outcome::Done })

@@ -61,7 +61,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     if let Some(path) = &plan.common.json {
         write_json(path, &report)?;
     }
-    if !plan.common.quiet {
+    if plan.common.prints_rows() {
         rows(&report, &merged).print()?;
     }
     let tally = &report.tally;

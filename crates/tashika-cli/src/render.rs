@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::thread::available_parallelism;
 
-use tashika::error::Result as LibraryResult;
+use tashika::error::Error;
 use tashika::experiment::OtherSet;
 use tashika::film::{PictureClaim, Tally, keys, planes};
 use tashika::integrator::PathStop;
@@ -16,8 +16,10 @@ use tashika::vpl::VplSet;
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
+use crate::notes::notes;
 use crate::plan::{Outputs, RenderPlan};
 use crate::progress::{Meter, metered};
+use crate::rescue::rescued;
 use crate::serve::LivePage;
 use crate::stage::{Stage, stored_lights};
 use crate::summary::{self, LightsReport, RenderReport, Seconds, Triangles, typed_command, write_json};
@@ -62,7 +64,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
             None => stored_lights(used_vpl_file(plan), meter, &mut seconds)?,
             read => read,
         };
-        if k > 0 && !plan.common.quiet {
+        if k > 0 && plan.common.prints_rows() {
             summary::print("\n")?;
         }
         let kept = KeptTiles::new(plan.checkpoint.clone());
@@ -102,9 +104,11 @@ fn image(
             meter.finish();
             audit.describe(rendered.film.metadata_mut());
         }
-        let write = || -> LibraryResult<f32> {
-            write_exr(&outputs.exr, &rendered.film)?;
-            write_png(&outputs.png, &rendered.film, &plan.tone_map)
+        let write = || -> Result<f32, Failure> {
+            let film = &rendered.film;
+            write_exr(&outputs.exr, film)
+                .map_err(|trouble| rescued(film, &outputs.exr, &trouble, watcher.checkpoint()))?;
+            write_png(&outputs.png, film, &plan.tone_map).map_err(|trouble| beside(&outputs.exr, &trouble))
         };
         let exposure_stops = watcher.timed(|seconds| &mut seconds.write, write)?;
         // After the image is safe: another set takes as much memory as the first.
@@ -126,25 +130,32 @@ fn image(
     watcher.close_viewer();
     let tally = done.rendered.totals.tally;
     let contradicted = done.audit.as_ref().is_some_and(|audit| audit.contradicts);
-    let report = report(plan, stage, outputs, &done, watcher.seconds());
+    let ended = outcome(plan, done.rendered.complete, contradicted, &tally);
+    let report = report(plan, stage, outputs, &done, ended, watcher.seconds());
     let facts = RenderFacts {
         name: outputs.exr.display().to_string(),
         rows: report.rows().for_page(),
         command: Some(typed_command()),
     };
     let Rendered { film, complete, .. } = done.rendered;
-    write_file(&outputs.html, render_page(&film, &facts).as_bytes())?;
+    write_file(&outputs.html, render_page(&film, &facts).as_bytes())
+        .map_err(|trouble| beside(&outputs.exr, &trouble))?;
     let page = watcher.end(complete)?;
     if let Some(path) = &outputs.json {
         write_json(path, &report)?;
     }
-    if !plan.common.quiet {
+    if plan.common.prints_rows() {
         report.rows().print()?;
     }
     if let Some(page) = page {
         page.end(film, meter);
     }
-    Ok(outcome(plan, complete, contradicted, &tally))
+    Ok(ended)
+}
+
+/// What goes beside an image that is written could not be.
+fn beside(exr: &Path, trouble: &Error) -> Failure {
+    Failure::file(format!("cannot write {trouble}; the image is in {}", exr.display()))
 }
 
 fn outcome(plan: &RenderPlan, complete: bool, contradicted: bool, tally: &Tally) -> Outcome {
@@ -187,6 +198,7 @@ fn report(
     stage: &Stage,
     outputs: &Outputs,
     done: &Done,
+    ended: Outcome,
     seconds: Seconds,
 ) -> RenderReport {
     let Done { rendered, lights, .. } = done;
@@ -199,7 +211,7 @@ fn report(
         version: env!("CARGO_PKG_VERSION"),
         scene: scene.name().to_owned(),
         triangles: Triangles::of(scene),
-        notes: scene.notes().iter().count(),
+        notes: notes(scene),
         default_light: scene.has_default_light(),
         light_changes: scene.changes().to_vec(),
         camera: stage.framed.camera.name.clone(),
@@ -218,6 +230,7 @@ fn report(
         pixels,
         pixels_asked: done.pixels_asked,
         complete: rendered.complete,
+        exit_code: ended.code(),
         tally,
         picture_claim: PictureClaim::of(metadata),
         promise_met: tally.claiming(),

@@ -14,6 +14,8 @@ use tashika::renderer::Audit;
 use tashika::report::{ErrorBudget, about_light_not_found, about_truth, percent_of_error};
 
 use crate::exit::Failure;
+use crate::notes::NoteReport;
+use crate::plan::is_standard_stream;
 use crate::progress::rate;
 
 /// Rows of a label and a text.
@@ -76,10 +78,13 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a report for scripts.
+/// Writes a report for scripts, to standard output if the file is `-`.
 pub fn write_json(path: &Path, report: &impl Serialize) -> Result<(), Failure> {
     let mut json = serde_json::to_string_pretty(report).expect("reports are plain data");
     json.push('\n');
+    if is_standard_stream(path) {
+        return print(&json);
+    }
     Ok(write_file(path, json.as_bytes())?)
 }
 
@@ -168,8 +173,8 @@ pub struct RenderReport {
     pub scene: String,
     /// Its triangles.
     pub triangles: Triangles,
-    /// Notes on what was repaired, approximated, ignored or defaulted.
-    pub notes: usize,
+    /// What was repaired, approximated, ignored or defaulted.
+    pub notes: Vec<NoteReport>,
     /// Whether the scene has no light and is lit by the program's own sky and sun.
     pub default_light: bool,
     /// Lights that were asked for in place of what the file says.
@@ -201,6 +206,8 @@ pub struct RenderReport {
     pub pixels_asked: u64,
     /// Whether all of them were.
     pub complete: bool,
+    /// What the program exits with because of this image.
+    pub exit_code: u8,
     /// The pixels by what they claim.
     pub tally: Tally,
     /// What is claimed of the picture as a whole, if anything is.

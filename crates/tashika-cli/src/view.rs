@@ -41,7 +41,7 @@ fn work(plan: &ViewPlan, meter: &Meter) -> Result<Outcome, Failure> {
     if let Some(path) = &plan.common.json {
         write_json(path, &Report { address: address.clone() })?;
     }
-    if !plan.common.quiet {
+    if plan.common.prints_rows() {
         print(&format!("{} is shown at {address} until Ctrl-C\n", plan.image.display()))?;
     }
     // The server has threads of its own; Ctrl-C ends the program.

@@ -76,7 +76,7 @@ pub fn tell(common: &Common, set: &VplSet, seconds: f64, file: Option<&Path>) ->
     if let Some(path) = &common.json {
         write_json(path, &report)?;
     }
-    if !common.quiet {
+    if common.prints_rows() {
         rows(&report).print()?;
     }
     Ok(Outcome::Done)

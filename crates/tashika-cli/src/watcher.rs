@@ -1,6 +1,7 @@
 //! Follows a render: tells the meter how far it is, takes the seconds of each part, keeps finished
 //! tiles, and shows them to whoever looks on.
 
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -64,6 +65,11 @@ impl<'a> Watcher<'a> {
             self.meter.note(&format!("going on from {}: {pixels} are finished", path()));
         }
         Ok(begun)
+    }
+
+    /// The file that has the finished tiles, if there is one.
+    pub fn checkpoint(&self) -> Option<&Path> {
+        self.kept.path().filter(|_| self.kept.is_open())
     }
 
     /// The seconds so far.

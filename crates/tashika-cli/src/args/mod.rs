@@ -66,7 +66,7 @@ Exit codes:
   3    files: an input cannot be used, or an output cannot be written
   4    rendered, but some pixels ran out of budget, where an error was asked for
   5    rendered, but the audit contradicts what is claimed
-  130  interrupted (Ctrl-C); what is finished is written, a second Ctrl-C ends it at once";
+  130  interrupted (Ctrl-C, SIGTERM); what is finished is written, a second Ctrl-C ends it at once";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -391,7 +391,7 @@ pub struct ClampArgs {
 /// What every command has.
 #[derive(Debug, ClapArgs)]
 pub struct CommonArgs {
-    /// Write what the summary says as JSON, for scripts
+    /// Write what the summary says as JSON, for scripts; - is standard output, in place of the summary
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
 
@@ -399,7 +399,8 @@ pub struct CommonArgs {
     #[arg(long, value_enum, default_value_t = LogStyle::Auto, help_heading = "Output")]
     pub log: LogStyle,
 
-    /// Add what is told of progress to a file too, in words, or in JSON with --log json
+    /// Add what is told of progress to a file too, in words, or in JSON with --log json; - is
+    /// standard error, line by line
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub log_file: Option<PathBuf>,
 

@@ -35,11 +35,22 @@ pub fn run(plan: &FarmPlan) -> Result<Outcome, Failure> {
 }
 
 fn work(plan: &FarmPlan) -> Result<Outcome, Failure> {
+    if let Some(scene) = plan.render.stage.scene.missing_file() {
+        let message =
+            format!("{}: there is no such scene; a job names it as all machines find it", scene.display());
+        return Err(Failure::file(message));
+    }
     let job = Job::new(plan)?;
     let made = match plan.farm {
         Farm::OpenJd => openjd::files(&job),
         Farm::Slurm => slurm::files(&job),
     };
+    if let Some((name, _)) = made.iter().find(|(name, _)| fs::symlink_metadata(job.folder.join(name)).is_ok())
+    {
+        let there = job.folder.join(name);
+        let message = format!("{} is of a job that is there; --out names another folder", there.display());
+        return Err(Failure::file(message));
+    }
     fs::create_dir_all(&job.folder)
         .map_err(|e| Failure::file(format!("cannot write {}: {e}", job.folder.display())))?;
     let mut files = Vec::new();
@@ -58,7 +69,7 @@ fn tell(common: &Common, report: &Report, farm: Farm) -> Result<(), Failure> {
     if let Some(path) = &common.json {
         write_json(path, report)?;
     }
-    if common.quiet {
+    if !common.prints_rows() {
         return Ok(());
     }
     let mut rows = Rows::default();

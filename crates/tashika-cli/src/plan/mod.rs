@@ -66,6 +66,11 @@ impl SceneSource {
         (!is_builtin).then_some(&self.name)
     }
 
+    /// The file, if there is none of that name.
+    pub fn missing_file(&self) -> Option<&Path> {
+        self.file().filter(|path| !path.exists())
+    }
+
     /// Reads or makes the scene.
     pub fn load(&self) -> Result<Scene, Failure> {
         Ok(open_scene(&self.name, &self.lights, &self.options)?)
@@ -390,7 +395,7 @@ impl Serving {
 /// What every command has.
 #[derive(Debug)]
 pub struct Common {
-    /// File for scripts.
+    /// File for scripts; `-` is standard output.
     pub json: Option<PathBuf>,
     /// Whether only errors are printed.
     pub quiet: bool,
@@ -405,16 +410,26 @@ pub struct Common {
 pub struct Log {
     /// On standard error.
     pub style: LogStyle,
-    /// Added to this file too.
+    /// Added to this file too; `-` is standard error.
     pub file: Option<PathBuf>,
 }
 
+/// Whether a file is named as the standard stream: `-`.
+pub fn is_standard_stream(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
 impl Common {
+    /// Whether rows for people go to standard output: not where JSON does.
+    pub fn prints_rows(&self) -> bool {
+        !self.quiet && !self.json.as_deref().is_some_and(is_standard_stream)
+    }
+
     /// Checks that all outputs can be written and none is written twice or over an input.
     fn new(args: &CommonArgs, outputs: &[&Path], inputs: &[&Path]) -> Result<Self, Failure> {
         let mut all = outputs.to_vec();
-        all.extend(args.json.as_deref());
-        all.extend(args.log_file.as_deref());
+        let named = args.json.as_deref().into_iter().chain(args.log_file.as_deref());
+        all.extend(named.filter(|path| !is_standard_stream(path)));
         for (i, output) in all.iter().enumerate() {
             if all[..i].contains(output) {
                 return Err(Failure::usage(format!("{} would be written twice", output.display())));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tashika::io::check_writable;
 
-use super::with_ending;
+use super::{is_standard_stream, with_ending};
 use crate::exit::Failure;
 
 /// The files of one image.
@@ -38,7 +38,8 @@ impl Outputs {
                 let message = format!("{file} would be written twice: name one of the cameras {name} alone");
                 return Err(Failure::usage(message));
             }
-            for path in [&outputs.exr, &outputs.png, &outputs.html].into_iter().chain(&outputs.json) {
+            let json = outputs.json.iter().filter(|json| !is_standard_stream(json));
+            for path in [&outputs.exr, &outputs.png, &outputs.html].into_iter().chain(json) {
                 check_writable(path).map_err(|e| Failure::file(format!("cannot write {e}")))?;
             }
             all.push(outputs);
@@ -61,7 +62,10 @@ impl Outputs {
             exr: named(&self.exr),
             png: named(&self.png),
             html: named(&self.html),
-            json: self.json.as_ref().map(named),
+            json: self
+                .json
+                .as_ref()
+                .map(|json| if is_standard_stream(json) { json.clone() } else { named(json) }),
         }
     }
 }

@@ -18,7 +18,7 @@ use tashika::render::{Progress, with_threads};
 
 use crate::args::LogStyle;
 use crate::exit::{Failure, Outcome};
-use crate::plan::Common;
+use crate::plan::{Common, is_standard_stream};
 use event::{Event, Standing};
 use pace::Pace;
 
@@ -106,11 +106,13 @@ impl Meter {
     fn new(common: &Common) -> Result<Self, Failure> {
         let json = common.log.style == LogStyle::Json;
         let mut sinks = Vec::new();
-        if !common.quiet {
-            let redraw = common.log.style == LogStyle::Auto && io::stderr().is_terminal();
+        let to_standard_error = common.log.file.as_deref().is_some_and(is_standard_stream);
+        if !common.quiet || to_standard_error {
+            let redraw =
+                common.log.style == LogStyle::Auto && io::stderr().is_terminal() && !to_standard_error;
             sinks.push(Sink::new(if redraw { line() } else { Place::StandardError }, json));
         }
-        if let Some(path) = &common.log.file {
+        if let Some(path) = common.log.file.as_deref().filter(|path| !is_standard_stream(path)) {
             sinks.push(Sink::new(Place::File(open(path)?), json));
         }
         let now = Instant::now();

@@ -166,8 +166,15 @@ fn check_head(path: &Path, file: &mut File, length: u64, expected: &[u8]) -> Res
     if bytes.starts_with(expected) {
         return Ok(());
     }
+    let is_truncated = expected.starts_with(&bytes);
     let refuse = |found: String, expected: &str| Err(Error::invalid(Location::file(path), found, expected));
     let number = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    if is_truncated {
+        return refuse(
+            "a truncated head".to_owned(),
+            "a checkpoint as it was written; remove it to begin anew",
+        );
+    }
     if !bytes.starts_with(MAGIC) {
         return refuse(
             "something else".to_owned(),
@@ -237,10 +244,18 @@ fn record(film: &Film, tile: Window) -> Vec<u8> {
 fn records(file: &mut impl Read, begin: u64, length: u64, resumed: &mut Resumed) -> io::Result<u64> {
     let mut at = begin;
     while at < length {
-        let Some(bytes) = next_record(file, length - at, &resumed.film)? else {
-            let lost = length - at;
-            resumed.damage = Some(format!("its last {lost} bytes are not a whole tile"));
-            break;
+        let lost = length - at;
+        let bytes = match next_record(file, lost, &resumed.film)? {
+            Record::Whole(bytes) => bytes,
+            Record::Truncated => {
+                resumed.damage = Some(format!("it is truncated: its last {lost} bytes are not a whole tile"));
+                break;
+            }
+            Record::Damaged => {
+                resumed.damage =
+                    Some(format!("it is damaged: its last {lost} bytes are not as they were written"));
+                break;
+            }
         };
         at += bytes.len() as u64;
         let tile = restore(&bytes, &mut resumed.film);
@@ -249,10 +264,19 @@ fn records(file: &mut impl Read, begin: u64, length: u64, resumed: &mut Resumed)
     Ok(at)
 }
 
-/// The bytes of a record; none if what is left is none.
-fn next_record(file: &mut impl Read, left: u64, film: &Film) -> io::Result<Option<Vec<u8>>> {
+/// What comes next in a file.
+enum Record {
+    /// A record, with the right sum.
+    Whole(Vec<u8>),
+    /// The file ends within a record.
+    Truncated,
+    /// No record of this film, or with another sum.
+    Damaged,
+}
+
+fn next_record(file: &mut impl Read, left: u64, film: &Film) -> io::Result<Record> {
     if left < 20 {
-        return Ok(None);
+        return Ok(Record::Truncated);
     }
     let mut bytes = vec![0; 16];
     file.read_exact(&mut bytes)?;
@@ -264,14 +288,18 @@ fn next_record(file: &mut impl Read, left: u64, film: &Film) -> io::Result<Optio
         && tile.y >= all.y
         && u64::from(tile.x - all.x) + u64::from(tile.width) <= u64::from(all.width)
         && u64::from(tile.y - all.y) + u64::from(tile.height) <= u64::from(all.height);
-    if !inside || sample_bytes(film, tile) + 20 > left {
-        return Ok(None);
+    if !inside {
+        return Ok(Record::Damaged);
+    }
+    if sample_bytes(film, tile) + 20 > left {
+        return Ok(Record::Truncated);
     }
     let end = 20 + sample_bytes(film, tile) as usize;
     bytes.resize(end, 0);
     file.read_exact(&mut bytes[16..])?;
     let told = [bytes[end - 4], bytes[end - 3], bytes[end - 2], bytes[end - 1]];
-    Ok((sum(&bytes[..end - 4]) == u32::from_le_bytes(told)).then_some(bytes))
+    let is_whole = sum(&bytes[..end - 4]) == u32::from_le_bytes(told);
+    Ok(if is_whole { Record::Whole(bytes) } else { Record::Damaged })
 }
 
 fn window(bytes: &[u8]) -> Window {
@@ -385,7 +413,9 @@ mod tests {
             fs::write(&path, &whole[..cut]).unwrap();
             let (checkpoint, resumed) = Checkpoint::open(&path, &blank(1)).unwrap();
             let n = ends.iter().rposition(|end| *end <= cut).unwrap();
-            assert_eq!((resumed.tiles.len(), resumed.damage.is_some()), (n, ends[n] != cut), "cut at {cut}");
+            let is_truncated = resumed.damage.map(|damage| damage.contains("truncated"));
+            let expected = (ends[n] != cut).then_some(true);
+            assert_eq!((resumed.tiles.len(), is_truncated), (n, expected), "cut at {cut}");
             drop(checkpoint);
             assert_eq!(fs::metadata(&path).unwrap().len(), ends[n] as u64, "what is not used is gone");
         }
@@ -419,6 +449,6 @@ mod tests {
             assert_eq!(fs::read(&path).unwrap(), changed);
         }
         fs::write(&path, &bytes[..12]).unwrap();
-        assert!(said(&blank(1)).contains("a damaged head"));
+        assert!(said(&blank(1)).contains("a truncated head"), "{}", said(&blank(1)));
     }
 }

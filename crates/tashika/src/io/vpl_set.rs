@@ -58,9 +58,11 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
     let cut = |what: &str| {
         let what = what.to_owned();
         move |e: std::io::Error| match e.kind() {
-            std::io::ErrorKind::UnexpectedEof => {
-                Error::invalid(at(), format!("the file ends in its {what}"), "a whole VPL file")
-            }
+            std::io::ErrorKind::UnexpectedEof => Error::invalid(
+                at(),
+                format!("a truncated file: the file ends in its {what}"),
+                "a whole VPL file",
+            ),
             _ => Error::io(path, e),
         }
     };

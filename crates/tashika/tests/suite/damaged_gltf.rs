@@ -135,7 +135,9 @@ fn truncated_at_every_length() {
     let folder = tempfile::tempdir().unwrap();
     for length in 0..whole.len() {
         let result = load_in(folder.path(), "t.glb", &whole[..length], &LoadOptions::default());
-        assert!(result.is_err(), "the header promises {} bytes, {length} are there", whole.len());
+        let said = result.expect_err("the header promises more bytes than are there").to_string();
+        // Shorter ones do not say what they are.
+        assert!(length < 4 || said.contains("truncated"), "{length} of {} bytes: {said}", whole.len());
         // With the promise corrected, the chunks are short, or the JSON is.
         if length >= 12 {
             let mut corrected = whole[..length].to_vec();

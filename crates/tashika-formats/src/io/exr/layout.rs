@@ -20,7 +20,7 @@ use ::exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType, Text};
 use ::exr::meta::header::Header;
 use ::exr::prelude::Vec2;
 
-use super::{PLANES, PREFIX, PlaneRecord, at, unsupported};
+use super::{PLANES, PREFIX, PlaneRecord, at, truncated, unsupported};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Metadata, SampleKind, Value, Window, channel_name};
 
@@ -115,8 +115,7 @@ pub(super) fn checked_header(path: &Path, read: &mut impl Read, length: u64) -> 
         let samples = (width as u64).saturating_mul(height as u64);
         let claimed = samples.saturating_mul(4 * header.channels.list.len() as u64);
         if claimed > length.saturating_mul(MAX_EXPANSION) {
-            let found = format!("an image of {width}x{height} in {length} bytes");
-            return Err(Error::invalid(Location::file(path), found, "as many bytes as the image needs"));
+            return Err(truncated(path, format!("an image of {width}x{height} in {length} bytes")));
         }
     }
     Ok(meta)

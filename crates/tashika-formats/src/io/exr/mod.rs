@@ -55,11 +55,31 @@ fn unsupported(path: &Path, what: impl Into<String>) -> Error {
     Error::unsupported(Location::file(path), what, "save it as a flat OpenEXR image of usual size")
 }
 
+/// What the crate says of a file that ends within what it reads.
+const CRATE_AT_END: &str = "reference to missing bytes";
+
+/// A file that ends too early was read as far as it goes: it is the file's fault.
+fn io(path: &Path, error: std::io::Error) -> Error {
+    if error.kind() == std::io::ErrorKind::UnexpectedEof {
+        return truncated(path, "it ends before the image does");
+    }
+    Error::io(path, error)
+}
+
+fn truncated(path: &Path, how: impl std::fmt::Display) -> Error {
+    Error::invalid(
+        Location::file(path),
+        format!("a truncated file: {how}"),
+        "an OpenEXR image as it was written",
+    )
+}
+
 fn at(path: &Path, error: ::exr::error::Error) -> Error {
     use ::exr::error::Error as Exr;
     match error {
-        Exr::Io(source) => Error::io(path, source),
+        Exr::Io(source) => io(path, source),
         Exr::NotSupported(what) => unsupported(path, what),
+        Exr::Invalid(found) if found == CRATE_AT_END => truncated(path, "it ends before the image does"),
         Exr::Invalid(found) => Error::invalid(Location::file(path), found, "an OpenEXR image"),
         Exr::Aborted => Error::invalid(Location::file(path), "reading was given up", "an OpenEXR image"),
     }

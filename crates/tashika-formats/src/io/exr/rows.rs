@@ -32,8 +32,8 @@ use ::exr::meta::attribute::SampleType;
 use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{Vec2, f16};
 
-use super::at;
 use super::layout::{ExrPlane, Layout, checked_header};
+use super::{at, io, truncated};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Metadata, Plane, SampleKind, Samples, Window};
 
@@ -161,7 +161,7 @@ impl ExrFile {
         let header = &self.meta.headers[0];
         let offset = self.blocks.offset(right, down);
         let damaged = |found, expected| damaged(&self.path, [right, down], offset, found, expected);
-        let io = |e| Error::io(&self.path, e);
+        let io = |e| io(&self.path, e);
         let place = self.blocks.place(&self.meta, right, down);
 
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
@@ -176,10 +176,15 @@ impl ExrFile {
         }
         let length = number()?;
         let begin = offset + 4 * (place.len() as u64 + 1);
-        let most = self.length.saturating_sub(begin).min(header.max_block_byte_size() as u64);
+        let left = self.length.saturating_sub(begin);
+        let most = header.max_block_byte_size() as u64;
         let Some(length) = usize::try_from(length).ok().filter(|&length| length as u64 <= most) else {
             return Err(damaged(format!("a length of {length} bytes"), format!("0 to {most}")));
         };
+        if length as u64 > left {
+            let how = format!("{left} of the {length} bytes of the block at byte {offset} are there");
+            return Err(truncated(&self.path, how));
+        }
         let mut compressed_pixels_le = vec![0; length];
         file.read_exact(&mut compressed_pixels_le).map_err(io)?;
         let compressed_block = match header.blocks {
@@ -283,17 +288,16 @@ impl Blocks {
         let count = across.saturating_mul(height.div_ceil(size[1]));
         if count > header.chunk_count || (count as u64).saturating_mul(8) > length {
             let found = format!("{count} blocks of {} in {length} bytes", header.chunk_count);
-            return Err(Error::invalid(Location::file(path), found, "a place for each block"));
+            return Err(truncated(path, found));
         }
         let mut bytes = vec![0; 8 * count];
-        read.read_exact(&mut bytes).map_err(|e| Error::io(path, e))?;
+        read.read_exact(&mut bytes).map_err(|e| io(path, e))?;
         let number = |b: &[u8]| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
         let offsets: Vec<u64> = bytes.chunks_exact(8).map(number).collect();
         // A block has a place and a length, so that what is added to its offset below cannot
         // overflow.
         if let Some(beyond) = offsets.iter().find(|&&offset| offset >= length) {
-            let found = format!("a block at byte {beyond} of {length}");
-            return Err(Error::invalid(Location::file(path), found, "blocks inside the file"));
+            return Err(truncated(path, format!("a block is at byte {beyond} of {length}")));
         }
         Ok(Self { size, across, offsets })
     }

@@ -134,7 +134,7 @@ fn split_binary<'a>(bytes: &'a [u8], file: &Location) -> Result<(&'a [u8], Optio
         Some(u32::from_le_bytes(*word))
     };
     let (Some(version), Some(length)) = (word(4), word(8)) else {
-        let found = format!("{} bytes", bytes.len());
+        let found = format!("a truncated file of {} bytes", bytes.len());
         return Err(Error::invalid(at("GLB header"), found, format!("a header of {HEADER} bytes")));
     };
     if version != 2 {
@@ -145,7 +145,11 @@ fn split_binary<'a>(bytes: &'a [u8], file: &Location) -> Result<(&'a [u8], Optio
         ));
     }
     let length = length as usize;
-    if length < HEADER || length > bytes.len() {
+    if length > bytes.len() {
+        let found = format!("a truncated file: length = {length}, {} bytes are there", bytes.len());
+        return Err(Error::invalid(at("GLB header"), found, "all bytes of the file"));
+    }
+    if length < HEADER {
         let expected = format!("{HEADER} to {}, the bytes that are there", bytes.len());
         return Err(Error::invalid(at("GLB header"), format!("length = {length}"), expected));
     }

@@ -120,7 +120,7 @@ impl Header {
                 _ => return refuse("format, element, property, comment or end_header"),
             }
         }
-        Err(Error::invalid(lines.place(at), "the end of the file", "\"end_header\""))
+        Err(Error::invalid(lines.place(at), "the end of the file, which is truncated", "\"end_header\""))
     }
 }
 

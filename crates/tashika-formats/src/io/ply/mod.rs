@@ -75,7 +75,11 @@ fn unpacked<'a>(bytes: &'a [u8], options: &LoadOptions, at: &Location) -> Result
     flate2::read::MultiGzDecoder::new(bytes)
         .take(limit.saturating_add(1))
         .read_to_end(&mut unpacked)
-        .map_err(|e| Error::invalid(at.clone(), format!("damaged compression ({e})"), "a gzip file"))?;
+        .map_err(|e| {
+            let is_truncated = e.kind() == std::io::ErrorKind::UnexpectedEof;
+            let how = if is_truncated { "truncated" } else { "damaged" };
+            Error::invalid(at.clone(), format!("{how} compression ({e})"), "a gzip file")
+        })?;
     if unpacked.len() as u64 > limit {
         let found = format!("more than {limit} bytes when unpacked");
         return Err(Error::invalid(at.clone(), found, "a smaller file"));

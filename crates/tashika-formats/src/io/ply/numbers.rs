@@ -124,7 +124,7 @@ impl Wrong {
     /// The error that a row cannot be read.
     pub(super) fn error(self, place: Location, element: &str, row: u64) -> Error {
         let found = match self {
-            Self::End => "the end of the file".to_owned(),
+            Self::End => "the end of the file, which is truncated".to_owned(),
             Self::Word(word) => format!("{word:?}"),
         };
         let within = place.item.as_deref().map_or(String::new(), |item| format!("{item}: "));

@@ -28,7 +28,7 @@ pub(super) fn check_count(element: &Element, numbers: &impl Numbers, at: &Locati
     let values = element.rows.saturating_mul(element.properties.len() as u64);
     let most = numbers.capacity(smallest);
     if values > most {
-        let found = format!("{} rows of element {:?}", element.rows, element.name);
+        let found = format!("a truncated file: {} rows of element {:?}", element.rows, element.name);
         let expected =
             format!("at most {} in the bytes that are there", most / element.properties.len() as u64);
         return Err(Error::invalid(at.clone(), found, expected));

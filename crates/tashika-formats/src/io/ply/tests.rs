@@ -118,6 +118,19 @@ fn all_that_is_missing_or_wrong_is_told_with_its_place() {
 }
 
 #[test]
+fn what_is_cut_off_is_called_truncated() {
+    for big in [false, true] {
+        let whole = binary(big);
+        let end = b"end_header\r\n";
+        let body = whole.windows(end.len()).position(|w| w == end).unwrap() + end.len();
+        for length in body..whole.len() {
+            let said = message(&whole[..length]);
+            assert!(said.contains("truncated"), "{length} of {}: {said}", whole.len());
+        }
+    }
+}
+
+#[test]
 fn counts_beyond_the_bytes_are_refused_before_memory_is_taken() {
     for count in ["5000000000", "18446744073709551615", "60"] {
         let text = TEXT.replace("vertex 4", &format!("vertex {count}"));
@@ -182,5 +195,5 @@ fn compressed_files_do_not_unpack_without_limit() {
         read(&pack(TEXT.as_bytes()), &options, &mut Notes::default(), &Location::default()).unwrap_err();
     assert!(error.to_string().contains("more than 100 bytes when unpacked"), "{error}");
     let packed = pack(TEXT.as_bytes());
-    assert!(message(&packed[..packed.len() - 9]).contains("damaged compression"));
+    assert!(message(&packed[..packed.len() - 9]).contains("truncated compression"));
 }

@@ -216,5 +216,6 @@ fn a_file_that_becomes_shorter_while_open_gives_an_error() {
     let open = fs::OpenOptions::new().write(true).open(&path).unwrap();
     open.set_len(file.blocks.offsets[2]).unwrap();
     assert!(file.read_rows(3..35).is_ok());
-    assert!(matches!(file.read_rows(3..36).unwrap_err(), Error::Io { .. }));
+    let said = file.read_rows(3..36).unwrap_err().to_string();
+    assert!(said.contains("truncated"), "{said}");
 }
