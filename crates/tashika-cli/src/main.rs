@@ -25,6 +25,7 @@ mod progress;
 mod render;
 mod rescue;
 mod serve;
+mod shell;
 mod stage;
 mod summary;
 mod tev;
@@ -63,5 +64,7 @@ fn run(args: &Args) -> Result<Outcome, Failure> {
         Command::Compare(typed) => compare::run(&plan::ComparePlan::new(typed)?),
         Command::Coverage(typed) => coverage::run(&plan::CoveragePlan::new(typed)?),
         Command::Experiment(typed) => experiment::run(&plan::ExperimentPlan::new(typed)?),
+        Command::Completions(typed) => shell::completions(typed.shell),
+        Command::Man(typed) => shell::man(typed),
     }
 }

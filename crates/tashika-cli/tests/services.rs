@@ -113,6 +113,22 @@ fn a_job_without_its_scene_or_over_another_is_refused() {
     }
 }
 
+#[test]
+fn shells_and_man_are_told_what_there_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = succeeds(folder, &format!("completions {shell}")).stdout;
+        assert!(text(&script).contains("tashika") && text(&script).contains("certified"), "{shell}");
+    }
+    fails(folder, "completions tcsh", 2, &["'tcsh'", "bash"]);
+    let page = succeeds(folder, "man farm slurm").stdout;
+    assert!(text(&page).contains("tashika\\-farm\\-slurm") && text(&page).contains("shares"));
+    assert!(text(&succeeds(folder, "man").stdout).contains("Exit codes"));
+    fails(folder, "man farm lsf", 2, &["no command \"lsf\"; expected one of openjd, slurm"]);
+    fails(folder, "man info more", 2, &["no command \"more\"; expected no more words"]);
+}
+
 /// A render of many minutes that was told to end once it had begun; `meanwhile` is done before that.
 #[cfg(unix)]
 fn ended_by(signal: &str, folder: &Path, temporary: &Path, meanwhile: impl FnOnce()) -> Output {

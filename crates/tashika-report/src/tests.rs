@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error_image::{error_image, half_width_image};
 use super::*;
-use crate::film::{Film, PlaneSpec, SampleKind, Window};
+use crate::film::{Film, PictureClaim, PlaneSpec, SampleKind, Window};
 
 const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
     PlaneSpec { name, channels, unit: "1", kind, doc: "" }
@@ -189,6 +189,27 @@ fn a_pixel_that_is_not_finite_has_failed_and_keeps_no_claim() {
     assert_eq!((all.pixels, all.failed, all.within, all.mean), (2, 2, 0, f64::INFINITY));
     assert_eq!((all.bias, all.measures), (f64::INFINITY, None));
     assert!(summary(&all).iter().all(|(_, text)| !text.contains("NaN")), "{:?}", summary(&all));
+}
+
+#[test]
+fn a_pixel_that_has_failed_is_not_within_what_is_claimed_of_the_picture() {
+    let mut image = film(&[1.0, 1.0, f32::INFINITY, 1.0]);
+    let claim = PictureClaim {
+        error: 0.1,
+        share: 0.8,
+        assurance: 0.95,
+        audited: 4,
+        outside: 0,
+        upper_outside: 0.2,
+        reached: true,
+        population: 4,
+        looks: 1,
+        passes: 1,
+    };
+    claim.describe(image.metadata_mut());
+    let c = compared(&image, &film(&[1.0, 1.0, 1.0, f32::INFINITY]), 0.1, 0.0);
+    let judged = c.picture.unwrap();
+    assert_eq!((judged.within, judged.of, judged.held()), (2, 3, false));
 }
 
 #[test]

@@ -2,12 +2,16 @@
 
 mod camera;
 mod measure;
+mod shell;
 
 pub use camera::CameraArgs;
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
     TransportArgs, TransportMethod,
 };
+
+use shell::{COMPLETIONS_EXAMPLES, MAN_EXAMPLES};
+pub use shell::{CompletionsArgs, ManArgs};
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -57,6 +61,12 @@ pub enum Command {
     /// Run an experiment of the literature: images, tables, a page
     #[command(subcommand)]
     Experiment(ExperimentArgs),
+    /// Print what a shell completes commands and options by
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Print the page of a command, or of the program, for man
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArgs),
 }
 
 const EXIT_CODES: &str = "\

@@ -190,6 +190,34 @@ fn what_is_left_out_enters_no_measure() {
     assert!(measured(&film(|_, _| [f64::INFINITY; 3]), &truth).is_none());
 }
 
+/// Two grays, the same at every pixel: whatever is averaged over is the same, so that each measure tells what else it took.
+#[test]
+fn means_are_of_what_is_there_alone() {
+    let [dark, light] = [0.1, 0.2];
+    let truth = film(|_, _| [light; 3]);
+    let whole = measured(&film(|_, _| [dark; 3]), &truth).unwrap();
+    let mut half = film(|x, _| [if x % 2 == 0 { dark } else { f64::INFINITY }; 3]);
+    for (x, y) in half.window().pixels().filter(|(_, y)| y % 3 == 0) {
+        half.plane_mut("stop").unwrap().set_u32(x, y, &[0]);
+    }
+    let half = measured(&half, &truth).unwrap();
+    for (of, whole, half) in [
+        ("rmse", whole.rmse, half.rmse),
+        ("relmse", whole.relmse, half.relmse),
+        ("psnr", whole.psnr, half.psnr),
+        ("ssim", whole.ssim.unwrap(), half.ssim.unwrap()),
+    ] {
+        near(half, whole, 1e-9, of);
+    }
+    assert!(whole.ssim.unwrap() < 0.99, "{whole:?}");
+    // Between pixels that are equal the eye sees less of a difference; the mean over all would be a
+    // third of it.
+    let strip = film(|x, _| [if x < WIDTH as usize / 2 { dark } else { f64::INFINITY }; 3]);
+    let strip = measured(&strip, &truth).unwrap();
+    near(strip.ssim.unwrap(), whole.ssim.unwrap(), 1e-9, "no window without a pixel");
+    assert!(strip.flip > 0.8 * whole.flip && strip.flip < 1.05 * whole.flip, "{strip:?} {whole:?}");
+}
+
 #[test]
 fn pictures_of_few_pixels_have_no_window_for_ssim() {
     let row = |width: u32, height: u32| {
