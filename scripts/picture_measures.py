@@ -55,7 +55,7 @@ def main():
     truth = picture(reference)
     rows = []
     for change in ("noise", "shift", "dark", "hue", "fireflies"):
-        test = picture(lambda x, y: changed(change, x, y))
+        test = picture(lambda x, y, change=change: changed(change, x, y))
         a, b = encoded(test), encoded(truth)
         rows.append((change, "psnr", [peak_signal_noise_ratio(b, a, data_range=1)]))
         luma = [p @ np.array([0.2126, 0.7152, 0.0722]) for p in (a, b)]

@@ -1,5 +1,5 @@
-//! Ctrl-C, and SIGTERM, by which schedulers and systems end programs: the first asks a running render to finish, the second ends
-//! the program.
+//! Ctrl-C, and SIGTERM, by which schedulers and systems end programs: the first asks a running
+//! render to finish, the second ends the program.
 
 use std::io::IsTerminal;
 use std::process;
@@ -15,7 +15,8 @@ static RENDERING: AtomicBool = AtomicBool::new(false);
 /// Whether it was asked.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Takes over Ctrl-C and SIGTERM; to be called once. Outside [`with_flag`] they still end the program.
+/// Takes over Ctrl-C and SIGTERM; to be called once. Outside [`with_flag`] they still end the
+/// program.
 pub fn listen(common: &Common) {
     let json = common.log.style == LogStyle::Json;
     // Without a handler Ctrl-C ends the program at once, which is no reason not to render.

@@ -1,4 +1,5 @@
-//! A finished image whose file cannot be written is not lost: it goes to the folder for temporary files.
+//! A finished image whose file cannot be written is not lost: it goes to the folder for temporary
+//! files.
 
 use std::fs::{self, DirBuilder};
 use std::io;
@@ -43,7 +44,8 @@ fn save(film: &Film, exr: &Path) -> Result<PathBuf, Error> {
     Ok(path)
 }
 
-/// A new folder, of nobody else: where all may write, others could have put links in the way of a file.
+/// A new folder, of nobody else: where all may write, others could have put links in the way of a
+/// file.
 fn own_folder(temporary: &Path) -> io::Result<PathBuf> {
     let mut builder = DirBuilder::new();
     #[cfg(unix)]

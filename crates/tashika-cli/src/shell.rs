@@ -1,4 +1,5 @@
-//! What helps at a shell: completions, and pages for `man`, both made from what the program understands.
+//! What helps at a shell: completions, and pages for `man`, both made from what the program
+//! understands.
 
 use clap::{Command, CommandFactory};
 use clap_complete::{Shell, generate};

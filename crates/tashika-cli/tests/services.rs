@@ -129,7 +129,8 @@ fn shells_and_man_are_told_what_there_is() {
     fails(folder, "man info more", 2, &["no command \"more\"; expected no more words"]);
 }
 
-/// A render of many minutes that was told to end once it had begun; `meanwhile` is done before that.
+/// A render of many minutes that was told to end once it had begun; `meanwhile` is done before
+/// that.
 #[cfg(unix)]
 fn ended_by(signal: &str, folder: &Path, temporary: &Path, meanwhile: impl FnOnce()) -> Output {
     use std::io::{BufRead, BufReader, Read};

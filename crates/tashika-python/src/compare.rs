@@ -256,8 +256,8 @@ fn named(image: &Image) -> Named<'_> {
 }
 
 /// Holds an image against a reference of the same size: errors are distances of luminance, relative
-/// to the reference, or to `absolute` over `error` where that is more. Without `error` it is what the image was rendered to, with its
-/// absolute tolerance unless `absolute` is given, or 2 %.
+/// to the reference, or to `absolute` over `error` where that is more. Without `error` it is what the
+/// image was rendered to, with its absolute tolerance unless `absolute` is given, or 2 %.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")

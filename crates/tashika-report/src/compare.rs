@@ -12,17 +12,18 @@
 //! bias = ΣL / ΣL_r − 1                       0 if both sums are 0
 //! ```
 //!
-//! A pixel where the image is not finite has *failed*: its error is infinite, whatever is tolerated, and what it claims is
-//! not kept. It has no luminance, so that sums leave it out; it is counted.
+//! A pixel where the image is not finite has *failed*: its error is infinite, whatever is
+//! tolerated, and what it claims is not kept. It has no luminance, so that sums leave it out; it is
+//! counted.
 //!
-//! The mean is of the errors that are finite, beside which the number of infinite ones is told, as are `bias` and the
-//! mean distance; everything else is of all errors. Quantiles are of the nearest rank: the smallest error that at
-//! least that share of the pixels does not exceed. So `p95 ≤ ε` says the same as "at least 95 % of
-//! the pixels are within the tolerance".
+//! The mean is of the errors that are finite, beside which the number of infinite ones is told, as
+//! are `bias` and the mean distance; everything else is of all errors. Quantiles are of the nearest
+//! rank: the smallest error that at least that share of the pixels does not exceed. So `p95 ≤ ε`
+//! says the same as "at least 95 % of the pixels are within the tolerance".
 //!
 //! # What is left out
-//! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where the reference is not finite have no
-//! error. They are counted, and enter nothing else.
+//! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where the
+//! reference is not finite have no error. They are counted, and enter nothing else.
 //!
 //! # Assumption
 //! The reference is taken for the truth. Where it is itself an estimate, its own error is part of
@@ -91,8 +92,9 @@ impl ToleranceFrom {
 }
 
 impl Tolerance {
-    /// What was asked for, and otherwise the error that the film was rendered to, its own absolute tolerance with it unless another
-    /// was asked for; a film that says nothing is judged by the default.
+    /// What was asked for, and otherwise the error that the film was rendered to, its own absolute
+    /// tolerance with it unless another was asked for; a film that says nothing is judged by the
+    /// default.
     pub fn asked_or_of(relative: Option<f64>, absolute: Option<f64>, film: &Film) -> (Self, ToleranceFrom) {
         let (own, from) = match (relative, Self::of(film)) {
             (Some(relative), _) => (Self { relative, absolute: 0.0 }, ToleranceFrom::Asked),
@@ -102,7 +104,8 @@ impl Tolerance {
         (Self { absolute: absolute.unwrap_or(own.absolute), ..own }, from)
     }
 
-    /// What a film says that it was rendered to; none if it does not, nobody asked for it, or it is out of range.
+    /// What a film says that it was rendered to; none if it does not, nobody asked for it, or it is
+    /// out of range.
     pub fn of(film: &Film) -> Option<Self> {
         if film.metadata().bool(keys::PICTURE) == Some(true) {
             return None;
@@ -151,7 +154,8 @@ pub struct Comparison {
     pub not_rendered: u64,
     /// Pixels left out because the reference is not finite there.
     pub not_finite: u64,
-    /// Pixels that failed: the image is not finite there, the reference is. Their error is infinite.
+    /// Pixels that failed: the image is not finite there, the reference is. Their error is
+    /// infinite.
     pub failed: u64,
     /// Pixels within the tolerance.
     pub within: u64,
@@ -170,7 +174,8 @@ pub struct Comparison {
     pub worst_at: [u32; 2],
     /// Mean luminance over that of the reference, less one; infinite if all pixels failed.
     pub bias: f64,
-    /// Mean distance over the mean reference: a mean error that dark pixels do not dominate. Infinite if all pixels failed.
+    /// Mean distance over the mean reference: a mean error that dark pixels do not dominate.
+    /// Infinite if all pixels failed.
     pub relative_l1: f64,
     /// RMSE, PSNR and their like, of the pixels that have not failed; none if all have.
     pub measures: Option<Measures>,
@@ -201,8 +206,9 @@ impl Comparison {
 /// intervals of both with each other.
 ///
 /// # Errors
-/// [`Error::Option`] for a tolerance out of range; [`Error::Invalid`] naming both films if they do not show the same part of the
-/// same image or have no pixel in common, and naming one if it has no colours.
+/// [`Error::Option`] for a tolerance out of range; [`Error::Invalid`] naming both films if they do
+/// not show the same part of the same image or have no pixel in common, and naming one if it has no
+/// colours.
 pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) -> Result<Comparison> {
     tolerance.validate()?;
     same_window(image, reference)?;

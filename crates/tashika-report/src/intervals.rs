@@ -53,7 +53,7 @@ use crate::stats::{Interval, clopper_pearson};
 /// disjoint intervals is wrong, whatever the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Intervals {
-    /// Pixels that both films claim, of those that have an error; at least one.
+    /// Pixels that both films claim, of those where both are finite; at least one.
     pub claimed_in_both: u64,
     /// Of these, pixels whose two intervals have no number in common.
     pub disjoint: u64,

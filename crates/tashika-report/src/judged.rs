@@ -18,8 +18,8 @@ pub struct PictureJudged {
 }
 
 impl PictureJudged {
-    /// Holds a film's claim against a reference, pixel by pixel; none if nothing is claimed of the picture, or no pixel is
-    /// there to be judged. A pixel that failed is not within.
+    /// Holds a film's claim against a reference, pixel by pixel; none if nothing is claimed of the
+    /// picture, or no pixel is there to be judged. A pixel that failed is not within.
     pub(super) fn of(film: &Film, pairs: Pairs<'_>) -> Option<Self> {
         let claim = PictureClaim::of(film.metadata())?;
         let absolute = film.metadata().number(keys::ERROR_ABSOLUTE).unwrap_or(0.0);

@@ -4,7 +4,8 @@
 //! out(x, y) = Σ_i Σ_j  along_x(i) along_y(j) in(x + i, y + j)          −r ≤ i, j ≤ r
 //! ```
 //!
-//! Beyond its edges a grid goes on as it ends. Sums run from the first weight to the last, in double precision.
+//! Beyond its edges a grid goes on as it ends. Sums run from the first weight to the last, in
+//! double precision.
 
 /// Numbers in rows.
 #[derive(Clone, Debug)]

@@ -1,6 +1,7 @@
 //! How far a picture is from its reference by the measures that the field reports.
 //!
-//! Of the colours `x` (linear RGB, W·m⁻²·sr⁻¹) and the reference's `r`, over `n` pixels and their three channels:
+//! Of the colours `x` (linear RGB, W·m⁻²·sr⁻¹) and the reference's `r`, over `n` pixels and their
+//! three channels:
 //!
 //! ```text
 //! RMSE   = √( Σ (x − r)² / 3n )                          unit of the film
@@ -10,23 +11,26 @@
 //! FLIP   = mean of the map of `flip`                     of the display picture, 67 pixels per degree
 //! ```
 //!
-//! relMSE is that of Rousselle et al. 2011; the constant, which keeps black references from deciding alone, is chosen: 10⁻² and
-//! 10⁻³ are in use.
+//! relMSE is that of Rousselle et al. 2011; the constant, which keeps black references from
+//! deciding alone, is chosen: 10⁻² and 10⁻³ are in use.
 //!
 //! # The display picture
-//! `X = sRGB(clamp(2ᵉ x, 0, 1))` by IEC 61966-2-1, without rounding to bytes and without a shoulder. The exposure `e` is the
-//! reference's own ([`automatic_stops`]) for both, so that all pictures are shown alike that are held against one reference, whatever
-//! the unit of its scene.
+//! `X = sRGB(clamp(2ᵉ x, 0, 1))` by IEC 61966-2-1, without rounding to bytes and without a
+//! shoulder. The exposure `e` is the reference's own ([`automatic_stops`]) for both, so that all
+//! pictures are shown alike that are held against one reference, whatever the unit of its scene.
 //!
 //! # What is left out
-//! Pixels that were not rendered, or where one of the two is not finite. They enter no mean; around them SSIM weighs what
-//! is left of a window, and FLIP sees the same colour in both pictures. [`super::Comparison::failed`] counts those of the image.
+//! Pixels that were not rendered, or where one of the two is not finite. They enter no mean; around
+//! them SSIM weighs what is left of a window, and FLIP sees the same colour in both pictures.
+//! [`super::Comparison::failed`] counts those of the image.
 //!
 //! # Guarantee
-//! Equal pictures have the RMSE, relMSE and FLIP 0, the SSIM 1 and an infinite PSNR. FLIP is in 0 to 1.
+//! Equal pictures have the RMSE, relMSE and FLIP 0, the SSIM 1 and an infinite PSNR. FLIP is in 0
+//! to 1.
 //!
 //! # Held to this by
-//! `tests`: PSNR, SSIM and FLIP by the programs of others (`scripts/picture_measures.py`), the others by closed forms.
+//! `tests`: PSNR, SSIM and FLIP by the programs of others (`scripts/picture_measures.py`), the
+//! others by closed forms.
 
 mod flip;
 mod grid;
@@ -39,7 +43,8 @@ use crate::math::elementary::{ln_f64, powf};
 
 /// Added to the squared reference in relMSE (unit of the film, squared).
 const LEAST_SQUARE: f64 = 0.01;
-/// Pixels per degree of the visual field: a monitor of 3840 × 2160 pixels, 0.7 m wide, seen from 0.7 m (Andersson et al. 2020).
+/// Pixels per degree of the visual field: a monitor of 3840 × 2160 pixels, 0.7 m wide, seen from
+/// 0.7 m (Andersson et al. 2020).
 const PIXELS_PER_DEGREE: f64 = 67.0;
 
 /// A picture against its reference; see the module.
@@ -51,8 +56,8 @@ pub struct Measures {
     pub relmse: f64,
     /// Peak signal-to-noise ratio of the display picture (dB); infinite if the pictures are equal.
     pub psnr: f64,
-    /// Structural similarity of the display picture's luma, −1 to 1 (Wang et al. 2004); none if no window of 11 × 11 pixels
-    /// is inside.
+    /// Structural similarity of the display picture's luma, −1 to 1 (Wang et al. 2004); none if no
+    /// window of 11 × 11 pixels is inside.
     pub ssim: Option<f64>,
     /// LDR-FLIP of the display picture, 0 to 1, at 67 pixels per degree (Andersson et al. 2020).
     pub flip: f64,
@@ -88,7 +93,8 @@ impl Measures {
     }
 }
 
-/// An image and its reference as a display shows them, before they are encoded: linear RGB of 0 to 1.
+/// An image and its reference as a display shows them, before they are encoded: linear RGB of 0 to
+/// 1.
 struct Pictures {
     width: usize,
     colors: [Vec<Rgb>; 2],

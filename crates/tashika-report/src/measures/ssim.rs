@@ -1,18 +1,20 @@
 //! Structural similarity: how alike brightness, contrast and structure of two pictures are.
 //!
-//! With means `µ`, variances `σ²` and the covariance `σ_xr` of the luma in the window around a pixel (Wang et al. 2004, eq. 13),
+//! With means `µ`, variances `σ²` and the covariance `σ_xr` of the luma in the window around a
+//! pixel (Wang et al. 2004, eq. 13),
 //!
 //! ```text
 //! SSIM = (2 µ_x µ_r + C₁)(2 σ_xr + C₂) / ((µ_x² + µ_r² + C₁)(σ_x² + σ_r² + C₂))
 //! C₁ = 0.01²   C₂ = 0.03²         of numbers in 0 to 1
 //! ```
 //!
-//! The window has 11 × 11 pixels, weighed by a Gaussian of the standard deviation 1.5 pixels whose weights add up to 1; variances
-//! are those of the weighed population. The luma is `0.2126 R′ + 0.7152 G′ + 0.0722 B′` of the encoded channels.
-//! The mean is over the pixels whose window is inside of the picture.
+//! The window has 11 × 11 pixels, weighed by a Gaussian of the standard deviation 1.5 pixels whose
+//! weights add up to 1; variances are those of the weighed population. The luma is
+//! `0.2126 R′ + 0.7152 G′ + 0.0722 B′` of the encoded channels. The mean is over the pixels whose
+//! window is inside of the picture.
 //!
-//! Around pixels that are left out the weights of the others add up to 1: `µ = Σ w m x / Σ w m`, with `m` 1 for what is there and 0 for
-//! what is not.
+//! Around pixels that are left out the weights of the others add up to 1: `µ = Σ w m x / Σ w m`,
+//! with `m` 1 for what is there and 0 for what is not.
 //!
 //! Held to this by `tests::ssim_is_that_of_scikit_image`.
 

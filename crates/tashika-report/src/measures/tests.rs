@@ -68,8 +68,9 @@ fn near(found: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}");
 }
 
-/// Colours in single precision are off by 6e-8 of themselves, codes by ten times that at most where the curve is steep: 5e-6 of
-/// the squares of errors of a tenth, and 4.3 times that of the decibels.
+/// Colours in single precision are off by 6e-8 of themselves, codes by ten times that at most where
+/// the curve is steep: 5e-6 of the squares of errors of a tenth, and 4.3 times that of the
+/// decibels.
 #[test]
 fn psnr_is_that_of_scikit_image() {
     for (change, expected) in rows("psnr") {
@@ -90,8 +91,8 @@ fn ssim_is_that_of_scikit_image() {
     }
 }
 
-/// The authors' matrix from RGB to XYZ is rounded elsewhere: up to 3e-5 from that of the chromaticities. The steepest of what
-/// follows, the power 0.7 with its line, at most doubles that.
+/// The authors' matrix from RGB to XYZ is rounded elsewhere: up to 3e-5 from that of the
+/// chromaticities. The steepest of what follows, the power 0.7 with its line, at most doubles that.
 #[test]
 fn flip_is_that_of_its_authors() {
     for density in [67.0, 30.0] {
@@ -190,7 +191,8 @@ fn what_is_left_out_enters_no_measure() {
     assert!(measured(&film(|_, _| [f64::INFINITY; 3]), &truth).is_none());
 }
 
-/// Two grays, the same at every pixel: whatever is averaged over is the same, so that each measure tells what else it took.
+/// Two grays, the same at every pixel: whatever is averaged over is the same, so that each measure
+/// tells what else it took.
 #[test]
 fn means_are_of_what_is_there_alone() {
     let [dark, light] = [0.1, 0.2];

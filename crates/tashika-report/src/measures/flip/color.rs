@@ -1,12 +1,14 @@
 //! The difference in colour, as it is seen from a distance (Andersson et al. 2020, section 4.1).
 //!
-//! 1. Linear RGB → XYZ → YCxCz, a space of opponent colours (Flohr et al. 1993), by the white `n` of the display:
-//!    `Y = 116 Y/Yₙ − 16`, `Cx = 500 (X/Xₙ − Y/Yₙ)`, `Cz = 200 (Y/Yₙ − Z/Zₙ)`.
-//! 2. Each channel is blurred by what the eye does not resolve, `Σ a √(π/b) exp(−π² d²/b)` of the distance `d` (degrees), the
-//!    weights adding up to 1.
-//! 3. Back to linear RGB, clamped to 0 to 1, and on to CIE L\*a\*b\* (CIE 15), whose `a*`, `b*` are scaled by `0.01 L*` (Hunt 1952).
-//! 4. The distance is that of Abasi et al. 2020, `HyAB = |ΔL*| + √(Δa*² + Δb*²)`, raised to 0.7; of this, in units of the distance of
-//!    green and blue, up to 0.4 become 0 to 0.95, and the rest becomes 0.95 to 1.
+//! 1. Linear RGB → XYZ → YCxCz, a space of opponent colours (Flohr et al. 1993), by the white `n`
+//!    of the display: `Y = 116 Y/Yₙ − 16`, `Cx = 500 (X/Xₙ − Y/Yₙ)`, `Cz = 200 (Y/Yₙ − Z/Zₙ)`.
+//! 2. Each channel is blurred by what the eye does not resolve, `Σ a √(π/b) exp(−π² d²/b)` of the
+//!    distance `d` (degrees), the weights adding up to 1.
+//! 3. Back to linear RGB, clamped to 0 to 1, and on to CIE L\*a\*b\* (CIE 15), whose `a*`, `b*` are
+//!    scaled by `0.01 L*` (Hunt 1952).
+//! 4. The distance is that of Abasi et al. 2020, `HyAB = |ΔL*| + √(Δa*² + Δb*²)`, raised to 0.7; of
+//!    this, in units of the distance of green and blue, up to 0.4 become 0 to 0.95, and the rest
+//!    becomes 0.95 to 1.
 
 use super::super::Pictures;
 use super::super::grid::{Grid, Weights};

@@ -1,14 +1,15 @@
 //! The difference in edges and points (Andersson et al. 2020, section 4.2).
 //!
-//! A feature is what stands out of the luminance `Y` (0 to 1) by the derivatives of a Gaussian `g` of the standard deviation
-//! `σ = 0.082°/2`, the width of what is easily detected:
+//! A feature is what stands out of the luminance `Y` (0 to 1) by the derivatives of a Gaussian `g`
+//! of the standard deviation `σ = 0.082°/2`, the width of what is easily detected:
 //!
 //! ```text
 //! edge  = |∇|,  by −x g(x) g(y)              point = |∇²|,  by (x²/σ² − 1) g(x) g(y)      and the same along y
 //! ΔE_f  = ( max(|edge_x − edge_r|, |point_x − point_r|) / √2 )^½
 //! ```
 //!
-//! The weights that are positive add up to 1, those that are negative to −1, so that features are in 0 to √2.
+//! The weights that are positive add up to 1, those that are negative to −1, so that features are
+//! in 0 to √2.
 
 use super::super::Pictures;
 use super::super::grid::{Grid, Weights};

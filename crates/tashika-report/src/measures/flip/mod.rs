@@ -6,13 +6,14 @@
 //! FLIP = ΔE_c ^ (1 − ΔE_f)                                0 to 1
 //! ```
 //!
-//! of the difference in colour `ΔE_c` (module `color`), where what is too fine to be seen from the given distance is blurred before,
-//! and the difference in features `ΔE_f`, of edges and points that one picture has and the other has not (`features`).
-//! Distances are of the visual field: `p` pixels per degree. Beyond its edges a picture goes on as it ends.
+//! of the difference in colour `ΔE_c` (module `color`), where what is too fine to be seen from the
+//! given distance is blurred before, and the difference in features `ΔE_f`, of edges and points
+//! that one picture has and the other has not (`features`). Distances are of the visual field: `p`
+//! pixels per degree. Beyond its edges a picture goes on as it ends.
 //!
 //! # Differences from the source
-//! None that are known; where the text leaves it open (the square that filters are cut off at, what is beyond the edges), as the
-//! authors' program does. Double precision instead of single.
+//! None that are known; where the text leaves it open (the square that filters are cut off at, what
+//! is beyond the edges), as the authors' program does. Double precision instead of single.
 //!
 //! # Held to this by
 //! `tests::flip_is_that_of_its_authors`.
