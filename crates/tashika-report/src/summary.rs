@@ -101,7 +101,7 @@ fn displayed(measures: &Measures) -> String {
 /// Four digits of a number of any size.
 fn digits(value: f64) -> String {
     if value == 0.0 || (1e-3..1e4).contains(&value) {
-        let whole = (0..4).filter(|&digit| value >= 10.0_f64.powi(digit)).count();
+        let whole = [1.0, 10.0, 100.0, 1000.0].into_iter().filter(|&least| value >= least).count();
         format!("{value:.*}", 4 - whole)
     } else {
         format!("{value:.3e}")

@@ -214,7 +214,7 @@ fn means_are_of_what_is_there_alone() {
     assert!(whole.ssim.unwrap() < 0.99, "{whole:?}");
     // Between pixels that are equal the eye sees less of a difference; the mean over all would be a
     // third of it.
-    let strip = film(|x, _| [if x < WIDTH as usize / 2 { dark } else { f64::INFINITY }; 3]);
+    let strip = film(|x, _| [if x < WIDTH / 2 { dark } else { f64::INFINITY }; 3]);
     let strip = measured(&strip, &truth).unwrap();
     near(strip.ssim.unwrap(), whole.ssim.unwrap(), 1e-9, "no window without a pixel");
     assert!(strip.flip > 0.8 * whole.flip && strip.flip < 1.05 * whole.flip, "{strip:?} {whole:?}");

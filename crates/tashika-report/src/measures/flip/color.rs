@@ -10,6 +10,8 @@
 //!    this, in units of the distance of green and blue, up to 0.4 become 0 to 0.95, and the rest
 //!    becomes 0.95 to 1.
 
+use std::f64::consts::PI;
+
 use super::super::Pictures;
 use super::super::grid::{Grid, Weights};
 use crate::color::{Primaries, Rgb};
@@ -67,7 +69,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// A picture as it is seen: `L*` and the scaled `a*`, `b*`.
 fn seen(space: &Space, pictures: &Pictures, picture: usize, pixels_per_degree: f64) -> Vec<[f64; 3]> {
     // Beyond three standard deviations of the widest there is nothing.
-    let deviation = (WIDEST / (2.0 * std::f64::consts::PI.powi(2))).sqrt();
+    let deviation = (0.5 * WIDEST).sqrt() / PI;
     let radius = (3.0 * deviation * pixels_per_degree).ceil() as usize;
     let opponents = || pictures.colors[picture].iter().map(|color| space.opponents(*color));
     let [y, cx, cz] = [0, 1, 2].map(|channel| {
@@ -80,10 +82,13 @@ fn seen(space: &Space, pictures: &Pictures, picture: usize, pixels_per_degree: f
 
 /// A channel as the eye resolves it.
 fn blurred(channel: &Grid, gaussians: &[Gaussian], radius: usize, pixels_per_degree: f64) -> Grid {
-    use std::f64::consts::PI;
     let weights = gaussians.iter().map(|(a, b)| {
-        let weights = Weights::of(radius, |x| exp_f64(-(PI * x / pixels_per_degree).powi(2) / b));
-        (a * (PI / b).sqrt() * weights.sum().powi(2), weights.normalized())
+        let weights = Weights::of(radius, |x| {
+            let angle = PI * x / pixels_per_degree;
+            exp_f64(-angle * angle / b)
+        });
+        let sum = weights.sum();
+        (a * (PI / b).sqrt() * sum * sum, weights.normalized())
     });
     let weights: Vec<(f64, Weights)> = weights.collect();
     let sum: f64 = weights.iter().map(|(share, _)| share).sum();
