@@ -21,6 +21,8 @@ fn options() -> LoadOptions {
         allow_missing: true,
         max_image_texels: 1 << 20,
         max_file_bytes: 1 << 24,
+        // Between the keys of what moves.
+        at: Some(0.5),
         ..LoadOptions::default()
     }
 }

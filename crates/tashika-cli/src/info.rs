@@ -32,6 +32,10 @@ struct Report {
     default_light: bool,
     /// What was asked for in place of the file's light.
     changes: Vec<String>,
+    /// From when to when anything moves (s).
+    animated_seconds: Option<[f64; 2]>,
+    /// When the scene is as it is told of, if anything moves and a time was asked for (s).
+    time_seconds: Option<f64>,
     cameras: Vec<CameraReport>,
     /// Corners of the box around everything (m).
     bounds: [[f32; 3]; 2],
@@ -138,6 +142,8 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
             .map(|e| EnvironmentReport { mean_radiance: e.mean().to_array(), resolution: e.resolution() }),
         default_light: scene.has_default_light(),
         changes: scene.changes().to_vec(),
+        animated_seconds: scene.animated_seconds(),
+        time_seconds: scene.time(),
         cameras: scene
             .cameras()
             .iter()
@@ -237,6 +243,11 @@ fn rows(report: &Report) -> Rows {
     }
     for (i, change) in report.changes.iter().enumerate() {
         rows.push(if i == 0 { "asked for" } else { "" }, change);
+    }
+    if let Some([from, to]) = report.animated_seconds {
+        let shown =
+            report.time_seconds.map_or("without its animations".to_owned(), |at| format!("at {at:.3} s"));
+        rows.push("moves", format!("from {from:.3} to {to:.3} s; shown {shown}"));
     }
     for (i, camera) in report.cameras.iter().enumerate() {
         let size = camera.resolution.map_or("no size given".to_owned(), |[w, h]| format!("{w}x{h}"));

@@ -17,7 +17,7 @@ use tashika::vpl::VplSet;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::notes::notes;
-use crate::plan::{Outputs, RenderPlan};
+use crate::plan::{Outputs, RenderPlan, StagePlan};
 use crate::progress::{Meter, metered};
 use crate::rescue::rescued;
 use crate::serve::LivePage;
@@ -37,12 +37,35 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     for option in &plan.unused {
         meter.note(&format!("{option} means nothing to this method and is not used"));
     }
+    let Some(frames) = plan.frames else {
+        return pictures(plan, &plan.stage, None, meter);
+    };
+    let mut worst = Outcome::Done;
+    for (number, seconds) in frames.all() {
+        if number > frames.first() && plan.common.prints_rows() {
+            summary::print("\n")?;
+        }
+        worst = worst.max(pictures(plan, &plan.stage.at(seconds), Some(number), meter)?);
+        if worst == Outcome::Interrupted {
+            break;
+        }
+    }
+    Ok(worst)
+}
+
+/// Renders what the chosen cameras see of one scene, perhaps as a frame of that number.
+fn pictures(
+    plan: &RenderPlan,
+    stage: &StagePlan,
+    frame: Option<u32>,
+    meter: &Meter,
+) -> Result<Outcome, Failure> {
     let mut page = plan.serve.as_ref().map(|serving| LivePage::open(plan, serving, meter)).transpose()?;
     let exr = &plan.outputs.exr;
     let mut viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, exr)).transpose()?;
     let mut seconds = Seconds::default();
     let mut stored = stored_lights(used_vpl_file(plan), meter, &mut seconds)?;
-    let stages = Stage::load_all(&plan.stage, meter, &mut seconds)?;
+    let stages = Stage::load_all(stage, meter, &mut seconds)?;
     if let (Some(path), [stage]) = (&plan.write_vpls, stages.as_slice()) {
         let watcher = Watcher::new(meter, seconds);
         let set = stage.renderer(&plan.asked, None, &watcher).trace_lights()?;
@@ -50,12 +73,16 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
         save_vpls(path, &set)?;
         return vpl::tell(&plan.common, &set, watcher.seconds().vpls, Some(path));
     }
-    let outputs = if plan.stage.cameras.several() {
+    let mut outputs = if stage.cameras.several() {
         let names: Vec<&str> = stages.iter().map(|stage| stage.framed.camera.name.as_str()).collect();
         plan.outputs.of_cameras(&names)?
     } else {
         vec![plan.outputs.clone()]
     };
+    if let Some(number) = frame {
+        outputs.iter_mut().for_each(|files| *files = files.of_frame(number));
+    }
+    outputs.iter().try_for_each(Outputs::check)?;
     let mut worst = Outcome::Done;
     for (k, (stage, outputs)) in stages.iter().zip(&outputs).enumerate() {
         let mut seconds = seconds.clone();
@@ -214,6 +241,7 @@ fn report(
         notes: notes(scene),
         default_light: scene.has_default_light(),
         light_changes: scene.changes().to_vec(),
+        time_seconds: scene.time(),
         camera: stage.framed.camera.name.clone(),
         size: stage.framed.size,
         window: [window.x, window.y, window.width, window.height],

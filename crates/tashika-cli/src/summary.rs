@@ -179,6 +179,8 @@ pub struct RenderReport {
     pub default_light: bool,
     /// Lights that were asked for in place of what the file says.
     pub light_changes: Vec<String>,
+    /// When the scene is as it was rendered (s), if a time was asked for and anything in it moves.
+    pub time_seconds: Option<f64>,
     /// Name of the camera.
     pub camera: String,
     /// Size of the full image (pixels).
@@ -266,6 +268,9 @@ impl RenderReport {
         }
         if !self.light_changes.is_empty() {
             rows.push("", format!("with {}", self.light_changes.join("; ")));
+        }
+        if let Some(time) = self.time_seconds {
+            rows.push("", format!("at {time:.3} s"));
         }
         let [width, height] = self.size;
         let [x, y, w, h] = self.window;

@@ -45,6 +45,15 @@ pub fn quality(typed: &str) -> Result<Quality, String> {
     typed.parse().map_err(|_| format!("expected {}", Quality::ALL.map(Quality::name).join(", ")))
 }
 
+/// The first and the last of some frames: `1..48`.
+pub fn frames(typed: &str) -> Result<[u32; 2], String> {
+    let wrong = || "expected two numbers of frames, the first not above the second, such as 1..48".to_owned();
+    let (first, last) = typed.split_once("..").ok_or_else(wrong)?;
+    let number = |typed: &str| typed.trim().parse::<u32>().map_err(|_| wrong());
+    let frames = [number(first)?, number(last)?];
+    if frames[0] <= frames[1] { Ok(frames) } else { Err(wrong()) }
+}
+
 /// A time: `60s`, `5m`, `1.5h`.
 pub fn duration(typed: &str) -> Result<Duration, String> {
     const MOST: f64 = 365.0 * 86_400.0;
@@ -193,6 +202,15 @@ mod tests {
             assert!(size(typed).is_err(), "{typed}");
         }
         assert!(crop("1,2,3").is_err() && crop("1,2,3,4,5").is_err());
+    }
+
+    #[test]
+    fn frames_go_from_one_to_another() {
+        assert_eq!(frames("1..48"), Ok([1, 48]));
+        assert_eq!(frames("7 .. 7"), Ok([7, 7]));
+        for typed in ["", "5", "..", "5..", "5..4", "-1..4", "1...4", "1..=4", "1.5..4"] {
+            assert!(frames(typed).is_err(), "{typed}");
+        }
     }
 
     #[test]

@@ -130,6 +130,18 @@ impl Scene {
         self.scene.triangles_without_area()
     }
 
+    /// From when to when anything in its file moves (s), if anything does.
+    #[getter]
+    fn animated_seconds(&self) -> Option<[f64; 2]> {
+        self.scene.animated_seconds()
+    }
+
+    /// When the scene is as it is (s), if a time was asked for and anything in its file moves.
+    #[getter]
+    fn time(&self) -> Option<f64> {
+        self.scene.time()
+    }
+
     /// The lights that `load` was asked for in place of what the file says.
     #[getter]
     fn light_changes(&self) -> Vec<String> {
@@ -156,6 +168,8 @@ impl Scene {
 /// Reads a scene file: `.gltf`, `.glb`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes
 /// `"builtin:room"` or `"builtin:tiny"`.
 ///
+/// `at` is the time in seconds that a scene is loaded as it is at, if anything in its file moves;
+/// `Scene.animated_seconds` says from when to when it does.
 /// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words
 /// of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
 /// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on
@@ -172,10 +186,11 @@ impl Scene {
 /// tashika.FileError: absent.glb: No such file or directory (os error 2)
 /// ```
 #[pyfunction]
-#[pyo3(signature = (path, *, environment=None, lights=Vec::new(), allow_outside=false, allow_missing=false, strict=false))]
+#[pyo3(signature = (path, *, at=None, environment=None, lights=Vec::new(), allow_outside=false, allow_missing=false, strict=false))]
 pub fn load(
     py: Python<'_>,
     path: PathBuf,
+    at: Option<f64>,
     environment: Option<&str>,
     lights: Vec<String>,
     allow_outside: bool,
@@ -191,7 +206,7 @@ pub fn load(
             .collect::<Result<_>>()
             .map_err(raised)?,
     };
-    let options = LoadOptions { allow_outside, allow_missing, ..LoadOptions::default() };
+    let options = LoadOptions { allow_outside, allow_missing, at, ..LoadOptions::default() };
     let scene = py.detach(|| open_scene(&path, &changes, &options)).map_err(raised)?;
     if let (true, Some(note)) = (strict, scene.notes().first_departure()) {
         let expected = "nothing that departs from the file, because of strict=True";

@@ -321,6 +321,21 @@ def test_arguments_that_mean_nothing_are_warned_of(tiny: tashika.Scene) -> None:
         tashika.render(tiny, size=(2, 2), vpls=10, paths=7)
 
 
+def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:
+    (tmp_path / "s.pbrt").write_text(
+        "Film \"rgb\" Camera \"perspective\" WorldBegin TransformTimes 1 3 ActiveTransform EndTime Translate 8 0 0"
+        " Shape \"sphere\""
+    )
+    still, later = (tashika.load(tmp_path / "s.pbrt", at=at) for at in (None, 2))
+    assert still.animated_seconds == later.animated_seconds == [1, 3]
+    assert (still.time, later.time) == (None, 2)
+    assert any("things that move" in note for note in still.notes)
+    assert not any("things that move" in note for note in later.notes)
+    assert tashika.builtin("tiny").animated_seconds is None
+    with pytest.raises(tashika.OptionError, match="at = inf; expected a finite number of seconds"):
+        tashika.load(tmp_path / "s.pbrt", at=float("inf"))
+
+
 def test_lights_that_are_asked_for_are_beside_the_scenes_or_instead(tmp_path: Path) -> None:
     lamp = "point:0,1,0,50"
     lit = tashika.load("builtin:tiny", environment="sky:elevation=40,azimuth=120", lights=[lamp])

@@ -1,10 +1,12 @@
 //! What was typed. The doc comments are the texts of `--help`.
 
 mod camera;
+mod frames;
 mod measure;
 mod shell;
 
 pub use camera::CameraArgs;
+pub use frames::FramesArgs;
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
     TransportArgs, TransportMethod,
@@ -84,6 +86,7 @@ Examples:
   tashika render kitchen.glb -o kitchen.exr        a picture of which each pixel says what it is worth
   tashika render kitchen.glb --size 320x180 --crop 100,50,64,64 --camera top
   tashika render kitchen.glb --camera all -o view.exr    view-top.exr, view-side.exr, ...
+  tashika render walk.glb --frames 1..48 -o walk.exr     walk-0001.exr, walk-0002.exr, ...
   tashika render kitchen.glb --projection spherical --size 1024x512
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
   tashika render kitchen.glb --error 2% --confidence 95% --audit 100
@@ -151,6 +154,11 @@ pub struct SceneArgs {
     #[arg(long, help_heading = "Scene")]
     pub allow_missing: bool,
 
+    /// The scene as it is at this time, in seconds, of a file in which things move
+    /// [default: glTF, as it is without its animations; pbrt and Mitsuba, where things are first]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, help_heading = "Scene")]
+    pub at: Option<f64>,
+
     /// Light from infinity instead of the scene's: an image by latitude and longitude,
     /// FILE[,scale=S][,rotate=DEG][,up=z], or a clear sky,
     /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
@@ -192,6 +200,9 @@ pub struct StageArgs {
 pub struct RenderArgs {
     #[command(flatten)]
     pub stage: StageArgs,
+
+    #[command(flatten)]
+    pub frames: FramesArgs,
 
     /// Render only this part of the image, in pixels from the top left
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Image")]

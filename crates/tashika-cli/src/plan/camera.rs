@@ -8,7 +8,7 @@ use crate::exit::Failure;
 const ALL: &str = "all";
 
 /// The cameras that were typed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Cameras(Vec<String>);
 
 impl Cameras {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use tashika::render::TileShare;
 
-use super::{Cameras, Common, RenderPlan};
+use super::{Cameras, Common, Frames, RenderPlan};
 use crate::args::{Args, Command, FarmArgs};
 use crate::exit::Failure;
 
@@ -68,6 +68,10 @@ impl FarmPlan {
                 cameras.typed(),
                 "one camera of a job; write a job for each",
             ));
+        }
+        if let Some(frames) = Frames::new(&render.frames)? {
+            let expected = "one frame of a job, by --at; write a job for each";
+            return Err(Failure::option("frames", frames.typed(), expected));
         }
         let inputs: Vec<&Path> = render.stage.scene.as_deref().map(Path::new).into_iter().collect();
         Ok(Self {

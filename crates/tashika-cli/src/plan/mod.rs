@@ -2,6 +2,7 @@
 
 mod camera;
 mod farm;
+mod frames;
 mod measure;
 mod outputs;
 mod render;
@@ -9,6 +10,7 @@ mod transport;
 
 pub use camera::Cameras;
 pub use farm::{Farm, FarmPlan};
+pub use frames::Frames;
 pub use measure::{
     AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
@@ -37,7 +39,7 @@ use crate::args::{
 use crate::exit::Failure;
 
 /// Where the scene comes from.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct SceneSource {
     name: PathBuf,
     lights: LightChanges,
@@ -55,8 +57,10 @@ impl SceneSource {
         let options = LoadOptions {
             allow_outside: args.allow_outside,
             allow_missing: args.allow_missing,
+            at: args.at,
             ..LoadOptions::default()
         };
+        options.validate()?;
         Ok(Self { name: PathBuf::from(name), lights, options })
     }
 
@@ -144,7 +148,7 @@ impl Asked {
 }
 
 /// What is looked at, from where, how large.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct StagePlan {
     /// The scene.
     pub scene: SceneSource,
@@ -168,6 +172,13 @@ impl StagePlan {
         let change = CameraChange { projection, fov, lens_radius, focus_distance, blades, blade_rotation };
         let cameras = Cameras::new(&args.camera.cameras);
         Ok(Self { scene, strict: args.strict, cameras, change, framing })
+    }
+
+    /// The same of the scene at a time (s).
+    pub fn at(&self, seconds: f64) -> Self {
+        let mut stage = self.clone();
+        stage.scene.options.at = Some(seconds);
+        stage
     }
 
     /// The files that it reads, with that of the lights.
@@ -230,6 +241,7 @@ impl VplPlan {
                 ("--vpls", args.lights.vpls.is_some()),
                 ("--clamp", args.lights.clamp.clamp.is_some()),
                 ("--seed", args.seed.is_some()),
+                ("--at", args.scene_args.at.is_some()),
                 ("--environment", args.scene_args.environment.is_some()),
                 ("--light", !args.scene_args.light.is_empty()),
             ];

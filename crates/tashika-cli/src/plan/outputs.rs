@@ -28,30 +28,41 @@ impl Outputs {
         Ok(Self { exr, png, html, json })
     }
 
-    /// The files of each of several cameras, named after them, all of which can be written.
+    /// The files of each of several cameras, named after them.
     pub fn of_cameras(&self, names: &[&str]) -> Result<Vec<Self>, Failure> {
         let mut all: Vec<Self> = Vec::new();
         for name in names {
-            let outputs = self.of_camera(name);
+            let outputs = self.named(&in_file_name(name));
             if all.iter().any(|known| known.exr == outputs.exr) {
                 let file = outputs.exr.display();
                 let message = format!("{file} would be written twice: name one of the cameras {name} alone");
                 return Err(Failure::usage(message));
-            }
-            let json = outputs.json.iter().filter(|json| !is_standard_stream(json));
-            for path in [&outputs.exr, &outputs.png, &outputs.html].into_iter().chain(json) {
-                check_writable(path).map_err(|e| Failure::file(format!("cannot write {e}")))?;
             }
             all.push(outputs);
         }
         Ok(all)
     }
 
-    fn of_camera(&self, camera: &str) -> Self {
+    /// The files of a frame of an animation, named after its number.
+    pub fn of_frame(&self, number: u32) -> Self {
+        self.named(&format!("{number:04}"))
+    }
+
+    /// Checks that all of them can be written.
+    pub fn check(&self) -> Result<(), Failure> {
+        let json = self.json.iter().filter(|json| !is_standard_stream(json));
+        for path in [&self.exr, &self.png, &self.html].into_iter().chain(json) {
+            check_writable(path).map_err(|e| Failure::file(format!("cannot write {e}")))?;
+        }
+        Ok(())
+    }
+
+    /// The same, with a hyphen and `ending` after their names.
+    fn named(&self, ending: &str) -> Self {
         let named = |path: &PathBuf| {
             let mut name = path.file_stem().unwrap_or_default().to_owned();
             name.push("-");
-            name.push(in_file_name(camera));
+            name.push(ending);
             if let Some(ending) = path.extension() {
                 name.push(".");
                 name.push(ending);
@@ -91,6 +102,8 @@ mod tests {
         assert_eq!(all[1].png, path("view.v2-..-side-door.png"));
         assert_eq!(all[1].html, path("view.v2-..-side-door.html"));
         assert_eq!(all[0].json, Some(path("numbers-top")));
+        assert_eq!(all[0].of_frame(7).exr, path("view.v2-top-0007.exr"));
+        assert_eq!(outputs.of_frame(12345).json, Some(path("numbers-12345")));
         let said = outputs.of_cameras(&["a b", "a/b"]).unwrap_err().to_string();
         assert!(said.contains("view.v2-a-b.exr would be written twice"), "{said}");
         assert!(Outputs::new(&path("view.png"), None).is_err());

@@ -8,7 +8,7 @@ use tashika::io::ToneMap;
 use tashika::request::{ClaimName, Method, Request, Resolved};
 use tashika_oidn::Oidn;
 
-use super::{Asked, Common, Outputs, Serving, StagePlan};
+use super::{Asked, Common, Frames, Outputs, Serving, StagePlan};
 use crate::args::{Claim, RenderArgs};
 use crate::exit::Failure;
 
@@ -23,7 +23,9 @@ pub struct RenderPlan {
     pub resolved: Resolved,
     /// Where the lights are written, if they are all that is made.
     pub write_vpls: Option<PathBuf>,
-    /// Files to write; of several cameras, what theirs are named after.
+    /// Which frames of an animation, if not the scene as it is.
+    pub frames: Option<Frames>,
+    /// Files to write; of several cameras or frames, what theirs are named after.
     pub outputs: Outputs,
     /// How the picture is made.
     pub tone_map: ToneMap,
@@ -79,11 +81,20 @@ impl RenderPlan {
             ));
         }
         let outputs = Outputs::new(&args.output, args.common.json.clone())?;
-        let Outputs { exr, png, html, .. } = &outputs;
+        let frames = Frames::new(&args.frames)?;
+        let one = frames.map_or_else(|| outputs.clone(), |frames| outputs.of_frame(frames.first()));
+        let Outputs { exr, png, html, .. } = &one;
         let several = stage.cameras.several();
         if let (true, Some(option)) = (several, of_one_image(args)) {
             let cameras = stage.cameras.typed();
             return Err(Failure::option("camera", cameras, format!("one camera with {option}")));
+        }
+        if let (Some(frames), Some(option)) = (frames, of_one_image(args).or_else(|| of_one_scene(args))) {
+            return Err(Failure::option(
+                "frames",
+                frames.typed(),
+                format!("--at, for one frame, with {option}"),
+            ));
         }
         let inputs = stage.inputs(asked.vpl_file());
         if !args.serve && (args.serving.port != 0 || args.serving.no_browser) {
@@ -106,6 +117,7 @@ impl RenderPlan {
         Ok(Self {
             stage,
             write_vpls: args.write_vpls.clone(),
+            frames,
             outputs,
             tone_map,
             tev: args.tev.clone(),
@@ -132,6 +144,11 @@ fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
     ]
     .into_iter()
     .find_map(|(typed, option)| typed.then_some(option))
+}
+
+/// An option that goes with one scene only.
+fn of_one_scene(args: &RenderArgs) -> Option<&'static str> {
+    args.source.vpl_file.is_some().then_some("--vpl-file")
 }
 
 /// Whether something was promised that is not computed anyway.

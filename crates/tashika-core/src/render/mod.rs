@@ -312,6 +312,9 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film)
     if !scene.changes().is_empty() {
         m.set(keys::SCENE_CHANGES, scene.changes().join("; "));
     }
+    if let Some(time) = scene.time() {
+        m.set(keys::SCENE_TIME, time);
+    }
     if scene.has_default_light() {
         m.set(keys::SCENE_LIGHT, "default");
     }

@@ -48,7 +48,7 @@ use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Scene, builtin};
 
 /// What a loader may do on the user's behalf.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Whether files outside the folder of the scene file may be read. Default: no.
     pub allow_outside: bool,
@@ -58,6 +58,10 @@ pub struct LoadOptions {
     pub max_image_texels: u64,
     /// Largest file that is read (bytes). Default: 2³⁴.
     pub max_file_bytes: u64,
+    /// When a scene that moves is to be as it is loaded (s): any finite number; before it begins to
+    /// move it is as at its beginning, afterwards as at its end. Default: none, as it is without
+    /// its animations, where the first keys are (pbrt, Mitsuba), or where the nodes stand (glTF).
+    pub at: Option<f64>,
 }
 
 impl Default for LoadOptions {
@@ -67,6 +71,18 @@ impl Default for LoadOptions {
             allow_missing: false,
             max_image_texels: 1 << 28,
             max_file_bytes: 1 << 34,
+            at: None,
+        }
+    }
+}
+
+impl LoadOptions {
+    /// # Errors
+    /// Names the option that is out of range, and the range.
+    pub fn validate(&self) -> Result<()> {
+        match self.at {
+            Some(at) if !at.is_finite() => Err(Error::option("at", at, "a finite number of seconds")),
+            _ => Ok(()),
         }
     }
 }
@@ -97,8 +113,9 @@ pub fn open_scene(name: &Path, lights: &LightChanges, options: &LoadOptions) -> 
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Unsupported`] for other endings, [`Error::Missing`] with
 /// all files that it names and that are not there, unless [`LoadOptions::allow_missing`] is set,
-/// and whatever the format's loader refuses.
+/// [`Error::Option`] for options out of range, and whatever the format's loader refuses.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
+    options.validate()?;
     let files = SceneFiles::open(path, options)?;
     let scene = formats::load(path, &files)?;
     let missing = scene.notes().iter().filter(|note| note.kind == NoteKind::Missing);
@@ -106,5 +123,12 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     if !missing.is_empty() && !options.allow_missing {
         return Err(Error::Missing { scene: path.to_owned(), files: missing });
     }
-    Ok(scene.with_digest(files.digest()))
+    Ok(match options.at.filter(|_| scene.animated_seconds().is_some()) {
+        None => scene.with_digest(files.digest()),
+        Some(at) => {
+            let digest =
+                files.digest().rotate_left(1).wrapping_add(files::digest(&at.to_bits().to_le_bytes()));
+            scene.with_digest(digest).with_time(at)
+        }
+    })
 }

@@ -140,6 +140,12 @@ pub fn sin_cos_f64(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
+/// Angle of the point `(x, y)` in `[−π, π]`, in double precision.
+#[inline]
+pub fn atan2_f64(y: f64, x: f64) -> f64 {
+    libm::atan2(y, x)
+}
+
 /// `tan x` in double precision, `x` in radians.
 #[inline]
 pub fn tan_f64(x: f64) -> f64 {

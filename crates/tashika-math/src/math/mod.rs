@@ -5,6 +5,7 @@ mod aabb;
 mod cone;
 pub mod elementary;
 mod frame;
+pub mod motion;
 mod ray;
 mod rounding;
 pub mod simd;

@@ -44,6 +44,10 @@ class Scene:
     @property
     def triangles_without_area(self) -> int: ...
     @property
+    def animated_seconds(self) -> list[float] | None: ...
+    @property
+    def time(self) -> float | None: ...
+    @property
     def light_changes(self) -> list[str]: ...
     @property
     def notes(self) -> list[str]: ...
@@ -275,6 +279,7 @@ class Comparison:
 def load(
     path: _Path,
     *,
+    at: float | None = None,
     environment: str | None = None,
     lights: Sequence[str] = ...,
     allow_outside: bool = False,

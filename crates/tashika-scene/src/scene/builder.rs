@@ -53,6 +53,8 @@ impl SceneBuilder {
             changes: Vec::new(),
             has_default_light: false,
             turned_away: TurnedAway::default(),
+            animated: None,
+            time: None,
         };
         Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
     }
@@ -75,6 +77,12 @@ impl SceneBuilder {
     /// What is told so far, for more.
     pub fn notes_mut(&mut self) -> &mut Notes {
         &mut self.scene.notes
+    }
+
+    /// Says that something in the file moves, from when to when (finite, s).
+    pub fn add_animated_seconds(&mut self, [from, to]: [f64; 2]) {
+        let [first, last] = self.scene.animated.unwrap_or([from, to]);
+        self.scene.animated = Some([first.min(from), last.max(to)]);
     }
 
     /// Takes over notes made elsewhere.

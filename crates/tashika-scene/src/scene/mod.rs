@@ -132,6 +132,10 @@ pub struct Scene {
     changes: Vec<String>,
     has_default_light: bool,
     turned_away: TurnedAway,
+    /// When the first and the last thing of the file moves (s).
+    animated: Option<[f64; 2]>,
+    /// When it is, if anything in it moves and a time was asked for (s).
+    time: Option<f64>,
 }
 
 impl Scene {
@@ -149,6 +153,21 @@ impl Scene {
     /// How many triangles without area were left out: no picture shows them.
     pub fn triangles_without_area(&self) -> u64 {
         self.triangles_without_area
+    }
+
+    /// From when to when anything in the file that it was made of moves (s), if anything does.
+    pub fn animated_seconds(&self) -> Option<[f64; 2]> {
+        self.animated
+    }
+
+    /// The same scene, said to be as it is at a time (s).
+    pub fn with_time(self, seconds: f64) -> Self {
+        Self { time: Some(seconds), ..self }
+    }
+
+    /// When it is as it is (s), if a time was asked for and anything in the file moves.
+    pub fn time(&self) -> Option<f64> {
+        self.time
     }
 
     /// Name for reports, usually the file's.

@@ -600,7 +600,7 @@ fn what_is_left_out_is_noted_once() {
         "material \"occlusionTexture\": left out, light transport computes occlusion",
         "node \"skin\": the bind pose is shown",
         "primitive \"targets\": the base mesh is shown, without morph targets",
-        "scene \"animations\": left out, nodes stay where they are",
+        "scene \"animations\": without a time (`--at`) left out, nodes stay where they are",
     ];
     assert_eq!(messages, expected);
     assert!(scene.images().is_empty(), "images that nothing looks up are not decoded");

@@ -61,6 +61,7 @@ keys! {
     SCENE "scene" Truth, "name of the scene";
     SCENE_DIGEST "scene.digest" Truth, "digest of the scene's content, 16 hexadecimal digits";
     SCENE_CHANGES "scene.changes" Making, "what was changed of the scene's lights";
+    SCENE_TIME "scene.time" Truth, "when the scene is as it is (s), if a time was asked for and anything in it moves";
     SCENE_LIGHT "scene.light" Making, "`default` if the scene had no light and was given some";
     CAMERA "camera" Truth, "name of the camera";
     CAMERA_PROJECTION "camera.projection" Making, "projection that was asked for";

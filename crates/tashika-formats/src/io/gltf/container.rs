@@ -13,7 +13,7 @@
 //!   may be smaller.
 //! * Version and required extensions are read first, so that a file that needs what is not there is
 //!   told so before anything else about it can be wrong.
-//! * Animations are skipped, not parsed.
+//! * Animations are kept as they stand: only who asks for a time needs sense in them.
 //! * `POSITION` accessors are looked up before the crate's validator does so without checking.
 //! * Forgiven, because nothing here depends on it: missing or wrong `min` and `max`, missing
 //!   `POSITION`, accessors without a buffer view, textures whose source is missing or out of range,
@@ -26,7 +26,7 @@ use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error as Fault, Validate};
 use gltf::json::{self, Index, Path, Root};
 use serde::Deserialize;
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::DeserializeOwned;
 
 use super::extensions;
 use crate::error::{Error, Location, Result};
@@ -36,8 +36,8 @@ use crate::io::notes::shown;
 pub(super) struct Parsed<'a> {
     /// Everything but animations.
     pub root: Root,
-    /// Number of animations.
-    pub animations: usize,
+    /// The animations, not looked into.
+    pub animations: Vec<serde_json::Value>,
     /// The binary chunk of a `.glb`.
     pub binary: Option<&'a [u8]>,
 }
@@ -66,7 +66,7 @@ struct Asset {
 #[derive(Default)]
 struct Body {
     accessors: Vec<json::Accessor>,
-    animations: Vec<IgnoredAny>,
+    animations: Vec<serde_json::Value>,
     buffers: Vec<json::Buffer>,
     buffer_views: Vec<json::buffer::View>,
     cameras: Vec<json::Camera>,
@@ -122,7 +122,7 @@ pub(super) fn parse<'a>(bytes: &'a [u8], file: &Location) -> Result<Parsed<'a>> 
         ..Root::default()
     };
     validate(&root, text, file)?;
-    Ok(Parsed { root, animations: body.animations.len(), binary })
+    Ok(Parsed { root, animations: body.animations, binary })
 }
 
 /// The JSON and the binary chunk of a `.glb`; both lie inside `bytes`.

@@ -22,7 +22,14 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     "scene" => {
         "scene", Full, "what is loaded; without it the first scene, without any all root nodes";
         "scenes", Ignored, "those other than the default one are left out";
-        "animations", Ignored, "left out, nodes stay where they are";
+        "animations", Ignored, "without a time (`--at`) left out, nodes stay where they are";
+    }
+    "animation" => {
+        "translation", Full, "at a time: STEP, LINEAR and CUBICSPLINE; all animations of a file together";
+        "rotation", Full, "at a time, by slerp";
+        "scale", Full, "at a time";
+        "weights", Ignored, "the base mesh is shown, without morph targets";
+        "pointer", Ignored, "what it moves stays as it is";
     }
     "node" => {
         "mesh", Full, "instances of a mesh that is read once; axes and metres as they are";
@@ -141,7 +148,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "KHR_materials_iridescence", Ignored, "left out";
         "KHR_materials_dispersion", Ignored, "one index of refraction for all wavelengths";
         "KHR_materials_variants", Ignored, "the default materials are used";
-        "KHR_animation_pointer", Ignored, "left out with all animations";
+        "KHR_animation_pointer", Ignored, "what it moves stays as it is";
         "EXT_lights_ies", Full, "lamps by photometry of type C; cd count as W/sr";
         "EXT_lights_image_based", Full,
             "the first level of its cube map as environment; numbers count as W/(m²·sr)";

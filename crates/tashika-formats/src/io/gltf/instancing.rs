@@ -91,7 +91,7 @@ pub(super) fn placements(
         rotations.map_or_else(|| Ok(vec![[0.0, 0.0, 0.0, 1.0]; count]), |a| a.vectors(0..count))?;
     let mut places = Vec::with_capacity(count);
     for ((t, r), s) in translations.into_iter().zip(rotations).zip(scales) {
-        let rotation = unit_quaternion(r).unwrap_or_else(|| {
+        let rotation = unit_quaternion(DQuat::from_array(r.map(f64::from))).unwrap_or_else(|| {
             let message = "instance rotations that are no quaternion: left out";
             builder.note(NoteKind::Repaired, message, source.at(format!("{item}.attributes.ROTATION")));
             DQuat::IDENTITY

@@ -7,7 +7,7 @@
 //! | [`container`] | bytes into a checked document |
 //! | [`features`], [`extensions`] | the table, and what it says about extensions |
 //! | [`source`], [`uri`], [`accessor`] | the bytes that the document refers to |
-//! | [`nodes`], [`instancing`] | what stands where |
+//! | [`nodes`], [`animations`], [`instancing`] | what stands where |
 //! | [`meshes`] | primitives into meshes |
 //! | [`materials`], [`textures`] | materials with their extensions |
 //! | [`cameras`], [`lights`], [`light_profiles`], [`image_light`] | cameras and lights |
@@ -19,13 +19,14 @@
 //! texture image that cannot be read is only noted.
 //!
 //! # Held to this by
-//! The test modules `gltf`, `gltf_features`, `gltf_materials`, `gltf_structure` and `damaged_gltf`.
+//! The test modules `gltf`, `gltf_animations`, `gltf_features`, `gltf_materials`, `gltf_structure` and `damaged_gltf`.
 //!
 //! [^gltf]: Khronos Group. "glTF 2.0 Specification." ISO/IEC 12113:2022.
 //!
 //! [`LoadOptions`]: super::LoadOptions
 
 mod accessor;
+mod animations;
 mod cameras;
 mod container;
 mod extensions;
@@ -41,7 +42,7 @@ mod source;
 mod textures;
 mod uri;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use self::features::met;
 use self::light_profiles::Profiles;
@@ -58,18 +59,25 @@ pub(super) use self::features::FEATURES;
 pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let bytes = files.read_scene()?;
     let file = Location::file(files.path());
-    let parsed = container::parse(&bytes, &file)?;
+    let mut parsed = container::parse(&bytes, &file)?;
     let mut builder = SceneBuilder::new(files.name(), file.clone());
     extensions::note_unhandled(&parsed.root, &file, &mut builder)?;
-    if parsed.animations > 0 {
-        met("scene", "animations", file.item("animations"), &mut builder)?;
-    }
+    let animated = std::mem::take(&mut parsed.animations);
     let source = Source::new(files, parsed);
+    animations::tell_span(&source, &animated, &mut builder);
+    let poses = match files.options().at {
+        Some(seconds) => animations::at(&source, &animated, seconds, &mut builder)?,
+        None if animated.is_empty() => BTreeMap::new(),
+        None => {
+            met("scene", "animations", file.item("animations"), &mut builder)?;
+            BTreeMap::new()
+        }
+    };
     image_light::add(&source, &mut builder)?;
     let mut meshes = Meshes::new(&source);
     let mut camera_names = BTreeSet::new();
     let mut profiles = Profiles::default();
-    for placed in nodes::place(&source, &mut builder)? {
+    for placed in nodes::place(&source, &poses, &mut builder)? {
         place_mesh(&source, &placed, &mut meshes, &mut builder)?;
         cameras::add(&source, &placed, &mut camera_names, &mut builder)?;
         lights::add(&source, &placed, &mut builder)?;

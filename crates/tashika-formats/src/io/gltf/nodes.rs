@@ -1,7 +1,8 @@
 //! The node graph: which nodes are in the scene, and where.
 //!
 //! A node's world transform is the product of the local ones from the root down to it (glTF 2.0
-//! section 3.5.2), each a matrix or `T · R · S`; products are formed in `f64`.
+//! section 3.5.2), each a matrix or `T · R · S`; products are formed in `f64`. What animations move
+//! at the time that is asked for takes the place of the node's own.
 //!
 //! # Guarantee
 //! The graph is a forest: a node with two parents, or one that is its own ancestor, is an error.
@@ -13,9 +14,12 @@
 //! `damaged_gltf::nodes_that_form_no_forest_are_refused`,
 //! `damaged_gltf::a_deep_chain_of_nodes_is_no_problem`.
 
+use std::collections::BTreeMap;
+
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json;
 
+use super::animations::Pose;
 use super::features::met;
 use super::source::Source;
 use crate::error::{Error, Result};
@@ -31,7 +35,11 @@ pub(super) struct PlacedNode {
 
 /// The nodes of the scene to be rendered, parents before children, in the order of the file: the
 /// default scene, else the first, else everything.
-pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<Vec<PlacedNode>> {
+pub(super) fn place(
+    source: &Source<'_>,
+    poses: &BTreeMap<usize, Pose>,
+    builder: &mut SceneBuilder,
+) -> Result<Vec<PlacedNode>> {
     let root = &source.root;
     let parents = parents(source)?;
     let roots = (0..root.nodes.len()).filter(|&i| parents[i].is_none());
@@ -64,7 +72,7 @@ pub(super) fn place(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<V
         if is_hidden(&root.nodes[index]) {
             continue;
         }
-        let to_world = parent * local(source, index, builder);
+        let to_world = parent * local(source, index, poses.get(&index), builder);
         placed.push(PlacedNode { index, to_world });
         to_visit.extend(children(&root.nodes[index]).rev().map(|child| (child, to_world)));
     }
@@ -122,7 +130,7 @@ fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Res
 }
 
 /// Node to parent.
-fn local(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> DAffine3 {
+fn local(source: &Source<'_>, index: usize, pose: Option<&Pose>, builder: &mut SceneBuilder) -> DAffine3 {
     let node = &source.root.nodes[index];
     let mut repaired = |field: &str, message: &str| {
         builder.note(NoteKind::Repaired, message, source.at(format!("nodes[{index}].{field}")));
@@ -137,19 +145,21 @@ fn local(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> DAffi
         return DAffine3 { matrix3, translation: column(3) };
     }
     let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let translation = vector(node.translation.unwrap_or([0.0; 3]));
-    let scale = vector(node.scale.unwrap_or([1.0; 3]));
-    let rotation =
-        unit_quaternion(node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0)).unwrap_or_else(|| {
+    let pose = pose.copied().unwrap_or_default();
+    let translation = pose.translation.unwrap_or_else(|| vector(node.translation.unwrap_or([0.0; 3])));
+    let scale = pose.scale.unwrap_or_else(|| vector(node.scale.unwrap_or([1.0; 3])));
+    let rotation = pose.rotation.unwrap_or_else(|| {
+        let xyzw = node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0);
+        unit_quaternion(DQuat::from_array(xyzw.map(f64::from))).unwrap_or_else(|| {
             repaired("rotation", "node rotations that are no quaternion: left out");
             DQuat::IDENTITY
-        });
+        })
+    });
     DAffine3::from_scale_rotation_translation(scale, rotation, translation)
 }
 
-/// The rotation that a file means by four numbers, unless they have no direction.
-pub(super) fn unit_quaternion(xyzw: [f32; 4]) -> Option<DQuat> {
-    let rotation = DQuat::from_array(xyzw.map(f64::from));
+/// The rotation that a file means by a quaternion of any length, unless that has no direction.
+pub(super) fn unit_quaternion(rotation: DQuat) -> Option<DQuat> {
     let length = rotation.length();
     (length.is_finite() && length > 1e-6).then(|| rotation / length)
 }

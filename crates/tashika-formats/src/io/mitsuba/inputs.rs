@@ -309,7 +309,7 @@ pub(super) fn rgb_of(value: &Value, quantity: Quantity) -> Option<Rgb> {
             samples(&all)
         }
         Value::Text(text) => values::rgb(text),
-        Value::Vector(_) | Value::Boolean(_) | Value::Transform(_) => None,
+        Value::Vector(_) | Value::Boolean(_) | Value::Transform(_) | Value::Animation(..) => None,
     }
     .filter(|c| c.is_finite())
 }

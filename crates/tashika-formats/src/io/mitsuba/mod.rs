@@ -80,6 +80,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let document = reader::read(files, &mut notes)?;
     let mut builder = SceneBuilder::new(files.name(), Location::file(files.path()));
     builder.extend_notes(notes.iter());
+    document.animated.iter().for_each(|&span| builder.add_animated_seconds(span));
     builder.set_turned_away(TurnedAway::Opposite);
     let mut translation = Translation {
         files,

@@ -16,6 +16,7 @@ use super::values::{self, Spectrum};
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
+use crate::math::motion::Track;
 use crate::scene::{NoteKind, Notes};
 
 /// What sort of plugin an object is, after its element.
@@ -83,6 +84,8 @@ pub(super) enum Value {
     Blackbody(f64, f64),
     Vector(DVec3),
     Transform(DMat4),
+    /// Keys, and where it is without a time or at the one that is asked for.
+    Animation(Track, DMat4),
 }
 
 /// A named value.
@@ -218,7 +221,7 @@ impl Object {
 
     pub(super) fn transform(&self, name: &str) -> Option<DMat4> {
         self.take(name, |v| match v {
-            Value::Transform(m) => Some(*m),
+            Value::Transform(m) | Value::Animation(_, m) => Some(*m),
             _ => None,
         })
     }
@@ -276,6 +279,8 @@ pub(super) struct Document {
     pub(super) paths: Vec<String>,
     /// First two numbers of the version.
     pub(super) version: (u32, u32),
+    /// When each of the animations begins and ends (s).
+    pub(super) animated: Vec<[f64; 2]>,
 }
 
 impl Document {

@@ -8,7 +8,8 @@
 //! * Every error has the file, line and column of its element.
 //!
 //! # Limits
-//! Of an `<animation>` the first key is used.
+//! Of an `<animation>` the first key is used, unless a time is asked for: then it is between two
+//! keys as [`Track`](crate::math::motion::Track) has it.
 //!
 //! Sources: [^mitsuba06], chapter 6 (scene file format); [^mitsuba3].
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
@@ -54,9 +55,9 @@ pub(super) fn read(files: &SceneFiles, notes: &mut Notes) -> Result<Document> {
 
 /// The reading of all files of a scene.
 pub(super) struct Reader<'a> {
-    files: &'a SceneFiles,
+    pub(super) files: &'a SceneFiles,
     pub(super) notes: &'a mut Notes,
-    document: Document,
+    pub(super) document: Document,
     defaults: BTreeMap<String, String>,
     includes: Includes,
 }
@@ -294,12 +295,7 @@ impl Reader<'_> {
         let lower = tag.to_ascii_lowercase();
         match lower.as_str() {
             "transform" => return Ok(Some(Value::Transform(self.transform(node, source, depth, at)?))),
-            "animation" => {
-                let message = "animations: the first key is shown";
-                self.notes.push(NoteKind::Approximated, message, at.clone());
-                let Some(first) = node.children().find(Node::is_element) else { return Ok(None) };
-                return Ok(Some(Value::Transform(self.transform(first, source, depth, at)?)));
-            }
+            "animation" => return self.animation(node, source, depth, at),
             "blackbody" => {
                 let temperature = self.number(node, "temperature", at)?.or(self.number(node, "value", at)?);
                 let Some(temperature) = temperature else { return Ok(None) };

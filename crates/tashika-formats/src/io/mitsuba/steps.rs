@@ -1,4 +1,4 @@
-//! Elements of `<transform>`, and attributes that are numbers.
+//! Elements of `<transform>` and of `<animation>`, and attributes that are numbers.
 //!
 //! `translate`, `scale`, `rotate`, `matrix`, `lookat`; vectors as `value` or as `x`, `y`, `z`. What
 //! they mean is in
@@ -7,11 +7,13 @@
 use glam::DMat4;
 use roxmltree::Node;
 
+use super::object::Value;
 use super::reader::{MAX_NESTING, Reader, Source};
 use super::transforms;
 use super::values;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
+use crate::math::motion::Track;
 use crate::scene::NoteKind;
 
 impl Reader<'_> {
@@ -40,6 +42,44 @@ impl Reader<'_> {
             format!("a transform with the matrix {:?}", matrix.transpose().to_cols_array()),
             "finite numbers of sensible size, and 0 0 0 1 in the last row",
         ))
+    }
+
+    /// The keys of an `<animation>`, each a transform at a `time` (s).
+    pub(super) fn animation(
+        &mut self,
+        node: Node<'_, '_>,
+        source: &Source<'_>,
+        depth: usize,
+        at: &Location,
+    ) -> Result<Option<Value>> {
+        let asked = self.files.options().at;
+        if asked.is_none() {
+            self.notes.push(NoteKind::Approximated, "animations: the first key is shown", at.clone());
+        }
+        let (mut first, mut keys) = (None, Vec::new());
+        for key in node.children().filter(Node::is_element) {
+            let at = source.at(key.range().start);
+            let map = self.transform(key, source, depth, &at)?;
+            first = first.or(Some(map));
+            match self.number(key, "time", &at)? {
+                Some(seconds) => keys.push((seconds, transforms::affine_f64(&map))),
+                None => {
+                    self.notes.push(NoteKind::Repaired, "keys of animations without a time: left out", at)
+                }
+            }
+        }
+        let Some(first) = first else { return Ok(None) };
+        let timed = !keys.is_empty();
+        let Some(track) = Track::new(keys) else {
+            if timed {
+                let message = "animations with a key that cannot be inverted: the first key is shown";
+                self.notes.push(NoteKind::Repaired, message, at.clone());
+            }
+            return Ok(Some(Value::Transform(first)));
+        };
+        self.document.animated.push(track.span());
+        let now = asked.map_or(first, |seconds| DMat4::from(track.at(seconds)));
+        Ok(Some(Value::Animation(track, now)))
     }
 
     fn step(&mut self, node: Node<'_, '_>, at: &Location) -> Result<Option<DMat4>> {

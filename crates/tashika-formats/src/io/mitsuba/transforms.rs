@@ -6,7 +6,7 @@
 //!
 //! Held to this by the tests below and `suite::mitsuba::transforms_apply_in_the_order_of_the_file`.
 
-use glam::{Affine3A, DMat3, DMat4, DVec3, Mat3A, Vec3A};
+use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3, Mat3A, Vec3A};
 
 use crate::math::elementary::sin_cos;
 
@@ -64,6 +64,12 @@ pub(super) fn is_affine(m: &DMat4) -> bool {
 pub(super) fn affine(m: &DMat4) -> Affine3A {
     let column = |i: usize| -> Vec3A { m.col(i).truncate().as_vec3a() };
     Affine3A { matrix3: Mat3A::from_cols(column(0), column(1), column(2)), translation: column(3) }
+}
+
+/// The same map without its last row, which is `0 0 0 1` but for rounding.
+pub(super) fn affine_f64(m: &DMat4) -> DAffine3 {
+    let column = |i: usize| -> DVec3 { m.col(i).truncate() };
+    DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }
 
 /// The axes of a map made orthonormal, the third first; `None` if they lie in a plane.

@@ -135,9 +135,9 @@ impl Film {
     }
 }
 
-/// Where the camera stands; nothing if the transform cannot be inverted.
-pub(super) fn to_world(world_to_camera: &DAffine3) -> Option<Affine3A> {
-    let inverse = world_to_camera.inverse();
+/// Where the camera stands, whose own space becomes the world by `C⁻¹`; nothing if that flattens
+/// space.
+pub(super) fn to_world(inverse: &DAffine3) -> Option<Affine3A> {
     let mirrored = DMat3::from_cols(inverse.matrix3.x_axis, inverse.matrix3.y_axis, -inverse.matrix3.z_axis);
     let pose = DAffine3 { matrix3: mirrored, translation: inverse.translation }.as_affine3a();
     (pose.is_finite() && pose.matrix3.determinant() != 0.0).then_some(pose)

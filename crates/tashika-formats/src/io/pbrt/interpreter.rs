@@ -60,7 +60,7 @@ impl<'f> Interpreter<'f> {
         Self {
             loading: Loading::new(files, version),
             texts,
-            states: States::new(materials.default_id()),
+            states: States::new(materials.default_id(), files.options().at),
             textures: Textures::default(),
             materials,
             shapes: Shapes::default(),
@@ -186,9 +186,8 @@ impl<'f> Interpreter<'f> {
             }
             b"CoordSysTransform" => {
                 let name = string(lexer, "the name of a coordinate system")?;
-                match self.states.system(&name) {
-                    Some(m) => self.states.replace(m),
-                    None => self.note(NoteKind::Repaired, "coordinate systems without name: left out", at()),
+                if !self.states.replace_by_system(&name) {
+                    self.note(NoteKind::Repaired, "coordinate systems without name: left out", at());
                 }
             }
             b"ActiveTransform" => {
@@ -199,7 +198,9 @@ impl<'f> Interpreter<'f> {
                 }
             }
             b"TransformTimes" => {
-                numbers::<2>(lexer)?;
+                if !self.states.set_times(numbers(lexer)?) {
+                    self.note(NoteKind::Repaired, "TransformTimes that do not rise: passed over", at());
+                }
             }
             b"TransformBegin" => self.save(SavedBy::Transform, &place)?,
             b"TransformEnd" => self.restore(SavedBy::Transform, at()),
@@ -359,12 +360,8 @@ impl<'f> Interpreter<'f> {
         if self.camera.is_some() {
             self.note(NoteKind::Ignored, "further cameras: the last one is used", at.clone());
         }
-        if self.states.current.moves {
-            self.note(NoteKind::Approximated, "cameras that move: where they are first", at.clone());
-        }
-        let affine = self.states.affine();
-        let camera_to_world = affine.map(|m| DMat4::from(m.inverse())).filter(DMat4::is_finite);
-        match affine.as_ref().and_then(camera::to_world) {
+        self.tell_motion("cameras that move: where they are first", &at);
+        match self.states.inverse().as_ref().and_then(camera::to_world) {
             Some(pose) => self.camera = Some((class, parameters, pose)),
             None => self.note(
                 NoteKind::Repaired,
@@ -372,16 +369,21 @@ impl<'f> Interpreter<'f> {
                 at,
             ),
         }
-        if let Some(m) = camera_to_world {
-            self.states.name_transform("camera", m);
+        self.states.name_inverse("camera");
+    }
+
+    /// Tells of what moves, and that it is shown where it is first if no time is asked for.
+    fn tell_motion(&mut self, message: &str, at: &Location) {
+        let Some(times) = self.states.moves() else { return };
+        self.loading.builder.add_animated_seconds(times);
+        if self.states.stands_still() {
+            self.note(NoteKind::Approximated, message, at.clone());
         }
     }
 
     /// The current transform, if it can place something.
     fn place(&mut self, at: &Location) -> Result<Option<DAffine3>> {
-        if self.states.current.moves {
-            self.note(NoteKind::Approximated, "things that move: where they are first", at.clone());
-        }
+        self.tell_motion("things that move: where they are first", at);
         let placed = self.states.affine().filter(|t| transform::placeable(t).is_some());
         if placed.is_none() {
             let message = "shapes and lights with a transform that cannot be inverted: left out";

@@ -1,8 +1,9 @@
 //! The graphics state: the current transform and attributes, what is saved of them, and named
 //! coordinate systems.
 //!
-//! pbrt keeps two transforms, for the start and the end of the exposure; `ActiveTransform` says
-//! which ones directives change. This picture is that of the start.
+//! pbrt keeps two transforms, for the two times that `TransformTimes` names (0 and 1 s);
+//! `ActiveTransform` says which ones directives change. A picture without a time is that of the
+//! first; at a time the transform is between them as [`Track`] has it.
 //!
 //! `AttributeBegin`, `TransformBegin` and `ObjectBegin` save, their counterparts restore. As in
 //! pbrt-v3 they need not be nested by kind: each end takes back what was saved last. Ends without
@@ -19,6 +20,7 @@ use super::materials::DefinitionId;
 use super::parameters::Parameter;
 use super::transform;
 use crate::color::Primaries;
+use crate::math::motion::Track;
 
 /// Deepest nesting of saved states.
 pub(super) const MAX_SAVED: usize = 10_000;
@@ -26,12 +28,10 @@ pub(super) const MAX_SAVED: usize = 10_000;
 /// What directives see and change.
 #[derive(Clone, Debug)]
 pub(super) struct State {
-    /// The current transform, at the start of the exposure.
-    transform: DMat4,
-    /// Whether directives change the transform of the start, and of the end.
+    /// The current transform, at the first and the second time.
+    transforms: [DMat4; 2],
+    /// Whether directives change the first, and the second.
     active: [bool; 2],
-    /// Whether the two transforms have been told apart.
-    pub(super) moves: bool,
     /// `ReverseOrientation`.
     pub(super) reverse: bool,
     /// Current material.
@@ -61,23 +61,26 @@ pub(super) struct States {
     /// The current one.
     pub(super) current: State,
     saved: Vec<(SavedBy, State)>,
-    coordinate_systems: BTreeMap<String, DMat4>,
+    coordinate_systems: BTreeMap<String, [DMat4; 2]>,
+    /// `TransformTimes` (s).
+    times: [f64; 2],
+    /// When things are to be as they are (s), if that is not the first of the times.
+    at: Option<f64>,
 }
 
 impl States {
-    /// Nothing transformed, `material` current.
-    pub(super) fn new(material: DefinitionId) -> Self {
+    /// Nothing transformed, `material` current; `at` is the time that is asked for (s).
+    pub(super) fn new(material: DefinitionId, at: Option<f64>) -> Self {
         let current = State {
-            transform: DMat4::IDENTITY,
+            transforms: [DMat4::IDENTITY; 2],
             active: [true; 2],
-            moves: false,
             reverse: false,
             material,
             area_light: None,
             primaries: Primaries::REC709,
             defaults: BTreeMap::new(),
         };
-        Self { current, saved: Vec::new(), coordinate_systems: BTreeMap::new() }
+        Self { current, saved: Vec::new(), coordinate_systems: BTreeMap::new(), times: [0.0, 1.0], at }
     }
 
     /// Saves the current state; false if there are too many.
@@ -90,9 +93,8 @@ impl States {
     pub(super) fn restore(&mut self, by: SavedBy) -> Option<SavedBy> {
         let (saved_by, state) = self.saved.pop()?;
         if by == SavedBy::Transform && saved_by == SavedBy::Transform {
-            self.current.transform = state.transform;
+            self.current.transforms = state.transforms;
             self.current.active = state.active;
-            self.current.moves = state.moves;
         } else {
             self.current = state;
         }
@@ -106,20 +108,20 @@ impl States {
 
     /// Multiplies the current transform by `m` from the right.
     pub(super) fn concatenate(&mut self, m: DMat4) {
-        self.change(|current| current * m);
+        self.change(|_, current| current * m);
     }
 
     /// Replaces the current transform.
     pub(super) fn replace(&mut self, m: DMat4) {
-        self.change(|_| m);
+        self.change(|_, _| m);
     }
 
-    fn change(&mut self, f: impl Fn(DMat4) -> DMat4) {
+    /// Replaces those of the two current transforms that are active.
+    fn change(&mut self, f: impl Fn(usize, DMat4) -> DMat4) {
         let current = &mut self.current;
-        if current.active[0] {
-            current.transform = f(current.transform);
+        for (i, transform) in current.transforms.iter_mut().enumerate().filter(|(i, _)| current.active[*i]) {
+            *transform = f(i, *transform);
         }
-        current.moves |= current.active[0] != current.active[1];
     }
 
     /// `ActiveTransform`; false if `which` is none of the three.
@@ -133,31 +135,82 @@ impl States {
         true
     }
 
-    /// The current transform; nothing if it is no affine one.
+    /// `TransformTimes`; false, and nothing is changed, if the second is not after the first.
+    pub(super) fn set_times(&mut self, times: [f64; 2]) -> bool {
+        let rise = times[0] < times[1];
+        if rise {
+            self.times = times;
+        }
+        rise
+    }
+
+    /// The two times of the current transforms (s), if these differ.
+    pub(super) fn moves(&self) -> Option<[f64; 2]> {
+        let [first, second] = self.current.transforms;
+        (first != second).then_some(self.times)
+    }
+
+    /// Whether what moves is shown where it is first, whatever it does later.
+    pub(super) fn stands_still(&self) -> bool {
+        self.at.is_none()
+    }
+
+    /// The current transform, at the time that is asked for; nothing if it is no affine one, or is
+    /// between two of which one cannot be inverted.
     pub(super) fn affine(&self) -> Option<DAffine3> {
-        transform::affine(&self.current.transform)
+        self.between(|m| Some(*m))
+    }
+
+    /// The inverse of the current transform; for things that move between the inverses, as cameras
+    /// do.
+    pub(super) fn inverse(&self) -> Option<DAffine3> {
+        self.between(|m| Some(DMat4::from(inverted(transform::affine(m)?)?)))
+    }
+
+    /// What is made of the current transform, at the time that is asked for.
+    fn between(&self, make: impl Fn(&DMat4) -> Option<DMat4>) -> Option<DAffine3> {
+        let [first, second] = &self.current.transforms;
+        let affine = |m: &DMat4| transform::affine(&make(m)?);
+        match (self.at, self.moves()) {
+            (Some(at), Some([from, to])) if at > from => {
+                Some(Track::new([(from, affine(first)?), (to, affine(second)?)])?.at(at))
+            }
+            _ => affine(first),
+        }
     }
 
     /// Names the current transform.
     pub(super) fn name_system(&mut self, name: &str) {
-        self.coordinate_systems.insert(name.to_owned(), self.current.transform);
+        self.coordinate_systems.insert(name.to_owned(), self.current.transforms);
     }
 
-    /// Names a transform.
-    pub(super) fn name_transform(&mut self, name: &str, m: DMat4) {
-        self.coordinate_systems.insert(name.to_owned(), m);
+    /// Names the inverse of the current transform.
+    pub(super) fn name_inverse(&mut self, name: &str) {
+        let inverse = |m: &DMat4| transform::affine(m).and_then(inverted).map(DMat4::from);
+        let [first, second] = self.current.transforms.each_ref().map(inverse);
+        if let Some(first) = first {
+            self.coordinate_systems.insert(name.to_owned(), [first, second.unwrap_or(first)]);
+        }
     }
 
-    /// The transform of that name.
-    pub(super) fn system(&self, name: &str) -> Option<DMat4> {
-        self.coordinate_systems.get(name).copied()
+    /// Takes the transform of that name for the current one; false if there is none.
+    pub(super) fn replace_by_system(&mut self, name: &str) -> bool {
+        let named = self.coordinate_systems.get(name).copied();
+        if let Some(named) = named {
+            self.change(|i, _| named[i]);
+        }
+        named.is_some()
     }
 
     /// `WorldBegin`: the identity, and no motion.
     pub(super) fn begin_world(&mut self) {
-        self.current.transform = DMat4::IDENTITY;
+        self.current.transforms = [DMat4::IDENTITY; 2];
         self.current.active = [true; 2];
-        self.current.moves = false;
         self.name_system("world");
     }
+}
+
+fn inverted(map: DAffine3) -> Option<DAffine3> {
+    let inverse = map.inverse();
+    inverse.is_finite().then_some(inverse)
 }

@@ -1,0 +1,24 @@
+//! Frames of an animation.
+
+use clap::Args as ClapArgs;
+
+use crate::values;
+
+/// Which frames.
+#[derive(Debug, ClapArgs)]
+pub struct FramesArgs {
+    /// Render the frames A to B, both of them too, each of the scene at its number divided by --fps,
+    /// and make an image of each, whose name ends in the frame's number
+    #[arg(long, value_name = "A..B", value_parser = values::frames, conflicts_with = "at", help_heading = "Scene")]
+    pub frames: Option<[u32; 2]>,
+
+    /// Frames a second, above 0 [default: 24]
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "frames",
+        allow_negative_numbers = true,
+        help_heading = "Scene"
+    )]
+    pub fps: Option<f64>,
+}

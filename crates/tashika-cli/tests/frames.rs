@@ -1,0 +1,129 @@
+//! Frames of an animation: a scene at a time, and files named after frames.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use tashika::io::read_exr;
+use tempfile::TempDir;
+
+/// A white square that goes from `x = 0` to `x = 4` in two seconds, before two cameras.
+const SCENE: &str = r#"<scene version="3.0.0">
+  <sensor type="orthographic" id="a"><film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="2"/></film>
+    <transform name="to_world"><scale x="4"/><lookat origin="0,0,5" target="0,0,0" up="0,1,0"/></transform></sensor>
+  <sensor type="orthographic" id="b"><film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/></film>
+    <transform name="to_world"><lookat origin="0,0,5" target="0,0,0" up="0,1,0"/></transform></sensor>
+  <emitter type="constant"/>
+  <shape type="rectangle"><animation name="to_world">
+    <transform time="0"/><transform time="2"><translate x="4"/></transform></animation></shape>
+</scene>"#;
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("s.xml"), SCENE).unwrap();
+    folder
+}
+
+fn run(folder: &Path, line: &str) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
+    let output = command.current_dir(folder).args(line.split_whitespace()).output().unwrap();
+    let text = [output.stdout, output.stderr].map(|stream| String::from_utf8(stream).unwrap()).concat();
+    (output.status.code(), text)
+}
+
+#[track_caller]
+fn succeeds(folder: &Path, line: &str) -> String {
+    let (code, text) = run(folder, line);
+    assert_eq!(code, Some(0), "{line}: {text}");
+    text
+}
+
+fn bytes(path: PathBuf) -> Vec<u8> {
+    fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+const SMALL: &str = "render s.xml --method path --paths 1";
+
+#[test]
+fn frames_are_the_scene_at_their_times_in_files_of_their_numbers() {
+    let folder = folder();
+    let folder = folder.path();
+    let told = succeeds(folder, &format!("{SMALL} --frames 9..11 --fps 10 -o walk.exr --json n.json"));
+    let mut expected: BTreeSet<String> = ["s.xml".to_owned()].into();
+    for number in ["0009", "0010", "0011"] {
+        expected.extend(["exr", "png", "html"].map(|ending| format!("walk-{number}.{ending}")));
+        expected.insert(format!("n-{number}.json"));
+        assert!(told.contains(&format!("walk-{number}.exr")), "{told}");
+    }
+    let found = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    assert_eq!(found.collect::<BTreeSet<_>>(), expected);
+    let json: serde_json::Value = serde_json::from_slice(&bytes(folder.join("n-0011.json"))).unwrap();
+    assert_eq!(json["time_seconds"], 1.1);
+    // Each is the picture of a call of its own, to the byte.
+    for (number, at) in [("0009", "0.9"), ("0010", "1"), ("0011", "1.1")] {
+        succeeds(folder, &format!("{SMALL} --at {at} -o alone.exr -q"));
+        assert!(bytes(folder.join("alone.exr")) == bytes(folder.join(format!("walk-{number}.exr"))), "{at}");
+    }
+    assert_ne!(bytes(folder.join("walk-0009.exr")), bytes(folder.join("walk-0011.exr")));
+    let film = read_exr(&folder.join("walk-0009.exr")).unwrap();
+    assert_eq!(film.metadata().number("scene.time"), Some(0.9));
+    // Parts of pictures at other times are not joined.
+    for (tiles, at) in [("1/2", "1"), ("2/2", "1.1")] {
+        succeeds(folder, &format!("{SMALL} --size 64x64 --at {at} --tiles {tiles} -o {at}.exr -q"));
+    }
+    let (code, text) = run(folder, "merge 1.exr 1.1.exr -o m.exr");
+    assert!(code == Some(3) && text.contains("scene.digest"), "{text}");
+}
+
+#[test]
+fn frames_of_several_cameras_are_named_after_both_and_24_a_second() {
+    let folder = folder();
+    let folder = folder.path();
+    succeeds(folder, &format!("{SMALL} --frames 12..12 --camera b,a -o v.exr -q"));
+    for camera in ["a", "b"] {
+        let film = read_exr(&folder.join(format!("v-{camera}-0012.exr"))).unwrap();
+        assert_eq!(film.metadata().number("scene.time"), Some(0.5));
+        assert_eq!(film.metadata().text("camera"), Some(camera));
+    }
+}
+
+#[test]
+fn what_goes_with_one_frame_is_refused_for_several() {
+    let folder = folder();
+    let folder = folder.path();
+    for (line, said) in [
+        ("render s.xml --frames 3..1", "1..48"),
+        ("render s.xml --frames 1..3 --at 1", "cannot be used with"),
+        ("render s.xml --fps 30", "--frames"),
+        ("render s.xml --frames 1..2 --fps 0", "--fps = 0; expected frames a second, above 0"),
+        ("render s.xml --at nan", "--at = NaN; expected a finite number of seconds"),
+        (
+            "render s.xml --frames 1..2 --checkpoint",
+            "--frames = 1..2; expected --at, for one frame, with --checkpoint",
+        ),
+        ("render s.xml --frames 1..2 --vpl-file a.vpl", "with --vpl-file"),
+        ("farm slurm --out job -- render s.xml --frames 1..2", "one frame of a job"),
+        ("vpl a.vpl --at 1", "--at is for tracing a scene"),
+    ] {
+        let (code, text) = run(folder, line);
+        assert!(code == Some(2) && text.contains(said), "{line}: {text}");
+    }
+}
+
+#[test]
+fn info_says_when_a_scene_moves() {
+    let folder = folder();
+    let folder = folder.path();
+    let told = succeeds(folder, "info s.xml --at 1.5 --json i.json");
+    assert!(told.contains("from 0.000 to 2.000 s; shown at 1.500 s"), "{told}");
+    let json: serde_json::Value = serde_json::from_slice(&bytes(folder.join("i.json"))).unwrap();
+    assert_eq!(json["animated_seconds"], serde_json::json!([0.0, 2.0]));
+    assert_eq!(json["bounds"][1][0], 4.0);
+    let told = succeeds(folder, "info s.xml");
+    assert!(
+        told.contains("shown without its animations") && told.contains("the first key is shown"),
+        "{told}"
+    );
+    assert!(!succeeds(folder, "info builtin:tiny --at 3").contains("moves"));
+}

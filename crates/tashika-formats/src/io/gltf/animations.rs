@@ -1,0 +1,338 @@
+//! Animations: where nodes are at a time.
+//!
+//! All animations of a file go on together from the time zero, each once; where two move the same
+//! property of a node, the first one counts. Between two keys `k` and `k + 1`, with `Δ` the time
+//! between them and `u` the fraction of it that has passed, a property is (glTF 2.0, appendix C)
+//!
+//! ```text
+//! STEP          v_k
+//! LINEAR        (1 − u) v_k + u v_{k+1}, rotations by slerp
+//! CUBICSPLINE   (2u³ − 3u² + 1) v_k + Δ (u³ − 2u² + u) b_k + (3u² − 2u³) v_{k+1} + Δ (u³ − u²) a_{k+1}
+//! ```
+//!
+//! with the tangents `a`, towards a key, and `b`, away from it; rotations are made unit quaternions
+//! again. Before the first key it is the first one's value, after the last the last one's.
+//!
+//! # Guarantee
+//! Of a file that is loaded without a time nothing of its animations is read but when they begin
+//! and end, as it says itself. Keys that are read count into the scene's budget of geometry as
+//! often as they are named, so that work is bounded by what may be read.
+//!
+//! # Held to this by
+//! The test module `gltf_animations`.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3, DVec4};
+use gltf::json::Index;
+use gltf::json::accessor::Type;
+use serde::Deserialize;
+
+use super::features::met;
+use super::nodes::unit_quaternion;
+use super::source::Source;
+use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
+use crate::math::motion::slerp;
+use crate::scene::{NoteKind, SceneBuilder};
+
+/// What animations say of a node at a time; what they do not move is as the node says.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pose {
+    pub translation: Option<DVec3>,
+    pub rotation: Option<DQuat>,
+    pub scale: Option<DVec3>,
+}
+
+/// What of an animation is read.
+#[derive(Deserialize)]
+#[serde(default)]
+#[derive(Default)]
+struct Animation {
+    channels: Vec<Channel>,
+    samplers: Vec<Sampler>,
+}
+
+#[derive(Deserialize)]
+struct Channel {
+    sampler: usize,
+    target: Target,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    node: Option<usize>,
+    path: String,
+}
+
+#[derive(Deserialize)]
+struct Sampler {
+    input: u32,
+    output: u32,
+    #[serde(default)]
+    interpolation: Interpolation,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "UPPERCASE")]
+enum Interpolation {
+    Step,
+    #[default]
+    Linear,
+    CubicSpline,
+}
+
+/// Where a time lies among the keys of a sampler.
+#[derive(Clone, Copy)]
+struct Moment {
+    /// How many keys there are.
+    keys: usize,
+    /// The key before, or the first.
+    before: usize,
+    /// The key after it, the fraction of the time between them that has passed, and that time (s);
+    /// none where one key alone counts.
+    after: Option<(usize, f64, f64)>,
+}
+
+/// Says when the file's animations begin and end, as far as it says so.
+pub(super) fn tell_span(source: &Source<'_>, animations: &[serde_json::Value], builder: &mut SceneBuilder) {
+    for animation in animations {
+        let Ok(animation) = Animation::deserialize(animation) else { continue };
+        for sampler in &animation.samplers {
+            let Some(input) = source.root.accessors.get(sampler.input as usize) else { continue };
+            let number = |value: &Option<serde_json::Value>| {
+                let value = value.as_ref()?;
+                value.get(0).unwrap_or(value).as_f64()
+            };
+            if let (Some(first), Some(last)) = (number(&input.min), number(&input.max)) {
+                builder.add_animated_seconds([first, last]);
+            }
+        }
+    }
+}
+
+/// Where the nodes are that animations move, at a time (s).
+pub(super) fn at(
+    source: &Source<'_>,
+    animations: &[serde_json::Value],
+    seconds: f64,
+    builder: &mut SceneBuilder,
+) -> Result<BTreeMap<usize, Pose>> {
+    let mut reading = Reading { source, seconds, builder, moments: BTreeMap::new(), poses: BTreeMap::new() };
+    for (i, animation) in animations.iter().enumerate() {
+        let item = format!("animations[{i}]");
+        let animation = Animation::deserialize(animation).map_err(|e| {
+            let found = format!("an animation that cannot be read ({})", shown(&e.to_string()));
+            Error::invalid(source.at(&item), found, "channels and samplers as of glTF 2.0")
+        })?;
+        for (k, channel) in animation.channels.iter().enumerate() {
+            reading.channel(&animation, channel, &format!("{item}.channels[{k}]"))?;
+        }
+    }
+    Ok(reading.poses)
+}
+
+struct Reading<'r, 'a> {
+    source: &'r Source<'a>,
+    seconds: f64,
+    builder: &'r mut SceneBuilder,
+    /// Of accessors of times; none of those without keys.
+    moments: BTreeMap<u32, Option<Moment>>,
+    poses: BTreeMap<usize, Pose>,
+}
+
+impl Reading<'_, '_> {
+    fn channel(&mut self, animation: &Animation, channel: &Channel, item: &str) -> Result<()> {
+        let at = |field: &str| self.source.at(format!("{item}{field}"));
+        let Some(sampler) = animation.samplers.get(channel.sampler) else {
+            let expected = format!("an index below {}", animation.samplers.len());
+            return Err(Error::invalid(at(".sampler"), format!("sampler {}", channel.sampler), expected));
+        };
+        let path = channel.target.path.as_str();
+        met("animation", path, at(".target.path"), self.builder)?;
+        // What has no node is left to extensions, as the specification says.
+        let Some(node) = channel.target.node.filter(|_| matches!(path, "translation" | "rotation" | "scale"))
+        else {
+            return Ok(());
+        };
+        let nodes = &self.source.root.nodes;
+        let Some(target) = nodes.get(node) else {
+            let expected = format!("an index below {}", nodes.len());
+            return Err(Error::invalid(at(".target.node"), format!("node {node}"), expected));
+        };
+        if target.matrix.is_some() {
+            let message = "animations of nodes with a matrix: left out";
+            self.builder.note(NoteKind::Repaired, message, at(".target.node"));
+            return Ok(());
+        }
+        let pose = self.poses.get(&node).copied().unwrap_or_default();
+        let is_taken = match path {
+            "translation" => pose.translation.is_some(),
+            "rotation" => pose.rotation.is_some(),
+            _ => pose.scale.is_some(),
+        };
+        if is_taken {
+            let message = "animations of what another one moves already: left out";
+            self.builder.note(NoteKind::Ignored, message, at(".target"));
+            return Ok(());
+        }
+        let Some(moment) = self.moment(sampler.input, at(".sampler"))? else { return Ok(()) };
+        let place = at(".sampler");
+        let pose = match path {
+            "rotation" => {
+                let rotation = self.rotation(sampler, moment, &place)?;
+                Pose { rotation: Some(rotation), ..pose }
+            }
+            _ => {
+                let [x, y, z] = self.value::<3>(sampler, moment, Type::Vec3, &place)?;
+                let vector = Some(DVec3::new(x, y, z));
+                match path {
+                    "translation" => Pose { translation: vector, ..pose },
+                    _ => Pose { scale: vector, ..pose },
+                }
+            }
+        };
+        self.poses.insert(node, pose);
+        Ok(())
+    }
+
+    /// Where the time lies among those of an accessor, read once.
+    fn moment(&mut self, input: u32, at: Location) -> Result<Option<Moment>> {
+        if let Some(&known) = self.moments.get(&input) {
+            return Ok(known);
+        }
+        let times = self.vectors::<1>(input, Type::Scalar, None, &at)?;
+        let times: Vec<f32> = times.into_iter().flatten().collect();
+        if let Some(wrong) = times.iter().find(|time| !time.is_finite()) {
+            let found = format!("accessors[{input}] with the time {wrong}");
+            return Err(Error::invalid(at, found, "finite times"));
+        }
+        let mut order: Vec<usize> = (0..times.len()).collect();
+        if !times.is_sorted_by(|a, b| a < b) {
+            let message = "animations whose times do not rise: their keys are sorted";
+            self.builder.note(NoteKind::Repaired, message, at.clone());
+            order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
+        }
+        let moment = match (order.first(), order.last()) {
+            (Some(&first), Some(&last)) => {
+                let time = |key: usize| f64::from(times[key]);
+                self.builder.add_animated_seconds([time(first), time(last)]);
+                let after = order.partition_point(|&key| time(key) <= self.seconds);
+                let before = order[after.saturating_sub(1)];
+                let after = order.get(after).filter(|_| after > 0).map(|&after| {
+                    let between = time(after) - time(before);
+                    (after, (self.seconds - time(before)) / between, between)
+                });
+                Some(Moment { keys: times.len(), before, after })
+            }
+            _ => {
+                let message = "animations without keys: left out";
+                self.builder.note(NoteKind::Repaired, message, at);
+                None
+            }
+        };
+        self.moments.insert(input, moment);
+        Ok(moment)
+    }
+
+    /// The elements of an accessor, of which there must be so many if that is said.
+    fn vectors<const N: usize>(
+        &self,
+        index: u32,
+        expected: Type,
+        count: Option<usize>,
+        at: &Location,
+    ) -> Result<Vec<[f32; N]>> {
+        let accessors = self.source.root.accessors.len();
+        if index as usize >= accessors {
+            let expected = format!("an index below {accessors}");
+            return Err(Error::invalid(at.clone(), format!("accessor {index}"), expected));
+        }
+        let accessor = self.source.accessor(Index::new(index), expected, at.clone())?;
+        let found = accessor.count();
+        if let Some(count) = count.filter(|&count| count != found) {
+            let found = format!("accessors[{index}] of {found} elements");
+            return Err(Error::invalid(at.clone(), found, format!("{count}, as the keys need")));
+        }
+        self.source.geometry_budget.take((found as u64).saturating_mul(size_of::<[f32; N]>() as u64), at)?;
+        accessor.vectors(0..found)
+    }
+
+    /// The values that a sampler has at the two keys about the time: what comes before and after
+    /// them, and their tangents, away from the first and towards the second.
+    fn values<const N: usize>(
+        &self,
+        sampler: &Sampler,
+        moment: Moment,
+        expected: Type,
+        at: &Location,
+    ) -> Result<Values<N>> {
+        let (each, own) = if sampler.interpolation == Interpolation::CubicSpline { (3, 1) } else { (1, 0) };
+        let count = moment.keys.saturating_mul(each);
+        let all = self.vectors::<N>(sampler.output, expected, Some(count), at)?;
+        let value = |key: usize, which: usize| -> Result<[f64; N]> {
+            let value = all[each * key + which];
+            if value.iter().all(|x| x.is_finite()) {
+                return Ok(value.map(f64::from));
+            }
+            let found = format!("accessors[{}] with the value {value:?}", sampler.output);
+            Err(Error::invalid(at.clone(), found, "finite numbers"))
+        };
+        let last = moment.after.map_or(moment.before, |(after, ..)| after);
+        let tangents = if each == 3 { [value(moment.before, 2)?, value(last, 0)?] } else { [[0.0; N]; 2] };
+        Ok(Values { ends: [value(moment.before, own)?, value(last, own)?], tangents })
+    }
+
+    fn value<const N: usize>(
+        &self,
+        sampler: &Sampler,
+        moment: Moment,
+        expected: Type,
+        at: &Location,
+    ) -> Result<[f64; N]> {
+        let values = self.values::<N>(sampler, moment, expected, at)?;
+        Ok(match (sampler.interpolation, moment.after) {
+            (Interpolation::Step, _) | (_, None) => values.ends[0],
+            (Interpolation::Linear, Some((_, u, _))) => values.combined([1.0 - u, u, 0.0, 0.0]),
+            (Interpolation::CubicSpline, Some((_, u, between))) => values.spline(u, between),
+        })
+    }
+
+    fn rotation(&mut self, sampler: &Sampler, moment: Moment, at: &Location) -> Result<DQuat> {
+        let unit = |xyzw: [f64; 4]| unit_quaternion(DQuat::from_vec4(DVec4::from_array(xyzw)));
+        let rotation = match (sampler.interpolation, moment.after) {
+            (Interpolation::Linear, Some((_, u, _))) => {
+                let [before, after] = self.values::<4>(sampler, moment, Type::Vec4, at)?.ends.map(unit);
+                before.zip(after).map(|(before, after)| slerp(before, after, u))
+            }
+            _ => unit(self.value::<4>(sampler, moment, Type::Vec4, at)?),
+        };
+        Ok(rotation.unwrap_or_else(|| {
+            let message = "animated rotations that are no quaternion: left out";
+            self.builder.note(NoteKind::Repaired, message, at.clone());
+            DQuat::IDENTITY
+        }))
+    }
+}
+
+/// What a sampler has at two keys.
+struct Values<const N: usize> {
+    ends: [[f64; N]; 2],
+    /// Away from the first key, and towards the second.
+    tangents: [[f64; N]; 2],
+}
+
+impl<const N: usize> Values<N> {
+    /// The sum of ends and tangents with these weights.
+    fn combined(&self, weights: [f64; 4]) -> [f64; N] {
+        let [w0, w1, w2, w3] = weights;
+        let ([a, b], [c, d]) = (self.ends, self.tangents);
+        std::array::from_fn(|i| w0 * a[i] + w1 * b[i] + w2 * c[i] + w3 * d[i])
+    }
+
+    fn spline(&self, u: f64, between: f64) -> [f64; N] {
+        let (u2, u3) = (u * u, u * u * u);
+        let end = 3.0 * u2 - 2.0 * u3;
+        self.combined([1.0 - end, end, between * (u3 - 2.0 * u2 + u), between * (u3 - u2)])
+    }
+}

@@ -1,0 +1,220 @@
+//! Affine maps at keys of time, and what is between them.
+//!
+//! A map is taken apart into `T · R · S`: a translation, a rotation and a symmetric stretch, by the
+//! polar decomposition of its linear part, and put together again from the parts in between
+//! (Shoemake and Duff 1992):
+//!
+//! ```text
+//! T = (1 − u) T₀ + u T₁     R = slerp(R₀, R₁, u)     S = (1 − u) S₀ + u S₁     u = (t − t₀)/(t₁ − t₀)
+//! slerp(q₀, q₁, u) = (sin((1 − u) θ) q₀ + sin(u θ) q₁) / sin θ                 cos θ = q₀ · q₁ ≥ 0
+//! ```
+//!
+//! with the sign of `q₁` that takes the shorter way (Shoemake 1985). `R` is the limit of
+//! `R ← (R + R⁻ᵀ)/2`, which begins at the linear part. Where that mirrors, `−R` is the rotation and
+//! `−S` the stretch. pbrt moves things in this way (Pharr et al. 2016, section 2.9); a map that
+//! only turns and moves stays one.
+//!
+//! # Guarantee
+//! At a key, before the first and after the last one, [`Track::at`] gives that key's own map, bit
+//! for bit. The bits are the same on every machine.
+//!
+//! # Held to this by
+//! The tests below.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::elementary::{atan2_f64, sin_cos_f64};
+
+/// Steps of the polar decomposition at most: each squares the error, once it is below one, and
+/// halves larger stretches.
+const MOST_STEPS: usize = 100;
+
+/// An affine map in parts: the translation after the rotation after the stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Parts {
+    translation: DVec3,
+    rotation: DQuat,
+    stretch: DMat3,
+}
+
+impl Parts {
+    /// None if the map cannot be inverted, or is not finite.
+    fn of(map: &DAffine3) -> Option<Self> {
+        let linear = map.matrix3;
+        let mut r = linear;
+        for _ in 0..MOST_STEPS {
+            let next = (r + r.inverse().transpose()) * 0.5;
+            if !next.is_finite() || r.determinant() == 0.0 {
+                return None;
+            }
+            let step = next - r;
+            r = next;
+            let change = step.to_cols_array().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            if change < 1e-14 {
+                break;
+            }
+        }
+        let r = if r.determinant() < 0.0 { r * -1.0 } else { r };
+        let stretch = r.transpose() * linear;
+        let rotation = DQuat::from_mat3(&r).normalize();
+        let parts = Self { translation: map.translation, rotation, stretch };
+        (map.is_finite() && rotation.is_finite() && stretch.is_finite()).then_some(parts)
+    }
+
+    /// Between it, at `u = 0`, and another, at `u = 1`.
+    fn towards(&self, other: &Self, u: f64) -> DAffine3 {
+        let rotation = slerp(self.rotation, other.rotation, u);
+        DAffine3 {
+            matrix3: DMat3::from_quat(rotation) * (self.stretch * (1.0 - u) + other.stretch * u),
+            translation: self.translation.lerp(other.translation, u),
+        }
+    }
+}
+
+/// Between two unit quaternions, by the shorter way and at constant speed.
+pub fn slerp(from: DQuat, to: DQuat, u: f64) -> DQuat {
+    let to = if from.dot(to) < 0.0 { -to } else { to };
+    // Both lengths are exact for angles of any size, which the arc cosine is not.
+    let angle = 2.0 * atan2_f64((to - from).length(), (to + from).length());
+    let (a, b) = (sin_cos_f64((1.0 - u) * angle).0, sin_cos_f64(u * angle).0);
+    // Rotations that can hardly be told apart lie on a straight line.
+    let (a, b) = if angle < 1e-9 { (1.0 - u, u) } else { (a, b) };
+    (from * a + to * b).normalize()
+}
+
+/// A map that changes with time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    keys: Vec<Key>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Key {
+    seconds: f64,
+    map: DAffine3,
+    parts: Parts,
+}
+
+impl Track {
+    /// Of maps at times (s), which may stand in any order; of two at one time the last counts.
+    ///
+    /// None without any, if a time is not finite, or if a map cannot be inverted.
+    pub fn new(keys: impl IntoIterator<Item = (f64, DAffine3)>) -> Option<Self> {
+        let key = |(seconds, map): (f64, DAffine3)| {
+            let parts = Parts::of(&map).filter(|_| seconds.is_finite())?;
+            Some(Key { seconds, map, parts })
+        };
+        let mut keys = keys.into_iter().map(key).collect::<Option<Vec<_>>>()?;
+        keys.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        keys.dedup_by(|later, earlier| {
+            let same = later.seconds == earlier.seconds;
+            if same {
+                std::mem::swap(later, earlier);
+            }
+            same
+        });
+        (!keys.is_empty()).then_some(Self { keys })
+    }
+
+    /// The map at a time (s); before the first key that of the first, after the last that of the
+    /// last.
+    pub fn at(&self, seconds: f64) -> DAffine3 {
+        let after = self.keys.partition_point(|key| key.seconds <= seconds);
+        let Some(before) = after.checked_sub(1) else { return self.keys[0].map };
+        let before = &self.keys[before];
+        match self.keys.get(after) {
+            Some(after) if before.seconds < seconds && before.map != after.map => {
+                let u = (seconds - before.seconds) / (after.seconds - before.seconds);
+                before.parts.towards(&after.parts, u)
+            }
+            _ => before.map,
+        }
+    }
+
+    /// The times of the first and the last key (s).
+    pub fn span(&self) -> [f64; 2] {
+        [self.keys[0].seconds, self.keys[self.keys.len() - 1].seconds]
+    }
+
+    /// Whether it is another map at another time.
+    pub fn moves(&self) -> bool {
+        self.keys.iter().any(|key| key.map != self.keys[0].map)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, Stream};
+
+    fn turned(axis: DVec3, angle: f64) -> DMat3 {
+        let (sin, cos) = sin_cos_f64(0.5 * angle);
+        let v = axis.normalize() * sin;
+        DMat3::from_quat(DQuat::from_xyzw(v.x, v.y, v.z, cos))
+    }
+
+    #[test]
+    fn a_turn_goes_on_at_constant_speed_by_the_shorter_way() {
+        let axis = DVec3::new(1.0, -2.0, 0.5);
+        // The two signs of a quaternion are one rotation.
+        for sign in [1.0, -1.0] {
+            for angle in [1e-12, 1e-4, 1.0, 3.0] {
+                let quat = |a: f64| DQuat::from_mat3(&turned(axis, a));
+                for u in [0.0, 0.1, 0.5, 0.9, 1.0] {
+                    let between = slerp(quat(0.3), quat(0.3 + angle) * sign, u);
+                    let expected = quat(0.3 + u * angle);
+                    assert!(between.dot(expected).abs() > 1.0 - 1e-15, "{angle} {u}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn maps_are_taken_apart_and_put_together_again() {
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        for i in 0..200 {
+            let mut number = || 6.0 * f64::from(s.uniform()) - 3.0;
+            let mut column = || DVec3::new(number(), number(), number());
+            let linear = DMat3::from_cols(column(), column(), column());
+            let map = DAffine3 { matrix3: linear, translation: column() };
+            let parts = Parts::of(&map).unwrap();
+            let again = parts.towards(&parts, 0.5);
+            assert!(again.abs_diff_eq(map, 1e-10), "{i}: {map:?} {again:?}");
+            assert!(parts.stretch.abs_diff_eq(parts.stretch.transpose(), 1e-10), "a symmetric stretch");
+        }
+        let huge = DAffine3::from_scale(DVec3::new(1e12, -1e-9, 1.0));
+        assert!(Parts::of(&huge).unwrap().stretch.abs_diff_eq(huge.matrix3 * -1.0, 1e-3));
+        for flat in [DVec3::new(1.0, 0.0, 1.0), DVec3::splat(f64::NAN), DVec3::splat(f64::INFINITY)] {
+            assert!(Parts::of(&DAffine3::from_scale(flat)).is_none());
+        }
+    }
+
+    #[test]
+    fn between_keys_turns_stay_rigid_and_stretches_go_straight() {
+        let map = |angle, scale: f64, x| DAffine3 {
+            matrix3: turned(DVec3::Y, angle) * scale,
+            translation: DVec3::new(x, 1.0, 0.0),
+        };
+        let track = Track::new([(4.0, map(2.0, 3.0, 5.0)), (2.0, map(0.0, 1.0, 1.0))]).unwrap();
+        assert_eq!(track.span(), [2.0, 4.0]);
+        assert!(track.at(2.5).abs_diff_eq(map(0.5, 1.5, 2.0), 1e-12));
+        assert_eq!(track.at(2.0), map(0.0, 1.0, 1.0), "bit for bit");
+        assert_eq!(track.at(-7.0), map(0.0, 1.0, 1.0));
+        assert_eq!(track.at(4.0), map(2.0, 3.0, 5.0));
+        assert_eq!(track.at(f64::INFINITY), map(2.0, 3.0, 5.0));
+        // A mirror that turns stays a mirror that turns.
+        let mirror = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
+        let mirrored = |angle| DAffine3 { matrix3: turned(DVec3::Y, angle) * mirror, ..DAffine3::IDENTITY };
+        let track = Track::new([(0.0, mirrored(0.0)), (1.0, mirrored(2.0))]).unwrap();
+        assert!(track.at(0.25).abs_diff_eq(mirrored(0.5), 1e-12), "{:?}", track.at(0.25));
+    }
+
+    #[test]
+    fn keys_out_of_order_are_sorted_and_the_last_of_a_time_counts() {
+        let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
+        let track = Track::new([(1.0, at(9.0)), (0.0, at(0.0)), (1.0, at(2.0))]).unwrap();
+        assert_eq!((track.at(0.5), track.at(1.0)), (at(1.0), at(2.0)));
+        assert!(track.moves() && !Track::new([(0.0, at(1.0)), (1.0, at(1.0))]).unwrap().moves());
+        assert!(Track::new([]).is_none() && Track::new([(f64::NAN, at(0.0))]).is_none());
+    }
+}

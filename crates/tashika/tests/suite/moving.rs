@@ -1,0 +1,146 @@
+//! What moves in files of pbrt and Mitsuba, at a time.
+
+use glam::{Affine3A, Vec3};
+use tashika::error::Result;
+use tashika::io::{LoadOptions, load_scene};
+use tashika::math::elementary::rotation;
+use tashika::scene::{NoteKind, Scene};
+
+use super::pbrt::{TRIANGLE, V3, V4};
+
+fn load(name: &str, text: &str, at: Option<f64>) -> Result<Scene> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    load_scene(&path, &LoadOptions { at, ..LoadOptions::default() })
+}
+
+fn pbrt(text: &str, at: Option<f64>) -> Scene {
+    load("scene.pbrt", text, at).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn mitsuba(body: &str, at: Option<f64>) -> Scene {
+    let text = format!("<scene version=\"3.0.0\">\n{body}\n</scene>\n");
+    load("scene.xml", &text, at).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn has(scene: &Scene, kind: NoteKind, start: &str) -> bool {
+    scene.notes().iter().any(|note| note.kind == kind && note.message.starts_with(start))
+}
+
+fn turned(degrees: f32) -> Affine3A {
+    Affine3A::from_quat(rotation(Vec3::Z, degrees.to_radians()))
+}
+
+/// What moves from `1 0 0` to `1 0 4`, turning by a right angle and growing from 1 to 3.
+const MOVES: &str = "Translate 1 0 0 ActiveTransform EndTime Translate 0 0 4 Rotate 90 0 0 1 Scale 3 3 3 ActiveTransform All ";
+
+#[test]
+fn pbrt_moves_things_between_its_two_transforms() {
+    let expected = |u: f32| {
+        Affine3A::from_translation(Vec3::new(1.0, 0.0, 4.0 * u))
+            * turned(90.0 * u)
+            * Affine3A::from_scale(Vec3::splat(1.0 + 2.0 * u))
+    };
+    for begin in [V3, V4] {
+        for (times, shift) in [("", 0.0), ("TransformTimes 2 4 ", 2.0)] {
+            let text = format!("{}{begin}{MOVES}{TRIANGLE}", times);
+            let length = if times.is_empty() { 1.0 } else { 2.0 };
+            for u in [-1.0, 0.0, 0.25, 0.5, 1.0, 3.0_f32] {
+                let scene = pbrt(&text, Some(shift + f64::from(u) * length));
+                let (found, expected) = (scene.instances()[0].to_world, expected(u.clamp(0.0, 1.0)));
+                assert!(found.abs_diff_eq(expected, 2e-6), "{times} {u}: {found:?}");
+                assert!(!has(&scene, NoteKind::Approximated, "things that move"));
+                assert_eq!(scene.animated_seconds(), Some([shift, shift + length]));
+            }
+            let still = pbrt(&text, None);
+            assert_eq!(still.instances()[0].to_world, Affine3A::from_translation(Vec3::X));
+            assert!(has(&still, NoteKind::Approximated, "things that move: where they are first"));
+            assert_eq!(still.animated_seconds(), Some([shift, shift + length]));
+        }
+    }
+    // In objects, and of them; by names of both transforms; told once it stands still again.
+    let text = format!(
+        "{V4}ObjectBegin \"o\" {MOVES}{TRIANGLE} ObjectEnd AttributeBegin Translate 0 8 0 ObjectInstance \"o\" AttributeEnd"
+    );
+    let placed = pbrt(&text, Some(0.5)).instances()[0].to_world;
+    assert!(
+        placed.abs_diff_eq(Affine3A::from_translation(Vec3::Y * 8.0) * expected(0.5), 1e-5),
+        "{placed:?}"
+    );
+    let text = format!("{V4}{MOVES}CoordinateSystem \"c\" Identity CoordSysTransform \"c\" {TRIANGLE}");
+    assert!(pbrt(&text, Some(0.5)).instances()[0].to_world.abs_diff_eq(expected(0.5), 1e-5));
+    let scene = pbrt(&format!("{V4}{MOVES}Identity {TRIANGLE}"), None);
+    assert!(!has(&scene, NoteKind::Approximated, "things") && scene.animated_seconds().is_none());
+    let scene = pbrt(&format!("TransformTimes 3 3 {V4}{MOVES}{TRIANGLE}"), Some(0.5));
+    assert!(has(&scene, NoteKind::Repaired, "TransformTimes that do not rise"));
+    assert!(scene.instances()[0].to_world.abs_diff_eq(expected(0.5), 1e-5));
+    let scene = pbrt(&format!("{V4}ActiveTransform EndTime Scale 0 1 1 {TRIANGLE}"), Some(0.5));
+    assert!(has(&scene, NoteKind::Repaired, "shapes and lights with") && scene.instances().is_empty());
+}
+
+/// The camera moves between the inverses of its transforms.
+#[test]
+fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
+    let text = format!(
+        "ActiveTransform StartTime LookAt 0 0 0 0 0 1 0 1 0 \
+         ActiveTransform EndTime LookAt 4 0 0 5 0 0 0 1 0 ActiveTransform All {V4}{TRIANGLE}"
+    );
+    let ahead = |at: Option<f64>| {
+        let scene = pbrt(&text, at);
+        let camera = &scene.cameras()[0];
+        (camera.position(), camera.to_world.transform_vector3(Vec3::NEG_Z))
+    };
+    let (place, direction) = ahead(Some(0.5));
+    let diagonal = std::f32::consts::FRAC_1_SQRT_2;
+    assert!(
+        (place - Vec3::X * 2.0).length() < 1e-6
+            && (direction - Vec3::new(diagonal, 0.0, diagonal)).length() < 1e-6
+    );
+    assert_eq!(ahead(None), (Vec3::ZERO, Vec3::Z));
+    assert!((ahead(Some(7.0)).0 - Vec3::X * 4.0).length() < 1e-6);
+    assert!(has(&pbrt(&text, None), NoteKind::Approximated, "cameras that move: where they are first"));
+    assert!(!has(&pbrt(&text, Some(0.5)), NoteKind::Approximated, "cameras that move"));
+}
+
+const RECTANGLE: &str = "<shape type=\"rectangle\"><animation name=\"to_world\">\
+    <transform time=\"5\"><rotate z=\"1\" angle=\"90\"/><translate x=\"3\"/></transform>\
+    <transform time=\"1\"><translate x=\"1\"/></transform></animation></shape>";
+
+#[test]
+fn mitsuba_moves_things_between_its_keys() {
+    let placed = |at: Option<f64>| mitsuba(RECTANGLE, at).instances()[0].to_world;
+    for (seconds, u) in [(-3.0, 0.0), (1.0, 0.0), (2.0, 0.25), (3.0, 0.5), (5.0, 1.0), (8.0, 1.0)] {
+        let expected = Affine3A::from_translation(Vec3::X * (1.0 + 2.0 * u)) * turned(90.0 * u);
+        assert!(placed(Some(seconds)).abs_diff_eq(expected, 1e-6), "{seconds}: {:?}", placed(Some(seconds)));
+    }
+    let (still, at) = (mitsuba(RECTANGLE, None), mitsuba(RECTANGLE, Some(3.0)));
+    assert!(placed(None).abs_diff_eq(Affine3A::from_translation(Vec3::X * 3.0) * turned(90.0), 1e-6));
+    assert!(has(&still, NoteKind::Approximated, "animations: the first key is shown"));
+    assert!(!has(&at, NoteKind::Approximated, "animations"));
+    assert_eq!((still.animated_seconds(), at.animated_seconds()), (Some([1.0, 5.0]), Some([1.0, 5.0])));
+    assert_ne!(still.digest(), at.digest());
+}
+
+#[test]
+fn keys_that_mean_nothing_are_noted_or_refused_with_their_place() {
+    let key = |time: &str, step: &str| format!("<transform {time}>{step}</transform>");
+    let of = |keys: &str| {
+        format!("<shape type=\"rectangle\"><animation name=\"to_world\">{keys}</animation></shape>")
+    };
+    let (a, b) = (key("time=\"0\"", "<translate x=\"1\"/>"), key("time=\"1\"", "<translate x=\"3\"/>"));
+    let untimed = mitsuba(&of(&format!("{a}{}{b}", key("", "<translate x=\"9\"/>"))), Some(0.5));
+    assert!(has(&untimed, NoteKind::Repaired, "keys of animations without a time"));
+    assert_eq!(untimed.instances()[0].to_world.translation.x, 2.0);
+    let flat = mitsuba(&of(&format!("{a}{}", key("time=\"1\"", "<scale x=\"0\"/>"))), Some(0.5));
+    assert!(has(&flat, NoteKind::Repaired, "animations with a key that cannot be inverted"));
+    assert_eq!(flat.instances()[0].to_world.translation.x, 1.0);
+    let none = mitsuba(&of(""), Some(0.5));
+    assert_eq!(none.instances()[0].to_world, Affine3A::IDENTITY);
+    for time in ["nan", "soon", "inf", ""] {
+        let text =
+            format!("<scene version=\"3.0.0\">\n{}\n</scene>", of(&key(&format!("time=\"{time}\""), "")));
+        let said = load("scene.xml", &text, Some(0.5)).unwrap_err().to_string();
+        assert!(said.contains("scene.xml:2:") && said.contains("a finite number"), "{said}");
+    }
+}
