@@ -94,6 +94,8 @@ struct CameraReport {
     /// Degrees of the field of view of perspectives and fisheyes, metres of the film of
     /// orthographic cameras; none where all directions are seen.
     height: Option<f32>,
+    /// From when to when its shutter is open (s), if it moves meanwhile.
+    shutter_seconds: Option<[f64; 2]>,
 }
 
 /// Reads a scene and tells about it.
@@ -157,7 +159,13 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
                     Projection::Spherical { map: SphereMap::LatLong } => ("spherical", None),
                     Projection::Spherical { map: SphereMap::EqualArea } => ("equal-area", None),
                 };
-                CameraReport { name: c.name.clone(), resolution: c.resolution, projection, height }
+                CameraReport {
+                    name: c.name.clone(),
+                    resolution: c.resolution,
+                    projection,
+                    height,
+                    shutter_seconds: c.motion.as_ref().map(|motion| motion.shutter),
+                }
             })
             .collect(),
         bounds: [bounds.lo.to_array(), bounds.hi.to_array()],
@@ -258,7 +266,10 @@ fn rows(report: &Report) -> Rows {
             (projection, Some(degrees)) => format!("{projection}, {degrees:.1} degrees"),
             (projection, None) => format!("{projection}, all around"),
         };
-        rows.push(label, format!("{}: {size}, {sees}", camera.name));
+        let moves = camera.shutter_seconds.map_or(String::new(), |[open, close]| {
+            format!(", moves with its shutter open from {open:.4} to {close:.4} s")
+        });
+        rows.push(label, format!("{}: {size}, {sees}{moves}", camera.name));
     }
     if report.notes.is_empty() {
         rows.push("notes", "none: the scene is rendered as its file says");

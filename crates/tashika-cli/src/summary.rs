@@ -181,6 +181,8 @@ pub struct RenderReport {
     pub light_changes: Vec<String>,
     /// When the scene is as it was rendered (s), if a time was asked for and anything in it moves.
     pub time_seconds: Option<f64>,
+    /// From when to when the shutter is open (s), if the camera moves meanwhile.
+    pub shutter_seconds: Option<[f64; 2]>,
     /// Name of the camera.
     pub camera: String,
     /// Size of the full image (pixels).
@@ -276,6 +278,9 @@ impl RenderReport {
         let [x, y, w, h] = self.window;
         let part = if [w, h] == self.size { String::new() } else { format!(", part {x},{y},{w},{h}") };
         rows.push("image", format!("{width}x{height}{part}, camera {}", self.camera));
+        if let Some([open, close]) = self.shutter_seconds {
+            rows.push("", format!("which moves, with its shutter open from {open:.4} to {close:.4} s"));
+        }
         if let Some(lights) = &self.lights {
             let clamp =
                 if lights.clamp_m > 0.0 { format!("{:.3} m", lights.clamp_m) } else { "off".to_owned() };

@@ -45,6 +45,16 @@ pub fn quality(typed: &str) -> Result<Quality, String> {
     typed.parse().map_err(|_| format!("expected {}", Quality::ALL.map(Quality::name).join(", ")))
 }
 
+/// Two times: `0,0.02`.
+pub fn shutter(typed: &str) -> Result<[f64; 2], String> {
+    let wrong = || "expected two times in seconds, the first not above the second, such as 0,0.02".to_owned();
+    let (open, close) = typed.split_once(',').ok_or_else(wrong)?;
+    let number = |typed: &str| typed.trim().parse::<f64>().map_err(|_| wrong());
+    let shutter = [number(open)?, number(close)?];
+    let valid = shutter.iter().all(|seconds| seconds.is_finite()) && shutter[0] <= shutter[1];
+    if valid { Ok(shutter) } else { Err(wrong()) }
+}
+
 /// The first and the last of some frames: `1..48`.
 pub fn frames(typed: &str) -> Result<[u32; 2], String> {
     let wrong = || "expected two numbers of frames, the first not above the second, such as 1..48".to_owned();
@@ -202,6 +212,15 @@ mod tests {
             assert!(size(typed).is_err(), "{typed}");
         }
         assert!(crop("1,2,3").is_err() && crop("1,2,3,4,5").is_err());
+    }
+
+    #[test]
+    fn shutters_open_before_they_close() {
+        assert_eq!(shutter("-0.01, 1e-2"), Ok([-0.01, 0.01]));
+        assert_eq!(shutter("2,2"), Ok([2.0, 2.0]));
+        for typed in ["", "1", "1,", "2,1", "0,inf", "nan,1", "0,1,2"] {
+            assert!(shutter(typed).is_err(), "{typed}");
+        }
     }
 
     #[test]

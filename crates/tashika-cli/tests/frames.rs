@@ -104,11 +104,45 @@ fn what_goes_with_one_frame_is_refused_for_several() {
         ),
         ("render s.xml --frames 1..2 --vpl-file a.vpl", "with --vpl-file"),
         ("farm slurm --out job -- render s.xml --frames 1..2", "one frame of a job"),
+        ("render s.xml --shutter 2,1", "such as 0,0.02"),
+        ("vpl a.vpl --shutter 0,1", "--shutter is for tracing a scene"),
         ("vpl a.vpl --at 1", "--at is for tracing a scene"),
     ] {
         let (code, text) = run(folder, line);
         assert!(code == Some(2) && text.contains(said), "{line}: {text}");
     }
+}
+
+#[test]
+fn cameras_are_blurred_while_the_shutter_is_open() {
+    let folder = folder();
+    let folder = folder.path();
+    let scene = SCENE.replace(
+        r#"<transform name="to_world"><scale x="4"/><lookat origin="0,0,5" target="0,0,0" up="0,1,0"/></transform>"#,
+        r#"<animation name="to_world">
+          <transform time="0"><lookat origin="0,0,5" target="0,0,0" up="0,1,0"/></transform>
+          <transform time="2"><lookat origin="4,0,5" target="4,0,0" up="0,1,0"/></transform></animation>"#,
+    );
+    assert_ne!(scene, SCENE);
+    fs::write(folder.join("s.xml"), scene).unwrap();
+    let told = succeeds(folder, &format!("{SMALL} --at 1 --shutter -0.25,0.5 --json n.json -o b.exr"));
+    assert!(told.contains("which moves, with its shutter open from 0.7500 to 1.5000 s"), "{told}");
+    assert!(told.contains("animations: shown in the middle of the time that the shutter is open"), "{told}");
+    let json: serde_json::Value = serde_json::from_slice(&bytes(folder.join("n.json"))).unwrap();
+    assert_eq!(json["shutter_seconds"], serde_json::json!([0.75, 1.5]));
+    assert_eq!(json["time_seconds"], 1.125);
+    let film = read_exr(&folder.join("b.exr")).unwrap();
+    assert_eq!(film.metadata().text("camera.shutter"), Some("0.75,1.5"));
+    // About the time of each frame.
+    succeeds(folder, &format!("{SMALL} --frames 1..1 --fps 1 --shutter -0.25,0.5 -o f.exr -q"));
+    assert!(bytes(folder.join("f-0001.exr")) == bytes(folder.join("b.exr")));
+    let told = succeeds(folder, "info s.xml --shutter 0,1");
+    assert!(
+        told.contains("a: 8x2") && told.contains("moves with its shutter open from 0.0000 to 1.0000 s"),
+        "{told}"
+    );
+    let still = succeeds(folder, &format!("{SMALL} --at 1 -o s.exr"));
+    assert!(!still.contains("shutter"), "{still}");
 }
 
 #[test]

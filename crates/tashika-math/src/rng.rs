@@ -41,6 +41,8 @@ pub enum Purpose {
     Picture = 16,
     /// Pixels that an audit looks at, and their truth.
     Audit = 17,
+    /// When a camera sample is seen, while the shutter is open.
+    Shutter = 18,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes

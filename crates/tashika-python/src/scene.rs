@@ -169,7 +169,8 @@ impl Scene {
 /// `"builtin:room"` or `"builtin:tiny"`.
 ///
 /// `at` is the time in seconds that a scene is loaded as it is at, if anything in its file moves;
-/// `Scene.animated_seconds` says from when to when it does.
+/// `Scene.animated_seconds` says from when to when it does. `shutter` is from when to when the
+/// shutter of cameras is open, in seconds from `at` or 0: those that move meanwhile are blurred.
 /// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words
 /// of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
 /// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on
@@ -186,11 +187,13 @@ impl Scene {
 /// tashika.FileError: absent.glb: No such file or directory (os error 2)
 /// ```
 #[pyfunction]
-#[pyo3(signature = (path, *, at=None, environment=None, lights=Vec::new(), allow_outside=false, allow_missing=false, strict=false))]
+#[pyo3(signature = (path, *, at=None, shutter=None, environment=None, lights=Vec::new(), allow_outside=false, allow_missing=false, strict=false))]
+#[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn load(
     py: Python<'_>,
     path: PathBuf,
     at: Option<f64>,
+    shutter: Option<[f64; 2]>,
     environment: Option<&str>,
     lights: Vec<String>,
     allow_outside: bool,
@@ -206,7 +209,7 @@ pub fn load(
             .collect::<Result<_>>()
             .map_err(raised)?,
     };
-    let options = LoadOptions { allow_outside, allow_missing, at, ..LoadOptions::default() };
+    let options = LoadOptions { allow_outside, allow_missing, at, shutter, ..LoadOptions::default() };
     let scene = py.detach(|| open_scene(&path, &changes, &options)).map_err(raised)?;
     if let (true, Some(note)) = (strict, scene.notes().first_departure()) {
         let expected = "nothing that departs from the file, because of strict=True";

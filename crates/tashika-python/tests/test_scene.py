@@ -332,6 +332,7 @@ def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:
     assert any("things that move" in note for note in still.notes)
     assert not any("things that move" in note for note in later.notes)
     assert tashika.builtin("tiny").animated_seconds is None
+    assert any("in the middle" in note for note in tashika.load(tmp_path / "s.pbrt", shutter=(1, 2)).notes)
     with pytest.raises(tashika.OptionError, match="at = inf; expected a finite number of seconds"):
         tashika.load(tmp_path / "s.pbrt", at=float("inf"))
 

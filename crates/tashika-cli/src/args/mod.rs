@@ -159,6 +159,14 @@ pub struct SceneArgs {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, help_heading = "Scene")]
     pub at: Option<f64>,
 
+    /// From when to when the shutter of cameras is open, in seconds from --at, from each of the
+    /// --frames, or from 0: a camera that moves meanwhile is blurred, other things that move are in
+    /// the middle of it
+    /// [default: with a time closed; else as the file says, pbrt and Mitsuba]
+    #[arg(long, value_name = "OPEN,CLOSE", value_parser = values::shutter, allow_hyphen_values = true,
+        help_heading = "Scene")]
+    pub shutter: Option<[f64; 2]>,
+
     /// Light from infinity instead of the scene's: an image by latitude and longitude,
     /// FILE[,scale=S][,rotate=DEG][,up=z], or a clear sky,
     /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]

@@ -58,6 +58,7 @@ impl SceneSource {
             allow_outside: args.allow_outside,
             allow_missing: args.allow_missing,
             at: args.at,
+            shutter: args.shutter,
             ..LoadOptions::default()
         };
         options.validate()?;
@@ -242,6 +243,7 @@ impl VplPlan {
                 ("--clamp", args.lights.clamp.clamp.is_some()),
                 ("--seed", args.seed.is_some()),
                 ("--at", args.scene_args.at.is_some()),
+                ("--shutter", args.scene_args.shutter.is_some()),
                 ("--environment", args.scene_args.environment.is_some()),
                 ("--light", !args.scene_args.light.is_empty()),
             ];

@@ -8,8 +8,9 @@
 //! ```
 //!
 //! Camera samples are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley 2020,
-//! `sobol_burley`): film and lens in the first four dimensions, four more at each surface. Output
-//! is a function of scene, camera, size, options, seed and pixel.
+//! `sobol_burley`): film and lens in the first four dimensions, four more at each surface. When a
+//! sample is seen by a camera that moves is a sequence of its own. Output is a function of scene,
+//! camera, size, options, seed and pixel.
 //!
 //! A surface that both gathers and is specular, scatters to both sides, or is one of two materials,
 //! does one of these at random ([`Scatter`]): the last of the four numbers chooses.
@@ -118,15 +119,21 @@ impl View<'_> {
     pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Option<Ray>, u64) {
         let key = self.pixel_key(pixel);
         let u = sobol_burley::sample_4d(index, 0, key as u32);
-        (self.ray_through(pixel, u), rng::key(key, Purpose::Gather, u64::from(index)))
+        let time = || {
+            let of_shutter = rng::key(key, Purpose::Shutter, 0);
+            sobol_burley::sample_4d(index, 0, of_shutter as u32)[0]
+        };
+        (self.ray_through(pixel, u, time), rng::key(key, Purpose::Gather, u64::from(index)))
     }
 
     /// The camera ray of pixel `(x, y)` for four uniform numbers: two for the filter, two for the
-    /// lens. `None` where the film shows nothing: there it is black.
-    pub fn ray_through(&self, pixel: [u32; 2], u: [f32; 4]) -> Option<Ray> {
+    /// lens; and one for the time, which a camera that stands does not ask for. `None` where the film
+    /// shows nothing: there it is black.
+    pub fn ray_through(&self, pixel: [u32; 2], u: [f32; 4], time: impl FnOnce() -> f32) -> Option<Ray> {
         let offset = Vec2::new(self.gather.filter.warp(u[0]), self.gather.filter.warp(u[1]));
         let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
-        self.camera.ray(&CameraSample { film, lens: [u[2], u[3]] }, self.size)
+        let time = if self.camera.motion.is_some() { time() } else { 0.0 };
+        self.camera.ray(&CameraSample { film, lens: [u[2], u[3]], time }, self.size)
     }
 
     fn pixel_key(&self, pixel: [u32; 2]) -> u64 {

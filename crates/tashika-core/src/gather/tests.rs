@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use super::{Filter, GatherOptions, GatherPoint, View};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
+use crate::math::motion::Track;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{
     Camera, CoatBase, Emission, Environment, Material, MeshData, Projection, SceneBuilder, Surface,
@@ -198,6 +199,36 @@ fn pixels_have_samples_of_their_own() {
     }
     let (_, other) = View { seed: 4, ..v }.camera_ray([0, 0], 0);
     assert!(keys.insert(other), "and seeds too");
+}
+
+/// A camera that goes from `x = 0` to `x = 1`: where a ray starts tells when it is seen.
+#[test]
+fn times_fill_the_shutters_evenly_and_leave_all_else_as_it_is() {
+    let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
+    let still = view(&t, 64);
+    let at = |x: f64| DAffine3::from_translation(DVec3::X * x);
+    let moving =
+        still.camera.clone().moving(Track::new([(2.0, at(0.0)), (3.0, at(1.0))]).unwrap(), [2.0, 3.0]);
+    let moving = View { camera: &moving, ..still };
+    let mut pixels = BTreeSet::new();
+    for pixel in [[5, 9], [6, 9], [5, 10]] {
+        let (mut parts, mut order, mut with_place) = (BTreeSet::new(), Vec::new(), 0.0);
+        for index in 0..64 {
+            let (ray, key) = moving.camera_ray(pixel, index);
+            let (same, same_key) = still.camera_ray(pixel, index);
+            let (ray, same) = (ray.unwrap(), same.unwrap());
+            assert_eq!((ray.direction, key), (same.direction, same_key), "film and lens are as they were");
+            parts.insert((ray.origin.x * 64.0) as u32);
+            order.push((ray.origin.x * 64.0) as u32);
+            let place =
+                (ray.direction.x / -ray.direction.z) / (2.0 * crate::math::elementary::tan(0.2) / 16.0);
+            with_place += (place + 8.0 - pixel[0] as f32 - 0.5) * (ray.origin.x - 0.5);
+        }
+        assert_eq!(parts.len(), 64, "one in each of 64 equal parts");
+        assert!(pixels.insert(order), "pixels have times of their own");
+        // Independent of the place: a covariance of standard deviation 1/12 / √64.
+        assert!((with_place / 64.0).abs() < 0.04, "{with_place}");
+    }
 }
 
 #[test]

@@ -115,7 +115,8 @@ impl Walk<'_> {
         let part = [0, 1].map(|axis| pixel[axis] * PARTS / view.size[axis].max(1));
         let part = part[1].min(PARTS - 1) * PARTS + part[0].min(PARTS - 1);
         let ([a, b], [c, d]) = (s.uniform_2(), s.uniform_2());
-        let Some(mut ray) = view.ray_through(pixel, [a, b, c, d]) else {
+        let time = || Stream::new(key, Purpose::Shutter, 0).uniform();
+        let Some(mut ray) = view.ray_through(pixel, [a, b, c, d], time) else {
             learned.paths.push((part, 0.0));
             return;
         };

@@ -32,9 +32,10 @@ pub struct SeenLamps {
 impl SeenLamps {
     /// Looks at all lamps from the camera. Runs on the current thread pool.
     ///
-    /// None if no lamp is seen, or the camera has a lens, through which lamps are blurred.
+    /// None if no lamp is seen, or the camera has a lens, through which lamps are blurred, or moves,
+    /// which blurs them too.
     pub fn learn(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
-        if view.camera.lens.radius > 0.0 {
+        if view.camera.lens.radius > 0.0 || view.camera.motion.is_some() {
             return None;
         }
         let mut batch = SegmentBatch::new(Glass::SolidStops);
@@ -68,11 +69,49 @@ fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
         return None;
     }
     let (film, area) = view.camera.project(light.position, view.size)?;
-    let ray = view.camera.ray(&CameraSample { film, lens: [0.5; 2] }, view.size)?;
+    let ray = view.camera.ray(&CameraSample { film, lens: [0.5; 2], time: 0.5 }, view.size)?;
     let cos = -light.direction.dot(ray.direction);
     let pixel = film.floor().as_ivec2();
     let [width, height] = view.size.map(|side| side as i32);
     let is_inside = cos > 0.0 && (0..width).contains(&pixel.x) && (0..height).contains(&pixel.y);
     let luminance = light.intensity.luminance() * cos / area;
     is_inside.then_some(((pixel.y * width + pixel.x) as usize, luminance, ray.origin))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DMat3, DVec3};
+
+    use super::*;
+    use crate::accel::Tracer;
+    use crate::gather::GatherOptions;
+    use crate::math::motion::Track;
+    use crate::scene::{Camera, Lens, builtin};
+    use crate::vpl::VplOptions;
+
+    /// The lamp of the box lies in the upper half of its picture, at the same place for all times.
+    #[test]
+    fn lamps_are_known_to_cameras_that_stand_and_have_no_lens() {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let tracing = LightTracer::new(&tracer, &VplOptions::default()).unwrap();
+        let camera = Camera::look_at("c", Vec3::new(1.0, 0.5, 2.5), Vec3::new(1.0, 2.0, 1.0), Vec3::Y, 0.7);
+        let learn = |camera: &Camera| {
+            let view = View { camera, size: [8, 8], gather: GatherOptions::default(), seed: 1 };
+            SeenLamps::learn(&tracing, &view, 2)
+        };
+        let seen = learn(&camera).expect("the lamp is in the picture");
+        let brightest = (0..64).map(|i| seen.importance_radiance([i % 8, i / 8])).fold(0.0, f64::max);
+        assert!((10.0..20.0).contains(&brightest), "{brightest}: a pixel that the lamp fills");
+        assert!(learn(&Camera { lens: Lens::round(0.1, 2.0), ..camera.clone() }).is_none());
+        let linear = DMat3::from(camera.to_world.matrix3.as_dmat3());
+        let at = |x: f64| DAffine3 {
+            matrix3: linear,
+            translation: camera.to_world.translation.as_dvec3() + DVec3::X * x,
+        };
+        let moving =
+            camera.clone().moving(Track::new([(0.0, at(-0.1)), (1.0, at(0.1))]).unwrap(), [0.0, 1.0]);
+        assert!(moving.motion.is_some() && learn(&moving).is_none());
+    }
 }

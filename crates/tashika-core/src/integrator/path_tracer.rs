@@ -107,6 +107,7 @@ impl<'s> PathTracer<'s> {
         let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
         let mut stream = Stream::new(setting.view.seed, Purpose::CameraPath, index);
         let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
+        let mut shutter = Stream::new(setting.view.seed, Purpose::Shutter, index);
         let mut wanted = match self.stop {
             PathStop::Count(count) => count,
             PathStop::Until { first, .. } => first,
@@ -116,7 +117,7 @@ impl<'s> PathTracer<'s> {
             for k in done..wanted {
                 let [u, v] = stream.uniform_2();
                 let [s, t] = stream.uniform_2();
-                let ray = setting.view.ray_through(pixel, [u, v, s, t]);
+                let ray = setting.view.ray_through(pixel, [u, v, s, t], || shutter.uniform());
                 let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
                 let radiance = ray.map_or(Rgb::BLACK, |ray| tracing.radiance(ray, key, &mut stream));
                 sum.add(radiance);

@@ -319,6 +319,10 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film)
         m.set(keys::SCENE_LIGHT, "default");
     }
     m.set(keys::CAMERA, setting.view.camera.name.as_str());
+    if let Some(motion) = &setting.view.camera.motion {
+        let [open, close] = motion.shutter;
+        m.set(keys::CAMERA_SHUTTER, format!("{open},{close}"));
+    }
     m.set(keys::METHOD, integrator.name());
     m.set(keys::SEED, setting.view.seed);
     m.set(keys::GATHER_POINTS, setting.view.gather.points);

@@ -62,6 +62,11 @@ pub struct LoadOptions {
     /// move it is as at its beginning, afterwards as at its end. Default: none, as it is without
     /// its animations, where the first keys are (pbrt, Mitsuba), or where the nodes stand (glTF).
     pub at: Option<f64>,
+    /// From when to when the shutter of cameras is open (s), reckoned from [`Self::at`] or zero:
+    /// finite numbers, the first not above the second. Cameras that move meanwhile are blurred;
+    /// things that move are where they are in the middle of it. Default: none; then at a time
+    /// nothing is blurred, and without one cameras are as the file says (pbrt, Mitsuba).
+    pub shutter: Option<[f64; 2]>,
 }
 
 impl Default for LoadOptions {
@@ -72,6 +77,7 @@ impl Default for LoadOptions {
             max_image_texels: 1 << 28,
             max_file_bytes: 1 << 34,
             at: None,
+            shutter: None,
         }
     }
 }
@@ -80,9 +86,33 @@ impl LoadOptions {
     /// # Errors
     /// Names the option that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {
-        match self.at {
-            Some(at) if !at.is_finite() => Err(Error::option("at", at, "a finite number of seconds")),
+        if let Some(at) = self.at.filter(|at| !at.is_finite()) {
+            return Err(Error::option("at", at, "a finite number of seconds"));
+        }
+        match self.shutter {
+            Some([open, close]) if !(open <= close && open.is_finite() && close.is_finite()) => {
+                let expected = "two finite numbers of seconds, the first not above the second";
+                Err(Error::option("shutter", format!("{open},{close}"), expected))
+            }
             _ => Ok(()),
+        }
+    }
+
+    /// When things are as they are loaded (s), if a time was asked for.
+    fn time(&self) -> Option<f64> {
+        match self.shutter {
+            Some([open, close]) => Some(self.at.unwrap_or(0.0) + open + 0.5 * (close - open)),
+            None => self.at,
+        }
+    }
+
+    /// From when to when the shutter of a camera is open (s) whose file says `own` of it; none if the
+    /// camera is as it is at [`Self::time`].
+    fn exposure(&self, own: Option<[f64; 2]>) -> Option<[f64; 2]> {
+        match (self.shutter, self.at) {
+            (Some(shutter), at) => Some(shutter.map(|seconds| at.unwrap_or(0.0) + seconds)),
+            (None, Some(_)) => None,
+            (None, None) => own.filter(|[open, close]| open < close),
         }
     }
 }
@@ -123,12 +153,13 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     if !missing.is_empty() && !options.allow_missing {
         return Err(Error::Missing { scene: path.to_owned(), files: missing });
     }
-    Ok(match options.at.filter(|_| scene.animated_seconds().is_some()) {
+    Ok(match options.time().filter(|_| scene.animated_seconds().is_some()) {
         None => scene.with_digest(files.digest()),
-        Some(at) => {
-            let digest =
-                files.digest().rotate_left(1).wrapping_add(files::digest(&at.to_bits().to_le_bytes()));
-            scene.with_digest(digest).with_time(at)
+        Some(time) => {
+            let [open, close] = options.exposure(None).unwrap_or([time; 2]);
+            let times = [time, open, close].map(f64::to_bits).map(u64::to_le_bytes).concat();
+            let digest = files.digest().rotate_left(1).wrapping_add(files::digest(&times));
+            scene.with_digest(digest).with_time(time)
         }
     })
 }

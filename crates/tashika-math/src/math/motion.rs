@@ -5,8 +5,8 @@
 //! (Shoemake and Duff 1992):
 //!
 //! ```text
-//! T = (1 − u) T₀ + u T₁     R = slerp(R₀, R₁, u)     S = (1 − u) S₀ + u S₁     u = (t − t₀)/(t₁ − t₀)
-//! slerp(q₀, q₁, u) = (sin((1 − u) θ) q₀ + sin(u θ) q₁) / sin θ                 cos θ = q₀ · q₁ ≥ 0
+//! T = (1 − u) T₀ + u T₁     R = turned_between(R₀, R₁, u)     S = (1 − u) S₀ + u S₁     u = (t − t₀)/(t₁ − t₀)
+//! turned_between(q₀, q₁, u) = (sin((1 − u) θ) q₀ + sin(u θ) q₁) / sin θ                 cos θ = q₀ · q₁ ≥ 0
 //! ```
 //!
 //! with the sign of `q₁` that takes the shorter way (Shoemake 1985). `R` is the limit of
@@ -63,7 +63,7 @@ impl Parts {
 
     /// Between it, at `u = 0`, and another, at `u = 1`.
     fn towards(&self, other: &Self, u: f64) -> DAffine3 {
-        let rotation = slerp(self.rotation, other.rotation, u);
+        let rotation = turned_between(self.rotation, other.rotation, u);
         DAffine3 {
             matrix3: DMat3::from_quat(rotation) * (self.stretch * (1.0 - u) + other.stretch * u),
             translation: self.translation.lerp(other.translation, u),
@@ -72,7 +72,7 @@ impl Parts {
 }
 
 /// Between two unit quaternions, by the shorter way and at constant speed.
-pub fn slerp(from: DQuat, to: DQuat, u: f64) -> DQuat {
+pub fn turned_between(from: DQuat, to: DQuat, u: f64) -> DQuat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     // Both lengths are exact for angles of any size, which the arc cosine is not.
     let angle = 2.0 * atan2_f64((to - from).length(), (to + from).length());
@@ -131,14 +131,29 @@ impl Track {
         }
     }
 
+    /// The track of `map · first`: `first` is before it, and does not move.
+    ///
+    /// None if it cannot be inverted.
+    pub fn after(&self, first: DAffine3) -> Option<Self> {
+        Self::new(self.keys.iter().map(|key| (key.seconds, key.map * first)))
+    }
+
     /// The times of the first and the last key (s).
     pub fn span(&self) -> [f64; 2] {
         [self.keys[0].seconds, self.keys[self.keys.len() - 1].seconds]
     }
 
-    /// Whether it is another map at another time.
-    pub fn moves(&self) -> bool {
-        self.keys.iter().any(|key| key.map != self.keys[0].map)
+    /// Whether it is another map at another time between these (s).
+    pub fn moves_between(&self, [from, to]: [f64; 2]) -> bool {
+        let first = self.at(from);
+        let between = self.keys.iter().filter(|key| from < key.seconds && key.seconds < to);
+        self.at(to) != first || between.into_iter().any(|key| key.map != first)
+    }
+
+    /// Whether it mirrors space at all keys, or at none: only then it can be inverted at all times.
+    pub fn keeps_sides(&self) -> bool {
+        let mirrors = |key: &Key| key.map.matrix3.determinant() < 0.0;
+        self.keys.iter().all(|key| mirrors(key) == mirrors(&self.keys[0]))
     }
 }
 
@@ -161,7 +176,7 @@ mod tests {
             for angle in [1e-12, 1e-4, 1.0, 3.0] {
                 let quat = |a: f64| DQuat::from_mat3(&turned(axis, a));
                 for u in [0.0, 0.1, 0.5, 0.9, 1.0] {
-                    let between = slerp(quat(0.3), quat(0.3 + angle) * sign, u);
+                    let between = turned_between(quat(0.3), quat(0.3 + angle) * sign, u);
                     let expected = quat(0.3 + u * angle);
                     assert!(between.dot(expected).abs() > 1.0 - 1e-15, "{angle} {u}");
                 }
@@ -209,12 +224,37 @@ mod tests {
         assert!(track.at(0.25).abs_diff_eq(mirrored(0.5), 1e-12), "{:?}", track.at(0.25));
     }
 
+    /// A turn by 180° of what is mirrored at one end only passes through a flat map.
+    #[test]
+    fn maps_on_the_way_can_be_inverted_where_no_key_mirrors_alone() {
+        let map = |angle, scale| DAffine3 {
+            matrix3: turned(DVec3::new(1.0, 1.0, 0.0), angle) * DMat3::from_diagonal(scale),
+            ..DAffine3::IDENTITY
+        };
+        let (one, mirror) = (DVec3::new(1.0, 2.0, 0.1), DVec3::new(-1.0, 2.0, 0.1));
+        for (ends, keeps) in [([one, one], true), ([mirror, mirror], true), ([one, mirror], false)] {
+            let track = Track::new([(0.0, map(0.0, ends[0])), (1.0, map(3.0, ends[1]))]).unwrap();
+            assert_eq!(track.keeps_sides(), keeps);
+            let least = (0..=100).map(|k| track.at(f64::from(k) / 100.0).matrix3.determinant().abs());
+            let least = least.fold(f64::INFINITY, f64::min);
+            assert_eq!(least > 0.1, keeps, "{least}");
+        }
+        let turn = DAffine3::from_mat3(turned(DVec3::X, 1.0) * -1.0);
+        let track = Track::new([(0.0, map(0.0, one)), (1.0, map(2.0, mirror * -1.0))]).unwrap();
+        let after = track.after(turn).unwrap();
+        assert!(after.at(0.3).abs_diff_eq(track.at(0.3) * turn, 1e-12), "what is before it does not matter");
+    }
+
     #[test]
     fn keys_out_of_order_are_sorted_and_the_last_of_a_time_counts() {
         let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
         let track = Track::new([(1.0, at(9.0)), (0.0, at(0.0)), (1.0, at(2.0))]).unwrap();
         assert_eq!((track.at(0.5), track.at(1.0)), (at(1.0), at(2.0)));
-        assert!(track.moves() && !Track::new([(0.0, at(1.0)), (1.0, at(1.0))]).unwrap().moves());
+        // There and back between two times at which it is the same.
+        let track = Track::new([(0.0, at(1.0)), (1.0, at(2.0)), (2.0, at(1.0)), (3.0, at(1.0))]).unwrap();
+        assert!(track.moves_between([0.0, 2.0]) && track.moves_between([0.5, 0.6]));
+        assert!(!track.moves_between([2.0, 9.0]) && !track.moves_between([-1.0, 0.0]));
+        assert!(!track.moves_between([0.5, 0.5]));
         assert!(Track::new([]).is_none() && Track::new([(f64::NAN, at(0.0))]).is_none());
     }
 }

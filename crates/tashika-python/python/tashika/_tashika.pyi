@@ -280,6 +280,7 @@ def load(
     path: _Path,
     *,
     at: float | None = None,
+    shutter: tuple[float, float] | None = None,
     environment: str | None = None,
     lights: Sequence[str] = ...,
     allow_outside: bool = False,

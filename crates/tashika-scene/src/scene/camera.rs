@@ -1,10 +1,12 @@
-//! The camera: a projection, perhaps through a lens, and where it stands.
+//! The camera: a projection, perhaps through a lens, and where it stands, or where it moves while its
+//! shutter is open.
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use super::projection::FilmFrame;
 use super::{Lens, Projection};
 use crate::film::Window;
+use crate::math::motion::Track;
 use crate::math::{Aabb, Ray};
 
 /// A camera looking along its own `−z`, with `+y` up and `+x` to the right.
@@ -12,8 +14,11 @@ use crate::math::{Aabb, Ray};
 pub struct Camera {
     /// Name by which the user chooses it.
     pub name: String,
-    /// Camera to world; a rigid motion, or one with a mirror.
+    /// Camera to world; a rigid motion, or one with a mirror. Of one that moves, in the middle of the
+    /// time that its shutter is open.
     pub to_world: Affine3A,
+    /// Where it is meanwhile, if it moves: see [`Camera::moving`].
+    pub motion: Option<Motion>,
     /// How the world is projected.
     pub projection: Projection,
     /// How far the film's centre is off the axis, in film widths to the right and film heights up;
@@ -29,7 +34,29 @@ pub struct Camera {
     pub shows: Option<Aabb>,
 }
 
-/// Where on the film and on the lens a camera ray starts.
+/// Where a camera is while its shutter is open: all times of that count the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Camera to world.
+    pub track: Track,
+    /// From when to when the shutter is open (s).
+    pub shutter: [f64; 2],
+}
+
+impl Motion {
+    /// Camera to world after a share of the time that the shutter is open, 0 to 1.
+    pub fn pose(&self, share: f32) -> Affine3A {
+        let [open, close] = self.shutter;
+        self.track.at(open + f64::from(share) * (close - open)).as_affine3a()
+    }
+
+    fn is_valid(&self) -> bool {
+        let [open, close] = self.shutter;
+        open.is_finite() && close.is_finite() && open <= close && self.track.keeps_sides()
+    }
+}
+
+/// Where on the film and on the lens, and when, a camera ray starts.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSample {
     /// Position on the film (pixels, from the top left). Wide pixel filters go beyond
@@ -37,6 +64,8 @@ pub struct CameraSample {
     pub film: Vec2,
     /// Uniform numbers for the lens.
     pub lens: [f32; 2],
+    /// Share of the time that the shutter is open, 0 to 1; means nothing to a camera that stands.
+    pub time: f32,
 }
 
 impl Camera {
@@ -45,6 +74,7 @@ impl Camera {
         Self {
             name: name.into(),
             to_world,
+            motion: None,
             projection,
             shift: Vec2::ZERO,
             lens: Lens::PINHOLE,
@@ -63,7 +93,16 @@ impl Camera {
         Self::new(name, to_world, Projection::Perspective { vertical_fov })
     }
 
-    /// Position of the lens' centre (m, world).
+    /// The same camera on a track, with its shutter open from one time to another (s): it moves, if
+    /// the track does meanwhile.
+    pub fn moving(self, track: Track, shutter: [f64; 2]) -> Self {
+        let [open, close] = shutter;
+        let to_world = track.at(open + 0.5 * (close - open)).as_affine3a();
+        let motion = track.moves_between(shutter).then_some(Motion { track, shutter });
+        Self { to_world, motion, ..self }
+    }
+
+    /// Position of the lens' centre (m, world); of a camera that moves, in the middle of its time.
     pub fn position(&self) -> Vec3 {
         self.to_world.translation.into()
     }
@@ -77,14 +116,12 @@ impl Camera {
             origin = self.lens.point(sample.lens).extend(0.0);
             direction = focus - origin;
         }
-        Some(Ray::new(
-            self.to_world.transform_point3(origin),
-            self.to_world.transform_vector3(direction).normalize(),
-        ))
+        let to_world = self.motion.as_ref().map_or(self.to_world, |motion| motion.pose(sample.time));
+        Some(Ray::new(to_world.transform_point3(origin), to_world.transform_vector3(direction).normalize()))
     }
 
     /// Where a place of the world lies on a film of `size` pixels (pixels, from the top left), as
-    /// seen through the lens' centre, and the area at right angles to the ray that a pixel covers
+    /// seen through the lens' centre, of a camera that moves in the middle of its time, and the area at right angles to the ray that a pixel covers
     /// there (m²). `None` for what the film does not show, whatever its size: behind most cameras,
     /// outside the circle of a fisheye.
     pub fn project(&self, place: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
@@ -102,13 +139,16 @@ impl Camera {
             && self.projection.is_valid()
             && self.shift.is_finite()
             && self.lens.is_valid()
+            && self.motion.as_ref().is_none_or(Motion::is_valid)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::elementary::tan;
+    use glam::{DAffine3, Quat};
+
+    use crate::math::elementary::{rotation, tan};
     use crate::scene::Blades;
 
     /// The same in world space: what is in front of the camera, where it stands, is projected.
@@ -118,10 +158,51 @@ mod tests {
         c.to_world *= Affine3A::from_rotation_x(0.4);
         c.shift = Vec2::new(0.1, -0.2);
         let film = Vec2::new(30.0, 70.0);
-        let ray = c.ray(&CameraSample { film, lens: [0.5; 2] }, [200, 100]).unwrap();
+        let ray = c.ray(&CameraSample { film, lens: [0.5; 2], time: 0.5 }, [200, 100]).unwrap();
         let (found, area) = c.project(ray.at(4.0), [200, 100]).unwrap();
         assert!((found - film).length() < 1e-2 && area > 0.0, "{found} for {film}");
         assert!(c.project(ray.at(-4.0), [200, 100]).is_none());
+    }
+
+    /// Each ray is that of a camera that stands where it is then.
+    #[test]
+    fn a_camera_that_moves_is_where_its_track_is() {
+        let ends = [
+            Affine3A::from_rotation_translation(Quat::IDENTITY, Vec3::X),
+            Affine3A::from_rotation_translation(rotation(Vec3::Y, 1.0), Vec3::new(3.0, 0.0, 0.0)),
+        ];
+        let key = |k: usize| DAffine3 {
+            matrix3: ends[k].matrix3.as_dmat3(),
+            translation: ends[k].translation.as_dvec3(),
+        };
+        let track = Track::new([(1.0, key(0)), (2.0, key(1))]).unwrap();
+        let still = camera();
+        let c = still.clone().moving(track.clone(), [1.0, 1.5]);
+        for time in [0.0, 0.25, 1.0] {
+            let sample = CameraSample { film: Vec2::new(20.0, 70.0), lens: [0.5; 2], time };
+            let turned = Affine3A::from_rotation_translation(
+                rotation(Vec3::Y, 0.5 * time),
+                Vec3::new(1.0 + time, 0.0, 0.0),
+            );
+            let stands = Camera { to_world: turned, ..still.clone() };
+            let (a, b) = (c.ray(&sample, [200, 100]).unwrap(), stands.ray(&sample, [200, 100]).unwrap());
+            assert!((a.origin - b.origin).length() < 1e-6 && (a.direction - b.direction).length() < 1e-6);
+            let other = still.ray(&CameraSample { time: 0.5, ..sample }, [200, 100]).unwrap();
+            let same = still.ray(&sample, [200, 100]).unwrap();
+            assert_eq!((same.origin, same.direction), (other.origin, other.direction));
+        }
+        assert!((c.position() - Vec3::new(1.5, 0.0, 0.0)).length() < 1e-6, "the middle of its time");
+        assert!(c.is_valid());
+        // What does not move meanwhile stands where it is then.
+        let later = still.clone().moving(track.clone(), [2.0, 5.0]);
+        assert_eq!((later.motion, later.to_world), (None, ends[1]));
+        for shutter in [[1.5, 1.0], [f64::NAN, 2.0], [1.0, f64::INFINITY]] {
+            let motion = Some(Motion { track: track.clone(), shutter });
+            assert!(!Camera { motion, ..still.clone() }.is_valid());
+        }
+        let mirrored = DAffine3 { matrix3: key(1).matrix3 * -1.0, ..key(1) };
+        let turns_over = Track::new([(1.0, key(0)), (2.0, mirrored)]).unwrap();
+        assert!(!still.moving(turns_over, [1.0, 2.0]).is_valid());
     }
 
     fn camera() -> Camera {
@@ -132,7 +213,9 @@ mod tests {
     fn corners_of_the_film_see_the_field_of_view() {
         let c = camera();
         let ray = |x, y| {
-            c.ray(&CameraSample { film: Vec2::new(x, y), lens: [0.5; 2] }, [200, 100]).unwrap().direction
+            c.ray(&CameraSample { film: Vec2::new(x, y), lens: [0.5; 2], time: 0.5 }, [200, 100])
+                .unwrap()
+                .direction
         };
         assert!((ray(100.0, 50.0) - Vec3::NEG_Z).length() < 1e-6);
         let (top, bottom) = (ray(100.0, 0.0), ray(100.0, 100.0));
@@ -143,7 +226,7 @@ mod tests {
     #[test]
     fn a_shifted_film_shows_what_a_larger_one_would() {
         let mut c = camera();
-        let sample = |x, y| CameraSample { film: Vec2::new(x, y), lens: [0.5; 2] };
+        let sample = |x, y| CameraSample { film: Vec2::new(x, y), lens: [0.5; 2], time: 0.5 };
         // The right half of the upper half of a film of twice the size.
         let large = c.ray(&sample(150.0, 20.0), [200, 100]).unwrap();
         c.projection = Projection::Perspective {
@@ -158,7 +241,9 @@ mod tests {
     fn orthographic_rays_are_parallel() {
         let mut c = camera();
         c.projection = Projection::Orthographic { height: 4.0 };
-        let ray = |x, y| c.ray(&CameraSample { film: Vec2::new(x, y), lens: [0.5; 2] }, [200, 100]).unwrap();
+        let ray = |x, y| {
+            c.ray(&CameraSample { film: Vec2::new(x, y), lens: [0.5; 2], time: 0.5 }, [200, 100]).unwrap()
+        };
         let (corner, centre) = (ray(200.0, 0.0), ray(100.0, 50.0));
         assert_eq!(corner.direction, centre.direction);
         assert!((corner.origin - centre.origin - Vec3::new(4.0, 2.0, 0.0)).length() < 1e-6);
@@ -169,7 +254,9 @@ mod tests {
         let mut c = camera();
         for blades in [None, Some(Blades { count: 5, rotation: 0.2 })] {
             c.lens = Lens { blades, ..Lens::round(0.2, 4.0) };
-            let ray = |lens| c.ray(&CameraSample { film: Vec2::new(30.0, 20.0), lens }, [200, 100]).unwrap();
+            let ray = |lens| {
+                c.ray(&CameraSample { film: Vec2::new(30.0, 20.0), lens, time: 0.5 }, [200, 100]).unwrap()
+            };
             let at_focus = |r: Ray| r.at((3.0 - 4.0 - r.origin.z) / r.direction.z);
             let p = at_focus(ray([0.5, 0.5]));
             for lens in [[0.0, 0.0], [0.9, 0.1], [0.3, 1.0]] {

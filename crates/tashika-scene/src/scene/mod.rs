@@ -36,7 +36,7 @@ mod texture;
 mod tiles;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
-pub use camera::{Camera, CameraSample};
+pub use camera::{Camera, CameraSample, Motion};
 pub use emitter::{Beam, Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;

@@ -163,6 +163,42 @@ fn what_hangs_on_a_node_moves_with_it() {
 }
 
 #[test]
+fn cameras_move_while_the_shutter_is_open() {
+    let mut d = walking();
+    d.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }]);
+    // The camera hangs on a node that turns; another one stands.
+    d.push("nodes", json!({ "children": [2], "translation": [0, 0, 1] }));
+    d.push("nodes", json!({ "camera": 0, "translation": [2, 0, 0], "scale": [3, 3, 3] }));
+    d.push("nodes", json!({ "camera": 0 }));
+    animate(&mut d, (1, "rotation"), "LINEAR", &[0.0, 1.0], &[[0.0, 0.0, 0.0, 1.0], QUARTER]);
+    let exposed = |at: Option<f64>, shutter: [f64; 2]| {
+        let folder = tempfile::tempdir().unwrap();
+        let options = LoadOptions { at, shutter: Some(shutter), ..LoadOptions::default() };
+        load_in(folder.path(), "scene.glb", &d.glb(), &options).unwrap()
+    };
+    let scene = exposed(Some(0.5), [-0.25, 0.5]);
+    let motion = scene.cameras()[0].motion.as_ref().unwrap();
+    assert_eq!(motion.shutter, [0.25, 1.0]);
+    for share in [0.0, 0.3, 1.0_f32] {
+        let turn =
+            Affine3A::from_quat(rotation(Vec3::Z, std::f32::consts::FRAC_PI_2 * (0.25 + 0.75 * share)));
+        let expected = Affine3A::from_translation(Vec3::Z) * turn * Affine3A::from_translation(Vec3::X * 2.0);
+        // A chord of a thirty-second of the way: 2 (1 − cos(0.375 π / 64)) is 3.4e-4 off at most.
+        assert!(motion.pose(share).abs_diff_eq(expected, 4e-4), "{share}: {:?}", motion.pose(share));
+    }
+    assert!(scene.cameras()[1].motion.is_none());
+    // The triangle begins to walk after two seconds: where it is in the middle, with a note if it does
+    // meanwhile.
+    assert_eq!((notes(&scene), scene.time()), (Vec::new(), Some(0.625)));
+    let walks = exposed(None, [2.5, 3.5]);
+    assert!(only_note(&walks, NoteKind::Approximated, "nodes that move: where they are in the middle"));
+    assert_eq!(placed(&walks).translation.x, 2.0);
+    assert!(walks.cameras()[0].motion.is_none(), "it has turned before");
+    assert!(exposed(Some(0.5), [0.0, 0.0]).cameras()[0].motion.is_none(), "closed at once");
+    assert!(load_at(&d, None).unwrap().cameras()[0].motion.is_none(), "glTF has no shutter of its own");
+}
+
+#[test]
 fn what_cannot_be_shown_is_said() {
     let mut d = walking();
     // Another animation of the same property, morph targets, a pointer, a channel of nothing.

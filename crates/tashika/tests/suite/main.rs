@@ -34,6 +34,7 @@ mod mitsuba_cameras;
 mod mitsuba_materials;
 mod mitsuba_sides;
 mod moving;
+mod moving_cameras;
 mod obj;
 mod obj_features;
 mod pbrt;

@@ -18,7 +18,7 @@ fn camera(body: &str) -> Camera {
 fn looks(camera: &Camera, x: f32, y: f32) -> [f32; 3] {
     let size = camera.resolution.unwrap();
     let film = Vec2::new(x * size[0] as f32, y * size[1] as f32);
-    let d = camera.ray(&CameraSample { film, lens: [0.5; 2] }, size).unwrap().direction;
+    let d = camera.ray(&CameraSample { film, lens: [0.5; 2], time: 0.5 }, size).unwrap().direction;
     (d / d.z.abs()).to_array()
 }
 
@@ -78,7 +78,8 @@ fn lenses_and_parallel_cameras_are_read() {
     let parallel = camera(
         "<sensor type=\"orthographic\" id=\"plan\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/><integer name=\"height\" value=\"100\"/></film></sensor>",
     );
-    let ray = parallel.ray(&CameraSample { film: Vec2::ZERO, lens: [0.5; 2] }, [200, 100]).unwrap();
+    let ray =
+        parallel.ray(&CameraSample { film: Vec2::ZERO, lens: [0.5; 2], time: 0.5 }, [200, 100]).unwrap();
     // Mitsuba 3.9: the film is two units wide, its left at +x.
     assert!(
         (ray.origin - Vec3::new(1.0, 0.5, 0.0)).length() < 1e-5 && (ray.direction - Vec3::Z).length() < 1e-6
@@ -99,7 +100,7 @@ fn spherical_cameras_look_where_mitsuba_looks() {
         let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (sin_cos(phi), sin_cos(theta));
         let expected = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
         let film = Vec2::new(200.0 * u, 100.0 * v);
-        let found = c.ray(&CameraSample { film, lens: [0.5; 2] }, [200, 100]).unwrap().direction;
+        let found = c.ray(&CameraSample { film, lens: [0.5; 2], time: 0.5 }, [200, 100]).unwrap().direction;
         assert!((found - expected).length() < 1e-5, "{u}, {v}: {found} for {expected}");
     }
 }

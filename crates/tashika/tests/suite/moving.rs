@@ -9,10 +9,23 @@ use tashika::scene::{NoteKind, Scene};
 use super::pbrt::{TRIANGLE, V3, V4};
 
 fn load(name: &str, text: &str, at: Option<f64>) -> Result<Scene> {
+    load_with(name, text, (at, None))
+}
+
+fn load_with(name: &str, text: &str, (at, shutter): (Option<f64>, Option<[f64; 2]>)) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, text).unwrap();
-    load_scene(&path, &LoadOptions { at, ..LoadOptions::default() })
+    load_scene(&path, &LoadOptions { at, shutter, ..LoadOptions::default() })
+}
+
+/// When the shutter of the first camera is open, and where it is first, in the middle and last.
+fn exposed(scene: &Scene) -> ([f64; 2], [Vec3; 3]) {
+    let camera = &scene.cameras()[0];
+    let motion = camera.motion.as_ref().expect("it moves");
+    let place = |share| Vec3::from(motion.pose(share).translation);
+    assert!((place(0.5) - camera.position()).length() < 1e-6);
+    (motion.shutter, [place(0.0), place(0.5), place(1.0)])
 }
 
 fn pbrt(text: &str, at: Option<f64>) -> Scene {
@@ -87,6 +100,8 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
          ActiveTransform EndTime LookAt 4 0 0 5 0 0 0 1 0 ActiveTransform All {V4}{TRIANGLE}"
     );
     let ahead = |at: Option<f64>| {
+        // Not while a shutter is open that is as long as the way.
+        let text = text.replace("\"perspective\"", "\"perspective\" \"float shutterclose\" 0");
         let scene = pbrt(&text, at);
         let camera = &scene.cameras()[0];
         (camera.position(), camera.to_world.transform_vector3(Vec3::NEG_Z))
@@ -99,8 +114,45 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
     );
     assert_eq!(ahead(None), (Vec3::ZERO, Vec3::Z));
     assert!((ahead(Some(7.0)).0 - Vec3::X * 4.0).length() < 1e-6);
-    assert!(has(&pbrt(&text, None), NoteKind::Approximated, "cameras that move: where they are first"));
-    assert!(!has(&pbrt(&text, Some(0.5)), NoteKind::Approximated, "cameras that move"));
+    let still = "cameras that move: where they are first";
+    let closed = text.replace("\"perspective\"", "\"perspective\" \"float shutterclose\" 0");
+    assert!(has(&pbrt(&closed, None), NoteKind::Approximated, still));
+    // As the file says, from 0 to 1 s, nothing is approximated.
+    let own = pbrt(&text, None);
+    assert!(!has(&own, NoteKind::Approximated, "cameras"));
+    let x = |x| Vec3::X * x;
+    let (shutter, places) = exposed(&own);
+    assert_eq!(shutter, [0.0, 1.0]);
+    for (found, expected) in places.into_iter().zip([x(0.0), x(2.0), x(4.0)]) {
+        assert!((found - expected).length() < 1e-6, "{found}");
+    }
+    let ahead = own.cameras()[0].motion.as_ref().unwrap().pose(0.5).transform_vector3(Vec3::NEG_Z);
+    assert!((ahead - direction).length() < 1e-6, "it turns evenly, and is no mirror image meanwhile");
+    // At a time nothing is blurred unless that is asked for; then it is about the time.
+    assert!(pbrt(&text, Some(0.5)).cameras()[0].motion.is_none());
+    let (shutter, places) = exposed(&load_with("s.pbrt", &text, (Some(0.5), Some([-0.25, 0.25]))).unwrap());
+    assert_eq!((shutter, places[1].x.round()), ([0.25, 0.75], 2.0));
+    let text = text
+        .replace("\"perspective\"", "\"perspective\" \"float shutteropen\" .75 \"float shutterclose\" .25");
+    let turned = pbrt(&text, None);
+    assert!(has(&turned, NoteKind::Repaired, "shutters that close before they open"));
+    assert_eq!(exposed(&turned).0, [0.25, 0.75]);
+    // A mirror image at one end only.
+    let text = format!("ActiveTransform EndTime Scale -1 1 1 ActiveTransform All {V4}{TRIANGLE}");
+    let mirrored = pbrt(&text, None);
+    assert!(mirrored.cameras()[0].motion.is_none());
+    assert!(has(&mirrored, NoteKind::Approximated, "cameras that turn into their mirror image"));
+    for spherical in ["\"spherical\" \"string mapping\" \"equirectangular\"", "\"spherical\""] {
+        let text = format!(
+            "ActiveTransform EndTime Translate 0 0 -2 ActiveTransform All Film \"rgb\" Camera {spherical} WorldBegin {TRIANGLE}"
+        );
+        let scene = pbrt(&text, None);
+        let camera = &scene.cameras()[0];
+        let motion = camera.motion.as_ref().unwrap();
+        assert!((motion.pose(1.0).translation.z - 2.0).abs() < 1e-6);
+        let without = pbrt(&text, Some(0.0)).cameras()[0].to_world;
+        assert!(motion.pose(0.0).abs_diff_eq(without, 1e-6), "{spherical}: its own axes");
+    }
 }
 
 const RECTANGLE: &str = "<shape type=\"rectangle\"><animation name=\"to_world\">\
@@ -120,6 +172,59 @@ fn mitsuba_moves_things_between_its_keys() {
     assert!(!has(&at, NoteKind::Approximated, "animations"));
     assert_eq!((still.animated_seconds(), at.animated_seconds()), (Some([1.0, 5.0]), Some([1.0, 5.0])));
     assert_ne!(still.digest(), at.digest());
+}
+
+#[test]
+fn sensors_of_mitsuba_move_while_their_shutter_is_open() {
+    let sensor = |shutter: &str| {
+        format!(
+            "<sensor type=\"perspective\">{shutter}<animation name=\"to_world\">\
+             <transform time=\"0\"><translate x=\"1\"/></transform>\
+             <transform time=\"2\"><translate x=\"5\"/></transform></animation></sensor>{RECTANGLE}"
+        )
+    };
+    let open = "<float name=\"shutter_open\" value=\"0.5\"/><float name=\"shutter_close\" value=\"1.5\"/>";
+    let count = |scene: &Scene, start: &str| {
+        scene
+            .notes()
+            .iter()
+            .filter(|note| note.message.starts_with(start))
+            .map(|note| note.count)
+            .sum::<u64>()
+    };
+    let own = mitsuba(&sensor(open), None);
+    let (shutter, places) = exposed(&own);
+    assert_eq!((shutter, places), ([0.5, 1.5], [2.0, 3.0, 4.0].map(|x| Vec3::X * x)));
+    assert_eq!(count(&own, "animations: the first key is shown"), 1, "the rectangle's");
+    let closed = mitsuba(&sensor(""), None);
+    assert_eq!(closed.cameras()[0].position(), Vec3::X);
+    assert_eq!(count(&closed, "animations: the first key is shown"), 2);
+    // Asked for: the sensor is blurred, the rectangle is in the middle, and that is said.
+    let xml = format!("<scene version=\"3.0.0\">{}</scene>", sensor(open));
+    let asked = |at, shutter| load_with("s.xml", &xml, (at, Some(shutter))).unwrap();
+    let blurred = asked(Some(1.0), [0.0, 1.0]);
+    assert_eq!(exposed(&blurred).0, [1.0, 2.0]);
+    let middle = "animations: shown in the middle of the time that the shutter is open";
+    assert_eq!((count(&blurred, middle), count(&blurred, "animations")), (1, 1));
+    let expected = Affine3A::from_translation(Vec3::X * 1.25) * turned(11.25);
+    assert!(blurred.instances()[0].to_world.abs_diff_eq(expected, 1e-6));
+    assert_eq!(blurred.time(), Some(1.5));
+    let instant = asked(Some(1.0), [0.0, 0.0]);
+    assert!(instant.cameras()[0].motion.is_none() && count(&instant, "animations") == 0);
+    assert_eq!(instant.cameras()[0].position(), Vec3::X * 3.0);
+    assert_ne!(blurred.digest(), asked(Some(1.0), [0.25, 0.75]).digest(), "the same middle");
+    let wrong =
+        sensor("<float name=\"shutter_open\" value=\"2\"/><float name=\"shutter_close\" value=\"1\"/>");
+    let said =
+        load("s.xml", &format!("<scene version=\"3.0.0\">{wrong}</scene>"), None).unwrap_err().to_string();
+    assert!(
+        said.contains("s.xml:1:") && said.contains("shutter_close = 1, before shutter_open = 2"),
+        "{said}"
+    );
+    for shutter in [[1.0, 0.0], [f64::NAN, 1.0], [0.0, f64::INFINITY]] {
+        let said = load_with("s.xml", &xml, (None, Some(shutter))).unwrap_err().to_string();
+        assert!(said.contains("shutter = "), "{said}");
+    }
 }
 
 #[test]

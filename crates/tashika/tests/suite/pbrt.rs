@@ -217,7 +217,7 @@ fn ray(scene: &Scene, x: f32, y: f32) -> (Vec3, Vec3) {
     let camera = &scene.cameras()[0];
     let size = camera.resolution.unwrap();
     let film = Vec2::new(x * size[0] as f32, y * size[1] as f32);
-    let ray = camera.ray(&CameraSample { film, lens: [0.5; 2] }, size).unwrap();
+    let ray = camera.ray(&CameraSample { film, lens: [0.5; 2], time: 0.5 }, size).unwrap();
     (ray.origin, ray.direction)
 }
 

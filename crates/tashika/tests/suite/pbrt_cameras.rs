@@ -18,7 +18,7 @@ fn direction(scene: &Scene, u: f32, v: f32) -> Vec3 {
     let camera = &scene.cameras()[0];
     let size = camera.resolution.expect("the film's");
     let film = Vec2::new(u, v) * Vec2::new(size[0] as f32, size[1] as f32);
-    camera.ray(&CameraSample { film, lens: [0.5; 2] }, size).expect("a ray everywhere").direction
+    camera.ray(&CameraSample { film, lens: [0.5; 2], time: 0.5 }, size).expect("a ray everywhere").direction
 }
 
 /// pbrt's direction in its camera's frame: x to the right, y up, z ahead.

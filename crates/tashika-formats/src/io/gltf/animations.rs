@@ -21,7 +21,7 @@
 //! # Held to this by
 //! The test module `gltf_animations`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DQuat, DVec3, DVec4};
 use gltf::json::Index;
@@ -33,11 +33,11 @@ use super::nodes::unit_quaternion;
 use super::source::Source;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
-use crate::math::motion::slerp;
+use crate::math::motion::turned_between;
 use crate::scene::{NoteKind, SceneBuilder};
 
 /// What animations say of a node at a time; what they do not move is as the node says.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Pose {
     pub translation: Option<DVec3>,
     pub rotation: Option<DQuat>,
@@ -111,14 +111,16 @@ pub(super) fn tell_span(source: &Source<'_>, animations: &[serde_json::Value], b
     }
 }
 
-/// Where the nodes are that animations move, at a time (s).
+/// Where the nodes are that animations move, at a time (s); of all nodes, or of those of a set.
 pub(super) fn at(
     source: &Source<'_>,
     animations: &[serde_json::Value],
     seconds: f64,
+    only: Option<&BTreeSet<usize>>,
     builder: &mut SceneBuilder,
 ) -> Result<BTreeMap<usize, Pose>> {
-    let mut reading = Reading { source, seconds, builder, moments: BTreeMap::new(), poses: BTreeMap::new() };
+    let mut reading =
+        Reading { source, seconds, only, builder, moments: BTreeMap::new(), poses: BTreeMap::new() };
     for (i, animation) in animations.iter().enumerate() {
         let item = format!("animations[{i}]");
         let animation = Animation::deserialize(animation).map_err(|e| {
@@ -135,6 +137,7 @@ pub(super) fn at(
 struct Reading<'r, 'a> {
     source: &'r Source<'a>,
     seconds: f64,
+    only: Option<&'r BTreeSet<usize>>,
     builder: &'r mut SceneBuilder,
     /// Of accessors of times; none of those without keys.
     moments: BTreeMap<u32, Option<Moment>>,
@@ -160,6 +163,9 @@ impl Reading<'_, '_> {
             let expected = format!("an index below {}", nodes.len());
             return Err(Error::invalid(at(".target.node"), format!("node {node}"), expected));
         };
+        if self.only.is_some_and(|only| !only.contains(&node)) {
+            return Ok(());
+        }
         if target.matrix.is_some() {
             let message = "animations of nodes with a matrix: left out";
             self.builder.note(NoteKind::Repaired, message, at(".target.node"));
@@ -303,7 +309,7 @@ impl Reading<'_, '_> {
         let rotation = match (sampler.interpolation, moment.after) {
             (Interpolation::Linear, Some((_, u, _))) => {
                 let [before, after] = self.values::<4>(sampler, moment, Type::Vec4, at)?.ends.map(unit);
-                before.zip(after).map(|(before, after)| slerp(before, after, u))
+                before.zip(after).map(|(before, after)| turned_between(before, after, u))
             }
             _ => unit(self.value::<4>(sampler, moment, Type::Vec4, at)?),
         };

@@ -12,20 +12,23 @@
 use std::collections::BTreeSet;
 use std::f32::consts::PI;
 
-use glam::{Affine3A, DMat3};
+use glam::{Affine3A, DAffine3, DMat3};
 use gltf::json::camera::Type;
 use gltf::json::validation::Checked;
 
+use super::exposure::Exposure;
 use super::nodes::PlacedNode;
 use super::source::Source;
 use crate::error::{Error, Result};
 use crate::io::notes::shown;
+use crate::math::motion::Track;
 use crate::scene::{Camera, Projection, SceneBuilder};
 
 /// Adds the node's camera, if it has one, under a name that is not among `names` yet.
 pub(super) fn add(
     source: &Source<'_>,
     placed: &PlacedNode,
+    exposure: Option<&Exposure>,
     names: &mut BTreeSet<String>,
     builder: &mut SceneBuilder,
 ) -> Result<()> {
@@ -55,23 +58,35 @@ pub(super) fn add(
             return Err(Error::invalid(at(""), "a camera without its projection", expected));
         }
     };
-    let axes = placed.to_world.matrix3;
-    let back = axes.z_axis.try_normalize();
-    let up = back.and_then(|back| (axes.y_axis - back * axes.y_axis.dot(back)).try_normalize());
-    let (Some(back), Some(up)) = (back, up) else {
-        let at = source.at(format!("nodes[{}]", placed.index));
-        return Err(Error::invalid(
-            at,
-            "a camera with a transform of rank below 2",
-            "one that keeps directions",
-        ));
+    let pose = |to_world: &DAffine3| {
+        rigid(to_world).ok_or_else(|| {
+            let at = source.at(format!("nodes[{}]", placed.index));
+            let found = "a camera with a transform of rank below 2";
+            Error::invalid(at, found, "one that keeps directions")
+        })
     };
-    let rotation = DMat3::from_cols(up.cross(back), up, back);
+    let to_world = pose(&placed.to_world)?;
     let name = camera.name.as_deref().or(node.name.as_deref()).filter(|n| !n.is_empty());
     let name = unique(name.map_or_else(|| format!("camera-{index}"), shown), names);
-    let position = placed.to_world.translation.as_vec3();
-    let to_world = Affine3A::from_mat3_translation(rotation.as_mat3(), position);
-    builder.add_camera(Camera::new(name, to_world, projection))
+    let position = to_world.translation.as_vec3();
+    let still = Affine3A::from_mat3_translation(to_world.matrix3.as_mat3(), position);
+    let camera = Camera::new(name, still, projection);
+    let Some(exposure) = exposure else { return builder.add_camera(camera) };
+    let keys = exposure.of(source, placed.index).into_iter();
+    let keys = keys.map(|(seconds, to_world)| Ok((seconds, pose(&to_world)?))).collect::<Result<Vec<_>>>()?;
+    match Track::new(keys).filter(|track| track.moves_between(exposure.shutter)) {
+        Some(track) => builder.add_camera(camera.moving(track, exposure.shutter)),
+        None => builder.add_camera(camera),
+    }
+}
+
+/// Where a camera stands and looks, without the scale.
+fn rigid(to_world: &DAffine3) -> Option<DAffine3> {
+    let axes = to_world.matrix3;
+    let back = axes.z_axis.try_normalize()?;
+    let up = (axes.y_axis - back * axes.y_axis.dot(back)).try_normalize()?;
+    let rotation = DMat3::from_cols(up.cross(back), up, back);
+    Some(DAffine3 { matrix3: rotation, translation: to_world.translation })
 }
 
 /// `name`, or `name-2`, `name-3`, … if it is taken.

@@ -8,6 +8,7 @@
 //! | [`features`], [`extensions`] | the table, and what it says about extensions |
 //! | [`source`], [`uri`], [`accessor`] | the bytes that the document refers to |
 //! | [`nodes`], [`animations`], [`instancing`] | what stands where |
+//! | [`exposure`] | what moves while the shutter is open |
 //! | [`meshes`] | primitives into meshes |
 //! | [`materials`], [`textures`] | materials with their extensions |
 //! | [`cameras`], [`lights`], [`light_profiles`], [`image_light`] | cameras and lights |
@@ -29,6 +30,7 @@ mod accessor;
 mod animations;
 mod cameras;
 mod container;
+mod exposure;
 mod extensions;
 mod features;
 mod image_light;
@@ -44,6 +46,7 @@ mod uri;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use self::exposure::Exposure;
 use self::features::met;
 use self::light_profiles::Profiles;
 use self::meshes::Meshes;
@@ -65,13 +68,17 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let animated = std::mem::take(&mut parsed.animations);
     let source = Source::new(files, parsed);
     animations::tell_span(&source, &animated, &mut builder);
-    let poses = match files.options().at {
-        Some(seconds) => animations::at(&source, &animated, seconds, &mut builder)?,
+    let poses = match files.options().time() {
+        Some(seconds) => animations::at(&source, &animated, seconds, None, &mut builder)?,
         None if animated.is_empty() => BTreeMap::new(),
         None => {
             met("scene", "animations", file.item("animations"), &mut builder)?;
             BTreeMap::new()
         }
+    };
+    let exposure = match files.options().exposure(None) {
+        Some(shutter) => Exposure::new(&source, &animated, shutter, &mut builder)?,
+        None => None,
     };
     image_light::add(&source, &mut builder)?;
     let mut meshes = Meshes::new(&source);
@@ -79,7 +86,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut profiles = Profiles::default();
     for placed in nodes::place(&source, &poses, &mut builder)? {
         place_mesh(&source, &placed, &mut meshes, &mut builder)?;
-        cameras::add(&source, &placed, &mut camera_names, &mut builder)?;
+        cameras::add(&source, &placed, exposure.as_ref(), &mut camera_names, &mut builder)?;
         lights::add(&source, &placed, &mut builder)?;
         profiles.add(&source, &placed, &mut builder)?;
     }

@@ -95,7 +95,7 @@ fn children(node: &json::Node) -> impl DoubleEndedIterator<Item = usize> {
 }
 
 /// The parent of each node.
-fn parents(source: &Source<'_>) -> Result<Vec<Option<usize>>> {
+pub(super) fn parents(source: &Source<'_>) -> Result<Vec<Option<usize>>> {
     let nodes = &source.root.nodes;
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     for (parent, node) in nodes.iter().enumerate() {
@@ -129,12 +129,19 @@ fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Res
     }
 }
 
-/// Node to parent.
+/// Node to parent; says what is wrong with it.
 fn local(source: &Source<'_>, index: usize, pose: Option<&Pose>, builder: &mut SceneBuilder) -> DAffine3 {
-    let node = &source.root.nodes[index];
-    let mut repaired = |field: &str, message: &str| {
+    checked(&source.root.nodes[index], pose, |field, message| {
         builder.note(NoteKind::Repaired, message, source.at(format!("nodes[{index}].{field}")));
-    };
+    })
+}
+
+/// Node to parent; what is wrong with it was said before.
+pub(super) fn placed(node: &json::Node, pose: Option<&Pose>) -> DAffine3 {
+    checked(node, pose, |_, _| ())
+}
+
+fn checked(node: &json::Node, pose: Option<&Pose>, mut repaired: impl FnMut(&str, &str)) -> DAffine3 {
     if let Some(m) = node.matrix {
         let column =
             |c: usize| DVec3::new(f64::from(m[4 * c]), f64::from(m[4 * c + 1]), f64::from(m[4 * c + 2]));

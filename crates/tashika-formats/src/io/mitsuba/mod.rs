@@ -98,6 +98,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         environments: Surroundings::default(),
         slides: Budget::new(files.options().max_file_bytes, "images of lights"),
         camera_names: BTreeSet::new(),
+        blurred: Vec::new(),
         depth: 0,
     };
     translation.note_missing();
@@ -105,6 +106,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         translation.add(&document.objects[root])?;
     }
     translation.finish_environments()?;
+    translation.note_stopped();
     translation.note_unused();
     translation.builder.build()
 }
@@ -155,6 +157,8 @@ struct Translation<'a> {
     /// For images of lights.
     slides: Budget,
     camera_names: BTreeSet<String>,
+    /// Animations that blur.
+    blurred: Vec<Location>,
     depth: usize,
 }
 
@@ -175,6 +179,17 @@ impl<'a> Translation<'a> {
             }
             // Taken where something refers to them.
             Class::Bsdf | Class::Texture => Ok(()),
+        }
+    }
+
+    /// Tells of the animations that are stopped.
+    fn note_stopped(&mut self) {
+        let message = match self.files.options().shutter {
+            Some(_) => "animations: shown in the middle of the time that the shutter is open",
+            None => "animations: the first key is shown",
+        };
+        for at in self.document.stopped.iter().filter(|at| !self.blurred.contains(at)) {
+            self.builder.note(NoteKind::Approximated, message, at.clone());
         }
     }
 

@@ -226,6 +226,15 @@ impl Object {
         })
     }
 
+    /// The keys of a transform that moves, and where they stand.
+    pub(super) fn track(&self, name: &str) -> Option<(&Track, &Location)> {
+        let parameter = self.parameters.iter().rev().find(|p| p.name == name)?;
+        match &parameter.value {
+            Value::Animation(track, _) => Some((track, &parameter.at)),
+            _ => None,
+        }
+    }
+
     /// Counts parameters as used that change nothing here.
     pub(super) fn accept(&self, names: &[&str]) {
         for parameter in self.parameters.iter().filter(|p| names.contains(&p.name.as_str())) {
@@ -281,6 +290,8 @@ pub(super) struct Document {
     pub(super) version: (u32, u32),
     /// When each of the animations begins and ends (s).
     pub(super) animated: Vec<[f64; 2]>,
+    /// Animations that are stopped though nobody asked for a picture without blur.
+    pub(super) stopped: Vec<Location>,
 }
 
 impl Document {

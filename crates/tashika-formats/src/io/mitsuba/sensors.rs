@@ -12,6 +12,9 @@
 //! (`crop_*`) are those of
 //! [`Window`]; the field of view is that of the whole film. An orthographic film is two units wide before `to_world`.
 //!
+//! A camera whose `to_world` is an `<animation>` is blurred while its shutter is open, from
+//! `shutter_open` to `shutter_close` (s), unless another time is asked for.
+//!
 //! `spherical` (0.6) looks along `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π u`, `θ = π v`,
 //! `v` from the top. Half a turn about `y` takes that to the latitudes and longitudes of
 //! [`Projection::Spherical`] as they are.
@@ -21,7 +24,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{Affine3A, DMat4, DVec3, Vec2};
+use glam::{Affine3A, DAffine3, DMat4, DVec3, Vec2};
 
 use super::Translation;
 use super::object::{Class, Object};
@@ -31,6 +34,7 @@ use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::io::notes::shown;
 use crate::math::elementary::{atan2, tan};
+use crate::math::motion::Track;
 use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
 
 /// Diagonal of a film of 36 mm × 24 mm (mm).
@@ -63,17 +67,7 @@ impl<'a> Translation<'a> {
                 Ok(())
             });
         }
-        object.accept(&[
-            "near_clip",
-            "far_clip",
-            "shutter_open",
-            "shutter_close",
-            "kc",
-            "x",
-            "y",
-            "srf",
-            "radial_distortion",
-        ]);
+        object.accept(&["near_clip", "far_clip", "kc", "x", "y", "srf", "radial_distortion"]);
         document.children(object, Class::Sampler).for_each(|(_, sampler)| sampler.accept_all());
         for (_, medium) in document.children(object, Class::Medium) {
             self.meet("medium", medium, "vacuum")?;
@@ -103,8 +97,32 @@ impl<'a> Translation<'a> {
         let lens = self.lens(object)?;
         let name = self.camera_name(object);
         let resolution = Some([width, height]);
-        let camera = Camera::new(name, to_world, projection);
-        self.builder.add_camera(Camera { shift, lens, resolution, crop, ..camera })
+        let camera = Camera { shift, lens, resolution, crop, ..Camera::new(name, to_world, projection) };
+        let camera = self.exposed(object, camera, &transforms::affine_f64(&half_turn))?;
+        self.builder.add_camera(camera)
+    }
+
+    /// The camera while the shutter is open, as was asked for or as the file says; `axes` are its own,
+    /// beside Mitsuba's.
+    fn exposed(&mut self, object: &Object, camera: Camera, axes: &DAffine3) -> Result<Camera> {
+        let time = |name: &str| object.float_in(name, -1e30..=1e30).map(|seconds| seconds.unwrap_or(0.0));
+        let own = [time("shutter_open")?, time("shutter_close")?];
+        if own[0] > own[1] {
+            let found = format!("shutter_close = {}, before shutter_open = {}", own[1], own[0]);
+            return Err(Error::invalid(object.place_of("shutter_close"), found, "a time not before it"));
+        }
+        let (Some((track, at)), Some(shutter)) =
+            (object.track("to_world"), self.files.options().exposure(Some(own)))
+        else {
+            return Ok(camera);
+        };
+        match track.after(*axes).filter(Track::keeps_sides) {
+            Some(track) => {
+                self.blurred.push(at.clone());
+                Ok(camera.moving(track, shutter))
+            }
+            None => Ok(camera),
+        }
     }
 
     fn lens(&mut self, object: &Object) -> Result<Lens> {

@@ -52,9 +52,10 @@ impl Reader<'_> {
         depth: usize,
         at: &Location,
     ) -> Result<Option<Value>> {
-        let asked = self.files.options().at;
+        let options = self.files.options();
+        let (asked, exposure) = (options.time(), options.exposure(None));
         if asked.is_none() {
-            self.notes.push(NoteKind::Approximated, "animations: the first key is shown", at.clone());
+            self.document.stopped.push(at.clone());
         }
         let (mut first, mut keys) = (None, Vec::new());
         for key in node.children().filter(Node::is_element) {
@@ -78,6 +79,9 @@ impl Reader<'_> {
             return Ok(Some(Value::Transform(first)));
         };
         self.document.animated.push(track.span());
+        if exposure.is_some_and(|shutter| track.moves_between(shutter)) {
+            self.document.stopped.push(at.clone());
+        }
         let now = asked.map_or(first, |seconds| DMat4::from(track.at(seconds)));
         Ok(Some(Value::Animation(track, now)))
     }

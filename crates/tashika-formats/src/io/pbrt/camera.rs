@@ -29,11 +29,14 @@
 //! own, `(−z, y, x)` of those of a perspective camera; the second is that of equal areas as it
 //! stands. Both take the whole film, whatever `fov` and `screenwindow` say, as pbrt does.
 //!
+//! A camera whose transform moves is blurred while its shutter is open, from `shutteropen` (0) to
+//! `shutterclose` (1 s), unless another time is asked for.
+//!
 //! What a film does with the light (sensor, ISO, exposure) is left to the picture's own exposure.
 //!
 //! Source: Pharr et al. 2023, sections 5.2 and 5.4. Tested by `suite::pbrt::cameras_*`.
 
-use glam::{Affine3A, DAffine3, DMat3, Mat3, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
 
 use super::loading::Loading;
 use super::parameters::Parameters;
@@ -41,6 +44,7 @@ use super::version::Version;
 use crate::error::Result;
 use crate::film::Window;
 use crate::math::elementary::{atan2, tan};
+use crate::math::motion::Track;
 use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
 
 /// Fields of view are kept in this range (degrees).
@@ -54,6 +58,15 @@ const MAX_SIDE: i32 = 1 << 16;
 
 /// How much the proportions of screen and image may differ.
 const TOLERANCE: f32 = 1e-3;
+
+/// Where a camera stands.
+#[derive(Clone, Debug)]
+pub(super) struct Stand {
+    /// Camera to world.
+    pub(super) pose: Affine3A,
+    /// The inverse of the transform of the file, if it moves.
+    pub(super) track: Option<Track>,
+}
 
 /// What a `Film` says.
 #[derive(Clone, Copy, Debug)]
@@ -143,17 +156,17 @@ pub(super) fn to_world(inverse: &DAffine3) -> Option<Affine3A> {
     (pose.is_finite() && pose.matrix3.determinant() != 0.0).then_some(pose)
 }
 
-/// Adds `Camera class`, which stands at `pose` and exposes `film`.
+/// Adds `Camera class`, which stands or moves so and exposes `film`.
 pub(super) fn add(
     loading: &mut Loading<'_>,
     class: &str,
     p: &Parameters,
-    pose: Affine3A,
+    stand: &Stand,
     film: &Film,
 ) -> Result<()> {
     loading.met("camera", class, "perspective", &p.at())?;
     if matches!(class, "environment" | "spherical") {
-        return add_spherical(loading, class, p, pose, film);
+        return add_spherical(loading, class, p, stand, film);
     }
     let [width, height] = film.resolution.map(|side| side as f32);
     let aspect = p.float("frameaspectratio").filter(|a| *a > 0.0).unwrap_or(width / height);
@@ -185,10 +198,12 @@ pub(super) fn add(
         }
         _ => (perspective(loading, p, given, size.y), lens(p)),
     };
-    p.accept(&["shutteropen", "shutterclose", "hither", "yon"]);
-    loading.note_unused(&format!("camera {class:?}"), p);
+    p.accept(&["hither", "yon"]);
     let shift = Vec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1)) / size;
-    loading.builder.add_camera(Camera { shift, lens, ..film.camera(pose, projection) })
+    let camera = Camera { shift, lens, ..film.camera(stand.pose, projection) };
+    let camera = exposed(loading, p, camera, stand, DAffine3::IDENTITY);
+    loading.note_unused(&format!("camera {class:?}"), p);
+    loading.builder.add_camera(camera)
 }
 
 /// Adds a camera that sees all around.
@@ -196,11 +211,11 @@ fn add_spherical(
     loading: &mut Loading<'_>,
     class: &str,
     p: &Parameters,
-    pose: Affine3A,
+    stand: &Stand,
     film: &Film,
 ) -> Result<()> {
     // pbrt takes them and does nothing with them.
-    p.accept(&["shutteropen", "shutterclose", "hither", "yon"]);
+    p.accept(&["hither", "yon"]);
     p.accept(&["lensradius", "focaldistance", "frameaspectratio", "screenwindow", "fov", "halffov"]);
     let map = match (class, p.string("mapping")) {
         ("environment", _) | (_, Some("equirectangular" | "equirect")) => SphereMap::LatLong,
@@ -212,12 +227,52 @@ fn add_spherical(
             SphereMap::EqualArea
         }
     };
-    let to_world = match map {
-        SphereMap::LatLong => pose * Affine3A::from_mat3(Mat3::from_cols(Vec3::Z, Vec3::Y, Vec3::X)),
-        SphereMap::EqualArea => pose,
+    let (to_world, axes) = match map {
+        SphereMap::LatLong => {
+            let axes = Mat3::from_cols(Vec3::Z, Vec3::Y, Vec3::X);
+            (stand.pose * Affine3A::from_mat3(axes), DAffine3::from_mat3(axes.as_dmat3()))
+        }
+        SphereMap::EqualArea => (stand.pose, DAffine3::IDENTITY),
     };
+    let camera = film.camera(to_world, Projection::Spherical { map });
+    let camera = exposed(loading, p, camera, stand, axes);
     loading.note_unused(&format!("camera {class:?}"), p);
-    loading.builder.add_camera(film.camera(to_world, Projection::Spherical { map }))
+    loading.builder.add_camera(camera)
+}
+
+/// The camera while the shutter is open, as was asked for or as the file says; `axes` are its own,
+/// beside those of a perspective camera.
+fn exposed(
+    loading: &mut Loading<'_>,
+    p: &Parameters,
+    camera: Camera,
+    stand: &Stand,
+    axes: DAffine3,
+) -> Camera {
+    let mut shutter =
+        [("shutteropen", 0.0), ("shutterclose", 1.0)].map(|(name, own)| p.float(name).unwrap_or(own));
+    if shutter[0] > shutter[1] {
+        let message = "shutters that close before they open: the other way around";
+        loading.note(NoteKind::Repaired, message, p.at());
+        shutter.reverse();
+    }
+    let Some(track) = &stand.track else { return camera };
+    let options = loading.files.options();
+    let mirror = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
+    match (options.exposure(Some(shutter.map(f64::from))), track.after(mirror * axes)) {
+        (Some(shutter), Some(track)) if track.keeps_sides() => camera.moving(track, shutter),
+        (Some(_), _) => {
+            let message = "cameras that turn into their mirror image: where they are in the middle";
+            loading.note(NoteKind::Approximated, message, p.at());
+            camera
+        }
+        (None, _) => {
+            if options.at.is_none() {
+                loading.note(NoteKind::Approximated, "cameras that move: where they are first", p.at());
+            }
+            camera
+        }
+    }
 }
 
 /// A field of view of `fov` degrees between `±1` of a screen of that height.

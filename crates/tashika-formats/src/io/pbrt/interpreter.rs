@@ -8,9 +8,9 @@
 
 use std::collections::BTreeMap;
 
-use glam::{Affine3A, DAffine3, DMat4, DVec3};
+use glam::{DAffine3, DMat4, DVec3};
 
-use super::camera::{self, Film};
+use super::camera::{self, Film, Stand};
 use super::lexer::{Lexer, Token, number, unescape};
 use super::lights;
 use super::loading::Loading;
@@ -47,7 +47,7 @@ pub(super) struct Interpreter<'f> {
     /// The object between `ObjectBegin` and `ObjectEnd`.
     object: Option<(String, Vec<Part>)>,
     instances: usize,
-    camera: Option<(String, Parameters, Affine3A)>,
+    camera: Option<(String, Parameters, Stand)>,
     film: Film,
     in_world: bool,
     ended: bool,
@@ -60,7 +60,7 @@ impl<'f> Interpreter<'f> {
         Self {
             loading: Loading::new(files, version),
             texts,
-            states: States::new(materials.default_id(), files.options().at),
+            states: States::new(materials.default_id(), files.options().time()),
             textures: Textures::default(),
             materials,
             shapes: Shapes::default(),
@@ -130,8 +130,8 @@ impl<'f> Interpreter<'f> {
         if self.object.is_some() || self.states.depth() > 0 {
             self.note(NoteKind::Repaired, "attributes or objects without end: ended with the scene", at);
         }
-        if let Some((class, parameters, pose)) = self.camera.take() {
-            camera::add(&mut self.loading, &class, &parameters, pose, &self.film)?;
+        if let Some((class, parameters, stand)) = self.camera.take() {
+            camera::add(&mut self.loading, &class, &parameters, &stand, &self.film)?;
         }
         if self.sky.hides_constant() {
             let at = Location::file(self.loading.files.path());
@@ -360,9 +360,14 @@ impl<'f> Interpreter<'f> {
         if self.camera.is_some() {
             self.note(NoteKind::Ignored, "further cameras: the last one is used", at.clone());
         }
-        self.tell_motion("cameras that move: where they are first", &at);
+        if let Some(times) = self.states.moves() {
+            self.loading.builder.add_animated_seconds(times);
+        }
         match self.states.inverse().as_ref().and_then(camera::to_world) {
-            Some(pose) => self.camera = Some((class, parameters, pose)),
+            Some(pose) => {
+                let stand = Stand { pose, track: self.states.inverses() };
+                self.camera = Some((class, parameters, stand));
+            }
             None => self.note(
                 NoteKind::Repaired,
                 "cameras with a transform that cannot be inverted: left out",
@@ -372,18 +377,25 @@ impl<'f> Interpreter<'f> {
         self.states.name_inverse("camera");
     }
 
-    /// Tells of what moves, and that it is shown where it is first if no time is asked for.
-    fn tell_motion(&mut self, message: &str, at: &Location) {
+    /// Tells of what moves, and that it is shown where it is first if no time is asked for, in the
+    /// middle of the time that the shutter is open if it is.
+    fn tell_motion(&mut self, at: &Location) {
         let Some(times) = self.states.moves() else { return };
         self.loading.builder.add_animated_seconds(times);
-        if self.states.stands_still() {
-            self.note(NoteKind::Approximated, message, at.clone());
-        }
+        let options = self.loading.files.options();
+        let message = match options.exposure(None) {
+            Some([open, close]) if close > times[0] && open < times[1] && open < close => {
+                "things that move: where they are in the middle of the time that the shutter is open"
+            }
+            None if options.at.is_none() => "things that move: where they are first",
+            _ => return,
+        };
+        self.note(NoteKind::Approximated, message, at.clone());
     }
 
     /// The current transform, if it can place something.
     fn place(&mut self, at: &Location) -> Result<Option<DAffine3>> {
-        self.tell_motion("things that move: where they are first", at);
+        self.tell_motion(at);
         let placed = self.states.affine().filter(|t| transform::placeable(t).is_some());
         if placed.is_none() {
             let message = "shapes and lights with a transform that cannot be inverted: left out";

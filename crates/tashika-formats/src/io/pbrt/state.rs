@@ -150,11 +150,6 @@ impl States {
         (first != second).then_some(self.times)
     }
 
-    /// Whether what moves is shown where it is first, whatever it does later.
-    pub(super) fn stands_still(&self) -> bool {
-        self.at.is_none()
-    }
-
     /// The current transform, at the time that is asked for; nothing if it is no affine one, or is
     /// between two of which one cannot be inverted.
     pub(super) fn affine(&self) -> Option<DAffine3> {
@@ -165,6 +160,14 @@ impl States {
     /// do.
     pub(super) fn inverse(&self) -> Option<DAffine3> {
         self.between(|m| Some(DMat4::from(inverted(transform::affine(m)?)?)))
+    }
+
+    /// What [`Self::inverse`] is at all times, if it moves and both can be inverted.
+    pub(super) fn inverses(&self) -> Option<Track> {
+        let [from, to] = self.moves()?;
+        let [first, second] = &self.current.transforms;
+        let inverse = |m: &DMat4| inverted(transform::affine(m)?);
+        Track::new([(from, inverse(first)?), (to, inverse(second)?)])
     }
 
     /// What is made of the current transform, at the time that is asked for.
