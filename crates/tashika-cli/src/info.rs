@@ -254,7 +254,7 @@ fn rows(report: &Report) -> Rows {
     }
     if let Some([from, to]) = report.animated_seconds {
         let shown =
-            report.time_seconds.map_or("without its animations".to_owned(), |at| format!("at {at:.3} s"));
+            report.time_seconds.map_or("without a time (--at)".to_owned(), |at| format!("at {at:.3} s"));
         rows.push("moves", format!("from {from:.3} to {to:.3} s; shown {shown}"));
     }
     for (i, camera) in report.cameras.iter().enumerate() {

@@ -156,7 +156,7 @@ fn info_says_when_a_scene_moves() {
     assert_eq!(json["bounds"][1][0], 4.0);
     let told = succeeds(folder, "info s.xml");
     assert!(
-        told.contains("shown without its animations") && told.contains("the first key is shown"),
+        told.contains("shown without a time (--at)") && told.contains("the first key is shown"),
         "{told}"
     );
     assert!(!succeeds(folder, "info builtin:tiny --at 3").contains("moves"));

@@ -82,7 +82,7 @@ fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
 mod tests {
     use std::sync::Arc;
 
-    use glam::{DAffine3, DMat3, DVec3};
+    use glam::{DAffine3, DVec3};
 
     use super::*;
     use crate::accel::Tracer;
@@ -105,7 +105,7 @@ mod tests {
         let brightest = (0..64).map(|i| seen.importance_radiance([i % 8, i / 8])).fold(0.0, f64::max);
         assert!((10.0..20.0).contains(&brightest), "{brightest}: a pixel that the lamp fills");
         assert!(learn(&Camera { lens: Lens::round(0.1, 2.0), ..camera.clone() }).is_none());
-        let linear = DMat3::from(camera.to_world.matrix3.as_dmat3());
+        let linear = camera.to_world.matrix3.as_dmat3();
         let at = |x: f64| DAffine3 {
             matrix3: linear,
             translation: camera.to_world.translation.as_dvec3() + DVec3::X * x,

@@ -22,7 +22,7 @@ use tashika::vpl::{Provenance, VplOptions, VplSet};
 use crate::cases::{builder, film_of, glowing, lambert, luminances, parallelogram, place, tracer};
 
 fn affine(pose: Affine3A) -> DAffine3 {
-    DAffine3 { matrix3: DMat3::from(pose.matrix3.as_dmat3()), translation: pose.translation.as_dvec3() }
+    DAffine3 { matrix3: pose.matrix3.as_dmat3(), translation: pose.translation.as_dvec3() }
 }
 
 fn view<'c>(camera: &'c Camera, size: [u32; 2], points: u32, seed: u64) -> View<'c> {
@@ -190,14 +190,13 @@ fn threads_and_shares_do_not_change_a_bit() {
     let render = |threads: usize, share: TileShare| {
         with_threads(threads, || {
             let (tracer, moving, _) = swung();
-            let films = ["tashika", "path", "mdlc"].map(|method| {
+            ["tashika", "path", "mdlc"].map(|method| {
                 let renderer = Renderer::on(&tracer).camera(moving.clone()).size([37, 23]);
                 let renderer = renderer.method(method.parse::<tashika::request::MethodName>().unwrap());
                 let renderer =
                     if method == "path" { renderer.paths(8) } else { renderer.vpls(2000).error(0.3) };
                 renderer.tiles(share.clone()).render().unwrap().film
-            });
-            films
+            })
         })
         .unwrap()
     };
