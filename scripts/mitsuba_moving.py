@@ -25,6 +25,7 @@ mi.set_variant("llvm_ad_rgb")
 mi.set_log_level(mi.LogLevel.Error)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 TIMES = 64
+# The sensor comes first in the file.
 SENSOR = re.compile(r'<transform name="to_world">\s*<matrix value="([^"]*)"\s*/>\s*</transform>')
 
 
@@ -60,7 +61,7 @@ def main():
     def written(transform):
         file = tempfile.NamedTemporaryFile("w", suffix=".xml", dir=folder, delete=False)
         with file:
-            file.write(SENSOR.sub(transform, text))
+            file.write(SENSOR.sub(transform, text, count=1))
         return file.name
 
     def stills():
