@@ -11,6 +11,8 @@ use crate::shell::{Outcome, Shell};
 pub enum Measure {
     /// Pictures of Mitsuba files beside Mitsuba's own: SIZE PATHS SCENE.xml...
     Pictures,
+    /// A camera that moves beside the mean of Mitsuba's that stand: SIZE PATHS SCENE.xml [OPTIONS...]
+    Moving,
     /// How long Mitsuba takes until as many pixels are right
     Beside,
     /// Writes what Mitsuba's materials reflect, by Mitsuba 3
@@ -30,6 +32,7 @@ impl Measure {
     fn script(self) -> (&'static str, Option<&'static str>) {
         match self {
             Self::Pictures => ("mitsuba_pictures.py", None),
+            Self::Moving => ("mitsuba_moving.py", None),
             Self::Beside => ("mitsuba_beside.py", None),
             Self::Materials => {
                 ("mitsuba_materials.py", Some("crates/tashika/tests/suite/mitsuba_materials.txt"))
@@ -53,7 +56,7 @@ impl Measure {
                 let table = shell.root().join(table);
                 fs::write(&table, told).map_err(|e| format!("{}: {e}", table.display()))
             }
-            None if matches!(self, Self::Pictures) => python.arg(shell.program()?).args(rest).run(),
+            None if matches!(self, Self::Pictures | Self::Moving) => python.arg(shell.program()?).args(rest).run(),
             None => python.args(rest).run(),
         }
     }

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! STEP          v_k
-//! LINEAR        (1 − u) v_k + u v_{k+1}, rotations by slerp
+//! LINEAR        (1 − u) v_k + u v_{k+1}, rotations at constant speed by the shorter way
 //! CUBICSPLINE   (2u³ − 3u² + 1) v_k + Δ (u³ − 2u² + u) b_k + (3u² − 2u³) v_{k+1} + Δ (u³ − u²) a_{k+1}
 //! ```
 //!
