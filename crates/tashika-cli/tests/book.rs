@@ -1,0 +1,87 @@
+//! Every command of the book, run in small.
+//!
+//! In a block of `sh` each line is a command; those of `tashika` are run in the order of the
+//! chapter, in a folder of the chapter that has the book's room. Sizes, tolerances and times are made
+//! small; all else is as it is printed. A picture may run out of its budget (exit code 4).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+
+/// What is made small: the option, and what it becomes.
+const SMALL: [(&str, &str); 5] =
+    [("--size", "12x12"), ("--paths", "4"), ("--error", "20%"), ("--time", "2s"), ("--audit", "2")];
+
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src")
+}
+
+/// The chapters, by their place below the source.
+fn chapters() -> Vec<PathBuf> {
+    let summary = fs::read_to_string(source().join("SUMMARY.md")).unwrap();
+    let links = summary.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
+    links.map(|(link, _)| PathBuf::from(link)).collect()
+}
+
+/// The commands of the blocks of `sh`, without comments.
+fn commands(chapter: &str) -> Vec<String> {
+    let blocks = chapter.split("\n```").collect::<Vec<_>>();
+    let blocks = blocks.iter().filter_map(|block| block.strip_prefix("sh\n"));
+    let lines = blocks.flat_map(str::lines).map(|line| line.split(" # ").next().unwrap_or(line).trim());
+    lines.filter(|line| !line.is_empty()).map(str::to_owned).collect()
+}
+
+/// The words of a command with what makes it small; the first is the program.
+fn small(command: &str) -> Vec<String> {
+    let mut words: Vec<String> = command.split_whitespace().map(str::to_owned).collect();
+    for at in 1..words.len() {
+        if let Some((_, small)) = SMALL.iter().find(|(option, _)| words[at - 1] == *option) {
+            words[at] = (*small).to_owned();
+        }
+    }
+    words
+}
+
+#[test]
+fn every_command_of_the_book_works() {
+    let mut run = 0;
+    for chapter in chapters() {
+        let text = fs::read_to_string(source().join(&chapter)).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        fs::copy(source().join("room.gltf"), folder.path().join("room.gltf")).unwrap();
+        for command in commands(&text) {
+            let words = small(&command);
+            assert_eq!(words[0], "tashika", "{}: {command}", chapter.display());
+            let mut program = Command::new(env!("CARGO_BIN_EXE_tashika"));
+            let output = program.args(&words[1..]).current_dir(folder.path()).output().unwrap();
+            let code = output.status.code();
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert!(matches!(code, Some(0 | 4)), "{}: {command}: {code:?}\n{said}", chapter.display());
+            run += 1;
+        }
+    }
+    assert!(run > 30, "{run} commands");
+}
+
+#[test]
+fn links_of_the_book_lead_somewhere() {
+    for chapter in chapters() {
+        let text = fs::read_to_string(source().join(&chapter)).unwrap();
+        let folder = source().join(&chapter).parent().unwrap().to_owned();
+        for rest in text.split("](").skip(1) {
+            let link = rest.split(')').next().unwrap();
+            let file = link.split('#').next().unwrap();
+            let is_here = file.is_empty() || link.contains("://") || folder.join(file).is_file();
+            assert!(is_here, "{}: {link}", chapter.display());
+        }
+    }
+}
+
+#[test]
+fn commands_are_found_and_made_small() {
+    let chapter = "text\n```sh\ntashika render a --size 640x360 --paths 1024 # why\n\n```\n```text\nnot this\n```\n";
+    let found = commands(chapter);
+    assert_eq!(found, ["tashika render a --size 640x360 --paths 1024"]);
+    assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");
+}
