@@ -56,7 +56,9 @@ impl Measure {
                 let table = shell.root().join(table);
                 fs::write(&table, told).map_err(|e| format!("{}: {e}", table.display()))
             }
-            None if matches!(self, Self::Pictures | Self::Moving) => python.arg(shell.program()?).args(rest).run(),
+            None if matches!(self, Self::Pictures | Self::Moving) => {
+                python.arg(shell.program()?).args(rest).run()
+            }
             None => python.args(rest).run(),
         }
     }
