@@ -68,6 +68,11 @@ pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;
 
+    /// Whether it renders scenes with [media](crate::scene::Medium).
+    fn renders_media(&self) -> bool {
+        false
+    }
+
     /// Writes into a film's metadata what the result depends on beyond the setting.
     fn describe(&self, metadata: &mut Metadata);
 

@@ -134,9 +134,9 @@ pub struct Begun {
 /// `window` says what the window is.
 ///
 /// # Errors
-/// A window outside the image, unusable gather options.
+/// A window outside the image, unusable gather options, media where the integrator renders none.
 pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &RenderOptions) -> Result<Film> {
-    setting.view.gather.validate()?;
+    check(setting, integrator)?;
     Film::check(setting.view.size, options.window)?;
     let part = options.share.part(&options.window, setting.view.gather.points);
     let mut film = Film::new(setting.view.size, part, PixelRecord::PLANES)?;
@@ -153,7 +153,7 @@ pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &Rende
 /// what is finished.
 ///
 /// # Errors
-/// A window outside the image, unusable gather options.
+/// A window outside the image, unusable gather options, media where the integrator renders none.
 pub fn render(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
@@ -180,7 +180,7 @@ pub fn resume(
     watch: &(dyn Fn(&Finished<'_>) + Sync),
     cancel: &AtomicBool,
 ) -> Result<Rendered> {
-    setting.view.gather.validate()?;
+    check(setting, integrator)?;
     let tiles = options.share.tiles(&options.window, setting.view.gather.points);
     Ok(render_tiles(setting, integrator, begun, &tiles, watch, cancel))
 }
@@ -191,7 +191,8 @@ pub fn resume(
 /// `progress` and `cancel` as there, with a pixel for a tile.
 ///
 /// # Errors
-/// A pixel outside the image or named twice, unusable gather options.
+/// A pixel outside the image or named twice, unusable gather options, media where the integrator
+/// renders none.
 pub fn render_pixels(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
@@ -199,7 +200,7 @@ pub fn render_pixels(
     progress: &(dyn Fn(&Progress) + Sync),
     cancel: &AtomicBool,
 ) -> Result<Rendered> {
-    setting.view.gather.validate()?;
+    check(setting, integrator)?;
     let size = setting.view.size;
     let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES)?;
     let mut sorted = pixels.to_vec();
@@ -298,6 +299,14 @@ fn render_tiles(
     let complete = sums.iter().all(Option::is_some);
     film.metadata_mut().set(keys::COMPLETE, complete);
     Rendered { film, complete, totals }
+}
+
+/// Whether an integrator can render what it is given.
+fn check(setting: &Setting<'_>, integrator: &dyn Integrator) -> Result<()> {
+    let scene = setting.tracer.scene();
+    setting.view.gather.validate()?;
+    scene.check_camera(setting.view.camera)?;
+    if integrator.renders_media() { Ok(()) } else { scene.check_free_of_media(integrator.name()) }
 }
 
 /// Everything that the film is a function of, as far as this layer knows it.

@@ -129,7 +129,7 @@ impl VplSet {
     /// pool.
     ///
     /// # Errors
-    /// Options out of range.
+    /// Options out of range; a scene with media.
     pub fn trace(tracer: &Tracer, options: &VplOptions) -> Result<Self> {
         Ok(LightTracer::new(tracer, options)?.trace(options.seed))
     }
@@ -150,9 +150,10 @@ impl<'s> LightTracer<'s> {
     /// Without a guide.
     ///
     /// # Errors
-    /// Options out of range.
+    /// Options out of range; a scene with media, in which VPLs are not traced.
     pub fn new(tracer: &'s Tracer, options: &VplOptions) -> Result<Self> {
         options.validate()?;
+        tracer.scene().check_free_of_media("one of VPLs")?;
         let emitters = match options.emission {
             Emission::ByPower => EmitterSampler::new(tracer.scene()),
             Emission::ByUse => EmitterSampler::by_use(tracer, options),

@@ -129,9 +129,15 @@ pub struct ThinGlass {
 }
 
 impl ThinGlass {
+    /// A pane of nothing: everything goes straight on.
+    pub const NOTHING: Self = Self { ior: 1.0, reflectance: Rgb::BLACK, transmittance: Rgb::WHITE };
+
     /// Fraction `1 − R` that passes a clear pane of index `ior` at an angle of incidence of cosine
     /// `cos`.
     pub(crate) fn passed(cos: f32, ior: f32) -> f32 {
+        if ior == 1.0 {
+            return 1.0;
+        }
         let face = fresnel::dielectric(cos.min(1.0), ior);
         (1.0 - face) / (1.0 + face)
     }

@@ -46,6 +46,9 @@ impl SceneBuilder {
             intensity_maps: Vec::new(),
             environment: None,
             cameras: Vec::new(),
+            media: Vec::new(),
+            has_media: false,
+            has_interfaces: false,
             bounds: Aabb::EMPTY,
             triangles_without_area: 0,
             notes: Notes::default(),
@@ -140,7 +143,8 @@ impl SceneBuilder {
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId> {
         check::material(&material, &self.scene)
             .map_err(|wrong| wrong.error(self.origin.clone().item(format!("material {}", material.name))))?;
-        let is_glass = matches!(material.surface, Surface::Glass { .. } | Surface::ThinGlass { .. });
+        let is_glass =
+            matches!(material.surface, Surface::Glass { .. } | Surface::ThinGlass { .. } | Surface::Boundary);
         let glassy = is_glass || material.others().any(|m| self.scene.glassy[m.index()]);
         let cost = 1 + material.others().map(|m| self.material_costs[m.index()]).sum::<u32>();
         if cost > MAX_MIXED {
@@ -317,6 +321,7 @@ impl SceneBuilder {
                 "a finite, invertible transform, a field of view between 0° and 180° (of a fisheye to 360°) or a height above 0, a finite shift, a lens radius of at least 0, a focus distance above 0 and 3 to 100 blades",
             ));
         }
+        self.scene.check_camera(&camera)?;
         self.scene.cameras.push(camera);
         Ok(())
     }
@@ -354,6 +359,7 @@ impl SceneBuilder {
             self.add_camera(camera)?;
         }
         self.note_missing_tiles();
+        self.scene.count_media();
         self.bake();
         Ok(self.scene)
     }

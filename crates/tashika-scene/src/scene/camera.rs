@@ -4,7 +4,7 @@
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use super::projection::FilmFrame;
-use super::{Lens, Projection};
+use super::{Lens, MediumId, Projection};
 use crate::film::Window;
 use crate::math::motion::Track;
 use crate::math::{Aabb, Ray};
@@ -30,6 +30,8 @@ pub struct Camera {
     pub resolution: Option<[u32; 2]>,
     /// Part of that image that the file asks for.
     pub crop: Option<Window>,
+    /// The medium that it stands in, if it is in one of its scene's.
+    pub medium: Option<MediumId>,
     /// What it shows the whole of, if nobody said where it stands: see [`Camera::of_size`].
     pub shows: Option<Aabb>,
 }
@@ -80,6 +82,7 @@ impl Camera {
             lens: Lens::PINHOLE,
             resolution: None,
             crop: None,
+            medium: None,
             shows: None,
         }
     }

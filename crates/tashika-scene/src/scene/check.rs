@@ -116,6 +116,10 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
         return Err(Wrong::new(format!("a {} over {other}", layer.kind()), expected));
     }
     let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
+    if matches!(material.surface, Surface::Boundary) {
+        // A pane of nothing, which no other surface may be.
+        return Ok(());
+    }
     // A material has at most two parts; they are at the two ends of the numbers that choose.
     for u in [0.0, 1.0f32.next_down()] {
         look.part(material, u).bsdf.validate().map_err(|message| {
@@ -249,6 +253,7 @@ fn surface(surface: &Surface) -> Checked {
             number("alpha of the coat", alpha)
         }
         Surface::Mix { amount, .. } => number("amount", amount),
+        Surface::Boundary => Ok(()),
     }
 }
 

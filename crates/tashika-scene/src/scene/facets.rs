@@ -117,6 +117,7 @@ impl Surface {
             | Self::Mirror { .. }
             | Self::Sheen { .. }
             | Self::Clearcoat { .. }
+            | Self::Boundary
             | Self::Mix { .. } => false,
         }
     }

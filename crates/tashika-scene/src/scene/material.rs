@@ -175,6 +175,8 @@ pub enum Surface {
         /// The facets, of both faces as one.
         facets: FacetInput,
     },
+    /// Nothing but the boundary of a medium: light goes straight on.
+    Boundary,
     /// One of two materials at each point, at random.
     Mix {
         /// One.
@@ -204,6 +206,7 @@ impl Surface {
             Self::Mirror { .. } => "mirror",
             Self::Glass { .. } => "glass",
             Self::ThinGlass { .. } => "thin glass",
+            Self::Boundary => "boundary",
             Self::Mix { .. } => "mix",
         }
     }
@@ -385,6 +388,7 @@ impl Material {
             Surface::Sheen { color: sheen, roughness, .. } => vec![color(sheen), number(roughness)],
             Surface::Clearcoat { amount, alpha, .. } => vec![number(amount), number(alpha)],
             Surface::Mix { amount, .. } => vec![number(amount)],
+            Surface::Boundary => Vec::new(),
         };
         all.push(self.emission.and_then(|e| e.radiance.texture));
         all.push(self.alpha.and_then(|a| a.value.texture.map(|t| t.0)));

@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::{MaterialId, MeshId};
+use super::{Interface, MaterialId, MeshId};
 use crate::math::Aabb;
 
 /// A mesh as a loader hands it over: anything may be wrong with it.
@@ -45,6 +45,8 @@ pub struct Mesh {
     pub(super) bounds: Aabb,
     /// Material of all its triangles.
     pub material: MaterialId,
+    /// What is on either side of it, if that is said.
+    pub interface: Option<Interface>,
 }
 
 /// What [`Mesh::repair`] had to leave out or replace.
@@ -148,7 +150,7 @@ impl Mesh {
             }
         }
         let bounds = Aabb::of_points(triangles.iter().flatten().map(|&i| positions[i as usize]));
-        (Self { name, positions, normals, uvs, triangles, bounds, material }, repairs)
+        (Self { name, positions, normals, uvs, triangles, bounds, material, interface: None }, repairs)
     }
 }
 

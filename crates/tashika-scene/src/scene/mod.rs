@@ -21,6 +21,7 @@ mod input;
 mod intensity_map;
 mod lens;
 mod material;
+mod medium;
 mod mesh;
 mod normal_map;
 mod note;
@@ -45,6 +46,7 @@ pub use input::{ColorInput, FloatInput};
 pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
 pub use material::{Alpha, AlphaMode, Back, CoatBase, Emission, Material, NormalInput, Surface};
+pub use medium::{Interface, MAX_EXTINCTION, Medium};
 pub use mesh::{Instance, Mesh, MeshData, has_normal};
 pub use note::{Note, NoteKind, Notes};
 pub use part::Part;
@@ -104,6 +106,10 @@ id!(
     /// A set of tiles of a scene.
     TileSetId
 );
+id!(
+    /// A medium of a scene.
+    MediumId
+);
 
 /// An immutable scene.
 #[derive(Debug)]
@@ -123,6 +129,11 @@ pub struct Scene {
     intensity_maps: Vec<AimedMap>,
     environment: Option<Environment>,
     cameras: Vec<Camera>,
+    media: Vec<Medium>,
+    /// Whether any of them is met, and does something to light.
+    has_media: bool,
+    /// Whether any mesh that is placed has an interface.
+    has_interfaces: bool,
     bounds: Aabb,
     /// Left out of its meshes: they are in no picture.
     triangles_without_area: u64,

@@ -258,6 +258,7 @@ impl<'a> Look<'a> {
                     None => whole(Bsdf::ThinGlass(ThinGlass { ior: *ior, reflectance, transmittance })),
                 }
             }
+            Surface::Boundary => whole(Bsdf::ThinGlass(ThinGlass::NOTHING)),
             Surface::Mix { .. } => unreachable!("resolved above"),
         }
     }
@@ -307,6 +308,7 @@ impl<'a> Look<'a> {
             Surface::Glass { ior, transmittance, .. } => {
                 (1.0 - fresnel::dielectric(self.cos, *ior)) * unit(*transmittance).luminance()
             }
+            Surface::Boundary => 1.0,
             Surface::ThinGlass { facets, .. } if self.facets(facets).is_some() => 0.0,
             Surface::ThinGlass { ior, transmittance, .. } => {
                 ThinGlass::passed(self.cos, *ior) * self.color(transmittance).luminance()

@@ -277,8 +277,8 @@ impl<'a> Renderer<'a> {
     /// Makes what a render needs: the camera, the lights, and the trees over these.
     ///
     /// # Errors
-    /// [`Error::Option`] naming what is out of range or does not go with the rest; lights of another
-    /// scene.
+    /// [`Error::Option`] naming what is out of range or does not go with the rest, as a method does
+    /// not that renders no media with a scene that has some; lights of another scene.
     pub fn prepare(&self) -> Result<Prepared<'a>> {
         let (resolved, framed) = self.resolve()?;
         let Resolved { method, gather, unused } = resolved;
@@ -342,7 +342,11 @@ impl<'a> Renderer<'a> {
         let request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
         let first = &self.tracer.scene().cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
-        Ok((request.resolve()?, self.framing.of(&camera)?))
+        let resolved = request.resolve()?;
+        if !matches!(resolved.method, Method::Path(_)) {
+            self.tracer.scene().check_free_of_media(self.request.method.name())?;
+        }
+        Ok((resolved, self.framing.of(&camera)?))
     }
 
     /// The lights that the method needs.

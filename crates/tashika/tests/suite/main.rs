@@ -29,6 +29,7 @@ mod light_images;
 mod light_transport;
 mod material_coverage;
 mod material_rows;
+mod media;
 mod mitsuba;
 mod mitsuba_cameras;
 mod mitsuba_materials;

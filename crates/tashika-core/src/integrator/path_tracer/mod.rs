@@ -7,6 +7,9 @@
 //! No clamp. Solid glass bends light: what comes through it is found by following paths only, while
 //! panes, which do not bend it, are seen through by both ways.
 //!
+//! In a scene with [media](crate::scene::Medium) paths scatter between surfaces as well: that is in
+//! `in_media`, and of no account to scenes without.
+//!
 //! The estimate is the mean of independent paths, its standard error that of the mean.
 //!
 //! # When it stops
@@ -16,17 +19,21 @@
 //! do not, it stops before it has met the rare bright path. So its interval is claimed as that of a
 //! published method is.
 
+mod flight;
+mod in_media;
+
 use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Stop, Truth};
-use crate::accel::{Glass, SegmentBatch, Tracer};
+use crate::accel::{Glass, Hit, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
 use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
-use crate::math::Ray;
+use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
+use crate::scene::SurfacePoint;
 use crate::stats::{Moments, student_t_two_sided};
-use crate::vpl::{EmitterSampler, VplKind};
+use crate::vpl::{EmitterSampler, LightSample, VplKind};
 use crate::warp::balance;
 
 /// When a pixel has had paths enough.
@@ -112,6 +119,7 @@ impl<'s> PathTracer<'s> {
             PathStop::Count(count) => count,
             PathStop::Until { first, .. } => first,
         };
+        let has_media = setting.tracer.scene().has_media() || setting.view.camera.medium.is_some();
         let mut done = 0;
         let (claim, half_width, stop) = loop {
             for k in done..wanted {
@@ -119,7 +127,13 @@ impl<'s> PathTracer<'s> {
                 let [s, t] = stream.uniform_2();
                 let ray = setting.view.ray_through(pixel, [u, v, s, t], || shutter.uniform());
                 let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
-                let radiance = ray.map_or(Rgb::BLACK, |ray| tracing.radiance(ray, key, &mut stream));
+                let radiance = match ray {
+                    None => Rgb::BLACK,
+                    Some(ray) if has_media => {
+                        tracing.radiance_in_media(ray, setting.view.camera.medium, key, &mut stream)
+                    }
+                    Some(ray) => tracing.radiance(ray, key, &mut stream),
+                };
                 sum.add(radiance);
                 parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
             }
@@ -159,6 +173,10 @@ fn half_width(moments: &[Moments], confidence: f64) -> f64 {
 impl Integrator for PathTracer<'_> {
     fn name(&self) -> &'static str {
         "path"
+    }
+
+    fn renders_media(&self) -> bool {
+        true
     }
 
     fn describe(&self, metadata: &mut Metadata) {
@@ -230,12 +248,7 @@ impl Tracing<'_> {
             let outgoing = -ray.direction;
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
-                let mis = density.map_or(1.0, |p| {
-                    let distance = drawn_at.distance_squared(surface.position);
-                    let cos = surface.geometric_normal.dot(outgoing).abs();
-                    let on_area = self.emitters.pdf_on_triangle(hit.instance, hit.triangle);
-                    balance(p, on_area * distance / cos.max(f32::MIN_POSITIVE))
-                });
+                let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
                 radiance += weight * emitted * mis;
             }
             if depth == self.max_depth {
@@ -257,16 +270,8 @@ impl Tracing<'_> {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
                         if !unoccluded.is_black() {
-                            let mis = sample.pdf.map_or(1.0, |pdf| {
-                                let (towards, jacobian) = if light.kind == VplKind::Directional {
-                                    (-light.direction, 1.0)
-                                } else {
-                                    let d = light.position - point.position;
-                                    let towards = d.normalize();
-                                    (towards, d.length_squared() / -light.direction.dot(towards))
-                                };
-                                let wi = point.frame.to_local(towards);
-                                balance(pdf * jacobian, point.bsdf.pdf(point.wo, wi))
+                            let mis = weight_of_light(&sample, point.position, |towards| {
+                                point.bsdf.pdf(point.wo, point.frame.to_local(towards))
                             });
                             let free = self.visible(light.apex(), point.position);
                             radiance += unoccluded * (mis * free);
@@ -294,11 +299,43 @@ impl Tracing<'_> {
         radiance
     }
 
-    fn visible(&mut self, apex: crate::accel::Apex, target: glam::Vec3) -> f32 {
+    /// The weight of an emitter that was met along a direction of density `p` (sr⁻¹), drawn at
+    /// `drawn_at`, beside drawing it from the emitters.
+    fn weight_of_hit(
+        &self,
+        p: f32,
+        drawn_at: Vec3,
+        surface: &SurfacePoint,
+        hit: &Hit,
+        outgoing: Vec3,
+    ) -> f32 {
+        let distance = drawn_at.distance_squared(surface.position);
+        let cos = surface.geometric_normal.dot(outgoing).abs();
+        let on_area = self.emitters.pdf_on_triangle(hit.instance, hit.triangle);
+        balance(p, on_area * distance / cos.max(f32::MIN_POSITIVE))
+    }
+
+    fn visible(&mut self, apex: crate::accel::Apex, target: Vec3) -> f32 {
         self.rays += 1;
         self.batch.clear();
         self.batch.push_fan(apex, [target]);
         self.tracer.visibility(&self.batch, &mut self.visibility);
         self.visibility[0]
     }
+}
+
+/// The weight of a light that was drawn from the emitters, beside meeting it along a direction from
+/// `position`: `pdf` is the density of those (sr⁻¹).
+fn weight_of_light(sample: &LightSample, position: Vec3, pdf: impl FnOnce(Vec3) -> f32) -> f32 {
+    let light = &sample.light;
+    sample.pdf.map_or(1.0, |of_light| {
+        let (towards, jacobian) = if light.kind == VplKind::Directional {
+            (-light.direction, 1.0)
+        } else {
+            let d = light.position - position;
+            let towards = d.normalize();
+            (towards, d.length_squared() / -light.direction.dot(towards))
+        };
+        balance(of_light * jacobian, pdf(towards))
+    })
 }

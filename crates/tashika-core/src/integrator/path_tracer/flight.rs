@@ -1,0 +1,145 @@
+//! How far a path goes in a medium until it is scattered.
+//!
+//! A path of weight `β` (by channel) draws one channel `c` with probability `q_c = β_c / Σ β`, as
+//! Chiang et al. 2016 do, and a distance by that channel's extinction, `t = −ln(1 − u) / σ_c`. As
+//! in the hero wavelengths of Wilkie et al. 2014 it is weighed by the density of all channels
+//! together, the balance heuristic over the choice:
+//!
+//! ```text
+//! scattered at t < d     β'_k = β_k σ_s,k T_k(t) / Σ_c q_c σ_t,c T_c(t)
+//! goes on to d           β'_k = β_k T_k(d)       / Σ_c q_c T_c(d)              T_k(t) = exp(−σ_t,k t)
+//! ```
+//!
+//! # Guarantee
+//! Both are unbiased for every channel that has any weight. `Σ β` never grows, since
+//! `Σ_k β_k T_k = Σ β · Σ_c q_c T_c` and `σ_s ≤ σ_t`: no weight exceeds three times the largest of
+//! the camera's, however colourful the media are. Where all channels are alike the weight is
+//! multiplied by the albedo `σ_s / σ_t`, or not at all. A medium that scatters nothing is not drawn
+//! from: its transmittance is a factor.
+//!
+//! # Held to this by
+//! The tests below; the suite's `media`.
+
+use crate::color::Rgb;
+use crate::math::elementary::ln;
+use crate::rng::Stream;
+use crate::scene::Medium;
+
+/// What becomes of a path on its way to the next surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Flight {
+    /// It is scattered after so many metres.
+    Scattered { after: f32, weight: Rgb },
+    /// It gets there.
+    Passed { weight: Rgb },
+}
+
+/// Draws what becomes of a path of weight `weight`, not black, that has `distance` metres before
+/// it, all in one medium; infinitely many where there is no surface.
+pub(super) fn fly(medium: &Medium, weight: Rgb, distance: f32, stream: &mut Stream) -> Flight {
+    if medium.scattering.is_black() {
+        return Flight::Passed { weight: weight * medium.transmittance(distance) };
+    }
+    let extinction = medium.extinction();
+    let chances = weight / (weight.r + weight.g + weight.b);
+    let u = stream.uniform();
+    let channel = if u < chances.r {
+        0
+    } else if u < chances.r + chances.g || chances.b == 0.0 {
+        // Rounding may leave a last number that no channel has.
+        if chances.g > 0.0 { 1 } else { 0 }
+    } else {
+        2
+    };
+    let sigma = extinction[channel];
+    let after = if sigma > 0.0 { -ln(1.0 - stream.uniform()) / sigma } else { f32::INFINITY };
+    if after < distance {
+        let arrives = medium.transmittance(after);
+        let density = sum(chances * extinction * arrives);
+        Flight::Scattered { after, weight: weight * medium.scattering * arrives / density }
+    } else {
+        let arrives = medium.transmittance(distance);
+        Flight::Passed { weight: weight * arrives / sum(chances * arrives) }
+    }
+}
+
+fn sum(c: Rgb) -> f32 {
+    c.r + c.g + c.b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::HenyeyGreenstein;
+    use crate::rng::Purpose;
+    use crate::stats::Moments;
+
+    fn medium(absorption: [f32; 3], scattering: [f32; 3]) -> Medium {
+        let [absorption, scattering] = [absorption, scattering].map(|[r, g, b]| Rgb::new(r, g, b));
+        Medium { name: String::new(), absorption, scattering, phase: HenyeyGreenstein::default() }
+    }
+
+    /// The mean of what passes is the transmittance, of what is scattered the albedo times the rest,
+    /// and of what is scattered before half the way the same of that half, in every channel and
+    /// whatever the weight before. 3 media, 2 weights, 9 means: at 4.5 standard errors one false
+    /// alarm in 2,700 runs.
+    #[test]
+    fn every_channel_is_extinguished_by_its_own_coefficients() {
+        let media = [
+            medium([0.1, 0.2, 0.0], [0.5, 1.0, 4.0]),
+            medium([0.3; 3], [0.6; 3]),
+            // One channel passes freely, one is absorbed only.
+            medium([0.0, 1.5, 0.1], [0.0, 0.0, 2.0]),
+        ];
+        let distance = 0.8;
+        for (number, m) in media.iter().enumerate() {
+            for before in [Rgb::WHITE, Rgb::new(0.1, 2.0, 0.5)] {
+                let mut stream = Stream::new(5, Purpose::Test, number as u64);
+                let mut moments = [[Moments::default(); 3]; 3];
+                for _ in 0..40_000 {
+                    let (mut passed, mut near, mut far) = (Rgb::BLACK, Rgb::BLACK, Rgb::BLACK);
+                    match fly(m, before, distance, &mut stream) {
+                        Flight::Passed { weight } => passed = weight,
+                        Flight::Scattered { after, weight } if after < 0.5 * distance => near = weight,
+                        Flight::Scattered { after, weight } => {
+                            assert!(after < distance);
+                            far = weight;
+                        }
+                    }
+                    assert!(sum(passed + near + far) <= sum(before) * 1.00001, "weights never grow");
+                    for (m, found) in moments.iter_mut().zip([passed, near, far]) {
+                        m.iter_mut().zip(found.to_array()).for_each(|(m, v)| m.push(f64::from(v)));
+                    }
+                }
+                let (half, whole) = (m.transmittance(0.5 * distance), m.transmittance(distance));
+                for k in 0..3 {
+                    let sigma = m.extinction()[k];
+                    let albedo = if sigma > 0.0 { m.scattering[k] / sigma } else { 0.0 };
+                    let shares = [whole[k], albedo * (1.0 - half[k]), albedo * (half[k] - whole[k])];
+                    for (m, share) in moments.iter().zip(shares) {
+                        let (m, expected) = (&m[k], f64::from(before[k] * share));
+                        let off = (m.mean() - expected).abs();
+                        let bound = 4.5 * m.standard_error() + 1e-5 * expected;
+                        assert!(off <= bound, "{number}, {k}: {} for {expected}", m.mean());
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_scatters_nothing_is_a_factor_and_what_is_gray_keeps_its_weight() {
+        let mut stream = Stream::new(1, Purpose::Test, 0);
+        let dark = medium([1.0, 2.0, 0.0], [0.0; 3]);
+        let passed = Flight::Passed { weight: dark.transmittance(0.7) * 0.5 };
+        assert_eq!(fly(&dark, Rgb::gray(0.5), 0.7, &mut stream), passed);
+        let gray = medium([0.0; 3], [3.0; 3]);
+        for distance in [0.1, 1.0, f32::INFINITY] {
+            for _ in 0..1000 {
+                let (Flight::Passed { weight } | Flight::Scattered { weight, .. }) =
+                    fly(&gray, Rgb::gray(0.5), distance, &mut stream);
+                assert!((weight.r - 0.5).abs() < 1e-6 && weight.r == weight.b, "{weight:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Paths that are scattered between surfaces as well as at them.
+//!
+//! ```text
+//! L(x, ω) = T(d) L_surface + ∫₀^d T(t) σ_s ∫ p(ω·ω') L(x + t ω, ω') dω' dt          (W·m⁻²·sr⁻¹)
+//! ```
+//!
+//! [`fly`] draws whether a path is scattered before it gets to the next surface. Where it is, light
+//! is sampled as at a surface: from the emitters, along a segment on which the media take what they
+//! take, and by following the phase function of Henyey and Greenstein, weighed by the balance
+//! heuristic over the two densities of a direction. The chance of getting there is not in these:
+//! the weights sum to one for every point of an emitter all the same.
+//!
+//! Which medium a path is in is what the last interface that it passed says, and at first what the
+//! camera says. Segments that surfaces let pass are walked from interface to interface, and each
+//! medium on the way takes its share. What is lit from infinity is dark where a medium has no end.
+//!
+//! Paths meet at most so many surfaces as elsewhere. Being scattered, and passing a boundary that is
+//! nothing else, do not count: Russian roulette ends paths in media, with a cap near one, as light
+//! is scattered hundreds of times in a white medium before it leaves.
+//!
+//! # What is left out
+//! A point light *in* a medium that scatters has samples of unbounded variance, `1/d²` in a volume:
+//! the mean is right, single pixels may be bright. Drawing distances about the light would help.
+//!
+//! # Held to this by
+//! The suite's `media`.
+
+use super::flight::{Flight, fly};
+use super::{CERTAIN_DEPTH, MAX_SURVIVAL, Tracing, weight_of_light};
+use crate::accel::Apex;
+use crate::color::Rgb;
+use crate::contribution::ContributionKernel;
+use crate::gather::Scatter;
+use crate::math::{Ray, Vec3};
+use crate::rng::Stream;
+use crate::scene::{Medium, MediumId};
+use crate::vpl::Vpl;
+use crate::warp::balance;
+
+/// Highest probability of going on after being scattered.
+const MAX_SURVIVAL_IN_MEDIUM: f32 = 0.999;
+/// Boundaries and other surfaces that one straight line passes at most: a path or segment ends
+/// there.
+const MOST_PASSED: u32 = 4096;
+
+/// A path on its way.
+struct Path {
+    ray: Ray,
+    medium: Option<MediumId>,
+    weight: Rgb,
+    /// Density of the direction, if drawing from the emitters could have found it too.
+    density: Option<f32>,
+    /// Where that direction was drawn.
+    drawn_at: Vec3,
+}
+
+impl Path {
+    /// Whether it goes on after Russian roulette.
+    fn survives(&mut self, most: f32, stream: &mut Stream) -> bool {
+        let survival = self.weight.max_channel().min(most);
+        let goes_on = stream.uniform() < survival;
+        if goes_on {
+            self.weight = self.weight / survival;
+        }
+        goes_on
+    }
+}
+
+impl Tracing<'_> {
+    /// Radiance along a ray of a camera that stands in `medium`.
+    pub(super) fn radiance_in_media(
+        &mut self,
+        ray: Ray,
+        medium: Option<MediumId>,
+        key: u64,
+        stream: &mut Stream,
+    ) -> Rgb {
+        let scene = self.tracer.scene();
+        let contribution = ContributionKernel::default().within(scene);
+        let mut radiance = Rgb::BLACK;
+        let mut path = Path { ray, medium, weight: Rgb::WHITE, density: None, drawn_at: ray.origin };
+        // Surfaces that the path has met; times that it was scattered, anywhere; boundaries that it
+        // has passed since.
+        let (mut depth, mut scattered, mut passed) = (0, 0_u32, 0);
+        while !path.weight.is_black() {
+            self.rays += 1;
+            // Holes are the same along a straight line.
+            let key = key.wrapping_add(u64::from(scattered));
+            let hit = self.tracer.closest_hit(&path.ray, key);
+            if let Some(medium) = path.medium.map(|m| &scene.media()[m.index()]).filter(|m| !m.is_clear()) {
+                let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
+                match fly(medium, path.weight, distance, stream) {
+                    Flight::Passed { weight } => path.weight = weight,
+                    Flight::Scattered { after, weight } => {
+                        path.weight = weight;
+                        let position = path.ray.at(after);
+                        radiance += self.light_in_medium(&path, medium, position, key, stream);
+                        let (direction, density) =
+                            medium.phase.sample(path.ray.direction, stream.uniform_2());
+                        path.ray = Ray::new(position, direction);
+                        path.density = Some(density);
+                        path.drawn_at = position;
+                        scattered = scattered.saturating_add(1);
+                        passed = 0;
+                        if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {
+                            break;
+                        }
+                        continue;
+                    }
+                }
+            }
+            let Some(hit) = hit else {
+                if let Some(e) = scene.environment() {
+                    let d = path.ray.direction.normalize();
+                    let mis = path.density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
+                    radiance += path.weight * e.radiance(d) * mis;
+                }
+                break;
+            };
+            let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+            let outgoing = -path.ray.direction;
+            let emitted = scene.emitted(&surface, outgoing);
+            if !emitted.is_black() {
+                let (density, drawn_at) = (path.density, path.drawn_at);
+                let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
+                radiance += path.weight * emitted * mis;
+            }
+            if scene.is_boundary(&surface) {
+                let direction = path.ray.direction;
+                path.medium = scene.medium_beyond(&surface, direction, path.medium);
+                path.ray = Ray::new(surface.leave(direction), direction);
+                passed += 1;
+                if passed > MOST_PASSED {
+                    break;
+                }
+                continue;
+            }
+            if depth == self.max_depth {
+                break;
+            }
+            match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
+                Scatter::Specular(specular) => {
+                    let Some((next, factor)) = specular.step(stream.uniform_3()) else { break };
+                    if !specular.passes_straight(next.direction) {
+                        path.density = None;
+                    }
+                    path.weight *= factor;
+                    path.medium = scene.medium_beyond(&surface, next.direction, path.medium);
+                    path.ray = next;
+                }
+                Scatter::Gathers(mut point) => {
+                    path.weight *= point.weight;
+                    point.weight = path.weight;
+                    let beyond = |direction| scene.medium_beyond(&surface, direction, path.medium);
+                    if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
+                        let light = &sample.light;
+                        let unoccluded = contribution.unoccluded(&point, light);
+                        if !unoccluded.is_black() {
+                            let mis = weight_of_light(&sample, point.position, |towards| {
+                                point.bsdf.pdf(point.wo, point.frame.to_local(towards))
+                            });
+                            let medium = beyond(contribution.link(point.position, light).towards_light);
+                            radiance += unoccluded * self.passing(point.position, light, medium, key, mis);
+                        }
+                    }
+                    let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
+                    let direction = point.frame.to_world(next.wi).normalize();
+                    if point.geometric_normal.dot(direction) <= 0.0 {
+                        break;
+                    }
+                    path.weight *= next.weight;
+                    path.density = Some(next.pdf);
+                    path.medium = beyond(direction);
+                    path.ray = Ray::new(point.position, direction);
+                    path.drawn_at = path.ray.origin;
+                }
+            }
+            depth += 1;
+            scattered = scattered.saturating_add(1);
+            passed = 0;
+            if depth > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL, stream) {
+                break;
+            }
+        }
+        radiance
+    }
+
+    /// What one light, drawn from the emitters, sends a path by way of a place in a medium.
+    fn light_in_medium(
+        &mut self,
+        path: &Path,
+        medium: &Medium,
+        position: Vec3,
+        key: u64,
+        stream: &mut Stream,
+    ) -> Rgb {
+        let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) else {
+            return Rgb::BLACK;
+        };
+        let light = &sample.light;
+        let link = ContributionKernel::default().within(self.tracer.scene()).link(position, light);
+        let phase = |towards: Vec3| medium.phase.density(path.ray.direction.dot(towards));
+        let scattered = phase(link.towards_light) * link.geometric;
+        let unoccluded = path.weight * (light.intensity * link.tint) * scattered;
+        if unoccluded.is_black() {
+            return Rgb::BLACK;
+        }
+        let mis = weight_of_light(&sample, position, phase);
+        unoccluded * self.passing(position, light, path.medium, key, mis)
+    }
+
+    /// The share of a light that gets to a place whose side towards it is in `medium`, by channel,
+    /// times `mis`.
+    fn passing(&mut self, place: Vec3, light: &Vpl, medium: Option<MediumId>, key: u64, mis: f32) -> Rgb {
+        let free = self.visible(light.apex(), place);
+        if free == 0.0 {
+            return Rgb::BLACK;
+        }
+        self.transmittance(place, light.apex(), medium, key) * (mis * free)
+    }
+
+    /// What the media leave of light along a segment that surfaces let pass, from a place in
+    /// `medium`.
+    fn transmittance(&mut self, place: Vec3, end: Apex, mut medium: Option<MediumId>, key: u64) -> Rgb {
+        let scene = self.tracer.scene();
+        let (direction, mut distance) = match end {
+            Apex::Direction(direction) => (direction, f32::INFINITY),
+            Apex::Point(point) => {
+                let length = place.distance(point);
+                ((point - place) / length.max(f32::MIN_POSITIVE), length)
+            }
+        };
+        let share = |medium: Option<MediumId>, distance: f32| {
+            medium.map_or(Rgb::WHITE, |m| scene.media()[m.index()].transmittance(distance))
+        };
+        let (mut left, mut origin) = (Rgb::WHITE, place);
+        if scene.has_interfaces() {
+            for _ in 0..MOST_PASSED {
+                self.rays += 1;
+                let ray = Ray { origin, direction, t_max: distance };
+                let Some(hit) = self.tracer.closest_hit(&ray, key) else {
+                    return left * share(medium, distance);
+                };
+                left *= share(medium, hit.t);
+                if left.is_black() {
+                    return left;
+                }
+                let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+                medium = scene.medium_beyond(&surface, direction, medium);
+                origin = surface.leave(direction);
+                distance -= hit.t;
+            }
+            return Rgb::BLACK;
+        }
+        left * share(medium, distance)
+    }
+}
