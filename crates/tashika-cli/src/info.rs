@@ -37,6 +37,9 @@ struct Report {
     /// When the scene is as it is told of, if anything moves and a time was asked for (s).
     time_seconds: Option<f64>,
     cameras: Vec<CameraReport>,
+    media: Vec<MediumReport>,
+    /// Whether any view or light may meet a medium that does something: path tracing renders it.
+    has_media: bool,
     /// Corners of the box around everything (m).
     bounds: [[f32; 3]; 2],
     notes: Vec<NoteReport>,
@@ -96,6 +99,19 @@ struct CameraReport {
     height: Option<f32>,
     /// From when to when its shutter is open (s), if it moves meanwhile.
     shutter_seconds: Option<[f64; 2]>,
+    /// Name of what it stands in.
+    medium: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct MediumReport {
+    name: String,
+    /// RGB (m⁻¹).
+    absorption: [f32; 3],
+    /// RGB (m⁻¹).
+    scattering: [f32; 3],
+    /// Mean cosine of the phase function.
+    asymmetry: f32,
 }
 
 /// Reads a scene and tells about it.
@@ -165,9 +181,21 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
                     projection,
                     height,
                     shutter_seconds: c.motion.as_ref().map(|motion| motion.shutter),
+                    medium: c.medium.map(|m| scene.media()[m.index()].name.clone()),
                 }
             })
             .collect(),
+        media: scene
+            .media()
+            .iter()
+            .map(|m| MediumReport {
+                name: m.name.clone(),
+                absorption: m.absorption.to_array(),
+                scattering: m.scattering.to_array(),
+                asymmetry: m.phase.asymmetry,
+            })
+            .collect(),
+        has_media: scene.has_media(),
         bounds: [bounds.lo.to_array(), bounds.hi.to_array()],
         notes: notes(scene),
     }
@@ -269,7 +297,17 @@ fn rows(report: &Report) -> Rows {
         let moves = camera.shutter_seconds.map_or(String::new(), |[open, close]| {
             format!(", moves with its shutter open from {open:.4} to {close:.4} s")
         });
-        rows.push(label, format!("{}: {size}, {sees}{moves}", camera.name));
+        let within = camera.medium.as_ref().map_or(String::new(), |medium| format!(", in {medium}"));
+        rows.push(label, format!("{}: {size}, {sees}{moves}{within}", camera.name));
+    }
+    for (i, medium) in report.media.iter().enumerate() {
+        let MediumReport { name, absorption, scattering, asymmetry } = medium;
+        let [a, s] = [absorption, scattering].map(|[r, g, b]| format!("{r:.4} {g:.4} {b:.4}"));
+        let label = if i == 0 { "media" } else { "" };
+        rows.push(label, format!("{name}: absorption {a}, scattering {s} per metre, g = {asymmetry}"));
+    }
+    if report.has_media {
+        rows.push("", "rendered by path tracing alone: --method path");
     }
     if report.notes.is_empty() {
         rows.push("notes", "none: the scene is rendered as its file says");

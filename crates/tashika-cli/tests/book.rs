@@ -80,7 +80,8 @@ fn links_of_the_book_lead_somewhere() {
 
 #[test]
 fn commands_are_found_and_made_small() {
-    let chapter = "text\n```sh\ntashika render a --size 640x360 --paths 1024 # why\n\n```\n```text\nnot this\n```\n";
+    let chapter =
+        "text\n```sh\ntashika render a --size 640x360 --paths 1024 # why\n\n```\n```text\nnot this\n```\n";
     let found = commands(chapter);
     assert_eq!(found, ["tashika render a --size 640x360 --paths 1024"]);
     assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");

@@ -401,6 +401,33 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
+/// Media are told, rendered by paths, and refused by every other method before it begins.
+#[test]
+fn media_are_told_and_rendered_by_paths_alone() {
+    let folder = Folder::new();
+    let fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [.1 .2 .3]\n\
+        MediumInterface \"\" \"fog\" Camera \"perspective\" WorldBegin\n\
+        LightSource \"point\" Translate 0 0 2 Shape \"disk\"\n";
+    fs::write(folder.path("fog.pbrt"), fog).unwrap();
+    let info = folder.run("info fog.pbrt --json info.json");
+    for words in
+        ["fog: absorption 0.0011", "scattering 0.1000 0.2000 0.3000 per metre", "in fog", "--method path"]
+    {
+        assert!(info.succeeds().stdout.contains(words), "{words:?} is not in: {}", info.stdout);
+    }
+    let json = folder.json("info.json");
+    assert_eq!((&json["has_media"], &json["cameras"][0]["medium"]), (&true.into(), &"fog".into()));
+    assert_eq!(json["media"][0]["asymmetry"], 0.0);
+    let small = "render fog.pbrt --size 4x4 -o fog.exr";
+    for method in ["tashika", "exact", "lightcuts", "iwasaki2019"] {
+        let refused = folder.run(&format!("{small} --method {method}"));
+        refused.fails(2, &["--method", "expected path", "fog"]);
+    }
+    folder.run("vpl fog.pbrt -o fog.vpl").fails(2, &["expected path", "fog"]);
+    assert!(!folder.names().iter().any(|name| name.ends_with(".exr") || name.ends_with(".vpl")));
+    folder.run(&format!("{small} --method path --paths 4")).succeeds();
+}
+
 /// A scene without light says whose light it has, whatever else there is to say; light that is
 /// asked for takes its place, is told, and parts of pictures in different light do not go together.
 #[test]

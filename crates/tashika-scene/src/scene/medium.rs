@@ -27,7 +27,7 @@
 use super::{Camera, MediumId, Mesh, MeshId, Scene, SceneBuilder, Surface, SurfacePoint};
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
-use crate::error::{Error, Result};
+use crate::error::{Error, Location, Result};
 use crate::math::Vec3;
 use crate::math::elementary::exp;
 
@@ -66,16 +66,33 @@ impl Medium {
         self.extinction().is_black()
     }
 
-    fn is_valid(&self) -> bool {
-        self.absorption.is_valid()
-            && self.scattering.is_valid()
+    /// Whether its numbers are in range.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] at `at`: coefficients that are negative, not finite, or more than
+    /// [`MAX_EXTINCTION`]; an asymmetry of 1 or more.
+    pub fn validate(&self, at: Location) -> Result<()> {
+        let Self { name, absorption, scattering, phase } = self;
+        let is_valid = absorption.is_valid()
+            && scattering.is_valid()
             && self.extinction().max_channel() <= MAX_EXTINCTION
-            && self.phase.is_valid()
+            && phase.is_valid();
+        if is_valid {
+            return Ok(());
+        }
+        let [absorption, scattering] = [absorption, scattering].map(|c| c.to_array());
+        Err(Error::invalid(
+            at.item(format!("medium {name}")),
+            format!("absorption {absorption:?}, scattering {scattering:?}, g = {}", phase.asymmetry),
+            format!(
+                "finite coefficients of at least 0 and at most {MAX_EXTINCTION:e} m⁻¹ together, and g between -1 and 1"
+            ),
+        ))
     }
 }
 
 /// What is on either side of a surface; nothing is vacuum.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Interface {
     /// On the side that the geometric normal points away from.
     pub inside: Option<MediumId>,
@@ -93,20 +110,9 @@ impl SceneBuilder {
     /// Adds a medium.
     ///
     /// # Errors
-    /// Coefficients that are negative, not finite, or more than [`MAX_EXTINCTION`]; an asymmetry of
-    /// 1 or more.
+    /// As [`Medium::validate`].
     pub fn add_medium(&mut self, medium: Medium) -> Result<MediumId> {
-        if !medium.is_valid() {
-            let Medium { name, absorption, scattering, phase } = &medium;
-            let [absorption, scattering] = [absorption, scattering].map(|c| c.to_array());
-            return Err(Error::invalid(
-                self.origin.clone().item(format!("medium {name}")),
-                format!("absorption {absorption:?}, scattering {scattering:?}, g = {}", phase.asymmetry),
-                format!(
-                    "finite coefficients of at least 0 and at most {MAX_EXTINCTION:e} m⁻¹ together, and g between -1 and 1"
-                ),
-            ));
-        }
+        medium.validate(self.origin.clone())?;
         self.scene.media.push(medium);
         Ok(MediumId::at(self.scene.media.len() as u32 - 1))
     }
@@ -216,7 +222,6 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Location;
 
     fn medium(absorption: Rgb, scattering: Rgb, asymmetry: f32) -> Medium {
         Medium { name: "fog".into(), absorption, scattering, phase: HenyeyGreenstein { asymmetry } }

@@ -30,6 +30,9 @@ const RICH: &str = r##"<default name="spp" value="4"/><default name="kind" value
 <shape type="cube"><bsdf type="diffuse"><spectrum name="reflectance" value="400:0.1, 500:0.5, 700:0.9"/></bsdf>
 <emitter type="area"><blackbody name="radiance" temperature="3000" scale="0.01"/></emitter></shape>
 <emitter type="spot"><float name="cutoff_angle" value="30"/></emitter>
+<medium type="homogeneous" id="fog"><rgb name="sigma_t" value="1, 2, 3"/><rgb name="albedo" value="0.5"/>
+<phase type="hg"><float name="g" value="0.3"/></phase></medium>
+<shape type="disk"><bsdf type="null"/><ref name="interior" id="fog"/></shape>
 <emitter type="sun"><float name="turbidity" value="4"/></emitter>"##;
 
 fn load_bytes(bytes: &[u8], files: Files<'_>) -> Result<Scene> {
@@ -88,7 +91,8 @@ impl Folder {
 #[test]
 fn the_undamaged_scene_is_sound() {
     let scene = Folder::new().load(xml("3.0.0", RICH).as_bytes()).unwrap();
-    assert_eq!((scene.instances().len(), scene.emitters().len(), scene.area_emitters().count()), (4, 2, 1));
+    assert_eq!((scene.instances().len(), scene.emitters().len(), scene.area_emitters().count()), (5, 2, 1));
+    assert!(scene.has_media());
     let unused =
         scene.notes().iter().find(|n| n.message.contains("not used") || n.kind == NoteKind::Repaired);
     assert_eq!(unused, None);

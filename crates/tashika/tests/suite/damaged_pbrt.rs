@@ -20,7 +20,8 @@ const RICH_V3: &str = "LookAt 0 0 5 0 0 0 0 1 0 Camera \"perspective\" \"float f
     AreaLightSource \"diffuse\" \"blackbody L\" [3000 2]\nTranslate 0 0 1 Rotate 30 1 0 0 Scale 1 2 1\n\
     Shape \"sphere\" \"float radius\" [.5] \"texture alpha\" \"a\"\nAttributeEnd\nObjectBegin \"o\"\n\
     Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 0 1 0 0 0 1 0] \"normal N\" [0 0 1 0 0 1 0 0 1]\n\
-    ObjectEnd\nObjectInstance \"o\"\nWorldEnd\n";
+    ObjectEnd\nObjectInstance \"o\"\nMakeNamedMedium \"f\" \"string type\" \"homogeneous\" \"float g\" .2\n\
+    MediumInterface \"f\" \"\" Material \"none\" Shape \"disk\"\nWorldEnd\n";
 const RICH_V4: &str = "Option \"bool disablepixeljitter\" false ColorSpace \"srgb\" Film \"rgb\" \"integer pixelbounds\" [0 4 0 4]\n\
     Camera \"orthographic\" \"float screenwindow\" [-1 1 -1 1]\nWorldBegin\nAttribute \"shape\" \"float alpha\" 1\n\
     LightSource \"spot\" \"float power\" 10 \"spectrum I\" [400 1 700 2]\nMaterial \"conductor\" \"spectrum eta\" \"metal-Al-eta\"\n\

@@ -30,6 +30,7 @@ mod light_transport;
 mod material_coverage;
 mod material_rows;
 mod media;
+mod media_files;
 mod mitsuba;
 mod mitsuba_cameras;
 mod mitsuba_materials;

@@ -279,7 +279,7 @@ fn white_media_are_invisible_in_a_furnace() {
         bounding(&mut b, block(), surface, [milk, None]);
         b.set_environment(Environment::constant(Rgb::WHITE)).unwrap();
         b.add_camera(camera(milk.filter(|_| inside))).unwrap();
-        assert_means(&paths(&tracer(b), 100, [16, 16]), [1.0; 3], 1e-5, 0.01, &what);
+        assert_means(&paths(&tracer(b), 40, [16, 16]), [1.0; 3], 1e-5, 0.02, &what);
     }
     // Walls that emit 0.4 and reflect 0.6.
     let mut b = builder();
@@ -287,7 +287,7 @@ fn white_media_are_invisible_in_a_furnace() {
     let room = cuboid(Vec3::splat(-4.0), Vec3::splat(4.0), true);
     place(&mut b, room, glowing("wall", lambert(0.6), 0.4));
     b.add_camera(camera(Some(milk))).unwrap();
-    assert_means(&paths(&tracer(b), 200, [16, 16]), [1.0; 3], 1e-5, 0.02, "a room");
+    assert_means(&paths(&tracer(b), 60, [16, 16]), [1.0; 3], 1e-5, 0.03, "a room");
 }
 
 /// A room in a medium that does nothing, seen by the part of the program that knows media.

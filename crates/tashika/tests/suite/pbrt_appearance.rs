@@ -599,7 +599,16 @@ fn scene_with(feature: &Feature) -> String {
         ("directive", "MakeNamedMedium") => {
             "MakeNamedMedium \"m\" \"string type\" \"homogeneous\"".to_owned()
         }
-        ("directive", "MediumInterface") => "MediumInterface \"m\" \"\"".to_owned(),
+        ("directive", "MediumInterface") => "MediumInterface \"\"".to_owned(),
+        ("directive", "Volume") => "Volume \"exponential\"".to_owned(),
+        ("medium", "homogeneous preset") => {
+            "MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"string preset\" \"Wholemilk\"".to_owned()
+        }
+        ("medium", "homogeneous Le") => {
+            "MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb Le\" [1 1 1] \"float Lescale\" 2"
+                .to_owned()
+        }
+        ("medium", _) => format!("MakeNamedMedium \"m\" \"string type\" \"{name}\""),
         other => panic!("write a scene for {other:?}"),
     };
     format!("{head} {body} {TRIANGLE} {end}")

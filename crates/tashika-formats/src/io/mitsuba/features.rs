@@ -135,9 +135,25 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "tiledhdrfilm", Full, "its size and window";
     }
     "medium" => {
-        "homogeneous", Ignored, "vacuum";
+        "homogeneous", Full, "the same everywhere: in shapes, about them, and about cameras";
+        "homogeneous material", Approximated, "the coefficients of the file, else an extinction of 1 and an albedo of 0.75";
         "heterogeneous", Ignored, "vacuum";
         "dipole", Ignored, "the surface alone";
         "singlescatter", Ignored, "the surface alone";
+    }
+    "volume" => {
+        "constvolume", Full, "its value";
+        "gridvolume", Ignored, "the medium's own value";
+    }
+    "phase function" => {
+        "isotropic", Full, "isotropic";
+        "hg", Full, "that of Henyey and Greenstein";
+        "rayleigh", Approximated, "isotropic";
+        "tabphase", Approximated, "isotropic";
+        "blendphase", Approximated, "isotropic";
+        "mixturephase", Approximated, "isotropic";
+        "sggx", Approximated, "isotropic";
+        "microflake", Approximated, "isotropic";
+        "kkay", Approximated, "isotropic";
     }
 };

@@ -66,6 +66,16 @@ impl Translation<'_> {
         Ok(id)
     }
 
+    /// The material of shapes that bound a medium and are nothing else.
+    pub(super) fn boundary(&mut self) -> Result<MaterialId> {
+        if let Some(known) = self.boundary {
+            return Ok(known);
+        }
+        let made = self.builder.add_material(Material::new("null", Surface::Boundary))?;
+        self.boundary = Some(made);
+        Ok(made)
+    }
+
     /// What a bsdf becomes.
     ///
     /// # Errors

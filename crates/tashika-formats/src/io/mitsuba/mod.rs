@@ -12,6 +12,7 @@
 //! | [`inputs`] | colours, numbers and textures |
 //! | [`materials`], [`surfaces`] | bsdfs |
 //! | [`shapes`], [`serialized`], [`normals`] | shapes and mesh files |
+//! | [`media`] | participating media |
 //! | [`lights`], [`sun`] | emitters |
 //! | [`sensors`] | cameras |
 //!
@@ -21,8 +22,8 @@
 //! give the same scene.
 //!
 //! # Limits
-//! Opaque surfaces are black behind unless they are `twosided`. No participating media, no
-//! polarization; spectra become colours.
+//! Opaque surfaces are black behind unless they are `twosided`. Participating media are the same
+//! everywhere. No polarization; spectra become colours.
 //!
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 //!
@@ -33,6 +34,7 @@ mod features;
 mod inputs;
 mod lights;
 mod materials;
+mod media;
 mod metals;
 mod normals;
 mod object;
@@ -63,7 +65,9 @@ use super::lights::Surroundings;
 use super::limits::Budget;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
-use crate::scene::{Material, MaterialId, MeshId, NoteKind, Notes, Scene, SceneBuilder, TurnedAway};
+use crate::scene::{
+    Material, MaterialId, MediumId, MeshId, NoteKind, Notes, Scene, SceneBuilder, TurnedAway,
+};
 
 pub(super) use features::FEATURES;
 
@@ -89,7 +93,9 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         images: ImageCache::new(files),
         textures: Made(BTreeMap::new()),
         materials: Made(BTreeMap::new()),
+        media: Made(BTreeMap::new()),
         shape_materials: BTreeMap::new(),
+        boundary: None,
         shapes: Made(BTreeMap::new()),
         meshes: BTreeMap::new(),
         last_file: None,
@@ -146,7 +152,9 @@ struct Translation<'a> {
     textures: Made<(usize, Quantity), Textured>,
     materials: Made<usize, Material>,
     /// By bsdf and light.
+    media: Made<usize, Option<MediumId>>,
     shape_materials: BTreeMap<(Option<usize>, Option<usize>), MaterialId>,
+    boundary: Option<MaterialId>,
     shapes: Made<usize, Vec<Placement>>,
     meshes: BTreeMap<MeshKey, MeshId>,
     /// Name and bytes of the mesh file that was read last.
@@ -173,12 +181,8 @@ impl<'a> Translation<'a> {
                 object.accept_all();
                 Ok(())
             }
-            Class::Medium => {
-                object.accept_all();
-                self.meet("medium", object, "vacuum").map(drop)
-            }
             // Taken where something refers to them.
-            Class::Bsdf | Class::Texture => Ok(()),
+            Class::Bsdf | Class::Texture | Class::Medium => Ok(()),
         }
     }
 

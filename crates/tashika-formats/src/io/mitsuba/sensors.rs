@@ -69,10 +69,7 @@ impl<'a> Translation<'a> {
         }
         object.accept(&["near_clip", "far_clip", "kc", "x", "y", "srf", "radial_distortion"]);
         document.children(object, Class::Sampler).for_each(|(_, sampler)| sampler.accept_all());
-        for (_, medium) in document.children(object, Class::Medium) {
-            self.meet("medium", medium, "vacuum")?;
-            medium.accept_all();
-        }
+        let medium = self.medium_about(object)?;
         let ([width, height], crop) = self.film(object)?;
         let (width_f, height_f) = (f64::from(width), f64::from(height));
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
@@ -97,7 +94,8 @@ impl<'a> Translation<'a> {
         let lens = self.lens(object)?;
         let name = self.camera_name(object);
         let resolution = Some([width, height]);
-        let camera = Camera { shift, lens, resolution, crop, ..Camera::new(name, to_world, projection) };
+        let camera =
+            Camera { shift, lens, resolution, crop, medium, ..Camera::new(name, to_world, projection) };
         let camera = self.exposed(object, camera, &transforms::affine_f64(&half_turn))?;
         self.builder.add_camera(camera)
     }

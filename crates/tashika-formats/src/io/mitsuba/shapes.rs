@@ -19,7 +19,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
 use crate::io::notes::shown;
 use crate::io::{mesh_files, shapes};
-use crate::scene::{Emission, MaterialId, MeshData, MeshId, NoteKind};
+use crate::scene::{Emission, Interface, MaterialId, MeshData, MeshId, NoteKind};
 
 /// Most placements of meshes, counting each instance.
 const MAX_PLACEMENTS: usize = 1 << 21;
@@ -37,8 +37,11 @@ pub(super) struct Placement {
     to_world: DMat4,
 }
 
-/// What makes two meshes the same: what they are read from, how, and their material.
-pub(super) type MeshKey = (String, MaterialId);
+/// What makes two meshes the same: what they are read from, how, and what they are made of.
+pub(super) type MeshKey = (String, MadeOf);
+
+/// The material, and what is on either side.
+type MadeOf = (MaterialId, Option<Interface>);
 
 impl<'a> Translation<'a> {
     /// Adds a shape of the scene.
@@ -89,21 +92,20 @@ impl<'a> Translation<'a> {
         let document = self.document;
         let bsdf = document.children(object, Class::Bsdf).next().map(|(_, o)| o);
         let light = self.area_light(object)?;
-        for (_, medium) in document.children(object, Class::Medium) {
-            self.meet("medium", medium, "vacuum")?;
-            medium.accept_all();
-        }
-        if let Some(bsdf) = bsdf
-            && light.is_none()
-            && materials::is_invisible(&self.material(bsdf)?)
-        {
+        let interface = self.interface(object)?;
+        let is_invisible = match bsdf {
+            Some(bsdf) if light.is_none() => materials::is_invisible(&self.material(bsdf)?),
+            _ => false,
+        };
+        if is_invisible && interface.is_none() {
             object.accept_all();
             return Ok(Vec::new());
         }
-        let material = self.shape_material(bsdf, light)?;
+        let material = if is_invisible { self.boundary()? } else { self.shape_material(bsdf, light)? };
+        let made_of = (material, interface);
         let placement = match object.plugin.as_str() {
-            "obj" | "ply" | "serialized" => self.mesh_file(object, material, to_world)?,
-            _ => self.primitive(object, material, to_world).map(Some)?,
+            "obj" | "ply" | "serialized" => self.mesh_file(object, made_of, to_world)?,
+            _ => self.primitive(object, made_of, to_world).map(Some)?,
         };
         Ok(placement.into_iter().collect())
     }
@@ -160,7 +162,7 @@ impl<'a> Translation<'a> {
     }
 
     /// A mesh of unit size and the transform that gives it its size.
-    fn primitive(&mut self, object: &Object, material: MaterialId, to_world: DMat4) -> Result<Placement> {
+    fn primitive(&mut self, object: &Object, made_of: MadeOf, to_world: DMat4) -> Result<Placement> {
         let at = object.place();
         let radius = object.float_in("radius", 1e-30..=1e30)?.unwrap_or(1.0);
         let flipped = object.boolean("flip_normals").unwrap_or(false);
@@ -187,7 +189,7 @@ impl<'a> Translation<'a> {
             "cube" => (|_| Ok(shapes::cube()), DMat4::IDENTITY),
             _ => (|_| Ok(shapes::rectangle()), DMat4::IDENTITY),
         };
-        let key = (format!("{} {flipped}", object.plugin), material);
+        let key = (format!("{} {flipped}", object.plugin), made_of);
         let mesh = match self.meshes.get(&key) {
             Some(&mesh) => mesh,
             None => {
@@ -196,19 +198,14 @@ impl<'a> Translation<'a> {
                 if flipped {
                     data.turn_around();
                 }
-                self.add_mesh(key, data, material, &at)?
+                self.add_mesh(key, data, &at)?
             }
         };
         Ok(Placement { mesh, to_world: to_world * size })
     }
 
     /// The mesh of a file; `None`, with a note, if the file is not there.
-    fn mesh_file(
-        &mut self,
-        object: &Object,
-        material: MaterialId,
-        to_world: DMat4,
-    ) -> Result<Option<Placement>> {
+    fn mesh_file(&mut self, object: &Object, made_of: MadeOf, to_world: DMat4) -> Result<Option<Placement>> {
         object.accept(&["collapse", "max_error", "shape_name"]);
         let Some(reference) = object.text("filename") else {
             let message = format!("shape {:?} without a file: left out", object.plugin);
@@ -223,7 +220,7 @@ impl<'a> Translation<'a> {
         let shape_index = object.integer("shape_index").unwrap_or(0);
         let mirrored = to_world.determinant() < 0.0;
         let how = format!("{} {reference} {shape_index} {flipped} {flat} {flip_v} {mirrored}", object.plugin);
-        let key = (how, material);
+        let key = (how, made_of);
         if let Some(&mesh) = self.meshes.get(&key) {
             return Ok(Some(Placement { mesh, to_world }));
         }
@@ -278,7 +275,7 @@ impl<'a> Translation<'a> {
             data.turn_around();
         }
         shown(object.id.as_deref().unwrap_or(&reference)).clone_into(&mut data.name);
-        Ok(Some(Placement { mesh: self.add_mesh(key, data, material, &at)?, to_world }))
+        Ok(Some(Placement { mesh: self.add_mesh(key, data, &at)?, to_world }))
     }
 
     /// The bytes of a mesh file; those of the last one are kept, as many shapes may come from one
@@ -294,19 +291,17 @@ impl<'a> Translation<'a> {
         Ok(bytes)
     }
 
-    fn add_mesh(
-        &mut self,
-        key: MeshKey,
-        data: MeshData,
-        material: MaterialId,
-        at: &Location,
-    ) -> Result<MeshId> {
+    fn add_mesh(&mut self, key: MeshKey, data: MeshData, at: &Location) -> Result<MeshId> {
         self.triangles += data.triangles.len();
         if self.triangles > MAX_TRIANGLES {
             let what = format!("more than {MAX_TRIANGLES} triangles");
             return Err(Error::unsupported(at.clone(), what, "use instances of shape groups"));
         }
+        let (material, interface) = key.1;
         let mesh = self.builder.add_mesh(data, material)?;
+        if let Some(interface) = interface {
+            self.builder.set_interface(mesh, interface)?;
+        }
         self.meshes.insert(key, mesh);
         Ok(mesh)
     }

@@ -45,7 +45,7 @@ use crate::error::Result;
 use crate::film::Window;
 use crate::math::elementary::{atan2, tan};
 use crate::math::motion::Track;
-use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
+use crate::scene::{Camera, Lens, MediumId, NoteKind, Projection, SphereMap};
 
 /// Fields of view are kept in this range (degrees).
 const FOV: (f32, f32) = (0.01, 179.0);
@@ -66,6 +66,8 @@ pub(super) struct Stand {
     pub(super) pose: Affine3A,
     /// The inverse of the transform of the file, if it moves.
     pub(super) track: Option<Track>,
+    /// What it stands in.
+    pub(super) medium: Option<MediumId>,
 }
 
 /// What a `Film` says.
@@ -200,7 +202,7 @@ pub(super) fn add(
     };
     p.accept(&["hither", "yon"]);
     let shift = Vec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1)) / size;
-    let camera = Camera { shift, lens, ..film.camera(stand.pose, projection) };
+    let camera = Camera { shift, lens, medium: stand.medium, ..film.camera(stand.pose, projection) };
     let camera = exposed(loading, p, camera, stand, DAffine3::IDENTITY);
     loading.note_unused(&format!("camera {class:?}"), p);
     loading.builder.add_camera(camera)
@@ -234,7 +236,7 @@ fn add_spherical(
         }
         SphereMap::EqualArea => (stand.pose, DAffine3::IDENTITY),
     };
-    let camera = film.camera(to_world, Projection::Spherical { map });
+    let camera = Camera { medium: stand.medium, ..film.camera(to_world, Projection::Spherical { map }) };
     let camera = exposed(loading, p, camera, stand, axes);
     loading.note_unused(&format!("camera {class:?}"), p);
     loading.builder.add_camera(camera)

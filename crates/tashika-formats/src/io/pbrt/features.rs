@@ -110,8 +110,19 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "dci-p3", Full, "its primaries, with the white D65";
         "aces2065-1", Full, "its primaries and its white";
     }
+    "medium" => {
+        "homogeneous", Full, "the same everywhere, with a phase function of Henyey and Greenstein";
+        "homogeneous preset", Approximated, "the coefficients of the file, else pbrt's own";
+        "homogeneous Le", Ignored, "it does not glow";
+        "heterogeneous", Ignored, "vacuum";
+        "uniformgrid", Ignored, "vacuum";
+        "rgbgrid", Ignored, "vacuum";
+        "cloud", Ignored, "vacuum";
+        "nanovdb", Ignored, "vacuum";
+    }
     "directive" => {
-        "MakeNamedMedium", Ignored, "media are left out";
-        "MediumInterface", Ignored, "media are left out";
+        "MakeNamedMedium", Full, "a medium, by its type";
+        "MediumInterface", Full, "media on both sides of shapes, and about the camera";
+        "Volume", Ignored, "left out";
     }
 };

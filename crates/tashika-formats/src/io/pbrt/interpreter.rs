@@ -15,6 +15,7 @@ use super::lexer::{Lexer, Token, number, unescape};
 use super::lights;
 use super::loading::Loading;
 use super::materials::Materials;
+use super::media::Media;
 use super::parameters::Parameters;
 use super::place::Place;
 use super::shapes::{Part, Request, Shapes};
@@ -41,6 +42,7 @@ pub(super) struct Interpreter<'f> {
     states: States,
     textures: Textures,
     materials: Materials,
+    media: Media,
     shapes: Shapes,
     sky: Surroundings,
     objects: BTreeMap<String, Vec<Part>>,
@@ -63,6 +65,7 @@ impl<'f> Interpreter<'f> {
             states: States::new(materials.default_id(), files.options().time()),
             textures: Textures::default(),
             materials,
+            media: Media::default(),
             shapes: Shapes::default(),
             sky: Surroundings::default(),
             objects: BTreeMap::new(),
@@ -227,11 +230,14 @@ impl<'f> Interpreter<'f> {
                 self.name_material(&name, at());
             }
             b"MediumInterface" => {
-                string(lexer, "the name of a medium")?;
-                if lexer.peek() == Some(b'"') {
-                    string(lexer, "the name of a medium")?;
-                }
+                let inside = string(lexer, "the name of a medium")?;
+                let outside = if lexer.peek() == Some(b'"') {
+                    string(lexer, "the name of a medium")?
+                } else {
+                    inside.clone()
+                };
                 self.loading.met("directive", "MediumInterface", "left out", &at())?;
+                self.states.current.media = self.media.sides(&mut self.loading, [&inside, &outside], &at());
             }
             b"ColorSpace" => {
                 let name = string(lexer, "the name of a colour space")?;
@@ -265,9 +271,9 @@ impl<'f> Interpreter<'f> {
             b"Shape" => "shape",
             b"Material" | b"MakeNamedMaterial" => "material",
             b"LightSource" | b"AreaLightSource" => "light",
+            b"MakeNamedMedium" => "medium",
             b"Camera" | b"Film" | b"Sampler" | b"PixelFilter" | b"Filter" | b"Accelerator"
-            | b"Integrator" | b"SurfaceIntegrator" | b"VolumeIntegrator" | b"Renderer"
-            | b"MakeNamedMedium" | b"Volume" => "",
+            | b"Integrator" | b"SurfaceIntegrator" | b"VolumeIntegrator" | b"Renderer" | b"Volume" => "",
             _ => {
                 let found = Token::Word(word).shown();
                 return Err(Error::invalid(place.location(), found, "a directive of pbrt"));
@@ -298,9 +304,11 @@ impl<'f> Interpreter<'f> {
             }
             b"Camera" => self.set_camera(class, parameters),
             b"Film" => self.film = Film::read(&mut self.loading, &class, &parameters)?,
-            b"MakeNamedMedium" | b"Volume" => {
+            b"MakeNamedMedium" => {
                 self.loading.met("directive", "MakeNamedMedium", "left out", &at())?;
+                self.media.define(&mut self.loading, &class, &parameters)?;
             }
+            b"Volume" => self.loading.met("directive", "Volume", "left out", &at())?,
             // How pbrt samples and filters is not what is in the picture.
             _ => {}
         }
@@ -365,7 +373,8 @@ impl<'f> Interpreter<'f> {
         }
         match self.states.inverse().as_ref().and_then(camera::to_world) {
             Some(pose) => {
-                let stand = Stand { pose, track: self.states.inverses() };
+                let medium = self.states.current.media.outside;
+                let stand = Stand { pose, track: self.states.inverses(), medium };
                 self.camera = Some((class, parameters, stand));
             }
             None => self.note(

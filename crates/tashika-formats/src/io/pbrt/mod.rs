@@ -40,6 +40,7 @@ mod lexer;
 mod lights;
 mod loading;
 mod materials;
+mod media;
 mod parameters;
 mod place;
 mod roughness;

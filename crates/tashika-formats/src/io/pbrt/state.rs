@@ -17,6 +17,7 @@ use glam::{DAffine3, DMat4};
 
 use super::lights::AreaLight;
 use super::materials::DefinitionId;
+use super::media::Sides;
 use super::parameters::Parameter;
 use super::transform;
 use crate::color::Primaries;
@@ -36,6 +37,8 @@ pub(super) struct State {
     pub(super) reverse: bool,
     /// Current material.
     pub(super) material: DefinitionId,
+    /// `MediumInterface`.
+    pub(super) media: Sides,
     /// Current light of shapes.
     pub(super) area_light: Option<AreaLight>,
     /// `ColorSpace`: of `rgb` parameters.
@@ -76,6 +79,7 @@ impl States {
             active: [true; 2],
             reverse: false,
             material,
+            media: Sides::default(),
             area_light: None,
             primaries: Primaries::REC709,
             defaults: BTreeMap::new(),

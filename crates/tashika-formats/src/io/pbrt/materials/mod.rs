@@ -32,7 +32,7 @@ use crate::scene::{
 #[derive(Clone, Debug)]
 pub(super) struct Definition {
     name: String,
-    /// Nothing for interfaces between media, which are invisible.
+    /// Nothing for interfaces between media, which are invisible: boundaries, if there are media.
     surface: Option<Surface>,
     normal: Option<NormalInput>,
     /// Opacity that the material itself has.
@@ -56,6 +56,7 @@ pub(super) struct Materials {
     definitions: Vec<Definition>,
     named: BTreeMap<String, DefinitionId>,
     made: BTreeMap<Key, MaterialId>,
+    boundary: Option<MaterialId>,
 }
 
 impl Materials {
@@ -64,7 +65,7 @@ impl Materials {
         let surface = Some(grey());
         let first =
             Definition { name: "default".to_owned(), surface, normal: None, opacity: None, textured: false };
-        Self { definitions: vec![first], named: BTreeMap::new(), made: BTreeMap::new() }
+        Self { definitions: vec![first], named: BTreeMap::new(), made: BTreeMap::new(), boundary: None }
     }
 
     /// The material that shapes have before any is named.
@@ -112,6 +113,16 @@ impl Materials {
     /// Whether the material is one that nobody sees.
     pub(super) fn is_interface(&self, id: DefinitionId) -> bool {
         self.definitions[id.0].surface.is_none()
+    }
+
+    /// The material of surfaces that are an interface and nothing else.
+    pub(super) fn boundary(&mut self, loading: &mut Loading<'_>) -> Result<MaterialId> {
+        if let Some(known) = self.boundary {
+            return Ok(known);
+        }
+        let made = loading.builder.add_material(Material::new("interface", Surface::Boundary))?;
+        self.boundary = Some(made);
+        Ok(made)
     }
 
     /// Whether the material depends on texture coordinates.

@@ -29,7 +29,7 @@ use super::state::State;
 use super::textures::Textures;
 use super::version::Version;
 use crate::error::Result;
-use crate::scene::{Emission, FloatInput, MaterialId, MeshData, MeshId, NoteKind};
+use crate::scene::{Emission, FloatInput, Interface, MaterialId, MeshData, MeshId, NoteKind};
 
 /// A mesh and where it is in the space of the world, or of the object that it belongs to.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +73,8 @@ enum Prototype {
 /// The meshes that can be met again.
 #[derive(Debug, Default)]
 pub(super) struct Shapes {
-    /// By prototype, material, and orientation.
-    known: BTreeMap<(Prototype, MaterialId, bool), Option<MeshId>>,
+    /// By prototype, material, orientation, and what is on either side.
+    known: BTreeMap<(Prototype, MaterialId, bool, Option<Interface>), Option<MeshId>>,
 }
 
 impl Shapes {
@@ -90,12 +90,16 @@ impl Shapes {
         let at = parameters.at();
         loading.met("shape", class, "left out", &at)?;
         let alpha = alpha(loading, textures, parameters);
-        let light = light(loading, request);
-        if materials.is_interface(state.material) {
-            if light.is_some() {
-                loading.note(NoteKind::Ignored, "area lights of invisible interfaces: left out", at);
+        let mut light = light(loading, request);
+        let interface = state.media.interface();
+        let is_boundary = materials.is_interface(state.material);
+        if is_boundary {
+            if light.take().is_some() {
+                loading.note(NoteKind::Ignored, "area lights of invisible interfaces: left out", at.clone());
             }
-            return Ok(None);
+            if interface.is_none() {
+                return Ok(None);
+            }
         }
         let invisible = alpha.is_some_and(|a| a.texture.is_none() && a.factor <= 0.0);
         if invisible && light.is_none() {
@@ -120,8 +124,12 @@ impl Shapes {
             }
         }
         let emission = light.map(|light| emission(&light, data.as_ref(), request.to_world));
-        let material = materials.material(loading, state.material, emission, alpha)?;
-        let key = prototype.clone().map(|prototype| (prototype, material, state.reverse));
+        let material = if is_boundary {
+            materials.boundary(loading)?
+        } else {
+            materials.material(loading, state.material, emission, alpha)?
+        };
+        let key = prototype.clone().map(|prototype| (prototype, material, state.reverse, interface));
         if let Some(key) = &key
             && let Some(known) = self.known.get(key)
         {
@@ -134,7 +142,11 @@ impl Shapes {
         let mesh = match data {
             Some(data) => {
                 loading.geometry.take(bytes(&data) as u64, &at)?;
-                Some(loading.builder.add_mesh(data, material)?)
+                let mesh = loading.builder.add_mesh(data, material)?;
+                if let Some(interface) = interface {
+                    loading.builder.set_interface(mesh, interface)?;
+                }
+                Some(mesh)
             }
             None => None,
         };
