@@ -307,7 +307,7 @@ fn rows(report: &Report) -> Rows {
         rows.push(label, format!("{name}: absorption {a}, scattering {s} per metre, g = {asymmetry}"));
     }
     if report.has_media {
-        rows.push("", "rendered by path tracing alone: --method path");
+        rows.push("", "rendered by path tracing");
     }
     if report.notes.is_empty() {
         rows.push("notes", "none: the scene is rendered as its file says");

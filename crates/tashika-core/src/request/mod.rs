@@ -147,6 +147,21 @@ impl Request {
         Self { truth: Some(Truth::Vpl), ..Self::default() }
     }
 
+    /// The same of a scene with media. What the default method promises is then kept by path tracing,
+    /// which knows them; other requests stay as they are.
+    #[must_use]
+    pub fn in_media(&self) -> Self {
+        let is_default = self.method == MethodName::default() && !self.is_audited();
+        if is_default
+            && !self.lights_given
+            && self.claim != Some(ClaimName::Certified)
+            && self.is_about_all_sets()
+        {
+            return Self { method: MethodName::Path, claim: None, ..self.clone() };
+        }
+        self.clone()
+    }
+
     /// What is to be done.
     ///
     /// # Errors

@@ -135,6 +135,16 @@ impl SceneBuilder {
     }
 }
 
+impl SceneBuilder {
+    /// Leaves all media out, as renderers do that know none; whether anything was in one.
+    pub fn leave_out_media(&mut self) -> bool {
+        let interfaces = self.scene.meshes.iter_mut().filter_map(|mesh| mesh.interface.take());
+        let of_meshes = interfaces.flat_map(|interface| interface.media().collect::<Vec<_>>()).count();
+        let of_cameras = self.scene.cameras.iter_mut().filter_map(|camera| camera.medium.take()).count();
+        of_meshes + of_cameras > 0
+    }
+}
+
 impl Scene {
     /// All media.
     pub fn media(&self) -> &[Medium] {
@@ -237,6 +247,17 @@ mod tests {
         }
         assert_eq!(m.transmittance(f32::INFINITY), Rgb::new(0.0, 0.0, 1.0), "no NaN of 0 · ∞");
         assert!(!m.is_clear() && medium(Rgb::BLACK, Rgb::BLACK, 0.5).is_clear());
+    }
+
+    #[test]
+    fn media_that_are_left_out_are_nowhere() {
+        let mut b = SceneBuilder::new("s", Location::default());
+        assert!(!b.leave_out_media());
+        let fog = b.add_medium(medium(Rgb::WHITE, Rgb::WHITE, 0.0)).unwrap();
+        assert!(!b.leave_out_media(), "nothing is in it");
+        b.add_camera(Camera { medium: Some(fog), ..Camera::overview(b.bounds()) }).unwrap();
+        assert!(b.leave_out_media() && !b.leave_out_media());
+        assert!(b.scene.cameras[0].medium.is_none());
     }
 
     #[test]

@@ -339,7 +339,10 @@ impl<'a> Renderer<'a> {
     }
 
     fn resolve(&self) -> Result<(Resolved, Framed)> {
-        let request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
+        let mut request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
+        if self.tracer.scene().has_media() {
+            request = request.in_media();
+        }
         let first = &self.tracer.scene().cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
         let resolved = request.resolve()?;

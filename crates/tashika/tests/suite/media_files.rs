@@ -65,7 +65,9 @@ fn interfaces_of_pbrt_are_those_of_the_shapes_that_follow() {
 #[test]
 fn invisible_interfaces_of_pbrt_are_boundaries_where_there_is_a_medium() {
     for (head, material) in [(V4, "\"interface\""), (V4, "\"\""), (V3, "\"none\""), (V3, "\"\"")] {
-        let bounding = |media: &str| scene(&format!("{head} {FOG} Material {material} {media} {TRIANGLE}"));
+        let bounding = |media: &str| {
+            scene(&format!("Integrator \"volpath\" {head} {FOG} Material {material} {media} {TRIANGLE}"))
+        };
         let fog = bounding("MediumInterface \"fog\" \"\"");
         assert_eq!(fog.materials()[0].surface, Surface::Boundary);
         assert_eq!(sides(&fog), Some([Some("fog"), None]));
@@ -144,6 +146,7 @@ fn fog(inside: &str) -> String {
 }
 
 const GLASS: &str = "<bsdf type=\"dielectric\"/>";
+const VOLPATH: &str = "<integrator type=\"volpath\"/>";
 
 #[test]
 fn media_of_mitsuba_have_the_coefficients_of_their_file() {
@@ -160,7 +163,7 @@ fn media_of_mitsuba_have_the_coefficients_of_their_file() {
         (format!("{both}<phase type=\"hg\"/>"), 0.8),
     ] {
         let medium = fog(&inside).replace("id=\"fog\"", "id=\"fog\" name=\"interior\"");
-        let scene = mitsuba::load(&format!("<shape type=\"cube\">{GLASS}{medium}</shape>"));
+        let scene = mitsuba::load(&format!("{VOLPATH}<shape type=\"cube\">{GLASS}{medium}</shape>"));
         assert_eq!(mitsuba::notes(&scene), [], "{inside}");
         assert_eq!(scene.media()[0].name, "fog");
         assert_medium(&scene.media()[0], [1.0, 1.0, 0.0], [1.0, 3.0, 10.0], g);
@@ -173,7 +176,7 @@ fn media_of_mitsuba_have_the_coefficients_of_their_file() {
 #[test]
 fn media_of_mitsuba_are_in_shapes_about_them_and_about_cameras() {
     let shape = |bsdf: &str, media: &str| {
-        let text = format!("{}<shape type=\"cube\">{bsdf}{media}</shape>", fog(""));
+        let text = format!("{VOLPATH}{}<shape type=\"cube\">{bsdf}{media}</shape>", fog(""));
         let scene = mitsuba::load(&text);
         assert_eq!(mitsuba::notes(&scene), [], "{text}");
         scene
@@ -192,13 +195,15 @@ fn media_of_mitsuba_are_in_shapes_about_them_and_about_cameras() {
     assert!(shape(null, "").instances().is_empty());
     // Two cubes of one material that bound different media are two meshes.
     let two = format!(
-        "{}<shape type=\"cube\"/><shape type=\"cube\">{interior}</shape><shape type=\"cube\">{interior}</shape>",
+        "{VOLPATH}{}<shape type=\"cube\"/><shape type=\"cube\">{interior}</shape><shape type=\"cube\">{interior}</shape>",
         fog("")
     );
     let two = mitsuba::load(&two);
     assert_eq!((two.meshes().len(), two.instances().len()), (2, 3));
-    let camera =
-        mitsuba::load(&format!("{}<sensor type=\"perspective\"><ref id=\"fog\"/></sensor>", fog("")));
+    let camera = mitsuba::load(&format!(
+        "{VOLPATH}{}<sensor type=\"perspective\"><ref id=\"fog\"/></sensor>",
+        fog("")
+    ));
     assert!(camera.cameras()[0].medium.is_some() && camera.has_media());
     assert_eq!(mitsuba::notes(&camera), []);
 }
@@ -242,4 +247,32 @@ fn media_of_mitsuba_that_cannot_be_are_errors_with_their_place() {
         "<medium type=\"homogeneous\" id=\"fog\"><ref id=\"fog\" name=\"albedo\"/></medium><shape type=\"cube\"><ref id=\"fog\" name=\"interior\"/></shape>"
     );
     assert_eq!(mitsuba::load(&circle).media().len(), 1, "a medium is no volume");
+}
+
+/// As in pbrt and in Mitsuba, whose default integrators differ.
+#[test]
+fn media_are_left_out_where_the_integrator_of_the_file_does() {
+    let of_pbrt = |head: &str, integrator: &str| {
+        let fog = "MediumInterface \"fog\" \"\" Material \"none\"";
+        scene(&format!("{integrator} {head} {FOG} {fog} {TRIANGLE}"))
+    };
+    let of_mitsuba = |integrator: &str| {
+        let medium = "<medium type=\"homogeneous\" name=\"interior\"/>";
+        mitsuba::load(&format!("{integrator}<shape type=\"cube\">{GLASS}{medium}</shape>"))
+    };
+    let nested = "<integrator type=\"aov\"><integrator type=\"volpathmis\"/></integrator>";
+    for (scene, has_media) in [
+        (of_pbrt(V3, ""), false),
+        (of_pbrt(V3, "Integrator \"volpath\""), true),
+        (of_pbrt(V4, ""), true),
+        (of_pbrt(V4, "Integrator \"path\""), false),
+        (of_mitsuba(""), false),
+        (of_mitsuba("<integrator type=\"path\"/>"), false),
+        (of_mitsuba(VOLPATH), true),
+        (of_mitsuba(nested), true),
+    ] {
+        assert_eq!(scene.has_media(), has_media);
+        let is_told = noted(&scene, NoteKind::Ignored, "media: left out, as the integrator of the file does");
+        assert_eq!(is_told, !has_media);
+    }
 }

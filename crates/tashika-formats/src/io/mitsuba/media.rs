@@ -6,7 +6,8 @@
 //!
 //! in m⁻¹, if a unit of the file is a metre. A medium of a shape is `interior`, where its normals
 //! point away from, or `exterior`; a side that is not named is vacuum, as in Mitsuba. A medium of a
-//! sensor is what it stands in. A volume that is the same everywhere (`constvolume`) counts as its
+//! sensor is what it stands in. Only some integrators look at media: where that of the file does not,
+//! they are left out here, too. A volume that is the same everywhere (`constvolume`) counts as its
 //! value.
 //!
 //! Held to this by `suite::media_files`.
@@ -16,7 +17,7 @@ use super::inputs::{Quantity, rgb_of};
 use super::object::{Class, Object};
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
-use crate::error::{Error, Result};
+use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{Interface, Medium, MediumId, NoteKind};
 
@@ -25,7 +26,21 @@ const EXTINCTION: f32 = 1.0;
 const ALBEDO: f32 = 0.75;
 const ASYMMETRY: f64 = 0.8;
 
+/// Integrators of Mitsuba that render media.
+const VOLUMETRIC: [&str; 8] =
+    ["volpath", "volpathmis", "prbvolpath", "volpath_simple", "bdpt", "mlt", "pssmlt", "erpt"];
+
 impl<'a> Translation<'a> {
+    /// Leaves media out where the integrator of the file does.
+    pub(super) fn finish_media(&mut self) {
+        let mut integrators = self.document.objects.iter().filter(|o| o.class == Class::Integrator);
+        let is_volumetric = integrators.any(|o| VOLUMETRIC.contains(&o.plugin.as_str()));
+        if !is_volumetric && self.builder.leave_out_media() {
+            let message = "media: left out, as the integrator of the file does";
+            self.builder.note(NoteKind::Ignored, message, Location::file(self.files.path()));
+        }
+    }
+
     /// The media on the two sides of a shape, if it has any that are not left out.
     pub(super) fn interface(&mut self, object: &Object) -> Result<Option<Interface>> {
         let document = self.document;

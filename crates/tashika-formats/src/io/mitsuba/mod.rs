@@ -112,6 +112,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         translation.add(&document.objects[root])?;
     }
     translation.finish_environments()?;
+    translation.finish_media();
     translation.note_stopped();
     translation.note_unused();
     translation.builder.build()

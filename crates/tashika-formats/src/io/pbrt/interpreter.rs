@@ -15,7 +15,7 @@ use super::lexer::{Lexer, Token, number, unescape};
 use super::lights;
 use super::loading::Loading;
 use super::materials::Materials;
-use super::media::Media;
+use super::media::{self, Media};
 use super::parameters::Parameters;
 use super::place::Place;
 use super::shapes::{Part, Request, Shapes};
@@ -50,6 +50,8 @@ pub(super) struct Interpreter<'f> {
     object: Option<(String, Vec<Part>)>,
     instances: usize,
     camera: Option<(String, Parameters, Stand)>,
+    /// Its type, if the file names one.
+    integrator: Option<String>,
     film: Film,
     in_world: bool,
     ended: bool,
@@ -65,6 +67,7 @@ impl<'f> Interpreter<'f> {
             states: States::new(materials.default_id(), files.options().time()),
             textures: Textures::default(),
             materials,
+            integrator: None,
             media: Media::default(),
             shapes: Shapes::default(),
             sky: Surroundings::default(),
@@ -136,6 +139,7 @@ impl<'f> Interpreter<'f> {
         if let Some((class, parameters, stand)) = self.camera.take() {
             camera::add(&mut self.loading, &class, &parameters, &stand, &self.film)?;
         }
+        media::finish(&mut self.loading, self.integrator.as_deref());
         if self.sky.hides_constant() {
             let at = Location::file(self.loading.files.path());
             self.note(NoteKind::Ignored, "constant infinite lights beside a map: left out", at);
@@ -309,6 +313,7 @@ impl<'f> Interpreter<'f> {
                 self.media.define(&mut self.loading, &class, &parameters)?;
             }
             b"Volume" => self.loading.met("directive", "Volume", "left out", &at())?,
+            b"Integrator" => self.integrator = Some(class),
             // How pbrt samples and filters is not what is in the picture.
             _ => {}
         }

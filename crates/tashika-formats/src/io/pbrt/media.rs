@@ -7,7 +7,8 @@
 //! `MediumInterface` says what is inside and outside of the shapes that follow, and its second name
 //! what the camera stands in; one name alone is both. As in pbrt, a shape with the same on both
 //! sides is no interface, so that what stands in fog changes nothing; the inside is where the
-//! surface normal points away from. A name stands for what was defined before.
+//! surface normal points away from. A name stands for what was defined before. Only some integrators
+//! look at media: where that of the file does not, they are left out here, too.
 //!
 //! Source: Pharr et al. 2023, chapter 11. Tested by `suite::media_files`.
 
@@ -16,6 +17,7 @@ use std::collections::BTreeMap;
 use super::loading::Loading;
 use super::parameters::{Parameters, Values};
 use super::spectra::{self, Quantity};
+use super::version::Version;
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -25,6 +27,19 @@ use crate::scene::{Interface, Medium, MediumId, NoteKind};
 /// pbrt's own coefficients, if the file gives none (m⁻¹).
 const ABSORPTION: Rgb = Rgb::new(0.0011, 0.0024, 0.014);
 const SCATTERING: Rgb = Rgb::new(2.55, 3.21, 3.77);
+
+/// Integrators that render media.
+const VOLUMETRIC: [&str; 4] = ["volpath", "simplevolpath", "bdpt", "mlt"];
+
+/// Leaves media out where the integrator of the file does; without one, it is `path` in version 3 and
+/// `volpath` in version 4.
+pub(super) fn finish(loading: &mut Loading<'_>, integrator: Option<&str>) {
+    let own = if loading.version == Version::V3 { "path" } else { "volpath" };
+    if !VOLUMETRIC.contains(&integrator.unwrap_or(own)) && loading.builder.leave_out_media() {
+        let at = Location::file(loading.files.path());
+        loading.note(NoteKind::Ignored, "media: left out, as the integrator of the file does", at);
+    }
+}
 
 /// The media that the file has named.
 #[derive(Debug, Default)]
