@@ -1,0 +1,125 @@
+"""A render by the engine: its picture is the program's, its passes are there, and what is said of it is what the page says."""
+
+import json
+import subprocess
+
+import bpy
+import numpy
+import pytest
+from conftest import folder, pixels
+from scenes import cube_on_plane, lamp
+
+
+def test_files_are_read_as_blender_reads_them(scene, render, addon, asked, tmp_path):
+    asked("--method", "path", "--paths", "1")
+    cube_on_plane(scene)
+    theirs = render(scene)
+    ours = addon.exr.File(tmp_path / "still.exr")
+    assert numpy.array_equal(ours.plane("R", "G", "B", "A")[::-1], theirs)
+
+
+def test_the_picture_is_that_of_the_program(scene, render, program, addon, tmp_path):
+    cube_on_plane(scene)
+    said = scene.tashika
+    said.claim, said.tolerance, said.confidence, said.seed = "PIXELS", 50.0, 90.0, 3
+    ours = render(scene)
+    assert ours.shape == (36, 48, 4)
+    assert ours[..., :3].mean() > 0.01
+    assert (ours[..., 3] == 1.0).all()
+
+    again = tmp_path / "again.exr"
+    kept = folder(tmp_path)
+    typed = "--camera camera --size 48x36 --error 50% --confidence 90% --seed 3 --quiet --threads 1"
+    command = [program, "render", kept / "scene.glb", "--environment", kept / "environment.pfm", *typed.split(), "-o", again]
+    subprocess.run(command, check=True)
+    assert numpy.array_equal(ours[..., :3], addon.exr.File(again).plane("R", "G", "B")[::-1])
+
+
+def test_passes_are_those_of_the_file(scene, render, addon, tmp_path):
+    cube_on_plane(scene)
+    scene.tashika.claim, scene.tashika.tolerance = "PIXELS", 50.0
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format, settings.color_depth, settings.exr_codec = "OPEN_EXR_MULTILAYER", "32", "ZIP"
+    if hasattr(settings, "use_exr_interleave"):
+        settings.use_exr_interleave = True
+    scene.render.filepath = str(tmp_path / "layers.exr")
+    bpy.ops.render.render(write_still=True, scene=scene.name)
+    ours = addon.exr.File(scene.render.filepath)
+    theirs = addon.exr.File(folder(tmp_path) / "picture.exr")
+    for name, channel in {"Half width.X": "half_width.Y", "Claim.X": "claim.id", "Combined.G": "G"}.items():
+        assert numpy.array_equal(ours.plane(f"ViewLayer.{name}"), theirs.plane(channel)), name
+    # Calibrated intervals, and the picture's pixels are not all the same.
+    assert 3.0 in numpy.unique(theirs.plane("claim.id"))
+    assert len(numpy.unique(theirs.plane("half_width.Y"))) > 100
+
+
+def test_the_statement_is_that_of_the_page(scene, render, addon, tmp_path):
+    cube_on_plane(scene)
+    scene.tashika.claim, scene.tashika.time_limit = "DRAFT", 5
+    render(scene)
+    told = addon.engine.statements[scene.name]
+    claim = json.loads((folder(tmp_path) / "picture.json").read_text())["picture_claim"]
+    assert told.startswith("at least ")
+    assert "of the pixels are within 10 % of light transport, 99 % sure" in told
+    assert f"; {claim['audited']} pixels were checked, {claim['outside']} were" in told
+
+
+def test_the_film_is_transparent_where_nothing_is(scene, render, asked):
+    # Path tracing as a method of its own tells nothing of surfaces.
+    asked("--error", "50%")
+    cube_on_plane(scene)
+    bpy.data.objects.remove(scene.objects["plane"])
+    scene.render.film_transparent = True
+    picture = render(scene)
+    assert (picture[0, 0] == 0.0).all()
+    assert picture[18, 24, 3] == 1.0
+    assert picture[18, 24, :3].max() > 0.0
+
+
+@pytest.mark.parametrize("border", [(0.1, 0.333, 0.51, 0.77), (0.0, 0.0, 0.5, 0.5), (0.31, 0.47, 0.98, 1.0)])
+def test_a_region_is_that_part_of_the_picture(scene, render, asked, border):
+    asked("--method", "path", "--paths", "2")
+    cube_on_plane(scene)
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 101, 67, 50
+    whole = render(scene)
+    assert whole.shape == (33, 50, 4)
+    settings = scene.render
+    settings.use_border = True
+    settings.border_min_x, settings.border_min_y, settings.border_max_x, settings.border_max_y = border
+    within = render(scene)
+    settings.use_crop_to_border = True
+    alone = render(scene)
+    height, width, _ = alone.shape
+    left, top = int(border[0] * 50), 33 - int(border[3] * 33)
+    part = (slice(top, top + height), slice(left, left + width))
+    assert numpy.array_equal(alone, whole[part])
+    assert within.shape == whole.shape
+    assert numpy.array_equal(within[part], alone)
+    assert within[..., :3].sum() == pytest.approx(alone[..., :3].sum(), rel=1e-5)
+
+
+def test_a_film_of_several_frames_moves(scene, asked, tmp_path):
+    asked("--method", "path", "--paths", "1")
+    cube_on_plane(scene)
+    cube = scene.objects["cube"]
+    for frame, x in [(1, 0.0), (2, 1.0)]:
+        cube.location.x = x
+        cube.keyframe_insert("location", frame=frame)
+    scene.frame_start, scene.frame_end = 1, 2
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.filepath = str(tmp_path / "frame")
+    bpy.ops.render.render(animation=True, scene=scene.name)
+    first, second = (pixels(path) for path in sorted(tmp_path.glob("frame*.exr")))
+    assert abs(first - second).max() > 0.1
+
+
+def test_a_scene_without_light_is_black(scene, render, asked):
+    asked("--method", "path", "--paths", "1")
+    cube_on_plane(scene)
+    bpy.data.objects.remove(scene.objects["lamp"])
+    scene.world = None
+    assert (render(scene)[..., :3] == 0.0).all()
+    lamp(scene, "POINT", 10.0, (0.0, 0.0, 3.0))
+    assert render(scene)[..., :3].max() > 0.0
