@@ -48,7 +48,9 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene
         statements.pop(scene.name, None)
         # Blender writes what there is, and does not expect that to be nothing.
-        self.end_result(self.begin_result(0, 0, *_region(scene.render, self.resolution_x, self.resolution_y)[2:]))
+        self.end_result(
+            self.begin_result(0, 0, *_region(scene.render, self.resolution_x, self.resolution_y)[2:])
+        )
         try:
             if (self.folder / "scene.blend").is_file():
                 self._render(depsgraph, ours)
@@ -82,7 +84,16 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
         picture = self.folder / "picture.exr"
         command = [path, "render", self.folder / "scene.glb", *taken["options"]]
         command += depsgraph.scene.original.tashika.options()
-        command += ["--threads", ours.threads, "-o", picture, "--json", self.folder / "picture.json", "--log", "json"]
+        command += [
+            "--threads",
+            ours.threads,
+            "-o",
+            picture,
+            "--json",
+            self.folder / "picture.json",
+            "--log",
+            "json",
+        ]
         log = program.Log(self._tell)
         exit_code = program.run(command, self._stopped, log.hear)
         if not picture.is_file():
@@ -150,7 +161,11 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
 
     def _state(self, name, page, exit_code):
         """Keeps what the page says of the picture."""
-        found = re.search(r"<h1>(?:[^:<]*: )?([^<]*)</h1>", page.read_text(encoding="utf-8")) if page.is_file() else None
+        found = (
+            re.search(r"<h1>(?:[^:<]*: )?([^<]*)</h1>", page.read_text(encoding="utf-8"))
+            if page.is_file()
+            else None
+        )
         words = html.unescape(found[1]) if found else ""
         if self._stopped():
             words = f"cancelled; {words}"
@@ -164,8 +179,12 @@ def _region(settings, width, height):
     if not settings.use_border:
         return [0, 0, width, height]
     # As Blender does it: in 32 bits, rounded down.
-    left, right = (int(numpy.float32(x) * numpy.float32(width)) for x in (settings.border_min_x, settings.border_max_x))
-    low, high = (int(numpy.float32(y) * numpy.float32(height)) for y in (settings.border_min_y, settings.border_max_y))
+    left, right = (
+        int(numpy.float32(x) * numpy.float32(width)) for x in (settings.border_min_x, settings.border_max_x)
+    )
+    low, high = (
+        int(numpy.float32(y) * numpy.float32(height)) for y in (settings.border_min_y, settings.border_max_y)
+    )
     return [left, height - high, right - left, high - low]
 
 

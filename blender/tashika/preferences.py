@@ -14,7 +14,10 @@ class TashikaPreferences(bpy.types.AddonPreferences):
         subtype="FILE_PATH",
     )
     threads: bpy.props.IntProperty(
-        name="Threads", description="Threads of the program; 0 is one a core. The picture does not depend on it", min=0, max=1024
+        name="Threads",
+        description="Threads of the program; 0 is one a core. The picture does not depend on it",
+        min=0,
+        max=1024,
     )
     keep_files: bpy.props.BoolProperty(
         name="Keep Temporary Files",

@@ -35,7 +35,9 @@ def find(named):
     if named:
         path = Path(named).expanduser()
         if not path.is_file() or not os.access(path, os.X_OK):
-            raise Failure(f"{path}, which the preferences of this add-on name, is no program; {HOW_TO_GET_IT}")
+            raise Failure(
+                f"{path}, which the preferences of this add-on name, is no program; {HOW_TO_GET_IT}"
+            )
         return str(path)
     found = shutil.which("tashika")
     if not found:
@@ -115,4 +117,6 @@ class Log:
     def failure(self, exit_code):
         """What went wrong, in the words of the program."""
         said = " ".join(line.strip() for line in self.errors if line.strip())
-        return Failure(f"tashika: {said}" if said else f"tashika ended with exit code {exit_code} and said nothing")
+        return Failure(
+            f"tashika: {said}" if said else f"tashika ended with exit code {exit_code} and said nothing"
+        )

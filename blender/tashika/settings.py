@@ -4,14 +4,24 @@ import bpy
 
 #: What may be claimed of a picture: identifier, name, description.
 CLAIMS = (
-    ("DRAFT", "Whole Picture, Draft", "A clean picture, audited: at least 95 % of its pixels are within 10 %, 99 % sure"),
+    (
+        "DRAFT",
+        "Whole Picture, Draft",
+        "A clean picture, audited: at least 95 % of its pixels are within 10 %, 99 % sure",
+    ),
     ("GOOD", "Whole Picture, Good", "The same, within 5 %"),
-    ("PIXELS", "Each Pixel", "Each pixel is worked on until it is within the tolerance, as sure as the confidence"),
+    (
+        "PIXELS",
+        "Each Pixel",
+        "Each pixel is worked on until it is within the tolerance, as sure as the confidence",
+    ),
 )
 
 
 class TashikaSettings(bpy.types.PropertyGroup):
-    claim: bpy.props.EnumProperty(name="Claim", description="What is to be known about the error", items=CLAIMS)
+    claim: bpy.props.EnumProperty(
+        name="Claim", description="What is to be known about the error", items=CLAIMS
+    )
     tolerance: bpy.props.FloatProperty(
         name="Tolerance",
         description="Relative error that a pixel may have. Lower values take longer, by about the square",
@@ -28,7 +38,10 @@ class TashikaSettings(bpy.types.PropertyGroup):
         subtype="TIME_ABSOLUTE", default=0, min=0, soft_max=3600,
     )  # fmt: skip
     seed: bpy.props.IntProperty(
-        name="Seed", description="Seed of all random numbers; the same seed gives the same picture", default=1, min=0
+        name="Seed",
+        description="Seed of all random numbers; the same seed gives the same picture",
+        default=1,
+        min=0,
     )
 
     def options(self):

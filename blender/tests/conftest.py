@@ -43,7 +43,9 @@ def addon():
     bpy.ops.extensions.package_install_files(filepath=str(made), repo="user_default", enable_on_install=True)
     name = "bl_ext.user_default.tashika"
     assert name in bpy.context.preferences.addons
-    parts = {part: import_module(f"{name}.{part}") for part in ("engine", "exr", "panels", "program", "settings")}
+    parts = {
+        part: import_module(f"{name}.{part}") for part in ("engine", "exr", "panels", "program", "settings")
+    }
     return SimpleNamespace(name=name, root=import_module(name), **parts)
 
 

@@ -1,6 +1,5 @@
 """The camera: what it shows where, which Blender's own `world_to_camera_view` says."""
 
-import bpy
 import numpy
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
@@ -36,7 +35,9 @@ def test_a_lamp_is_where_blender_says(scene, render, asked, size, said):
     asked("--method", "path", "--paths", "1024")
     scene.render.resolution_x, scene.render.resolution_y = size
     view = camera(scene, **TURNED, **said)
-    small = cube(scene, half=0.04, of=material("shining", (0.0, 0.0, 0.0), emission=5.0), at=(0.3, -0.2, 0.75))
+    small = cube(
+        scene, half=0.04, of=material("shining", (0.0, 0.0, 0.0), emission=5.0), at=(0.3, -0.2, 0.75)
+    )
     told = world_to_camera_view(scene, view, small.location)
     expected = numpy.array([told.x * size[0], (1.0 - told.y) * size[1]])
     assert all(2.0 < expected) and all(expected < numpy.array(size) - 2.0), "the lamp is in the picture"

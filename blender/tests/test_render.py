@@ -1,13 +1,39 @@
 """A render by the engine: its picture is the program's, its passes are there, and what is said of it is what the page says."""
 
 import json
+import re
 import subprocess
 
 import bpy
 import numpy
 import pytest
-from conftest import folder, pixels
+from conftest import ROOT, folder, pixels
 from scenes import cube_on_plane, lamp
+
+
+@pytest.mark.parametrize(
+    ("said", "typed"),
+    [
+        ({"claim": "DRAFT"}, "--quality draft --seed 1"),
+        ({"claim": "GOOD", "time_limit": 90, "seed": 7}, "--quality good --time 90s --seed 7"),
+        ({"claim": "PIXELS", "time_limit": 90, "tolerance": 0.1}, "--error 0.1% --confidence 95% --seed 1"),
+        (
+            {"claim": "PIXELS", "tolerance": 33.3, "confidence": 99.9},
+            "--error 33.3% --confidence 99.9% --seed 1",
+        ),
+    ],
+)
+def test_settings_are_options(scene, said, typed):
+    for name, value in said.items():
+        setattr(scene.tashika, name, value)
+    assert scene.tashika.options() == typed.split()
+
+
+def test_the_version_is_that_of_the_project():
+    version = re.compile(r'^version = "(.*)"', re.MULTILINE)
+    files = (ROOT / "Cargo.toml", ROOT / "blender/tashika/blender_manifest.toml")
+    project, addon = (version.search(file.read_text())[1] for file in files)
+    assert addon == project
 
 
 def test_files_are_read_as_blender_reads_them(scene, render, addon, asked, tmp_path):
@@ -30,7 +56,16 @@ def test_the_picture_is_that_of_the_program(scene, render, program, addon, tmp_p
     again = tmp_path / "again.exr"
     kept = folder(tmp_path)
     typed = "--camera camera --size 48x36 --error 50% --confidence 90% --seed 3 --quiet --threads 1"
-    command = [program, "render", kept / "scene.glb", "--environment", kept / "environment.pfm", *typed.split(), "-o", again]
+    command = [
+        program,
+        "render",
+        kept / "scene.glb",
+        "--environment",
+        kept / "environment.pfm",
+        *typed.split(),
+        "-o",
+        again,
+    ]
     subprocess.run(command, check=True)
     assert numpy.array_equal(ours[..., :3], addon.exr.File(again).plane("R", "G", "B")[::-1])
 
@@ -101,18 +136,25 @@ def test_a_region_is_that_part_of_the_picture(scene, render, asked, border):
 
 
 def test_a_film_of_several_frames_moves(scene, asked, tmp_path):
-    asked("--method", "path", "--paths", "1")
+    asked("--method", "path", "--paths", "64")
     cube_on_plane(scene)
-    cube = scene.objects["cube"]
-    for frame, x in [(1, 0.0), (2, 1.0)]:
+    scene.camera.name = scene.camera.data.name = "camera"
+    cube, white = scene.objects["cube"], scene.objects["plane"].data.materials[0]
+    color = white.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
+    for frame, x, red in [(1, 0.0, 0.8), (2, 1.0, 0.4)]:
         cube.location.x = x
         cube.keyframe_insert("location", frame=frame)
+        color.default_value = (red, 0.8, red, 1.0)
+        color.keyframe_insert("default_value", frame=frame)
     scene.frame_start, scene.frame_end = 1, 2
     scene.render.image_settings.file_format = "OPEN_EXR"
     scene.render.filepath = str(tmp_path / "frame")
     bpy.ops.render.render(animation=True, scene=scene.name)
     first, second = (pixels(path) for path in sorted(tmp_path.glob("frame*.exr")))
-    assert abs(first - second).max() > 0.1
+    # Right of where the cube is first; and the plane, which is green in the second frame.
+    assert abs(first - second)[..., 0].max() > 0.05
+    red, green, blue = (second / first)[-1, 0, :3]
+    assert (red / green, blue / green) == pytest.approx((0.5, 0.5), rel=0.03)
 
 
 def test_a_scene_without_light_is_black(scene, render, asked):

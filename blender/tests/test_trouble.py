@@ -14,7 +14,9 @@ def preferences(addon):
 def test_a_wrong_path_is_named_with_the_way_to_a_right_one(scene, render, addon, tmp_path):
     cube_on_plane(scene)
     preferences(addon).program = str(tmp_path / "nowhere")
-    with pytest.raises(RuntimeError, match=r"nowhere, which the preferences .* is no program; .*cargo install --path"):
+    with pytest.raises(
+        RuntimeError, match=r"nowhere, which the preferences .* is no program; .*cargo install --path"
+    ):
         render(scene)
     assert "cargo install" in addon.engine.statements[scene.name]
 
@@ -72,7 +74,11 @@ def test_stopping_shows_what_is_finished(scene, render, addon, monkeypatch):
     scene.tashika.claim, scene.tashika.tolerance = "PIXELS", 0.1
     seen = []
     tell = addon.engine.TashikaRenderEngine._tell
-    monkeypatch.setattr(addon.engine.TashikaRenderEngine, "_tell", lambda self, words, share: (seen.append(share), tell(self, words, share)))
+    monkeypatch.setattr(
+        addon.engine.TashikaRenderEngine,
+        "_tell",
+        lambda self, words, share: (seen.append(share), tell(self, words, share)),
+    )
     stop_after(addon, monkeypatch, lambda: any(seen))
     picture = render(scene)
     assert addon.engine.statements[scene.name].startswith("cancelled; ")
@@ -115,7 +121,11 @@ def test_standard_panels_are_shown_while_the_addon_is_on(addon):
 
 def test_files_of_others_are_refused(addon, tmp_path):
     file = tmp_path / "picture.exr"
-    for data in (b"", b"P6 1 1 255\n000", numpy.array([20000630, 2], "<i4").tobytes() + b"channels\0chlist\0\xff\xff\xff\x7f"):
+    for data in (
+        b"",
+        b"P6 1 1 255\n000",
+        numpy.array([20000630, 2], "<i4").tobytes() + b"channels\0chlist\0\xff\xff\xff\x7f",
+    ):
         file.write_bytes(data)
         with pytest.raises(addon.exr.Unreadable):
             addon.exr.File(file)

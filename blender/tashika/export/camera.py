@@ -35,14 +35,15 @@ def add(depsgraph, plain, size, region, notes):
     new = bpy.data.cameras.new("camera")
     put(plain, "camera", new, Matrix.LocRotScale(place, turn, None))
     plain.render.resolution_percentage = 100
+    # The new camera has another name than it was given where the session has one of that name.
     if camera.type == "PANO":
         plain.render.resolution_x, plain.render.resolution_y = size
-        return ["--camera", "camera", "--projection", _panorama(camera), *_said(size, region)]
+        return ["--camera", new.name, "--projection", _panorama(camera), *_said(size, region)]
     frame, window = _frame(new, thing, depsgraph, size, region, notes)
     plain.render.resolution_x, plain.render.resolution_y = frame
     # The exporter says half of the height by the longer side of the picture.
     new.ortho_scale *= max(frame) / frame[1]
-    return ["--camera", "camera", *_said(frame, window), *_lens(thing)]
+    return ["--camera", new.name, *_said(frame, window), *_lens(thing)]
 
 
 def _said(size, region):
@@ -54,7 +55,9 @@ def _panorama(camera):
     angles = [of.latitude_min, of.latitude_max, of.longitude_min, of.longitude_max]
     whole = [-math.pi / 2, math.pi / 2, -math.pi, math.pi]
     if of.panorama_type != "EQUIRECTANGULAR" or any(abs(a - b) > 1e-4 for a, b in zip(angles, whole)):
-        raise CannotBeRendered("of panoramic cameras only Equirectangular with all longitudes and latitudes is known")
+        raise CannotBeRendered(
+            "of panoramic cameras only Equirectangular with all longitudes and latitudes is known"
+        )
     return "spherical"
 
 

@@ -17,8 +17,8 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from export import camera, lights, objects, world  # noqa: E402
-from export.words import CannotBeRendered, Notes  # noqa: E402
+from export import camera, lights, objects, world
+from export.words import CannotBeRendered, Notes
 
 #: Options of Blender's exporter; those that a version of it does not have are left out.
 EXPORTER = {
@@ -75,6 +75,8 @@ def make_plain(request, notes):
     Taker.take = staticmethod(take)
     bpy.utils.register_class(Taker)
     scene = bpy.data.scenes[request["scene"]]
+    # Materials are exported as the scene that is shown has them at its frame.
+    plain.frame_set(scene.frame_current, subframe=scene.frame_subframe)
     settings = scene.render
     settings.engine = Taker.bl_idname
     settings.resolution_x, settings.resolution_y = request["size"]
@@ -97,7 +99,9 @@ def export(plain, path):
 
 def _in_short(error):
     """The last line of an error that says what is wrong: operators give whole tracebacks."""
-    lines = [line for line in str(error).splitlines() if line.strip() and not line.startswith((" ", "Location:"))]
+    lines = [
+        line for line in str(error).splitlines() if line.strip() and not line.startswith((" ", "Location:"))
+    ]
     return lines[-1] if lines else type(error).__name__
 
 

@@ -56,7 +56,10 @@ def _mesh(thing, materials, depsgraph, notes):
         else:
             mesh.materials.append(material)
         if material and not _is_understood(material):
-            notes.add("materials without Principled BSDF or Emission become what the glTF exporter makes of them", material.name)
+            notes.add(
+                "materials without Principled BSDF or Emission become what the glTF exporter makes of them",
+                material.name,
+            )
     return mesh
 
 
@@ -64,7 +67,10 @@ def _is_understood(material):
     known = {"BSDF_PRINCIPLED", "EMISSION", "BACKGROUND"}
 
     def has(tree):
-        return any(node.type in known or (node.type == "GROUP" and node.node_tree and has(node.node_tree)) for node in tree.nodes)
+        return any(
+            node.type in known or (node.type == "GROUP" and node.node_tree and has(node.node_tree))
+            for node in tree.nodes
+        )
 
     return material.node_tree is None or has(material.node_tree)
 

@@ -20,7 +20,10 @@ def options(world, folder, notes):
         return _constant(world.color, folder)
     background = _background(tree)
     if background is None:
-        notes.add("of worlds only a Background of a colour or an Environment Texture is known: it is black", world.name)
+        notes.add(
+            "of worlds only a Background of a colour or an Environment Texture is known: it is black",
+            world.name,
+        )
         return _constant((0.0, 0.0, 0.0), folder)
     strength = background.inputs["Strength"]
     if strength.is_linked:
@@ -70,7 +73,9 @@ def _about_z(mapping):
     rotation, location = mapping.inputs["Rotation"], mapping.inputs.get("Location")
     scale = mapping.inputs["Scale"]
     linked = any(i.is_linked for i in (rotation, scale, location) if i is not None)
-    moved = location is not None and mapping.vector_type in {"POINT", "TEXTURE"} and any(location.default_value)
+    moved = (
+        location is not None and mapping.vector_type in {"POINT", "TEXTURE"} and any(location.default_value)
+    )
     if linked or moved or any(abs(s - 1.0) > 1e-6 for s in scale.default_value):
         return None
     x, y, z = rotation.default_value

@@ -4,6 +4,7 @@
 //! PyPI, Rust's own toolchains and, where Chromium is not installed, the packages of the system; no
 //! GPU. Builds and screenshots go to `target`, everything else to a folder that is removed.
 
+mod blender;
 mod end_to_end;
 mod licences;
 mod python;
@@ -53,6 +54,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     pages(shell, &python, &program, &shell.root().join("target/pages"))?;
     shell.step("the Python package");
     python::package(shell, &program)?;
+    shell.step("the add-on for Blender");
+    blender::check(shell, &program)?;
     scenes::check(shell, &program)
 }
 

@@ -22,8 +22,9 @@ pub fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf
     Ok(python)
 }
 
-fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
-    shell.command(python, "-m pip --quiet --disable-pip-version-check").arg(what)
+/// What pip does for that Python.
+pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
+    shell.command(python, "-m pip --quiet --disable-pip-version-check").args(what.split(' '))
 }
 
 /// Five shares of an image, rendered and joined by an engine of Open Job Description.
