@@ -31,7 +31,9 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
     def update(self, data, depsgraph):
         """Writes the scene to a file, while nothing else can change it."""
         scene = depsgraph.scene.original
-        self.folder = Path(tempfile.mkdtemp(prefix="tashika-"))
+        # One folder for all view layers of a frame.
+        if getattr(self, "folder", None) is None:
+            self.folder, self.layers = Path(tempfile.mkdtemp(prefix="tashika-")), 0
         try:
             data.libraries.write(str(self.folder / "scene.blend"), {scene}, path_remap="ABSOLUTE")
         except (RuntimeError, OSError) as error:
@@ -48,9 +50,7 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene
         statements.pop(scene.name, None)
         # Blender writes what there is, and does not expect that to be nothing.
-        self.end_result(
-            self.begin_result(0, 0, *_region(scene.render, self.resolution_x, self.resolution_y)[2:])
-        )
+        self.end_result(self._begin(depsgraph, _region(scene.render, self.resolution_x, self.resolution_y)))
         try:
             if (self.folder / "scene.blend").is_file():
                 self._render(depsgraph, ours)
@@ -61,11 +61,14 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
         except Exception as failure:  # A fault of ours: Blender would show a black picture.
             traceback.print_exc()
             self._fail(scene.name, f"fault of the add-on: {type(failure).__name__}: {failure}")
-        finally:
-            if ours.keep_files:
-                self.report({"INFO"}, f"tashika: the files of this render are in {self.folder}")
-            else:
-                shutil.rmtree(self.folder, ignore_errors=True)
+
+    def render_frame_finish(self):
+        """Removes the files, after the last view layer."""
+        if preferences.of(bpy.context).keep_files:
+            self.report({"INFO"}, f"tashika: the files of this render are in {self.folder}")
+        else:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder = None
 
     def _fail(self, name, words):
         statements[name] = words
@@ -74,28 +77,25 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph, ours):
         # Before the export, which is in vain without it.
         path = program.find(bpy.path.abspath(ours.program) if ours.program else "")
+        self.layers += 1
+        folder = self.folder / str(self.layers)
+        folder.mkdir()
         size = [self.resolution_x, self.resolution_y]
         region = _region(depsgraph.scene.render, *size)
-        taken = self._export(depsgraph, size, region)
+        taken = self._export(depsgraph, folder, size, region)
         if taken is None:
             return
         for note in taken["notes"]:
             self.report({"WARNING"}, f"tashika: {note}")
-        picture = self.folder / "picture.exr"
-        command = [path, "render", self.folder / "scene.glb", *taken["options"]]
+        picture = folder / "picture.exr"
+        command = [path, "render", folder / "scene.glb", *taken["options"]]
         command += depsgraph.scene.original.tashika.options()
-        command += [
-            "--threads",
-            ours.threads,
-            "-o",
-            picture,
-            "--json",
-            self.folder / "picture.json",
-            "--log",
-            "json",
-        ]
+        command += ["--threads", ours.threads, "--log", "json"]
+        command += ["-o", picture, "--json", picture.with_suffix(".json")]
         log = program.Log(self._tell)
         exit_code = program.run(command, self._stopped, log.hear)
+        for note in log.notes:
+            self.report({"INFO"}, f"tashika: {note}")
         if not picture.is_file():
             if self._stopped():
                 return
@@ -105,8 +105,8 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
         self._show(depsgraph, exr.File(picture), region)
         self._state(depsgraph.scene.name, picture.with_suffix(".html"), exit_code)
 
-    def _export(self, depsgraph, size, region):
-        """The scene as glTF; options and notes, or nothing if the user wants to stop."""
+    def _export(self, depsgraph, folder, size, region):
+        """Writes the scene as glTF to the folder; options and notes, or nothing if the user wants to stop."""
         self._tell("writing the scene", 0.0)
         request = {
             "blend": str(self.folder / "scene.blend"),
@@ -114,19 +114,19 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
             "view_layer": depsgraph.view_layer.name,
             "size": size,
             "region": region,
-            "folder": str(self.folder),
+            "folder": str(folder),
             "scripts": bpy.context.preferences.filepaths.use_scripts_auto_execute,
         }
-        (self.folder / "request.json").write_text(json.dumps(request))
+        (folder / "request.json").write_text(json.dumps(request))
         # Where Blender is a Python module, there is no program but Python.
         blender = bpy.app.binary_path
         before = [blender, "--background", "--factory-startup", "--python"] if blender else [sys.executable]
         said = []
-        program.run([*before, EXPORTER, "--", self.folder / "request.json"], self._stopped, said.append)
+        program.run([*before, EXPORTER, "--", folder / "request.json"], self._stopped, said.append)
         if self._stopped():
             return None
         try:
-            taken = json.loads((self.folder / "scene.json").read_text())
+            taken = json.loads((folder / "scene.json").read_text())
         except (OSError, ValueError):
             last = next((line for line in reversed(said) if line.strip()), "it said nothing")
             raise program.Failure(f"the scene cannot be written as glTF: {last.strip()}") from None
@@ -142,6 +142,10 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
         self.update_stats("", words)
         self.update_progress(share)
 
+    def _begin(self, depsgraph, region):
+        """The result of this view layer, which is of the region alone."""
+        return self.begin_result(0, 0, region[2], region[3], layer=depsgraph.view_layer.name)
+
     def _show(self, depsgraph, file, region):
         """Puts the picture into the result."""
         width, height = region[2:]
@@ -149,7 +153,7 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
             raise exr.Unreadable(f"it has {file.width}x{file.height} pixels, not {width}x{height}")
         for name in PASSES:
             self.add_pass(name, 1, "X", layer=depsgraph.view_layer.name)
-        result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer.name)
+        result = self._begin(depsgraph, region)
         if not result.layers:
             self.end_result(result, cancel=True)
             return
@@ -161,11 +165,8 @@ class TashikaRenderEngine(bpy.types.RenderEngine):
 
     def _state(self, name, page, exit_code):
         """Keeps what the page says of the picture."""
-        found = (
-            re.search(r"<h1>(?:[^:<]*: )?([^<]*)</h1>", page.read_text(encoding="utf-8"))
-            if page.is_file()
-            else None
-        )
+        text = page.read_text(encoding="utf-8") if page.is_file() else ""
+        found = re.search(r"<h1>(?:[^:<]*: )?([^<]*)</h1>", text)
         words = html.unescape(found[1]) if found else ""
         if self._stopped():
             words = f"cancelled; {words}"

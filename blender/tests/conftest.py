@@ -28,8 +28,15 @@ except ImportError as error:
     WHY_NOT = f"bpy cannot be imported by Python {sys.version.split()[0]} ({error}): pip install bpy"
 
 
-def pytest_report_header():
-    return f"bpy {bpy.app.version_string}" if bpy else f"no test of the add-on: {WHY_NOT}"
+def pytest_terminal_summary(terminalreporter):
+    if bpy is None:
+        terminalreporter.write_line(f"all tests of the add-on for Blender are skipped: {WHY_NOT}")
+
+
+def pytest_sessionfinish(session, exitstatus):
+    # That there is nothing to run is no failure then.
+    if bpy is None and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = pytest.ExitCode.OK
 
 
 @pytest.fixture(scope="session")
@@ -92,6 +99,7 @@ def render(tmp_path):
     def of(scene):
         settings = scene.render.image_settings
         settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGBA"
+        settings.exr_codec = "ZIP"
         scene.render.filepath = str(tmp_path / "still.exr")
         bpy.ops.render.render(write_still=True, scene=scene.name)
         return pixels(scene.render.filepath)
@@ -110,6 +118,6 @@ def pixels(path):
 
 
 def folder(tmp_path):
-    """Where the temporary files of the only render are."""
+    """Where the temporary files of the only view layer of the only render are."""
     (found,) = [path for path in tmp_path.glob("tashika-*") if path.is_dir()]
-    return found
+    return found / "1"

@@ -70,9 +70,8 @@ def test_the_picture_is_that_of_the_program(scene, render, program, addon, tmp_p
     assert numpy.array_equal(ours[..., :3], addon.exr.File(again).plane("R", "G", "B")[::-1])
 
 
-def test_passes_are_those_of_the_file(scene, render, addon, tmp_path):
-    cube_on_plane(scene)
-    scene.tashika.claim, scene.tashika.tolerance = "PIXELS", 50.0
+def in_layers(scene, tmp_path):
+    """Lets the scene be written with all passes; the file."""
     settings = scene.render.image_settings
     if hasattr(settings, "media_type"):
         settings.media_type = "MULTI_LAYER_IMAGE"
@@ -80,14 +79,44 @@ def test_passes_are_those_of_the_file(scene, render, addon, tmp_path):
     if hasattr(settings, "use_exr_interleave"):
         settings.use_exr_interleave = True
     scene.render.filepath = str(tmp_path / "layers.exr")
+    return scene.render.filepath
+
+
+def test_passes_are_those_of_the_file(scene, asked, addon, tmp_path):
+    cube_on_plane(scene)
+    # A budget that some pixels exceed, so that no two passes are the same.
+    asked("--error", "20%", "--max-pairs", "256")
+    layers = in_layers(scene, tmp_path)
     bpy.ops.render.render(write_still=True, scene=scene.name)
-    ours = addon.exr.File(scene.render.filepath)
+    ours = addon.exr.File(layers)
     theirs = addon.exr.File(folder(tmp_path) / "picture.exr")
     for name, channel in {"Half width.X": "half_width.Y", "Claim.X": "claim.id", "Combined.G": "G"}.items():
         assert numpy.array_equal(ours.plane(f"ViewLayer.{name}"), theirs.plane(channel)), name
+    assert not numpy.array_equal(theirs.plane("claim.id"), theirs.plane("stop.id"))
     # Calibrated intervals, and the picture's pixels are not all the same.
     assert 3.0 in numpy.unique(theirs.plane("claim.id"))
     assert len(numpy.unique(theirs.plane("half_width.Y"))) > 100
+
+
+def test_view_layers_are_rendered_one_by_one(scene, asked, addon, tmp_path):
+    asked("--method", "path", "--paths", "4")
+    cube_on_plane(scene)
+    group = bpy.data.collections.new("group")
+    scene.collection.children.link(group)
+    cube = scene.objects["cube"]
+    group.objects.link(cube)
+    scene.collection.objects.unlink(cube)
+    other = scene.view_layers.new("other")
+    other.layer_collection.children["group"].exclude = True
+    file = in_layers(scene, tmp_path)
+    bpy.ops.render.render(write_still=True, scene=scene.name)
+    layers = addon.exr.File(file)
+    names = ("ViewLayer", "other")
+    whole, without = (layers.plane(*(f"{name}.Combined.{c}" for c in "RGB"))[18, 24] for name in names)
+    # The cube is red, the plane is not.
+    assert whole[0] > 2.0 * whole[1] > 0.0
+    assert without[0] < 2.0 * without[1]
+    assert len(list(folder(tmp_path).parent.glob("[12]/picture.exr"))) == 2
 
 
 def test_the_statement_is_that_of_the_page(scene, render, addon, tmp_path):

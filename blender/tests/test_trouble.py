@@ -98,6 +98,8 @@ def test_temporary_files_are_removed(scene, render, addon, asked, tmp_path):
     asked("--method", "path", "--paths", "1")
     cube_on_plane(scene)
     preferences(addon).keep_files = False
+    scene.view_layers.new("other")
+    render(scene)
     render(scene)
     assert not list(tmp_path.glob("tashika-*"))
 

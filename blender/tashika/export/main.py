@@ -66,6 +66,9 @@ def make_plain(request, notes):
     plain = bpy.data.scenes.new("plain")
 
     def take(depsgraph):
+        # Blender comes with every view layer, whichever is asked for.
+        if depsgraph.view_layer.name != request["view_layer"]:
+            return
         size, folder = request["size"], Path(request["folder"])
         objects.add(depsgraph, plain, notes)
         lights.add(depsgraph, plain, notes)
@@ -82,7 +85,7 @@ def make_plain(request, notes):
     settings.resolution_x, settings.resolution_y = request["size"]
     settings.resolution_percentage = 100
     settings.use_border = settings.use_multiview = settings.use_compositing = settings.use_sequencer = False
-    bpy.ops.render.render(scene=scene.name, layer=request["view_layer"])
+    bpy.ops.render.render(scene=scene.name)
     if Taker.raised:
         raise Taker.raised
     if "options" not in made:
