@@ -121,6 +121,39 @@ def test_standard_panels_are_shown_while_the_addon_is_on(addon):
     assert "TASHIKA" in panels["DATA_PT_lens"].COMPAT_ENGINES
 
 
+class Layout:
+    """What a panel draws on; each property has to be there."""
+
+    def __init__(self):
+        self.shown, self.layout = [], self
+
+    def column(self):
+        return self
+
+    def prop(self, of, name, **_):
+        assert name in of.bl_rna.properties, name
+        self.shown.append(name)
+
+    def label(self, text="", **_):
+        self.shown.append(text)
+
+
+def test_panels_show_what_is_asked_and_what_was_said(scene, addon, monkeypatch):
+    scene.tashika.claim = "PIXELS"
+    drawn = Layout()
+    addon.panels.TASHIKA_PT_claim.draw(drawn, bpy.context)
+    assert drawn.shown == ["claim", "tolerance", "confidence", "seed"]
+    scene.tashika.claim, drawn = "DRAFT", Layout()
+    addon.panels.TASHIKA_PT_claim.draw(drawn, bpy.context)
+    assert drawn.shown == ["claim", "time_limit", "seed"]
+    told = "at least 95 % of the pixels are within 10 % of light transport, 99 % sure"
+    monkeypatch.setitem(addon.engine.statements, scene.name, told)
+    drawn = Layout()
+    addon.panels.TASHIKA_PT_result.draw(drawn, bpy.context)
+    assert len(drawn.shown) > 1 and " ".join(drawn.shown) == told
+    addon.panels.TASHIKA_PT_film.draw(Layout(), bpy.context)
+
+
 def test_files_of_others_are_refused(addon, tmp_path):
     file = tmp_path / "picture.exr"
     for data in (
