@@ -2,7 +2,7 @@
 
 Three processes make a picture. Blender writes the scene that is to be rendered to a file (`engine`); a second Blender, without a
 window, takes it apart as renders see it and writes it as glTF (`export`); the program `tashika` renders that (`program`), and its
-OpenEXR file becomes the result (`exr`). So nothing of the session is touched, and cancelling is ending a process.
+OpenEXR file becomes the result (`exr`). So nothing that is open is touched, and cancelling is ending a process.
 """
 
 from . import engine, panels, preferences, settings

@@ -10,7 +10,7 @@ ENGINE = engine.TashikaRenderEngine.bl_idname
 #: Letters of a line of the statement.
 WIDTH = 60
 #: Panels that hold for all engines, but not for this one.
-NOT_OURS = {"RENDER_PT_simplify", "VIEWLAYER_PT_layer_passes", "VIEWLAYER_PT_filter", "DATA_PT_light"}
+NOT_OURS = {"VIEWLAYER_PT_layer_passes", "VIEWLAYER_PT_filter", "DATA_PT_light"}
 #: Panels of another engine that show what is carried over.
 OF_OTHERS = {
     "DATA_PT_EEVEE_light",

@@ -114,7 +114,7 @@ def test_what_is_left_out_is_told(scene, gltf, tmp_path):
     )
 
 
-def test_nothing_of_the_session_changes(scene, gltf):
+def test_nothing_that_is_open_changes(scene, gltf):
     cube_on_plane(scene)
     kinds = ("scenes", "objects", "meshes", "materials", "lights", "cameras", "images", "worlds")
 

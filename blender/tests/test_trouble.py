@@ -111,7 +111,7 @@ def test_standard_panels_are_shown_while_the_addon_is_on(addon):
     )  # fmt: skip
     panels = {panel.__name__: panel for panel in bpy.types.Panel.__subclasses__()}
     assert [name for name in wanted if "TASHIKA" not in panels[name].COMPAT_ENGINES] == []
-    assert "TASHIKA" not in panels["RENDER_PT_simplify"].COMPAT_ENGINES
+    assert "TASHIKA" not in panels["VIEWLAYER_PT_layer_passes"].COMPAT_ENGINES
     addon.root.unregister()
     try:
         assert not any("TASHIKA" in panels[name].COMPAT_ENGINES for name in wanted)

@@ -35,7 +35,7 @@ def add(depsgraph, plain, size, region, notes):
     new = bpy.data.cameras.new("camera")
     put(plain, "camera", new, Matrix.LocRotScale(place, turn, None))
     plain.render.resolution_percentage = 100
-    # The new camera has another name than it was given where the session has one of that name.
+    # The new camera has another name than it was given where the file has one of that name.
     if camera.type == "PANO":
         plain.render.resolution_x, plain.render.resolution_y = size
         return ["--camera", new.name, "--projection", _panorama(camera), *_said(size, region)]
