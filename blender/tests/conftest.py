@@ -4,7 +4,9 @@
 skipped. TASHIKA names the program; otherwise it is that of `cargo build --release`.
 """
 
+import atexit
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 #: Preferences and extensions go here, not to the user's; Blender looks when it is imported.
 USER = tempfile.mkdtemp(prefix="tashika-tests-")
 os.environ["BLENDER_USER_RESOURCES"] = USER
+atexit.register(shutil.rmtree, USER, ignore_errors=True)
 
 try:
     import bpy
