@@ -399,7 +399,7 @@ fn other_methods_refuse_media_and_name_the_one_that_renders_them() {
     for method in MethodName::all().filter(|method| *method != MethodName::Path) {
         let renderer = Renderer::on(&tracer).size([8, 8]).method(method);
         asked(renderer.prepare().err().expect("refused"));
-        asked(renderer.trace_lights().err().expect("refused"));
+        asked(renderer.trace_lights().expect_err("refused"));
     }
     asked(VplSet::trace(&tracer, &VplOptions::default()).unwrap_err());
     let none = VplSet::new(Vec::new(), Provenance::default());
@@ -407,11 +407,11 @@ fn other_methods_refuse_media_and_name_the_one_that_renders_them() {
     let setting = Setting { tracer: &tracer, view: view(&scene, [4, 4], 1, 1) };
     let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
     let rendered = render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false));
-    asked(rendered.err().expect("refused"));
+    asked(rendered.expect_err("refused"));
     let image = Renderer::on(&tracer).size([4, 4]).method(MethodName::Path).paths(1).render().unwrap();
     assert!(image.complete);
     let stranger = Camera { medium: Some(MediumId::at(7)), ..scene.cameras()[0].clone() };
     let path = Renderer::on(&tracer).size([4, 4]).method(MethodName::Path).camera(stranger);
-    let said = path.render().err().expect("refused").to_string();
+    let said = path.render().expect_err("refused").to_string();
     assert!(said.contains("camera medium = 7"), "{said}");
 }

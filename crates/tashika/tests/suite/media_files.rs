@@ -32,8 +32,9 @@ const FOG: &str = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb
 
 #[test]
 fn media_of_pbrt_have_the_coefficients_of_their_file() {
-    for head in [V3, V4] {
-        let scene = scene(&format!("{head} {FOG} MakeNamedMedium \"own\" \"string type\" \"homogeneous\""));
+    for (head, end) in [(V3, "WorldEnd"), (V4, "")] {
+        let own = "MakeNamedMedium \"own\" \"string type\" \"homogeneous\"";
+        let scene = scene(&format!("{head} {FOG} {own} {end}"));
         assert_eq!(notes(&scene), []);
         let [fog, own] = scene.media() else { panic!() };
         assert_eq!(fog.name, "fog");
@@ -243,10 +244,8 @@ fn media_of_mitsuba_that_cannot_be_are_errors_with_their_place() {
         let error = inside(wrong);
         assert!(error.contains(says), "{error}");
     }
-    let circle = format!(
-        "<medium type=\"homogeneous\" id=\"fog\"><ref id=\"fog\" name=\"albedo\"/></medium><shape type=\"cube\"><ref id=\"fog\" name=\"interior\"/></shape>"
-    );
-    assert_eq!(mitsuba::load(&circle).media().len(), 1, "a medium is no volume");
+    let circle = "<medium type=\"homogeneous\" id=\"fog\"><ref id=\"fog\" name=\"albedo\"/></medium><shape type=\"cube\"><ref id=\"fog\" name=\"interior\"/></shape>";
+    assert_eq!(mitsuba::load(circle).media().len(), 1, "a medium is no volume");
 }
 
 /// As in pbrt and in Mitsuba, whose default integrators differ.
