@@ -13,7 +13,7 @@ use super::mitsuba::{Files, four_colours, load_in, serialized, xml};
 use crate::cases::lenient;
 
 /// A scene that uses a bit of everything that is read.
-const RICH: &str = r##"<default name="spp" value="4"/><default name="kind" value="path"/>
+const RICH: &str = r##"<default name="spp" value="4"/><default name="kind" value="volpath"/>
 <integrator type="$kind"><integer name="max_depth" value="8"/></integrator>
 <sensor type="thinlens" id="view"><float name="fov" value="40"/><float name="aperture_radius" value="0.1"/>
 <float name="focus_distance" value="3"/><transform name="to_world"><lookat origin="0,1,-5" target="0,0,0" up="0,1,0"/></transform>

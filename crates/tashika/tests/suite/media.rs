@@ -7,13 +7,13 @@ use tashika::Renderer;
 use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
-use tashika::film::{Film, Window};
+use tashika::film::{Film, Window, keys};
 use tashika::gather::View;
 use tashika::integrator::{FullSum, PathStop, PathTracer, Setting};
 use tashika::math::elementary::exp_f64;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
-use tashika::request::MethodName;
+use tashika::request::{ClaimName, MethodName};
 use tashika::scene::{
     Camera, Emitter, Environment, Interface, Material, Medium, MediumId, MeshData, Scene, SceneBuilder,
     Surface,
@@ -396,7 +396,9 @@ fn other_methods_refuse_media_and_name_the_one_that_renders_them() {
         let said = error.to_string();
         assert!(said.contains("expected path") && said.contains("fog"), "{said}");
     };
-    for method in MethodName::all().filter(|method| *method != MethodName::Path) {
+    let named =
+        MethodName::all().filter(|method| ![MethodName::Path, MethodName::default()].contains(method));
+    for method in named {
         let renderer = Renderer::on(&tracer).size([8, 8]).method(method);
         asked(renderer.prepare().err().expect("refused"));
         asked(renderer.trace_lights().expect_err("refused"));
@@ -408,8 +410,11 @@ fn other_methods_refuse_media_and_name_the_one_that_renders_them() {
     let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
     let rendered = render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false));
     asked(rendered.expect_err("refused"));
-    let image = Renderer::on(&tracer).size([4, 4]).method(MethodName::Path).paths(1).render().unwrap();
+    // What the default promises path tracing keeps, but for pictures as a whole.
+    let image = Renderer::on(&tracer).size([4, 4]).paths(1).render().unwrap();
     assert!(image.complete);
+    assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
+    asked(Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Audited).prepare().err().expect("refused"));
     let stranger = Camera { medium: Some(MediumId::at(7)), ..scene.cameras()[0].clone() };
     let path = Renderer::on(&tracer).size([4, 4]).method(MethodName::Path).camera(stranger);
     let said = path.render().expect_err("refused").to_string();

@@ -681,7 +681,8 @@ fn example(kind: &str, name: &str) -> String {
     let textured = |texture: String| bsdf("diffuse", &texture);
     let film = |plugin: &str| format!("<sensor type=\"perspective\"><film type=\"{plugin}\"/></sensor>");
     let medium = |plugin: &str, inside: &str| {
-        shape(format!("<medium type=\"{plugin}\" name=\"interior\">{inside}</medium>"))
+        let medium = shape(format!("<medium type=\"{plugin}\" name=\"interior\">{inside}</medium>"));
+        format!("<integrator type=\"volpath\"/>{medium}")
     };
     match (kind, name) {
         ("material", "anisotropic roughness") => {
