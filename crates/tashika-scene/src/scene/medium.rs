@@ -281,7 +281,8 @@ mod tests {
         assert!(said.contains("medium 1"), "{said}");
         let said = b.set_interface(MeshId::at(0), Interface::default()).unwrap_err().to_string();
         assert!(said.contains("no such mesh"), "{said}");
-        let camera = Camera { medium: Some(MediumId::at(1)), ..Camera::overview(b.bounds()) };
+        let camera = Camera::look_at("c", Vec3::Z, Vec3::ZERO, Vec3::Y, 0.5);
+        let camera = Camera { medium: Some(MediumId::at(1)), ..camera };
         let said = b.add_camera(camera).unwrap_err().to_string();
         assert!(said.contains("camera medium = 1"), "{said}");
     }
