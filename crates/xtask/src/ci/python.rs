@@ -63,14 +63,14 @@ pub fn pages(shell: &Shell, python: &Path, program: &Path, screenshots: &Path) -
 
 /// Makes the wheel of the Python package with the program in it; where it is.
 pub fn wheel(shell: &Shell, python: &Path, program: &Path, folder: &Path) -> Outcome<PathBuf> {
-    let scripts = shell.root().join("crates/tashika-python/tashika.data/scripts");
+    let scripts = shell.root().join("crates/tashika-python/program/scripts");
     let trouble = |e: std::io::Error| format!("{}: {e}", scripts.display());
     fs::create_dir_all(&scripts).map_err(trouble)?;
     fs::copy(program, scripts.join("tashika")).map_err(trouble)?;
     let wheel = pip(shell, python, "wheel").args(["--no-deps", "--wheel-dir"]).arg(folder);
     let made = wheel.arg("./crates/tashika-python").run();
     // A wheel that is made without it must not have an old one.
-    fs::remove_dir_all(scripts.parent().unwrap_or(&scripts)).map_err(trouble)?;
+    fs::remove_dir_all(&scripts).map_err(trouble)?;
     made?;
     let names = fs::read_dir(folder).map_err(|e| e.to_string())?;
     let mut names = names.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
