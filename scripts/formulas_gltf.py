@@ -141,7 +141,7 @@ def materials():
         fields = {"clearcoatFactor": clearcoat, "clearcoatRoughnessFactor": roughness}
         yield text_of(0.6, metallic, clearcoat=fields), found
     tint = np.array([0.9, 0.6, 0.2])
-    for metallic, roughness in ((0.0, 0.3), (0.0, 0.7), (0.4, 1.0)):
+    for metallic, roughness in ((0.0, 0.3), (0.0, 0.7), (0.4, 1.0), (0.0, 0.05)):
         fields = {"sheenColorFactor": [*tint], "sheenRoughnessFactor": roughness}
         found = under_sheen(metallic_roughness(COLOR, metallic, 0.6, 0.04), tint, roughness)
         yield text_of(0.6, metallic, sheen=fields), row_of(found)

@@ -68,8 +68,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::math::elementary::sin_cos;
 
-    /// Against all directions of a grid. With the cosine the largest quotient is 5.7, of fine fibres seen from
-    /// above, and a tenth more.
+    /// Against all directions of a grid; with the cosine nearly reached, where it is not next to nothing.
     #[test]
     fn sheens_are_bounded_and_bounds_with_the_cosine_are_near() {
         let black = Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK });
@@ -96,8 +95,9 @@ mod tests {
                             *largest = largest.max(value.into());
                         }
                     }
-                    let near = bounds[1] / largest[1];
-                    assert!(near < 6.3, "{roughness} {cos_o} {max_cos_i}: {} for {}", bounds[1], largest[1]);
+                    // Of less than that nothing is seen.
+                    let near = bounds[1] / largest[1].max(1e-3);
+                    assert!(near < 3.0, "{roughness} {cos_o} {max_cos_i}: {} for {}", bounds[1], largest[1]);
                 }
             }
         }

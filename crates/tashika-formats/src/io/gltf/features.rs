@@ -129,7 +129,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "clearcoatNormalTexture", Ignored, "the coat has the normals of the base";
     }
     "KHR_materials_sheen" => {
-        "sheenRoughnessFactor", Approximated, "fibres are at least as rough as 0.1";
+        "sheenRoughnessFactor", Approximated, "fibres are at least as rough as 0.1: up to 4 % off";
         "transmissionFactor", Ignored, "what lets light through has no sheen";
         "emissiveFactor", Ignored, "the sheen does not dim what the surface emits";
     }
