@@ -410,16 +410,19 @@ fn media_are_told_and_rendered_by_paths_alone() {
         LightSource \"point\" Translate 0 0 2 Shape \"disk\"\n";
     fs::write(folder.path("fog.pbrt"), fog).unwrap();
     let info = folder.run("info fog.pbrt --json info.json");
-    for words in
-        ["fog: absorption 0.0011", "scattering 0.1000 0.2000 0.3000 per metre", "in fog", "--method path"]
-    {
+    for words in [
+        "fog: absorption 0.0011",
+        "scattering 0.1000 0.2000 0.3000 per metre",
+        "in fog",
+        "rendered by path tracing",
+    ] {
         assert!(info.succeeds().stdout.contains(words), "{words:?} is not in: {}", info.stdout);
     }
     let json = folder.json("info.json");
     assert_eq!((&json["has_media"], &json["cameras"][0]["medium"]), (&true.into(), &"fog".into()));
     assert_eq!(json["media"][0]["asymmetry"], 0.0);
     let small = "render fog.pbrt --size 4x4 -o fog.exr";
-    for method in ["tashika", "exact", "lightcuts", "iwasaki2019"] {
+    for method in ["exact", "lightcuts", "iwasaki2019"] {
         let refused = folder.run(&format!("{small} --method {method}"));
         refused.fails(2, &["--method", "expected path", "fog"]);
     }
