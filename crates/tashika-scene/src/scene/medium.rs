@@ -255,7 +255,8 @@ mod tests {
         assert!(!b.leave_out_media());
         let fog = b.add_medium(medium(Rgb::WHITE, Rgb::WHITE, 0.0)).unwrap();
         assert!(!b.leave_out_media(), "nothing is in it");
-        b.add_camera(Camera { medium: Some(fog), ..Camera::overview(b.bounds()) }).unwrap();
+        let camera = Camera::look_at("c", Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 1.0);
+        b.add_camera(Camera { medium: Some(fog), ..camera }).unwrap();
         assert!(b.leave_out_media() && !b.leave_out_media());
         assert!(b.scene.cameras[0].medium.is_none());
     }
