@@ -1,8 +1,8 @@
 //! What is given to others: the program in an archive, wheels that have it too, a Debian package, and
 //! beside them what they are made of.
 //!
-//! The same sources, compiler and machine give the same bytes: paths of the machine are left out of
-//! the program, and files of the archive have the time of the last commit.
+//! What differs between machines is kept out of it where that is known: the program names none of
+//! their folders, and files of the archive have the time of the last commit.
 
 use std::env;
 use std::fs;

@@ -36,7 +36,7 @@ enum Task {
     Ci,
     /// Measure with a script of `scripts`, or write the numbers that tests hold the project to
     Measure {
-        /// What: pictures, beside, materials, formulas, metals, or boundary
+        /// What
         what: measure::Measure,
         /// What the script takes
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]

@@ -107,7 +107,7 @@ impl UnderLayers {
 }
 
 impl Layered {
-    /// A surface without layers yet, if it can have them.
+    /// The surface as one with layers, if it can have them: those that it has, or none yet.
     pub fn over(bsdf: &Bsdf) -> Option<Self> {
         match *bsdf {
             Bsdf::Layered(b) => Some(b),

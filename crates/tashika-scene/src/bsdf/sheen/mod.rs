@@ -25,6 +25,7 @@ mod table;
 
 use std::f32::consts::{FRAC_1_PI, LOG2_E};
 
+use super::microfacet::HalfVector;
 use super::validate;
 use crate::color::Rgb;
 use crate::math::elementary::{exp2_of, log2_of};
@@ -32,12 +33,10 @@ use crate::math::{Real, Vec3};
 use crate::warp;
 use table::{ALBEDOS, ROUGHNESSES};
 
-use super::microfacet::HalfVector;
-
 /// Least roughness: with less, there is sheen only within 6° of the surface.
 pub const MIN_SHEEN_ROUGHNESS: f32 = 0.1;
 
-/// Largest `V c_i` over `1 / 4 c_o`, and largest `V` over the same, with room; over all roughnesses.
+/// At least `V` over `1 / 4 c_o`, for all roughnesses.
 ///
 /// `Λ(c) ≥ 0`, and `c (1 + Λ(c)) ≥ 0.163` at cosines from [`MIN_COSINE`](super::MIN_COSINE) on.
 pub const UPPER_SHEEN_VISIBILITY: f64 = 1.0 / 0.16;
