@@ -20,10 +20,8 @@ import tempfile
 
 import mitsuba as mi
 import numpy as np
+from mitsuba_pictures import LUMINANCE, adapted
 
-mi.set_variant("llvm_ad_rgb")
-mi.set_log_level(mi.LogLevel.Error)
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 TIMES = 64
 # The sensor comes first in the file.
 SENSOR = re.compile(r'<transform name="to_world">\s*<matrix value="([^"]*)"\s*/>\s*</transform>')
@@ -41,14 +39,6 @@ def pose(first, time):
 
 def matrix(m):
     return f'<matrix value="{" ".join(repr(float(x)) for x in m.flatten())}"/>'
-
-
-def adapted(text, size):
-    for name, value in zip(("width", "height"), size):
-        text = re.sub(rf'(<integer name="{name}" value=")[^"]*"', rf'\g<1>{value}"', text)
-    text = re.sub(r"<rfilter\b[^>]*?(/>|>.*?</rfilter>)", '<rfilter type="box"/>', text, flags=re.S)
-    path = '<integrator type="path"><integer name="max_depth" value="-1"/></integrator>'
-    return re.sub(r"<integrator\b[^>]*?(/>|>.*?</integrator>)", path, text, count=1, flags=re.S)
 
 
 def main():

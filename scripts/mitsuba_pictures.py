@@ -27,7 +27,9 @@ def adapted(text, size):
     """The scene with this size of film, a box filter and paths of any length."""
     for name, value in zip(("width", "height"), size):
         text = re.sub(rf'(<integer name="{name}" value=")[^"]*"', rf'\g<1>{value}"', text)
-    text = re.sub(r"<rfilter\b[^>]*?(/>|>.*?</rfilter>)", '<rfilter type="box"/>', text, flags=re.S)
+    # A film without a filter has a Gaussian one.
+    text = re.sub(r"<rfilter\b[^>]*?(/>|>.*?</rfilter>)", "", text, flags=re.S)
+    text = re.sub(r"<film\b[^>]*[^/]>", r'\g<0><rfilter type="box"/>', text)
     # Of scenes of older versions, which Mitsuba 3 no longer reads; it is 1.
     text = re.sub(r'<float name="ext(_e|E)ta" value="1(\.0*)?"\s*/>', "", text)
     path = '<integrator type="path"><integer name="max_depth" value="-1"/></integrator>'
@@ -36,16 +38,20 @@ def adapted(text, size):
     return re.sub(r"<integrator\b[^>]*?(/>|>.*?</integrator>)", path, text, count=1, flags=re.S)
 
 
-def of_mitsuba(scene, size, paths):
-    text = adapted(open(scene, encoding="utf-8").read(), size)
+def half_pictures(scene, text, samples):
+    """Luminances of two pictures with half of the samples each, of the text in the place of the scene's file."""
     folder = os.path.dirname(os.path.abspath(scene))
     with tempfile.NamedTemporaryFile("w", suffix=".xml", dir=folder, delete=False) as file:
         file.write(text)
     try:
         loaded = mi.load_file(file.name)
-        return [np.array(mi.render(loaded, spp=paths // 2, seed=seed))[..., :3] @ LUMINANCE for seed in (1, 2)]
+        return [np.array(mi.render(loaded, spp=samples // 2, seed=seed))[..., :3] @ LUMINANCE for seed in (1, 2)]
     finally:
         os.remove(file.name)
+
+
+def of_mitsuba(scene, size, paths):
+    return half_pictures(scene, adapted(open(scene, encoding="utf-8").read(), size), paths)
 
 
 def of_ours(program, scene, size, paths):

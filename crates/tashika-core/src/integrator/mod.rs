@@ -8,6 +8,7 @@ mod mdlc;
 mod method;
 mod nabata2016;
 mod options;
+mod path_samples;
 mod path_tracer;
 mod published;
 mod sakai2018;
@@ -15,9 +16,10 @@ mod tashika;
 
 pub use crate::film::{Claim, HalfWidths, PixelRecord, Stop};
 pub use full_sum::FullSum;
-pub use light_transport::{Estimator, GuidedLights, LightTransport, PathSampler, PathSamples};
+pub use light_transport::{Estimator, GuidedLights, LightTransport};
 pub use method::SumMethod;
 pub use options::{ControlOptions, MANY_PAIRS, Truth};
+pub use path_samples::{PathSamples, SamplePaths};
 pub use path_tracer::{PathStop, PathTracer};
 pub use tashika::{Ingredient, Promise};
 

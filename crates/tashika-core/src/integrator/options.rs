@@ -80,7 +80,20 @@ impl Default for ControlOptions {
 /// Largest cut where no source names one: bounds the memory of a pixel to about 100 MB.
 pub const MANY_PAIRS: u64 = 1 << 20;
 
+/// `ε_abs` where nobody says it: `ε` of this share of the mean luminance of the view.
+const DARK: f64 = 0.01;
+
 impl ControlOptions {
+    /// The same for light transport in a view of this mean luminance (W·m⁻²·sr⁻¹): where nobody says
+    /// which absolute error is enough, a hundredth of the mean is dark.
+    #[must_use]
+    pub fn in_view_of(mut self, brightness: f64) -> Self {
+        if self.absolute_error == 0.0 {
+            self.absolute_error = DARK * self.error * brightness;
+        }
+        self
+    }
+
     /// Half-width that is narrow enough for an estimate: `max(ε L̂ / (1 + ε), ε_abs)`.
     ///
     /// With the error at most `ε L̂ / (1 + ε)`, it is at most `ε L` relative to the truth.

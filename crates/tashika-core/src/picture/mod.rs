@@ -20,7 +20,7 @@ use crate::color::{Rgb, RgbSum};
 use crate::error::Result;
 use crate::film::{Film, PixelRecord, Stop, Window};
 use crate::gather::Features;
-use crate::integrator::{PathSampler, PathSamples};
+use crate::integrator::{PathSamples, SamplePaths};
 use crate::reconstruction::{Halves, LEAST_SIZE, Reconstructed, Smoother};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
@@ -97,9 +97,8 @@ impl Pixel {
 }
 
 /// A picture in work.
-#[derive(Debug)]
 pub struct Picture<'v> {
-    sampler: PathSampler<'v>,
+    sampler: Box<dyn SamplePaths + 'v>,
     window: Window,
     pixels: Vec<Pixel>,
     /// Luminances of the halves of each pixel, by the last pass alone.
@@ -110,8 +109,9 @@ pub struct Picture<'v> {
 
 impl<'v> Picture<'v> {
     /// A picture of this window, of which nothing is known yet.
-    pub fn new(sampler: PathSampler<'v>, window: Window, seed: u64) -> Self {
+    pub fn new(sampler: impl SamplePaths + 'v, window: Window, seed: u64) -> Self {
         let pixels = vec![Pixel::default(); window.area() as usize];
+        let sampler = Box::new(sampler);
         Self { sampler, window, last: vec![[0.0; 2]; pixels.len()], pixels, passes: 0, seed }
     }
 
@@ -146,7 +146,7 @@ impl<'v> Picture<'v> {
         let found: Vec<Option<[Vec<PathSamples>; 2]>> = tiles
             .par_iter()
             .map(|tile| {
-                let of_half = |seed| self.sampler.tile(tile, seed, |[x, y]| counts[window.index(x, y)]);
+                let of_half = |seed| self.sampler.tile(tile, seed, &|[x, y]| counts[window.index(x, y)]);
                 (!cancel.load(Ordering::Relaxed)).then(|| seeds.map(of_half))
             })
             .collect();

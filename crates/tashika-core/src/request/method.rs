@@ -110,8 +110,9 @@ pub enum Method {
     },
     /// A picture of light transport that is reconstructed, and audited as a whole.
     Audited {
-        /// How the VPLs of the picture are traced; the audit has others.
-        lights: VplOptions,
+        /// How the VPLs of the picture are traced, the audit has others; nothing if both are by path
+        /// tracing alone.
+        lights: Option<VplOptions>,
         /// The error that pixels may have.
         options: ControlOptions,
         /// What the audit is to find out.
@@ -130,6 +131,11 @@ impl Method {
             Self::Transport { .. } | Self::Audited { .. } => true,
             Self::Path(stop) => matches!(stop, PathStop::Until { .. }),
         }
+    }
+
+    /// Whether it renders scenes with [media](crate::scene::Medium), as path tracing does.
+    pub fn renders_media(&self) -> bool {
+        matches!(self, Self::Audited { lights: None, .. } | Self::Path(_))
     }
 
     /// Whether what is promised, or computed, is a sum over one set of VPLs.

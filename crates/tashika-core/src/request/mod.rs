@@ -147,17 +147,18 @@ impl Request {
         Self { truth: Some(Truth::Vpl), ..Self::default() }
     }
 
-    /// The same of a scene with media. What the default method promises is then kept by path tracing,
-    /// which knows them; other requests stay as they are.
+    /// The same of a scene with media. What the default method promises, of each pixel or of the
+    /// picture, is then kept by path tracing, which knows them; other requests stay as they are.
     #[must_use]
     pub fn in_media(&self) -> Self {
-        let is_default = self.method == MethodName::default() && !self.is_audited();
+        let is_default = self.method == MethodName::default();
         if is_default
             && !self.lights_given
             && self.claim != Some(ClaimName::Certified)
             && self.is_about_all_sets()
         {
-            return Self { method: MethodName::Path, claim: None, ..self.clone() };
+            let claim = self.claim.filter(|claim| *claim == ClaimName::Audited);
+            return Self { method: MethodName::Path, claim, ..self.clone() };
         }
         self.clone()
     }
@@ -178,7 +179,7 @@ impl Request {
             ));
         }
         let method = match self.sum_method() {
-            Some(method) if self.is_audited() => self.audited(method, options)?,
+            method if self.is_audited() => self.audited(method, options)?,
             None => Method::Path(self.path_stop(options)?),
             Some(method) if self.is_about_all_sets() => {
                 let truth = self.truth();
@@ -273,19 +274,20 @@ impl Request {
 
     /// Whether the claim is about the picture as a whole.
     fn is_audited(&self) -> bool {
-        self.is_ours() && self.claim == Some(ClaimName::Audited)
+        let is_picture = self.is_ours() || self.method == MethodName::Path;
+        is_picture && self.claim == Some(ClaimName::Audited)
     }
 
-    /// A picture that is made until an audit is content.
-    fn audited(&self, method: SumMethod, options: ControlOptions) -> Result<Method> {
-        if method != SumMethod::Tashika(Promise::Calibrated) {
-            return Err(Error::option("method", method.name(), "tashika with claim audited"));
+    /// A picture that is made until an audit is content, by path tracing if it is by no sum.
+    fn audited(&self, method: Option<SumMethod>, options: ControlOptions) -> Result<Method> {
+        if let Some(method) = method.filter(|method| *method != SumMethod::Tashika(Promise::Calibrated)) {
+            return Err(Error::option("method", method.name(), "tashika or path with claim audited"));
         }
-        if self.lights_given {
+        if method.is_some() && self.lights_given {
             let expected = "lights that are traced, for the picture and apart from them for its audit";
             return Err(Error::option("lights", "given ones", expected));
         }
-        if self.truth() != Truth::Transport {
+        if method.is_some() && self.truth() != Truth::Transport {
             return Err(Error::option("truth", self.truth(), "transport with claim audited"));
         }
         if options.controlled != Controlled::Luminance {
@@ -298,7 +300,8 @@ impl Request {
             pixels: self.audit.unwrap_or(default.pixels),
         };
         terms.validate()?;
-        Ok(Method::Audited { lights: self.lights_of(AUDITED_VPLS)?, options, terms })
+        let lights = method.map(|_| self.lights_of(AUDITED_VPLS)).transpose()?;
+        Ok(Method::Audited { lights, options, terms })
     }
 
     fn is_ours(&self) -> bool {
@@ -348,22 +351,22 @@ impl Request {
     fn unused(&self) -> Vec<&'static str> {
         let is_path = self.method == MethodName::Path;
         let is_exact = self.method == SumMethod::Exact.into();
-        let until = is_path && self.error.is_some();
         let (is_ours, is_audited) = (self.is_ours(), self.is_audited());
+        let until = is_path && (self.error.is_some() || is_audited);
         let states_interval = self.sum_method().is_some_and(SumMethod::states_interval);
         let said_in_vain = [
             ("vpls", self.vpls.is_some() && is_path),
             ("clamp", self.clamp.is_some() && is_path),
             ("lights", self.lights_given && is_path),
             ("gather", self.gather.is_some() && is_path),
-            ("paths", self.paths.is_some() && !is_path),
+            ("paths", self.paths.is_some() && (!is_path || is_audited)),
             ("error", self.error.is_some() && is_exact),
             ("control", self.control.is_some() && !(is_ours || until)),
             ("absolute", self.absolute.is_some() && !(is_ours || until)),
             ("confidence", self.confidence.is_some() && (!(states_interval || until) || is_audited)),
             ("share", self.share.is_some() && !is_audited),
             ("assurance", self.assurance.is_some() && !is_audited),
-            ("claim", self.claim.is_some() && !is_ours),
+            ("claim", self.claim.is_some() && !is_ours && !is_audited),
             ("truth", self.truth.is_some() && !is_ours),
             ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path || is_audited)),
         ];

@@ -143,6 +143,27 @@ fn what_is_said_arrives() {
     assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
 }
 
+/// What is promised of a scene with media is kept by path tracing, if that can keep it.
+#[test]
+fn media_leave_what_is_claimed_to_paths() {
+    let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.in_media();
+    assert!(matches!(resolved(&claimed(None)).method, Method::Path(PathStop::Count(_))));
+    let calibrated = claimed(Some(ClaimName::Calibrated));
+    assert_eq!((calibrated.method, calibrated.claim), (MethodName::Path, None));
+    let audited = Request { error: Some(0.2), ..claimed(Some(ClaimName::Audited)) };
+    let found = resolved(&audited);
+    let Method::Audited { lights: None, options, terms } = found.method else {
+        panic!("{:?} sums over VPLs", found.method)
+    };
+    assert_eq!((options.error, terms, found.unused), (0.2, AuditTerms::default(), Vec::new()));
+    let in_vain = Request { paths: Some(8), vpls: Some(100), confidence: Some(0.9), ..audited };
+    assert_eq!(resolved(&in_vain).unused, ["vpls", "paths", "confidence"]);
+    let certified = claimed(Some(ClaimName::Certified));
+    assert_eq!(certified.method, MethodName::default(), "paths prove nothing");
+    let published = Request { method: SumMethod::Iwasaki2019.into(), ..Request::default() };
+    assert_eq!(published.in_media(), published);
+}
+
 #[test]
 fn each_method_says_what_means_nothing_to_it() {
     let unused = |method, error| resolved(&Request { method, error, ..all_said() }).unused;

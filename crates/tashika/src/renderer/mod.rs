@@ -346,7 +346,7 @@ impl<'a> Renderer<'a> {
         let first = &self.tracer.scene().cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
         let resolved = request.resolve()?;
-        if !matches!(resolved.method, Method::Path(_)) {
+        if !resolved.method.renders_media() {
             self.tracer.scene().check_free_of_media(self.request.method.name())?;
         }
         Ok((resolved, self.framing.of(&camera)?))
@@ -382,7 +382,7 @@ impl<'a> Renderer<'a> {
                     None => trace()?,
                 })
             }
-            (Method::Audited { lights: options, .. }, _) => {
+            (Method::Audited { lights: Some(options), .. }, _) => {
                 let trace = || self.tell(options.count, || GuidedLights::to_draw(tracer, options, view));
                 Lights::Guided(Arc::new(trace()?))
             }
@@ -391,7 +391,7 @@ impl<'a> Renderer<'a> {
                 Lights::Guided(Arc::new(observer::during(self.observer, Phase::LightTree, guided)?))
             }
             (Method::Transport { lights: None, .. }, None) => unreachable!("lights are given or traced"),
-            (Method::Path(_), _) => Lights::Emitters,
+            (Method::Path(_) | Method::Audited { lights: None, .. }, _) => Lights::Emitters,
         })
     }
 

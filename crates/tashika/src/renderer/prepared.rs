@@ -10,7 +10,7 @@ use crate::experiment::{OtherSet, until_converged};
 use crate::film::{Film, Window};
 use crate::gather::{GatherOptions, View};
 use crate::integrator::{
-    ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathTracer, Setting,
+    ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
 };
 use crate::reconstruction::Smoother;
 use crate::render::{Begun, Finished, RenderOptions, Rendered, TileShare, blank, resume};
@@ -117,11 +117,16 @@ impl Prepared<'_> {
             (Method::Transport { options, .. } | Method::Audited { options, .. }, Lights::Guided(lights)) => {
                 Box::new(LightTransport::new(&self.tracer, lights, options))
             }
-            (Method::Path(stop), _) => {
-                Box::new(PathTracer::new(&self.tracer, *stop, VplOptions::default().path_depth())?)
+            (Method::Path(stop), _) => Box::new(self.path_tracer(*stop)?),
+            (Method::Audited { options, .. }, Lights::Emitters) => {
+                Box::new(self.path_tracer(audited::by_paths(options))?)
             }
             _ => unreachable!("lights are made for the method"),
         })
+    }
+
+    pub(super) fn path_tracer(&self, stop: PathStop) -> Result<PathTracer<'_>> {
+        PathTracer::new(&self.tracer, stop, VplOptions::default().path_depth())
     }
 
     /// Renders; a finished whole is [reconstructed](Method::finish) if it is a picture.
@@ -139,9 +144,8 @@ impl Prepared<'_> {
     /// # Errors
     /// Options out of range; what `begin` fails with.
     pub fn render_from(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
-        if let (Method::Audited { options, terms, .. }, Lights::Guided(lights)) = (&self.method, &self.lights)
-        {
-            return audited::render(self, lights, options, terms, begin);
+        if let Method::Audited { options, terms, .. } = &self.method {
+            return audited::render(self, options, terms, begin);
         }
         let (setting, integrator) = (self.setting(), self.integrator()?);
         let options = RenderOptions { window: self.window, share: self.share.clone() };
@@ -203,9 +207,8 @@ impl Prepared<'_> {
                 Some((Box::new(FullSum::new(lights.set())), options))
             }
             (Method::Transport { options, .. }, _) => {
-                let depth = VplOptions::default().path_depth();
                 let stop = until_converged(options, Audit::MOST_PATHS);
-                Some((Box::new(PathTracer::new(&self.tracer, stop, depth)?), options))
+                Some((Box::new(self.path_tracer(stop)?), options))
             }
             _ => None,
         })

@@ -11,7 +11,8 @@ use tashika::film::{Film, Window};
 use tashika::gather::GatherPoint;
 use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
-    ControlOptions, Estimator, FullSum, GuidedLights, LightTransport, PathStop, PathTracer, Setting, Truth,
+    ControlOptions, Estimator, FullSum, GuidedLights, LightTransport, PathStop, PathTracer, SamplePaths,
+    Setting, Truth,
 };
 use tashika::math::{Mat3, Vec2, Vec3};
 use tashika::rng::{Purpose, Stream};
@@ -194,7 +195,7 @@ fn drawn_lights_agree(tracer: &Tracer, expected: &[f64], errors: &[f32], what: &
             VplOptions { count: 20_000, seed, clamp: Clamp::Distance(0.2), ..VplOptions::default() };
         let lights = GuidedLights::to_draw(tracer, &options, &view).unwrap();
         let method = LightTransport::new(tracer, &lights, &ControlOptions::default());
-        let found = method.path_sampler(Setting { tracer, view }).tile(&Window::full(SIZE), seed, |_| 400);
+        let found = method.path_sampler(Setting { tracer, view }).tile(&Window::full(SIZE), seed, &|_| 400);
         image.push(found.iter().map(|pixel| pixel.luminance.mean()).sum());
         pixels.iter_mut().zip(&found).for_each(|(of_sets, pixel)| of_sets.push(pixel.luminance.mean()));
     }

@@ -13,7 +13,7 @@ use tashika::integrator::{FullSum, PathStop, PathTracer, Setting};
 use tashika::math::elementary::exp_f64;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
-use tashika::request::{ClaimName, MethodName};
+use tashika::request::{ClaimName, Method, MethodName};
 use tashika::scene::{
     Camera, Emitter, Environment, Interface, Material, Medium, MediumId, MeshData, Scene, SceneBuilder,
     Surface,
@@ -416,11 +416,14 @@ fn other_methods_refuse_media_and_name_the_one_that_renders_them() {
     let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
     let rendered = render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false));
     asked(rendered.expect_err("refused"));
-    // What the default promises path tracing keeps, but for pictures as a whole.
+    // What the default promises path tracing keeps.
     let image = Renderer::on(&tracer).size([4, 4]).paths(1).render().unwrap();
     assert!(image.complete);
     assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
-    asked(Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Audited).prepare().err().expect("refused"));
+    let audited = Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Audited);
+    assert!(matches!(audited.prepare().unwrap().method(), Method::Audited { lights: None, .. }));
+    let certified = audited.claim(ClaimName::Certified);
+    asked(certified.prepare().err().expect("refused"));
     let stranger = Camera { medium: Some(MediumId::at(7)), ..scene.cameras()[0].clone() };
     let path = Renderer::on(&tracer).size([4, 4]).method(MethodName::Path).camera(stranger);
     let said = path.render().expect_err("refused").to_string();

@@ -34,7 +34,6 @@ mod pixel;
 
 pub use estimate::Estimator;
 pub use lights::GuidedLights;
-pub use paths::{PathSampler, PathSamples};
 
 use std::cell::OnceCell;
 use std::sync::OnceLock;
@@ -58,9 +57,6 @@ const MOST_WORK: u64 = 1 << 16;
 const CLAMPS: usize = FARTHER.len();
 /// How many times as far as the first.
 const FARTHER: [f32; 3] = [1.0, 4.0, 16.0];
-/// `ε_abs` where nobody says it: `ε` of this share of the mean luminance of the view.
-const DARK: f64 = 0.01;
-
 /// Error control against light transport.
 #[derive(Debug)]
 pub struct LightTransport<'a> {
@@ -74,10 +70,7 @@ impl<'a> LightTransport<'a> {
     /// The method on these lights of the tracer's scene.
     pub fn new(tracer: &'a Tracer, lights: &'a GuidedLights, options: &ControlOptions) -> Self {
         let emitters = EmitterSampler::by_use(tracer, lights.options());
-        let mut options = *options;
-        if options.absolute_error == 0.0 {
-            options.absolute_error = DARK * options.error * lights.importance_brightness();
-        }
+        let options = options.in_view_of(lights.importance_brightness());
         Self { lights, emitters, options, only: None }
     }
 

@@ -1,5 +1,4 @@
-//! Paths of light transport, so many of each pixel: what pictures are made of that are
-//! reconstructed.
+//! Paths of light transport by what VPLs tell, so many of each pixel.
 //!
 //! A path begins at a gather point of its own. There and at each later surface emitters and VPLs are
 //! drawn by what was learned of the place ([`Choices`](crate::compensation::Choices)): a few at the
@@ -12,53 +11,34 @@
 
 use super::estimate::{Common, Estimator, summed_with};
 use super::{LightTransport, Truth};
-use crate::color::{Controlled, RgbSum};
+use crate::color::Controlled;
 use crate::compensation::{Compensation, Draws, Numbers};
 use crate::film::Window;
-use crate::gather::Features;
-use crate::integrator::Setting;
+use crate::integrator::{PathSamples, SamplePaths, Setting};
 use crate::rng::{self, Purpose, Stream};
-use crate::stats::Moments;
 
 /// Lights drawn at a gather point: as many as cost about what the path costs. Chosen.
 const DRAWS: Draws = Draws { emitters: 2, vpls: 4 };
 
 /// Draws paths of the pixels of one view.
-#[derive(Clone, Copy, Debug)]
-pub struct PathSampler<'v> {
+struct OfView<'v> {
     method: &'v LightTransport<'v>,
     setting: Setting<'v>,
 }
 
-/// What paths of a pixel found.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PathSamples {
-    /// Sum of their radiance (W·m⁻²·sr⁻¹).
-    pub sum: RgbSum,
-    /// Of its luminance, path by path.
-    pub luminance: Moments,
-    /// Of their first surfaces.
-    pub features: Features,
-    /// Rays and segments traced.
-    pub rays: u64,
-}
-
 impl LightTransport<'_> {
     /// Paths of this view, by these lights.
-    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> PathSampler<'v> {
-        PathSampler { method: self, setting }
+    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl SamplePaths + use<'v> {
+        OfView { method: self, setting }
     }
 }
 
-impl PathSampler<'_> {
-    /// The view.
-    pub fn setting(&self) -> &Setting<'_> {
+impl SamplePaths for OfView<'_> {
+    fn setting(&self) -> &Setting<'_> {
         &self.setting
     }
 
-    /// Paths of the pixels of a tile, row by row: as many as `count` says of each; with other
-    /// `seed`s they are independent.
-    pub fn tile(&self, tile: &Window, seed: u64, count: impl Fn([u32; 2]) -> u32) -> Vec<PathSamples> {
+    fn tile(&self, tile: &Window, seed: u64, count: &dyn Fn([u32; 2]) -> u32) -> Vec<PathSamples> {
         let common = Common {
             setting: &self.setting,
             emitters: &self.method.emitters,
@@ -113,7 +93,7 @@ mod tests {
     use crate::film::Window;
     use crate::gather::{GatherOptions, View};
     use crate::integrator::{
-        ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
+        ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, SamplePaths, Setting,
     };
     use crate::scene::builtin;
     use crate::stats::Moments;
@@ -142,7 +122,7 @@ mod tests {
             let lights = GuidedLights::to_draw(&tracer, &options, &view(seed)).unwrap();
             let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
             let sampler = method.path_sampler(Setting { tracer: &tracer, view: view(seed) });
-            let found = sampler.tile(&window, seed, |_| 256);
+            let found = sampler.tile(&window, seed, &|_| 256);
             sums.push(found.iter().map(|pixel| pixel.luminance.mean()).sum());
         }
         let error = sums.standard_error();
@@ -167,8 +147,8 @@ mod tests {
         let sampler = method.path_sampler(Setting { tracer: &tracer, view });
         let count = |[x, y]: [u32; 2]| (x + y) % 4;
         let (whole, part) = (Window::full(size), Window { x: 5, y: 3, width: 4, height: 5 });
-        let of_whole = sampler.tile(&whole, 7, count);
-        for ((x, y), of_part) in part.pixels().zip(sampler.tile(&part, 7, count)) {
+        let of_whole = sampler.tile(&whole, 7, &count);
+        for ((x, y), of_part) in part.pixels().zip(sampler.tile(&part, 7, &count)) {
             let pixel = &of_whole[whole.index(x, y)];
             assert_eq!(pixel.luminance, of_part.luminance);
             assert_eq!(pixel.luminance.count(), u64::from(count([x, y])));

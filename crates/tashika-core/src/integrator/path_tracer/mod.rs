@@ -21,6 +21,7 @@
 
 mod flight;
 mod in_media;
+mod samples;
 
 use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Stop, Truth};
 use crate::accel::{Glass, Hit, SegmentBatch, Tracer};
@@ -31,7 +32,7 @@ use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::SurfacePoint;
+use crate::scene::{MediumId, SurfacePoint};
 use crate::stats::{Moments, student_t_two_sided};
 use crate::vpl::{EmitterSampler, LightSample, VplKind};
 use crate::warp::balance;
@@ -119,7 +120,6 @@ impl<'s> PathTracer<'s> {
             PathStop::Count(count) => count,
             PathStop::Until { first, .. } => first,
         };
-        let has_media = setting.tracer.scene().has_media() || setting.view.camera.medium.is_some();
         let mut done = 0;
         let (claim, half_width, stop) = loop {
             for k in done..wanted {
@@ -127,13 +127,7 @@ impl<'s> PathTracer<'s> {
                 let [s, t] = stream.uniform_2();
                 let ray = setting.view.ray_through(pixel, [u, v, s, t], || shutter.uniform());
                 let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
-                let radiance = match ray {
-                    None => Rgb::BLACK,
-                    Some(ray) if has_media => {
-                        tracing.radiance_in_media(ray, setting.view.camera.medium, key, &mut stream)
-                    }
-                    Some(ray) => tracing.radiance(ray, key, &mut stream),
-                };
+                let radiance = tracing.seen(ray, key, &mut stream);
                 sum.add(radiance);
                 parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
             }
@@ -202,15 +196,22 @@ impl Integrator for PathTracer<'_> {
 }
 
 impl PathTracer<'_> {
-    fn tile(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        let mut tracing = Tracing {
+    fn tracing<'a>(&'a self, setting: &Setting<'a>) -> Tracing<'a> {
+        let medium = setting.view.camera.medium;
+        Tracing {
             tracer: setting.tracer,
             emitters: &self.emitters,
             max_depth: self.max_depth,
+            has_media: setting.tracer.scene().has_media() || medium.is_some(),
+            medium,
             batch: SegmentBatch::new(Glass::SolidStops),
             visibility: Vec::new(),
             rays: 0,
-        };
+        }
+    }
+
+    fn tile(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
+        let mut tracing = self.tracing(setting);
         tile.pixels().map(|(x, y)| self.pixel(setting, [x, y], &mut tracing)).collect()
     }
 }
@@ -219,12 +220,24 @@ struct Tracing<'a> {
     tracer: &'a Tracer,
     emitters: &'a EmitterSampler<'a>,
     max_depth: u32,
+    has_media: bool,
+    /// In which the camera stands.
+    medium: Option<MediumId>,
     batch: SegmentBatch,
     visibility: Vec<f32>,
     rays: u64,
 }
 
 impl Tracing<'_> {
+    /// Radiance along a camera ray; black where the film shows nothing.
+    fn seen(&mut self, ray: Option<Ray>, key: u64, stream: &mut Stream) -> Rgb {
+        match ray {
+            None => Rgb::BLACK,
+            Some(ray) if self.has_media => self.radiance_in_media(ray, self.medium, key, stream),
+            Some(ray) => self.radiance(ray, key, stream),
+        }
+    }
+
     fn radiance(&mut self, mut ray: Ray, key: u64, stream: &mut Stream) -> Rgb {
         let scene = self.tracer.scene();
         let contribution = ContributionKernel::default().within(scene);

@@ -19,6 +19,8 @@
 //! pixels, by brightness or by what is foreseen, would widen the map by 8 to 34 %: so few pixels in a
 //! group have their largest ratio for the rank.
 //!
+//! The picture is made of paths by what VPLs tell, or, where media are, by path tracing alone.
+//!
 //! # Guarantee
 //! With at least the assurance, what is claimed is true: of the pixels that show more than a constant
 //! background, the share is within the error of light transport; and so for the map. Assumed is that
@@ -32,17 +34,19 @@
 mod looks;
 mod truths;
 
+pub(super) use truths::by_paths;
+
 #[cfg(test)]
 mod tests;
 
 use std::sync::atomic::Ordering;
 
-use super::Prepared;
 use super::observer::{Phase, during};
+use super::{Lights, Prepared};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::film::{Claim, Film, Metadata, PictureClaim, PixelRecord, RenderFilm, Stop, keys};
-use crate::integrator::{ControlOptions, GuidedLights, LightTransport};
+use crate::integrator::{ControlOptions, Integrator, LightTransport, SamplePaths};
 use crate::math::elementary::exp_f64;
 use crate::picture::{Picture, importance};
 use crate::reconstruction::Reconstructed;
@@ -63,15 +67,34 @@ const OF_TRUTHS: f64 = 0.5;
 /// Renders the picture; `begin` takes the film with which it begins, and gives it back.
 pub(super) fn render(
     prepared: &Prepared<'_>,
-    lights: &GuidedLights,
     options: &ControlOptions,
     terms: &AuditTerms,
     begin: impl FnOnce(Film) -> Result<Begun>,
 ) -> Result<Rendered> {
-    let method = LightTransport::new(&prepared.tracer, lights, options);
+    let setting = prepared.setting();
+    if let Lights::Guided(lights) = &prepared.lights {
+        let method = LightTransport::new(&prepared.tracer, lights, options);
+        let options = ControlOptions { absolute_error: method.absolute_error(), ..*options };
+        return render_by(prepared, &method, method.path_sampler(setting), &options, terms, begin);
+    }
+    let brightness = prepared.path_tracer(by_paths(options))?.importance_brightness(&setting);
+    let options = options.in_view_of(brightness);
+    let method = prepared.path_tracer(by_paths(&options))?;
+    render_by(prepared, &method, method.path_sampler(setting), &options, terms, begin)
+}
+
+/// Renders by paths of this sampler, as the method describes them.
+fn render_by<'v>(
+    prepared: &'v Prepared<'_>,
+    method: &dyn Integrator,
+    sampler: impl SamplePaths + 'v,
+    options: &ControlOptions,
+    terms: &AuditTerms,
+    begin: impl FnOnce(Film) -> Result<Begun>,
+) -> Result<Rendered> {
     let setting = prepared.setting();
     let whole = RenderOptions { window: prepared.window, share: prepared.share.clone() };
-    let mut film = blank(&setting, &method, &whole)?;
+    let mut film = blank(&setting, method, &whole)?;
     prepared.method.describe(film.metadata_mut());
     prepared.change.describe(film.metadata_mut());
     describe(terms, film.metadata_mut());
@@ -82,9 +105,10 @@ pub(super) fn render(
         prepared,
         terms,
         options,
-        tolerance: Tolerance { error: options.error, absolute: method.absolute_error() },
+        tolerance: Tolerance { error: options.error, absolute: options.absolute_error },
+        by_lights: matches!(prepared.lights, Lights::Guided(_)),
         film: begin(film)?.film,
-        picture: Picture::new(method.path_sampler(setting), prepared.window, options.seed),
+        picture: Picture::new(sampler, prepared.window, options.seed),
         reconstructed: Reconstructed::default(),
         truths: None,
         look: None,
@@ -104,7 +128,9 @@ fn describe(terms: &AuditTerms, metadata: &mut Metadata) {
     metadata.set(keys::AUDIT_SHARE, terms.share);
     metadata.set(keys::AUDIT_ASSURANCE, terms.assurance);
     metadata.set(keys::AUDIT_MOST_LOOKS, AuditTerms::LOOKS);
-    metadata.remove(keys::MAX_PAIRS);
+    for name in [keys::MAX_PAIRS, keys::PATHS_FIRST, keys::PATHS_MOST] {
+        metadata.remove(name);
+    }
 }
 
 /// A picture in work, and its audit.
@@ -113,6 +139,8 @@ struct Work<'p, 'v> {
     terms: &'p AuditTerms,
     options: &'p ControlOptions,
     tolerance: Tolerance,
+    /// Whether VPLs are drawn from and summed over.
+    by_lights: bool,
     film: Film,
     picture: Picture<'v>,
     reconstructed: Reconstructed,
@@ -139,8 +167,9 @@ impl Work<'_, '_> {
                 before.zip(after).map(|(a, b)| (a - b) / (self.picture.paths() - paths).max(1) as f64);
             if self.truths.is_none() {
                 let (film, setting) = (self.picture.film()?, self.prepared.setting());
-                let Self { options, terms, tolerance, .. } = self;
-                self.truths = Truths::compute(&film, &setting, options, terms, tolerance, observer)?;
+                let Self { options, terms, tolerance, by_lights, .. } = self;
+                self.truths =
+                    Truths::compute(&film, &setting, options, terms, tolerance, *by_lights, observer)?;
                 if self.truths.is_none() {
                     return Ok(());
                 }

@@ -9,9 +9,9 @@ use crate::error::Result;
 use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, keys, planes};
 use crate::integrator::{ControlOptions, PathStop, PathTracer, Truth};
 use crate::reconstruction::Smoother;
-use crate::render::{Finished, Progress, RenderOptions, TileShare, render, with_threads};
+use crate::render::{Finished, Progress, RenderOptions, Rendered, TileShare, render, with_threads};
 use crate::renderer::{Lights, Observer, Prepared, Renderer, Silent};
-use crate::request::{AuditTerms, ClaimName, Request};
+use crate::request::{AuditTerms, ClaimName, MethodName, Request};
 use crate::scene::builtin;
 
 const SIZE: [u32; 2] = [32, 24];
@@ -42,7 +42,20 @@ fn truth(prepared: &Prepared<'_>) -> Film {
 /// What is claimed is true of all pixels, by paths that know nothing of it, and the map holds.
 #[test]
 fn what_is_claimed_is_so() {
-    let prepared = renderer(1).prepare().unwrap();
+    is_so(renderer(1));
+}
+
+/// Likewise by path tracing alone.
+#[test]
+fn what_is_claimed_is_so_without_vpls() {
+    let image = is_so(renderer(1).method(MethodName::Path));
+    let metadata = image.film.metadata();
+    assert_eq!(metadata.text(keys::METHOD), Some("path"));
+    assert!(metadata.get(keys::VPLS).is_none() && metadata.get(keys::PATHS_MOST).is_none());
+}
+
+fn is_so(renderer: Renderer<'_>) -> Rendered {
+    let prepared = renderer.prepare().unwrap();
     let image = prepared.render().unwrap();
     let claim = PictureClaim::of(image.film.metadata()).expect("an audit has an answer");
     assert!(image.complete && claim.reached, "{claim}");
@@ -67,14 +80,17 @@ fn what_is_claimed_is_so() {
     let audited = image.film.plane(planes::AUDITED).unwrap().f32_samples().unwrap();
     let verdicts = audited.chunks(3).filter(|pixel| pixel[2] > 0.0).count() as u64;
     assert_eq!(verdicts, TERMS.pixels);
+    image
 }
 
 /// Neither threads nor who looks on enters.
 #[test]
 fn the_same_request_gives_the_same_bits() {
-    let small = || renderer(3).size([16, 12]).error(0.5);
-    let with = |threads: usize| with_threads(threads, || small().render().unwrap().film).unwrap();
-    assert!(with(1) == with(3));
+    for method in [MethodName::default(), MethodName::Path] {
+        let small = || renderer(3).method(method).size([16, 12]).error(0.5);
+        let with = |threads: usize| with_threads(threads, || small().render().unwrap().film).unwrap();
+        assert!(with(1) == with(3), "{method}");
+    }
 }
 
 /// The box is about as bright as 1.
@@ -84,15 +100,22 @@ fn tolerance() -> Tolerance {
 
 fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
     let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
-    Truths::compute(film, &prepared.setting(), &options, &TERMS, &tolerance(), &Silent).unwrap().unwrap()
+    let by_lights = matches!(prepared.lights, Lights::Guided(_));
+    let truths =
+        Truths::compute(film, &prepared.setting(), &options, &TERMS, &tolerance(), by_lights, &Silent);
+    truths.unwrap().unwrap()
 }
 
 /// A picture that is too bright, one that is flat, and one that is right.
 #[test]
 fn faults_of_a_picture_are_noticed() {
-    let prepared = renderer(1).prepare().unwrap();
-    let right = truth(&prepared);
-    let mut truths = truths(&prepared, &right);
+    are_noticed(&renderer(1).prepare().unwrap());
+    are_noticed(&renderer(1).method(MethodName::Path).prepare().unwrap());
+}
+
+fn are_noticed(prepared: &Prepared<'_>) {
+    let right = truth(prepared);
+    let mut truths = truths(prepared, &right);
     let window = Window::full(SIZE);
     let radiance: Vec<Rgb> = right.colors().unwrap().collect();
     assert!(truths.refine(&window, &radiance, |_, _| false).unwrap());
@@ -182,7 +205,8 @@ fn what_was_tried_is_not_audited() {
     let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
     let by = |observer: &dyn Observer| {
         let truths =
-            Truths::compute(&film, &prepared.setting(), &options, &TERMS, &tolerance(), observer).unwrap();
+            Truths::compute(&film, &prepared.setting(), &options, &TERMS, &tolerance(), true, observer)
+                .unwrap();
         truths.unwrap().pixels
     };
     let (without_end, with_end) = (by(&Silent), by(&Ending::new(2, true)));

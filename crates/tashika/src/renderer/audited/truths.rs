@@ -12,17 +12,21 @@
 //!
 //! # Independence
 //! The truths come from lights, gather points and random numbers of their own
-//! ([`Purpose::Audit`]), and from another estimator than the picture's: sums over VPLs by cuts.
+//! ([`Purpose::Audit`]), and from another estimator than the picture's: sums over VPLs by cuts. Where
+//! path tracing alone makes the picture, it finds the truths too, by other paths.
 
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::film::{Film, PixelRecord, RenderFilm, Samples, Window, planes};
 use crate::gather::{GatherOptions, View};
-use crate::integrator::{ControlOptions, GuidedLights, LightTransport, Setting, Truth};
+use crate::integrator::{
+    ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting, Truth,
+};
 use crate::render::render_pixels;
 use crate::renderer::observer::{Observer, Phase, during};
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
+use crate::stats::student_t_two_sided;
 use crate::vpl::VplOptions;
 
 /// A way to compute truths.
@@ -54,6 +58,16 @@ const FEWEST: usize = 20;
 const VPLS: u64 = 500_000;
 /// Gather points of a truth at first.
 const POINTS: u32 = 64;
+
+/// Paths of a truth at least, if it is found by path tracing: Student's interval of fewer may not have
+/// met the rare bright ones. Chosen.
+const FIRST_PATHS: u32 = 1024;
+
+/// How path tracing finds what is within these options.
+pub(in crate::renderer) fn by_paths(options: &ControlOptions) -> PathStop {
+    let most = options.max_pairs.unwrap_or(STAGES[STAGES.len() - 1].most_work);
+    PathStop::Until { options: *options, first: FIRST_PATHS, most: most.min(u32::MAX.into()) as u32 }
+}
 
 /// An audited pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +135,8 @@ struct Source<'p> {
     setting: Setting<'p>,
     options: ControlOptions,
     tolerance: Tolerance,
-    lights: GuidedLights,
+    /// That truths are summed over; none if they are found by path tracing.
+    lights: Option<GuidedLights>,
     observer: &'p dyn Observer,
 }
 
@@ -141,22 +156,41 @@ impl Source<'_> {
             ..*options
         };
         let setting = Setting { view: View { seed, ..setting.view }, ..*setting };
-        let method = LightTransport::new(setting.tracer, lights, &options);
-        let phase = Phase::Audit { by: "sums over other lights", pixels: pixels.len() as u64 };
-        let rendered = during(*observer, phase, || {
-            render_pixels(&setting, &method, pixels, &|p| observer.progress(p), observer.cancel())
-        })?;
+        let by = if lights.is_some() { "sums over other lights" } else { "other paths" };
+        let render = |method: &dyn Integrator| {
+            let phase = Phase::Audit { by, pixels: pixels.len() as u64 };
+            during(*observer, phase, || {
+                render_pixels(&setting, method, pixels, &|p| observer.progress(p), observer.cancel())
+            })
+        };
+        let rendered = match lights {
+            Some(lights) => render(&LightTransport::new(setting.tracer, lights, &options)),
+            None => {
+                let depth = VplOptions::default().path_depth();
+                render(&PathTracer::new(setting.tracer, by_paths(&options), depth)?)
+            }
+        }?;
         let read = RenderFilm::of(&rendered.film);
         let truth = |pixel: &[u32; 2]| {
             let record = read.at(pixel[0], pixel[1]);
             let luminance = f64::from(record.radiance.luminance());
-            let half_width = f64::from(record.half_width);
-            let interval = [(luminance - half_width).max(0.0), luminance + half_width];
-            AuditedPixel { pixel: *pixel, interval: record.claim.is_some().then_some(interval) }
+            // The interval of a mean of paths is one too where it is wider than was asked for.
+            let half_width = match lights {
+                Some(_) => record.claim.is_some().then_some(f64::from(record.half_width)),
+                None => Some(half_width_of_paths(&record, options.confidence)),
+            };
+            let interval = half_width.map(|of| [(luminance - of).max(0.0), luminance + of]);
+            AuditedPixel { pixel: *pixel, interval }
         };
         let truths = pixels.iter().map(truth).collect();
         Ok(rendered.complete.then_some((truths, rendered.totals.rays)))
     }
+}
+
+/// Student's, about a mean of paths (W·m⁻²·sr⁻¹).
+fn half_width_of_paths(record: &PixelRecord, confidence: f64) -> f64 {
+    let freedom = record.pairs.saturating_sub(1).max(1) as f64;
+    student_t_two_sided(confidence, freedom) * f64::from(record.standard_error)
 }
 
 /// What a look at a picture found.
@@ -176,12 +210,14 @@ impl<'p> Truths<'p> {
     /// and what it says may depend on each other as they like.
     ///
     /// * `options`: those of the picture; the audit has a seed of its own from theirs.
+    /// * `by_lights`: whether truths are sums over VPLs, rather than means of paths.
     pub fn compute(
         film: &Film,
         setting: &Setting<'p>,
         options: &ControlOptions,
         terms: &AuditTerms,
         tolerance: &Tolerance,
+        by_lights: bool,
         observer: &'p dyn Observer,
     ) -> Result<Option<Self>> {
         let began = observer.seconds_left();
@@ -193,10 +229,12 @@ impl<'p> Truths<'p> {
         let gather = GatherOptions { points: POINTS, ..setting.view.gather };
         let setting = Setting { view: View { seed, gather, ..setting.view }, ..*setting };
         let lights = VplOptions { count: VPLS, seed, ..VplOptions::default() };
-        let phase = Phase::Vpls { count: VPLS };
-        let lights = during(observer, phase, || {
-            GuidedLights::trace(setting.tracer, &lights, Truth::Transport, &setting.view)
-        })?;
+        let traced = || {
+            during(observer, Phase::Vpls { count: VPLS }, || {
+                GuidedLights::trace(setting.tracer, &lights, Truth::Transport, &setting.view)
+            })
+        };
+        let lights = by_lights.then(traced).transpose()?;
         let options = ControlOptions { seed, ..*options };
         let source = Source { setting, options, tolerance: *tolerance, lights, observer };
         let all = shown.len() as u64;
@@ -242,7 +280,7 @@ impl<'p> Truths<'p> {
     /// What truths are summed over.
     #[cfg(test)]
     pub fn lights(&self) -> &GuidedLights {
-        &self.source.lights
+        self.source.lights.as_ref().expect("they are sums over lights")
     }
 
     /// About what it will take to refine them (s), if there is an end of the time.
@@ -379,6 +417,13 @@ mod tests {
         assert!(at(None).is_open(1.0, &tolerance));
         assert_eq!(known.distance(0.9), 1.04 - 0.9);
         assert_eq!(at(None).distance(0.9), f64::INFINITY);
+    }
+
+    #[test]
+    fn means_of_paths_have_the_intervals_of_the_tables() {
+        let of = |pairs| PixelRecord { pairs, standard_error: 2.0, ..PixelRecord::default() };
+        assert!((half_width_of_paths(&of(5), 0.95) - 2.0 * 2.776_4).abs() < 1e-3);
+        assert!((half_width_of_paths(&of(1 << 20), 0.95) - 2.0 * 1.96).abs() < 1e-3);
     }
 
     #[test]

@@ -1,0 +1,148 @@
+//! Whole paths for pictures that are reconstructed.
+//!
+//! Camera samples are those of the [view](View::camera_ray) under another seed, spread evenly over
+//! the pixel; each has a stream of random numbers of its own from there on. What the first surfaces
+//! are is told by the first few of them.
+
+use super::{PathTracer, Tracing};
+use crate::film::Window;
+use crate::gather::View;
+use crate::integrator::{PathSamples, SamplePaths, Setting};
+use crate::rng::{self, Purpose, Stream};
+
+/// Camera samples that tell a pixel's first surfaces, at most.
+const FEATURES: u32 = 16;
+/// Paths that tell how bright a view is.
+const OF_BRIGHTNESS: u64 = 4096;
+
+/// Draws paths of the pixels of one view.
+struct OfView<'v> {
+    method: &'v PathTracer<'v>,
+    setting: Setting<'v>,
+}
+
+impl PathTracer<'_> {
+    /// Paths of this view.
+    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl SamplePaths + use<'v> {
+        OfView { method: self, setting }
+    }
+
+    /// About the mean luminance of a view (W·m⁻²·sr⁻¹), by paths that no estimate uses.
+    pub fn importance_brightness(&self, setting: &Setting<'_>) -> f64 {
+        let View { size: [width, height], seed, .. } = setting.view;
+        let mut stream = Stream::new(seed, Purpose::Guidance, 0);
+        let of_view = OfView { method: self, setting: *setting };
+        let mut tracing = self.tracing(setting);
+        let mut of_one = |number: u64| {
+            let pixel = [width, height].map(|side| stream.below(side.into()) as u32);
+            let seed = rng::key(seed, Purpose::Guidance, 1 + number);
+            of_view.pixel(&mut tracing, pixel, seed, 1).luminance.mean()
+        };
+        (0..OF_BRIGHTNESS).map(&mut of_one).sum::<f64>() / OF_BRIGHTNESS as f64
+    }
+}
+
+impl OfView<'_> {
+    fn pixel(&self, tracing: &mut Tracing<'_>, pixel: [u32; 2], seed: u64, count: u32) -> PathSamples {
+        if count == 0 {
+            return PathSamples::default();
+        }
+        let Setting { tracer, view } = &self.setting;
+        let number = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
+        let key = rng::key(seed, Purpose::Picture, number);
+        let of_samples = rng::key(key, Purpose::Gather, 0);
+        let few = count.min(FEATURES);
+        let features = view.samples(tracer, pixel, few, of_samples).features;
+        let mut found = PathSamples { features, ..PathSamples::default() };
+        let view = View { seed: of_samples, ..*view };
+        tracing.rays = 0;
+        for index in 0..count {
+            let mut stream = Stream::new(key, Purpose::Picture, index.into());
+            let (ray, of_rays) = view.camera_ray(pixel, index);
+            let value = tracing.seen(ray, of_rays, &mut stream);
+            found.sum.add(value);
+            found.luminance.push(value.luminance().into());
+        }
+        found.rays = tracing.rays + u64::from(few);
+        found
+    }
+}
+
+impl SamplePaths for OfView<'_> {
+    fn setting(&self) -> &Setting<'_> {
+        &self.setting
+    }
+
+    fn tile(&self, tile: &Window, seed: u64, count: &dyn Fn([u32; 2]) -> u32) -> Vec<PathSamples> {
+        let mut tracing = self.method.tracing(&self.setting);
+        tile.pixels().map(|(x, y)| self.pixel(&mut tracing, [x, y], seed, count([x, y]))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::accel::Tracer;
+    use crate::gather::GatherOptions;
+    use crate::integrator::{Integrator, PathStop};
+    use crate::scene::builtin;
+    use crate::stats::Moments;
+
+    const SIZE: [u32; 2] = [16, 12];
+
+    fn with_paths(work: impl FnOnce(&PathTracer<'_>, Setting<'_>)) {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let view = View {
+            camera: &tracer.scene().cameras()[0],
+            size: SIZE,
+            gather: GatherOptions::default(),
+            seed: 1,
+        };
+        let method = PathTracer::new(&tracer, PathStop::Count(4096), 16).unwrap();
+        work(&method, Setting { tracer: &tracer, view });
+    }
+
+    /// The mean over an image is that of the integrator, and so is what tells how bright a view is.
+    #[test]
+    fn the_mean_is_that_of_the_integrator() {
+        with_paths(|method, setting| {
+            let window = Window::full(SIZE);
+            let area = window.area() as f64;
+            let truth = method.estimate(&setting, &window);
+            let of_truth = truth.iter().map(|p| f64::from(p.radiance.luminance())).sum::<f64>() / area;
+            let sampler = method.path_sampler(setting);
+            let mut means = Moments::default();
+            for seed in 1..=8 {
+                let found = sampler.tile(&window, seed, &|_| 128);
+                assert!(found.iter().all(|pixel| pixel.rays >= 128));
+                let covered = found.iter().filter(|pixel| pixel.features.coverage > 0.9).count();
+                assert!(covered > found.len() / 2, "{covered}");
+                means.push(found.iter().map(|pixel| pixel.luminance.mean()).sum::<f64>() / area);
+            }
+            let error = means.standard_error();
+            assert!(error < 0.01 * of_truth, "{error} of {of_truth}");
+            let off = (means.mean() - of_truth).abs();
+            assert!(off < 4.0 * error + 0.003 * of_truth, "{} for {of_truth}", means.mean());
+            let brightness = method.importance_brightness(&setting);
+            assert!((brightness / of_truth - 1.0).abs() < 0.15, "{brightness} for {of_truth}");
+        });
+    }
+
+    /// A tile of a tile gives the same pixels, and a pixel that needs no path has none.
+    #[test]
+    fn tiles_do_not_enter() {
+        with_paths(|method, setting| {
+            let sampler = method.path_sampler(setting);
+            let count = |[x, y]: [u32; 2]| (x + y) % 4;
+            let (whole, part) = (Window::full(SIZE), Window { x: 5, y: 3, width: 4, height: 5 });
+            let of_whole = sampler.tile(&whole, 7, &count);
+            for ((x, y), of_part) in part.pixels().zip(sampler.tile(&part, 7, &count)) {
+                let pixel = &of_whole[whole.index(x, y)];
+                assert_eq!(pixel.luminance, of_part.luminance);
+                assert_eq!(pixel.luminance.count(), u64::from(count([x, y])));
+            }
+        });
+    }
+}
