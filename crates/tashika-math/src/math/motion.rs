@@ -21,6 +21,8 @@
 //! # Held to this by
 //! The tests below.
 
+mod swept;
+
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::elementary::{atan2_f64, sin_cos_f64};
@@ -74,12 +76,19 @@ impl Parts {
 /// Between two unit quaternions, by the shorter way and at constant speed.
 pub fn turned_between(from: DQuat, to: DQuat, u: f64) -> DQuat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
-    // Both lengths are exact for angles of any size, which the arc cosine is not.
-    let angle = 2.0 * atan2_f64((to - from).length(), (to + from).length());
+    let angle = angle_between(from, to);
     let (a, b) = (sin_cos_f64((1.0 - u) * angle).0, sin_cos_f64(u * angle).0);
     // Rotations that can hardly be told apart lie on a straight line.
     let (a, b) = if angle < 1e-9 { (1.0 - u, u) } else { (a, b) };
     (from * a + to * b).normalize()
+}
+
+/// The angle between two unit quaternions on the shorter way (radians): half of that by which things
+/// turn.
+fn angle_between(from: DQuat, to: DQuat) -> f64 {
+    let to = if from.dot(to) < 0.0 { -to } else { to };
+    // Both lengths are exact for angles of any size, which the arc cosine is not.
+    2.0 * atan2_f64((to - from).length(), (to + from).length())
 }
 
 /// A map that changes with time.
@@ -148,6 +157,21 @@ impl Track {
         let first = self.at(from);
         let between = self.keys.iter().filter(|key| from < key.seconds && key.seconds < to);
         self.at(to) != first || between.into_iter().any(|key| key.map != first)
+    }
+
+    /// Whether all maps, at any time, and their inverses are finite in single precision.
+    ///
+    /// Between keys the stretch lies between two that are definite, and of one sign if none
+    /// [mirrors alone](Self::keeps_sides): its least eigenvalue, which is concave, is no smaller than
+    /// those of both, so that no inverse is larger than those of the keys.
+    pub fn can_place(&self) -> bool {
+        let norm = |m: &DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+        let most = |f: &dyn Fn(&Key) -> f64| self.keys.iter().map(f).fold(0.0, f64::max);
+        let inverse = most(&|key| norm(&key.map.matrix3.inverse()));
+        let linear = most(&|key| norm(&key.map.matrix3));
+        let away = most(&|key| key.map.translation.length());
+        let largest = inverse.max(linear).max(away).max(inverse * away);
+        self.keeps_sides() && largest < f64::from(f32::MAX)
     }
 
     /// Whether it mirrors space at all keys, or at none: only then it can be inverted at all times.
@@ -234,10 +258,14 @@ mod tests {
         let (one, mirror) = (DVec3::new(1.0, 2.0, 0.1), DVec3::new(-1.0, 2.0, 0.1));
         for (ends, keeps) in [([one, one], true), ([mirror, mirror], true), ([one, mirror], false)] {
             let track = Track::new([(0.0, map(0.0, ends[0])), (1.0, map(3.0, ends[1]))]).unwrap();
-            assert_eq!(track.keeps_sides(), keeps);
+            assert_eq!((track.keeps_sides(), track.can_place()), (keeps, keeps));
             let least = (0..=100).map(|k| track.at(f64::from(k) / 100.0).matrix3.determinant().abs());
             let least = least.fold(f64::INFINITY, f64::min);
             assert_eq!(least > 0.1, keeps, "{least}");
+        }
+        for scale in [1e-39, 1e39] {
+            let keys = [(0.0, map(0.0, one)), (1.0, map(1.0, one * scale))];
+            assert!(!Track::new(keys).unwrap().can_place(), "{scale} is none of single precision");
         }
         let turn = DAffine3::from_mat3(turned(DVec3::X, 1.0) * -1.0);
         let track = Track::new([(0.0, map(0.0, one)), (1.0, map(2.0, mirror * -1.0))]).unwrap();
