@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 
 use super::Hit;
+use super::moving;
 use super::occluders::Occluders;
 use super::packet::{self, FEW, LANES};
 use super::segments::{Apex, SegmentBatch};
@@ -43,6 +44,74 @@ pub(super) fn plain_visibility(
 /// The first surface along a ray.
 pub(super) fn closest_hit(level: Level, trees: &Trees, scene: &Scene, ray: &Ray, key: u64) -> Option<Hit> {
     WAITING.with_borrow_mut(|waiting| level.run(ClosestHit { trees, scene, ray, key, waiting }))
+}
+
+/// The same after a share of the time that the shutter is open, `standing` being the first surface of
+/// those that stand.
+pub(super) fn closest_moving_hit(
+    level: Level,
+    trees: &Trees,
+    scene: &Scene,
+    (ray, key): (&Ray, u64),
+    share: f32,
+    standing: Option<Hit>,
+) -> Option<Hit> {
+    WAITING.with_borrow_mut(|waiting| {
+        level.run(ClosestMovingHit { trees, scene, ray, key, share, standing, waiting })
+    })
+}
+
+/// Multiplies the visibility of each segment of `batch` by what passes that which moves, after a
+/// share of the time that the shutter is open.
+pub(super) fn pass_moving(
+    level: Level,
+    trees: &Trees,
+    scene: &Scene,
+    batch: &SegmentBatch,
+    share: f32,
+    visibility: &mut [f32],
+) {
+    WAITING
+        .with_borrow_mut(|waiting| level.run(PassMoving { trees, scene, batch, share, waiting, visibility }));
+}
+
+struct ClosestMovingHit<'a> {
+    trees: &'a Trees,
+    scene: &'a Scene,
+    ray: &'a Ray,
+    key: u64,
+    share: f32,
+    standing: Option<Hit>,
+    waiting: &'a mut Waiting,
+}
+
+impl Work for ClosestMovingHit<'_> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run<V: Vectors>(self) -> Option<Hit> {
+        let Self { trees, scene, ray, key, share, standing, waiting } = self;
+        moving::closest_hit::<V::Eight>(trees, scene, (ray, key), share, standing, waiting)
+    }
+}
+
+struct PassMoving<'a> {
+    trees: &'a Trees,
+    scene: &'a Scene,
+    batch: &'a SegmentBatch,
+    share: f32,
+    waiting: &'a mut Waiting,
+    visibility: &'a mut [f32],
+}
+
+impl Work for PassMoving<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Vectors>(self) {
+        let Self { trees, scene, batch, share, waiting, visibility } = self;
+        moving::pass_batch::<V::Eight>(trees, scene, batch, share, visibility, waiting);
+    }
 }
 
 struct Visibility<'a> {

@@ -8,6 +8,9 @@
 //!   through the trees together as long as they can, so that the order of targets decides the
 //!   speed: neighbours should be close.
 //!
+//! Both have a twin for scenes in which instances move while the shutter is open
+//! ([`Tracer::closest_hit_at`], [`Tracer::visibility_at`]), which asks for a time.
+//!
 //! Nothing outside this module names a ray tracer or asks about a single segment in a loop.
 //!
 //! # When does a triangle block a segment
@@ -44,6 +47,7 @@ mod beam;
 mod bvh;
 mod kernel;
 mod listener;
+mod moving;
 mod occluders;
 mod packet;
 mod segments;

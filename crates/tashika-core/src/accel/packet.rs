@@ -15,7 +15,7 @@ use super::beam::{Beam, limit, meet_child, reciprocal, reciprocals};
 use super::bvh::Node;
 use super::occluders::Leaf;
 use super::segments::Glass;
-use super::single::{self, Place, Segment, Waiting};
+use super::single::{self, Place, Segment, Standing, Waiting};
 use super::trees::{Placed, Tree, Trees};
 use super::triangle::{Block, Lines, blocked};
 use crate::math::Real;
@@ -148,7 +148,7 @@ pub(super) fn visible<V: Vectors, const BOUNDED: bool>(
     waiting: &mut Waiting,
 ) -> [f32; LANES] {
     let mut visible = [1.0; LANES];
-    let place = Place { scene, glass, instance: None };
+    let place = Place { scene, glass, instance: None, share: 0.0 };
     let packet = Packet::new(segments);
     let all = ((1u64 << segments.len()) - 1) as u32;
     let left = pass::<V, BOUNDED>(&trees.world, &packet, all, &mut visible, &place, waiting);
@@ -168,11 +168,13 @@ fn pass_placed<V: Vectors, const BOUNDED: bool>(
     place: &Place<'_>,
     waiting: &mut Waiting,
 ) {
+    let standing = Standing(trees);
     let beam = if active.count_ones() > FEW { packet.beam::<V>(active) } else { None };
     let Some(beam) = beam else {
         for_bits!(active, below LANES, |lane| {
             let s = &packet.segment(lane);
-            visible[lane] = single::pass_placed::<V::Eight, BOUNDED>(trees, 0, s, visible[lane], place, waiting);
+            visible[lane] =
+                single::pass_placed::<V::Eight, BOUNDED>(&standing, 0, s, visible[lane], place, waiting);
         });
         return;
     };
@@ -190,7 +192,7 @@ fn pass_placed<V: Vectors, const BOUNDED: bool>(
             for_bits!(lanes, below LANES, |lane| {
                 let s = &packet.segment(lane);
                 visible[lane] =
-                    single::pass_placed::<V::Eight, BOUNDED>(trees, number, s, visible[lane], place, waiting);
+                    single::pass_placed::<V::Eight, BOUNDED>(&standing, number, s, visible[lane], place, waiting);
                 if visible[lane] <= 0.0 {
                     active &= !(1 << lane);
                 }

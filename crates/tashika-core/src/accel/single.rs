@@ -1,10 +1,12 @@
 //! One segment or ray after the other.
 
+use std::borrow::Borrow;
+
 use glam::Vec3;
 
 use super::Hit;
 use super::beam::{Slope, limit};
-use super::bvh::{MAX_WAITING, Node};
+use super::bvh::{Bvh, MAX_WAITING, Node};
 use super::occluders::{Leaf, Occluders};
 use super::segments::Glass;
 use super::trees::{Placed, Tree, Trees};
@@ -103,6 +105,8 @@ pub(super) struct Place<'a> {
     pub glass: Glass,
     /// The instance whose space is walked through; none in world space.
     pub instance: Option<u32>,
+    /// When: a share of the time that the shutter is open. Means nothing to what stands.
+    pub share: f32,
 }
 
 impl Place<'_> {
@@ -118,10 +122,46 @@ impl Place<'_> {
         match self.instance {
             None => self.scene.stopped(InstanceId::at(t.instance), t.index, b, direction, passes),
             Some(instance) => {
-                let world = self.scene.instances()[instance as usize].to_world.transform_vector3(direction);
-                self.scene.stopped(InstanceId::at(instance), t.index, b, world, passes)
+                let instance = InstanceId::at(instance);
+                self.scene.stopped_at(self.share, instance, t.index, b, direction, passes)
             }
         }
+    }
+}
+
+/// Instances below a tree over them.
+pub(super) trait Instances {
+    type Placed: Borrow<Placed>;
+
+    /// Each leaf is one of them.
+    fn top(&self) -> &Bvh;
+
+    /// The one of a leaf.
+    fn placed(&self, leaf: u32) -> Self::Placed;
+
+    /// A tree of shared meshes.
+    fn tree(&self, number: u32) -> &Tree;
+}
+
+/// Those that stand.
+pub(super) struct Standing<'a>(pub &'a Trees);
+
+impl<'a> Instances for Standing<'a> {
+    type Placed = &'a Placed;
+
+    #[inline(always)]
+    fn top(&self) -> &Bvh {
+        &self.0.top
+    }
+
+    #[inline(always)]
+    fn placed(&self, leaf: u32) -> &'a Placed {
+        &self.0.placed[leaf as usize]
+    }
+
+    #[inline(always)]
+    fn tree(&self, number: u32) -> &Tree {
+        &self.0.shared[number as usize]
     }
 }
 
@@ -134,7 +174,7 @@ pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
     s: &Segment,
     waiting: &mut Waiting,
 ) -> f32 {
-    let world = Place { scene, glass, instance: None };
+    let world = Place { scene, glass, instance: None, share: 0.0 };
     let mut nobody = Leaf::default();
     let occluder = match &mut waiting.occluders {
         Some(occluders) => {
@@ -148,7 +188,7 @@ pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
     };
     let visible = pass::<F, BOUNDED>(&trees.world, 0, s, 1.0, &world, &mut waiting.below, occluder);
     if visible > 0.0 && !trees.placed.is_empty() {
-        pass_placed::<F, BOUNDED>(trees, 0, s, visible, &world, waiting)
+        pass_placed::<F, BOUNDED>(&Standing(trees), 0, s, visible, &world, waiting)
     } else {
         visible
     }
@@ -157,7 +197,7 @@ pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
 /// What passes the instances below a node, of what is visible so far.
 #[inline(always)]
 pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
-    trees: &Trees,
+    instances: &impl Instances,
     root: u32,
     s: &Segment,
     mut visible: f32,
@@ -170,14 +210,15 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
     waiting.top[0].0 = root;
     while top > 0 {
         top -= 1;
-        let node = &trees.top.nodes[waiting.top[top].0 as usize];
+        let node = &instances.top().nodes[waiting.top[top].0 as usize];
         let (met, _) = slope.meets_children(node, limit);
         let inner = met & node.inner;
         for_bits!(met ^ inner, below WIDTH, |slot| {
-            let p = &trees.placed[node.first[slot] as usize];
+            let placed = instances.placed(node.first[slot]);
+            let p: &Placed = placed.borrow();
             let local = s.in_space_of::<BOUNDED>(p);
             let place = Place { instance: Some(p.instance), ..*place };
-            let tree = &trees.shared[p.tree as usize];
+            let tree = instances.tree(p.tree);
             let mut occluder = Leaf::default();
             visible = pass::<F, BOUNDED>(tree, 0, &local, visible, &place, &mut waiting.below, &mut occluder);
             if visible <= 0.0 {
@@ -294,28 +335,8 @@ pub(super) fn closest_hit<F: F32x8>(
     let s = Segment::towards(ray.origin, ray.direction);
     let mut nearest = Nearest { t_max: ray.t_max, hit: None, scene, key };
     nearest.look::<F>(&trees.world, &s, None, &mut waiting.below);
-    if trees.placed.is_empty() {
-        return nearest.hit;
-    }
-    let slope = s.slope::<F>();
-    let mut top = 1;
-    waiting.top[0] = (0, 0.0);
-    while top > 0 {
-        top -= 1;
-        let (number, near) = waiting.top[top];
-        if near > limit(nearest.t_max) {
-            continue;
-        }
-        if number & LEAF != 0 {
-            let p = &trees.placed[(number ^ LEAF) as usize];
-            let local = s.in_space_of::<false>(p);
-            let tree = &trees.shared[p.tree as usize];
-            nearest.look::<F>(tree, &local, Some(p.instance), &mut waiting.below);
-            continue;
-        }
-        let node = &trees.top.nodes[number as usize];
-        let (met, near) = slope.meets_children(node, limit(nearest.t_max));
-        push_sorted(node, met, near, &mut waiting.top, &mut top);
+    if !trees.placed.is_empty() {
+        nearest.look_at_placed::<F>(&Standing(trees), &s, waiting);
     }
     nearest.hit
 }
@@ -324,14 +345,44 @@ pub(super) fn closest_hit<F: F32x8>(
 const LEAF: u32 = 1 << 31;
 
 /// The nearest hit so far.
-struct Nearest<'a> {
-    t_max: f32,
-    hit: Option<Hit>,
-    scene: &'a Scene,
-    key: u64,
+pub(super) struct Nearest<'a> {
+    pub t_max: f32,
+    pub hit: Option<Hit>,
+    pub scene: &'a Scene,
+    pub key: u64,
 }
 
 impl Nearest<'_> {
+    /// Looks for a nearer one among instances, of which there are some.
+    #[inline(always)]
+    pub fn look_at_placed<F: F32x8>(
+        &mut self,
+        instances: &impl Instances,
+        s: &Segment,
+        waiting: &mut Waiting,
+    ) {
+        let slope = s.slope::<F>();
+        let mut top = 1;
+        waiting.top[0] = (0, 0.0);
+        while top > 0 {
+            top -= 1;
+            let (number, near) = waiting.top[top];
+            if near > limit(self.t_max) {
+                continue;
+            }
+            if number & LEAF != 0 {
+                let placed = instances.placed(number ^ LEAF);
+                let p: &Placed = placed.borrow();
+                let local = s.in_space_of::<false>(p);
+                self.look::<F>(instances.tree(p.tree), &local, Some(p.instance), &mut waiting.below);
+                continue;
+            }
+            let node = &instances.top().nodes[number as usize];
+            let (met, near) = slope.meets_children(node, limit(self.t_max));
+            push_sorted(node, met, near, &mut waiting.top, &mut top);
+        }
+    }
+
     /// Looks for a nearer one in one tree.
     #[inline(always)]
     fn look<F: F32x8>(&mut self, tree: &Tree, s: &Segment, instance: Option<u32>, waiting: &mut Stack<f32>) {

@@ -76,11 +76,13 @@ impl Tracer {
         TracerSize {
             triangles: trees().map(|t| t.triangles()).sum(),
             shared_trees: self.trees.shared.len() as u64,
-            bytes: trees().map(|t| t.bytes()).sum::<u64>() + size_of_val(&self.trees.top.nodes[..]) as u64,
+            bytes: trees().map(|t| t.bytes()).sum::<u64>()
+                + size_of_val(&self.trees.top.nodes[..]) as u64
+                + size_of_val(&self.trees.moving.top.nodes[..]) as u64,
         }
     }
 
-    /// The first surface along `ray`.
+    /// The first surface along `ray`, of those that stand.
     ///
     /// A surface of opacity `o < 1` is met with probability `o`; the decision is a function of
     /// `key`, the instance and the triangle alone, so equal keys see the same holes.
@@ -91,7 +93,7 @@ impl Tracer {
         kernel::closest_hit(self.level, &self.trees, &self.scene, ray, key)
     }
 
-    /// The share of light that passes along each segment of `batch`, in order: 0 blocked, 1 free,
+    /// The share of light that passes what stands along each segment of `batch`, in order: 0 blocked, 1 free,
     /// between where surfaces are partly transparent. `visibility` is overwritten.
     pub fn visibility(&self, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
         if let Some(listener) = &self.listener {
@@ -103,6 +105,27 @@ impl Tracer {
             kernel::plain_visibility(&self.trees, &self.scene, batch, visibility);
         } else {
             kernel::visibility(self.level, &self.trees, &self.scene, batch, visibility);
+        }
+    }
+
+    /// The first surface along `ray`, of those that move too, which are where they are after a
+    /// `share` of the time that the shutter is open, 0 to 1.
+    #[inline]
+    pub fn closest_hit_at(&self, ray: &Ray, key: u64, share: f32) -> Option<Hit> {
+        let standing = self.closest_hit(ray, key);
+        if self.trees.moving.movers.is_empty() {
+            return standing;
+        }
+        kernel::closest_moving_hit(self.level, &self.trees, &self.scene, (ray, key), share, standing)
+    }
+
+    /// As [`visibility`](Self::visibility), of what moves too, which is where it is after a `share`
+    /// of the time that the shutter is open, 0 to 1.
+    #[inline]
+    pub fn visibility_at(&self, batch: &SegmentBatch, share: f32, visibility: &mut Vec<f32>) {
+        self.visibility(batch, visibility);
+        if !self.trees.moving.movers.is_empty() {
+            kernel::pass_moving(self.level, &self.trees, &self.scene, batch, share, visibility);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The trees of a scene: one over what is placed once, and one a shared mesh below a tree of
-//! instances.
+//! instances that stand and [one](super::moving) of those that move.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bvh::{Bvh, Node};
+use super::moving::{Mover, Moving};
 use super::split::Item;
 use super::triangle::{Block, Triangle, flag};
 use crate::math::simd::WIDTH;
@@ -17,12 +18,14 @@ use crate::scene::{Instance, InstanceId, Mesh, Scene, has_normal};
 pub(super) struct Trees {
     /// What is placed once, in world space.
     pub world: Tree,
-    /// Trees of meshes that are placed more than once.
+    /// Trees of meshes that are placed more than once, or move.
     pub shared: Vec<Tree>,
     /// Each leaf is one of `placed`.
     pub top: Bvh,
-    /// In the order of the leaves of `top`.
+    /// Those that stand, in the order of the leaves of `top`.
     pub placed: Vec<Placed>,
+    /// Those that move.
+    pub moving: Moving,
 }
 
 /// A tree over triangles: each leaf is one of `blocks`.
@@ -43,7 +46,7 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    fn new(id: InstanceId, instance: &Instance, tree: u32) -> Self {
+    pub fn new(id: InstanceId, instance: &Instance, tree: u32) -> Self {
         let m = instance.to_object();
         let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis, m.translation];
         Self { to_object: columns.map(|c| c.to_array()), instance: id.index() as u32, tree }
@@ -109,7 +112,7 @@ impl Trees {
         let mut baked_triangles = 0;
         let mut tree_of_mesh = vec![u32::MAX; scene.meshes().len()];
         let mut shared = Vec::new();
-        let mut placed = Vec::new();
+        let (mut placed, mut moving) = (Vec::new(), Vec::new());
         let flags: Vec<u32> = scene.instance_ids().map(|id| flags(scene, id)).collect();
         for (id, instance) in scene.instance_ids().zip(scene.instances()) {
             let mesh = &scene.meshes()[instance.mesh.index()];
@@ -123,7 +126,10 @@ impl Trees {
                 *tree = shared.len() as u32;
                 shared.push((mesh, flags[id.index()]));
             }
-            placed.push(Placed::new(id, instance, *tree));
+            match scene.motion_of(id) {
+                None => placed.push(Placed::new(id, instance, *tree)),
+                Some(_) => moving.push(Mover { instance: id, tree: *tree }),
+            }
         }
         let world = || {
             let item = |k: usize| {
@@ -153,23 +159,25 @@ impl Trees {
                 flags: *flags,
             })
         };
+        let of_moving = |mover: &Mover| scene.box_of(&scene.instances()[mover.instance.index()]);
+        let of_placed = |p: &Placed| world_box(&scene.instances()[p.instance as usize], scene);
         let ((world, shared), (top, placed)) = rayon::join(
             || rayon::join(world, || shared.par_iter().map(build).collect()),
-            || top(scene, &placed),
+            || over(&placed, of_placed),
         );
-        Self { world, shared, top, placed }
+        let (over_moving, moving) = over(&moving, of_moving);
+        Self { world, shared, top, placed, moving: Moving { top: over_moving, movers: moving } }
     }
 }
 
-/// The tree over instances.
-fn top(scene: &Scene, placed: &[Placed]) -> (Bvh, Vec<Placed>) {
-    let instance = |p: &Placed| &scene.instances()[p.instance as usize];
-    let item = |(number, p): (usize, &Placed)| Item::new(&world_box(instance(p), scene), [number as u32; 2]);
-    let mut items: Vec<Item> = placed.par_iter().enumerate().map(item).collect();
+/// The tree over instances, and these in the order of its leaves.
+fn over<T: Copy + Sync>(instances: &[T], world_box: impl Fn(&T) -> Aabb + Sync) -> (Bvh, Vec<T>) {
+    let item = |(number, instance): (usize, &T)| Item::new(&world_box(instance), [number as u32; 2]);
+    let mut items: Vec<Item> = instances.par_iter().enumerate().map(item).collect();
     let bvh = Bvh::build(&mut items, 1);
-    let sorted = bvh.leaves.iter().map(|&(first, _)| placed[items[first as usize].numbers()[0] as usize]);
-    let placed = sorted.collect();
-    (bvh, placed)
+    let sorted = bvh.leaves.iter().map(|&(first, _)| instances[items[first as usize].numbers()[0] as usize]);
+    let sorted = sorted.collect();
+    (bvh, sorted)
 }
 
 fn flags(scene: &Scene, id: InstanceId) -> u32 {

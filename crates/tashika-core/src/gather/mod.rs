@@ -119,11 +119,14 @@ impl View<'_> {
     pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Option<Ray>, u64) {
         let key = self.pixel_key(pixel);
         let u = sobol_burley::sample_4d(index, 0, key as u32);
-        let time = || {
-            let of_shutter = rng::key(key, Purpose::Shutter, 0);
-            sobol_burley::sample_4d(index, 0, of_shutter as u32)[0]
-        };
+        let time = || self.time(pixel, index);
         (self.ray_through(pixel, u, time), rng::key(key, Purpose::Gather, u64::from(index)))
+    }
+
+    /// When sample `index` of pixel `(x, y)` is: a share of the time that the shutter is open, 0 to 1.
+    pub fn time(&self, pixel: [u32; 2], index: u32) -> f32 {
+        let of_shutter = rng::key(self.pixel_key(pixel), Purpose::Shutter, 0);
+        sobol_burley::sample_4d(index, 0, of_shutter as u32)[0]
     }
 
     /// The camera ray of pixel `(x, y)` for four uniform numbers: two for the filter, two for the
@@ -149,6 +152,7 @@ impl View<'_> {
     /// The sum of one pixel.
     pub fn pixel(&self, tracer: &Tracer, pixel: [u32; 2]) -> PixelSum {
         let n = self.gather.points;
+        let moves = tracer.scene().moves();
         let mut sum = PixelSum::default();
         let mut met = 0u32;
         let weight = 1.0 / n as f32;
@@ -163,7 +167,8 @@ impl View<'_> {
                     rng::key(self.pixel_key(pixel), Purpose::Gather, u64::MAX - u64::from(bounce));
                 sobol_burley::sample_4d(index, 0, of_surface as u32)
             };
-            let end = ray.map_or(End::NOTHING, |ray| follow(tracer, ray, key, choices));
+            let time = if moves { self.time(pixel, index) } else { 0.0 };
+            let end = ray.map_or(End::NOTHING, |ray| follow(tracer, time, ray, key, choices));
             sum.background += end.background * weight;
             sum.samples.push(SeenSample {
                 place: [x, y],
@@ -206,19 +211,20 @@ impl End {
     const NOTHING: Self = Self { point: None, background: Rgb::BLACK, first: None };
 }
 
-/// Follows a camera ray through specular surfaces to one that is not.
-fn follow(tracer: &Tracer, mut ray: Ray, key: u64, choices: impl Fn(u32) -> [f32; 4]) -> End {
+/// Follows a camera ray through specular surfaces to one that is not, after a share of the time that
+/// the shutter is open.
+fn follow(tracer: &Tracer, share: f32, mut ray: Ray, key: u64, choices: impl Fn(u32) -> [f32; 4]) -> End {
     let scene = tracer.scene();
     let mut weight = Rgb::WHITE;
     let mut end = End::NOTHING;
     for bounce in 0..MAX_CHAIN {
-        let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(u64::from(bounce))) else {
+        let Some(hit) = tracer.closest_hit_at(&ray, key.wrapping_add(u64::from(bounce)), share) else {
             if let Some(e) = scene.environment() {
                 end.background += weight * e.radiance(ray.direction.normalize());
             }
             break;
         };
-        let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+        let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
         let outgoing = -ray.direction;
         end.background += weight * scene.emitted(&surface, outgoing);
         if bounce == 0 {

@@ -70,8 +70,8 @@ pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;
 
-    /// Whether it renders scenes with [media](crate::scene::Medium).
-    fn renders_media(&self) -> bool {
+    /// Whether it renders scenes that [need paths](crate::scene::Scene::needs_paths).
+    fn renders_all(&self) -> bool {
         false
     }
 

@@ -306,7 +306,7 @@ fn check(setting: &Setting<'_>, integrator: &dyn Integrator) -> Result<()> {
     let scene = setting.tracer.scene();
     setting.view.gather.validate()?;
     scene.check_camera(setting.view.camera)?;
-    if integrator.renders_media() { Ok(()) } else { scene.check_free_of_media(integrator.name()) }
+    if integrator.renders_all() { Ok(()) } else { scene.check_method(integrator.name()) }
 }
 
 /// Everything that the film is a function of, as far as this layer knows it.
@@ -328,8 +328,8 @@ fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film)
         m.set(keys::SCENE_LIGHT, "default");
     }
     m.set(keys::CAMERA, setting.view.camera.name.as_str());
-    if let Some(motion) = &setting.view.camera.motion {
-        let [open, close] = motion.shutter;
+    let of_camera = setting.view.camera.motion.as_ref().map(|motion| motion.shutter);
+    if let Some([open, close]) = of_camera.or(scene.shutter()) {
         m.set(keys::CAMERA_SHUTTER, format!("{open},{close}"));
     }
     m.set(keys::METHOD, integrator.name());

@@ -133,8 +133,8 @@ impl Method {
         }
     }
 
-    /// Whether it renders scenes with [media](crate::scene::Medium), as path tracing does.
-    pub fn renders_media(&self) -> bool {
+    /// Whether it renders scenes that [need paths](crate::scene::Scene::needs_paths).
+    pub fn renders_all(&self) -> bool {
         matches!(self, Self::Audited { lights: None, .. } | Self::Path(_))
     }
 

@@ -147,10 +147,11 @@ impl Request {
         Self { truth: Some(Truth::Vpl), ..Self::default() }
     }
 
-    /// The same of a scene with media. What the default method promises, of each pixel or of the
-    /// picture, is then kept by path tracing, which knows them; other requests stay as they are.
+    /// The same of a scene that [needs paths](crate::scene::Scene::needs_paths). What the default
+    /// method promises, of each pixel or of the picture, is then kept by path tracing; other requests
+    /// stay as they are.
     #[must_use]
-    pub fn in_media(&self) -> Self {
+    pub fn by_paths(&self) -> Self {
         let is_default = self.method == MethodName::default();
         if is_default
             && !self.lights_given

@@ -143,10 +143,10 @@ fn what_is_said_arrives() {
     assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
 }
 
-/// What is promised of a scene with media is kept by path tracing, if that can keep it.
+/// What is promised of a scene that needs paths is kept by path tracing, if that can keep it.
 #[test]
-fn media_leave_what_is_claimed_to_paths() {
-    let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.in_media();
+fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
+    let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.by_paths();
     assert!(matches!(resolved(&claimed(None)).method, Method::Path(PathStop::Count(_))));
     let calibrated = claimed(Some(ClaimName::Calibrated));
     assert_eq!((calibrated.method, calibrated.claim), (MethodName::Path, None));
@@ -161,7 +161,7 @@ fn media_leave_what_is_claimed_to_paths() {
     let certified = claimed(Some(ClaimName::Certified));
     assert_eq!(certified.method, MethodName::default(), "paths prove nothing");
     let published = Request { method: SumMethod::Iwasaki2019.into(), ..Request::default() };
-    assert_eq!(published.in_media(), published);
+    assert_eq!(published.by_paths(), published);
 }
 
 #[test]

@@ -109,8 +109,7 @@ impl<'s> EmitterSampler<'s> {
             let whole = emission.radiance.factor.luminance();
             let floor = DARK_TRIANGLE_SHARE * if brightest > 0.0 { brightest } else { whole };
             for (triangle, luminance) in luminances.into_iter().enumerate() {
-                let w = scene.world_corners(instance, triangle as u32);
-                let area = 0.5 * (w[1] - w[0]).cross(w[2] - w[0]).length();
+                let area = area(scene.world_corners(instance, triangle as u32));
                 let sides = if emission.two_sided { 2.0 } else { 1.0 };
                 weights.push(f64::from(PI * area * sides * luminance.max(floor)));
                 let two_sided = emission.two_sided;
@@ -224,6 +223,13 @@ impl<'s> EmitterSampler<'s> {
         self.sample_source(u, v).map(|(_, sample)| sample)
     }
 
+    /// The same with emitters that move where they are after a `share` of the time that the shutter
+    /// is open, 0 to 1. They are chosen in proportion to their power in the middle of it.
+    pub fn sample_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<LightSample> {
+        let (source, probability, rest) = self.all.as_ref()?.sample(u);
+        Some(self.draw_from_at(share, source, probability, rest, v))
+    }
+
     /// The same, with the number of its source.
     pub(super) fn sample_source(&self, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         self.all.as_ref().map(|d| self.draw(d, u, v))
@@ -247,13 +253,28 @@ impl<'s> EmitterSampler<'s> {
     /// Density with which [`EmitterSampler::sample`] draws a point on one emitting side of a
     /// triangle (m⁻²).
     pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
+        self.pdf_on_triangle_at(0.5, instance, triangle)
+    }
+
+    /// Density with which [`EmitterSampler::sample_at`] draws a point on one emitting side of a
+    /// triangle (m⁻²) at that time.
+    pub fn pdf_on_triangle_at(&self, share: f32, instance: InstanceId, triangle: u32) -> f32 {
         let (Some(all), Some(first)) = (&self.all, self.first.get(&instance)) else { return 0.0 };
         let i = first + triangle as usize;
         match self.sources[i] {
             Source::Triangle { area, two_sided, .. } => {
+                let area = self.area_at(share, instance, triangle, area);
                 all.probability(i) as f32 / (area * if two_sided { 2.0 } else { 1.0 })
             }
             Source::Punctual(_) | Source::Environment => 0.0,
+        }
+    }
+
+    /// The area of a triangle (m²): `still`, unless it moves.
+    fn area_at(&self, share: f32, instance: InstanceId, triangle: u32, still: f32) -> f32 {
+        match self.scene.motion_of(instance) {
+            None => still,
+            Some(_) => area(self.scene.world_corners_at(share, instance, triangle)),
         }
     }
 
@@ -304,11 +325,23 @@ impl<'s> EmitterSampler<'s> {
     /// Draws from one source, that has been chosen with some probability; `rest` may choose a side,
     /// `v` the place.
     pub(super) fn draw_from(&self, source: usize, probability: f64, rest: f64, v: [f32; 2]) -> LightSample {
+        self.draw_from_at(0.5, source, probability, rest, v)
+    }
+
+    fn draw_from_at(
+        &self,
+        share: f32,
+        source: usize,
+        probability: f64,
+        rest: f64,
+        v: [f32; 2],
+    ) -> LightSample {
         let probability = probability as f32;
         match self.sources[source] {
             Source::Triangle { instance, triangle, area, two_sided } => {
                 let b = warp::triangle(v);
-                let p = self.scene.surface_point(instance, triangle, b);
+                let area = self.area_at(share, instance, triangle, area);
+                let p = self.scene.surface_point_at(share, instance, triangle, b);
                 // A ray meets a partly transparent surface as often as it is opaque there.
                 let opacity = self.scene.opacity(instance, triangle, b);
                 let back = two_sided && rest < 0.5;
@@ -334,6 +367,10 @@ impl<'s> EmitterSampler<'s> {
             }
         }
     }
+}
+
+fn area(w: [Vec3; 3]) -> f32 {
+    0.5 * (w[1] - w[0]).cross(w[2] - w[0]).length()
 }
 
 /// Light of the environment from a unit direction, drawn with a density (sr⁻¹).

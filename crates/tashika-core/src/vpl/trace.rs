@@ -153,7 +153,7 @@ impl<'s> LightTracer<'s> {
     /// Options out of range; a scene with media, in which VPLs are not traced.
     pub fn new(tracer: &'s Tracer, options: &VplOptions) -> Result<Self> {
         options.validate()?;
-        tracer.scene().check_free_of_media("one of VPLs")?;
+        tracer.scene().check_method("one of VPLs")?;
         let emitters = match options.emission {
             Emission::ByPower => EmitterSampler::new(tracer.scene()),
             Emission::ByUse => EmitterSampler::by_use(tracer, options),

@@ -147,6 +147,11 @@ impl Track {
         Self::new(self.keys.iter().map(|key| (key.seconds, key.map * first)))
     }
 
+    /// Memory of the keys (bytes).
+    pub fn bytes(&self) -> u64 {
+        size_of_val(&self.keys[..]) as u64
+    }
+
     /// The times of the first and the last key (s).
     pub fn span(&self) -> [f64; 2] {
         [self.keys[0].seconds, self.keys[self.keys.len() - 1].seconds]

@@ -36,6 +36,7 @@ impl SceneBuilder {
             name: name.into(),
             meshes: Vec::new(),
             instances: Vec::new(),
+            motions: Vec::new(),
             materials: Vec::new(),
             glassy: Vec::new(),
             brushed: Vec::new(),
@@ -235,7 +236,8 @@ impl SceneBuilder {
             return Ok(None);
         }
         let mirrored = to_world.matrix3.determinant() < 0.0;
-        self.scene.instances.push(Instance { mesh, to_world, to_object, mirrored, baked: false });
+        let (baked, motion) = (false, None);
+        self.scene.instances.push(Instance { mesh, to_world, to_object, mirrored, baked, motion });
         Ok(Some(InstanceId(self.scene.instances.len() as u32 - 1)))
     }
 
@@ -326,12 +328,9 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// World box of what has been placed so far (m).
+    /// World box of what has been placed so far, at all times (m).
     pub fn bounds(&self) -> Aabb {
-        let s = &self.scene;
-        s.instances
-            .iter()
-            .fold(Aabb::EMPTY, |all, i| all.union(s.meshes[i.mesh.index()].bounds().transformed(&i.to_world)))
+        self.scene.instances.iter().fold(Aabb::EMPTY, |all, i| all.union(self.scene.box_of(i)))
     }
 
     /// The scene. Without a camera it gets one that sees all of it, and a note says so. Without light
@@ -364,11 +363,12 @@ impl SceneBuilder {
         Ok(self.scene)
     }
 
-    /// Decides which instances live in world space: those whose copies take little memory.
+    /// Decides which instances live in world space: of those that stand, those whose copies take
+    /// little memory.
     fn bake(&mut self) {
         let s = &mut self.scene;
         let mut uses = vec![0u64; s.meshes.len()];
-        for i in &s.instances {
+        for i in s.instances.iter().filter(|i| i.motion.is_none()) {
             uses[i.mesh.index()] += 1;
         }
         // Smallest first: as many instances as possible.
@@ -382,7 +382,7 @@ impl SceneBuilder {
             baked[mesh] = added(mesh) <= BAKED_TRIANGLES && total <= ALL_BAKED_TRIANGLES;
         }
         for i in &mut s.instances {
-            i.baked = baked[i.mesh.index()];
+            i.baked = i.motion.is_none() && baked[i.mesh.index()];
         }
     }
 }

@@ -4,7 +4,7 @@
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use super::projection::FilmFrame;
-use super::{Lens, MediumId, Projection};
+use super::{Lens, MediumId, Motion, Projection};
 use crate::film::Window;
 use crate::math::motion::Track;
 use crate::math::{Aabb, Ray};
@@ -34,28 +34,6 @@ pub struct Camera {
     pub medium: Option<MediumId>,
     /// What it shows the whole of, if nobody said where it stands: see [`Camera::of_size`].
     pub shows: Option<Aabb>,
-}
-
-/// Where a camera is while its shutter is open: all times of that count the same.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
-    /// Camera to world.
-    pub track: Track,
-    /// From when to when the shutter is open (s).
-    pub shutter: [f64; 2],
-}
-
-impl Motion {
-    /// Camera to world after a share of the time that the shutter is open, 0 to 1.
-    pub fn pose(&self, share: f32) -> Affine3A {
-        let [open, close] = self.shutter;
-        self.track.at(open + f64::from(share) * (close - open)).as_affine3a()
-    }
-
-    fn is_valid(&self) -> bool {
-        let [open, close] = self.shutter;
-        open.is_finite() && close.is_finite() && open <= close && self.track.keeps_sides()
-    }
 }
 
 /// Where on the film and on the lens, and when, a camera ray starts.
@@ -101,7 +79,7 @@ impl Camera {
     pub fn moving(self, track: Track, shutter: [f64; 2]) -> Self {
         let [open, close] = shutter;
         let to_world = track.at(open + 0.5 * (close - open)).as_affine3a();
-        let motion = track.moves_between(shutter).then_some(Motion { track, shutter });
+        let motion = Motion::between(track, shutter);
         Self { to_world, motion, ..self }
     }
 

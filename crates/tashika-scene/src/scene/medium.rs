@@ -202,20 +202,6 @@ impl Scene {
         matches!(self.material_of(surface.instance).surface, Surface::Boundary)
     }
 
-    /// Whether a method that knows no media may render this scene.
-    ///
-    /// # Errors
-    /// [`Error::Option`] if there are media, naming the method that renders them.
-    pub fn check_free_of_media(&self, method: &str) -> Result<()> {
-        if !self.has_media {
-            return Ok(());
-        }
-        let named: Vec<&str> = self.media.iter().map(|m| m.name.as_str()).take(3).collect();
-        let named = named.join(", ");
-        let expected = format!("path, as the scene has media ({named}), which nothing else renders");
-        Err(Error::option("method", method, expected))
-    }
-
     /// # Errors
     /// A camera that stands in a medium which is not of this scene.
     pub fn check_camera(&self, camera: &Camera) -> Result<()> {

@@ -159,7 +159,7 @@ impl Mesh {
 pub struct Instance {
     /// What is placed.
     pub mesh: MeshId,
-    /// Object to world.
+    /// Object to world; of one that moves, in the middle of the time that the shutter is open.
     pub to_world: Affine3A,
     /// World to object.
     pub(crate) to_object: Affine3A,
@@ -167,6 +167,8 @@ pub struct Instance {
     pub(crate) mirrored: bool,
     /// See [`Instance::is_baked`].
     pub(crate) baked: bool,
+    /// Which of the scene's motions it follows, if it moves.
+    pub(crate) motion: Option<u32>,
 }
 
 impl Instance {

@@ -23,10 +23,12 @@ mod lens;
 mod material;
 mod medium;
 mod mesh;
+mod motion;
 mod normal_map;
 mod note;
 mod overview;
 mod part;
+mod paths_only;
 mod projection;
 mod relight;
 pub mod sky;
@@ -37,7 +39,7 @@ mod texture;
 mod tiles;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
-pub use camera::{Camera, CameraSample, Motion};
+pub use camera::{Camera, CameraSample};
 pub use emitter::{Beam, Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;
@@ -48,6 +50,7 @@ pub use lens::{Blades, Lens};
 pub use material::{Alpha, AlphaMode, Back, CoatBase, Emission, Material, NormalInput, Surface};
 pub use medium::{Interface, MAX_EXTINCTION, Medium};
 pub use mesh::{Instance, Mesh, MeshData, has_normal};
+pub use motion::Motion;
 pub use note::{Note, NoteKind, Notes};
 pub use part::Part;
 pub use projection::Projection;
@@ -117,6 +120,8 @@ pub struct Scene {
     name: String,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
+    /// Of those instances that move.
+    motions: Vec<Motion>,
     materials: Vec<Material>,
     /// For each material whether it is glass, or a mix with glass.
     glassy: Vec<bool>,
@@ -249,7 +254,7 @@ impl Scene {
         self.cameras.iter().find(|c| c.name == name)
     }
 
-    /// World box around all instances (m); a unit box about the origin if there are none.
+    /// World box around all instances, at all times (m); a unit box about the origin if there are none.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3, Vec3A};
 use super::facets::tangent;
 use super::normal_map::{Corners, perturbed};
 use super::part::Look;
-use super::{Back, InstanceId, Material, Part, Scene};
+use super::{Back, Instance, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
 use crate::math::{Frame, GAMMA_4, GAMMA_7, offset_from_surface};
 
@@ -91,8 +91,20 @@ impl Scene {
     /// World corners of a triangle (m): the surface itself of a baked instance.
     #[inline]
     pub fn world_corners(&self, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
-        let placed = &self.instances[instance.index()];
-        let corners = self.mesh_of(instance).corners(triangle);
+        self.corners_of(&self.instances[instance.index()], triangle)
+    }
+
+    /// World corners of a triangle (m) after a share of the time that the shutter is open, 0 to 1.
+    pub fn world_corners_at(&self, share: f32, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
+        match self.moved(instance, share) {
+            None => self.world_corners(instance, triangle),
+            Some(placed) => self.corners_of(&placed, triangle),
+        }
+    }
+
+    #[inline]
+    fn corners_of(&self, placed: &Instance, triangle: u32) -> [Vec3; 3] {
+        let corners = self.meshes[placed.mesh.index()].corners(triangle);
         if placed.is_identity() { corners } else { corners.map(|v| placed.to_world.transform_point3(v)) }
     }
 
@@ -101,10 +113,28 @@ impl Scene {
     /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`, and
     /// `γ₄ (|M| |vᵢ| + |t|)` for the corners themselves if the instance is transformed.
     pub fn surface_point(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> SurfacePoint {
-        let placed = &self.instances[instance.index()];
+        self.point_on(&self.instances[instance.index()], instance, triangle, b)
+    }
+
+    /// The same after a share of the time that the shutter is open, 0 to 1.
+    #[inline]
+    pub fn surface_point_at(
+        &self,
+        share: f32,
+        instance: InstanceId,
+        triangle: u32,
+        b: [f32; 3],
+    ) -> SurfacePoint {
+        match self.moved(instance, share) {
+            None => self.surface_point(instance, triangle, b),
+            Some(placed) => self.point_on(&placed, instance, triangle, b),
+        }
+    }
+
+    fn point_on(&self, placed: &Instance, instance: InstanceId, triangle: u32, b: [f32; 3]) -> SurfacePoint {
         let mesh = self.mesh_of(instance);
         let indices = mesh.triangles[triangle as usize].map(|i| i as usize);
-        let w = self.world_corners(instance, triangle);
+        let w = self.corners_of(placed, triangle);
         let position = w[0] * b[0] + w[1] * b[1] + w[2] * b[2];
         let mut error = GAMMA_7 * ((w[0] * b[0]).abs() + (w[1] * b[1]).abs() + (w[2] * b[2]).abs());
         if !placed.is_identity() {
@@ -238,12 +268,44 @@ impl Scene {
         direction: Vec3,
         solid_glass: bool,
     ) -> f32 {
+        let corners = || self.world_corners(instance, triangle);
+        self.stopped_between(corners, instance, triangle, b, direction, solid_glass)
+    }
+
+    /// The same after a share of the time that the shutter is open, 0 to 1, of an instance in whose
+    /// space the direction is told.
+    pub fn stopped_at(
+        &self,
+        share: f32,
+        instance: InstanceId,
+        triangle: u32,
+        b: [f32; 3],
+        local_direction: Vec3,
+        solid_glass: bool,
+    ) -> f32 {
+        let moved = self.moved(instance, share);
+        let placed = moved.as_ref().unwrap_or(&self.instances[instance.index()]);
+        let direction = placed.to_world.transform_vector3(local_direction);
+        let corners = || self.corners_of(placed, triangle);
+        self.stopped_between(corners, instance, triangle, b, direction, solid_glass)
+    }
+
+    #[inline]
+    fn stopped_between(
+        &self,
+        corners: impl FnOnce() -> [Vec3; 3],
+        instance: InstanceId,
+        triangle: u32,
+        b: [f32; 3],
+        direction: Vec3,
+        solid_glass: bool,
+    ) -> f32 {
         let opacity = self.opacity(instance, triangle, b);
         let mesh = self.mesh_of(instance);
         if !self.glassy[mesh.material.index()] {
             return opacity;
         }
-        let w = self.world_corners(instance, triangle);
+        let w = corners();
         let n = (w[1] - w[0]).cross(w[2] - w[0]).normalize_or_zero();
         let cos = n.dot(direction.normalize_or_zero()).abs();
         let uv = self.uv_at(instance, triangle, b);

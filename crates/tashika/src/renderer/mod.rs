@@ -340,14 +340,14 @@ impl<'a> Renderer<'a> {
 
     fn resolve(&self) -> Result<(Resolved, Framed)> {
         let mut request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
-        if self.tracer.scene().has_media() {
-            request = request.in_media();
+        if self.tracer.scene().needs_paths() {
+            request = request.by_paths();
         }
         let first = &self.tracer.scene().cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
         let resolved = request.resolve()?;
-        if !resolved.method.renders_media() {
-            self.tracer.scene().check_free_of_media(self.request.method.name())?;
+        if !resolved.method.renders_all() {
+            self.tracer.scene().check_method(self.request.method.name())?;
         }
         Ok((resolved, self.framing.of(&camera)?))
     }

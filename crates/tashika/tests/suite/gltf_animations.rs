@@ -1,6 +1,6 @@
 //! Animations of glTF: where nodes, cameras and lights are at a time, in numbers; damaged ones.
 
-use glam::{Affine3A, Quat, Vec3};
+use glam::{Affine3A, Mat3, Quat, Vec3};
 use serde_json::{Value, json};
 use tashika::error::{Error, Result};
 use tashika::io::LoadOptions;
@@ -187,15 +187,59 @@ fn cameras_move_while_the_shutter_is_open() {
         assert!(motion.pose(share).abs_diff_eq(expected, 4e-4), "{share}: {:?}", motion.pose(share));
     }
     assert!(scene.cameras()[1].motion.is_none());
-    // The triangle begins to walk after two seconds: where it is in the middle, with a note if it does
-    // meanwhile.
+    // The triangle begins to walk after two seconds: without a time it is where it is in the middle.
     assert_eq!((notes(&scene), scene.time()), (Vec::new(), Some(0.625)));
+    assert!(!scene.moves());
     let walks = exposed(None, [2.5, 3.5]);
-    assert!(only_note(&walks, NoteKind::Approximated, "nodes that move: where they are in the middle"));
+    assert!(walks.moves() && notes(&walks).is_empty());
     assert_eq!(placed(&walks).translation.x, 2.0);
     assert!(walks.cameras()[0].motion.is_none(), "it has turned before");
     assert!(exposed(Some(0.5), [0.0, 0.0]).cameras()[0].motion.is_none(), "closed at once");
     assert!(load_at(&d, None).unwrap().cameras()[0].motion.is_none(), "glTF has no shutter of its own");
+}
+
+/// Two whole turns, so that it is the same at the ends and in the middle of the time.
+#[test]
+fn meshes_move_while_the_shutter_is_open() {
+    let mut d = Document::triangle();
+    d.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    d.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    d.json["nodes"][0]["translation"] = json!([1, 0, 0]);
+    d.push("nodes", json!({ "children": [0, 2], "scale": [2, 2, 2] }));
+    d.push("nodes", json!({ "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
+    d.push("nodes", json!({ "mesh": 0 }));
+    d.push("scenes", json!({ "nodes": [1, 3] }));
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let quarters =
+        [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, half, half], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, half, -half]];
+    let turns: Vec<[f32; 4]> = (0..9).map(|k| quarters[k % 4]).collect();
+    let times: Vec<f32> = (0..9).map(|k| 0.125 * k as f32).collect();
+    animate(&mut d, (1, "rotation"), "LINEAR", &times, &turns);
+    let exposed = |d: &Document, shutter: [f64; 2]| {
+        let folder = tempfile::tempdir().unwrap();
+        let options = LoadOptions { shutter: Some(shutter), ..LoadOptions::default() };
+        load_in(folder.path(), "scene.glb", &d.glb(), &options).unwrap()
+    };
+    let scene = exposed(&d, [0.0, 1.0]);
+    assert_eq!(scene.shutter(), Some([0.0, 1.0]));
+    let ids: Vec<_> = scene.instance_ids().collect();
+    assert!(scene.motion_of(ids[0]).is_some() && scene.motion_of(ids[1]).is_none());
+    for share in [0.0, 0.3, 0.5, 1.0_f32] {
+        let turn = Affine3A::from_quat(rotation(Vec3::Z, 4.0 * std::f32::consts::PI * share));
+        let expected = turn * Affine3A::from_scale(Vec3::splat(2.0)) * Affine3A::from_translation(Vec3::X);
+        let found = scene.moved(ids[0], share).unwrap().to_world;
+        // A chord of a sixteenth of a turn: 2 (1 − cos(π/16)) is 0.0385 off at most.
+        assert!(found.abs_diff_eq(expected, 0.039), "{share}: {found:?}");
+        assert!(Mat3::from(found.matrix3).abs_diff_eq(Mat3::from(expected.matrix3), 1e-5), "{found:?}");
+    }
+    assert!(only_note(&scene, NoteKind::Approximated, "lights that move: where they are in the middle"));
+    assert!(!exposed(&d, [0.5, 0.5]).moves() && !exposed(&d, [2.0, 3.0]).moves());
+    // What shrinks to nothing is where it is in the middle.
+    let mut d = Document::triangle();
+    animate(&mut d, (0, "scale"), "LINEAR", &[0.0, 1.0], &[[1.0; 3], [0.0; 3]]);
+    let scene = exposed(&d, [0.0, 1.0]);
+    assert!(!scene.moves() && placed(&scene).abs_diff_eq(Affine3A::from_scale(Vec3::splat(0.5)), 1e-6));
+    assert!(only_note(&scene, NoteKind::Approximated, "meshes that cannot be inverted at all times"));
 }
 
 #[test]

@@ -37,6 +37,7 @@ mod mitsuba_materials;
 mod mitsuba_sides;
 mod moving;
 mod moving_cameras;
+mod moving_objects;
 mod obj;
 mod obj_features;
 mod pbrt;

@@ -50,7 +50,7 @@ const MOVES: &str = "Translate 1 0 0 ActiveTransform EndTime Translate 0 0 4 Rot
 
 #[test]
 fn pbrt_moves_things_between_its_two_transforms() {
-    let expected = |u: f32| {
+    let expected_at = |u: f32| {
         Affine3A::from_translation(Vec3::new(1.0, 0.0, 4.0 * u))
             * turned(90.0 * u)
             * Affine3A::from_scale(Vec3::splat(1.0 + 2.0 * u))
@@ -61,12 +61,23 @@ fn pbrt_moves_things_between_its_two_transforms() {
             let length = if times.is_empty() { 1.0 } else { 2.0 };
             for u in [-1.0, 0.0, 0.25, 0.5, 1.0, 3.0_f32] {
                 let scene = pbrt(&text, Some(shift + f64::from(u) * length));
-                let (found, expected) = (scene.instances()[0].to_world, expected(u.clamp(0.0, 1.0)));
+                let (found, expected) = (scene.instances()[0].to_world, expected_at(u.clamp(0.0, 1.0)));
                 assert!(found.abs_diff_eq(expected, 2e-6), "{times} {u}: {found:?}");
                 assert!(!has(&scene, NoteKind::Approximated, "things that move"));
                 assert_eq!(scene.animated_seconds(), Some([shift, shift + length]));
             }
-            let still = pbrt(&text, None);
+            // Its shutter is open for a second: from 0 on, or, where that is before, from 2 on.
+            let open = format!("Camera \"perspective\" \"float shutteropen\" {shift} \"float shutterclose\"");
+            let until = |close: f64| text.replace("Camera \"perspective\"", &format!("{open} {close}"));
+            let moving = pbrt(&until(shift + 1.0), None);
+            assert!(!has(&moving, NoteKind::Approximated, "things that move"));
+            assert_eq!(moving.shutter(), Some([shift, shift + 1.0]));
+            for share in [0.0, 0.5, 1.0_f32] {
+                let id = moving.instance_ids().next().unwrap();
+                let found = moving.moved(id, share).unwrap().to_world;
+                assert!(found.abs_diff_eq(expected_at(share / length as f32), 2e-6), "{share}: {found:?}");
+            }
+            let still = pbrt(&until(shift), None);
             assert_eq!(still.instances()[0].to_world, Affine3A::from_translation(Vec3::X));
             assert!(has(&still, NoteKind::Approximated, "things that move: where they are first"));
             assert_eq!(still.animated_seconds(), Some([shift, shift + length]));
@@ -78,18 +89,54 @@ fn pbrt_moves_things_between_its_two_transforms() {
     );
     let placed = pbrt(&text, Some(0.5)).instances()[0].to_world;
     assert!(
-        placed.abs_diff_eq(Affine3A::from_translation(Vec3::Y * 8.0) * expected(0.5), 1e-5),
+        placed.abs_diff_eq(Affine3A::from_translation(Vec3::Y * 8.0) * expected_at(0.5), 1e-5),
         "{placed:?}"
     );
     let text = format!("{V4}{MOVES}CoordinateSystem \"c\" Identity CoordSysTransform \"c\" {TRIANGLE}");
-    assert!(pbrt(&text, Some(0.5)).instances()[0].to_world.abs_diff_eq(expected(0.5), 1e-5));
+    assert!(pbrt(&text, Some(0.5)).instances()[0].to_world.abs_diff_eq(expected_at(0.5), 1e-5));
     let scene = pbrt(&format!("{V4}{MOVES}Identity {TRIANGLE}"), None);
     assert!(!has(&scene, NoteKind::Approximated, "things") && scene.animated_seconds().is_none());
     let scene = pbrt(&format!("TransformTimes 3 3 {V4}{MOVES}{TRIANGLE}"), Some(0.5));
     assert!(has(&scene, NoteKind::Repaired, "TransformTimes that do not rise"));
-    assert!(scene.instances()[0].to_world.abs_diff_eq(expected(0.5), 1e-5));
+    assert!(scene.instances()[0].to_world.abs_diff_eq(expected_at(0.5), 1e-5));
     let scene = pbrt(&format!("{V4}ActiveTransform EndTime Scale 0 1 1 {TRIANGLE}"), Some(0.5));
     assert!(has(&scene, NoteKind::Repaired, "shapes and lights with") && scene.instances().is_empty());
+}
+
+/// A part that moves in an object that moves: the product at each time. Where only one of them
+/// moves, the other is before or after it.
+#[test]
+fn parts_of_objects_of_pbrt_move_with_them() {
+    let part = "ActiveTransform EndTime Translate 0 0 4 ActiveTransform All Scale 2 1 1 ";
+    let whole = "ActiveTransform EndTime Rotate 90 0 0 1 ActiveTransform All Scale 1 3 1 ";
+    let moved = |part: &str, whole: &str, share: f32| {
+        let text = format!(
+            "{V4}ObjectBegin \"o\" {part}{TRIANGLE} ObjectEnd AttributeBegin {whole}ObjectInstance \"o\" AttributeEnd"
+        );
+        let scene = pbrt(&text, None);
+        assert_eq!((scene.shutter(), scene.notes().iter().count()), (Some([0.0, 1.0]), 0));
+        scene.moved(scene.instance_ids().next().unwrap(), share).unwrap().to_world
+    };
+    let scale = |x, y| Affine3A::from_scale(Vec3::new(x, y, 1.0));
+    for share in [0.0, 0.4, 1.0] {
+        let slides = Affine3A::from_translation(Vec3::Z * 4.0 * share) * scale(2.0, 1.0);
+        let turns = turned(90.0 * share) * scale(1.0, 3.0);
+        let found = moved(part, "Scale 1 3 1 ", share);
+        assert!(found.abs_diff_eq(scale(1.0, 3.0) * slides, 1e-5), "{share}: {found:?}");
+        let found = moved("Scale 2 1 1 ", whole, share);
+        assert!(found.abs_diff_eq(turns * scale(2.0, 1.0), 1e-5), "{share}: {found:?}");
+        // Between 33 times each.
+        let found = moved(part, whole, share);
+        assert!(found.abs_diff_eq(turns * slides, 2e-3), "{share}: {found:?}");
+    }
+    // Lights, and what turns into its mirror image, stand, and that is said.
+    let light = "ActiveTransform EndTime Translate 0 0 4 LightSource \"point\"";
+    let scene = pbrt(&format!("{V4}{light} ActiveTransform All Identity {TRIANGLE}"), None);
+    assert!(has(&scene, NoteKind::Approximated, "lights that move: where they are first"));
+    assert!(!scene.moves());
+    let scene = pbrt(&format!("{V4}ActiveTransform EndTime Scale -1 1 1 {TRIANGLE}"), None);
+    assert!(has(&scene, NoteKind::Approximated, "things that turn into their mirror image, or flat: where"));
+    assert!(!scene.moves() && scene.instances()[0].to_world == Affine3A::IDENTITY);
 }
 
 /// The camera moves between the inverses of its transforms.
@@ -195,17 +242,23 @@ fn sensors_of_mitsuba_move_while_their_shutter_is_open() {
     let own = mitsuba(&sensor(open), None);
     let (shutter, places) = exposed(&own);
     assert_eq!((shutter, places), ([0.5, 1.5], [2.0, 3.0, 4.0].map(|x| Vec3::X * x)));
-    assert_eq!(count(&own, "animations: the first key is shown"), 1, "the rectangle's");
+    assert_eq!(count(&own, "animations"), 0);
+    let rectangle = |scene: &Scene, share| scene.moved(scene.instance_ids().next().unwrap(), share);
+    for (share, u) in [(0.0, 0.0), (0.75, 0.0625), (1.0, 0.125)] {
+        let expected = Affine3A::from_translation(Vec3::X * (1.0 + 2.0 * u)) * turned(90.0 * u);
+        let found = rectangle(&own, share).unwrap().to_world;
+        assert!(found.abs_diff_eq(expected, 1e-6), "{share}: {found:?}");
+    }
     let closed = mitsuba(&sensor(""), None);
     assert_eq!(closed.cameras()[0].position(), Vec3::X);
     assert_eq!(count(&closed, "animations: the first key is shown"), 2);
-    // Asked for: the sensor is blurred, the rectangle is in the middle, and that is said.
+    assert!(!closed.moves());
+    // Asked for: both are blurred.
     let xml = format!("<scene version=\"3.0.0\">{}</scene>", sensor(open));
     let asked = |at, shutter| load_with("s.xml", &xml, (at, Some(shutter))).unwrap();
     let blurred = asked(Some(1.0), [0.0, 1.0]);
     assert_eq!(exposed(&blurred).0, [1.0, 2.0]);
-    let middle = "animations: shown in the middle of the time that the shutter is open";
-    assert_eq!((count(&blurred, middle), count(&blurred, "animations")), (1, 1));
+    assert_eq!((count(&blurred, "animations"), blurred.shutter()), (0, Some([1.0, 2.0])));
     let expected = Affine3A::from_translation(Vec3::X * 1.25) * turned(11.25);
     assert!(blurred.instances()[0].to_world.abs_diff_eq(expected, 1e-6));
     assert_eq!(blurred.time(), Some(1.5));
@@ -225,6 +278,28 @@ fn sensors_of_mitsuba_move_while_their_shutter_is_open() {
         let said = load_with("s.xml", &xml, (None, Some(shutter))).unwrap_err().to_string();
         assert!(said.contains("shutter = "), "{said}");
     }
+}
+
+/// What is in a group stands in it, also where the group's instance moves, and that is said.
+#[test]
+fn instances_of_mitsuba_move_and_parts_of_groups_do_not() {
+    let way = "<animation name=\"to_world\"><transform time=\"0\"><translate x=\"1\"/></transform>\
+               <transform time=\"1\"><translate x=\"3\"/></transform></animation>";
+    let text = |part: &str, whole: &str| {
+        format!(
+            "<scene version=\"3.0.0\"><shape type=\"shapegroup\" id=\"g\"><shape type=\"rectangle\">{part}</shape></shape>\
+             <shape type=\"instance\"><ref id=\"g\"/>{whole}</shape></scene>"
+        )
+    };
+    let shown = |text: &str| load_with("s.xml", text, (None, Some([0.0, 1.0]))).unwrap();
+    let up = "<transform name=\"to_world\"><translate y=\"5\"/></transform>";
+    let scene = shown(&text(up, way));
+    let found = scene.moved(scene.instance_ids().next().unwrap(), 0.5).unwrap().to_world;
+    assert_eq!(Vec3::from(found.translation), Vec3::new(2.0, 5.0, 0.0));
+    assert!(!has(&scene, NoteKind::Approximated, "animations"));
+    let scene = shown(&text(way, up));
+    assert!(!scene.moves() && has(&scene, NoteKind::Approximated, "animations: shown in the middle"));
+    assert_eq!(Vec3::from(scene.instances()[0].to_world.translation), Vec3::new(2.0, 5.0, 0.0));
 }
 
 #[test]

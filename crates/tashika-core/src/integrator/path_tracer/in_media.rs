@@ -86,7 +86,7 @@ impl Tracing<'_> {
             self.rays += 1;
             // Holes are the same along a straight line.
             let key = key.wrapping_add(u64::from(scattered));
-            let hit = self.tracer.closest_hit(&path.ray, key);
+            let hit = self.tracer.closest_hit_at(&path.ray, key, self.share);
             if let Some(medium) = path.medium.map(|m| &scene.media()[m.index()]).filter(|m| !m.is_clear()) {
                 let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
                 match fly(medium, path.weight, distance, stream) {
@@ -117,7 +117,7 @@ impl Tracing<'_> {
                 }
                 break;
             };
-            let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+            let surface = self.surface(&hit);
             let outgoing = -path.ray.direction;
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
@@ -152,7 +152,7 @@ impl Tracing<'_> {
                     path.weight *= point.weight;
                     point.weight = path.weight;
                     let beyond = |direction| scene.medium_beyond(&surface, direction, path.medium);
-                    if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
+                    if let Some(sample) = self.light(stream) {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
                         if !unoccluded.is_black() {
@@ -194,7 +194,7 @@ impl Tracing<'_> {
         key: u64,
         stream: &mut Stream,
     ) -> Rgb {
-        let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) else {
+        let Some(sample) = self.light(stream) else {
             return Rgb::BLACK;
         };
         let light = &sample.light;
@@ -238,14 +238,14 @@ impl Tracing<'_> {
             for _ in 0..MOST_PASSED {
                 self.rays += 1;
                 let ray = Ray { origin, direction, t_max: distance };
-                let Some(hit) = self.tracer.closest_hit(&ray, key) else {
+                let Some(hit) = self.tracer.closest_hit_at(&ray, key, self.share) else {
                     return left * share(medium, distance);
                 };
                 left *= share(medium, hit.t);
                 if left.is_black() {
                     return left;
                 }
-                let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+                let surface = self.surface(&hit);
                 medium = scene.medium_beyond(&surface, direction, medium);
                 origin = surface.leave(direction);
                 distance -= hit.t;

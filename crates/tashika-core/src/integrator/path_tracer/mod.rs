@@ -7,6 +7,9 @@
 //! No clamp. Solid glass bends light: what comes through it is found by following paths only, while
 //! panes, which do not bend it, are seen through by both ways.
 //!
+//! Each path has one time while the shutter is open: the camera, and what moves, are where they are
+//! then, for all that the path meets and for the light that is drawn.
+//!
 //! In a scene with [media](crate::scene::Medium) paths scatter between surfaces as well: that is in
 //! `in_media`, and of no account to scenes without.
 //!
@@ -32,7 +35,7 @@ use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::{MediumId, SurfacePoint};
+use crate::scene::{Camera, MediumId, SurfacePoint};
 use crate::stats::{Moments, student_t_two_sided};
 use crate::vpl::{EmitterSampler, LightSample, VplKind};
 use crate::warp::balance;
@@ -125,7 +128,8 @@ impl<'s> PathTracer<'s> {
             for k in done..wanted {
                 let [u, v] = stream.uniform_2();
                 let [s, t] = stream.uniform_2();
-                let ray = setting.view.ray_through(pixel, [u, v, s, t], || shutter.uniform());
+                tracing.share = if tracing.moves { shutter.uniform() } else { 0.0 };
+                let ray = setting.view.ray_through(pixel, [u, v, s, t], || tracing.share);
                 let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
                 let radiance = tracing.seen(ray, key, &mut stream);
                 sum.add(radiance);
@@ -169,7 +173,7 @@ impl Integrator for PathTracer<'_> {
         "path"
     }
 
-    fn renders_media(&self) -> bool {
+    fn renders_all(&self) -> bool {
         true
     }
 
@@ -197,15 +201,18 @@ impl Integrator for PathTracer<'_> {
 
 impl PathTracer<'_> {
     fn tracing<'a>(&'a self, setting: &Setting<'a>) -> Tracing<'a> {
-        let medium = setting.view.camera.medium;
+        let Camera { medium, ref motion, .. } = *setting.view.camera;
+        let scene = setting.tracer.scene();
         Tracing {
             tracer: setting.tracer,
             emitters: &self.emitters,
             max_depth: self.max_depth,
-            has_media: setting.tracer.scene().has_media() || medium.is_some(),
+            has_media: scene.has_media() || medium.is_some(),
             medium,
+            moves: scene.moves() || motion.is_some(),
             batch: SegmentBatch::new(Glass::SolidStops),
             visibility: Vec::new(),
+            share: 0.0,
             rays: 0,
         }
     }
@@ -223,8 +230,12 @@ struct Tracing<'a> {
     has_media: bool,
     /// In which the camera stands.
     medium: Option<MediumId>,
+    /// Whether the time matters.
+    moves: bool,
     batch: SegmentBatch,
     visibility: Vec<f32>,
+    /// When the path is: a share of the time that the shutter is open.
+    share: f32,
     rays: u64,
 }
 
@@ -249,7 +260,8 @@ impl Tracing<'_> {
         let mut drawn_at = ray.origin;
         for depth in 0..=self.max_depth {
             self.rays += 1;
-            let Some(hit) = self.tracer.closest_hit(&ray, key.wrapping_add(u64::from(depth))) else {
+            let key = key.wrapping_add(u64::from(depth));
+            let Some(hit) = self.tracer.closest_hit_at(&ray, key, self.share) else {
                 if let Some(e) = scene.environment() {
                     let d = ray.direction.normalize();
                     let mis = density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
@@ -257,7 +269,7 @@ impl Tracing<'_> {
                 }
                 break;
             };
-            let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+            let surface = self.surface(&hit);
             let outgoing = -ray.direction;
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
@@ -279,7 +291,7 @@ impl Tracing<'_> {
                 Scatter::Gathers(mut point) => {
                     weight *= point.weight;
                     point.weight = weight;
-                    if let Some(sample) = self.emitters.sample(stream.uniform_f64(), stream.uniform_2()) {
+                    if let Some(sample) = self.light(stream) {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
                         if !unoccluded.is_black() {
@@ -312,6 +324,16 @@ impl Tracing<'_> {
         radiance
     }
 
+    /// The surface that was met.
+    fn surface(&self, hit: &Hit) -> SurfacePoint {
+        self.tracer.scene().surface_point_at(self.share, hit.instance, hit.triangle, hit.barycentric)
+    }
+
+    /// A light, drawn from the emitters as they are then.
+    fn light(&self, stream: &mut Stream) -> Option<LightSample> {
+        self.emitters.sample_at(self.share, stream.uniform_f64(), stream.uniform_2())
+    }
+
     /// The weight of an emitter that was met along a direction of density `p` (sr⁻¹), drawn at
     /// `drawn_at`, beside drawing it from the emitters.
     fn weight_of_hit(
@@ -324,7 +346,7 @@ impl Tracing<'_> {
     ) -> f32 {
         let distance = drawn_at.distance_squared(surface.position);
         let cos = surface.geometric_normal.dot(outgoing).abs();
-        let on_area = self.emitters.pdf_on_triangle(hit.instance, hit.triangle);
+        let on_area = self.emitters.pdf_on_triangle_at(self.share, hit.instance, hit.triangle);
         balance(p, on_area * distance / cos.max(f32::MIN_POSITIVE))
     }
 
@@ -332,7 +354,7 @@ impl Tracing<'_> {
         self.rays += 1;
         self.batch.clear();
         self.batch.push_fan(apex, [target]);
-        self.tracer.visibility(&self.batch, &mut self.visibility);
+        self.tracer.visibility_at(&self.batch, self.share, &mut self.visibility);
         self.visibility[0]
     }
 }

@@ -59,6 +59,7 @@ impl OfView<'_> {
         for index in 0..count {
             let mut stream = Stream::new(key, Purpose::Picture, index.into());
             let (ray, of_rays) = view.camera_ray(pixel, index);
+            tracing.share = if tracing.moves { view.time(pixel, index) } else { 0.0 };
             let value = tracing.seen(ray, of_rays, &mut stream);
             found.sum.add(value);
             found.luminance.push(value.luminance().into());

@@ -64,7 +64,7 @@ keys! {
     SCENE_TIME "scene.time" Truth, "when the scene is as it is (s), if a time was asked for and anything in it moves";
     SCENE_LIGHT "scene.light" Making, "`default` if the scene had no light and was given some";
     CAMERA "camera" Truth, "name of the camera";
-    CAMERA_SHUTTER "camera.shutter" Truth, "from when to when the shutter is open, if the camera moves meanwhile: open,close (s)";
+    CAMERA_SHUTTER "camera.shutter" Truth, "from when to when the shutter is open, if the camera or anything else moves meanwhile: open,close (s)";
     CAMERA_PROJECTION "camera.projection" Making, "projection that was asked for";
     CAMERA_FOV "camera.fov" Making, "field of view that was asked for (degrees)";
     CAMERA_LENS_RADIUS "camera.lens_radius" Making, "radius of the lens that was asked for (m)";

@@ -46,6 +46,8 @@ mod uri;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::DAffine3;
+
 use self::exposure::Exposure;
 use self::features::met;
 use self::light_profiles::Profiles;
@@ -54,7 +56,8 @@ use self::nodes::PlacedNode;
 use self::source::Source;
 use super::SceneFiles;
 use crate::error::{Location, Result};
-use crate::scene::{Scene, SceneBuilder};
+use crate::math::motion::Track;
+use crate::scene::{MeshId, NoteKind, Scene, SceneBuilder};
 
 pub(super) use self::features::FEATURES;
 
@@ -85,7 +88,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut camera_names = BTreeSet::new();
     let mut profiles = Profiles::default();
     for placed in nodes::place(&source, &poses, &mut builder)? {
-        place_mesh(&source, &placed, &mut meshes, &mut builder)?;
+        place_mesh(&source, &placed, exposure.as_ref(), &mut meshes, &mut builder)?;
         cameras::add(&source, &placed, exposure.as_ref(), &mut camera_names, &mut builder)?;
         lights::add(&source, &placed, &mut builder)?;
         profiles.add(&source, &placed, &mut builder)?;
@@ -96,6 +99,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
 fn place_mesh(
     source: &Source<'_>,
     placed: &PlacedNode,
+    exposure: Option<&Exposure>,
     meshes: &mut Meshes,
     builder: &mut SceneBuilder,
 ) -> Result<()> {
@@ -105,9 +109,43 @@ fn place_mesh(
         met("node", "skin", source.at(format!("nodes[{}].skin", placed.index)), builder)?;
     }
     let meshes = meshes.get(source, builder, mesh.value())?;
+    if let Some(exposure) = exposure
+        && let Some(keys) = exposure.of_moving(source, placed.index)
+    {
+        return place_moving(source, placed, (keys, exposure.shutter), meshes, builder);
+    }
     for to_world in instancing::placements(source, placed, meshes.len(), builder)? {
         for &mesh in meshes {
             builder.add_instance(mesh, to_world.as_affine3a())?;
+        }
+    }
+    Ok(())
+}
+
+/// The meshes of a node that moves, by its keys, while the shutter is open.
+fn place_moving(
+    source: &Source<'_>,
+    placed: &PlacedNode,
+    (keys, shutter): (Vec<(f64, DAffine3)>, [f64; 2]),
+    meshes: &[MeshId],
+    builder: &mut SceneBuilder,
+) -> Result<()> {
+    let at = || source.at(format!("nodes[{}]", placed.index));
+    let track = Track::new(keys);
+    let node = PlacedNode { index: placed.index, to_world: DAffine3::IDENTITY };
+    for to_node in instancing::placements(source, &node, meshes.len(), builder)? {
+        let track = track.as_ref().and_then(|track| track.after(to_node)).filter(Track::can_place);
+        let bytes = track.as_ref().map_or(0, Track::bytes).saturating_mul(meshes.len() as u64);
+        source.geometry_budget.take(bytes, &at())?;
+        if track.is_none() {
+            let message = "meshes that cannot be inverted at all times that the shutter is open: where they are in the middle of it";
+            builder.note(NoteKind::Approximated, message, at());
+        }
+        for &mesh in meshes {
+            match &track {
+                Some(track) => builder.add_moving_instance(mesh, track.clone(), shutter)?,
+                None => builder.add_instance(mesh, (placed.to_world * to_node).as_affine3a())?,
+            };
         }
     }
     Ok(())

@@ -123,6 +123,17 @@ impl<'a> Translation<'a> {
         }
     }
 
+    /// When the shutter of the first sensor is open (s), which is that of what moves.
+    pub(super) fn shutter(&self) -> [f64; 2] {
+        let document = self.document;
+        let sensors = document.roots.iter().map(|&root| &document.objects[root]);
+        let Some(first) = sensors.filter(|object| object.class == Class::Sensor).next() else {
+            return [0.0; 2];
+        };
+        let time = |name: &str| first.float(name).filter(|seconds| seconds.abs() <= 1e30).unwrap_or(0.0);
+        [time("shutter_open"), time("shutter_close")]
+    }
+
     fn lens(&mut self, object: &Object) -> Result<Lens> {
         let pinhole = Lens::PINHOLE;
         let focus_distance = object.float_in("focus_distance", 1e-30..=1e30)?;

@@ -11,7 +11,7 @@
 
 use std::f32::consts::TAU;
 
-use glam::{DMat3, DMat4, DVec3, Vec2};
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2};
 
 use super::object::{Class, Object};
 use super::{Translation, materials, normals, paths, serialized, transforms};
@@ -19,10 +19,15 @@ use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
 use crate::io::notes::shown;
 use crate::io::{mesh_files, shapes};
+use crate::math::motion::Track;
 use crate::scene::{Emission, Interface, MaterialId, MeshData, MeshId, NoteKind};
 
-/// Most placements of meshes, counting each instance.
+/// Most placements of meshes, counting each instance; those that move count as often as they take up
+/// the memory of one that stands.
 const MAX_PLACEMENTS: usize = 1 << 21;
+
+/// Memory of one that stands, roughly.
+const PLACEMENT_BYTES: usize = 150;
 
 /// Most triangles that are stored, counting meshes again that are read again for another material.
 const MAX_TRIANGLES: usize = 1 << 30;
@@ -50,8 +55,13 @@ impl<'a> Translation<'a> {
             // In the picture only by its instances.
             return Ok(());
         }
+        let motion = self.motion(object);
         for placement in self.placements(object)? {
-            self.placed += 1;
+            // What the animation is now is part of the placement.
+            let track = motion.as_ref().and_then(|(track, now, _)| {
+                track.after(now.inverse() * transforms::affine_f64(&placement.to_world))
+            });
+            self.placed += 1 + track.as_ref().map_or(0, Track::bytes) as usize / PLACEMENT_BYTES;
             if self.placed > MAX_PLACEMENTS {
                 return Err(Error::unsupported(
                     object.place(),
@@ -59,9 +69,31 @@ impl<'a> Translation<'a> {
                     "use larger shape groups or fewer instances",
                 ));
             }
-            self.builder.add_instance(placement.mesh, transforms::affine(&placement.to_world))?;
+            match (track, &motion) {
+                (Some(track), Some((.., shutter))) if track.can_place() => {
+                    self.builder.add_moving_instance(placement.mesh, track, *shutter)?;
+                }
+                _ => {
+                    self.builder.add_instance(placement.mesh, transforms::affine(&placement.to_world))?;
+                }
+            }
         }
         Ok(())
+    }
+
+    /// How a shape of the scene moves while the shutter is open, where it is now, and when that is (s);
+    /// none if it stands, or cannot be placed at all times.
+    fn motion(&mut self, object: &Object) -> Option<(Track, DAffine3, [f64; 2])> {
+        let (track, at) = object.track("to_world")?;
+        let shutter = self.files.options().exposure(Some(self.shutter()))?;
+        let now = transforms::affine_f64(&object.transform("to_world")?);
+        // What stands at the time that is asked for is there already.
+        let stands = self.files.options().time().is_some() && !track.moves_between(shutter);
+        if stands || !track.can_place() || now.matrix3.determinant() == 0.0 {
+            return None;
+        }
+        self.blurred.push(at.clone());
+        Some((track.clone(), now, shutter))
     }
 
     /// The meshes of a shape, placed.

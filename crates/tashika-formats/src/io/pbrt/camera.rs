@@ -59,6 +59,16 @@ const MAX_SIDE: i32 = 1 << 16;
 /// How much the proportions of screen and image may differ.
 const TOLERANCE: f32 = 1e-3;
 
+/// When the shutter is open if the camera does not say (s).
+pub(super) const SHUTTER: [f64; 2] = [0.0, 1.0];
+
+/// When a camera says that its shutter is open (s).
+pub(super) fn shutter(p: &Parameters) -> [f64; 2] {
+    let [open, close] = [("shutteropen", SHUTTER[0]), ("shutterclose", SHUTTER[1])]
+        .map(|(name, own)| p.float(name).map_or(own, f64::from));
+    [open.min(close), open.max(close)]
+}
+
 /// Where a camera stands.
 #[derive(Clone, Debug)]
 pub(super) struct Stand {
@@ -251,17 +261,17 @@ fn exposed(
     stand: &Stand,
     axes: DAffine3,
 ) -> Camera {
-    let mut shutter =
-        [("shutteropen", 0.0), ("shutterclose", 1.0)].map(|(name, own)| p.float(name).unwrap_or(own));
-    if shutter[0] > shutter[1] {
+    if let (Some(open), Some(close)) = (p.float("shutteropen"), p.float("shutterclose"))
+        && open > close
+    {
         let message = "shutters that close before they open: the other way around";
         loading.note(NoteKind::Repaired, message, p.at());
-        shutter.reverse();
     }
+    let shutter = shutter(p);
     let Some(track) = &stand.track else { return camera };
     let options = loading.files.options();
     let mirror = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
-    match (options.exposure(Some(shutter.map(f64::from))), track.after(mirror * axes)) {
+    match (options.exposure(Some(shutter)), track.after(mirror * axes)) {
         (Some(shutter), Some(track)) if track.keeps_sides() => camera.moving(track, shutter),
         (Some(_), _) => {
             let message = "cameras that turn into their mirror image: where they are in the middle";

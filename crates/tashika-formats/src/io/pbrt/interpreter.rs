@@ -29,11 +29,15 @@ use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::io::lights::Surroundings;
 use crate::io::notes::excerpt;
+use crate::math::motion::Track;
 use crate::scene::{NoteKind, Scene};
 
-/// Most placements of meshes (some 150 bytes each): a small text can ask for a product of large
-/// numbers.
+/// Most placements of meshes: a small text can ask for a product of large numbers. Those that move
+/// count as often as they take up the memory of one that stands.
 const MAX_INSTANCES: usize = 1 << 22;
+
+/// Memory of one that stands, roughly.
+const INSTANCE_BYTES: usize = 150;
 
 /// The scene as far as it is read.
 pub(super) struct Interpreter<'f> {
@@ -298,6 +302,7 @@ impl<'f> Interpreter<'f> {
                 materials.define_named(&mut self.loading, textures, &class, &parameters)?;
             }
             b"LightSource" => {
+                self.motion(true, &at());
                 let to_world = self.place(&at())?;
                 if let Some(to_world) = to_world {
                     lights::light(&mut self.loading, &class, &parameters, &to_world, &mut self.sky)?;
@@ -391,25 +396,46 @@ impl<'f> Interpreter<'f> {
         self.states.name_inverse("camera");
     }
 
-    /// Tells of what moves, and that it is shown where it is first if no time is asked for, in the
-    /// middle of the time that the shutter is open if it is.
-    fn tell_motion(&mut self, at: &Location) {
-        let Some(times) = self.states.moves() else { return };
+    /// From when to when the shutter is open (s), as was asked for or as the camera says; none if
+    /// everything is as it is at one time.
+    fn shutter(&self) -> Option<[f64; 2]> {
+        let own =
+            self.camera.as_ref().map_or(camera::SHUTTER, |(_, parameters, _)| camera::shutter(parameters));
+        self.loading.files.options().exposure(Some(own))
+    }
+
+    /// How the current transform moves while the shutter is open, if it does; tells of what moves
+    /// but is shown where it is first, or in the middle of that time.
+    fn motion(&mut self, is_light: bool, at: &Location) -> Option<Track> {
+        let times = self.states.moves()?;
         self.loading.builder.add_animated_seconds(times);
-        let options = self.loading.files.options();
-        let message = match options.exposure(None) {
-            Some([open, close]) if close > times[0] && open < times[1] && open < close => {
-                "things that move: where they are in the middle of the time that the shutter is open"
-            }
-            None if options.at.is_none() => "things that move: where they are first",
-            _ => return,
+        let (what, track) = match self.states.track().filter(Track::can_place) {
+            _ if is_light => ("lights that move", None),
+            Some(track) => ("things that move", Some(track)),
+            None => ("things that turn into their mirror image, or flat", None),
         };
-        self.note(NoteKind::Approximated, message, at.clone());
+        let options = self.loading.files.options();
+        let when = match self.shutter() {
+            Some(shutter) if track.as_ref().is_some_and(|track| track.moves_between(shutter)) => {
+                return track;
+            }
+            Some([open, close]) if options.shutter.is_some() => {
+                if !(close > times[0] && open < times[1] && open < close) {
+                    return None;
+                }
+                "in the middle of the time that the shutter is open"
+            }
+            // Before or after their time, things stand where they are then.
+            Some(_) if track.is_some() => return track,
+            _ if options.at.is_none() => "first",
+            _ => return None,
+        };
+        self.note(NoteKind::Approximated, &format!("{what}: where they are {when}"), at.clone());
+        None
     }
 
     /// The current transform, if it can place something.
     fn place(&mut self, at: &Location) -> Result<Option<DAffine3>> {
-        self.tell_motion(at);
         let placed = self.states.affine().filter(|t| transform::placeable(t).is_some());
         if placed.is_none() {
             let message = "shapes and lights with a transform that cannot be inverted: left out";
@@ -422,25 +448,39 @@ impl<'f> Interpreter<'f> {
         if !self.in_world {
             self.note(NoteKind::Repaired, "shapes before WorldBegin: taken into the scene", parameters.at());
         }
+        let track = self.motion(false, &parameters.at());
         let Some(to_world) = self.place(&parameters.at())? else { return Ok(()) };
         let in_object = self.object.is_some();
         let state = &self.states.current;
         let request = Request { class, parameters, state, in_object, to_world: &to_world };
         let made = self.shapes.make(&mut self.loading, &self.textures, &mut self.materials, &request)?;
         let Some(mesh) = made else { return Ok(()) };
-        let part = Part { mesh, to_object: to_world };
+        let part = Part { mesh, to_object: to_world, track };
         match &mut self.object {
             Some((_, parts)) => parts.push(part),
-            None => self.add_instance(&part, &DAffine3::IDENTITY, &parameters.at())?,
+            None => self.add_instance(&part, &DAffine3::IDENTITY, None, &parameters.at())?,
         }
         Ok(())
     }
 
-    fn add_instance(&mut self, part: &Part, to_world: &DAffine3, at: &Location) -> Result<()> {
-        self.instances += 1;
+    /// Places a part in the world; `track` is of `to_world` if that moves.
+    fn add_instance(
+        &mut self,
+        part: &Part,
+        to_world: &DAffine3,
+        track: Option<&Track>,
+        at: &Location,
+    ) -> Result<()> {
+        let track = transform::product([to_world, &part.to_object], [track, part.track.as_ref()]);
+        self.instances += 1 + track.as_ref().map_or(0, Track::bytes) as usize / INSTANCE_BYTES;
         if self.instances > MAX_INSTANCES {
             let found = format!("{} placements of shapes", self.instances);
             return Err(Error::invalid(at.clone(), found, format!("at most {MAX_INSTANCES}")));
+        }
+        if let Some(track) = track
+            && let Some(shutter) = self.shutter()
+        {
+            return self.loading.builder.add_moving_instance(part.mesh, track, shutter).map(|_| ());
         }
         match transform::placeable(&(*to_world * part.to_object)) {
             Some(placed) => self.loading.builder.add_instance(part.mesh, placed).map(|_| ()),
@@ -480,6 +520,7 @@ impl<'f> Interpreter<'f> {
             self.note(NoteKind::Ignored, "instances inside objects, which pbrt does not allow: left out", at);
             return Ok(());
         }
+        let track = self.motion(false, &at);
         let Some(to_world) = self.place(&at)? else { return Ok(()) };
         // Taken out while its parts are placed, so that nothing is copied.
         let Some((name, parts)) = self.objects.remove_entry(name) else {
@@ -488,7 +529,7 @@ impl<'f> Interpreter<'f> {
             return Ok(());
         };
         for part in &parts {
-            self.add_instance(part, &to_world, &at)?;
+            self.add_instance(part, &to_world, track.as_ref(), &at)?;
         }
         self.objects.insert(name, parts);
         Ok(())

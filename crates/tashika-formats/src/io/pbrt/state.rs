@@ -174,6 +174,13 @@ impl States {
         Track::new([(from, inverse(first)?), (to, inverse(second)?)])
     }
 
+    /// The current transform at all times, if it moves and both can be inverted.
+    pub(super) fn track(&self) -> Option<Track> {
+        let [from, to] = self.moves()?;
+        let [first, second] = &self.current.transforms;
+        Track::new([(from, transform::affine(first)?), (to, transform::affine(second)?)])
+    }
+
     /// What is made of the current transform, at the time that is asked for.
     fn between(&self, make: impl Fn(&DMat4) -> Option<DMat4>) -> Option<DAffine3> {
         let [first, second] = &self.current.transforms;

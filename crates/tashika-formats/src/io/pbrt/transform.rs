@@ -9,6 +9,7 @@
 use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4};
 
 use crate::math::elementary::sin_cos;
+use crate::math::motion::Track;
 
 /// `LookAt`: world to camera. Nothing if the three arguments give no frame.
 pub(super) fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DMat4> {
@@ -45,6 +46,31 @@ pub(super) fn affine(m: &DMat4) -> Option<DAffine3> {
     }
     let column = |v: DVec4| v.truncate() / row.w;
     Some(DAffine3::from_cols(column(m.x_axis), column(m.y_axis), column(m.z_axis), column(m.w_axis)))
+}
+
+/// Parts that the time is cut into where two things move, one in the other; chosen.
+const STEPS: u32 = 32;
+
+/// The product of an object's transform and that of a part in it, of which at least one moves; none
+/// if neither does.
+///
+/// One that alone is outermost is taken as it is, with the other before it. Otherwise the product is
+/// taken at [`STEPS`] + 1 times from the first to the last key: between two keys of its own each of
+/// the two turns evenly, and so does, nearly, the product.
+pub(super) fn product([outer, inner]: [&DAffine3; 2], tracks: [Option<&Track>; 2]) -> Option<Track> {
+    match tracks {
+        [None, None] => None,
+        [Some(outer), None] => outer.after(*inner),
+        // At home in the world.
+        [None, Some(inner)] if *outer == DAffine3::IDENTITY => Some(inner.clone()),
+        [outer_track, Some(track)] => {
+            let spans = [outer_track.unwrap_or(track).span(), track.span()];
+            let (from, to) = (spans[0][0].min(spans[1][0]), spans[0][1].max(spans[1][1]));
+            let time = |k: u32| from + f64::from(k) / f64::from(STEPS) * (to - from);
+            let at = |seconds: f64| outer_track.map_or(*outer, |track| track.at(seconds)) * track.at(seconds);
+            Track::new((0..=STEPS).map(|k| (time(k), at(time(k)))))
+        }
+    }
 }
 
 /// Whether a transform can place something: it and its inverse are finite numbers of `f32`.

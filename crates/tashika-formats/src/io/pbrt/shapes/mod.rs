@@ -29,15 +29,18 @@ use super::state::State;
 use super::textures::Textures;
 use super::version::Version;
 use crate::error::Result;
+use crate::math::motion::Track;
 use crate::scene::{Emission, FloatInput, Interface, MaterialId, MeshData, MeshId, NoteKind};
 
 /// A mesh and where it is in the space of the world, or of the object that it belongs to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Part {
     /// What is placed.
     pub(super) mesh: MeshId,
     /// Shape to object.
     pub(super) to_object: DAffine3,
+    /// The same at all times, if it moves while the shutter is open.
+    pub(super) track: Option<Track>,
 }
 
 /// A `Shape` directive.

@@ -1,0 +1,213 @@
+//! What is where while the shutter is open.
+//!
+//! A camera or an instance that moves has a [`Motion`]. All times of the shutter count the same, and
+//! are told as *shares*: 0 when it opens, 1 when it closes. A path has one time: what it meets is
+//! where it is then, whatever the camera's place.
+//!
+//! A moving instance is its mesh's own surface, met by transforming rays as of their time; its
+//! corners never lie in world space, as those of [baked](Instance::is_baked) ones do. What asks
+//! without a time (a box, a list) has it in the middle of the time.
+//!
+//! # Guarantee
+//! Past [`SceneBuilder::build`] all instances that move do so while one and the same shutter is open,
+//! can be inverted at all times, and are inside [`Scene::bounds`] at all times.
+//!
+//! # Held to this by
+//! The tests below; the suite's `moving_objects`.
+
+use glam::{Affine3A, DAffine3, DMat3};
+
+use super::{Instance, InstanceId, MeshId, NoteKind, Scene, SceneBuilder};
+use crate::error::{Error, Result};
+use crate::math::Aabb;
+use crate::math::motion::Track;
+
+/// Where something is while the shutter is open: all times of that count the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// To world.
+    pub track: Track,
+    /// From when to when the shutter is open (s).
+    pub shutter: [f64; 2],
+}
+
+impl Motion {
+    /// The motion between two times (s); none if the track is the same at all of them.
+    pub fn between(track: Track, shutter: [f64; 2]) -> Option<Self> {
+        track.moves_between(shutter).then_some(Self { track, shutter })
+    }
+
+    /// Where it is after a share of the time that the shutter is open, 0 to 1.
+    pub fn pose(&self, share: f32) -> Affine3A {
+        let [open, close] = self.shutter;
+        self.track.at(open + f64::from(share) * (close - open)).as_affine3a()
+    }
+
+    pub(super) fn is_valid(&self) -> bool {
+        let [open, close] = self.shutter;
+        open.is_finite() && close.is_finite() && open <= close && self.track.keeps_sides()
+    }
+
+    /// An instance that moves so, after a share of the time.
+    fn placed(&self, instance: &Instance, share: f32) -> Instance {
+        let to_world = self.pose(share);
+        Instance { to_world, to_object: inverse(&to_world), ..*instance }
+    }
+}
+
+/// The inverse, rounded once.
+fn inverse(map: &Affine3A) -> Affine3A {
+    let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|c| c.as_dvec3());
+    let [x, y, z] = columns;
+    let matrix3 = DMat3::from_cols(x, y, z);
+    DAffine3 { matrix3, translation: map.translation.as_dvec3() }.inverse().as_affine3a()
+}
+
+impl SceneBuilder {
+    /// Places a mesh that moves while the shutter is open; one that stands meanwhile is
+    /// [placed](Self::add_instance) there. What cannot be inverted at some time, or mirrors at some
+    /// times only, is left out and noted.
+    ///
+    /// # Errors
+    /// No such mesh; a shutter that is not open from one finite time to another, or is another one
+    /// than that of instances which were added before.
+    pub fn add_moving_instance(
+        &mut self,
+        mesh: MeshId,
+        track: Track,
+        shutter: [f64; 2],
+    ) -> Result<Option<InstanceId>> {
+        let at = || self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
+        let [open, close] = shutter;
+        let found = || format!("a shutter that is open from {open} to {close} s");
+        if !(open <= close && open.is_finite() && close.is_finite()) {
+            return Err(Error::invalid(at(), found(), "finite times, the first not after the second"));
+        }
+        if let Some([open, close]) = self.scene.shutter().filter(|other| *other != shutter) {
+            let expected = format!("{open} to {close} s, as for the instances before");
+            return Err(Error::invalid(at(), found(), expected));
+        }
+        if !track.can_place() {
+            let message =
+                "instances that move with a transform that cannot be inverted at all times: left out";
+            let at = at();
+            self.note(NoteKind::Repaired, message, at);
+            return Ok(None);
+        }
+        let middle = track.at(open + 0.5 * (close - open)).as_affine3a();
+        let placed = self.add_instance(mesh, middle)?;
+        if let (Some(id), Some(motion)) = (placed, Motion::between(track, shutter)) {
+            let instance = &mut self.scene.instances[id.index()];
+            instance.motion = Some(self.scene.motions.len() as u32);
+            instance.to_object = inverse(&instance.to_world);
+            self.scene.motions.push(motion);
+        }
+        Ok(placed)
+    }
+}
+
+impl Scene {
+    /// How an instance moves while the shutter is open, if it does.
+    #[inline]
+    pub fn motion_of(&self, instance: InstanceId) -> Option<&Motion> {
+        self.instances[instance.index()].motion.map(|motion| &self.motions[motion as usize])
+    }
+
+    /// Whether any instance moves while the shutter is open.
+    #[inline]
+    pub fn moves(&self) -> bool {
+        !self.motions.is_empty()
+    }
+
+    /// From when to when the shutter is open (s), if any instance moves meanwhile.
+    pub fn shutter(&self) -> Option<[f64; 2]> {
+        self.motions.first().map(|motion| motion.shutter)
+    }
+
+    /// An instance that moves, where it is after a share of the time that the shutter is open, 0 to
+    /// 1; none if it stands.
+    #[inline]
+    pub fn moved(&self, instance: InstanceId, share: f32) -> Option<Instance> {
+        Some(self.motion_of(instance)?.placed(&self.instances[instance.index()], share))
+    }
+
+    /// World box of an instance at all times (m); of one that moves, whatever rounding does to it.
+    pub fn box_of(&self, instance: &Instance) -> Aabb {
+        let bounds = self.meshes[instance.mesh.index()].bounds();
+        match instance.motion {
+            None => bounds.transformed(&instance.to_world),
+            Some(motion) => {
+                let Motion { track, shutter } = &self.motions[motion as usize];
+                track.swept(&bounds, *shutter)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+    use crate::color::Rgb;
+    use crate::error::Location;
+    use crate::scene::{Material, MeshData, Surface};
+
+    fn builder() -> (SceneBuilder, MeshId) {
+        let mut b = SceneBuilder::new("s", Location::file("s.pbrt"));
+        let material = Material::new("m", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
+        let material = b.add_material(material).unwrap();
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0)];
+        let data = MeshData { positions, triangles: vec![[0, 1, 2]], ..MeshData::default() };
+        let mesh = b.add_mesh(data, material).unwrap();
+        (b, mesh)
+    }
+
+    fn track(ends: [DAffine3; 2]) -> Track {
+        Track::new([(1.0, ends[0]), (3.0, ends[1])]).unwrap()
+    }
+
+    #[test]
+    fn what_moves_is_where_its_track_is_and_in_the_middle_without_a_time() {
+        let (mut b, mesh) = builder();
+        let place = |x: f64| DAffine3 { matrix3: DMat3::IDENTITY * 2.0, translation: DVec3::X * x };
+        let moving = track([place(0.0), place(8.0)]);
+        let id = b.add_moving_instance(mesh, moving, [1.5, 2.5]).unwrap().unwrap();
+        let still = b.add_instance(mesh, Affine3A::from_translation(Vec3::X * 4.0)).unwrap().unwrap();
+        let scene = b.build().unwrap();
+        assert!(scene.moves() && scene.shutter() == Some([1.5, 2.5]));
+        for (share, x) in [(0.0, 2.0), (0.25, 3.0), (1.0, 6.0)] {
+            let moved = scene.moved(id, share).unwrap();
+            assert_eq!(Vec3::from(moved.to_world.translation), Vec3::X * x);
+            let back = moved.to_object.transform_point3(Vec3::new(x + 2.0, 0.0, 0.0));
+            assert_eq!(back, Vec3::X, "the inverse is of the same time");
+        }
+        let instance = &scene.instances()[id.index()];
+        assert_eq!(instance.to_world.translation.x, 4.0, "the middle");
+        assert!(!instance.is_baked() && scene.instances()[still.index()].is_baked());
+        assert!(scene.moved(still, 0.5).is_none());
+        let b = scene.bounds();
+        assert!((b.lo.x - 2.0).abs() < 1e-4 && (b.hi.x - 8.0).abs() < 1e-4, "at all times: {b:?}");
+        assert!(b.contains(Vec3::new(2.0, 0.0, 0.0)) && b.contains(Vec3::new(8.0, 2.0, 0.0)));
+    }
+
+    #[test]
+    fn what_cannot_be_placed_at_all_times_is_left_out_or_refused() {
+        let (mut b, mesh) = builder();
+        let (one, mirror) = (DAffine3::IDENTITY, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)));
+        assert!(b.add_moving_instance(mesh, track([one, mirror]), [1.0, 3.0]).unwrap().is_none());
+        let said: Vec<String> = b.notes_mut().iter().map(|note| note.message).collect();
+        assert!(said.iter().any(|note| note.contains("inverted at all times")), "{said:?}");
+        let moving = || track([one, DAffine3::from_translation(DVec3::X)]);
+        for shutter in [[3.0, 1.0], [f64::NAN, 1.0], [0.0, f64::INFINITY]] {
+            let said = b.add_moving_instance(mesh, moving(), shutter).unwrap_err().to_string();
+            assert!(said.contains("s.pbrt") && said.contains("finite times"), "{said}");
+        }
+        assert!(b.add_moving_instance(mesh, moving(), [5.0, 6.0]).unwrap().is_some());
+        assert!(!b.scene.moves(), "it has stopped before");
+        b.add_moving_instance(mesh, moving(), [1.0, 3.0]).unwrap();
+        let said = b.add_moving_instance(mesh, moving(), [1.0, 2.0]).unwrap_err().to_string();
+        assert!(said.contains("from 1 to 2 s") && said.contains("1 to 3 s, as for the instances"), "{said}");
+        assert!(b.add_moving_instance(MeshId::at(7), moving(), [1.0, 3.0]).is_err());
+    }
+}

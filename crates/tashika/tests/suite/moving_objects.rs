@@ -1,0 +1,296 @@
+//! Things that move while the shutter is open: closed forms, the mean of pictures in which they
+//! stand, and who refuses them.
+
+use std::sync::atomic::AtomicBool;
+
+use glam::{DAffine3, DMat3, DVec3};
+use tashika::Renderer;
+use tashika::accel::Tracer;
+use tashika::bsdf::HenyeyGreenstein;
+use tashika::color::Rgb;
+use tashika::film::{Film, Window, keys};
+use tashika::integrator::{FullSum, PathStop, PathTracer, Setting};
+use tashika::math::Vec3;
+use tashika::math::elementary::{exp, sin_cos_f64};
+use tashika::math::motion::Track;
+use tashika::render::{RenderOptions, TileShare, render, with_threads};
+use tashika::request::{ClaimName, MethodName};
+use tashika::scene::{
+    Alpha, AlphaMode, Camera, Emitter, Interface, Material, Medium, MeshData, Projection, Scene,
+    SceneBuilder, Surface,
+};
+use tashika::stats::Moments;
+use tashika::vpl::{Provenance, VplOptions, VplSet};
+
+use crate::cases::{
+    add_ceiling_lamp, builder, cuboid, diffuse_room, film, glowing, lambert, luminances, parallelogram,
+    place, tracer, view,
+};
+
+/// When the shutter is open (s).
+const SHUTTER: [f64; 2] = [1.0, 2.0];
+
+/// Along `way` while the shutter is open.
+fn pushed(way: DVec3) -> Track {
+    let keys = [(1.0, DVec3::ZERO), (2.0, way)];
+    Track::new(keys.map(|(t, way)| (t, DAffine3::from_translation(way)))).unwrap()
+}
+
+/// Places a mesh that moves.
+fn send(b: &mut SceneBuilder, mesh: MeshData, material: Material, track: &Track) {
+    let material = b.add_material(material).unwrap();
+    let mesh = b.add_mesh(mesh, material).unwrap();
+    b.add_moving_instance(mesh, track.clone(), SHUTTER).unwrap().expect("it can be placed");
+}
+
+fn paths(tracer: &Tracer, count: u32, size: [u32; 2], seed: u64) -> Film {
+    film(tracer, &PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap(), size, 1, seed)
+}
+
+/// A lamp whose edge at `e` goes `D` pixels to the left: with the box filter, the pixel of centre `c`
+/// has of it
+///
+/// ```text
+/// ∫₀¹ clamp(a − D s, 0, 1) ds = (H(a) − H(a − D)) / D      a = e − c + ½, H(t) = ∫₀ᵗ clamp(x, 0, 1) dx
+/// ```
+#[test]
+fn a_lamp_that_crosses_a_pixel_is_seen_for_its_share_of_the_time() {
+    const SIDE: u32 = 6;
+    const EDGE: f32 = 4.3;
+    const WAY: f64 = 2.5;
+    const COUNT: u32 = 1024;
+    let mut b = builder();
+    let right = EDGE - 0.5 * SIDE as f32;
+    let lamp = parallelogram(Vec3::new(-50.0, -50.0, 0.0), Vec3::X * (50.0 + right), Vec3::Y * 100.0);
+    send(&mut b, lamp, glowing("lamp", lambert(0.0), 1.0), &pushed(DVec3::X * -WAY));
+    let floor = parallelogram(Vec3::new(-60.0, -60.0, -1.0), Vec3::X * 120.0, Vec3::Y * 120.0);
+    place(&mut b, floor, Material::new("dark", lambert(0.0)));
+    let mut camera = Camera::look_at("above", Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 1.0);
+    camera.projection = Projection::Orthographic { height: SIDE as f32 };
+    b.add_camera(camera).unwrap();
+    let film = paths(&tracer(b), COUNT, [SIDE; 2], 3);
+    assert_eq!(film.metadata().text("camera.shutter"), Some("1,2"));
+    for ((x, y), found) in Window::full([SIDE; 2]).pixels().zip(luminances(&film)) {
+        let all = |t: f64| if t < 1.0 { 0.5 * t.max(0.0) * t.max(0.0) } else { t - 0.5 };
+        let a = f64::from(EDGE) - f64::from(x);
+        let expected = (all(a) - all(a - WAY)) / WAY;
+        // Five standard errors.
+        let tolerance = 5.0 * (expected * (1.0 - expected) / f64::from(COUNT)).sqrt() + 1e-4;
+        assert!((found - expected).abs() <= tolerance, "pixel {x},{y}: {found} for {expected}");
+    }
+}
+
+/// A camera that looks along `−z` through so narrow a film that all rays are the axis.
+fn needle(b: &mut SceneBuilder, eye: Vec3) {
+    b.add_camera(Camera::look_at("c", eye, eye + Vec3::NEG_Z, Vec3::Y, 1e-4)).unwrap();
+}
+
+/// Mean of all pixels of the needle's film, and its standard error.
+fn axis(b: SceneBuilder) -> (f64, f64) {
+    let mut m = Moments::default();
+    luminances(&paths(&tracer(b), 64, [16, 16], 5)).into_iter().for_each(|l| m.push(l));
+    (m.mean(), m.standard_error())
+}
+
+/// Holds a mean over 16,384 paths to what is expected: 4.4 standard errors are passed once in 10⁵.
+fn assert_axis(b: SceneBuilder, expected: f64, what: &str) {
+    let (mean, error) = axis(b);
+    assert!(error < 0.02 * expected, "{what}: not sharp: {mean} ± {error}");
+    assert!(
+        (mean - expected).abs() < 4.4 * error + 1e-5 * expected,
+        "{what}: {mean} ± {error} for {expected}"
+    );
+}
+
+/// A point of a white floor under a point light, 2 m above: `ρ/π · I/d²`. A board passes between for
+/// three fifths of the time, opaque or of half opacity; the light that it stops is its share.
+#[test]
+fn a_board_before_a_lamp_stops_its_share_of_the_light() {
+    for opacity in [1.0_f32, 0.5] {
+        let mut b = builder();
+        let floor = parallelogram(Vec3::new(-9.0, -9.0, 0.0), Vec3::X * 18.0, Vec3::Y * 18.0);
+        place(&mut b, floor, Material::new("floor", lambert(0.8)));
+        b.add_emitter(Emitter::Point { position: Vec3::Z * 2.0, intensity: Rgb::gray(5.0) }).unwrap();
+        // Black, so that nothing comes back from it; the camera looks from below it.
+        let board = parallelogram(Vec3::new(1.0, -1.0, 1.5), Vec3::X * 3.0, Vec3::Y * 2.0);
+        let mut black = Material::new("board", lambert(0.0));
+        black.alpha = (opacity < 1.0).then(|| Alpha { value: opacity.into(), mode: AlphaMode::Blend });
+        send(&mut b, board, black, &pushed(DVec3::X * -5.0));
+        needle(&mut b, Vec3::Z);
+        let free = 0.8 / std::f64::consts::PI * 5.0 / 4.0;
+        assert_axis(b, free * (1.0 - 0.6 * f64::from(opacity)), &format!("opacity {opacity}"));
+    }
+}
+
+/// A slab of something that absorbs passes the axis for three fifths of the time.
+#[test]
+fn a_medium_that_passes_absorbs_for_its_share_of_the_time() {
+    let mut b = builder();
+    let medium = Medium {
+        name: "gel".into(),
+        absorption: Rgb::gray(2.0),
+        scattering: Rgb::BLACK,
+        phase: HenyeyGreenstein::default(),
+    };
+    let gel = b.add_medium(medium).unwrap();
+    let slab = cuboid(Vec3::new(1.0, -1.0, -1.0), Vec3::new(4.0, 1.0, -0.5), false);
+    let material = b.add_material(Material::new("boundary", Surface::Boundary)).unwrap();
+    let mesh = b.add_mesh(slab, material).unwrap();
+    b.set_interface(mesh, Interface { inside: Some(gel), outside: None }).unwrap();
+    b.add_moving_instance(mesh, pushed(DVec3::X * -5.0), SHUTTER).unwrap();
+    let lamp = parallelogram(Vec3::new(-9.0, -9.0, -2.0), Vec3::X * 18.0, Vec3::Y * 18.0);
+    place(&mut b, lamp, glowing("lamp", lambert(0.0), 1.0));
+    needle(&mut b, Vec3::ZERO);
+    assert_axis(b, 0.4 + 0.6 * f64::from(exp(-2.0 * 0.5)), "absorbed");
+}
+
+/// Where a thing is that turns about an axis through `about`, goes along `way` and grows by the
+/// factor `growth` meanwhile: the whole of it at 0 and 1.
+fn spun(about: DVec3, turn: f64, way: DVec3, growth: f64) -> Track {
+    let key = |u: f64| {
+        let (sin, cos) = sin_cos_f64(turn * u);
+        let turned = DMat3::from_cols(DVec3::new(cos, 0.0, -sin), DVec3::Y, DVec3::new(sin, 0.0, cos));
+        let linear = DAffine3::from_mat3(turned * (1.0 + u * (growth - 1.0)));
+        let at = DAffine3::from_translation;
+        (1.0 + u, at(way * u) * at(about) * linear * at(-about))
+    };
+    Track::new([key(0.0), key(1.0)]).unwrap()
+}
+
+/// A room in which a blade turns, a lamp swings and grows, a pane slides before what is behind it,
+/// and a cloud shrinks if there is one: as it moves, or as it stands at a time.
+fn workshop(at: Option<f64>, fog: bool) -> Scene {
+    let mut b = diffuse_room();
+    add_ceiling_lamp(&mut b, 4.0);
+    let mut add = |mesh: MeshData, material: Material, track: Track| {
+        let material = b.add_material(material).unwrap();
+        let mesh = b.add_mesh(mesh, material).unwrap();
+        let placed = match at {
+            None => b.add_moving_instance(mesh, track, SHUTTER).unwrap(),
+            Some(t) => b.add_instance(mesh, track.at(t).as_affine3a()).unwrap(),
+        };
+        placed.expect("it can be placed");
+        mesh
+    };
+    let blade = cuboid(Vec3::new(-0.6, 1.3, -0.1), Vec3::new(0.6, 1.35, 0.1), false);
+    add(blade, Material::new("blade", lambert(0.7)), spun(DVec3::ZERO, 2.2, DVec3::ZERO, 1.0));
+    let lamp = parallelogram(Vec3::new(-0.9, 0.9, -0.3), Vec3::Z * 0.2, Vec3::Y * -0.2);
+    let lamp = (lamp, glowing("lamp", lambert(0.2), 20.0));
+    add(lamp.0, lamp.1, spun(DVec3::new(-0.9, 0.8, -0.2), 0.5, DVec3::new(0.5, 0.1, 0.2), 2.5));
+    let pane = parallelogram(Vec3::new(0.2, 0.1, 0.4), Vec3::X * 0.4, Vec3::Y * 1.2);
+    let glass = Surface::ThinGlass {
+        ior: 1.5,
+        reflectance: Rgb::WHITE.into(),
+        transmittance: Rgb::new(0.9, 0.5, 0.3).into(),
+        facets: 0.0.into(),
+    };
+    add(pane, Material::new("pane", glass), spun(DVec3::ZERO, 0.4, DVec3::X * -0.6, 1.5));
+    if fog {
+        let cloud = cuboid(Vec3::new(0.1, 0.8, -0.8), Vec3::new(0.6, 1.2, -0.2), false);
+        let track = spun(DVec3::new(0.3, 1.0, -0.5), 0.8, DVec3::new(-0.4, 0.1, 0.0), 0.7);
+        let cloud = add(cloud, Material::new("boundary", Surface::Boundary), track);
+        let phase = HenyeyGreenstein::default();
+        let [absorption, scattering] = [0.2, 3.0].map(Rgb::gray);
+        let fog = b.add_medium(Medium { name: "fog".into(), absorption, scattering, phase }).unwrap();
+        b.set_interface(cloud, Interface { inside: Some(fog), outside: None }).unwrap();
+    }
+    b.build().unwrap()
+}
+
+/// Of each pixel over several seeds, the picture of what moves, and the mean of those in which it
+/// stands where it is at many times: as one within their common error.
+#[test]
+fn what_moves_is_seen_as_the_mean_of_where_it_stands() {
+    const SEEDS: u64 = 12;
+    const TIMES: u32 = 12;
+    const SIZE: [u32; 2] = [8, 8];
+    for fog in [false, true] {
+        let moving = Tracer::new(workshop(None, fog).into());
+        let at = |k: u32| 1.0 + (f64::from(k) + 0.5) / f64::from(TIMES);
+        let still: Vec<Tracer> = (0..TIMES).map(|k| Tracer::new(workshop(Some(at(k)), fog).into())).collect();
+        let pixels = (SIZE[0] * SIZE[1]) as usize;
+        let mut differences = vec![Moments::default(); pixels];
+        let mut image = Moments::default();
+        let mut mean = 0.0;
+        for seed in 0..SEEDS {
+            let mut difference = luminances(&paths(&moving, 480, SIZE, seed));
+            mean += difference.iter().sum::<f64>() / (SEEDS as f64 * pixels as f64);
+            for (k, tracer) in (0..).zip(&still) {
+                let still = luminances(&paths(tracer, 40, SIZE, 1000 + seed * u64::from(TIMES) + k));
+                difference.iter_mut().zip(still).for_each(|(d, l)| *d -= l / f64::from(TIMES));
+            }
+            image.push(difference.iter().sum::<f64>() / pixels as f64);
+            differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
+        }
+        // Student's t of 11 degrees: 7.5 is passed with probability 1.2·10⁻⁵, of 130 numbers with
+        // 2·10⁻³; the seeds are fixed. 0.5 % of the mean are for what the middles of 12 parts are off
+        // from all times.
+        let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 5e-3 * mean);
+        let worst = differences.iter().map(off).fold(0.0, f64::max);
+        assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
+        assert!(worst < 7.5, "fog {fog}: a pixel is {worst} standard errors off");
+        assert!(off(&image) < 7.5, "fog {fog}: the image is {} standard errors off", off(&image));
+        // It is not what it would be without motion.
+        let standing = luminances(&paths(&Tracer::new(workshop(Some(1.5), fog).into()), 500, SIZE, 1));
+        let blurred = luminances(&paths(&moving, 500, SIZE, 1));
+        let far = standing.iter().zip(&blurred).filter(|(a, b)| (*a - *b).abs() > 0.1 * mean).count();
+        assert!(far > pixels / 10, "fog {fog}: {far} pixels differ from those of things that stand");
+    }
+}
+
+#[test]
+fn threads_and_windows_change_no_bit_of_what_moves() {
+    let size = [23, 17];
+    let run = |threads: usize, window: Window| {
+        with_threads(threads, || {
+            let tracer = Tracer::new(workshop(None, false).into());
+            let scene = tracer.scene().clone();
+            let setting = Setting { tracer: &tracer, view: view(&scene, size, 1, 5) };
+            let path = PathTracer::new(&tracer, PathStop::Count(4), 16).unwrap();
+            let options = RenderOptions { window, share: TileShare::default() };
+            render(&setting, &path, &options, &|_| (), &AtomicBool::new(false)).unwrap().film
+        })
+        .unwrap()
+    };
+    let one = run(1, Window::full(size));
+    assert_eq!(run(3, Window::full(size)), one);
+    let part = Window { x: 5, y: 3, width: 9, height: 7 };
+    let whole = luminances(&one);
+    for ((x, y), found) in part.pixels().zip(luminances(&run(2, part))) {
+        assert_eq!(found, whole[(y * size[0] + x) as usize], "{x}, {y}");
+    }
+}
+
+/// Methods that know no time refuse what moves before they begin, and say which method does not, and
+/// that all stands still at one time.
+#[test]
+fn other_methods_refuse_what_moves_and_name_the_one_that_renders_it() {
+    let tracer = Tracer::new(workshop(None, false).into());
+    let asked = |error: tashika::error::Error| {
+        let said = error.to_string();
+        assert!(said.contains("expected path") && said.contains("(1 to 2 s)"), "{said}");
+        assert!(said.contains("at one time all stands still"), "{said}");
+    };
+    let named =
+        MethodName::all().filter(|method| ![MethodName::Path, MethodName::default()].contains(method));
+    for method in named {
+        let renderer = Renderer::on(&tracer).size([8, 8]).method(method);
+        asked(renderer.prepare().err().expect("refused"));
+        asked(renderer.trace_lights().expect_err("refused"));
+    }
+    asked(VplSet::trace(&tracer, &VplOptions::default()).unwrap_err());
+    let none = VplSet::new(Vec::new(), Provenance::default());
+    let scene = tracer.scene().clone();
+    let setting = Setting { tracer: &tracer, view: view(&scene, [4, 4], 1, 1) };
+    let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
+    let rendered = render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false));
+    asked(rendered.expect_err("refused"));
+    // What the default promises path tracing keeps, but for pictures as a whole and for certificates.
+    let image = Renderer::on(&tracer).size([4, 4]).paths(1).render().unwrap();
+    assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
+    for claim in [ClaimName::Audited, ClaimName::Certified] {
+        asked(Renderer::on(&tracer).size([4, 4]).claim(claim).prepare().err().expect("refused"));
+    }
+    let still = Tracer::new(workshop(Some(1.5), false).into());
+    assert!(Renderer::on(&still).size([4, 4]).vpls(100).error(0.5).render().is_ok());
+}
