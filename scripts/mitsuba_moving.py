@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Compares a camera that moves with Mitsuba 3, whose cameras stand: with the mean of its pictures at many times.
+"""Compares what moves with Mitsuba 3, in which all stands: with the mean of its pictures at many times.
 
     pip install mitsuba numpy
     python3 scripts/mitsuba_moving.py target/release/tashika 64x64 8192 SCENE.xml [METHOD...]
+    python3 scripts/mitsuba_moving.py target/release/tashika 64x64 8192 SCENE.xml --objects
 
-The camera of the scene gets two keys, 0 s and 1 s: where it is, and 0.6 to its right, 1.2 ahead and turned by 8 degrees. Ours
+The camera of the scene gets two keys, 0 s and 1 s: where it is, and 0.6 to its right, 1.2 ahead and turned by 8 degrees. With `--objects`
+the camera stands, and the boxes and the lamp of the Cornell box go and turn instead (by paths only). Ours
 is one picture with the shutter open from 0 to 1 s, by paths and by each of the further options (default: --error 2%); Mitsuba's is the
 mean of 64 pictures in the middle of as many parts of that time. Told are the ratio of mean luminances with its standard
 error, and the differences of pixels: the root of their mean square, relative to the mean, beside what the standard errors of both make of
-it; the same for the camera that stands in the middle, to show what the motion changes. The film's filter is a box. Where LLVM is not found, name
+it; the same for what stands in the middle, to show what the motion changes. The film's filter is a box. Where LLVM is not found, name
 its library in `DRJIT_LIBLLVM_PATH`.
 """
 
@@ -23,18 +25,44 @@ import numpy as np
 from mitsuba_pictures import LUMINANCE, adapted
 
 TIMES = 64
-# The sensor comes first in the file.
-SENSOR = re.compile(r'<transform name="to_world">\s*<matrix value="([^"]*)"\s*/>\s*</transform>')
+TRANSFORM = r'<transform name="to_world">\s*<matrix value="([^"]*)"\s*/>\s*</transform>'
 
 
-def pose(first, time):
-    """Camera to world: a turn about the camera's own up, and a way along its own axes, even in time."""
-    angle = np.radians(8.0) * time
+def turn(axis, angle):
+    """About an axis of the coordinates."""
     sin, cos = np.sin(angle), np.cos(angle)
-    turn = np.array([[cos, 0, sin, 0], [0, 1, 0, 0], [-sin, 0, cos, 0], [0, 0, 0, 1]])
-    way = np.eye(4)
-    way[:3, 3] = np.array([-0.6, 0.0, 1.2]) * time
-    return first @ way @ turn
+    i, j = [k for k in range(3) if k != axis]
+    m = np.eye(4)
+    m[i, i], m[i, j], m[j, i], m[j, j] = cos, -sin, sin, cos
+    return m if axis != 1 else m.T
+
+
+def way(offset):
+    m = np.eye(4)
+    m[:3, 3] = offset
+    return m
+
+
+def of_camera(first, time):
+    """Camera to world: a turn about the camera's own up, and a way along its own axes, even in time."""
+    return first @ way(np.array([-0.6, 0.0, 1.2]) * time) @ turn(1, np.radians(8.0) * time)
+
+
+def of_shape(offset, degrees):
+    """Shape to world: a turn about its own third axis, across which it is square, and a way in the world."""
+    return lambda first, time: way(np.array(offset) * time) @ first @ turn(2, np.radians(degrees) * time)
+
+
+# What moves: where in the file, and how. The sensor comes first in it.
+CAMERA = [(TRANSFORM, of_camera)]
+OBJECTS = [
+    (rf'(?<=id="{name}">)\s*{TRANSFORM}', of_shape(*how))
+    for name, how in {
+        "ShortBox": ([0.25, 0.4, 0.1], 100.0),
+        "TallBox": ([-0.2, 0.0, 0.3], -60.0),
+        "Light": ([-0.5, -0.3, 0.2], 0.0),
+    }.items()
+]
 
 
 def matrix(m):
@@ -43,22 +71,29 @@ def matrix(m):
 
 def main():
     program, size, paths, scene, *methods = sys.argv[1:]
+    are_objects = methods == ["--objects"]
+    movers = OBJECTS if are_objects else CAMERA
     size, paths = [int(side) for side in size.split("x")], int(paths)
     text = adapted(open(scene, encoding="utf-8").read(), size)
-    first = np.array(SENSOR.search(text).group(1).split(), float).reshape(4, 4)
     folder = os.path.dirname(os.path.abspath(scene))
 
     def written(transform):
+        """The scene with what `transform` makes of the poses of each mover."""
+        changed = text
+        for where, pose in movers:
+            first = np.array(re.search(where, text).group(1).split(), float).reshape(4, 4)
+            changed = re.sub(where, transform(lambda time: matrix(pose(first, time))), changed, count=1)
         file = tempfile.NamedTemporaryFile("w", suffix=".xml", dir=folder, delete=False)
         with file:
-            file.write(SENSOR.sub(transform, text, count=1))
+            file.write(changed)
         return file.name
 
     def stills():
         """Means of both halves of the seeds."""
         halves = [0, 0]
         for k in range(TIMES):
-            name = written(f'<transform name="to_world">{matrix(pose(first, (k + 0.5) / TIMES))}</transform>')
+            middle = (k + 0.5) / TIMES
+            name = written(lambda at: f'<transform name="to_world">{at(middle)}</transform>')
             try:
                 loaded = mi.load_file(name)
                 for half in (0, 1):
@@ -68,8 +103,11 @@ def main():
                 os.remove(name)
         return halves
 
-    keys = [f'<transform time="{time}">{matrix(pose(first, time))}</transform>' for time in (0, 1)]
-    moving = written(f'<animation name="to_world">{"".join(keys)}</animation>')
+    def animation(at):
+        keys = [f'<transform time="{time}">{at(time)}</transform>' for time in (0, 1)]
+        return f'<animation name="to_world">{"".join(keys)}</animation>'
+
+    moving = written(animation)
 
     def ours(options):
         halves = []
@@ -96,7 +134,7 @@ def main():
         print("| ours | mean, ours over Mitsuba's | differences of pixels | of noise alone |\n|---|---|---|---|")
         blurred = ["--shutter", "0,1"]
         tell("paths", ours([*blurred, "--method", "path", "--paths", str(paths // 2)]), reference)
-        for method in methods or ["--error 2%"]:
+        for method in [] if are_objects else methods or ["--error 2%"]:
             tell(f"`{method}`", ours([*blurred, *method.split()]), reference)
         tell("paths, standing in the middle", ours(["--at", "0.5", "--method", "path", "--paths", str(paths // 2)]), reference)
     finally:

@@ -36,6 +36,10 @@ struct Report {
     animated_seconds: Option<[f64; 2]>,
     /// When the scene is as it is told of, if anything moves and a time was asked for (s).
     time_seconds: Option<f64>,
+    /// Instances that move while the shutter is open.
+    moving_instances: usize,
+    /// From when to when that is (s), if any do.
+    shutter_seconds: Option<[f64; 2]>,
     cameras: Vec<CameraReport>,
     media: Vec<MediumReport>,
     /// Whether any view or light may meet a medium that does something: path tracing renders it.
@@ -162,6 +166,8 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
         changes: scene.changes().to_vec(),
         animated_seconds: scene.animated_seconds(),
         time_seconds: scene.time(),
+        moving_instances: scene.instance_ids().filter(|&id| scene.motion_of(id).is_some()).count(),
+        shutter_seconds: scene.shutter(),
         cameras: scene
             .cameras()
             .iter()
@@ -284,6 +290,12 @@ fn rows(report: &Report) -> Rows {
         let shown =
             report.time_seconds.map_or("without a time (--at)".to_owned(), |at| format!("at {at:.3} s"));
         rows.push("moves", format!("from {from:.3} to {to:.3} s; shown {shown}"));
+    }
+    if let Some([open, close]) = report.shutter_seconds {
+        let (moving, all) = (report.moving_instances, report.instances);
+        let moving = if all == 1 { "the instance".to_owned() } else { format!("{moving} of {all} instances") };
+        let meanwhile = format!("{moving}, with the shutter open from {open:.4} to {close:.4} s");
+        rows.push("", format!("{meanwhile}: rendered by path tracing"));
     }
     for (i, camera) in report.cameras.iter().enumerate() {
         let size = camera.resolution.map_or("no size given".to_owned(), |[w, h]| format!("{w}x{h}"));

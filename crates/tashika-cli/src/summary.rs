@@ -181,7 +181,7 @@ pub struct RenderReport {
     pub light_changes: Vec<String>,
     /// When the scene is as it was rendered (s), if a time was asked for and anything in it moves.
     pub time_seconds: Option<f64>,
-    /// From when to when the shutter is open (s), if the camera moves meanwhile.
+    /// From when to when the shutter is open (s), if the camera or anything else moves meanwhile.
     pub shutter_seconds: Option<[f64; 2]>,
     /// Name of the camera.
     pub camera: String,
@@ -279,7 +279,7 @@ impl RenderReport {
         let part = if [w, h] == self.size { String::new() } else { format!(", part {x},{y},{w},{h}") };
         rows.push("image", format!("{width}x{height}{part}, camera {}", self.camera));
         if let Some([open, close]) = self.shutter_seconds {
-            rows.push("", format!("which moves, with its shutter open from {open:.4} to {close:.4} s"));
+            rows.push("", format!("with its shutter open from {open:.4} to {close:.4} s"));
         }
         if let Some(lights) = &self.lights {
             let clamp =

@@ -126,8 +126,8 @@ fn cameras_are_blurred_while_the_shutter_is_open() {
     assert_ne!(scene, SCENE);
     fs::write(folder.join("s.xml"), scene).unwrap();
     let told = succeeds(folder, &format!("{SMALL} --at 1 --shutter -0.25,0.5 --json n.json -o b.exr"));
-    assert!(told.contains("which moves, with its shutter open from 0.7500 to 1.5000 s"), "{told}");
-    assert!(told.contains("animations: shown in the middle of the time that the shutter is open"), "{told}");
+    assert!(told.contains("with its shutter open from 0.7500 to 1.5000 s"), "{told}");
+    assert!(!told.contains("animations: shown"), "{told}");
     let json: serde_json::Value = serde_json::from_slice(&bytes(folder.join("n.json"))).unwrap();
     assert_eq!(json["shutter_seconds"], serde_json::json!([0.75, 1.5]));
     assert_eq!(json["time_seconds"], 1.125);
@@ -141,8 +141,13 @@ fn cameras_are_blurred_while_the_shutter_is_open() {
         told.contains("a: 8x2") && told.contains("moves with its shutter open from 0.0000 to 1.0000 s"),
         "{told}"
     );
+    assert!(told.contains("the shutter open from 0.0000 to 1.0000 s: rendered by path tracing"), "{told}");
     let still = succeeds(folder, &format!("{SMALL} --at 1 -o s.exr"));
     assert!(!still.contains("shutter"), "{still}");
+    // The shape moves too, which is for path tracing alone.
+    assert_eq!(film.metadata().text("method"), Some("path"));
+    let (code, said) = run(folder, "render s.xml --shutter 0,1 --method mdlc -o m.exr");
+    assert!(code == Some(2) && said.contains("expected path, as things in it move"), "{said}");
 }
 
 #[test]

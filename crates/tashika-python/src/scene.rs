@@ -170,7 +170,8 @@ impl Scene {
 ///
 /// `at` is the time in seconds that a scene is loaded as it is at, if anything in its file moves;
 /// `Scene.animated_seconds` says from when to when it does. `shutter` is from when to when the
-/// shutter of cameras is open, in seconds from `at` or 0: those that move meanwhile are blurred.
+/// shutter of cameras is open, in seconds from `at` or 0: those that move meanwhile are blurred, and
+/// so are things that move, by path tracing.
 /// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words
 /// of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
 /// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on

@@ -11,7 +11,7 @@ use crate::shell::{Outcome, Shell};
 pub enum Measure {
     /// Pictures of Mitsuba files beside Mitsuba's own: SIZE PATHS SCENE.xml...
     Pictures,
-    /// A camera that moves beside the mean of Mitsuba's that stand: SIZE PATHS SCENE.xml [OPTIONS...]
+    /// What moves beside the mean of Mitsuba's that stand: SIZE PATHS SCENE.xml [--objects|OPTIONS...]
     Moving,
     /// How long Mitsuba takes until as many pixels are right
     Beside,

@@ -160,8 +160,8 @@ pub struct SceneArgs {
     pub at: Option<f64>,
 
     /// From when to when the shutter of cameras is open, in seconds from --at, from each of the
-    /// --frames, or from 0: a camera that moves meanwhile is blurred, other things that move are in
-    /// the middle of it
+    /// --frames, or from 0: a camera that moves meanwhile is blurred, and so are things that move,
+    /// by path tracing
     /// [default: with a time closed; else as the file says, pbrt and Mitsuba]
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = values::shutter, allow_hyphen_values = true,
         help_heading = "Scene")]

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::{Affine3A, DVec3, Quat, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Quat, Vec3};
 
 use super::{Apex, Glass, SegmentBatch, Tracer};
 use crate::color::Rgb;
 use crate::error::Location;
 use crate::math::Ray;
 use crate::math::elementary::powf;
+use crate::math::motion::Track;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{Alpha, AlphaMode, Material, MeshData, SceneBuilder, Surface, has_normal};
 
@@ -524,4 +525,130 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
             assert!(t.closest_hit(&Ray::new(Vec3::Z, Vec3::NEG_Z), 5).is_some());
         }
     }
+}
+
+/// Triangles that stand, and soups that turn and go on while the shutter is open, each with the track
+/// that it goes by.
+fn moving_soups(stream: &mut Stream, opacity: f32) -> (Tracer, Vec<Corners>, Vec<(Vec<Corners>, Track)>) {
+    let mut b = SceneBuilder::new("test", Location::default());
+    let mut material = Material::new("m", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
+    if opacity < 1.0 {
+        material.alpha = Some(Alpha { value: opacity.into(), mode: AlphaMode::Blend });
+    }
+    let material = b.add_material(material).unwrap();
+    let standing = soup(stream, 40, 0.25);
+    let still = b.add_mesh(mesh(&standing), material).unwrap();
+    b.add_instance(still, Affine3A::IDENTITY).unwrap();
+    let mut movers = Vec::new();
+    for _ in 0..12 {
+        let triangles = soup(stream, 12, 0.2);
+        let mesh = b.add_mesh(mesh(&triangles), material).unwrap();
+        let mut end = |seconds: f64| {
+            let turn = Quat::from_vec4(point(stream, 1.0).extend(0.6).normalize());
+            let map = Affine3A::from_scale_rotation_translation(Vec3::splat(0.5), turn, point(stream, 0.8));
+            let linear = map.matrix3.as_dmat3();
+            (seconds, DAffine3 { matrix3: linear, translation: map.translation.as_dvec3() })
+        };
+        let track = Track::new([end(3.0), end(4.0)]).unwrap();
+        b.add_moving_instance(mesh, track.clone(), [3.0, 4.0]).unwrap().unwrap();
+        movers.push((triangles, track));
+    }
+    (Tracer::new(Arc::new(b.build().unwrap())), standing, movers)
+}
+
+/// At each of many times, what stands and what moves is met where it is then, by rays and by
+/// segments, and by no other code than the one without vector instructions.
+#[test]
+fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
+    let mut s = Stream::new(31, Purpose::Test, 0);
+    let (t, standing, movers) = moving_soups(&mut s, 1.0);
+    let plain = t.plain();
+    let mut judged = [0; 3];
+    for _ in 0..60 {
+        let share = s.uniform();
+        let at = |track: &Track| track.at(3.0 + f64::from(share)).as_affine3a();
+        let moved = movers.iter().flat_map(|(triangles, track)| {
+            let map = at(track);
+            triangles.iter().map(move |c| c.map(|v| map.transform_point3(v)))
+        });
+        let all: Vec<Corners> = standing.iter().copied().chain(moved).collect();
+        for _ in 0..200 {
+            let ray = Ray::new(point(&mut s, 1.5), point(&mut s, 1.0));
+            let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+            let hits: Vec<(f64, f64)> =
+                all.iter().filter_map(|c| meets_exactly(o, d, c)).filter(|(at, _)| *at > -1e-4).collect();
+            // Unless something is near an edge or the start.
+            if hits.iter().any(|&(at, margin)| margin < 1e-4 || at < 1e-4) {
+                continue;
+            }
+            let exact = hits.iter().map(|(at, _)| *at).fold(f64::INFINITY, f64::min);
+            let found = t.closest_hit_at(&ray, 0, share);
+            assert_eq!(found, plain.closest_hit_at(&ray, 0, share));
+            assert_eq!(found.is_some(), exact.is_finite(), "{ray:?} at {share}");
+            if let Some(hit) = found {
+                assert!((f64::from(hit.t) - exact).abs() < 1e-4 * (1.0 + exact), "{hit:?} for {exact}");
+                let p = t.scene().surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
+                assert!((p.position - ray.at(hit.t)).length() < 1e-5, "the surface is where it was met");
+                judged[usize::from(t.scene().motion_of(hit.instance).is_some())] += 1;
+            }
+        }
+        for infinite in [false, true] {
+            let apex = point(&mut s, 1.5);
+            let targets: Vec<Vec3> = (0..20).map(|_| point(&mut s, 1.5)).collect();
+            let mut batch = SegmentBatch::default();
+            batch.push_fan(Apex::Point(Vec3::splat(9.0)), [Vec3::splat(8.0)]);
+            let fan = if infinite { Apex::Direction(apex) } else { Apex::Point(apex) };
+            batch.push_fan(fan, targets.iter().copied());
+            let (mut found, mut other) = (Vec::new(), Vec::new());
+            t.visibility_at(&batch, share, &mut found);
+            plain.visibility_at(&batch, share, &mut other);
+            assert_eq!(found, other);
+            assert_eq!(found[0], 1.0);
+            for (x, v) in targets.iter().zip(&found[1..]) {
+                let exact = if infinite {
+                    blocked_exactly(*x, apex, f64::INFINITY, &all)
+                } else {
+                    blocked_exactly(apex, *x, 1.0, &all)
+                };
+                if let Some(blocked) = exact {
+                    judged[2] += usize::from(blocked);
+                    assert_eq!(*v, if blocked { 0.0 } else { 1.0 }, "{fan:?} to {x:?} at {share}");
+                }
+            }
+        }
+    }
+    assert!(judged.iter().all(|count| *count > 200), "all answers occur: {judged:?}");
+}
+
+/// Half of the light for each surface that is met, of those that stand and those that move alike.
+#[test]
+fn what_moves_lets_light_pass_by_its_opacity() {
+    let mut s = Stream::new(32, Purpose::Test, 0);
+    let (opaque, ..) = moving_soups(&mut Stream::new(33, Purpose::Test, 0), 1.0);
+    let (half, standing, movers) = moving_soups(&mut Stream::new(33, Purpose::Test, 0), 0.5);
+    let mut met = 0;
+    for _ in 0..3000 {
+        let share = s.uniform();
+        let (o, x) = (point(&mut s, 1.5), point(&mut s, 1.5));
+        let moved = movers.iter().flat_map(|(triangles, track)| {
+            let map = track.at(3.0 + f64::from(share)).as_affine3a();
+            triangles.iter().map(move |c| c.map(|v| map.transform_point3(v)))
+        });
+        let all = standing.iter().copied().chain(moved);
+        let (o64, d) = (o.as_dvec3(), x.as_dvec3() - o.as_dvec3());
+        let hits: Vec<_> = all.filter_map(|c| meets_exactly(o64, d, &c)).collect();
+        if hits.iter().any(|&(at, margin)| margin < 1e-4 || at.abs() < 1e-4 || (at - 1.0).abs() < 1e-4) {
+            continue;
+        }
+        let count = hits.iter().filter(|(at, _)| *at > 0.0 && *at < 1.0).count();
+        let mut batch = SegmentBatch::default();
+        batch.push_fan(Apex::Point(o), [x]);
+        let mut found = Vec::new();
+        half.visibility_at(&batch, share, &mut found);
+        assert_eq!(found, [0.5_f32.powi(count as i32)]);
+        opaque.visibility_at(&batch, share, &mut found);
+        assert_eq!(found, [if count == 0 { 1.0 } else { 0.0 }]);
+        met += usize::from(count > 1);
+    }
+    assert!(met > 50, "several are met: {met}");
 }

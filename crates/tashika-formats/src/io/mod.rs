@@ -63,9 +63,9 @@ pub struct LoadOptions {
     /// its animations, where the first keys are (pbrt, Mitsuba), or where the nodes stand (glTF).
     pub at: Option<f64>,
     /// From when to when the shutter of cameras is open (s), reckoned from [`Self::at`] or zero:
-    /// finite numbers, the first not above the second. Cameras that move meanwhile are blurred;
-    /// things that move are where they are in the middle of it. Default: none; then at a time
-    /// nothing is blurred, and without one cameras are as the file says (pbrt, Mitsuba).
+    /// finite numbers, the first not above the second. Cameras and things that move meanwhile are
+    /// blurred; lights without a surface are where they are in the middle of it. Default: none; then
+    /// at a time nothing is blurred, and without one it is as the file says (pbrt, Mitsuba).
     pub shutter: Option<[f64; 2]>,
 }
 
