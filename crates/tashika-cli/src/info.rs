@@ -293,7 +293,8 @@ fn rows(report: &Report) -> Rows {
     }
     if let Some([open, close]) = report.shutter_seconds {
         let (moving, all) = (report.moving_instances, report.instances);
-        let moving = if all == 1 { "the instance".to_owned() } else { format!("{moving} of {all} instances") };
+        let moving =
+            if all == 1 { "the instance".to_owned() } else { format!("{moving} of {all} instances") };
         let meanwhile = format!("{moving}, with the shutter open from {open:.4} to {close:.4} s");
         rows.push("", format!("{meanwhile}: rendered by path tracing"));
     }

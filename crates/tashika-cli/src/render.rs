@@ -242,13 +242,7 @@ fn report(
         default_light: scene.has_default_light(),
         light_changes: scene.changes().to_vec(),
         time_seconds: scene.time(),
-        shutter_seconds: stage
-            .framed
-            .camera
-            .motion
-            .as_ref()
-            .map(|motion| motion.shutter)
-            .or(scene.shutter()),
+        shutter_seconds: stage.framed.camera.motion.as_ref().map(|motion| motion.shutter).or(scene.shutter()),
         camera: stage.framed.camera.name.clone(),
         size: stage.framed.size,
         window: [window.x, window.y, window.width, window.height],

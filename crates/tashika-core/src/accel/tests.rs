@@ -529,7 +529,24 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
 
 /// Triangles that stand, and soups that turn and go on while the shutter is open, each with the track
 /// that it goes by.
-fn moving_soups(stream: &mut Stream, opacity: f32) -> (Tracer, Vec<Corners>, Vec<(Vec<Corners>, Track)>) {
+struct MovingSoups {
+    tracer: Tracer,
+    standing: Vec<Corners>,
+    movers: Vec<(Vec<Corners>, Track)>,
+}
+
+impl MovingSoups {
+    /// All triangles after a share of the time.
+    fn at(&self, share: f32) -> Vec<Corners> {
+        let moved = self.movers.iter().flat_map(|(triangles, track)| {
+            let map = track.at(3.0 + f64::from(share)).as_affine3a();
+            triangles.iter().map(move |c| c.map(|v| map.transform_point3(v)))
+        });
+        self.standing.iter().copied().chain(moved).collect()
+    }
+}
+
+fn moving_soups(stream: &mut Stream, opacity: f32) -> MovingSoups {
     let mut b = SceneBuilder::new("test", Location::default());
     let mut material = Material::new("m", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
     if opacity < 1.0 {
@@ -553,7 +570,7 @@ fn moving_soups(stream: &mut Stream, opacity: f32) -> (Tracer, Vec<Corners>, Vec
         b.add_moving_instance(mesh, track.clone(), [3.0, 4.0]).unwrap().unwrap();
         movers.push((triangles, track));
     }
-    (Tracer::new(Arc::new(b.build().unwrap())), standing, movers)
+    MovingSoups { tracer: Tracer::new(Arc::new(b.build().unwrap())), standing, movers }
 }
 
 /// At each of many times, what stands and what moves is met where it is then, by rays and by
@@ -561,17 +578,12 @@ fn moving_soups(stream: &mut Stream, opacity: f32) -> (Tracer, Vec<Corners>, Vec
 #[test]
 fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
     let mut s = Stream::new(31, Purpose::Test, 0);
-    let (t, standing, movers) = moving_soups(&mut s, 1.0);
-    let plain = t.plain();
+    let soups = moving_soups(&mut s, 1.0);
+    let (t, plain) = (&soups.tracer, soups.tracer.plain());
     let mut judged = [0; 3];
     for _ in 0..60 {
         let share = s.uniform();
-        let at = |track: &Track| track.at(3.0 + f64::from(share)).as_affine3a();
-        let moved = movers.iter().flat_map(|(triangles, track)| {
-            let map = at(track);
-            triangles.iter().map(move |c| c.map(|v| map.transform_point3(v)))
-        });
-        let all: Vec<Corners> = standing.iter().copied().chain(moved).collect();
+        let all = soups.at(share);
         for _ in 0..200 {
             let ray = Ray::new(point(&mut s, 1.5), point(&mut s, 1.0));
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
@@ -624,19 +636,15 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
 #[test]
 fn what_moves_lets_light_pass_by_its_opacity() {
     let mut s = Stream::new(32, Purpose::Test, 0);
-    let (opaque, ..) = moving_soups(&mut Stream::new(33, Purpose::Test, 0), 1.0);
-    let (half, standing, movers) = moving_soups(&mut Stream::new(33, Purpose::Test, 0), 0.5);
+    let [opaque, half] =
+        [1.0, 0.5].map(|opacity| moving_soups(&mut Stream::new(33, Purpose::Test, 0), opacity));
     let mut met = 0;
     for _ in 0..3000 {
         let share = s.uniform();
         let (o, x) = (point(&mut s, 1.5), point(&mut s, 1.5));
-        let moved = movers.iter().flat_map(|(triangles, track)| {
-            let map = track.at(3.0 + f64::from(share)).as_affine3a();
-            triangles.iter().map(move |c| c.map(|v| map.transform_point3(v)))
-        });
-        let all = standing.iter().copied().chain(moved);
+        let all = half.at(share);
         let (o64, d) = (o.as_dvec3(), x.as_dvec3() - o.as_dvec3());
-        let hits: Vec<_> = all.filter_map(|c| meets_exactly(o64, d, &c)).collect();
+        let hits: Vec<_> = all.iter().filter_map(|c| meets_exactly(o64, d, c)).collect();
         if hits.iter().any(|&(at, margin)| margin < 1e-4 || at.abs() < 1e-4 || (at - 1.0).abs() < 1e-4) {
             continue;
         }
@@ -644,9 +652,9 @@ fn what_moves_lets_light_pass_by_its_opacity() {
         let mut batch = SegmentBatch::default();
         batch.push_fan(Apex::Point(o), [x]);
         let mut found = Vec::new();
-        half.visibility_at(&batch, share, &mut found);
+        half.tracer.visibility_at(&batch, share, &mut found);
         assert_eq!(found, [0.5_f32.powi(count as i32)]);
-        opaque.visibility_at(&batch, share, &mut found);
+        opaque.tracer.visibility_at(&batch, share, &mut found);
         assert_eq!(found, [if count == 0 { 1.0 } else { 0.0 }]);
         met += usize::from(count > 1);
     }

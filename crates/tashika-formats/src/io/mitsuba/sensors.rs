@@ -126,8 +126,8 @@ impl<'a> Translation<'a> {
     /// When the shutter of the first sensor is open (s), which is that of what moves.
     pub(super) fn shutter(&self) -> [f64; 2] {
         let document = self.document;
-        let sensors = document.roots.iter().map(|&root| &document.objects[root]);
-        let Some(first) = sensors.filter(|object| object.class == Class::Sensor).next() else {
+        let mut sensors = document.roots.iter().map(|&root| &document.objects[root]);
+        let Some(first) = sensors.find(|object| object.class == Class::Sensor) else {
             return [0.0; 2];
         };
         let time = |name: &str| first.float(name).filter(|seconds| seconds.abs() <= 1e30).unwrap_or(0.0);
