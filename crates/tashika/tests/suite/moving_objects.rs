@@ -122,6 +122,33 @@ fn a_board_before_a_lamp_stops_its_share_of_the_light() {
     }
 }
 
+/// A lamp of half-width `a`, a metre above a floor, that grows from 0.3 to 1.8 m: below its middle
+///
+/// ```text
+/// ρ/π ∫₀¹ L ∫∫ 1/(1 + x² + y²)² dx dy du      |x|, |y| ≤ a(u) = 0.3 + 1.5 u
+/// ```
+///
+/// Small, it is found by drawing from it, large, by going there: both densities are of the time.
+#[test]
+fn a_lamp_that_grows_lights_by_its_size_at_each_time() {
+    let mut b = builder();
+    let floor = parallelogram(Vec3::new(-9.0, -9.0, 0.0), Vec3::X * 18.0, Vec3::Y * 18.0);
+    place(&mut b, floor, Material::new("floor", lambert(0.8)));
+    let lamp = parallelogram(Vec3::new(-0.3, -0.3, 1.0), Vec3::Y * 0.6, Vec3::X * 0.6);
+    let grown = DAffine3::from_scale(DVec3::new(6.0, 6.0, 1.0));
+    let track = Track::new([(1.0, DAffine3::IDENTITY), (2.0, grown)]).unwrap();
+    send(&mut b, lamp, glowing("lamp", lambert(0.0), 1.0), &track);
+    needle(&mut b, Vec3::Z * 0.5);
+    let parts = |n: u32| (0..n).map(move |k| (f64::from(k) + 0.5) / f64::from(n));
+    let of_size = |a: f64| {
+        let over = parts(60).flat_map(|x| parts(60).map(move |y| [x, y].map(|x| a * (2.0 * x - 1.0))));
+        let sum: f64 = over.map(|[x, y]| 1.0 + x * x + y * y).map(|q| 1.0 / (q * q)).sum();
+        sum * 4.0 * a * a / 3600.0
+    };
+    let mean = parts(60).map(|u| of_size(0.3 + 1.5 * u)).sum::<f64>() / 60.0;
+    assert_axis(b, 0.8 / std::f64::consts::PI * mean, "a lamp that grows");
+}
+
 /// A slab of something that absorbs passes the axis for three fifths of the time.
 #[test]
 fn a_medium_that_passes_absorbs_for_its_share_of_the_time() {
