@@ -13,7 +13,7 @@ pub mod simd;
 pub use aabb::Aabb;
 pub use cone::Cone;
 pub use frame::Frame;
-pub use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
+pub use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3, Quat, Vec2, Vec3};
 pub use ray::Ray;
 pub use rounding::{GAMMA_4, GAMMA_7, UNIT_ROUNDOFF, gamma, offset_from_surface};
 pub use simd::Real;

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! of the light goes on (Beer and Lambert); of what does not, `σ_s / σ_t` is scattered, by a phase
-//! function.
+//! function. Coefficients may vary from place to place, by a [`Variation`].
 //!
 //! Where which medium is, is said by surfaces and cameras: a mesh may have an [`Interface`], which
 //! names the medium on either side, and a camera names the one that it stands in. A mesh without an
@@ -18,21 +18,28 @@
 //!
 //! # Guarantee
 //! Past [`SceneBuilder::build`](super::SceneBuilder::build) coefficients are finite and not
-//! negative, extinctions at most [`MAX_EXTINCTION`], asymmetries below 1, and every medium that is
-//! named is there.
+//! negative, extinctions at most [`MAX_EXTINCTION`], asymmetries below 1, albedos at most 1, grids
+//! at most [`MAX_OPTICAL_THICKNESS`], and every medium that is named is there.
 //!
 //! # Held to this by
-//! The tests below; the suite's `media`.
+//! The tests below; the suite's `media` and `grid_media`.
 
-use super::{Camera, MediumId, Mesh, MeshId, Scene, SceneBuilder, Surface, SurfacePoint};
+use std::sync::Arc;
+
+use super::{Camera, MediumId, Mesh, MeshId, Scene, SceneBuilder, Surface, SurfacePoint, Variation};
+use super::{Density, VolumeGrid};
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::math::Vec3;
 use crate::math::elementary::exp;
+use crate::math::{DVec3, Vec3};
 
 /// Largest extinction (m⁻¹): light goes a nanometre.
 pub const MAX_EXTINCTION: f32 = 1e9;
+
+/// Most mean free paths across the box of a medium that varies, at its densest: as many tentative
+/// collisions may be drawn on one way through it.
+pub const MAX_OPTICAL_THICKNESS: f64 = 1e6;
 
 /// What fills a space.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,34 +52,82 @@ pub struct Medium {
     pub scattering: Rgb,
     /// How it scatters.
     pub phase: HenyeyGreenstein,
+    /// How the coefficients vary from place to place; nothing where they do not.
+    pub variation: Option<Arc<Variation>>,
 }
 
 impl Medium {
-    /// Extinction `σ_t`, by channel (m⁻¹).
+    /// Extinction `σ_t`, by channel (m⁻¹), where the density is 1.
     #[inline]
     pub fn extinction(&self) -> Rgb {
         self.absorption + self.scattering
     }
 
-    /// The share of light that goes on after a distance (m), which may be infinite, by channel.
+    /// The share of light that goes on after a distance (m), which may be infinite, by channel,
+    /// where the density is 1.
     #[inline]
     pub fn transmittance(&self, distance: f32) -> Rgb {
         self.extinction().map(|sigma| if sigma > 0.0 { exp(-sigma * distance) } else { 1.0 })
     }
 
+    /// The factor of the coefficients, if it varies.
+    #[inline]
+    pub fn density(&self) -> Option<&Density> {
+        self.variation.as_deref()?.density()
+    }
+
+    fn albedo(&self) -> Option<&VolumeGrid> {
+        self.variation.as_deref()?.albedo()
+    }
+
+    /// Scattering `σ_s`, by channel (m⁻¹), at a place (m) whose density is 1.
+    #[inline]
+    pub fn scattering_at(&self, place: DVec3) -> Rgb {
+        match self.albedo() {
+            None => self.scattering,
+            Some(albedo) => self.extinction() * albedo.at(albedo.to_cells().transform_point3(place)),
+        }
+    }
+
+    /// Whether it scatters any light.
+    #[inline]
+    pub fn scatters(&self) -> bool {
+        !self.scattering.is_black() || self.albedo().is_some()
+    }
+
     /// Whether it does nothing to light.
     #[inline]
     pub fn is_clear(&self) -> bool {
-        self.extinction().is_black()
+        (self.extinction() * self.density().map_or(Rgb::WHITE, Density::most)).is_black()
     }
 
     /// Whether its numbers are in range.
     ///
     /// # Errors
     /// [`Error::Invalid`] at `at`: coefficients that are negative, not finite, or more than
-    /// [`MAX_EXTINCTION`]; an asymmetry of 1 or more.
+    /// [`MAX_EXTINCTION`]; an asymmetry of 1 or more; an albedo of more than 1; a density by which
+    /// the box is thicker than [`MAX_OPTICAL_THICKNESS`].
     pub fn validate(&self, at: Location) -> Result<()> {
-        let Self { name, absorption, scattering, phase } = self;
+        self.validate_coefficients(at.clone())?;
+        let at = at.item(format!("medium {}", self.name));
+        if let Some(albedo) = self.albedo().map(|a| a.most().max_channel()).filter(|most| *most > 1.0) {
+            return Err(Error::invalid(at, format!("an albedo of {albedo}"), "albedos from 0 to 1"));
+        }
+        let Some(density) = self.density() else { return Ok(()) };
+        let extinction = (self.extinction() * density.most()).max_channel();
+        let thickness = f64::from(extinction) * density.grid().longest();
+        if extinction <= MAX_EXTINCTION && thickness <= MAX_OPTICAL_THICKNESS {
+            return Ok(());
+        }
+        Err(Error::invalid(
+            at,
+            format!("an extinction of {extinction:e} m⁻¹, {thickness:e} mean free paths across its grid"),
+            format!("at most {MAX_EXTINCTION:e} m⁻¹, and {MAX_OPTICAL_THICKNESS:e} mean free paths"),
+        ))
+    }
+
+    fn validate_coefficients(&self, at: Location) -> Result<()> {
+        let Self { name, absorption, scattering, phase, variation: _ } = self;
         let is_valid = absorption.is_valid()
             && scattering.is_valid()
             && self.extinction().max_channel() <= MAX_EXTINCTION
@@ -217,10 +272,37 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    use super::super::volume_grid::VolumeData;
+    use super::super::volume_grid::tests::{data, grid};
     use super::*;
 
     fn medium(absorption: Rgb, scattering: Rgb, asymmetry: f32) -> Medium {
-        Medium { name: "fog".into(), absorption, scattering, phase: HenyeyGreenstein { asymmetry } }
+        let phase = HenyeyGreenstein { asymmetry };
+        Medium { name: "fog".into(), absorption, scattering, phase, variation: None }
+    }
+
+    fn varying(scattering: f32, density: f32, size: f32, albedo: Option<f32>) -> Medium {
+        let of = |value: f32| {
+            let to_world = crate::math::Affine3A::from_scale(Vec3::splat(size));
+            grid(VolumeData { to_world, ..data([2, 2, 2], |c| if c == [1, 1, 0] { value } else { 0.0 }) })
+        };
+        let variation = Some(Arc::new(Variation::new(Some(of(density)), albedo.map(of))));
+        Medium { variation, ..medium(Rgb::BLACK, Rgb::gray(scattering), 0.0) }
+    }
+
+    #[test]
+    fn grids_are_held_to_what_paths_can_cross() {
+        let said = |m: Medium| m.validate(Location::file("s.xml")).unwrap_err().to_string();
+        assert!(varying(1.0, 1e5, 1.0, Some(1.0)).validate(Location::default()).is_ok());
+        let thick = said(varying(1.0, 1e5, 10.0, None));
+        assert!(
+            thick.contains("s.xml: medium fog: an extinction of 1.00") && thick.contains("mean free paths"),
+            "{thick}"
+        );
+        assert!(said(varying(1e9, 1e9, 1e-13, None)).contains("at most 1e9 m⁻¹"));
+        let bright = said(varying(1.0, 1.0, 1.0, Some(1.5)));
+        assert_eq!(bright, "s.xml: medium fog: an albedo of 1.5; expected albedos from 0 to 1");
+        assert!(varying(1.0, 0.0, 1.0, None).is_clear() && !varying(1.0, 1e-3, 1.0, None).is_clear());
     }
 
     #[test]

@@ -37,6 +37,8 @@ mod surface;
 mod texels;
 mod texture;
 mod tiles;
+mod variation;
+mod volume_grid;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
 pub use camera::{Camera, CameraSample};
@@ -48,7 +50,7 @@ pub use input::{ColorInput, FloatInput};
 pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
 pub use material::{Alpha, AlphaMode, Back, CoatBase, Emission, Material, NormalInput, Surface};
-pub use medium::{Interface, MAX_EXTINCTION, Medium};
+pub use medium::{Interface, MAX_EXTINCTION, MAX_OPTICAL_THICKNESS, Medium};
 pub use mesh::{Instance, Mesh, MeshData, has_normal};
 pub use motion::Motion;
 pub use note::{Note, NoteKind, Notes};
@@ -60,6 +62,8 @@ pub use surface::{SurfacePoint, TurnedAway};
 pub use texels::{Image, Pixels, Sampling, Wrap};
 pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};
 pub use tiles::{NO_TILE, TileSet, TiledTexture};
+pub use variation::{CellRay, Density, Span, Variation, Walk};
+pub use volume_grid::{VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues};
 
 use crate::math::Aabb;
 

@@ -32,7 +32,7 @@ fn rgb([r, g, b]: [f32; 3]) -> Rgb {
 fn add(b: &mut SceneBuilder, absorption: [f32; 3], scattering: [f32; 3], asymmetry: f32) -> MediumId {
     let [absorption, scattering] = [absorption, scattering].map(rgb);
     let phase = HenyeyGreenstein { asymmetry };
-    b.add_medium(Medium { name: "fog".into(), absorption, scattering, phase }).unwrap()
+    b.add_medium(Medium { name: "fog".into(), absorption, scattering, phase, variation: None }).unwrap()
 }
 
 fn bounding(

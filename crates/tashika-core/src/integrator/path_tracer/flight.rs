@@ -10,6 +10,9 @@
 //! goes on to d           β'_k = β_k T_k(d)       / Σ_c q_c T_c(d)              T_k(t) = exp(−σ_t,k t)
 //! ```
 //!
+//! Where the density varies, free flights between null collisions take the place of these formulas
+//! ([`null_collisions`]); the rest is the same.
+//!
 //! # Guarantee
 //! Both are unbiased for every channel that has any weight. `Σ β` never grows, since
 //! `Σ_k β_k T_k = Σ β · Σ_c q_c T_c` and `σ_s ≤ σ_t`: no weight exceeds three times the largest of
@@ -20,7 +23,9 @@
 //! # Held to this by
 //! The tests below; the suite's `media`.
 
+use super::null_collisions;
 use crate::color::Rgb;
+use crate::math::Ray;
 use crate::math::elementary::ln;
 use crate::rng::Stream;
 use crate::scene::Medium;
@@ -34,11 +39,14 @@ pub(super) enum Flight {
     Passed { weight: Rgb },
 }
 
-/// Draws what becomes of a path of weight `weight`, not black, that has `distance` metres before
-/// it, all in one medium; infinitely many where there is no surface.
-pub(super) fn fly(medium: &Medium, weight: Rgb, distance: f32, stream: &mut Stream) -> Flight {
-    if medium.scattering.is_black() {
-        return Flight::Passed { weight: weight * medium.transmittance(distance) };
+/// Draws what becomes of a path of weight `weight`, not black, that has `distance` metres of `ray`
+/// before it, all in one medium; infinitely many where there is no surface.
+pub(super) fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut Stream) -> Flight {
+    if !medium.scatters() {
+        return Flight::Passed { weight: weight * transmittance(medium, ray, distance, stream) };
+    }
+    if let Some(density) = medium.density() {
+        return null_collisions::fly((medium, density), weight, ray, distance, stream);
     }
     let extinction = medium.extinction();
     let chances = weight / (weight.r + weight.g + weight.b);
@@ -56,14 +64,24 @@ pub(super) fn fly(medium: &Medium, weight: Rgb, distance: f32, stream: &mut Stre
     if after < distance {
         let arrives = medium.transmittance(after);
         let density = sum(chances * extinction * arrives);
-        Flight::Scattered { after, weight: weight * medium.scattering * arrives / density }
+        let scattering = medium.scattering_at(ray.at(after).as_dvec3());
+        Flight::Scattered { after, weight: weight * scattering * arrives / density }
     } else {
         let arrives = medium.transmittance(distance);
         Flight::Passed { weight: weight * arrives / sum(chances * arrives) }
     }
 }
 
-fn sum(c: Rgb) -> f32 {
+/// The share of light that goes on after `distance` metres of `ray`, all in one medium, by channel;
+/// where the density varies, a number whose mean it is.
+pub(super) fn transmittance(medium: &Medium, ray: &Ray, distance: f32, stream: &mut Stream) -> Rgb {
+    match medium.density() {
+        None => medium.transmittance(distance),
+        Some(density) => null_collisions::transmittance((medium, density), ray, distance, stream),
+    }
+}
+
+pub(super) fn sum(c: Rgb) -> f32 {
     c.r + c.g + c.b
 }
 
@@ -71,13 +89,17 @@ fn sum(c: Rgb) -> f32 {
 mod tests {
     use super::*;
     use crate::bsdf::HenyeyGreenstein;
+    use crate::math::Vec3;
     use crate::rng::Purpose;
     use crate::stats::Moments;
 
     fn medium(absorption: [f32; 3], scattering: [f32; 3]) -> Medium {
         let [absorption, scattering] = [absorption, scattering].map(|[r, g, b]| Rgb::new(r, g, b));
-        Medium { name: String::new(), absorption, scattering, phase: HenyeyGreenstein::default() }
+        let phase = HenyeyGreenstein::default();
+        Medium { name: String::new(), absorption, scattering, phase, variation: None }
     }
+
+    const RAY: Ray = Ray { origin: Vec3::ZERO, direction: Vec3::X, t_max: f32::INFINITY };
 
     /// The mean of what passes is the transmittance, of what is scattered the albedo times the rest,
     /// and of what is scattered before half the way the same of that half, in every channel and
@@ -98,7 +120,7 @@ mod tests {
                 let mut moments = [[Moments::default(); 3]; 3];
                 for _ in 0..40_000 {
                     let (mut passed, mut near, mut far) = (Rgb::BLACK, Rgb::BLACK, Rgb::BLACK);
-                    match fly(m, before, distance, &mut stream) {
+                    match fly(m, before, &RAY, distance, &mut stream) {
                         Flight::Passed { weight } => passed = weight,
                         Flight::Scattered { after, weight } if after < 0.5 * distance => near = weight,
                         Flight::Scattered { after, weight } => {
@@ -132,12 +154,12 @@ mod tests {
         let mut stream = Stream::new(1, Purpose::Test, 0);
         let dark = medium([1.0, 2.0, 0.0], [0.0; 3]);
         let passed = Flight::Passed { weight: dark.transmittance(0.7) * 0.5 };
-        assert_eq!(fly(&dark, Rgb::gray(0.5), 0.7, &mut stream), passed);
+        assert_eq!(fly(&dark, Rgb::gray(0.5), &RAY, 0.7, &mut stream), passed);
         let gray = medium([0.0; 3], [3.0; 3]);
         for distance in [0.1, 1.0, f32::INFINITY] {
             for _ in 0..1000 {
                 let (Flight::Passed { weight } | Flight::Scattered { weight, .. }) =
-                    fly(&gray, Rgb::gray(0.5), distance, &mut stream);
+                    fly(&gray, Rgb::gray(0.5), &RAY, distance, &mut stream);
                 assert!((weight.r - 0.5).abs() < 1e-6 && weight.r == weight.b, "{weight:?}");
             }
         }

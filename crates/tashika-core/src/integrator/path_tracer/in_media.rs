@@ -25,7 +25,7 @@
 //! # Held to this by
 //! The suite's `media`.
 
-use super::flight::{Flight, fly};
+use super::flight::{self, Flight, fly};
 use super::{CERTAIN_DEPTH, MAX_SURVIVAL, Tracing, weight_of_light};
 use crate::accel::Apex;
 use crate::color::Rgb;
@@ -89,7 +89,7 @@ impl Tracing<'_> {
             let hit = self.tracer.closest_hit_at(&path.ray, key, self.share);
             if let Some(medium) = path.medium.map(|m| &scene.media()[m.index()]).filter(|m| !m.is_clear()) {
                 let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
-                match fly(medium, path.weight, distance, stream) {
+                match fly(medium, path.weight, &path.ray, distance, stream) {
                     Flight::Passed { weight } => path.weight = weight,
                     Flight::Scattered { after, weight } => {
                         path.weight = weight;
@@ -160,7 +160,8 @@ impl Tracing<'_> {
                                 point.bsdf.pdf(point.wo, point.frame.to_local(towards))
                             });
                             let medium = beyond(contribution.link(point.position, light).towards_light);
-                            radiance += unoccluded * self.passing(point.position, light, medium, key, mis);
+                            radiance +=
+                                unoccluded * self.passing(point.position, light, medium, key, mis, stream);
                         }
                     }
                     let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
@@ -206,22 +207,37 @@ impl Tracing<'_> {
             return Rgb::BLACK;
         }
         let mis = weight_of_light(&sample, position, phase);
-        unoccluded * self.passing(position, light, path.medium, key, mis)
+        unoccluded * self.passing(position, light, path.medium, key, mis, stream)
     }
 
     /// The share of a light that gets to a place whose side towards it is in `medium`, by channel,
     /// times `mis`.
-    fn passing(&mut self, place: Vec3, light: &Vpl, medium: Option<MediumId>, key: u64, mis: f32) -> Rgb {
+    fn passing(
+        &mut self,
+        place: Vec3,
+        light: &Vpl,
+        medium: Option<MediumId>,
+        key: u64,
+        mis: f32,
+        stream: &mut Stream,
+    ) -> Rgb {
         let free = self.visible(light.apex(), place);
         if free == 0.0 {
             return Rgb::BLACK;
         }
-        self.transmittance(place, light.apex(), medium, key) * (mis * free)
+        self.transmittance(place, light.apex(), medium, key, stream) * (mis * free)
     }
 
     /// What the media leave of light along a segment that surfaces let pass, from a place in
     /// `medium`.
-    fn transmittance(&mut self, place: Vec3, end: Apex, mut medium: Option<MediumId>, key: u64) -> Rgb {
+    fn transmittance(
+        &mut self,
+        place: Vec3,
+        end: Apex,
+        mut medium: Option<MediumId>,
+        key: u64,
+        stream: &mut Stream,
+    ) -> Rgb {
         let scene = self.tracer.scene();
         let (direction, mut distance) = match end {
             Apex::Direction(direction) => (direction, f32::INFINITY),
@@ -230,8 +246,11 @@ impl Tracing<'_> {
                 ((point - place) / length.max(f32::MIN_POSITIVE), length)
             }
         };
-        let share = |medium: Option<MediumId>, distance: f32| {
-            medium.map_or(Rgb::WHITE, |m| scene.media()[m.index()].transmittance(distance))
+        let mut share = |medium: Option<MediumId>, origin: Vec3, distance: f32| {
+            medium.map_or(Rgb::WHITE, |m| {
+                let ray = Ray::new(origin, direction);
+                flight::transmittance(&scene.media()[m.index()], &ray, distance, stream)
+            })
         };
         let (mut left, mut origin) = (Rgb::WHITE, place);
         if scene.has_interfaces() {
@@ -239,9 +258,9 @@ impl Tracing<'_> {
                 self.rays += 1;
                 let ray = Ray { origin, direction, t_max: distance };
                 let Some(hit) = self.tracer.closest_hit_at(&ray, key, self.share) else {
-                    return left * share(medium, distance);
+                    return left * share(medium, origin, distance);
                 };
-                left *= share(medium, hit.t);
+                left *= share(medium, origin, hit.t);
                 if left.is_black() {
                     return left;
                 }
@@ -252,6 +271,6 @@ impl Tracing<'_> {
             }
             return Rgb::BLACK;
         }
-        left * share(medium, distance)
+        left * share(medium, origin, distance)
     }
 }

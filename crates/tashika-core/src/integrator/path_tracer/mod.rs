@@ -24,6 +24,7 @@
 
 mod flight;
 mod in_media;
+mod null_collisions;
 mod samples;
 
 use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Stop, Truth};

@@ -108,7 +108,7 @@ impl<'a> Translation<'a> {
             [extinction * (Rgb::WHITE + albedo * -1.0), extinction * albedo]
         };
         let phase = self.phase(object)?;
-        let medium = Medium { name: shown(object.label()), absorption, scattering, phase };
+        let medium = Medium { name: shown(object.label()), absorption, scattering, phase, variation: None };
         medium.validate(object.place())?;
         Ok(medium)
     }

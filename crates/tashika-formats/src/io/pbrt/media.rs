@@ -114,7 +114,7 @@ fn homogeneous(loading: &mut Loading<'_>, name: &str, p: &Parameters) -> Result<
     let absorption = coefficient(loading, p, "sigma_a")?.unwrap_or(ABSORPTION) * scale;
     let scattering = coefficient(loading, p, "sigma_s")?.unwrap_or(SCATTERING) * scale;
     let phase = HenyeyGreenstein { asymmetry: p.float("g").unwrap_or(0.0) };
-    let medium = Medium { name: excerpt(name, 60), absorption, scattering, phase };
+    let medium = Medium { name: excerpt(name, 60), absorption, scattering, phase, variation: None };
     medium.validate(at)?;
     loading.builder.add_medium(medium)
 }
