@@ -8,10 +8,12 @@
 use std::fs;
 use std::sync::Arc;
 
+use tashika::Renderer;
 use tashika::accel::Tracer;
 use tashika::film::{Film, PlaneSpec, SampleKind, Window};
 use tashika::gather::{GatherOptions, View};
 use tashika::io::{Checkpoint, ExrFile, LightChanges, LoadOptions, load_scene, read_exr};
+use tashika::request::MethodName;
 use tashika::scene::{Scene, builtin};
 use tashika::vpl::{VplOptions, VplSet};
 
@@ -67,6 +69,12 @@ fn look(scene: Scene) {
         return;
     }
     let tracer = Tracer::new(Arc::new(scene));
+    if tracer.scene().has_media() {
+        let few = Renderer::on(&tracer).size([2, 2]).method(MethodName::Path).paths(2);
+        let film = few.render().expect("valid options").film;
+        assert!(film.colors().expect("colours").all(|c| c.is_valid()));
+        return;
+    }
     let lights = VplSet::trace(&tracer, &VplOptions { count: 16, max_depth: 4, ..VplOptions::default() });
     for light in lights.expect("valid options").lights() {
         assert!(light.intensity.is_valid() && light.position.is_finite());

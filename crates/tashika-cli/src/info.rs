@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use indicatif::{HumanBytes, HumanCount};
 use serde::Serialize;
-use tashika::scene::{Emitter, Material, NoteKind, Projection, Scene, SphereMap};
+use tashika::scene::{Emitter, Material, NoteKind, Projection, Scattered, Scene, SphereMap};
 
 use crate::exit::{Failure, Outcome};
 use crate::notes::{NoteReport, notes};
@@ -116,6 +116,10 @@ struct MediumReport {
     scattering: [f32; 3],
     /// Mean cosine of the phase function.
     asymmetry: f32,
+    /// Cells along each axis of the grid that the coefficients are multiplied by, if they are.
+    density_cells: Option<[u32; 3]>,
+    /// Cells along each axis of the grid of what is scattered, if there is one.
+    scattering_cells: Option<[u32; 3]>,
 }
 
 /// Reads a scene and tells about it.
@@ -199,6 +203,11 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
                 absorption: m.absorption.to_array(),
                 scattering: m.scattering.to_array(),
                 asymmetry: m.phase.asymmetry,
+                density_cells: m.density().map(|density| density.grid().counts()),
+                scattering_cells: m.variation.as_ref().and_then(|v| match v.scattered() {
+                    Scattered::Evenly => None,
+                    Scattered::Albedo(grid) | Scattered::Coefficient(grid) => Some(grid.counts()),
+                }),
             })
             .collect(),
         has_media: scene.has_media(),
@@ -314,10 +323,15 @@ fn rows(report: &Report) -> Rows {
         rows.push(label, format!("{}: {size}, {sees}{moves}{within}", camera.name));
     }
     for (i, medium) in report.media.iter().enumerate() {
-        let MediumReport { name, absorption, scattering, asymmetry } = medium;
+        let MediumReport { name, absorption, scattering, asymmetry, density_cells, scattering_cells } =
+            medium;
+        let grid = |of: &str, cells: &Option<[u32; 3]>| {
+            cells.map_or(String::new(), |[x, y, z]| format!(", {of} by a grid of {x}×{y}×{z}"))
+        };
+        let grids = grid("density", density_cells) + &grid("scattering", scattering_cells);
         let [a, s] = [absorption, scattering].map(|[r, g, b]| format!("{r:.4} {g:.4} {b:.4}"));
         let label = if i == 0 { "media" } else { "" };
-        rows.push(label, format!("{name}: absorption {a}, scattering {s} per metre, g = {asymmetry}"));
+        rows.push(label, format!("{name}: absorption {a}, scattering {s} per metre, g = {asymmetry}{grids}"));
     }
     if report.has_media {
         rows.push("", "rendered by path tracing");

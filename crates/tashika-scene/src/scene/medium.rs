@@ -27,7 +27,7 @@
 use std::sync::Arc;
 
 use super::{Camera, MediumId, Mesh, MeshId, Scene, SceneBuilder, Surface, SurfacePoint, Variation};
-use super::{Density, VolumeGrid};
+use super::{Density, Scattered};
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -76,23 +76,27 @@ impl Medium {
         self.variation.as_deref()?.density()
     }
 
-    fn albedo(&self) -> Option<&VolumeGrid> {
-        self.variation.as_deref()?.albedo()
+    #[inline]
+    fn scattered(&self) -> &Scattered {
+        self.variation.as_deref().map_or(&Scattered::Evenly, Variation::scattered)
     }
 
-    /// Scattering `σ_s`, by channel (m⁻¹), at a place (m) whose density is 1.
+    /// Scattering `σ_s`, by channel (m⁻¹), at a place (m) where the density is `factor`.
     #[inline]
-    pub fn scattering_at(&self, place: DVec3) -> Rgb {
-        match self.albedo() {
-            None => self.scattering,
-            Some(albedo) => self.extinction() * albedo.at(albedo.to_cells().transform_point3(place)),
+    pub fn scattering_at(&self, place: DVec3, factor: Rgb) -> Rgb {
+        match self.scattered() {
+            Scattered::Evenly => self.scattering * factor,
+            Scattered::Albedo(albedo) => {
+                self.extinction() * factor * albedo.at(albedo.to_cells().transform_point3(place))
+            }
+            Scattered::Coefficient(grid) => grid.at(grid.to_cells().transform_point3(place)),
         }
     }
 
     /// Whether it scatters any light.
     #[inline]
     pub fn scatters(&self) -> bool {
-        !self.scattering.is_black() || self.albedo().is_some()
+        !self.scattering.is_black() || !matches!(self.scattered(), Scattered::Evenly)
     }
 
     /// Whether it does nothing to light.
@@ -110,8 +114,11 @@ impl Medium {
     pub fn validate(&self, at: Location) -> Result<()> {
         self.validate_coefficients(at.clone())?;
         let at = at.item(format!("medium {}", self.name));
-        if let Some(albedo) = self.albedo().map(|a| a.most().max_channel()).filter(|most| *most > 1.0) {
-            return Err(Error::invalid(at, format!("an albedo of {albedo}"), "albedos from 0 to 1"));
+        if let Scattered::Albedo(albedo) = self.scattered()
+            && albedo.most().max_channel() > 1.0
+        {
+            let found = format!("an albedo of {}", albedo.most().max_channel());
+            return Err(Error::invalid(at, found, "albedos from 0 to 1"));
         }
         let Some(density) = self.density() else { return Ok(()) };
         let extinction = (self.extinction() * density.most()).max_channel();
@@ -286,7 +293,8 @@ mod tests {
             let to_world = crate::math::Affine3A::from_scale(Vec3::splat(size));
             grid(VolumeData { to_world, ..data([2, 2, 2], |c| if c == [1, 1, 0] { value } else { 0.0 }) })
         };
-        let variation = Some(Arc::new(Variation::new(Some(of(density)), albedo.map(of))));
+        let scattered = albedo.map_or(Scattered::Evenly, |albedo| Scattered::Albedo(of(albedo)));
+        let variation = Some(Arc::new(Variation::new(Some(of(density)), scattered)));
         Medium { variation, ..medium(Rgb::BLACK, Rgb::gray(scattering), 0.0) }
     }
 

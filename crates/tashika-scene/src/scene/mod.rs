@@ -62,7 +62,7 @@ pub use surface::{SurfacePoint, TurnedAway};
 pub use texels::{Image, Pixels, Sampling, Wrap};
 pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};
 pub use tiles::{NO_TILE, TileSet, TiledTexture};
-pub use variation::{CellRay, Density, Span, Variation, Walk};
+pub use variation::{CellRay, Density, Scattered, Span, Variation, Walk};
 pub use volume_grid::{VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues};
 
 use crate::math::Aabb;

@@ -1,10 +1,10 @@
 //! How a medium varies from place to place: a density, and the share of light that is scattered.
 //!
 //! ```text
-//! σ_t(x) = σ_t D(x)          σ_s(x) = σ_s D(x), or albedo(x) σ_t(x)          D = 0 outside of its box
+//! σ_t(x) = σ_t D(x)          σ_s(x) = σ_s D(x), or albedo(x) σ_t(x), or a grid of its own
 //! ```
 //!
-//! Media that vary are walked through by free flights between tentative collisions, which want an
+//! with `D = 0` outside of its box. Media that vary are walked through by free flights between tentative collisions, which want an
 //! upper bound of the extinction on the way, a *majorant* (Woodcock et al. 1965). One bound for the
 //! whole box would make empty space as dear as the densest place: a [`Density`] has the least and
 //! the most value of each block of cells, and a ray is walked from block to block
@@ -34,14 +34,26 @@ const ROUNDING: f32 = 12.0 * f32::EPSILON;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     density: Option<Density>,
-    albedo: Option<VolumeGrid>,
+    scattered: Scattered,
+}
+
+/// How much of what is extinguished at a place is scattered.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Scattered {
+    /// The share that is of the coefficients of the medium.
+    #[default]
+    Evenly,
+    /// This share of the extinction, from 0 to 1; beyond the box it is as at its edge.
+    Albedo(VolumeGrid),
+    /// So much (m⁻¹), nowhere more than the extinction.
+    Coefficient(VolumeGrid),
 }
 
 impl Variation {
-    /// By a factor of the coefficients, which is zero outside of its box, by the share of the
-    /// extinction that is scattered, which goes on beyond its box as it is at its edge, or by both.
-    pub fn new(density: Option<VolumeGrid>, albedo: Option<VolumeGrid>) -> Self {
-        Self { density: density.map(Density::new), albedo }
+    /// By a factor of the coefficients, which is zero outside of its box and else 1 everywhere, and
+    /// by what is scattered.
+    pub fn new(density: Option<VolumeGrid>, scattered: Scattered) -> Self {
+        Self { density: density.map(Density::new), scattered }
     }
 
     /// The factor of the coefficients; nothing where it is 1 everywhere.
@@ -50,10 +62,10 @@ impl Variation {
         self.density.as_ref()
     }
 
-    /// The share of the extinction that is scattered; nothing where it is that of the coefficients.
+    /// How much is scattered.
     #[inline]
-    pub fn albedo(&self) -> Option<&VolumeGrid> {
-        self.albedo.as_ref()
+    pub fn scattered(&self) -> &Scattered {
+        &self.scattered
     }
 }
 

@@ -23,6 +23,7 @@ mod gltf_features;
 mod gltf_materials;
 mod gltf_profiles;
 mod gltf_structure;
+mod grid_media;
 mod hard_light;
 mod light_changes;
 mod light_images;

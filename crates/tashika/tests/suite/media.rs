@@ -35,7 +35,7 @@ fn add(b: &mut SceneBuilder, absorption: [f32; 3], scattering: [f32; 3], asymmet
     b.add_medium(Medium { name: "fog".into(), absorption, scattering, phase, variation: None }).unwrap()
 }
 
-fn bounding(
+pub fn bounding(
     b: &mut SceneBuilder,
     mesh: MeshData,
     surface: Surface,
@@ -48,21 +48,21 @@ fn bounding(
 }
 
 /// A camera that looks along `−z` through so narrow a film that all rays are the axis.
-fn needle(eye: Vec3, medium: Option<MediumId>) -> Camera {
+pub fn needle(eye: Vec3, medium: Option<MediumId>) -> Camera {
     Camera { medium, ..Camera::look_at("c", eye, eye + Vec3::NEG_Z, Vec3::Y, 1e-4) }
 }
 
-fn paths(tracer: &Tracer, count: u32, size: [u32; 2]) -> Film {
+pub fn paths(tracer: &Tracer, count: u32, size: [u32; 2]) -> Film {
     film(tracer, &PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap(), size, 1, 3)
 }
 
 /// Colours of the pixels.
-fn colors(film: &Film) -> Vec<Rgb> {
+pub fn colors(film: &Film) -> Vec<Rgb> {
     film.colors().unwrap().collect()
 }
 
 /// Mean of all pixels in each channel, and its standard error.
-fn mean_of(film: &Film) -> [(f64, f64); 3] {
+pub fn mean_of(film: &Film) -> [(f64, f64); 3] {
     let pixels = colors(film);
     [0, 1, 2].map(|k| {
         let mut m = tashika::stats::Moments::default();
@@ -74,7 +74,7 @@ fn mean_of(film: &Film) -> [(f64, f64); 3] {
 /// Two-sided level 10⁻⁵ of each comparison.
 const Z: f64 = 4.42;
 
-fn assert_means(film: &Film, expected: [f64; 3], slack: f64, sharp: f64, what: &str) {
+pub fn assert_means(film: &Film, expected: [f64; 3], slack: f64, sharp: f64, what: &str) {
     for ((mean, error), expected) in mean_of(film).into_iter().zip(expected) {
         assert!(error < sharp * expected, "{what}: not sharp: {mean} ± {error}");
         let bound = Z * error + slack * expected;

@@ -3,7 +3,8 @@
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
 use tashika::error::Error;
-use tashika::scene::{Interface, Medium, NoteKind, Scene, Surface};
+use tashika::math::Vec3;
+use tashika::scene::{Interface, Medium, NoteKind, Scattered, Scene, Surface, VolumeGrid};
 
 use crate::mitsuba;
 use crate::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, refusal, scene};
@@ -117,7 +118,7 @@ fn media_of_pbrt_that_cannot_be_are_errors_with_their_line() {
 #[test]
 fn damaged_media_of_pbrt_are_scenes_or_errors() {
     let whole = format!(
-        "{FOG}MakeNamedMedium \"s\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"float density\" [1 2]\n\
+        "{FOG}MakeNamedMedium \"s\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"float density\" [1 2] \"point3 p1\" [2 2 2]\n\
          MediumInterface \"fog\" \"s\" Camera \"perspective\" WorldBegin\nMediumInterface \"s\" \"fog\"\n\
          Material \"interface\" Shape \"sphere\"\nAttribute \"medium\" \"float g\" 0.5\n\
          MakeNamedMedium \"t\" \"string type\" \"homogeneous\" \"blackbody sigma_s\" 3000 \"rgb Le\" [1 1 1]\n\
@@ -274,4 +275,253 @@ fn media_are_left_out_where_the_integrator_of_the_file_does() {
         let is_told = noted(&scene, NoteKind::Ignored, "media: left out, as the integrator of the file does");
         assert_eq!(is_told, !has_media);
     }
+}
+
+/// What is extinguished and what is scattered at a place (m⁻¹).
+fn coefficients(medium: &Medium, place: Vec3) -> [Rgb; 2] {
+    let place = place.as_dvec3();
+    let in_box = |grid: &VolumeGrid| {
+        let ([lo, hi], at) = (grid.bounds(), grid.to_cells().transform_point3(place));
+        at.cmpge(lo).all() && at.cmple(hi).all()
+    };
+    let factor = medium.density().map_or(Rgb::WHITE, |density| {
+        let grid = density.grid();
+        if in_box(grid) { grid.at(grid.to_cells().transform_point3(place)) } else { Rgb::BLACK }
+    });
+    [medium.extinction() * factor, medium.scattering_at(place, factor)]
+}
+
+#[track_caller]
+fn assert_at(medium: &Medium, place: [f32; 3], extinction: [f32; 3], scattering: [f32; 3]) {
+    let [t, s] = coefficients(medium, place.into());
+    assert!(
+        close(t, extinction) && close(s, scattering),
+        "{t:?} for {extinction:?}, {s:?} for {scattering:?}"
+    );
+}
+
+const GRID: &str = "\"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 3 \"float density\" [1 2 3 4 5 6] \
+    \"point3 p0\" [-1 0 0] \"point3 p1\" [1 1 3] \"rgb sigma_a\" [.1 .2 .3] \"rgb sigma_s\" [1 2 3] \"float scale\" 2";
+
+#[test]
+fn grids_of_pbrt_vary_as_their_file_says() {
+    let of = |head: &str, class: &str, grid: &str| {
+        let scene = scene(&format!(
+            "{head} Translate 10 0 0 MakeNamedMedium \"smoke\" \"string type\" \"{class}\" {grid} \"float g\" 0.4 {}",
+            if head == V3 { "WorldEnd" } else { "" }
+        ));
+        assert_eq!(notes(&scene), [], "{class}");
+        scene.media()[0].clone()
+    };
+    for (head, class) in [(V3, "heterogeneous"), (V4, "uniformgrid")] {
+        let smoke = of(head, class, GRID);
+        assert_eq!(smoke.phase, HenyeyGreenstein { asymmetry: 0.4 });
+        let times = |f: f32| ([2.2, 4.4, 6.6].map(|c| c * f), [2.0, 4.0, 6.0].map(|c| c * f));
+        // In the middle of cells, between them, at a face, where it has fallen to a half, and beyond.
+        for (place, factor) in [
+            ([9.5, 0.5, 0.5], 1.0),
+            ([10.5, 0.5, 2.5], 6.0),
+            ([10.0, 0.5, 1.0], 2.5),
+            ([11.0, 0.5, 0.5], 1.0),
+            ([11.1, 0.5, 0.5], 0.0),
+        ] {
+            let (extinction, scattering) = times(factor);
+            assert_at(&smoke, place, extinction, scattering);
+        }
+    }
+    let own = of(V4, "uniformgrid", "\"float density\" 3");
+    assert_at(&own, [10.5, 0.5, 0.5], [6.0; 3], [3.0; 3]);
+    let old = of(V3, "heterogeneous", "\"float density\" 3");
+    assert_at(
+        &old,
+        [10.5, 0.5, 0.5],
+        [2.5511, 3.2124, 3.784].map(|c| 3.0 * c),
+        [2.55, 3.21, 3.77].map(|c| 3.0 * c),
+    );
+    let colors = "\"integer nx\" 2 \"rgb sigma_s\" [1 2 3 3 2 1] \"float scale\" 2";
+    let colored = of(V4, "rgbgrid", &format!("{colors} \"rgb sigma_a\" [0 0 0 1 1 1]"));
+    assert_at(&colored, [10.25, 0.5, 0.5], [2.0, 4.0, 6.0], [2.0, 4.0, 6.0]);
+    assert_at(&colored, [10.5, 0.5, 0.5], [5.0; 3], [4.0; 3]);
+    let half = of(V4, "rgbgrid", colors);
+    assert_at(&half, [10.75, 0.5, 0.5], [8.0, 6.0, 4.0], [6.0, 4.0, 2.0]);
+}
+
+#[test]
+fn grids_of_pbrt_that_cannot_be_are_errors_with_their_line() {
+    let said = |class: &str, grid: &str| {
+        refusal(&format!("{V4}MakeNamedMedium \"smoke\" \"string type\" \"{class}\"\n {grid} {TRIANGLE}"))
+    };
+    for (grid, says) in [
+        ("", "0 values for a grid of 1×1×1; expected one value for each"),
+        (
+            "\"integer nx\" 2000000000 \"integer ny\" 2000000000 \"float density\" 1",
+            "1 values for a grid of 2000000000×",
+        ),
+        ("\"integer nz\" 0 \"float density\" 1", "1 values for a grid of 1×1×0"),
+        ("\"integer nz\" -3 \"float density\" 1", "a grid of [1, 1, -3] cells; expected at least one"),
+        (
+            "\"integer ny\" 2 \"float density\" [1 -2]",
+            "a grid with -2 in cell (0, 1, 0); expected finite values of at least 0",
+        ),
+        (
+            "\"float density\" 1 \"point3 p1\" [1 0 1]",
+            "a grid in a box from [0, 0, 0] to [1, 0, 1] that cannot be placed",
+        ),
+        ("\"float density\" 1e30", "mean free paths across its grid; expected at most 1e9 m⁻¹"),
+        ("\"float density\" 1 \"rgb sigma_s\" [1 -1 1]", "with a negative number"),
+    ] {
+        let error = said("uniformgrid", grid);
+        assert!(error.starts_with("scene.pbrt:") && error.contains(says), "{error}");
+    }
+    let colors = said("rgbgrid", "\"rgb sigma_a\" [1 1 1 2 2 2] \"rgb sigma_s\" [1 1 1]");
+    assert!(
+        colors.contains("2 colours for absorption and 1 for scattering; expected as many of each"),
+        "{colors}"
+    );
+    assert!(said("rgbgrid", "").contains("0 values for a grid"));
+    assert!(said("rgbgrid", "\"rgb sigma_s\" [1 1 -1]").contains("with a negative number"));
+}
+
+fn smoke(medium: &str, version: &str, file: &[u8]) -> Scene {
+    let text = format!("{VOLPATH}<shape type=\"cube\">{medium}</shape>");
+    mitsuba::load_version(version, &text, &[("a.vol", file)])
+}
+
+fn heterogeneous(inside: &str) -> String {
+    format!("<medium type=\"heterogeneous\" id=\"smoke\" name=\"interior\">{inside}</medium>")
+}
+
+fn gridvolume(name: &str, inside: &str) -> String {
+    format!("<volume type=\"gridvolume\" name=\"{name}\">{}{inside}</volume>", mitsuba::VOL)
+}
+
+#[test]
+fn grids_of_mitsuba_vary_as_their_files_say() {
+    let of = |version: &str, inside: &str, file: &[u8]| {
+        let scene = smoke(&heterogeneous(inside), version, file);
+        assert_eq!(mitsuba::notes(&scene), [], "{inside}");
+        scene.media()[0].clone()
+    };
+    let numbers = mitsuba::vol([2, 1, 3], 1, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    let shares = mitsuba::vol([2, 1, 1], 3, &[0.2, 0.4, 0.6, 1.0, 0.0, 0.5]);
+    let scale = "<float name=\"scale\" value=\"10\"/>";
+    let placed =
+        "<transform name=\"to_world\"><scale x=\"2\" y=\"1\" z=\"3\"/><translate x=\"-1\"/></transform>";
+    let albedo = "<rgb name=\"albedo\" value=\"0.5 0.75 1\"/>";
+
+    let density = of("3.0.0", &format!("{}{albedo}{scale}", gridvolume("sigma_t", placed)), &numbers);
+    let times = |f: f32| ([10.0 * f; 3], [5.0, 7.5, 10.0].map(|c| c * f));
+    for (place, factor) in [
+        ([-0.5, 0.5, 0.5], 1.0),
+        ([0.5, 0.1, 2.5], 6.0),
+        ([0.0, 0.5, 1.0], 2.5),
+        ([1.0, 0.5, 0.2], 2.0),
+        ([1.1, 0.5, 0.2], 0.0),
+    ] {
+        let (extinction, scattering) = times(factor);
+        assert_at(&density, place, extinction, scattering);
+    }
+    // An albedo goes on beyond its box.
+    let colored = of(
+        "3.0.0",
+        &format!("{}<rgb name=\"sigma_t\" value=\"1 2 3\"/>", gridvolume("albedo", placed)),
+        &shares,
+    );
+    assert!(colored.density().is_none());
+    assert_at(&colored, [-0.5, 0.5, 0.5], [1.0, 2.0, 3.0], [0.2, 0.8, 1.8]);
+    assert_at(&colored, [7.0, 0.5, 0.5], [1.0, 2.0, 3.0], [1.0, 0.0, 1.5]);
+    let both = format!("{}{}{scale}", gridvolume("albedo", ""), gridvolume("sigma_t", ""));
+    assert_at(&of("3.0.0", &both, &shares), [0.75, 0.1, 0.1], [10.0, 0.0, 5.0], [10.0, 0.0, 2.5]);
+    // In the box of the file.
+    let own_box = gridvolume("sigma_t", "<boolean name=\"use_grid_bbox\" value=\"true\"/>");
+    assert_at(&of("3.0.0", &own_box, &numbers), [1.25, 3.0, 3.5], [1.0; 3], [0.75; 3]);
+    // As in version 0.6, where the outermost values are in its faces.
+    let old = of("0.6.0", &format!("{}{albedo}{scale}", gridvolume("density", "")), &numbers);
+    assert_at(&old, [1.0, 3.0, 3.0], [10.0; 3], [5.0, 7.5, 10.0]);
+    assert_at(&old, [2.0, 2.5, 6.0], [60.0; 3], [30.0, 45.0, 60.0]);
+    assert_at(&old, [1.5, 3.0, 3.75], [25.0; 3], [12.5, 18.75, 25.0]);
+    assert!(matches!(old.variation.as_ref().unwrap().scattered(), Scattered::Evenly));
+}
+
+#[test]
+fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
+    let said = |inside: &str, file: &[u8]| {
+        let text =
+            mitsuba::xml("3.0.0", &format!("<shape type=\"cube\">\n{}</shape>", heterogeneous(inside)));
+        mitsuba::load_in(&[("scene.xml", text.as_bytes()), ("a.vol", file)]).1.unwrap_err().to_string()
+    };
+    let ones = mitsuba::vol([1, 1, 1], 1, &[1.0]);
+    let density = gridvolume("sigma_t", "");
+    for (file, says) in [
+        (b"VOL".as_slice(), "a volume of 3 bytes; expected a header of 48 bytes"),
+        (
+            &mitsuba::vol([1, 2, 1], 1, &[1.0, -3.0]),
+            "a grid with -3 in cell (0, 1, 0); expected finite values",
+        ),
+        (&mitsuba::vol([1, 2, 1], 1, &[1.0, f32::NAN]), "a grid with NaN in cell (0, 1, 0)"),
+        (&mitsuba::vol([5000, 5000, 5000], 1, &[1.0]), "5000×5000×5000 cells with 1 channels in 4 bytes"),
+        (&mitsuba::vol([1, 1, 1], 2, &[1.0; 2]), "2 channels is not supported"),
+    ] {
+        let error = said(&density, file);
+        assert!(error.contains("a.vol: ") && error.contains(says), "{error}");
+    }
+    let bright = said(&gridvolume("albedo", ""), &mitsuba::vol([1, 1, 1], 1, &[1.25]));
+    assert!(
+        bright.contains("scene.xml:3:") && bright.contains("an albedo of 1.25; expected albedos from 0 to 1"),
+        "{bright}"
+    );
+    let thick = said(&density, &mitsuba::vol([1, 1, 1], 1, &[1e7]));
+    assert!(thick.contains("scene.xml:3:") && thick.contains("mean free paths across its grid"), "{thick}");
+    let flat = "<transform name=\"to_world\"><scale x=\"0\"/></transform>";
+    assert!(said(&gridvolume("sigma_t", flat), &ones).contains("has no volume"));
+    let far = "<transform name=\"to_world\"><scale value=\"1e30\"/></transform>";
+    assert!(said(&gridvolume("sigma_t", far), &ones).contains("scene.xml:3:"));
+    let other = said(&gridvolume("sigma_s", ""), &ones);
+    assert!(other.contains("a grid for sigma_s; expected grids for sigma_t and albedo"), "{other}");
+
+    // What is not there is told, and nothing is there; an albedo that is not there is the medium's.
+    let missing = smoke(&heterogeneous(&density.replace("a.vol", "b.vol")), "3.0.0", &ones);
+    assert!(noted(
+        &missing,
+        NoteKind::Missing,
+        "volume \"b.vol\" could not be read (no such file): nothing is there"
+    ));
+    assert!(!missing.has_media());
+    let missing = smoke(&heterogeneous(&gridvolume("albedo", "").replace("a.vol", "b.vol")), "3.0.0", &ones);
+    assert!(noted(
+        &missing,
+        NoteKind::Missing,
+        "volume \"b.vol\" could not be read (no such file): the medium's own"
+    ));
+    assert_medium(&missing.media()[0], [0.25; 3], [0.75; 3], 0.0);
+    let nameless = "<volume type=\"gridvolume\" name=\"sigma_t\"/>";
+    let nameless = smoke(&heterogeneous(nameless), "3.0.0", &ones);
+    assert!(noted(&nameless, NoteKind::Repaired, "volume \"gridvolume\" without a file: nothing is there"));
+}
+
+/// A thousand media of one file are read a thousand times: together no more than a file may have.
+#[test]
+fn a_file_of_a_volume_that_is_named_again_and_again_is_bounded() {
+    let file = mitsuba::vol([64, 64, 4], 1, &[0.5; 64 * 64 * 4]);
+    let shapes: String = (0..40)
+        .map(|i| {
+            format!(
+                "<shape type=\"cube\">{}</shape>",
+                heterogeneous(&gridvolume("sigma_t", "")).replace("smoke", &format!("s{i}"))
+            )
+        })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.vol"), &file).unwrap();
+    let path = folder.path().join("scene.xml");
+    std::fs::write(&path, mitsuba::xml("3.0.0", &format!("{VOLPATH}{shapes}"))).unwrap();
+    let load = |max_file_bytes| {
+        tashika::io::load_scene(
+            &path,
+            &tashika::io::LoadOptions { max_file_bytes, ..crate::cases::lenient() },
+        )
+    };
+    assert_eq!(load(1 << 30).unwrap().media().len(), 40);
+    let error = load(20 * file.len() as u64).unwrap_err().to_string();
+    assert!(error.contains("more bytes of volumes; expected at most"), "{error}");
 }

@@ -39,7 +39,7 @@ pub fn xml(version: &str, body: &str) -> String {
     format!("<scene version=\"{version}\">\n{body}\n</scene>\n")
 }
 
-fn load_version(version: &str, body: &str, files: Files<'_>) -> Scene {
+pub fn load_version(version: &str, body: &str, files: Files<'_>) -> Scene {
     let text = xml(version, body);
     let mut all = vec![("scene.xml", text.as_bytes())];
     all.extend_from_slice(files);
@@ -49,6 +49,17 @@ fn load_version(version: &str, body: &str, files: Files<'_>) -> Scene {
 pub fn load(body: &str) -> Scene {
     load_version("3.0.0", body, FILES_WITHOUT_IMAGES)
 }
+
+/// A file of a volume in the box from (1, 2, 3) to (2, 4, 6).
+pub fn vol(counts: [u32; 3], channels: u32, values: &[f32]) -> Vec<u8> {
+    let mut bytes = b"VOL\x03\x01\0\0\0".to_vec();
+    counts.iter().chain([&channels]).for_each(|n| bytes.extend(n.to_le_bytes()));
+    [1.0, 2.0, 3.0, 2.0, 4.0, 6.0].iter().chain(values).for_each(|v: &f32| bytes.extend(v.to_le_bytes()));
+    bytes
+}
+
+/// The name of such a file.
+pub const VOL: &str = "<string name=\"filename\" value=\"a.vol\"/>";
 
 /// The notes that are not about defaults.
 pub fn notes(scene: &Scene) -> Vec<(NoteKind, String)> {
@@ -749,8 +760,14 @@ fn example(kind: &str, name: &str) -> String {
         ("medium", "homogeneous material") => medium("homogeneous", "<string name=\"material\" value=\"Skimmilk\"/>"),
         ("medium", _) => medium(name, ""),
         ("volume", _) => {
-            let value = if name == "constvolume" { "<float name=\"value\" value=\"0.5\"/>" } else { "" };
-            medium("homogeneous", &format!("<volume type=\"{name}\" name=\"albedo\">{value}</volume>"))
+            let (plugin, asked) = name.split_once(' ').unwrap_or((name, ""));
+            let inside = match (plugin, asked) {
+                ("constvolume", _) => "<float name=\"value\" value=\"0.5\"/>".to_owned(),
+                (_, "") => VOL.to_owned(),
+                (_, "nearest") => format!("{VOL}<string name=\"filter_type\" value=\"nearest\"/>"),
+                (_, wrap) => format!("{VOL}<string name=\"wrap_mode\" value=\"{wrap}\"/>"),
+            };
+            medium("homogeneous", &format!("<volume type=\"{plugin}\" name=\"albedo\">{inside}</volume>"))
         }
         ("phase function", _) => medium("homogeneous", &format!("<phase type=\"{name}\"/>")),
         _ => panic!("no example of {kind} {name:?}"),
@@ -760,7 +777,7 @@ fn example(kind: &str, name: &str) -> String {
 #[test]
 fn every_feature_gives_the_note_that_its_row_promises() {
     let (picture, holes, mesh) = (four_colours(), png([[9, 9, 9, 0]; 4]), serialized());
-    let wide = textures::wide();
+    let (wide, volume) = (textures::wide(), vol([1, 2, 1], 1, &[0.5, 0.25]));
     let files: Files<'_> = &[
         ("a.png", &picture),
         ("alpha.png", &holes),
@@ -770,6 +787,7 @@ fn every_feature_gives_the_note_that_its_row_promises() {
         ("m.obj", OBJ),
         ("m.ply", PLY),
         ("m.serialized", &mesh),
+        ("a.vol", &volume),
     ];
     let table = features().into_iter().find(|f| f.format == "Mitsuba").unwrap();
     assert!(table.rows.len() > 100);

@@ -534,6 +534,9 @@ fn materials_have_textured_roughness_bumps_and_normal_maps() {
     assert_eq!(bumped(V4, "\"diffuse\""), None);
 }
 
+/// The grid of a medium.
+const ONE_CELL: &str = "\"float density\" 2";
+
 /// A scene that names a thing of the feature table, and no other that is not fully understood.
 fn scene_with(feature: &Feature) -> String {
     let Feature { kind, name, .. } = feature;
@@ -607,6 +610,17 @@ fn scene_with(feature: &Feature) -> String {
         ("medium", "homogeneous Le") => {
             "MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb Le\" [1 1 1] \"float Lescale\" 2"
                 .to_owned()
+        }
+        ("medium", "uniformgrid Le") => {
+            format!(
+                "MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" {ONE_CELL} \"float temperature\" 900"
+            )
+        }
+        ("medium", "uniformgrid" | "heterogeneous") => {
+            format!("MakeNamedMedium \"m\" \"string type\" \"{name}\" {ONE_CELL}")
+        }
+        ("medium", "rgbgrid") => {
+            "MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" \"rgb sigma_s\" [1 2 3]".to_owned()
         }
         ("medium", _) => format!("MakeNamedMedium \"m\" \"string type\" \"{name}\""),
         other => panic!("write a scene for {other:?}"),

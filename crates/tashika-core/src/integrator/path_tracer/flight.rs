@@ -64,7 +64,7 @@ pub(super) fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream
     if after < distance {
         let arrives = medium.transmittance(after);
         let density = sum(chances * extinction * arrives);
-        let scattering = medium.scattering_at(ray.at(after).as_dvec3());
+        let scattering = medium.scattering_at(ray.at(after).as_dvec3(), Rgb::WHITE);
         Flight::Scattered { after, weight: weight * scattering * arrives / density }
     } else {
         let arrives = medium.transmittance(distance);

@@ -82,7 +82,7 @@ pub(super) fn fly(
                 // Surfaces are not overstepped by rounding.
                 let after = (collision as f32).min(distance.next_down());
                 let place = ray.origin.as_dvec3() + ray.direction.as_dvec3() * collision;
-                let scattered = medium.scattering_at(place) * factor * majorant.recip();
+                let scattered = medium.scattering_at(place, factor) * majorant.recip();
                 return Flight::Scattered { after, weight: weight * scattered / real };
             }
             weight = weight * share.map(|share| (1.0 - share).max(0.0)) / (1.0 - real);
@@ -151,7 +151,9 @@ mod tests {
     use crate::math::elementary::exp_f64;
     use crate::math::{Affine3A, Vec3};
     use crate::rng::Purpose;
-    use crate::scene::{Variation, VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues};
+    use crate::scene::{
+        Scattered, Variation, VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues,
+    };
     use crate::stats::Moments;
 
     const CELLS: u32 = 24;
@@ -180,13 +182,14 @@ mod tests {
     fn case(density: impl Fn(f64) -> [f64; 3] + 'static, albedo: Option<fn(f64) -> [f64; 3]>) -> Case {
         let grids = [Some(along_x(&density)), albedo.map(along_x)];
         let [density_grid, albedo_grid] = grids;
+        let scattered = albedo_grid.map_or(Scattered::Evenly, Scattered::Albedo);
         let [absorption, scattering] = [ABSORPTION, SCATTERING].map(|c| Rgb::from(c.map(|v| v as f32)));
         let medium = Medium {
             name: String::new(),
             absorption,
             scattering,
             phase: HenyeyGreenstein::default(),
-            variation: Some(Arc::new(Variation::new(density_grid, albedo_grid))),
+            variation: Some(Arc::new(Variation::new(density_grid, scattered))),
         };
         let at = move |x: f64| {
             let within = x.clamp(0.5 / f64::from(CELLS), 1.0 - 0.5 / f64::from(CELLS));

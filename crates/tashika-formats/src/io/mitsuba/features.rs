@@ -137,13 +137,16 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     "medium" => {
         "homogeneous", Full, "the same everywhere: in shapes, about them, and about cameras";
         "homogeneous material", Approximated, "the coefficients of the file, else an extinction of 1 and an albedo of 0.75";
-        "heterogeneous", Ignored, "vacuum";
+        "heterogeneous", Full, "extinction and albedo by grids";
         "dipole", Ignored, "the surface alone";
         "singlescatter", Ignored, "the surface alone";
     }
     "volume" => {
         "constvolume", Full, "its value";
-        "gridvolume", Ignored, "the medium's own value";
+        "gridvolume", Full, "a file of numbers or colours, trilinear, for sigma_t (density) and albedo";
+        "gridvolume nearest", Approximated, "trilinear";
+        "gridvolume repeat", Approximated, "clamp";
+        "gridvolume mirror", Approximated, "clamp";
     }
     "phase function" => {
         "isotropic", Full, "isotropic";

@@ -7,19 +7,21 @@
 //! in m⁻¹, if a unit of the file is a metre. A medium of a shape is `interior`, where its normals
 //! point away from, or `exterior`; a side that is not named is vacuum, as in Mitsuba. A medium of a
 //! sensor is what it stands in. Only some integrators look at media: where that of the file does not,
-//! they are left out here, too. A volume that is the same everywhere (`constvolume`) counts as its
-//! value.
+//! they are left out here, too. The extinction and the albedo may be [`volumes`](super::volumes);
+//! outside of a grid of the extinction (`density` in version 0.x) nothing is there.
 //!
 //! Held to this by `suite::media_files`.
 
+use std::sync::Arc;
+
 use super::Translation;
-use super::inputs::{Quantity, rgb_of};
 use super::object::{Class, Object};
+use super::volumes::Volume;
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
-use crate::scene::{Interface, Medium, MediumId, NoteKind};
+use crate::scene::{Interface, Medium, MediumId, NoteKind, Scattered, Variation};
 
 /// Mitsuba's extinction (m⁻¹), albedo and asymmetry, if the file gives none.
 const EXTINCTION: f32 = 1.0;
@@ -77,8 +79,8 @@ impl<'a> Translation<'a> {
             return Ok(known);
         }
         let is_known = self.meet("medium", object, "vacuum")?;
-        let made = if is_known && object.plugin == "homogeneous" {
-            let medium = self.homogeneous(object)?;
+        let made = if is_known && ["homogeneous", "heterogeneous"].contains(&object.plugin.as_str()) {
+            let medium = self.made_of(object)?;
             object.note_unused(self.builder.notes_mut());
             Some(self.builder.add_medium(medium)?)
         } else {
@@ -88,57 +90,56 @@ impl<'a> Translation<'a> {
         Ok(self.media.finish(object.index, made))
     }
 
-    fn homogeneous(&mut self, object: &'a Object) -> Result<Medium> {
-        object.accept(&["sample_emitters", "has_spectral_extinction"]);
+    fn made_of(&mut self, object: &'a Object) -> Result<Medium> {
+        object.accept(&["sample_emitters", "has_spectral_extinction", "method"]);
         if self.document.is_old() && object.text("material").is_some() {
             self.feature("medium", "homogeneous material", &object.at)?;
         }
         let scale = object.float("scale").unwrap_or(1.0) as f32;
         let [absorption, scattering] =
             [self.coefficient(object, "sigma_a")?, self.coefficient(object, "sigma_s")?];
-        let [absorption, scattering] = if absorption.is_some() || scattering.is_some() {
-            [absorption, scattering].map(|c| c.unwrap_or(Rgb::BLACK) * scale)
+        let ([absorption, scattering], variation) = if absorption.is_some() || scattering.is_some() {
+            ([absorption, scattering].map(|c| c.unwrap_or(Rgb::BLACK) * scale), None)
         } else {
-            let extinction = self.coefficient(object, "sigma_t")?.unwrap_or(Rgb::gray(EXTINCTION)) * scale;
-            let albedo = self.coefficient(object, "albedo")?.unwrap_or(Rgb::gray(ALBEDO));
+            let name = if self.document.is_old() && object.plugin == "heterogeneous" {
+                "density"
+            } else {
+                "sigma_t"
+            };
+            let (extinction, density) = match self.volume(object, name, Some(Rgb::BLACK))? {
+                None => (Rgb::gray(EXTINCTION), None),
+                Some(Volume::Constant(extinction)) => (extinction, None),
+                Some(Volume::Grid(density)) => (Rgb::WHITE, Some(density)),
+            };
+            let (albedo, scattered) = match self.volume(object, "albedo", None)? {
+                None => (Rgb::gray(ALBEDO), Scattered::Evenly),
+                Some(Volume::Constant(albedo)) => (albedo, Scattered::Evenly),
+                Some(Volume::Grid(albedos)) => (Rgb::WHITE, Scattered::Albedo(albedos)),
+            };
             if albedo.max_channel() > 1.0 {
                 let found = format!("albedo = {:?}", albedo.to_array());
                 return Err(Error::invalid(object.place_of("albedo"), found, "an albedo from 0 to 1"));
             }
-            [extinction * (Rgb::WHITE + albedo * -1.0), extinction * albedo]
+            let extinction = extinction * scale;
+            let varies = density.is_some() || scattered != Scattered::Evenly;
+            let variation = varies.then(|| Arc::new(Variation::new(density, scattered)));
+            ([extinction * (Rgb::WHITE + albedo * -1.0), extinction * albedo], variation)
         };
         let phase = self.phase(object)?;
-        let medium = Medium { name: shown(object.label()), absorption, scattering, phase, variation: None };
+        let medium = Medium { name: shown(object.label()), absorption, scattering, phase, variation };
         medium.validate(object.place())?;
         Ok(medium)
     }
 
-    /// A coefficient or an albedo: a number, a colour, a spectrum, or a constant volume of these.
+    /// A coefficient that is the same everywhere.
     fn coefficient(&mut self, object: &'a Object, name: &str) -> Result<Option<Rgb>> {
-        let document = self.document;
-        let volume = document.children(object, Class::Medium).find(|(of, _)| *of == name).map(|(_, v)| v);
-        let (holder, name) = match volume {
-            None => (object, name),
-            Some(volume) if volume.plugin == "constvolume" => (volume, "value"),
-            Some(volume) => {
-                volume.accept_all();
-                self.meet("volume", volume, "the medium's own value")?;
-                return Ok(None);
+        match self.volume(object, name, Some(Rgb::BLACK))? {
+            Some(Volume::Grid(_)) => {
+                let found = format!("a grid for {name}");
+                Err(Error::invalid(object.place(), found, "grids for sigma_t and albedo"))
             }
-        };
-        if holder.parameters.iter().all(|p| p.name != name) {
-            return Ok(None);
-        }
-        let color = holder.take(name, |value| rgb_of(value, Quantity::Number));
-        match color {
-            Some(color) if color.is_valid() => Ok(Some(color)),
-            _ => {
-                let found = match color {
-                    Some(color) => format!("{name} = {:?}", color.to_array()),
-                    None => format!("{name} that is no number and no colour"),
-                };
-                Err(Error::invalid(holder.place_of(name), found, "finite numbers of at least 0"))
-            }
+            Some(Volume::Constant(color)) => Ok(Some(color)),
+            None => Ok(None),
         }
     }
 

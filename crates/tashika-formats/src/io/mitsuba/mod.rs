@@ -12,7 +12,7 @@
 //! | [`inputs`] | colours, numbers and textures |
 //! | [`materials`], [`surfaces`] | bsdfs |
 //! | [`shapes`], [`serialized`], [`normals`] | shapes and mesh files |
-//! | [`media`] | participating media |
+//! | [`media`], [`volumes`], [`vol`] | participating media |
 //! | [`lights`], [`sun`] | emitters |
 //! | [`sensors`] | cameras |
 //!
@@ -22,8 +22,8 @@
 //! give the same scene.
 //!
 //! # Limits
-//! Opaque surfaces are black behind unless they are `twosided`. Participating media are the same
-//! everywhere. No polarization; spectra become colours.
+//! Opaque surfaces are black behind unless they are `twosided`. No polarization; spectra become
+//! colours.
 //!
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 //!
@@ -51,6 +51,8 @@ mod surfaces;
 mod text;
 mod transforms;
 mod values;
+mod vol;
+mod volumes;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -103,6 +105,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         triangles: 0,
         environments: Surroundings::default(),
         slides: Budget::new(files.options().max_file_bytes, "images of lights"),
+        volumes: Budget::new(files.options().max_file_bytes, "volumes"),
         camera_names: BTreeSet::new(),
         blurred: Vec::new(),
         depth: 0,
@@ -165,6 +168,8 @@ struct Translation<'a> {
     environments: Surroundings,
     /// For images of lights.
     slides: Budget,
+    /// For grids of media: files count each time that they are read.
+    volumes: Budget,
     camera_names: BTreeSet<String>,
     /// Animations that blur.
     blurred: Vec<Location>,

@@ -114,9 +114,10 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "homogeneous", Full, "the same everywhere, with a phase function of Henyey and Greenstein";
         "homogeneous preset", Approximated, "the coefficients of the file, else pbrt's own";
         "homogeneous Le", Ignored, "it does not glow";
-        "heterogeneous", Ignored, "vacuum";
-        "uniformgrid", Ignored, "vacuum";
-        "rgbgrid", Ignored, "vacuum";
+        "heterogeneous", Full, "coefficients times a grid of densities";
+        "uniformgrid", Full, "coefficients times a grid of densities";
+        "uniformgrid Le", Ignored, "it does not glow";
+        "rgbgrid", Full, "grids of coefficients";
         "cloud", Ignored, "vacuum";
         "nanovdb", Ignored, "vacuum";
     }

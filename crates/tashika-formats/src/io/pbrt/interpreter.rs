@@ -315,7 +315,7 @@ impl<'f> Interpreter<'f> {
             b"Film" => self.film = Film::read(&mut self.loading, &class, &parameters)?,
             b"MakeNamedMedium" => {
                 self.loading.met("directive", "MakeNamedMedium", "left out", &at())?;
-                self.media.define(&mut self.loading, &class, &parameters)?;
+                self.media.define(&mut self.loading, &class, &parameters, self.states.affine())?;
             }
             b"Volume" => self.loading.met("directive", "Volume", "left out", &at())?,
             b"Integrator" => self.integrator = Some(class),

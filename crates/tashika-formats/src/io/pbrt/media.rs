@@ -10,19 +10,31 @@
 //! surface normal points away from. A name stands for what was defined before. Only some integrators
 //! look at media: where that of the file does not, they are left out here, too.
 //!
+//! Media of a grid (`uniformgrid`, `heterogeneous` in version 3) have their coefficients times the
+//! density of `nx · ny · nz` cells of the box from `p0` to `p1`, placed as shapes are; those of
+//! `rgbgrid` have coefficients for each cell. As in pbrt values fall to zero within half a cell of
+//! the faces.
+//!
 //! Source: Pharr et al. 2023, chapter 11. Tested by `suite::media_files`.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
 
 use super::loading::Loading;
-use super::parameters::{Parameters, Values};
+use super::parameters::{Kind, Parameters, Values};
 use super::spectra::{self, Quantity};
+use super::transform;
 use super::version::Version;
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::excerpt;
-use crate::scene::{Interface, Medium, MediumId, NoteKind};
+use crate::scene::{
+    Interface, Medium, MediumId, NoteKind, Scattered, Variation, VolumeData, VolumeEdges, VolumeGrid,
+    VolumeSamples, VolumeValues,
+};
 
 /// pbrt's own coefficients, if the file gives none (m⁻¹).
 const ABSORPTION: Rgb = Rgb::new(0.0011, 0.0024, 0.014);
@@ -65,11 +77,18 @@ impl Sides {
 }
 
 impl Media {
-    /// `MakeNamedMedium name`.
+    /// `MakeNamedMedium name`, of which a grid is placed by `to_world`.
     ///
     /// # Errors
-    /// Coefficients that are negative or too large, an asymmetry that is not between −1 and 1.
-    pub(super) fn define(&mut self, loading: &mut Loading<'_>, name: &str, p: &Parameters) -> Result<()> {
+    /// Coefficients that are negative or too large, an asymmetry that is not between −1 and 1; a
+    /// grid without cells or volume, or with another number of values than of cells.
+    pub(super) fn define(
+        &mut self,
+        loading: &mut Loading<'_>,
+        name: &str,
+        p: &Parameters,
+        to_world: Option<DAffine3>,
+    ) -> Result<()> {
         let Some(class) = p.string("type").map(str::to_owned) else {
             loading.note(NoteKind::Repaired, "media without type: vacuum", p.at());
             p.accept_all();
@@ -77,10 +96,14 @@ impl Media {
             return Ok(());
         };
         loading.met("medium", &class, "vacuum", &p.at())?;
-        let medium = if class == "homogeneous" { Some(homogeneous(loading, name, p)?) } else { None };
-        if medium.is_some() {
-            loading.note_unused("medium \"homogeneous\"", p);
-        }
+        let medium = match class.as_str() {
+            "homogeneous" | "heterogeneous" | "uniformgrid" | "rgbgrid" => {
+                let medium = made_of(loading, &class, name, p, to_world)?;
+                loading.note_unused(&format!("medium {class:?}"), p);
+                Some(loading.builder.add_medium(medium)?)
+            }
+            _ => None,
+        };
         self.named.insert(name.to_owned(), medium);
         Ok(())
     }
@@ -100,27 +123,109 @@ impl Media {
     }
 }
 
-fn homogeneous(loading: &mut Loading<'_>, name: &str, p: &Parameters) -> Result<MediumId> {
+fn made_of(
+    loading: &mut Loading<'_>,
+    class: &str,
+    name: &str,
+    p: &Parameters,
+    to_world: Option<DAffine3>,
+) -> Result<Medium> {
     let at = p.at();
-    if p.string("preset").is_some() {
+    if class == "homogeneous" && p.string("preset").is_some() {
         loading.met("medium", "homogeneous preset", "", &at)?;
     }
-    let glows = ["Le", "Lescale"].into_iter().any(|name| p.unused().any(|parameter| parameter.name == name));
-    if glows {
-        loading.met("medium", "homogeneous Le", "", &at)?;
-        p.accept(&["Le", "Lescale"]);
+    let glow = ["Le", "Lescale", "temperature", "temperaturescale", "temperatureoffset", "temperaturecutoff"];
+    let is_glow = |name: &str| glow.contains(&name);
+    if p.unused().any(|parameter| is_glow(&parameter.name)) {
+        loading.met(
+            "medium",
+            if class == "homogeneous" { "homogeneous Le" } else { "uniformgrid Le" },
+            "",
+            &at,
+        )?;
+        p.accept(&glow);
     }
     let scale = p.float("scale").unwrap_or(1.0);
-    let absorption = coefficient(loading, p, "sigma_a")?.unwrap_or(ABSORPTION) * scale;
-    let scattering = coefficient(loading, p, "sigma_s")?.unwrap_or(SCATTERING) * scale;
     let phase = HenyeyGreenstein { asymmetry: p.float("g").unwrap_or(0.0) };
-    let medium = Medium { name: excerpt(name, 60), absorption, scattering, phase, variation: None };
+    let name = excerpt(name, 60);
+    let medium = if class == "rgbgrid" {
+        let [absorption, scattering] = of_cells(p, scale)?;
+        let all = absorption.iter().zip(&scattering).map(|(a, s)| *a + *s).collect();
+        let grid = |values| grid(p, VolumeValues::Colors(values), to_world);
+        let variation = Variation::new(Some(grid(all)?), Scattered::Coefficient(grid(scattering)?));
+        let (absorption, scattering, variation) = (Rgb::BLACK, Rgb::WHITE, Some(Arc::new(variation)));
+        Medium { name, absorption, scattering, phase, variation }
+    } else {
+        let own = if class == "uniformgrid" { [Rgb::WHITE; 2] } else { [ABSORPTION, SCATTERING] };
+        let absorption = coefficient(loading, p, "sigma_a")?.unwrap_or(own[0]) * scale;
+        let scattering = coefficient(loading, p, "sigma_s")?.unwrap_or(own[1]) * scale;
+        let variation = if class == "homogeneous" {
+            None
+        } else {
+            let density = VolumeValues::Numbers(p.floats("density").unwrap_or_default().to_vec());
+            Some(Arc::new(Variation::new(Some(grid(p, density, to_world)?), Scattered::Evenly)))
+        };
+        Medium { name, absorption, scattering, phase, variation }
+    };
     medium.validate(at)?;
-    loading.builder.add_medium(medium)
+    Ok(medium)
+}
+
+/// A grid of the cells and of the box that the parameters tell.
+fn grid(p: &Parameters, values: VolumeValues, to_world: Option<DAffine3>) -> Result<VolumeGrid> {
+    let at = p.at();
+    let counts = ["nx", "ny", "nz"].map(|name| p.integer(name).unwrap_or(1));
+    let [Ok(nx), Ok(ny), Ok(nz)] = counts.map(u32::try_from) else {
+        return Err(Error::invalid(
+            at,
+            format!("a grid of {counts:?} cells"),
+            "at least one along each axis",
+        ));
+    };
+    let corner = |name, own| p.vectors(&[Kind::Point3], name).first().map_or(own, |v| v.as_dvec3());
+    let [p0, p1] = [corner("p0", DVec3::ZERO), corner("p1", DVec3::ONE)];
+    let placed = to_world.map(|t| t * DAffine3::from_translation(p0) * DAffine3::from_scale(p1 - p0));
+    let Some(to_world) = placed.and_then(|t| transform::placeable(&t)) else {
+        let found = format!("a grid in a box from {p0} to {p1} that cannot be placed");
+        return Err(Error::invalid(at, found, "a box that has a volume where it is placed"));
+    };
+    let data = VolumeData {
+        counts: [nx, ny, nz],
+        values,
+        to_world,
+        samples: VolumeSamples::Centers,
+        edges: VolumeEdges::Zero,
+    };
+    VolumeGrid::new(data, &at)
+}
+
+/// Absorption and scattering of each cell; 1 where only the other is given.
+fn of_cells(p: &Parameters, scale: f32) -> Result<[Vec<Rgb>; 2]> {
+    let mut given = [None, None];
+    for (colors, name) in given.iter_mut().zip(["sigma_a", "sigma_s"]) {
+        refuse_negative(p, name)?;
+        *colors = spectra::colors(p, name);
+    }
+    let cells = given.iter().flatten().map(Vec::len).max().unwrap_or(0);
+    if given.iter().flatten().any(|colors| colors.len() != cells) {
+        let found = given.map(|colors| colors.map_or(0, |c| c.len()));
+        let found = format!("{} colours for absorption and {} for scattering", found[0], found[1]);
+        return Err(Error::invalid(p.at(), found, "as many of each"));
+    }
+    let scaled = |color: Rgb| color * scale;
+    Ok(given.map(|colors| match colors {
+        Some(colors) => colors.into_iter().map(scaled).collect(),
+        None => vec![scaled(Rgb::WHITE); cells],
+    }))
 }
 
 /// A coefficient before it is scaled.
 fn coefficient(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<Option<Rgb>> {
+    refuse_negative(p, name)?;
+    spectra::color(loading, p, name, Quantity::Factor)
+}
+
+fn refuse_negative(p: &Parameters, name: &str) -> Result<()> {
     let negative = p.find(spectra::SPECTRAL, name).filter(
         |parameter| matches!(&parameter.values, Values::Numbers(numbers) if numbers.iter().any(|v| *v < 0.0)),
     );
@@ -128,5 +233,5 @@ fn coefficient(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<
         let found = format!("parameter {:?} with a negative number", parameter.declaration);
         return Err(Error::invalid(parameter.at(), found, "coefficients of at least 0"));
     }
-    spectra::color(loading, p, name, Quantity::Factor)
+    Ok(())
 }

@@ -64,6 +64,17 @@ pub(super) fn color(
     }
 }
 
+/// The colours of a list of `rgb`; what primaries of a wider gamut make negative is 0.
+pub(super) fn colors(parameters: &Parameters, name: &str) -> Option<Vec<Rgb>> {
+    let parameter = parameters.find(&[Kind::Rgb], name)?;
+    let of = |c: &[f32; 3]| {
+        let color = Rgb::from(*c);
+        let seen = in_rec709(color, &parameter.primaries, Quantity::Factor).unwrap_or(color);
+        seen.map(|v| v.max(0.0))
+    };
+    Some(parameter.numbers().as_chunks::<3>().0.iter().map(of).collect())
+}
+
 /// The colour of a parameter of one of the [`SPECTRAL`] types.
 pub(super) fn convert(loading: &mut Loading<'_>, parameter: &Parameter, quantity: Quantity) -> Result<Rgb> {
     let numbers = parameter.numbers();
