@@ -19,6 +19,7 @@ mod limits;
 mod mesh_files;
 mod mitsuba;
 mod mixes;
+mod nanovdb;
 mod notes;
 mod obj;
 mod output;

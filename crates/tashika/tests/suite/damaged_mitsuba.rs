@@ -8,7 +8,7 @@
 use tashika::error::{Error, Result};
 use tashika::scene::{NoteKind, Scene};
 
-use super::mitsuba::{Files, four_colours, load_in, serialized, xml};
+use super::mitsuba::{Files, four_colours, load_in, serialized, vol, xml};
 
 use crate::cases::lenient;
 
@@ -33,6 +33,10 @@ const RICH: &str = r##"<default name="spp" value="4"/><default name="kind" value
 <medium type="homogeneous" id="fog"><rgb name="sigma_t" value="1, 2, 3"/><rgb name="albedo" value="0.5"/>
 <phase type="hg"><float name="g" value="0.3"/></phase></medium>
 <shape type="disk"><bsdf type="null"/><ref name="interior" id="fog"/></shape>
+<medium type="heterogeneous" id="smoke"><volume type="gridvolume" name="sigma_t"><string name="filename" value="a.vol"/>
+<transform name="to_world"><scale x="2" y="1" z="3"/></transform><boolean name="use_grid_bbox" value="true"/></volume>
+<volume type="gridvolume" name="albedo"><string name="filename" value="a.vol"/></volume><float name="scale" value="2"/></medium>
+<shape type="cube"><bsdf type="null"/><ref name="interior" id="smoke"/></shape>
 <emitter type="sun"><float name="turbidity" value="4"/></emitter>"##;
 
 fn load_bytes(bytes: &[u8], files: Files<'_>) -> Result<Scene> {
@@ -77,6 +81,7 @@ impl Folder {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("a.png"), four_colours()).unwrap();
         std::fs::write(folder.path().join("m.serialized"), serialized()).unwrap();
+        std::fs::write(folder.path().join("a.vol"), vol([1, 2, 1], 3, &[0.5; 6])).unwrap();
         Self(folder)
     }
 
@@ -91,7 +96,7 @@ impl Folder {
 #[test]
 fn the_undamaged_scene_is_sound() {
     let scene = Folder::new().load(xml("3.0.0", RICH).as_bytes()).unwrap();
-    assert_eq!((scene.instances().len(), scene.emitters().len(), scene.area_emitters().count()), (5, 2, 1));
+    assert_eq!((scene.instances().len(), scene.emitters().len(), scene.area_emitters().count()), (6, 2, 1));
     assert!(scene.has_media());
     let unused =
         scene.notes().iter().find(|n| n.message.contains("not used") || n.kind == NoteKind::Repaired);
@@ -150,7 +155,7 @@ fn mutated_bytes_and_values_do_not_panic() {
         if let Err(error) = folder.load(&mutated) {
             errors += 1;
             assert!(
-                error.to_string().contains("scene.xml") || error.to_string().contains("m.serialized"),
+                ["scene.xml", "m.serialized", "a.vol"].iter().any(|file| error.to_string().contains(file)),
                 "{error}"
             );
         }

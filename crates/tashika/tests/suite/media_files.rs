@@ -7,7 +7,7 @@ use tashika::math::Vec3;
 use tashika::scene::{Interface, Medium, NoteKind, Scattered, Scene, Surface, VolumeGrid};
 
 use crate::mitsuba;
-use crate::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, refusal, scene};
+use crate::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, nvdb, refusal, scene};
 
 fn close(a: Rgb, b: [f32; 3]) -> bool {
     a.to_array().into_iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-6 * b.abs())
@@ -347,6 +347,44 @@ fn grids_of_pbrt_vary_as_their_file_says() {
 }
 
 #[test]
+fn files_of_nanovdb_are_placed_by_their_own_map_and_then_as_shapes_are() {
+    let folder = Folder::new();
+    folder.write("a.nvdb", nvdb());
+    folder.write("b.nvdb", "NanoVDB0");
+    let mut other = nvdb();
+    other[16 + 168] = 2;
+    folder.write("blosc.nvdb", other);
+    let load = |file: &str| {
+        let grid = format!("\"string filename\" \"{file}\" \"rgb sigma_s\" [1 2 3] \"float scale\" 2");
+        let medium = format!("MakeNamedMedium \"smoke\" \"string type\" \"nanovdb\" {grid}");
+        folder.load(&format!("{V4} Translate 10 0 0 {medium} MediumInterface \"smoke\" \"\" {TRIANGLE}"))
+    };
+    let scene = load("a.nvdb").unwrap();
+    assert_eq!(notes(&scene), []);
+    let smoke = &scene.media()[0];
+    // Indices 0 and 1 are 10 and 10.5; it falls to zero at index 2, which is 11.
+    for (x, factor) in [(9.9, 0.0), (10.0, 3.0), (10.25, 3.0), (10.75, 1.5), (11.1, 0.0)] {
+        assert_at(
+            smoke,
+            [x, 0.25, 0.25],
+            [4.0, 6.0, 8.0].map(|c| c * factor),
+            [2.0, 4.0, 6.0].map(|c| c * factor),
+        );
+    }
+    let error = load("b.nvdb").unwrap_err().to_string();
+    assert!(error.contains("b.nvdb: a NanoVDB file that ends too early"), "{error}");
+    let missing = load("c.nvdb").unwrap();
+    assert!(noted(&missing, NoteKind::Missing, "grid \"c.nvdb\" could not be read (no such file): vacuum"));
+    let blosc = load("blosc.nvdb").unwrap();
+    assert!(noted(
+        &blosc,
+        NoteKind::Repaired,
+        "grid \"blosc.nvdb\" could not be read (a NanoVDB grid that is compressed by Blosc"
+    ));
+    assert!(blosc.media().is_empty() && !blosc.has_media());
+}
+
+#[test]
 fn grids_of_pbrt_that_cannot_be_are_errors_with_their_line() {
     let said = |class: &str, grid: &str| {
         refusal(&format!("{V4}MakeNamedMedium \"smoke\" \"string type\" \"{class}\"\n {grid} {TRIANGLE}"))
@@ -472,10 +510,14 @@ fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
     );
     let thick = said(&density, &mitsuba::vol([1, 1, 1], 1, &[1e7]));
     assert!(thick.contains("scene.xml:3:") && thick.contains("mean free paths across its grid"), "{thick}");
-    let flat = "<transform name=\"to_world\"><scale x=\"0\"/></transform>";
-    assert!(said(&gridvolume("sigma_t", flat), &ones).contains("has no volume"));
-    let far = "<transform name=\"to_world\"><scale value=\"1e30\"/></transform>";
-    assert!(said(&gridvolume("sigma_t", far), &ones).contains("scene.xml:3:"));
+    for scale in ["x=\"0\"", "value=\"1e-30\"", "value=\"1e30\""] {
+        let flat = format!("<transform name=\"to_world\"><scale {scale}/></transform>");
+        let error = said(&gridvolume("sigma_t", &flat), &ones);
+        assert!(
+            error.contains("scene.xml:3:") && error.contains("has no volume, or is too large"),
+            "{error}"
+        );
+    }
     let other = said(&gridvolume("sigma_s", ""), &ones);
     assert!(other.contains("a grid for sigma_s; expected grids for sigma_t and albedo"), "{other}");
 

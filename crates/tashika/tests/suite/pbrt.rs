@@ -24,6 +24,30 @@ pub const V4: &str = "Film \"rgb\" Camera \"perspective\" WorldBegin\n";
 pub const TRIANGLE: &str =
     " Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0 1 0 0 0 1 0]\n";
 
+/// A NanoVDB file whose grid `density` is 3 at the indices 0 and 1 of all axes and 0 elsewhere, half a
+/// metre apart: a root with nothing but a tile.
+pub fn nvdb() -> Vec<u8> {
+    let mut grid = vec![0; 672 + 64 + 64 + 32];
+    let mut put = |at: usize, value: &[u8]| grid[at..at + value.len()].copy_from_slice(value);
+    (0..3).for_each(|k| put(296 + 88 + 32 * k, &0.5_f64.to_le_bytes()));
+    put(672 + 24, &64_u64.to_le_bytes());
+    let root = 672 + 64;
+    (3..6).for_each(|k| put(root + 4 * k, &1_i32.to_le_bytes()));
+    put(root + 24, &1_u32.to_le_bytes());
+    put(root + 64 + 20, &3_f32.to_le_bytes());
+    let mut file = b"NanoVDB0".to_vec();
+    file.extend((32_u32 << 21).to_le_bytes());
+    file.extend([1, 0, 0, 0]);
+    let mut metadata = [0; 176];
+    metadata[..8].copy_from_slice(&(grid.len() as u64).to_le_bytes());
+    metadata[8..16].copy_from_slice(&(grid.len() as u64).to_le_bytes());
+    (metadata[32], metadata[136]) = (1, 8);
+    file.extend(metadata);
+    file.extend(b"density\0");
+    file.extend(grid);
+    file
+}
+
 /// A folder in which scenes are written.
 pub struct Folder(pub TempDir);
 

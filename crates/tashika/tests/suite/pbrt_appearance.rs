@@ -13,7 +13,7 @@ use tashika::scene::{
     Surface, Texture, Wrap,
 };
 
-use super::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, scene};
+use super::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, nvdb, scene};
 use super::textures;
 
 fn close(a: Rgb, b: [f32; 3], tolerance: f32) -> bool {
@@ -622,6 +622,9 @@ fn scene_with(feature: &Feature) -> String {
         ("medium", "rgbgrid") => {
             "MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" \"rgb sigma_s\" [1 2 3]".to_owned()
         }
+        ("medium", "nanovdb") => {
+            "MakeNamedMedium \"m\" \"string type\" \"nanovdb\" \"string filename\" \"a.nvdb\"".to_owned()
+        }
         ("medium", _) => format!("MakeNamedMedium \"m\" \"string type\" \"{name}\""),
         other => panic!("write a scene for {other:?}"),
     };
@@ -634,6 +637,7 @@ fn every_feature_gives_the_note_of_its_row() {
     folder.write("a.png", png(255));
     folder.write("wide.png", textures::wide());
     folder.write("a.tx", textures::TX);
+    folder.write("a.nvdb", nvdb());
     folder.write("u.1001.png", png(255));
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";

@@ -109,14 +109,18 @@ impl<'a> Translation<'a> {
                 .map(|end| own_box[end].unwrap_or_else(|| DVec3::from_array(bounds[end].map(f64::from))));
             placed = to_world * DMat4::from_translation(lo) * DMat4::from_scale(hi - lo);
         }
-        if !transforms::is_affine(&placed) {
-            let found = "a grid in a box that is not finite, or too large";
-            return Err(Error::invalid(at, found, "a box of numbers up to 1e18"));
+        let box_to_world = transforms::affine(&placed);
+        if !transforms::is_affine(&placed)
+            || box_to_world.matrix3.determinant() == 0.0
+            || !box_to_world.inverse().is_finite()
+        {
+            let found = "a grid in a box that has no volume, or is too large";
+            return Err(Error::invalid(at, found, "a box with edges of finite lengths"));
         }
         let data = VolumeData {
             counts,
             values,
-            to_world: transforms::affine(&placed),
+            to_world: box_to_world,
             samples: if is_old { VolumeSamples::Corners } else { VolumeSamples::Centers },
             edges: VolumeEdges::Held,
         };

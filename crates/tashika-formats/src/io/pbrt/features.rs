@@ -119,7 +119,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "uniformgrid Le", Ignored, "it does not glow";
         "rgbgrid", Full, "grids of coefficients";
         "cloud", Ignored, "vacuum";
-        "nanovdb", Ignored, "vacuum";
+        "nanovdb", Full, "coefficients times the grid of densities of a file";
     }
     "directive" => {
         "MakeNamedMedium", Full, "a medium, by its type";

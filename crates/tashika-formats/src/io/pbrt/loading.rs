@@ -27,8 +27,8 @@ pub(super) struct Loading<'f> {
     /// The maps of lights.
     pub(super) maps: Maps,
     named: Named,
-    /// For meshes, and for maps of lights: a small text can ask for the same large file again and
-    /// again.
+    /// For meshes, maps of lights, and grids of media: a small text can ask for the same large thing
+    /// again and again.
     pub(super) geometry: Budget,
 }
 

@@ -13,7 +13,7 @@
 //! Media of a grid (`uniformgrid`, `heterogeneous` in version 3) have their coefficients times the
 //! density of `nx · ny · nz` cells of the box from `p0` to `p1`, placed as shapes are; those of
 //! `rgbgrid` have coefficients for each cell. As in pbrt values fall to zero within half a cell of
-//! the faces.
+//! the faces. A `nanovdb` has the grid named `density` of its file, whose own map places it first.
 //!
 //! Source: Pharr et al. 2023, chapter 11. Tested by `suite::media_files`.
 
@@ -30,6 +30,8 @@ use super::version::Version;
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
+use crate::io::assets::{kind, reason};
+use crate::io::nanovdb;
 use crate::io::notes::excerpt;
 use crate::scene::{
     Interface, Medium, MediumId, NoteKind, Scattered, Variation, VolumeData, VolumeEdges, VolumeGrid,
@@ -97,10 +99,14 @@ impl Media {
         };
         loading.met("medium", &class, "vacuum", &p.at())?;
         let medium = match class.as_str() {
-            "homogeneous" | "heterogeneous" | "uniformgrid" | "rgbgrid" => {
-                let medium = made_of(loading, &class, name, p, to_world)?;
-                loading.note_unused(&format!("medium {class:?}"), p);
-                Some(loading.builder.add_medium(medium)?)
+            "homogeneous" | "heterogeneous" | "uniformgrid" | "rgbgrid" | "nanovdb" => {
+                match made_of(loading, &class, name, p, to_world)? {
+                    Some(medium) => {
+                        loading.note_unused(&format!("medium {class:?}"), p);
+                        Some(loading.builder.add_medium(medium)?)
+                    }
+                    None => None,
+                }
             }
             _ => None,
         };
@@ -123,13 +129,14 @@ impl Media {
     }
 }
 
+/// What the parameters say; nothing, with a note, if a file cannot be read.
 fn made_of(
     loading: &mut Loading<'_>,
     class: &str,
     name: &str,
     p: &Parameters,
     to_world: Option<DAffine3>,
-) -> Result<Medium> {
+) -> Result<Option<Medium>> {
     let at = p.at();
     if class == "homogeneous" && p.string("preset").is_some() {
         loading.met("medium", "homogeneous preset", "", &at)?;
@@ -151,29 +158,89 @@ fn made_of(
     let medium = if class == "rgbgrid" {
         let [absorption, scattering] = of_cells(p, scale)?;
         let all = absorption.iter().zip(&scattering).map(|(a, s)| *a + *s).collect();
-        let grid = |values| grid(p, VolumeValues::Colors(values), to_world);
+        let grid = |values| grid(loading, p, VolumeValues::Colors(values), to_world);
         let variation = Variation::new(Some(grid(all)?), Scattered::Coefficient(grid(scattering)?));
         let (absorption, scattering, variation) = (Rgb::BLACK, Rgb::WHITE, Some(Arc::new(variation)));
         Medium { name, absorption, scattering, phase, variation }
     } else {
-        let own = if class == "uniformgrid" { [Rgb::WHITE; 2] } else { [ABSORPTION, SCATTERING] };
+        let is_new_grid = ["uniformgrid", "nanovdb"].contains(&class);
+        let own = if is_new_grid { [Rgb::WHITE; 2] } else { [ABSORPTION, SCATTERING] };
         let absorption = coefficient(loading, p, "sigma_a")?.unwrap_or(own[0]) * scale;
         let scattering = coefficient(loading, p, "sigma_s")?.unwrap_or(own[1]) * scale;
-        let variation = if class == "homogeneous" {
-            None
-        } else {
-            let density = VolumeValues::Numbers(p.floats("density").unwrap_or_default().to_vec());
-            Some(Arc::new(Variation::new(Some(grid(p, density, to_world)?), Scattered::Evenly)))
+        let density = match class {
+            "homogeneous" => None,
+            "nanovdb" => match grid_of_file(loading, p, to_world)? {
+                Some(density) => Some(density),
+                None => return Ok(None),
+            },
+            _ => {
+                let density = VolumeValues::Numbers(p.floats("density").unwrap_or_default().to_vec());
+                Some(grid(loading, p, density, to_world)?)
+            }
         };
+        let variation = density.map(|density| Arc::new(Variation::new(Some(density), Scattered::Evenly)));
         Medium { name, absorption, scattering, phase, variation }
     };
     medium.validate(at)?;
-    Ok(medium)
+    Ok(Some(medium))
+}
+
+/// The densities of a NanoVDB file.
+fn grid_of_file(
+    loading: &mut Loading<'_>,
+    p: &Parameters,
+    to_world: Option<DAffine3>,
+) -> Result<Option<VolumeGrid>> {
+    let at = p.at();
+    let Some(reference) = p.string("filename").map(str::to_owned) else {
+        loading.note(NoteKind::Repaired, "medium \"nanovdb\" without a file: vacuum", at);
+        p.accept_all();
+        return Ok(None);
+    };
+    let file = Location::file(loading.files.beside(&reference));
+    let read = loading.files.read(&reference, &at).and_then(|bytes| {
+        loading.geometry.take(bytes.len() as u64, &at)?;
+        nanovdb::read(&bytes, "density", loading.geometry.left(), &file)
+    });
+    let nano = match read {
+        Ok(nano) => nano,
+        Err(error @ (Error::Io { .. } | Error::Outside { .. } | Error::Unsupported { .. })) => {
+            let why = reason(&error);
+            let message = format!("grid {:?} could not be read ({why}): vacuum", excerpt(&reference, 60));
+            loading.note_named(kind(&error), message, "grids that could not be read", at);
+            p.accept_all();
+            return Ok(None);
+        }
+        Err(error) => return Err(error),
+    };
+    loading.geometry.take(4 * nano.values.len() as u64, &at)?;
+    let [lowest, size] =
+        [nano.lowest.map(f64::from), nano.counts.map(|n| f64::from(n - 1))].map(DVec3::from_array);
+    let indices = DAffine3::from_translation(lowest) * DAffine3::from_scale(size);
+    let Some(to_world) = to_world.and_then(|t| transform::placeable(&(t * nano.to_world * indices))) else {
+        return Err(Error::invalid(at, "a grid that cannot be placed", "a box that has a volume"));
+    };
+    let data = VolumeData {
+        counts: nano.counts,
+        values: VolumeValues::Numbers(nano.values),
+        to_world,
+        samples: VolumeSamples::Corners,
+        edges: VolumeEdges::Held,
+    };
+    VolumeGrid::new(data, &file).map(Some)
 }
 
 /// A grid of the cells and of the box that the parameters tell.
-fn grid(p: &Parameters, values: VolumeValues, to_world: Option<DAffine3>) -> Result<VolumeGrid> {
+fn grid(
+    loading: &Loading<'_>,
+    p: &Parameters,
+    values: VolumeValues,
+    to_world: Option<DAffine3>,
+) -> Result<VolumeGrid> {
     let at = p.at();
+    // Values of `Attribute` are those of any number of media.
+    let bytes = if matches!(values, VolumeValues::Numbers(_)) { 4 } else { 12 };
+    loading.geometry.take(bytes * values.len() as u64, &at)?;
     let counts = ["nx", "ny", "nz"].map(|name| p.integer(name).unwrap_or(1));
     let [Ok(nx), Ok(ny), Ok(nz)] = counts.map(u32::try_from) else {
         return Err(Error::invalid(

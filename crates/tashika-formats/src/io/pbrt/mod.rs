@@ -26,8 +26,8 @@
 //! [`text::MAX_DEPTH`] files. The same files give the same scene.
 //!
 //! # Limits
-//! No media, no motion but that of cameras (what else moves is where it is first, or at the time that is asked for), no curves, no measured materials; noted
-//! where they are met.
+//! No motion but that of cameras (what else moves is where it is first, or at the time that is asked
+//! for), no media that glow, no curves, no measured materials; noted where they are met.
 //!
 //! Sources: Pharr et al. 2023; the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org. Held to
 //! this by `suite::pbrt`, `suite::pbrt_appearance`, `suite::damaged_pbrt`.
