@@ -238,7 +238,7 @@ impl Iterator for Walk<'_> {
     type Item = Span;
 
     fn next(&mut self) -> Option<Span> {
-        if !(self.from < self.end) {
+        if self.from >= self.end {
             return None;
         }
         // The face that the ray leaves the block by.
