@@ -9,12 +9,12 @@ use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
 use tashika::film::{Film, Window, keys};
-use tashika::integrator::{FullSum, PathStop, PathTracer, Setting};
+use tashika::integrator::{FullSum, PathStop, PathTracer, SamplePaths, Setting};
 use tashika::math::Vec3;
 use tashika::math::elementary::{exp, sin_cos_f64};
 use tashika::math::motion::Track;
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
-use tashika::request::{ClaimName, MethodName};
+use tashika::request::{ClaimName, Method, MethodName};
 use tashika::scene::{
     Alpha, AlphaMode, Camera, Emitter, Interface, Material, Medium, MeshData, Projection, Scene,
     SceneBuilder, Surface,
@@ -158,6 +158,7 @@ fn a_medium_that_passes_absorbs_for_its_share_of_the_time() {
         absorption: Rgb::gray(2.0),
         scattering: Rgb::BLACK,
         phase: HenyeyGreenstein::default(),
+        variation: None,
     };
     let gel = b.add_medium(medium).unwrap();
     let slab = cuboid(Vec3::new(1.0, -1.0, -1.0), Vec3::new(4.0, 1.0, -0.5), false);
@@ -218,7 +219,9 @@ fn workshop(at: Option<f64>, fog: bool) -> Scene {
         let cloud = add(cloud, Material::new("boundary", Surface::Boundary), track);
         let phase = HenyeyGreenstein::default();
         let [absorption, scattering] = [0.2, 3.0].map(Rgb::gray);
-        let fog = b.add_medium(Medium { name: "fog".into(), absorption, scattering, phase }).unwrap();
+        let fog = b
+            .add_medium(Medium { name: "fog".into(), absorption, scattering, phase, variation: None })
+            .unwrap();
         b.set_interface(cloud, Interface { inside: Some(fog), outside: None }).unwrap();
     }
     b.build().unwrap()
@@ -262,6 +265,47 @@ fn what_moves_is_seen_as_the_mean_of_where_it_stands() {
         let blurred = luminances(&paths(&moving, 500, SIZE, 1));
         let far = standing.iter().zip(&blurred).filter(|(a, b)| (*a - *b).abs() > 0.1 * mean).count();
         assert!(far > pixels / 10, "fog {fog}: {far} pixels differ from those of things that stand");
+    }
+}
+
+/// The paths of pictures that are reconstructed see what moves when it moves, and so do the features
+/// that say which pixels are alike.
+#[test]
+fn paths_of_pictures_are_those_of_the_integrator() {
+    const SEEDS: u64 = 12;
+    const SIZE: [u32; 2] = [8, 8];
+    for fog in [false, true] {
+        let moving = Tracer::new(workshop(None, fog).into());
+        let standing = Tracer::new(workshop(Some(1.0), fog).into());
+        let method = PathTracer::new(&moving, PathStop::Count(1), 1000).unwrap();
+        let setting = |tracer| Setting { tracer, view: view(moving.scene(), SIZE, 1, 1) };
+        let window = Window::full(SIZE);
+        let mut differences = vec![Moments::default(); window.area() as usize];
+        let mut image = Moments::default();
+        let mut mean = 0.0;
+        for seed in 0..SEEDS {
+            let of_integrator = luminances(&paths(&moving, 400, SIZE, seed));
+            let found = method.path_sampler(setting(&moving)).tile(&window, 7 + seed, &|_| 400);
+            let difference = found.iter().zip(&of_integrator).map(|(a, b)| a.luminance.mean() - b);
+            let difference: Vec<f64> = difference.collect();
+            mean += of_integrator.iter().sum::<f64>() / (SEEDS as f64 * differences.len() as f64);
+            image.push(difference.iter().sum::<f64>() / differences.len() as f64);
+            differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
+        }
+        // As in `what_moves_is_seen_as_the_mean_of_where_it_stands`.
+        let off = |m: &Moments| m.mean().abs() / m.standard_error();
+        let worst = differences.iter().map(off).fold(0.0, f64::max);
+        assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
+        assert!(worst < 7.5 && off(&image) < 7.5, "fog {fog}: {worst}, the image {}", off(&image));
+        let depths = |tracer: &Tracer| {
+            let method = PathTracer::new(tracer, PathStop::Count(1), 1000).unwrap();
+            let setting = Setting { tracer, view: view(tracer.scene(), SIZE, 1, 1) };
+            let found = method.path_sampler(setting).tile(&window, 7, &|_| 64);
+            found.iter().map(|pixel| pixel.features.depth).collect::<Vec<f32>>()
+        };
+        let pairs = depths(&moving).into_iter().zip(depths(&standing));
+        let differ = pairs.filter(|(a, b)| (a - b).abs() > 0.02 * b).count();
+        assert!(differ > 5, "{differ} pixels see what moves");
     }
 }
 
@@ -312,12 +356,12 @@ fn other_methods_refuse_what_moves_and_name_the_one_that_renders_it() {
     let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
     let rendered = render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false));
     asked(rendered.expect_err("refused"));
-    // What the default promises path tracing keeps, but for pictures as a whole and for certificates.
+    // What the default promises path tracing keeps, but for certificates.
     let image = Renderer::on(&tracer).size([4, 4]).paths(1).render().unwrap();
     assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
-    for claim in [ClaimName::Audited, ClaimName::Certified] {
-        asked(Renderer::on(&tracer).size([4, 4]).claim(claim).prepare().err().expect("refused"));
-    }
+    let audited = Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Audited);
+    assert!(matches!(audited.prepare().unwrap().method(), Method::Audited { lights: None, .. }));
+    asked(audited.claim(ClaimName::Certified).prepare().err().expect("refused"));
     let still = Tracer::new(workshop(Some(1.5), false).into());
     assert!(Renderer::on(&still).size([4, 4]).vpls(100).error(0.5).render().is_ok());
 }
