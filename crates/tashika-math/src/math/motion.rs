@@ -76,7 +76,7 @@ impl Parts {
 /// Between two unit quaternions, by the shorter way and at constant speed.
 pub fn turned_between(from: DQuat, to: DQuat, u: f64) -> DQuat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
-    let angle = angle_between(from, to);
+    let angle = arc_between(from, to);
     let (a, b) = (sin_cos_f64((1.0 - u) * angle).0, sin_cos_f64(u * angle).0);
     // Rotations that can hardly be told apart lie on a straight line.
     let (a, b) = if angle < 1e-9 { (1.0 - u, u) } else { (a, b) };
@@ -85,7 +85,7 @@ pub fn turned_between(from: DQuat, to: DQuat, u: f64) -> DQuat {
 
 /// The angle between two unit quaternions on the shorter way (radians): half of that by which things
 /// turn.
-fn angle_between(from: DQuat, to: DQuat) -> f64 {
+fn arc_between(from: DQuat, to: DQuat) -> f64 {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     // Both lengths are exact for angles of any size, which the arc cosine is not.
     2.0 * atan2_f64((to - from).length(), (to + from).length())

@@ -65,7 +65,7 @@ impl Track {
                 continue;
             }
             let whole = after.seconds - before.seconds;
-            let turn = 2.0 * super::angle_between(before.parts.rotation, after.parts.rotation);
+            let turn = 2.0 * super::arc_between(before.parts.rotation, after.parts.rotation);
             let length = |v: DVec3| [before, after].map(|key| (key.parts.stretch * v).length());
             let stretched = corners.iter().flat_map(|&v| length(v)).fold(0.0, f64::max);
             let change = after.parts.stretch - before.parts.stretch;
