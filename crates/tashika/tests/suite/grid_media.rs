@@ -230,7 +230,7 @@ const BLOCK: [[f32; 3]; 2] = [[0.1, 0.5, 1.0], [2.0, 3.0, 1.0]];
 
 /// Means of the whole picture, and their standard errors, by 16 seeds.
 fn picture(tracer: &Tracer) -> [(f64, f64); 3] {
-    let path = PathTracer::new(tracer, PathStop::Count(48), 1000).unwrap();
+    let path = PathTracer::new(tracer, PathStop::Count(64), 1000).unwrap();
     let mut moments = [Moments::default(); 3];
     for seed in 1..=16 {
         let means = mean_of(&film(tracer, &path, [16, 12], 1, seed));
