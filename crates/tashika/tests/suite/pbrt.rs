@@ -24,8 +24,8 @@ pub const V4: &str = "Film \"rgb\" Camera \"perspective\" WorldBegin\n";
 pub const TRIANGLE: &str =
     " Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0 1 0 0 0 1 0]\n";
 
-/// A NanoVDB file whose grid `density` is 3 at the indices 0 and 1 of all axes and 0 elsewhere, half a
-/// metre apart: a root with nothing but a tile.
+/// A NanoVDB file whose grid `density` is active at the indices 0 and 1 of all axes, half a metre
+/// apart: a root with nothing but a tile of 3.
 pub fn nvdb() -> Vec<u8> {
     let mut grid = vec![0; 672 + 64 + 64 + 32];
     let mut put = |at: usize, value: &[u8]| grid[at..at + value.len()].copy_from_slice(value);

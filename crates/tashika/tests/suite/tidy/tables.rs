@@ -106,6 +106,7 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
             "limits",
             "mesh_files",
             "mixes",
+            "nanovdb",
             "notes",
             "output",
             "ply",
