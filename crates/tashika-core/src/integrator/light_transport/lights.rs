@@ -79,7 +79,7 @@ impl GuidedLights {
     }
 
     /// VPLs of surfaces alone, so many of which are drawn at each gather point, as emitters are: what
-    /// a [path sampler](LightTransport::path_sampler) draws from. The truth is light transport.
+    /// a [path sampler](super::LightTransport::path_sampler) draws from. The truth is light transport.
     ///
     /// # Errors
     /// Options out of range.

@@ -85,7 +85,7 @@ pub(super) struct SideBySide {
 pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
     SideBySide {
         owner: "crates/tashika-core/src/integrator/mod.rs",
-        common: &["options", "published"],
+        common: &["options", "path_samples", "published"],
         lists: &["method"],
     },
     // What is left are the readers of scenes.
