@@ -1,5 +1,6 @@
 //! `tashika render`.
 
+use std::fmt::Display;
 use std::path::Path;
 use std::thread::available_parallelism;
 
@@ -17,7 +18,7 @@ use tashika::vpl::VplSet;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
 use crate::notes::notes;
-use crate::plan::{Outputs, RenderPlan, StagePlan};
+use crate::plan::{Outputs, RenderPlan, StagePlan, typed};
 use crate::progress::{Meter, metered};
 use crate::rescue::rescued;
 use crate::serve::LivePage;
@@ -34,9 +35,7 @@ pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
 }
 
 fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
-    for option in &plan.unused {
-        meter.note(&format!("{option} means nothing to this method and is not used"));
-    }
+    tell_unused(plan.unused.iter().copied(), meter);
     let Some(frames) = plan.frames else {
         return pictures(plan, &plan.stage, None, meter);
     };
@@ -53,6 +52,12 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     Ok(worst)
 }
 
+fn tell_unused(options: impl IntoIterator<Item = impl Display>, meter: &Meter) {
+    for option in options {
+        meter.note(&format!("{option} means nothing to this method and is not used"));
+    }
+}
+
 /// Renders what the chosen cameras see of one scene, perhaps as a frame of that number.
 fn pictures(
     plan: &RenderPlan,
@@ -66,6 +71,10 @@ fn pictures(
     let mut seconds = Seconds::default();
     let mut stored = stored_lights(used_vpl_file(plan), meter, &mut seconds)?;
     let stages = Stage::load_all(stage, meter, &mut seconds)?;
+    if plan.frames.is_none_or(|frames| frame == Some(frames.first())) {
+        let request = plan.asked.request.in_scene(stages[0].tracer.scene());
+        tell_unused(request.resolve()?.unused.into_iter().map(typed), meter);
+    }
     if let (Some(path), [stage]) = (&plan.write_vpls, stages.as_slice()) {
         let watcher = Watcher::new(meter, seconds);
         let set = stage.renderer(&plan.asked, None, &watcher).trace_lights()?;

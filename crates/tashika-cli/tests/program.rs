@@ -428,7 +428,9 @@ fn media_are_told_and_rendered_by_paths_alone() {
     }
     folder.run("vpl fog.pbrt -o fog.vpl").fails(2, &["expected path", "fog"]);
     assert!(!folder.names().iter().any(|name| name.ends_with(".exr") || name.ends_with(".vpl")));
-    folder.run(&format!("{small} --method path --paths 4")).succeeds();
+    let image = folder.run(&format!("{small} --paths 4 --vpls 100"));
+    assert!(!image.succeeds().stderr.contains("--paths means"), "{}", image.stderr);
+    assert!(image.stderr.contains("--vpls means nothing to this method"), "{}", image.stderr);
     folder.run(&format!("{small} --quality draft --error 100% --share 50% --json fog.json")).succeeds();
     let json = folder.json("fog.json");
     assert_eq!((&json["method"], &json["picture_claim"]["reached"]), (&"path".into(), &true.into()));

@@ -155,7 +155,7 @@ pub fn render(
     // What is wrong is raised before the work begins.
     framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
-    let resolved = request.resolve().map_err(raised)?;
+    let resolved = scene.in_scene(&request).resolve().map_err(raised)?;
     let is_audited = matches!(resolved.method, Method::Audited { .. });
     if let (true, Some(path)) = (is_audited, &checkpoint) {
         let expected = "none with claim audited: the picture is made in passes, not in tiles";

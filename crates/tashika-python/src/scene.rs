@@ -44,6 +44,11 @@ impl Scene {
         self.tracer.get_or_init(|| Tracer::new(Arc::clone(&self.scene)))
     }
 
+    /// What is asked for, as this scene can be rendered.
+    pub(crate) fn in_scene(&self, request: &Request) -> Request {
+        request.in_scene(&self.scene)
+    }
+
     /// What is asked for of this scene, with the VPLs of its last render; for the pool of the work.
     pub(crate) fn renderer(&self, camera: &scene::Camera, request: &Request) -> Renderer<'_> {
         Renderer::on(self.tracer()).camera(camera.clone()).request(request.clone()).light_cache(&self.lights)

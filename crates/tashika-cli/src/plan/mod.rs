@@ -15,7 +15,7 @@ pub use measure::{
     AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
 pub use outputs::Outputs;
-pub use render::RenderPlan;
+pub use render::{RenderPlan, typed};
 pub use transport::TransportPlan;
 
 use std::fs;

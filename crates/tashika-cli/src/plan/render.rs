@@ -39,8 +39,8 @@ pub struct RenderPlan {
     pub serve: Option<Serving>,
     /// What every command has.
     pub common: Common,
-    /// Options that were typed and mean nothing to the method.
-    pub unused: Vec<String>,
+    /// Options that were typed and mean nothing to the method, whatever the scene.
+    pub unused: Vec<&'static str>,
     /// How long an audited picture may take.
     pub time: Option<Duration>,
     /// Pixels whose exact sums are computed after the render, if the method controls its error.
@@ -56,20 +56,20 @@ impl RenderPlan {
         let share = args.tiles.clone().unwrap_or_default();
         let asked = Asked { share, ..Asked::new(request(args)?, args.source.vpl_file.as_deref())? };
         let resolved = asked.request.resolve()?;
-        let mut unused: Vec<String> = resolved.unused.iter().copied().map(typed).collect();
+        let mut unused = Vec::new();
         if args.write_vpls.is_some() && matches!(resolved.method, Method::Path(_)) {
             return Err(Failure::usage("--write-vpls: --method path has no virtual point lights"));
         }
         let is_audited = matches!(resolved.method, Method::Audited { .. });
         let audit = args.audit.filter(|_| can_be_audited(&resolved.method));
         if audit.is_none() && args.audit.is_some() && !is_audited {
-            unused.push("--audit".to_owned());
+            unused.push("--audit");
         }
         if args.time.is_some() && !is_audited {
-            unused.push("--time".to_owned());
+            unused.push("--time");
         }
         if args.denoiser.is_some() && !is_audited {
-            unused.push("--denoiser".to_owned());
+            unused.push("--denoiser");
         }
         let smoother = args.denoiser.as_deref().filter(|_| is_audited);
         let smoother =
@@ -161,7 +161,7 @@ fn can_be_audited(method: &Method) -> bool {
 }
 
 /// An option as it is typed, by its name in a request.
-fn typed(name: &str) -> String {
+pub fn typed(name: &str) -> String {
     match name {
         "lights" => "--vpl-file".to_owned(),
         _ => format!("--{}", name.replace('_', "-")),

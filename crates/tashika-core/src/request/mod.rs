@@ -41,6 +41,7 @@ use crate::color::Controlled;
 use crate::error::{Error, Result};
 use crate::gather::{Filter, GatherOptions};
 use crate::integrator::{ControlOptions, PathStop, Promise, SumMethod, Truth};
+use crate::scene::Scene;
 use crate::vpl::{Clamp, VplOptions};
 
 /// Relative error of light transport that a picture is to have if nobody says.
@@ -147,11 +148,15 @@ impl Request {
         Self { truth: Some(Truth::Vpl), ..Self::default() }
     }
 
-    /// The same of a scene that [needs paths](crate::scene::Scene::needs_paths). What the default
-    /// method promises, of each pixel or of the picture, is then kept by path tracing; other requests
-    /// stay as they are.
+    /// The same of this scene. If it [needs paths](Scene::needs_paths), what the default method
+    /// promises, of each pixel or of the picture, is kept by path tracing; other requests stay as they
+    /// are.
     #[must_use]
-    pub fn by_paths(&self) -> Self {
+    pub fn in_scene(&self, scene: &Scene) -> Self {
+        if scene.needs_paths() { self.by_paths() } else { self.clone() }
+    }
+
+    fn by_paths(&self) -> Self {
         let is_default = self.method == MethodName::default();
         if is_default
             && !self.lights_given

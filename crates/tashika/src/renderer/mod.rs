@@ -339,15 +339,13 @@ impl<'a> Renderer<'a> {
     }
 
     fn resolve(&self) -> Result<(Resolved, Framed)> {
-        let mut request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
-        if self.tracer.scene().needs_paths() {
-            request = request.by_paths();
-        }
-        let first = &self.tracer.scene().cameras()[0];
+        let scene = self.tracer.scene();
+        let request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
+        let first = &scene.cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
-        let resolved = request.resolve()?;
+        let resolved = request.in_scene(scene).resolve()?;
         if !resolved.method.renders_all() {
-            self.tracer.scene().check_method(self.request.method.name())?;
+            scene.check_method(self.request.method.name())?;
         }
         Ok((resolved, self.framing.of(&camera)?))
     }
