@@ -155,7 +155,8 @@ pub fn render(
     // What is wrong is raised before the work begins.
     framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
-    let resolved = scene.in_scene(&request).resolve().map_err(raised)?;
+    let in_scene = scene.in_scene(&request);
+    let resolved = in_scene.resolve().map_err(raised)?;
     let is_audited = matches!(resolved.method, Method::Audited { .. });
     if let (true, Some(path)) = (is_audited, &checkpoint) {
         let expected = "none with claim audited: the picture is made in passes, not in tiles";
@@ -169,7 +170,7 @@ pub fn render(
     let in_vain = in_vain.filter(|(_, said)| *said && !is_audited).map(|(name, _)| name);
     for name in resolved.unused.into_iter().chain(in_vain) {
         let name = if name == "lights" { "vpls" } else { name };
-        warn(py, &format!("{name} means nothing to the method {method} and is not used"))?;
+        warn(py, &format!("{name} means nothing to the method {} and is not used", in_scene.method))?;
     }
     let smoother = denoiser.filter(|_| is_audited);
     let smoother = smoother.map(|name| denoiser::of(py, &name, threads)).transpose()?.flatten();

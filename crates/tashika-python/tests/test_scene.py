@@ -329,10 +329,12 @@ def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:
     still, later = (tashika.load(tmp_path / "s.pbrt", at=at) for at in (None, 2))
     assert still.animated_seconds == later.animated_seconds == [1, 3]
     assert (still.time, later.time) == (None, 2)
-    assert any("things that move" in note for note in still.notes)
-    assert not any("things that move" in note for note in later.notes)
     assert tashika.builtin("tiny").animated_seconds is None
-    assert any("in the middle" in note for note in tashika.load(tmp_path / "s.pbrt", shutter=(1, 2)).notes)
+    blurred = tashika.load(tmp_path / "s.pbrt", shutter=(1, 2))
+    methods = [tashika.render(s, size=(4, 4), vpls=100).metadata["method"] for s in (later, blurred)]
+    assert methods[0] != "path" and methods[1] == "path"
+    with pytest.raises(tashika.OptionError, match="at one time all stands still"):
+        tashika.render(blurred, size=(4, 4), claim="certified")
     with pytest.raises(tashika.OptionError, match="at = inf; expected a finite number of seconds"):
         tashika.load(tmp_path / "s.pbrt", at=float("inf"))
 
