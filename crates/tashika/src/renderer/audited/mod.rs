@@ -19,7 +19,7 @@
 //! pixels, by brightness or by what is foreseen, would widen the map by 8 to 34 %: so few pixels in a
 //! group have their largest ratio for the rank.
 //!
-//! The picture is made of paths by what VPLs tell, or, where media are, by path tracing alone.
+//! The picture is made of paths by what VPLs tell or, if the scene needs paths, by path tracing alone.
 //!
 //! # Guarantee
 //! With at least the assurance, what is claimed is true: of the pixels that show more than a constant
