@@ -32,7 +32,9 @@ def adapted(text, size):
     text = re.sub(r"<film\b[^>]*[^/]>", r'\g<0><rfilter type="box"/>', text)
     # Of scenes of older versions, which Mitsuba 3 no longer reads; it is 1.
     text = re.sub(r'<float name="ext(_e|E)ta" value="1(\.0*)?"\s*/>', "", text)
-    path = '<integrator type="path"><integer name="max_depth" value="-1"/></integrator>'
+    # Ours renders media where the file's integrator does.
+    kind = "volpath" if "volpath" in text else "path"
+    path = f'<integrator type="{kind}"><integer name="max_depth" value="-1"/></integrator>'
     if 'version="0.' in text or 'version="1.' in text:
         path = path.replace("max_depth", "maxDepth")
     return re.sub(r"<integrator\b[^>]*?(/>|>.*?</integrator>)", path, text, count=1, flags=re.S)
