@@ -7,22 +7,21 @@ use tashika::Renderer;
 use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
-use tashika::film::{Film, Window, keys};
+use tashika::film::{Film, Window};
 use tashika::gather::View;
-use tashika::integrator::{FullSum, PathStop, PathTracer, Setting};
+use tashika::integrator::{PathStop, PathTracer, Setting};
 use tashika::math::elementary::exp_f64;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
-use tashika::request::{ClaimName, Method, MethodName};
+use tashika::request::MethodName;
 use tashika::scene::{
     Camera, Emitter, Environment, Interface, Material, Medium, MediumId, MeshData, Scene, SceneBuilder,
     Surface,
 };
-use tashika::vpl::{Provenance, VplOptions, VplSet};
 
 use crate::cases::{
-    add_ceiling_lamp, builder, cuboid, diffuse_room, film, film_of, glowing, lambert, parallelogram, place,
-    tracer, view,
+    add_ceiling_lamp, builder, cuboid, diffuse_room, film, film_of, glowing, lambert, only_paths_render,
+    parallelogram, place, tracer, view,
 };
 
 fn rgb([r, g, b]: [f32; 3]) -> Rgb {
@@ -398,33 +397,10 @@ fn threads_and_windows_change_no_bit_in_media() {
 #[test]
 fn other_methods_refuse_media_and_name_the_one_that_renders_them() {
     let tracer = Tracer::new(foggy_room().into());
-    let asked = |error: tashika::error::Error| {
-        let said = error.to_string();
+    only_paths_render(&tracer, |said| {
         assert!(said.contains("expected path") && said.contains("fog"), "{said}");
-    };
-    let named =
-        MethodName::all().filter(|method| ![MethodName::Path, MethodName::default()].contains(method));
-    for method in named {
-        let renderer = Renderer::on(&tracer).size([8, 8]).method(method);
-        asked(renderer.prepare().err().expect("refused"));
-        asked(renderer.trace_lights().expect_err("refused"));
-    }
-    asked(VplSet::trace(&tracer, &VplOptions::default()).unwrap_err());
-    let none = VplSet::new(Vec::new(), Provenance::default());
-    let scene = tracer.scene().clone();
-    let setting = Setting { tracer: &tracer, view: view(&scene, [4, 4], 1, 1) };
-    let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
-    let rendered = render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false));
-    asked(rendered.expect_err("refused"));
-    // What the default promises path tracing keeps.
-    let image = Renderer::on(&tracer).size([4, 4]).paths(1).render().unwrap();
-    assert!(image.complete);
-    assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
-    let audited = Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Audited);
-    assert!(matches!(audited.prepare().unwrap().method(), Method::Audited { lights: None, .. }));
-    let certified = audited.claim(ClaimName::Certified);
-    asked(certified.prepare().err().expect("refused"));
-    let stranger = Camera { medium: Some(MediumId::at(7)), ..scene.cameras()[0].clone() };
+    });
+    let stranger = Camera { medium: Some(MediumId::at(7)), ..tracer.scene().cameras()[0].clone() };
     let path = Renderer::on(&tracer).size([4, 4]).method(MethodName::Path).camera(stranger);
     let said = path.render().expect_err("refused").to_string();
     assert!(said.contains("camera medium = 7"), "{said}");

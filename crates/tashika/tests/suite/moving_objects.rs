@@ -8,23 +8,21 @@ use tashika::Renderer;
 use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
-use tashika::film::{Film, Window, keys};
-use tashika::integrator::{FullSum, PathStop, PathTracer, SamplePaths, Setting};
+use tashika::film::{Film, Window};
+use tashika::integrator::{PathStop, PathTracer, SamplePaths, Setting};
 use tashika::math::Vec3;
 use tashika::math::elementary::{exp, sin_cos_f64};
 use tashika::math::motion::Track;
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
-use tashika::request::{ClaimName, Method, MethodName};
 use tashika::scene::{
     Alpha, AlphaMode, Camera, Emitter, Interface, Material, Medium, MeshData, Projection, Scene,
     SceneBuilder, Surface,
 };
 use tashika::stats::Moments;
-use tashika::vpl::{Provenance, VplOptions, VplSet};
 
 use crate::cases::{
-    add_ceiling_lamp, builder, cuboid, diffuse_room, film, glowing, lambert, luminances, parallelogram,
-    place, tracer, view,
+    add_ceiling_lamp, builder, cuboid, diffuse_room, film, glowing, lambert, luminances, only_paths_render,
+    parallelogram, place, tracer, view,
 };
 
 /// When the shutter is open (s).
@@ -337,31 +335,10 @@ fn threads_and_windows_change_no_bit_of_what_moves() {
 #[test]
 fn other_methods_refuse_what_moves_and_name_the_one_that_renders_it() {
     let tracer = Tracer::new(workshop(None, false).into());
-    let asked = |error: tashika::error::Error| {
-        let said = error.to_string();
+    only_paths_render(&tracer, |said| {
         assert!(said.contains("expected path") && said.contains("(1 to 2 s)"), "{said}");
         assert!(said.contains("at one time all stands still"), "{said}");
-    };
-    let named =
-        MethodName::all().filter(|method| ![MethodName::Path, MethodName::default()].contains(method));
-    for method in named {
-        let renderer = Renderer::on(&tracer).size([8, 8]).method(method);
-        asked(renderer.prepare().err().expect("refused"));
-        asked(renderer.trace_lights().expect_err("refused"));
-    }
-    asked(VplSet::trace(&tracer, &VplOptions::default()).unwrap_err());
-    let none = VplSet::new(Vec::new(), Provenance::default());
-    let scene = tracer.scene().clone();
-    let setting = Setting { tracer: &tracer, view: view(&scene, [4, 4], 1, 1) };
-    let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
-    let rendered = render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false));
-    asked(rendered.expect_err("refused"));
-    // What the default promises path tracing keeps, but for certificates.
-    let image = Renderer::on(&tracer).size([4, 4]).paths(1).render().unwrap();
-    assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
-    let audited = Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Audited);
-    assert!(matches!(audited.prepare().unwrap().method(), Method::Audited { lights: None, .. }));
-    asked(audited.claim(ClaimName::Certified).prepare().err().expect("refused"));
+    });
     let still = Tracer::new(workshop(Some(1.5), false).into());
     assert!(Renderer::on(&still).size([4, 4]).vpls(100).error(0.5).render().is_ok());
 }
