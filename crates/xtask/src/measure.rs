@@ -13,6 +13,8 @@ pub enum Measure {
     Pictures,
     /// What moves beside the mean of Mitsuba's that stand: SIZE PATHS SCENE.xml [--objects|OPTIONS...]
     Moving,
+    /// Mitsuba's direct light by points on emitters beside that by directions: SIZE SAMPLES SCENE.xml...
+    Direct,
     /// How long Mitsuba takes until as many pixels are right
     Beside,
     /// Writes what Mitsuba's materials reflect, by Mitsuba 3
@@ -33,6 +35,7 @@ impl Measure {
         match self {
             Self::Pictures => ("mitsuba_pictures.py", None),
             Self::Moving => ("mitsuba_moving.py", None),
+            Self::Direct => ("mitsuba_direct.py", None),
             Self::Beside => ("mitsuba_beside.py", None),
             Self::Materials => {
                 ("mitsuba_materials.py", Some("crates/tashika/tests/suite/mitsuba_materials.txt"))
