@@ -8,6 +8,13 @@
 //! All draws are told the one place of the gather point, so that they are spread evenly over what was
 //! learned of it ([`Choices`](super::Choices)). An emitter is weighted against the path that may meet
 //! it by the balance heuristic of several samples (Veach 1997, section 9.2).
+//!
+//! How much light varies by which set of VPLs there is, no draw from one set shows. If VPLs are
+//! independent, that is the sum of the squares of what each gives, which draws estimate:
+//!
+//! ```text
+//! Σ_i c_i² = E [(c_k/p_k)² p_k]          VPL k is drawn with probability p_k and gives c_k
+//! ```
 
 use super::places::Receiver;
 use super::vertex::{Kernel, Vertex};
@@ -92,12 +99,15 @@ impl Compensation<'_> {
         stream: &mut Stream,
     ) -> Rgb {
         let first = Vertex::first(point, self.lit.lights.map(|_| by_vpls));
-        let radiance = self.drawn(&first, draws, numbers, stream);
+        let (radiance, squares) = self.drawn(&first, draws, numbers, stream);
+        let weight = f64::from(point.weight.luminance());
+        self.squares_of_vpls = weight * weight * squares;
         self.from(first, point, Some(Drawn { draws, radiance, of_path: numbers.of_path() }), key, stream)
     }
 
-    /// What lights that are drawn at a gather point give.
-    fn drawn(&mut self, vertex: &Vertex, draws: Draws, numbers: Numbers, stream: &mut Stream) -> Rgb {
+    /// What lights that are drawn at a gather point give, and the sum of the squares of what each VPL
+    /// gives (luminance²).
+    fn drawn(&mut self, vertex: &Vertex, draws: Draws, numbers: Numbers, stream: &mut Stream) -> (Rgb, f64) {
         let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
         let LightingContext { emitters, choices, tracer, .. } = self.lit;
         let choice = choices.map(|choices| &choices.emitters);
@@ -123,8 +133,14 @@ impl Compensation<'_> {
             self.batch.push_fan(light.apex(), [vertex.position()]);
         }
         tracer.visibility(&self.batch, &mut self.visibility);
-        let arrive = arrive.iter().zip(&self.visibility);
-        arrive.map(|(arrives, visible)| arrives.value * *visible).fold(Rgb::BLACK, |sum, value| sum + value)
+        let (mut radiance, mut squares) = (Rgb::BLACK, 0.0);
+        for (arrives, visible) in arrive.iter().zip(&self.visibility) {
+            let value = arrives.value * *visible;
+            let luminance = f64::from(value.luminance());
+            radiance += value;
+            squares += luminance * luminance * arrives.probability * f64::from(draws.vpls);
+        }
+        (radiance, squares)
     }
 }
 

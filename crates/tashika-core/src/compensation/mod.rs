@@ -131,6 +131,8 @@ pub struct Compensation<'a> {
     rays: u64,
     /// Of the last path.
     bent: Bent,
+    /// Of the last gather point at which VPLs were drawn.
+    squares_of_vpls: f64,
     /// Where surfaces are noted, for which no light is drawn then.
     met: Option<Met>,
 }
@@ -177,6 +179,7 @@ impl<'a> Compensation<'a> {
             visibility: Vec::new(),
             rays: 0,
             bent: Bent::default(),
+            squares_of_vpls: 0.0,
             met: None,
         }
     }
@@ -189,6 +192,12 @@ impl<'a> Compensation<'a> {
     /// What the last path found of light that comes by bent ways, and of how much.
     pub fn bent(&self) -> Bent {
         self.bent
+    }
+
+    /// An unbiased estimate, by what was drawn at the last gather point, of the sum of the squares of
+    /// what each VPL gives there (luminance²): the variance over sets of independent VPLs, at most.
+    pub fn squares_of_vpls(&self) -> f64 {
+        self.squares_of_vpls
     }
 
     /// An unbiased estimate of what the sum over VPLs leaves out at a gather point (W·m⁻²·sr⁻¹),
@@ -390,7 +399,7 @@ impl<'a> Compensation<'a> {
         let light = lights.light(light);
         let link = contribution.link(vertex.position(), &light);
         let value = vertex.carried_cos(link.towards_light) * (light.intensity * link.tint) * link.geometric;
-        (!value.is_black()).then(|| Arrives { light, value: value / probability as f32 })
+        (!value.is_black()).then(|| Arrives { light, value: value / probability as f32, probability })
     }
 
     /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted
@@ -445,11 +454,11 @@ impl<'a> Compensation<'a> {
             value * weight
         };
         let value = kernels.iter().map(of_kernel).fold(Rgb::BLACK, |sum, value| sum + value);
-        (!value.is_black()).then_some(Arrives { light, value })
+        (!value.is_black()).then_some(Arrives { light, value, probability: 0.0 })
     }
 
     /// What arrives of it.
-    fn unblocked(&mut self, Arrives { light, value }: Arrives, vertex: &Vertex) -> Rgb {
+    fn unblocked(&mut self, Arrives { light, value, .. }: Arrives, vertex: &Vertex) -> Rgb {
         self.rays += 1;
         self.batch.clear();
         self.batch.push_fan(light.apex(), [vertex.position()]);
@@ -463,4 +472,6 @@ impl<'a> Compensation<'a> {
 struct Arrives {
     light: Vpl,
     value: Rgb,
+    /// With which it was drawn of the VPLs, if it is one.
+    probability: f64,
 }

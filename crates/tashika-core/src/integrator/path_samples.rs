@@ -17,6 +17,22 @@ pub struct PathSamples {
     pub features: Features,
     /// Rays and segments traced.
     pub rays: u64,
+    /// About how much the sum of their luminance varies by which set of VPLs there is, which their
+    /// own spread does not show: a variance, over the number of paths.
+    pub importance_of_set: f64,
+    /// About how much light they do not find that is there (luminance), summed over the paths.
+    pub importance_not_found: f64,
+}
+
+impl PathSamples {
+    /// Takes in others of the same pixel; features stay those of the first.
+    pub fn merge(&mut self, other: &Self) {
+        self.sum.merge(&other.sum);
+        self.luminance.merge(&other.luminance);
+        self.rays += other.rays;
+        self.importance_of_set += other.importance_of_set;
+        self.importance_not_found += other.importance_not_found;
+    }
 }
 
 /// What draws paths of the pixels of one view.
@@ -29,4 +45,9 @@ pub trait SamplePaths: Send + Sync {
 
     /// Paths of the pixels of a tile, row by row: as many as `count` says of each.
     fn tile(&self, tile: &Window, seed: u64, count: &dyn Fn([u32; 2]) -> u32) -> Vec<PathSamples>;
+
+    /// Paths of a pixel that tell about how much light they do not find.
+    fn telling(&self) -> u32 {
+        1
+    }
 }

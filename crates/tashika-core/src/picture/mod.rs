@@ -12,6 +12,10 @@
 //! None of its own: nothing here claims anything. It is a function of the view, the lights, the seed
 //! and the number of passes; neither threads nor tiles enter.
 
+mod single;
+
+pub use single::{Wanted, paths_of};
+
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
@@ -35,6 +39,8 @@ const MOST: f64 = 32.0;
 const LARGEST: f64 = 8.0;
 /// Side of the tiles that threads take (pixels).
 const TILE: u32 = 16;
+/// How far from a pixel others tell how much its paths vary. Chosen.
+const RADIUS: u32 = 8;
 
 /// What is known of one half of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -188,6 +194,33 @@ impl<'v> Picture<'v> {
         luminances().zip(&self.last).map(product).sum::<f64>() / count
     }
 
+    /// About the variance of single paths of a pixel (luminance²), by all paths around it: those of a
+    /// brighter pixel vary as much relative to their mean.
+    ///
+    /// ```text
+    /// y² mean (σ_q/y_q)²        over the paths of the pixels q within 8 of it
+    /// ```
+    ///
+    /// * `radiance`: of the window's pixels, row by row; `least`: what none is taken to be below.
+    pub fn importance_variance(&self, [x, y]: [u32; 2], radiance: &[Rgb], least: f64) -> f64 {
+        let size = |k: usize| f64::from(radiance[k].luminance()).max(least).max(f64::MIN_POSITIVE);
+        let Window { x: left, y: top, width, height } = self.window;
+        let around = |at: u32, first: u32, side: u32| {
+            at.saturating_sub(RADIUS).max(first)..(at + RADIUS + 1).min(first + side)
+        };
+        let (mut sum, mut paths) = (0.0, 0.0);
+        for (x, y) in around(y, top, height).flat_map(|y| around(x, left, width).map(move |x| (x, y))) {
+            let k = self.window.index(x, y);
+            for Half { luminance, .. } in &self.pixels[k].halves {
+                let count = luminance.count() as f64;
+                sum += count * luminance.variance() / (size(k) * size(k));
+                paths += count;
+            }
+        }
+        let own = size(self.window.index(x, y));
+        own * own * sum / f64::max(paths, 1.0)
+    }
+
     /// How many paths each half of a pixel has next.
     fn spread(&self, importance: &[f32], growth: f64) -> Vec<u32> {
         let mean = growth * self.paths() as f64 / 2.0 / self.pixels.len() as f64;
@@ -267,6 +300,41 @@ mod tests {
 
     const SIZE: [u32; 2] = [40, 24];
     static NEVER: AtomicBool = AtomicBool::new(false);
+
+    pub(super) fn with_sampler<T>(work: impl FnOnce(&dyn SamplePaths) -> T) -> T {
+        with_picture(Window::full(SIZE), |picture| work(&*picture.sampler))
+    }
+
+    /// A pixel's paths are told to vary as those around it do, relative to how bright it is.
+    #[test]
+    fn how_paths_vary_is_told_by_those_around() {
+        with_picture(Window::full(SIZE), |mut picture| {
+            let mut half = Half::default();
+            // Of mean 2 and variance 9/8 · 8/9.
+            (0..8).for_each(|k| half.luminance.push(if k % 2 == 0 { 1.0 } else { 3.0 }));
+            let variance = half.luminance.variance();
+            for pixel in &mut picture.pixels {
+                pixel.halves = [half; 2];
+            }
+            let mut radiance = vec![Rgb::gray(2.0); picture.pixels.len()];
+            let of = |picture: &Picture<'_>, radiance: &[Rgb]| {
+                picture.importance_variance([10, 10], radiance, 0.5)
+            };
+            let alike = of(&picture, &radiance);
+            assert!((alike - variance).abs() < 1e-6, "{alike} for {variance}");
+            radiance[picture.window.index(10, 10)] = Rgb::gray(1.0);
+            let darker = of(&picture, &radiance);
+            // Its own paths are among them, and vary four times as much for what they are.
+            assert!((darker / (variance / 4.0 * (1.0 + 3.0 / 289.0)) - 1.0).abs() < 1e-4, "{darker}");
+            // Beyond the neighbourhood nothing counts.
+            let far = picture.window.index(19, 10);
+            picture.pixels[far].halves[0].luminance.push(1e6);
+            assert_eq!(of(&picture, &radiance), darker);
+            let near = picture.window.index(18, 10);
+            picture.pixels[near].halves[0].luminance.push(1e6);
+            assert!(of(&picture, &radiance) > 1e3 * darker);
+        });
+    }
 
     fn with_picture<T>(window: Window, work: impl FnOnce(Picture<'_>) -> T) -> T {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));

@@ -84,13 +84,32 @@ impl GuidedLights {
     /// # Errors
     /// Options out of range.
     pub fn to_draw(tracer: &Tracer, options: &VplOptions, view: &View<'_>) -> Result<Self> {
+        Ok(Self::drawn_from(tracer, options, view)?.0)
+    }
+
+    /// The same, which know as well what light neither they nor paths may find, and how they vary from
+    /// set to set: for truths.
+    ///
+    /// # Errors
+    /// Options out of range.
+    pub fn to_audit(tracer: &Tracer, options: &VplOptions, view: &View<'_>) -> Result<Self> {
+        let (mut lights, guided) = Self::drawn_from(tracer, options, view)?;
+        lights.learn_limits(&guided.tracing, view);
+        Ok(lights)
+    }
+
+    fn drawn_from<'t>(
+        tracer: &'t Tracer,
+        options: &VplOptions,
+        view: &View<'_>,
+    ) -> Result<(Self, Guided<'t>)> {
         let (options, guided) = learn(tracer, options, view)?;
         let truth = Truth::Transport;
         let set = guided.tracing.trace_indirect(options.seed).clamped(farther(truth, options.clamp));
         let mut lights = Self::of(&set, options, truth, &guided);
         lights.source = VplSource::Surfaces;
         lights.learn_choices(&guided, view, true);
-        Ok(lights)
+        Ok((lights, guided))
     }
 
     /// The set alone that [`trace`](Self::trace) traces: kept in a file, it spares those who share
@@ -139,14 +158,20 @@ impl GuidedLights {
             return Err(Error::option("truth", truth, "clamped or transport, which are about all sets"));
         }
         let mut lights = Self::of(set, options, truth, guided);
-        let (tracing, provenance) = (&guided.tracing, set.provenance());
-        lights.importance_correlation = importance_correlation(tracing, view, provenance, lights.key(2));
         if truth == Truth::Transport {
             lights.learn_choices(guided, view, false);
-            lights.bent = BentLight::learn(tracing, lights.key(3));
         }
-        lights.lamps = SeenLamps::learn(tracing, view, lights.key(4));
+        lights.learn_limits(&guided.tracing, view);
         Ok(lights)
+    }
+
+    /// Learns what estimates by them cannot tell by themselves.
+    fn learn_limits(&mut self, tracing: &LightTracer<'_>, view: &View<'_>) {
+        self.importance_correlation = importance_correlation(tracing, view, &self.provenance, self.key(2));
+        if self.truth == Truth::Transport {
+            self.bent = BentLight::learn(tracing, self.key(3));
+        }
+        self.lamps = SeenLamps::learn(tracing, view, self.key(4));
     }
 
     /// The set in a tree, of which nothing is learned yet.

@@ -19,7 +19,7 @@ use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
 
 /// Paths of a cell, of either estimator.
-const PATHS: u64 = 1024;
+pub(super) const PATHS: u64 = 1024;
 /// Fewest paths of a kind that tell of it.
 const FEWEST: u64 = 64;
 
@@ -39,7 +39,7 @@ struct Paths {
 }
 
 /// Share of the light by bent ways below which paths are taken not to find it.
-const FOUND: f64 = 0.5;
+pub(super) const FOUND: f64 = 0.5;
 
 /// Rays of whole paths that take as long as the least that a sum over VPLs does: some hundred pairs
 /// over the gather points, with their bounds and lists. Measured.
