@@ -51,3 +51,13 @@ pub trait SamplePaths: Send + Sync {
         1
     }
 }
+
+impl<S: SamplePaths + ?Sized> SamplePaths for &S {
+    fn setting(&self) -> &Setting<'_> {
+        (**self).setting()
+    }
+
+    fn tile(&self, tile: &Window, seed: u64, count: &dyn Fn([u32; 2]) -> u32) -> Vec<PathSamples> {
+        (**self).tile(tile, seed, count)
+    }
+}

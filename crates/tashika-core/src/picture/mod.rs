@@ -250,9 +250,16 @@ impl<'v> Picture<'v> {
     /// # Errors
     /// A window outside the image; what another smoother fails with.
     pub fn reconstruct(&self, smoother: Option<&dyn Smoother>) -> Result<Reconstructed> {
+        Ok(self.halves()?.reconstruct(smoother)?.expect("films of records have all planes"))
+    }
+
+    /// What it is reconstructed from.
+    ///
+    /// # Errors
+    /// A window outside the image.
+    pub fn halves(&self) -> Result<Halves> {
         let half = |half: usize| self.film_of(move |pixel| pixel.record(&pixel.halves[half..=half]));
-        let halves = Halves { a: half(0)?, b: half(1)? };
-        Ok(halves.reconstruct(smoother)?.expect("films of records have all planes"))
+        Ok(Halves { a: half(0)?, b: half(1)? })
     }
 
     fn film_of(&self, record: impl Fn(&Pixel) -> PixelRecord) -> Result<Film> {

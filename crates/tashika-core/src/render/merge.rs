@@ -31,6 +31,8 @@ pub struct Merged {
     pub of: u32,
     /// Pixels that no part has.
     pub missing_pixels: u64,
+    /// The first part, for messages.
+    pub first: PathBuf,
 }
 
 /// Joins parts, one after the other: beside what is joined it holds none of them.
@@ -122,7 +124,7 @@ impl Merger {
             if all().next().is_none() { TileShare::default() } else { TileShare::of_numbers(shares, of)? };
         film.metadata_mut().set(keys::TILES, share.to_string());
         film.metadata_mut().set(keys::COMPLETE, missing_pixels == 0);
-        Ok(Merged { film, missing, of, missing_pixels })
+        Ok(Merged { film, missing, of, missing_pixels, first })
     }
 
     fn refused(&self, name: &Path, found: String, expected: String) -> Error {

@@ -4,25 +4,25 @@
 //! Tiles are independent and the estimate of a pixel depends on neither, so films are equal bit by
 //! bit for any number of threads, any window and any share of the tiles.
 
+mod fill;
 mod merge;
+mod pictures;
 mod tiles;
 
 #[cfg(test)]
 mod tests;
 
 pub use merge::{Merged, Merger};
+pub use pictures::{begin_pictures, picture_tiles, resume_pictures};
 pub use tiles::TileShare;
 
-use std::collections::BTreeSet;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
 use crate::film::{Film, PixelRecord, RenderFilm, Tally, Window, keys};
 use crate::integrator::{Integrator, Setting};
+use fill::fill;
 
 /// What is rendered of an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,9 +136,19 @@ pub struct Begun {
 /// # Errors
 /// A window outside the image, unusable gather options, media where the integrator renders none.
 pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &RenderOptions) -> Result<Film> {
+    begin(setting, integrator, options, setting.view.gather.points)
+}
+
+/// The same for tiles of so many points a pixel.
+fn begin(
+    setting: &Setting<'_>,
+    integrator: &dyn Integrator,
+    options: &RenderOptions,
+    points: u32,
+) -> Result<Film> {
     check(setting, integrator)?;
     Film::check(setting.view.size, options.window)?;
-    let part = options.share.part(&options.window, setting.view.gather.points);
+    let part = options.share.part(&options.window, points);
     let mut film = Film::new(setting.view.size, part, PixelRecord::PLANES)?;
     film.metadata_mut().set(keys::TILES, options.share.to_string());
     film.metadata_mut().set(keys::WINDOW, options.window.to_string());
@@ -219,32 +229,6 @@ pub fn render_pixels(
     Ok(render_tiles(setting, integrator, begun, &tiles, &|done| progress(&done.progress), cancel))
 }
 
-/// What the threads write to.
-struct Shared {
-    film: Film,
-    progress: Progress,
-    totals: Totals,
-}
-
-impl Shared {
-    /// Counts a finished tile as the film has it, so that totals are the same whether tiles are
-    /// rendered or read; its colours are summed.
-    fn count(&mut self, tile: &Window) -> RgbSum {
-        let mut sum = RgbSum::default();
-        let film = RenderFilm::of(&self.film);
-        for (x, y) in tile.pixels() {
-            let record = film.at(x, y);
-            sum.add(record.radiance);
-            self.totals.tally.count(record.claim, record.stop);
-            self.totals.pairs += record.pairs;
-            self.totals.rays += record.rays;
-        }
-        self.progress.tally = self.totals.tally;
-        self.progress.rays = self.totals.rays;
-        sum
-    }
-}
-
 fn render_tiles(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
@@ -253,52 +237,11 @@ fn render_tiles(
     watch: &(dyn Fn(&Finished<'_>) + Sync),
     cancel: &AtomicBool,
 ) -> Rendered {
-    let of = tiles.iter().map(Window::area).sum();
-    let mut shared = Shared {
-        film: begun.film,
-        progress: Progress { of, ..Progress::default() },
-        totals: Totals::default(),
-    };
-    let place = |tile: &Window| (tile.y, tile.x, tile.height, tile.width);
-    let known: BTreeSet<_> = begun.tiles.iter().map(place).collect();
-    let finished: Vec<Option<RgbSum>> = tiles
-        .iter()
-        .map(|tile| {
-            let sum = known.contains(&place(tile)).then(|| shared.count(tile))?;
-            watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
-            Some(sum)
-        })
-        .collect();
-    let shared = Mutex::new(shared);
     let of_view = integrator.begin(*setting);
-    let sums: Vec<Option<RgbSum>> = tiles
-        .par_iter()
-        .zip(finished)
-        .map(|(tile, finished)| {
-            if finished.is_some() || cancel.load(Ordering::Relaxed) {
-                return finished;
-            }
-            let estimates = of_view.tile(tile);
-            let mut shared = shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            for ((x, y), record) in tile.pixels().zip(&estimates) {
-                record.store(&mut shared.film, x, y);
-            }
-            let sum = shared.count(tile);
-            watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
-            Some(sum)
-        })
-        .collect();
-    let Shared { mut film, mut totals, .. } =
-        shared.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let mut sum = RgbSum::default();
-    // In the order of the tiles: the sum must not depend on which thread was faster.
-    for s in sums.iter().flatten() {
-        sum.merge(s);
-    }
-    totals.mean = mean(&sum, totals.tally.rendered());
-    let complete = sums.iter().all(Option::is_some);
-    film.metadata_mut().set(keys::COMPLETE, complete);
-    Rendered { film, complete, totals }
+    let store = |film: &mut Film, tile: &Window, records: &Vec<PixelRecord>| {
+        tile.pixels().zip(records).for_each(|((x, y), record)| record.store(film, x, y));
+    };
+    fill(begun, tiles, &|tile| Some(of_view.tile(tile)), &store, watch, cancel)
 }
 
 /// Whether an integrator can render what it is given.

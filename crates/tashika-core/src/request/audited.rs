@@ -77,25 +77,28 @@ pub struct AuditTerms {
     pub assurance: f64,
     /// Pixels that are audited. Default 600.
     pub pixels: u64,
+    /// Looks that share the risk, at least 1: fewer make each say more. Default
+    /// [`LOOKS`](Self::LOOKS); of a picture in parts 1.
+    pub looks: u32,
 }
 
 impl Default for AuditTerms {
     fn default() -> Self {
-        Self { share: 0.95, assurance: 0.99, pixels: 600 }
+        Self { share: 0.95, assurance: 0.99, pixels: 600, looks: Self::LOOKS }
     }
 }
 
 impl AuditTerms {
     /// Pictures that are looked at, at most.
     pub const PICTURES: u32 = 6;
-    /// Looks that share the risk: the first picture may have a second, at more pixels.
+    /// Looks at these: the first picture may have a second, at more pixels.
     pub const LOOKS: u32 = Self::PICTURES + 1;
     /// Confidence of the intervals of an audited pixel's own truth, of all together.
     pub const CONFIDENCE: f64 = 0.95;
 
     /// The probability with which one look may be wrong.
     pub fn risk(&self) -> f64 {
-        (1.0 - self.assurance) / f64::from(Self::LOOKS)
+        (1.0 - self.assurance) / f64::from(self.looks)
     }
 
     /// The share of the pixels that is outside at most, where `outside` of `audited` were.

@@ -304,6 +304,7 @@ impl Request {
             share: self.share.unwrap_or(default.share),
             assurance: self.assurance.unwrap_or(default.assurance),
             pixels: self.audit.unwrap_or(default.pixels),
+            ..default
         };
         terms.validate()?;
         let lights = method.map(|_| self.lights_of(AUDITED_VPLS)).transpose()?;

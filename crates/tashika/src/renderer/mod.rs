@@ -28,6 +28,7 @@ mod prepared;
 mod tests;
 
 pub use audit::Audit;
+pub use audited::finish_merged;
 pub use light_cache::LightCache;
 pub use observer::{Observer, Phase, Silent};
 pub use prepared::{Lights, Prepared};
@@ -283,10 +284,6 @@ impl<'a> Renderer<'a> {
         let (resolved, framed) = self.resolve()?;
         let Resolved { method, gather, unused } = resolved;
         let Framed { camera, size, window } = framed;
-        if matches!(method, Method::Audited { .. }) && !self.share.is_whole() {
-            let expected = "all of them with claim audited: a share of a share is no share";
-            return Err(Error::option("tiles", &self.share, expected));
-        }
         let method = method.sized(size);
         let seed = self.request.seed;
         let lights = self.light(&method, &View { camera: &camera, size, gather, seed })?;

@@ -112,6 +112,7 @@ keys! {
     AUDIT_REACHED "audit.reached" Part, "whether the audit found that enough pixels are within the error";
     AUDIT_LOOKS "audit.looks" Part, "how often pictures in work were held against the audited pixels";
     AUDIT_MOST_LOOKS "audit.looks.most" Making, "looks that the risk is shared by";
+    AUDIT_DRAWN "audit.drawn" Making, "of a picture in parts: pixels that were drawn for the audit, of which those are audited that show more than a constant background";
     AUDIT_POPULATION "audit.population" Part, "pixels that the audited ones were drawn from";
     AUDIT_RAYS "audit.rays" Part, "rays and segments traced for the audit";
     AUDIT_FACTOR "audit.factor" Part, "by how much the audit scaled the map of half-widths";

@@ -294,6 +294,12 @@ schema! {
         AUDITED "audited" ["low", "high", "verdict"] "W·m⁻²·sr⁻¹",
             Shown::Value, in_pages true, "audited pixels",
             "luminance that an audit found of a pixel, from and to, and its verdict: 1 within the error, 2 outside or not known well enough, 0 not audited";
+        HALVES "picture_halves" ["A_R", "A_G", "A_B", "A_error", "B_R", "B_G", "B_B", "B_error", "passes"] "W·m⁻²·sr⁻¹",
+            Shown::Value, in_pages false, "halves of a part",
+            "of a part of an audited picture: mean radiance of each of two independent halves with the standard error of its luminance, and passes; merging makes the picture of it";
+        TRUTH "audit_truth" ["low", "high", "stage", "rays"] "W·m⁻²·sr⁻¹",
+            Shown::Value, in_pages false, "truths of a part",
+            "of a part of an audited picture: luminance that an audit found of a pixel, from and to (infinity if it is not known), how often it was computed (0: the pixel is not audited), and rays; merging judges the picture by it";
         REFERENCE "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages false, "reference",
             "what errors are measured from";

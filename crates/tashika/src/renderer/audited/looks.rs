@@ -60,7 +60,8 @@ pub(super) fn is_hopeful(terms: &AuditTerms, outside: u64, [of, most]: [u64; 2])
 mod tests {
     use super::*;
 
-    const TERMS: AuditTerms = AuditTerms { share: 0.95, assurance: 0.99, pixels: 600 };
+    const TERMS: AuditTerms =
+        AuditTerms { share: 0.95, assurance: 0.99, pixels: 600, looks: AuditTerms::LOOKS };
 
     /// However many pictures there are, no look is taken that has no share of the risk.
     #[test]

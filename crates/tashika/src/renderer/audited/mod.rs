@@ -20,6 +20,8 @@
 //! group have their largest ratio for the rank.
 //!
 //! The picture is made of paths by what VPLs tell or, if the scene needs paths, by path tracing alone.
+//! A share of its tiles is made otherwise ([`parts`]): the picture that shares are joined to is another
+//! one than the whole's, and there is one look at it.
 //!
 //! # Guarantee
 //! With at least the assurance, what is claimed is true: of the pixels that show more than a constant
@@ -31,9 +33,13 @@
 //! `stats::audit` (pictures at the edge of the claim) and the tests of `renderer::audited`; the record
 //! of 2026-11-26 (audited pictures) has pictures of real scenes.
 
+mod foreseen;
 mod looks;
+mod parts;
 mod truths;
+mod verdict;
 
+pub use parts::finish_merged;
 pub(super) use truths::by_paths;
 
 #[cfg(test)]
@@ -43,17 +49,17 @@ use std::sync::atomic::Ordering;
 
 use super::observer::{Phase, during};
 use super::{Lights, Prepared};
-use crate::color::Rgb;
 use crate::error::Result;
-use crate::film::{Claim, Film, Metadata, PictureClaim, PixelRecord, RenderFilm, Stop, keys};
+use crate::film::{Claim, Film, Metadata, RenderFilm, Stop, keys};
 use crate::integrator::{ControlOptions, Integrator, LightTransport, SamplePaths};
-use crate::math::elementary::exp_f64;
-use crate::picture::{Picture, importance};
+use crate::picture::Picture;
 use crate::reconstruction::Reconstructed;
 use crate::render::{Begun, Finished, Progress, RenderOptions, Rendered, Totals, blank};
 use crate::request::AuditTerms;
+use foreseen::{half_widths, importance_of, share_outside};
 use looks::{Looks, is_dear, is_hopeful};
-use truths::{Look, Tolerance, Truths};
+use truths::Truths;
+use verdict::{Look, Pictured, Tolerance, Verdict};
 
 /// Paths of all pixels at most, where no time is said: a picture in minutes.
 const MOST_PATHS: u64 = 64_000_000;
@@ -61,8 +67,6 @@ const MOST_PATHS: u64 = 64_000_000;
 const PASSES: [u32; 2] = [5, 12];
 /// Least growth that is worth a pass where time ends.
 const LEAST_GROWTH: f64 = 0.2;
-/// What the map adds to what is foreseen, as a share of the tolerance: about how well truths are known.
-const OF_TRUTHS: f64 = 0.5;
 
 /// Renders the picture; `begin` takes the film with which it begins, and gives it back.
 pub(super) fn render(
@@ -92,15 +96,12 @@ fn render_by<'v>(
     terms: &AuditTerms,
     begin: impl FnOnce(Film) -> Result<Begun>,
 ) -> Result<Rendered> {
-    let setting = prepared.setting();
-    let whole = RenderOptions { window: prepared.window, share: prepared.share.clone() };
-    let mut film = blank(&setting, method, &whole)?;
-    prepared.method.describe(film.metadata_mut());
-    prepared.change.describe(film.metadata_mut());
-    describe(terms, film.metadata_mut());
-    if let Some(smoother) = &prepared.smoother {
-        film.metadata_mut().set(keys::DENOISER, smoother.name());
+    if !prepared.share.is_whole() {
+        return parts::render(prepared, method, &sampler, options, terms, begin);
     }
+    let whole = RenderOptions { window: prepared.window, share: prepared.share.clone() };
+    let mut film = blank(&prepared.setting(), method, &whole)?;
+    describe(prepared, terms, film.metadata_mut());
     let mut work = Work {
         prepared,
         terms,
@@ -120,14 +121,19 @@ fn render_by<'v>(
 }
 
 /// What a film says of the audit beside what its integrator says of the pixels.
-fn describe(terms: &AuditTerms, metadata: &mut Metadata) {
+fn describe(prepared: &Prepared<'_>, terms: &AuditTerms, metadata: &mut Metadata) {
+    prepared.method.describe(metadata);
+    prepared.change.describe(metadata);
+    if let Some(smoother) = &prepared.smoother {
+        metadata.set(keys::DENOISER, smoother.name());
+    }
     metadata.set(keys::CLAIM, Claim::Audited.code().name);
     metadata.set(keys::PAIRS_ARE, "paths");
     // Of the map, each half-width holds for as many pixels as the share says.
     metadata.set(keys::CONFIDENCE, terms.share);
     metadata.set(keys::AUDIT_SHARE, terms.share);
     metadata.set(keys::AUDIT_ASSURANCE, terms.assurance);
-    metadata.set(keys::AUDIT_MOST_LOOKS, AuditTerms::LOOKS);
+    metadata.set(keys::AUDIT_MOST_LOOKS, terms.looks);
     for name in [keys::MAX_PAIRS, keys::PATHS_FIRST, keys::PATHS_MOST] {
         metadata.remove(name);
     }
@@ -176,7 +182,7 @@ impl Work<'_, '_> {
             }
             let next = self.growth(of_path);
             let is_last = next.is_none();
-            let is_due = is_last || self.looks.is_due(self.terms, self.foreseen());
+            let is_due = is_last || self.looks.is_due(self.terms, share_outside(&self.importance()));
             let is_reached = is_due && self.audit(is_last)?;
             match next {
                 Some(next) if !is_reached => growth = next,
@@ -221,7 +227,7 @@ impl Work<'_, '_> {
             }
         }
         self.reconstructed = during(observer, Phase::Reconstruction, || self.picture.reconstruct(smoother))?;
-        self.store(Claim::None, Stop::SampleCount, 0.0)?;
+        self.store()?;
         let tally = RenderFilm::of(&self.film).tally();
         let progress = Progress { tally, of: window.area(), rays: self.picture.rays() };
         observer.tile(&Finished { progress, film: &self.film, tile: window });
@@ -235,24 +241,7 @@ impl Work<'_, '_> {
 
     /// What pixels are foreseen to be off, as a share of what they may be.
     fn importance(&self) -> Vec<f32> {
-        importance(&self.reconstructed, |radiance| self.tolerance.of(radiance.luminance().into()))
-    }
-
-    /// Share of the pixels that are foreseen to be outside, if errors are normal.
-    fn foreseen(&self) -> f64 {
-        let importance = self.importance();
-        let outside = importance.iter().map(|share| beyond(1.0 / f64::from(*share))).sum::<f64>();
-        outside / importance.len() as f64
-    }
-
-    /// Half-widths of the map, not scaled yet (W·m⁻²·sr⁻¹).
-    fn half_widths(&self) -> Vec<f64> {
-        let Reconstructed { radiance, importance_error } = &self.reconstructed;
-        let of_pixel = |(radiance, error): (&Rgb, &f32)| {
-            let of_truth = OF_TRUTHS * self.tolerance.of(radiance.luminance().into());
-            (f64::from(*error) + of_truth).max(f64::MIN_POSITIVE)
-        };
-        radiance.iter().zip(importance_error).map(of_pixel).collect()
+        importance_of(&self.reconstructed, &self.tolerance)
     }
 
     /// Looks at the picture, if it may be looked at: whether enough pixels are within.
@@ -290,7 +279,7 @@ impl Work<'_, '_> {
 
     /// Holds the picture against the audited pixels: whether enough of them are within.
     fn look(&mut self, is_last: bool) -> Result<bool> {
-        let half_widths = self.half_widths();
+        let half_widths = half_widths(&self.reconstructed, &self.tolerance);
         let (terms, of, most) = (self.terms, self.audited(), self.most_pixels());
         let decides = |outside: u64, may_be: u64| {
             terms.is_reached(may_be, of) || !(is_last || is_hopeful(terms, outside, [of, most]))
@@ -299,79 +288,45 @@ impl Work<'_, '_> {
         let (window, radiance) = (self.prepared.window, &self.reconstructed.radiance);
         truths.refine(&window, radiance, decides)?;
         let look = truths.look(&window, radiance, &half_widths);
-        let is_reached = self.terms.is_reached(look.outside, look.ratios.len() as u64);
+        let is_reached = look.is_reached(self.terms);
         self.look = Some(look);
         self.taken += 1;
         Ok(is_reached)
     }
 
-    /// What the half-widths of the map are to be multiplied by; none if the audit cannot tell.
-    fn factor(&self) -> Option<f64> {
-        let mut ratios = self.look.as_ref()?.ratios.clone();
-        ratios.sort_unstable_by(f64::total_cmp);
-        let rank = self.terms.rank(ratios.len() as u64)?;
-        Some(ratios[rank as usize - 1]).filter(|factor| factor.is_finite())
-    }
-
-    /// Puts the picture into the film.
-    fn store(&mut self, claim: Claim, stop: Stop, factor: f64) -> Result<()> {
+    /// Puts the picture into the film; of none of its pixels anything is claimed.
+    fn store(&mut self) -> Result<()> {
         let plain = self.picture.film()?;
-        let read = RenderFilm::of(&plain);
-        let half_widths = self.half_widths();
-        let metadata = self.film.metadata_mut();
-        metadata.set(keys::PASSES, self.picture.passes());
-        metadata.set(keys::FORESEEN, self.reconstructed.importance_median());
-        for (k, (x, y)) in self.prepared.window.pixels().enumerate() {
-            let record = read.at(x, y);
-            let is_audited = self.truths.as_ref().is_some_and(|truths| truths.population[k]);
-            let claim = if is_audited { claim } else { Claim::None };
-            let record = PixelRecord {
-                radiance: self.reconstructed.radiance[k],
-                standard_error: self.reconstructed.importance_error[k],
-                half_width: claim.stated(factor * half_widths[k]),
-                claim,
-                stop,
-                ..record
-            };
-            record.store(&mut self.film, x, y);
-        }
+        let picture = Pictured {
+            plain: RenderFilm::of(&plain),
+            reconstructed: &self.reconstructed,
+            half_widths: &half_widths(&self.reconstructed, &self.tolerance),
+        };
+        self.film.metadata_mut().set(keys::PASSES, self.picture.passes());
+        picture.store(&mut self.film, Stop::SampleCount, |_| (Claim::None, 0.0));
         Ok(())
     }
 
-    /// What the last look says of the picture.
-    fn claim(&self) -> Option<PictureClaim> {
-        let (truths, look) = self.truths.as_ref().zip(self.look.as_ref())?;
-        let (audited, outside) = (look.ratios.len() as u64, look.outside);
-        let AuditTerms { share, assurance, .. } = *self.terms;
-        Some(PictureClaim {
-            error: self.tolerance.error,
-            share,
-            assurance,
-            audited,
-            outside,
-            upper_outside: self.terms.upper_outside(outside, audited),
-            reached: self.terms.is_reached(outside, audited),
-            population: truths.population.iter().map(|is_shown| u64::from(*is_shown)).sum(),
-            looks: self.taken.into(),
-            passes: self.picture.passes().into(),
-        })
-    }
-
-    /// Puts what is claimed into the film, with the pixels that were audited.
-    fn store_claim(&mut self, found: &PictureClaim) -> Result<()> {
-        let factor = self.factor();
-        let metadata = self.film.metadata_mut();
-        found.describe(metadata);
-        if let Some(factor) = factor {
-            metadata.set(keys::AUDIT_FACTOR, factor);
-        }
-        let claim = if factor.is_some() { Claim::Audited } else { Claim::None };
-        let stop = if found.reached { Stop::RuleMet } else { Stop::Budget };
-        self.store(claim, stop, factor.unwrap_or_default())?;
-        if let Some(truths) = &self.truths {
-            self.film.metadata_mut().set(keys::AUDIT_RAYS, truths.rays);
-            truths.describe(&mut self.film);
-        }
+    /// Puts what the last look says of the picture into the film, with the pixels that were audited.
+    fn store_claim(&mut self) -> Result<()> {
+        let Some((truths, look)) = self.truths.as_ref().zip(self.look.as_ref()) else { return Ok(()) };
+        let verdict = Verdict {
+            look,
+            terms: self.terms,
+            tolerance: &self.tolerance,
+            population: &truths.population,
+            looks: self.taken,
+            passes: self.picture.passes(),
+        };
+        let plain = self.picture.film()?;
+        let picture = Pictured {
+            plain: RenderFilm::of(&plain),
+            reconstructed: &self.reconstructed,
+            half_widths: &half_widths(&self.reconstructed, &self.tolerance),
+        };
+        verdict.store(&picture, &mut self.film);
+        self.film.metadata_mut().set(keys::AUDIT_RAYS, truths.rays);
+        truths.describe(&mut self.film);
         Ok(())
     }
 
@@ -381,23 +336,11 @@ impl Work<'_, '_> {
         if was_cancelled && self.truths.is_some() {
             self.audit(true)?;
         }
-        if let Some(found) = self.claim() {
-            self.store_claim(&found)?;
-        }
+        self.store_claim()?;
         let complete = !was_cancelled && self.look.is_some();
         let mut film = self.film;
         film.metadata_mut().set(keys::COMPLETE, complete);
         let totals = Totals::of(&film);
         Ok(Rendered { film, complete, totals })
     }
-}
-
-/// The probability that a normal number is more than `x` standard deviations from its mean, to 10⁻⁶
-/// (Abramowitz, Stegun 1964, 7.1.26); `x` at least 0.
-fn beyond(x: f64) -> f64 {
-    let z = x * std::f64::consts::FRAC_1_SQRT_2;
-    let k = 1.0 / (1.0 + 0.327_591_1 * z);
-    let polynomial = [1.061_405_429, -1.453_152_027, 1.421_413_741, -0.284_496_736, 0.254_829_592];
-    let sum = polynomial.iter().fold(0.0, |sum, factor| (sum + factor) * k);
-    if z.is_finite() { sum * exp_f64(-z * z) } else { 0.0 }
 }

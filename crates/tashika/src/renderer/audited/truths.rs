@@ -1,13 +1,11 @@
 //! Pixels drawn at random from a picture, their truths, and what they say of it.
 //!
 //! ```text
-//! truth in [l, h]       pixel y is within if |y − t| ≤ max(ε t, ε_abs) for t = l and for t = h
+//! stage 0: truth to ε/2 ── open? ─► stage 1: to ε/4 ── open? ─► stage 2: to ε/8
 //! ```
 //!
-//! which is then so for every `t` between: the distance less the tolerance falls up to `y` and
-//! rises beyond. A pixel whose truth is not known by an interval is outside. Where a look finds that
-//! an interval leaves it open on which side a pixel is, its truth is computed once more, to half
-//! the width and by other random numbers, in [stages](STAGES). An outside pixel is taken for one
+//! Where a look finds that the interval of a truth leaves it open on which side a pixel is, its truth
+//! is computed once more, to half the width and by other random numbers, in [stages](STAGES). An outside pixel is taken for one
 //! inside only if one of its intervals misses its truth, each with an equal share of `γ`.
 //!
 //! # Independence
@@ -15,9 +13,10 @@
 //! ([`Purpose::Audit`]), and from another estimator than the picture's: sums over VPLs by cuts. Where
 //! path tracing alone makes the picture, it finds the truths too, by other paths.
 
+use super::verdict::{AuditedPixel, Look, Tolerance, describe, luminance_at, outside, shown};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::film::{Film, PixelRecord, RenderFilm, Samples, Window, planes};
+use crate::film::{Film, PixelRecord, RenderFilm, Window};
 use crate::gather::{GatherOptions, View};
 use crate::integrator::{
     ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting, Truth,
@@ -69,52 +68,6 @@ pub(in crate::renderer) fn by_paths(options: &ControlOptions) -> PathStop {
     PathStop::Until { options: *options, first: FIRST_PATHS, most: most.min(u32::MAX.into()) as u32 }
 }
 
-/// An audited pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct AuditedPixel {
-    /// Its place in the full image.
-    pub pixel: [u32; 2],
-    /// Its luminance, from and to (W·m⁻²·sr⁻¹), if that is known.
-    pub interval: Option<[f64; 2]>,
-}
-
-/// What a pixel may be off: `max(ε t, ε_abs)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Tolerance {
-    pub error: f64,
-    pub absolute: f64,
-}
-
-impl Tolerance {
-    /// Of a pixel that is so bright.
-    pub fn of(&self, luminance: f64) -> f64 {
-        (self.error * luminance).max(self.absolute)
-    }
-}
-
-impl AuditedPixel {
-    /// The largest distance that the pixel may have from its truth.
-    pub fn distance(&self, luminance: f64) -> f64 {
-        let of = |[low, high]: [f64; 2]| (luminance - low).abs().max((luminance - high).abs());
-        self.interval.map_or(f64::INFINITY, of)
-    }
-
-    /// Whether the pixel is within, wherever in its interval the truth is.
-    pub fn is_within(&self, luminance: f64, tolerance: &Tolerance) -> bool {
-        self.interval
-            .is_some_and(|ends| ends.iter().all(|truth| (luminance - truth).abs() <= tolerance.of(*truth)))
-    }
-
-    /// Whether it is not within, though it may be for some truth in its interval.
-    pub fn is_open(&self, luminance: f64, tolerance: &Tolerance) -> bool {
-        let may_be = self.interval.is_none_or(|[low, high]| {
-            let nearest = luminance.clamp(low, high);
-            (luminance - nearest).abs() <= tolerance.of(nearest)
-        });
-        may_be && !self.is_within(luminance, tolerance)
-    }
-}
-
 /// The audited pixels of a picture.
 pub(super) struct Truths<'p> {
     source: Source<'p>,
@@ -131,75 +84,111 @@ pub(super) struct Truths<'p> {
 }
 
 /// Where truths come from.
-struct Source<'p> {
+pub(super) struct Source<'p> {
     setting: Setting<'p>,
     options: ControlOptions,
-    tolerance: Tolerance,
+    pub tolerance: Tolerance,
     /// That truths are summed over; none if they are found by path tracing.
     lights: Option<GuidedLights>,
     observer: &'p dyn Observer,
 }
 
-impl Source<'_> {
-    /// The truths of these pixels, and the rays for them; none if it was cancelled.
-    fn truths(&self, pixels: &[[u32; 2]], stage: usize) -> Result<Option<(Vec<AuditedPixel>, u64)>> {
-        let Self { setting, options, tolerance, lights, observer } = self;
-        // The draw of the pixels has the key 0.
-        let seed = rng::key(options.seed, Purpose::Audit, 1 + stage as u64);
-        let Stage { half_width, most_work } = STAGES[stage];
-        let options = ControlOptions {
-            error: half_width * tolerance.error,
-            absolute_error: half_width * tolerance.absolute,
-            confidence: 1.0 - (1.0 - AuditTerms::CONFIDENCE) / STAGES.len() as f64,
-            max_pairs: Some(most_work),
-            seed,
-            ..*options
-        };
-        let setting = Setting { view: View { seed, ..setting.view }, ..*setting };
-        let by = if lights.is_some() { "sums over other lights" } else { "other paths" };
-        let render = |method: &dyn Integrator| {
-            let phase = Phase::Audit { by, pixels: pixels.len() as u64 };
-            during(*observer, phase, || {
-                render_pixels(&setting, method, pixels, &|p| observer.progress(p), observer.cancel())
+impl<'p> Source<'p> {
+    /// How often a truth is computed at most.
+    pub const STAGES: usize = STAGES.len();
+
+    /// With lights, gather points and random numbers of its own.
+    ///
+    /// * `options`: those of the picture; `by_lights`: whether truths are sums over VPLs, rather than
+    ///   means of paths.
+    pub fn new(
+        setting: &Setting<'p>,
+        options: &ControlOptions,
+        tolerance: &Tolerance,
+        by_lights: bool,
+        observer: &'p dyn Observer,
+    ) -> Result<Self> {
+        let seed = seed_of(options.seed);
+        let gather = GatherOptions { points: POINTS, ..setting.view.gather };
+        let setting = Setting { view: View { seed, gather, ..setting.view }, ..*setting };
+        let lights = VplOptions { count: VPLS, seed, ..VplOptions::default() };
+        let traced = || {
+            during(observer, Phase::Vpls { count: VPLS }, || {
+                GuidedLights::trace(setting.tracer, &lights, Truth::Transport, &setting.view)
             })
         };
-        let rendered = match lights {
-            Some(lights) => render(&LightTransport::new(setting.tracer, lights, &options)),
+        let lights = by_lights.then(traced).transpose()?;
+        let options = ControlOptions { seed, ..*options };
+        Ok(Self { setting, options, tolerance: *tolerance, lights, observer })
+    }
+
+    /// The view, as it is looked at in a stage.
+    pub fn setting(&self, stage: usize) -> Setting<'_> {
+        let seed = self.options(stage).seed;
+        Setting { view: View { seed, ..self.setting.view }, ..self.setting }
+    }
+
+    fn options(&self, stage: usize) -> ControlOptions {
+        let Stage { half_width, most_work } = STAGES[stage];
+        ControlOptions {
+            error: half_width * self.tolerance.error,
+            absolute_error: half_width * self.tolerance.absolute,
+            confidence: 1.0 - (1.0 - AuditTerms::CONFIDENCE) / STAGES.len() as f64,
+            max_pairs: Some(most_work),
+            // The draw of the pixels has the key 0.
+            seed: rng::key(self.options.seed, Purpose::Audit, 1 + stage as u64),
+            ..self.options
+        }
+    }
+
+    /// What computes truths in a stage.
+    pub fn method(&self, stage: usize) -> Result<Box<dyn Integrator + '_>> {
+        let (options, tracer) = (self.options(stage), self.setting.tracer);
+        Ok(match &self.lights {
+            Some(lights) => Box::new(LightTransport::new(tracer, lights, &options)),
             None => {
-                let depth = VplOptions::default().path_depth();
-                render(&PathTracer::new(setting.tracer, by_paths(&options), depth)?)
+                Box::new(PathTracer::new(tracer, by_paths(&options), VplOptions::default().path_depth())?)
             }
-        }?;
-        let read = RenderFilm::of(&rendered.film);
-        let truth = |pixel: &[u32; 2]| {
-            let record = read.at(pixel[0], pixel[1]);
-            let luminance = f64::from(record.radiance.luminance());
-            // The interval of a mean of paths is one too where it is wider than was asked for.
-            let half_width = match lights {
-                Some(_) => record.claim.is_some().then_some(f64::from(record.half_width)),
-                None => Some(half_width_of_paths(&record, options.confidence)),
-            };
-            let interval = half_width.map(|of| [(luminance - of).max(0.0), luminance + of]);
-            AuditedPixel { pixel: *pixel, interval }
+        })
+    }
+
+    /// What such an estimate says of a pixel.
+    pub fn truth(&self, pixel: [u32; 2], record: &PixelRecord, stage: usize) -> AuditedPixel {
+        let luminance = f64::from(record.radiance.luminance());
+        // The interval of a mean of paths is one too where it is wider than was asked for.
+        let half_width = match self.lights {
+            Some(_) => record.claim.is_some().then_some(f64::from(record.half_width)),
+            None => Some(half_width_of_paths(record, self.options(stage).confidence)),
         };
+        let interval = half_width.map(|of| [(luminance - of).max(0.0), luminance + of]);
+        AuditedPixel { pixel, interval }
+    }
+
+    /// The truths of these pixels, and the rays for them; none if it was cancelled.
+    fn truths(&self, pixels: &[[u32; 2]], stage: usize) -> Result<Option<(Vec<AuditedPixel>, u64)>> {
+        let by = if self.lights.is_some() { "sums over other lights" } else { "other paths" };
+        let phase = Phase::Audit { by, pixels: pixels.len() as u64 };
+        let (observer, setting, method) = (self.observer, self.setting(stage), self.method(stage)?);
+        let rendered = during(observer, phase, || {
+            let tell = |progress: &_| observer.progress(progress);
+            render_pixels(&setting, method.as_ref(), pixels, &tell, observer.cancel())
+        })?;
+        let read = RenderFilm::of(&rendered.film);
+        let truth = |pixel: &[u32; 2]| self.truth(*pixel, &read.at(pixel[0], pixel[1]), stage);
         let truths = pixels.iter().map(truth).collect();
         Ok(rendered.complete.then_some((truths, rendered.totals.rays)))
     }
+}
+
+/// The seed of a picture's audit.
+pub(super) fn seed_of(picture: u64) -> u64 {
+    rng::key(picture, Purpose::Audit, 0)
 }
 
 /// Student's, about a mean of paths (W·m⁻²·sr⁻¹).
 fn half_width_of_paths(record: &PixelRecord, confidence: f64) -> f64 {
     let freedom = record.pairs.saturating_sub(1).max(1) as f64;
     student_t_two_sided(confidence, freedom) * f64::from(record.standard_error)
-}
-
-/// What a look at a picture found.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Look {
-    /// Pixels that are not within.
-    pub outside: u64,
-    /// How far each may be off, over what the map says.
-    pub ratios: Vec<f64>,
 }
 
 impl<'p> Truths<'p> {
@@ -221,22 +210,11 @@ impl<'p> Truths<'p> {
         observer: &'p dyn Observer,
     ) -> Result<Option<Self>> {
         let began = observer.seconds_left();
-        let seed = rng::key(options.seed, Purpose::Audit, 0);
         let population = shown(film);
         let pixels = film.window().pixels().zip(&population);
         let shown: Vec<[u32; 2]> =
             pixels.filter(|(_, is_shown)| **is_shown).map(|((x, y), _)| [x, y]).collect();
-        let gather = GatherOptions { points: POINTS, ..setting.view.gather };
-        let setting = Setting { view: View { seed, gather, ..setting.view }, ..*setting };
-        let lights = VplOptions { count: VPLS, seed, ..VplOptions::default() };
-        let traced = || {
-            during(observer, Phase::Vpls { count: VPLS }, || {
-                GuidedLights::trace(setting.tracer, &lights, Truth::Transport, &setting.view)
-            })
-        };
-        let lights = by_lights.then(traced).transpose()?;
-        let options = ControlOptions { seed, ..*options };
-        let source = Source { setting, options, tolerance: *tolerance, lights, observer };
+        let source = Source::new(setting, options, tolerance, by_lights, observer)?;
         let all = shown.len() as u64;
         let count = terms.pixels.min(all);
         // Those that come first are tried for what they take, the others are the audit's.
@@ -244,7 +222,7 @@ impl<'p> Truths<'p> {
             Some(_) => [TRIED.min(all - count), 0],
             None => [0, terms.more_pixels().min(all) - count],
         };
-        let mut chosen = drawn(shown, tried + count + spare, seed);
+        let mut chosen = drawn(shown, tried + count + spare, seed_of(options.seed));
         let mut of_audit = chosen.split_off(tried as usize);
         let spare = of_audit.split_off(count as usize);
         let mut count = count as usize;
@@ -305,7 +283,7 @@ impl<'p> Truths<'p> {
         for stage in 1..STAGES.len() {
             let all: Vec<usize> =
                 (0..self.pixels.len()).filter(|k| self.is_open(*k, window, radiance)).collect();
-            let may_be = self.outside(window, radiance);
+            let may_be = outside(&self.pixels, &self.source.tolerance, window, radiance);
             if decides(may_be - all.len() as u64, may_be) {
                 break;
             }
@@ -333,62 +311,21 @@ impl<'p> Truths<'p> {
         truth.is_open(luminance_at(truth.pixel, window, radiance), &self.source.tolerance)
     }
 
-    /// Pixels that are not within.
-    fn outside(&self, window: &Window, radiance: &[Rgb]) -> u64 {
-        let is_within = |truth: &&AuditedPixel| {
-            truth.is_within(luminance_at(truth.pixel, window, radiance), &self.source.tolerance)
-        };
-        (self.pixels.len() - self.pixels.iter().filter(is_within).count()) as u64
-    }
-
     /// Holds a picture against the truths.
     ///
     /// * `radiance`, `half_widths`: of the window's pixels, row by row.
     pub fn look(&self, window: &Window, radiance: &[Rgb], half_widths: &[f64]) -> Look {
-        let ratio = |truth: &AuditedPixel| {
-            let half_width = half_widths[window.index(truth.pixel[0], truth.pixel[1])];
-            truth.distance(luminance_at(truth.pixel, window, radiance)) / half_width
-        };
-        Look { outside: self.outside(window, radiance), ratios: self.pixels.iter().map(ratio).collect() }
+        Look::at(&self.pixels, &self.source.tolerance, window, radiance, half_widths)
     }
 
     /// Adds the plane of the audited pixels to a film.
     pub fn describe(&self, film: &mut Film) {
-        let luminances: Vec<f64> = self
-            .pixels
-            .iter()
-            .map(|truth| RenderFilm::of(film).at(truth.pixel[0], truth.pixel[1]).radiance.luminance().into())
-            .collect();
-        let window = film.window();
-        let channels = planes::AUDITED.channels.len();
-        let mut samples = vec![0.0; channels * window.area() as usize];
-        for (truth, luminance) in self.pixels.iter().zip(luminances) {
-            let at = channels * window.index(truth.pixel[0], truth.pixel[1]);
-            let [low, high] = truth.interval.unwrap_or_default().map(|end| end as f32);
-            let verdict = if truth.is_within(luminance, &self.source.tolerance) { 1.0 } else { 2.0 };
-            samples[at..at + channels].copy_from_slice(&[low, high, verdict]);
-        }
-        film.add_plane(&planes::AUDITED, Samples::F32(samples));
+        describe(&self.pixels, &self.source.tolerance, film);
     }
 }
 
-fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -> f64 {
-    radiance[window.index(pixel[0], pixel[1])].luminance().into()
-}
-
-/// Whether a pixel of a film shows more than a constant background, which would be right in any
-/// picture and say nothing of the others.
-fn shown(film: &Film) -> Vec<bool> {
-    let read = RenderFilm::of(film);
-    let is_shown = |(x, y)| {
-        let PixelRecord { coverage, standard_error, .. } = read.at(x, y);
-        coverage > 0.0 || standard_error > 0.0
-    };
-    film.window().pixels().map(is_shown).collect()
-}
-
 /// `count` of these pixels at random, each subset as likely as another.
-fn drawn(mut pixels: Vec<[u32; 2]>, count: u64, seed: u64) -> Vec<[u32; 2]> {
+pub(super) fn drawn(mut pixels: Vec<[u32; 2]>, count: u64, seed: u64) -> Vec<[u32; 2]> {
     let mut stream = Stream::new(seed, Purpose::Audit, 0);
     for k in 0..count as usize {
         let other = k + stream.below((pixels.len() - k) as u64) as usize;
@@ -401,23 +338,6 @@ fn drawn(mut pixels: Vec<[u32; 2]>, count: u64, seed: u64) -> Vec<[u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_pixel_is_within_only_with_its_whole_interval() {
-        let tolerance = Tolerance { error: 0.1, absolute: 0.05 };
-        let at = |interval| AuditedPixel { pixel: [0, 0], interval };
-        let known = at(Some([1.0, 1.04]));
-        assert!(known.is_within(1.0, &tolerance) && known.is_within(1.09, &tolerance));
-        assert!(!known.is_within(0.93, &tolerance), "1.04 may be the truth, and 11 % is too much");
-        assert!(!known.is_within(1.11, &tolerance), "1.0 may be the truth");
-        assert!(!at(None).is_within(1.0, &tolerance), "what is not known is not within");
-        assert!(at(Some([0.0, 0.0])).is_within(0.04, &tolerance), "in the dark the absolute error counts");
-        assert!(known.is_open(1.11, &tolerance) && known.is_open(0.93, &tolerance));
-        assert!(!known.is_open(1.0, &tolerance) && !known.is_open(1.3, &tolerance));
-        assert!(at(None).is_open(1.0, &tolerance));
-        assert_eq!(known.distance(0.9), 1.04 - 0.9);
-        assert_eq!(at(None).distance(0.9), f64::INFINITY);
-    }
 
     #[test]
     fn means_of_paths_have_the_intervals_of_the_tables() {

@@ -1,0 +1,92 @@
+//! Tiles on threads: what each gives goes into one film, and whoever looks on is told.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::{Begun, Finished, Progress, Rendered, Totals, mean};
+use crate::color::RgbSum;
+use crate::film::{Film, RenderFilm, Window, keys};
+
+/// What the threads write to.
+struct Shared {
+    film: Film,
+    progress: Progress,
+    totals: Totals,
+}
+
+impl Shared {
+    /// Counts a finished tile as the film has it, so that totals are the same whether tiles are
+    /// rendered or read; its colours are summed.
+    fn count(&mut self, tile: &Window) -> RgbSum {
+        let mut sum = RgbSum::default();
+        let film = RenderFilm::of(&self.film);
+        for (x, y) in tile.pixels() {
+            let record = film.at(x, y);
+            sum.add(record.radiance);
+            self.totals.tally.count(record.claim, record.stop);
+            self.totals.pairs += record.pairs;
+            self.totals.rays += record.rays;
+        }
+        self.progress.tally = self.totals.tally;
+        self.progress.rays = self.totals.rays;
+        sum
+    }
+}
+
+/// Fills the tiles that are not finished; `watch` is called for those first that are.
+///
+/// * `work`: what a tile becomes; none if it was cancelled. `store` puts it into the film.
+pub(super) fn fill<T>(
+    begun: Begun,
+    tiles: &[Window],
+    work: &(dyn Fn(&Window) -> Option<T> + Sync),
+    store: &(dyn Fn(&mut Film, &Window, &T) + Sync),
+    watch: &(dyn Fn(&Finished<'_>) + Sync),
+    cancel: &AtomicBool,
+) -> Rendered {
+    let of = tiles.iter().map(Window::area).sum();
+    let mut shared = Shared {
+        film: begun.film,
+        progress: Progress { of, ..Progress::default() },
+        totals: Totals::default(),
+    };
+    let place = |tile: &Window| (tile.y, tile.x, tile.height, tile.width);
+    let known: BTreeSet<_> = begun.tiles.iter().map(place).collect();
+    let finished: Vec<Option<RgbSum>> = tiles
+        .iter()
+        .map(|tile| {
+            let sum = known.contains(&place(tile)).then(|| shared.count(tile))?;
+            watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
+            Some(sum)
+        })
+        .collect();
+    let shared = Mutex::new(shared);
+    let sums: Vec<Option<RgbSum>> = tiles
+        .par_iter()
+        .zip(finished)
+        .map(|(tile, finished)| {
+            if finished.is_some() || cancel.load(Ordering::Relaxed) {
+                return finished;
+            }
+            let found = work(tile)?;
+            let mut shared = shared.lock().unwrap_or_else(PoisonError::into_inner);
+            store(&mut shared.film, tile, &found);
+            let sum = shared.count(tile);
+            watch(&Finished { progress: shared.progress, film: &shared.film, tile: *tile });
+            Some(sum)
+        })
+        .collect();
+    let Shared { mut film, mut totals, .. } = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut sum = RgbSum::default();
+    // In the order of the tiles: the sum must not depend on which thread was faster.
+    for s in sums.iter().flatten() {
+        sum.merge(s);
+    }
+    totals.mean = mean(&sum, totals.tally.rendered());
+    let complete = sums.iter().all(Option::is_some);
+    film.metadata_mut().set(keys::COMPLETE, complete);
+    Rendered { film, complete, totals }
+}

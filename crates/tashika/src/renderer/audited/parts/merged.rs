@@ -1,0 +1,215 @@
+//! What joined parts are worth: the picture that they are of, and one look at it.
+
+use std::path::Path;
+
+use super::super::foreseen::half_widths;
+use super::super::verdict::{AuditedPixel, Look, Pictured, Tolerance, Verdict, describe, shown};
+use super::draw::draw;
+use crate::color::Rgb;
+use crate::error::{Error, Location, Result};
+use crate::film::{
+    Claim, Film, Key, Metadata, PixelRecord, Plane, PlaneSpec, RenderFilm, Stop, Value, keys, planes,
+};
+use crate::reconstruction::{Halves, Reconstructed, Smoother};
+use crate::render::Merged;
+use crate::request::{AuditTerms, Method};
+
+/// Does with joined parts what was asked for of the whole: [`Method::finish`], or of an audited picture
+/// the reconstruction and the audit. Nothing while pixels are missing, so that what is joined can be
+/// joined again. Runs on the current thread pool.
+///
+/// * `smoother`: the one that the parts were rendered for, if they were rendered for another than our
+///   own.
+///
+/// # Errors
+/// Another smoother than the parts say, or one for what is not smoothed; parts that are not as this
+/// program writes them; what the smoother fails with.
+pub fn finish_merged(merged: &mut Merged, smoother: Option<&dyn Smoother>) -> Result<()> {
+    let is_of_parts = merged.film.plane(planes::HALVES).is_some();
+    if let (false, Some(smoother)) = (is_of_parts, smoother) {
+        return Err(Error::option("denoiser", smoother.name(), "none, but for parts of audited pictures"));
+    }
+    if merged.missing_pixels > 0 {
+        return Ok(());
+    }
+    if is_of_parts {
+        merged.film = Parts::of(&merged.film, &merged.first)?.finished(smoother)?;
+    } else {
+        Method::finish(&mut merged.film);
+    }
+    Ok(())
+}
+
+/// All parts, as they are read.
+struct Parts<'f> {
+    film: &'f Film,
+    halves: Halves,
+    passes: u32,
+    terms: AuditTerms,
+    tolerance: Tolerance,
+    /// Whether audited pixels were drawn from a pixel, too: of the window's, row by row.
+    population: Vec<bool>,
+    audited: Vec<AuditedPixel>,
+    /// For their truths.
+    rays: u64,
+}
+
+impl<'f> Parts<'f> {
+    /// * `name`: of a part, for messages.
+    fn of(film: &'f Film, name: &Path) -> Result<Self> {
+        let metadata = film.metadata();
+        let number = |key: Key, is_good: &dyn Fn(f64) -> bool, expected: &str| {
+            let number = metadata.number(key).filter(|number| is_good(*number));
+            number.ok_or_else(|| {
+                let found = format!("a part of an audited picture whose `{key}` is {}", told(metadata, key));
+                Error::invalid(Location::file(name), found, expected)
+            })
+        };
+        let share = |key: Key, from: f64| {
+            number(key, &|share| share >= from && share > 0.0 && share < 1.0, "a share of 1")
+        };
+        let size = |key: Key| number(key, &|size| size >= 0.0 && size.is_finite(), "a number, at least 0");
+        let terms = AuditTerms {
+            share: share(keys::AUDIT_SHARE, 0.0)?,
+            assurance: share(keys::AUDIT_ASSURANCE, 0.5)?,
+            looks: (size(keys::AUDIT_MOST_LOOKS)? as u32).max(1),
+            ..AuditTerms::default()
+        };
+        let tolerance = Tolerance { error: size(keys::ERROR)?, absolute: size(keys::ERROR_ABSOLUTE)? };
+        let halves = samples(film, &planes::HALVES, name)?;
+        let truths = samples(film, &planes::TRUTH, name)?;
+        let population = shown(film);
+        let drawn = draw(&film.window(), size(keys::AUDIT_DRAWN)? as u64, seed(metadata, name)?);
+        let audited = audited(film, truths, &population, &drawn, name)?;
+        Ok(Self {
+            film,
+            halves: Halves { a: half(film, halves, 0)?, b: half(film, halves, 4)? },
+            passes: halves.chunks_exact(CHANNELS).map(|pixel| pixel[8] as u32).max().unwrap_or(0),
+            terms,
+            tolerance,
+            population,
+            audited,
+            rays: truths.chunks_exact(planes::TRUTH.channels.len()).map(|truth| truth[3] as u64).sum(),
+        })
+    }
+
+    /// The picture with all that is claimed of it.
+    fn finished(&self, smoother: Option<&dyn Smoother>) -> Result<Film> {
+        let asked = self.film.metadata().text(keys::DENOISER);
+        let given = smoother.map(Smoother::name);
+        if asked != given.as_deref() {
+            let expected = format!("{}, for which the parts were rendered", asked.unwrap_or("own"));
+            return Err(Error::option("denoiser", given.as_deref().unwrap_or("own"), expected));
+        }
+        let reconstructed: Reconstructed =
+            self.halves.reconstruct(smoother)?.expect("halves have the planes of records");
+        let half_widths = half_widths(&reconstructed, &self.tolerance);
+        let mut film = Film::new(self.film.size(), self.film.window(), PixelRecord::PLANES)?;
+        *film.metadata_mut() = self.film.metadata().clone();
+        film.metadata_mut().set(keys::PASSES, self.passes);
+        let picture = Pictured {
+            plain: RenderFilm::of(self.film),
+            reconstructed: &reconstructed,
+            half_widths: &half_widths,
+        };
+        if self.audited.is_empty() {
+            picture.store(&mut film, Stop::SampleCount, |_| (Claim::None, 0.0));
+            return Ok(film);
+        }
+        let Self { audited, tolerance, .. } = self;
+        let look = Look::at(audited, tolerance, &film.window(), &reconstructed.radiance, &half_widths);
+        let verdict = Verdict {
+            look: &look,
+            terms: &self.terms,
+            tolerance,
+            population: &self.population,
+            looks: 1,
+            passes: self.passes,
+        };
+        verdict.store(&picture, &mut film);
+        film.metadata_mut().set(keys::AUDIT_RAYS, self.rays);
+        describe(audited, tolerance, &mut film);
+        Ok(film)
+    }
+}
+
+/// Channels of [`planes::HALVES`]: four of each half, and the passes.
+const CHANNELS: usize = planes::HALVES.channels.len();
+
+/// The samples of a plane that parts have.
+fn samples<'f>(film: &'f Film, spec: &PlaneSpec, name: &Path) -> Result<&'f [f32]> {
+    let plane = film.plane(spec.name).filter(|plane| plane.channels() == spec.channels);
+    plane.and_then(Plane::f32_samples).ok_or_else(|| {
+        let found = format!("a part of an audited picture without its plane `{}`", spec.name);
+        let expected = format!("floating-point channels {}", spec.channels.join(", "));
+        Error::invalid(Location::file(name), found, expected)
+    })
+}
+
+/// A half of the picture, with the features of both.
+///
+/// * `first`: its first channel.
+fn half(film: &Film, halves: &[f32], first: usize) -> Result<Film> {
+    let read = RenderFilm::of(film);
+    let mut half = Film::new(film.size(), film.window(), PixelRecord::PLANES)?;
+    for ((x, y), samples) in film.window().pixels().zip(halves.chunks_exact(CHANNELS)) {
+        let [r, g, b, standard_error] = std::array::from_fn(|k| samples[first + k]);
+        let record = PixelRecord { radiance: Rgb::new(r, g, b), standard_error, ..read.at(x, y) };
+        record.store(&mut half, x, y);
+    }
+    Ok(half)
+}
+
+/// The audited pixels, in the order of the draw.
+fn audited(
+    film: &Film,
+    truths: &[f32],
+    population: &[bool],
+    drawn: &[[u32; 2]],
+    name: &Path,
+) -> Result<Vec<AuditedPixel>> {
+    let window = film.window();
+    let channels = planes::TRUTH.channels.len();
+    let wrong = |[x, y]: [u32; 2], found: &str| {
+        let found = format!("{found} at pixel {x},{y}");
+        let expected = "truths of the pixels that the seed draws, and of no others: parts as they were rendered";
+        Error::invalid(Location::file(name), found, expected)
+    };
+    let mut is_drawn = vec![false; window.area() as usize];
+    let mut audited = Vec::new();
+    for pixel in drawn {
+        let at = window.index(pixel[0], pixel[1]);
+        is_drawn[at] = population[at];
+        if !population[at] {
+            continue;
+        }
+        let [low, high, stage] = std::array::from_fn(|k| truths[channels * at + k]);
+        if !(stage >= 1.0 && low <= high) {
+            return Err(wrong(*pixel, "no truth"));
+        }
+        let interval = high.is_finite().then(|| [low, high].map(f64::from));
+        audited.push(AuditedPixel { pixel: *pixel, interval });
+    }
+    let is_other = |at: &usize| truths[channels * at + 2] != 0.0 && !is_drawn[*at];
+    match window.pixels().enumerate().find(|(at, _)| is_other(at)) {
+        Some((_, (x, y))) => Err(wrong([x, y], "a truth")),
+        None => Ok(audited),
+    }
+}
+
+/// The seed of the render.
+fn seed(metadata: &Metadata, name: &Path) -> Result<u64> {
+    let seed = match metadata.get(keys::SEED) {
+        Some(Value::Int(seed)) => u64::try_from(*seed).ok(),
+        Some(Value::Text(digits)) => digits.parse().ok(),
+        _ => None,
+    };
+    seed.ok_or_else(|| {
+        let found = format!("a part whose `{}` is {}", keys::SEED, told(metadata, keys::SEED));
+        Error::invalid(Location::file(name), found, format!("0 to {}", u64::MAX))
+    })
+}
+
+fn told(metadata: &Metadata, key: Key) -> String {
+    metadata.get(key).map_or_else(|| "missing".to_owned(), ToString::to_string)
+}

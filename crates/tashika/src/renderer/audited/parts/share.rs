@@ -1,0 +1,202 @@
+//! A share of a picture's tiles, and the truths of those of its pixels that are audited.
+
+use super::super::foreseen::{importance_of, share_outside};
+use super::super::truths::Source;
+use super::super::verdict::{Tolerance, shown};
+use super::super::{MOST_PATHS, PASSES, describe};
+use super::draw::{count, draw};
+use crate::error::Result;
+use crate::film::{Film, Samples, Window, keys, planes};
+use crate::integrator::{ControlOptions, Estimates, Integrator, SamplePaths};
+use crate::picture::Picture;
+use crate::reconstruction::{Halves, Reconstructed};
+use crate::render::{
+    Begun, Finished, RenderOptions, Rendered, begin_pictures, picture_tiles, resume_pictures,
+};
+use crate::renderer::observer::{Phase, during};
+use crate::renderer::{Lights, Prepared};
+use crate::request::AuditTerms;
+
+/// A tile is good enough where so much of the share that may be outside is foreseen to be. Chosen.
+pub(super) const SPARE: f64 = 0.5;
+/// Passes of a tile at least.
+const FEWEST_PASSES: u32 = 3;
+/// Most paths of a tile, over those that it would have if all had as many.
+const MOST_OF_TILE: u64 = 4;
+/// How far a pixel of the whole picture may be off the tile's, over what the tile foresees to be its
+/// error: where that leaves it open on which side it is, its truth is computed once more.
+const NEAR: f64 = 0.5;
+
+/// Renders the share; `begin` takes the film with which it begins, and gives it back with the tiles
+/// that are there.
+pub(in crate::renderer::audited) fn render(
+    prepared: &Prepared<'_>,
+    method: &dyn Integrator,
+    sampler: &dyn SamplePaths,
+    options: &ControlOptions,
+    terms: &AuditTerms,
+    begin: impl FnOnce(Film) -> Result<Begun>,
+) -> Result<Rendered> {
+    let (setting, window, observer) = (prepared.setting(), prepared.window, prepared.observer);
+    let terms = AuditTerms { looks: 1, ..*terms };
+    let tolerance = Tolerance { error: options.error, absolute: options.absolute_error };
+    let seed = setting.view.seed;
+    let count = count(sampler, &window, &terms, seed);
+    let share = RenderOptions { window, share: prepared.share.clone() };
+    let mut film = begin_pictures(&setting, method, &share, &[planes::HALVES, planes::TRUTH])?;
+    describe(prepared, &terms, film.metadata_mut());
+    film.metadata_mut().set(keys::AUDIT_DRAWN, count);
+    film.metadata_mut().set(keys::ERROR_ABSOLUTE, tolerance.absolute);
+    let begun = begin(film)?;
+    let by_lights = matches!(prepared.lights, Lights::Guided(_));
+    let source = Source::new(&setting, &ControlOptions { seed, ..*options }, &tolerance, by_lights, observer)?;
+    let methods = (0..Source::STAGES).map(|stage| source.method(stage)).collect::<Result<Vec<_>>>()?;
+    let stages = methods.iter().enumerate().map(|(stage, method)| method.begin(source.setting(stage)));
+    let mut drawn = vec![false; window.area() as usize];
+    draw(&window, count, seed).iter().for_each(|[x, y]| drawn[window.index(*x, *y)] = true);
+    let work = Work {
+        prepared,
+        sampler,
+        terms,
+        tolerance,
+        seed,
+        source: &source,
+        stages: stages.collect(),
+        drawn,
+    };
+    let phase = Phase::Pixels { method: "paths", window, is_of_a_sum: false, promises: false };
+    let (tiles, cancel) = (picture_tiles(&share), observer.cancel());
+    let watch = |done: &Finished<'_>| observer.tile(done);
+    Ok(during(observer, phase, || resume_pictures(begun, &tiles, &|tile| work.tile(tile), &watch, cancel)))
+}
+
+/// What tiles are made with.
+struct Work<'p> {
+    prepared: &'p Prepared<'p>,
+    sampler: &'p dyn SamplePaths,
+    terms: AuditTerms,
+    tolerance: Tolerance,
+    seed: u64,
+    source: &'p Source<'p>,
+    /// What finds truths, stage by stage.
+    stages: Vec<Box<dyn Estimates + 'p>>,
+    /// Whether pixels of the window are drawn for the audit, row by row.
+    drawn: Vec<bool>,
+}
+
+impl Work<'_> {
+    /// The film of a tile; none if it was cancelled.
+    fn tile(&self, tile: &Window) -> Option<Film> {
+        let (picture, reconstructed) = self.picture(tile)?;
+        let inside = "tiles are inside of the image";
+        let mut film = picture.film().expect(inside);
+        let truths = self.truths(&film, &reconstructed)?;
+        film.add_plane(&planes::HALVES, halves(&picture.halves().expect(inside), picture.passes()));
+        film.add_plane(&planes::TRUTH, Samples::F32(truths));
+        Some(film)
+    }
+
+    /// Passes until the tile is good enough.
+    fn picture(&self, tile: &Window) -> Option<(Picture<'_>, Reconstructed)> {
+        let mut picture = Picture::new(self.sampler, *tile, self.seed);
+        let mut importance: Option<Vec<f32>> = None;
+        loop {
+            if !picture.pass(importance.as_deref(), 1.0, self.prepared.observer.cancel()) {
+                return None;
+            }
+            let reconstructed = picture.reconstruct(None).expect("tiles are inside of the image");
+            let errors = importance_of(&reconstructed, &self.tolerance);
+            if self.is_enough(&picture, tile, &errors) {
+                return Some((picture, reconstructed));
+            }
+            importance = Some(errors);
+        }
+    }
+
+    fn is_enough(&self, picture: &Picture<'_>, tile: &Window, importance: &[f32]) -> bool {
+        let passes = picture.passes();
+        let is_good = share_outside(importance) <= SPARE * (1.0 - self.terms.share);
+        let most = u128::from(MOST_OF_TILE * MOST_PATHS) * u128::from(tile.area())
+            / u128::from(self.prepared.window.area());
+        let is_done = passes >= PASSES[0] && 2 * u128::from(picture.paths()) > most;
+        passes >= PASSES[1] || passes >= FEWEST_PASSES && is_good || is_done
+    }
+
+    /// Truths of the pixels of a tile that are audited, as [`planes::TRUTH`] has them.
+    fn truths(&self, film: &Film, reconstructed: &Reconstructed) -> Option<Vec<f32>> {
+        let tile = film.window();
+        let channels = planes::TRUTH.channels.len();
+        let mut samples = vec![0.0; channels * tile.area() as usize];
+        let shown = shown(film);
+        for (k, (x, y)) in tile.pixels().enumerate() {
+            if !(self.drawn[self.prepared.window.index(x, y)] && shown[k]) {
+                continue;
+            }
+            let luminance = reconstructed.radiance[k].luminance().into();
+            let near = NEAR * f64::from(reconstructed.importance_error[k]);
+            samples[channels * k..][..channels].copy_from_slice(&self.truth([x, y], luminance, near)?);
+        }
+        Some(samples)
+    }
+
+    /// The truth of a pixel, in as many stages as it takes; none if it was cancelled.
+    ///
+    /// * `luminance`: of the tile's picture; the whole's may be so `near` to it.
+    fn truth(&self, pixel: [u32; 2], luminance: f64, near: f64) -> Option<[f32; 4]> {
+        let [x, y] = pixel;
+        let mut rays = 0;
+        let mut found = [0.0; 4];
+        for (stage, estimates) in self.stages.iter().enumerate() {
+            if self.prepared.observer.cancel().load(std::sync::atomic::Ordering::Relaxed) {
+                return None;
+            }
+            let record = &estimates.tile(&Window { x, y, width: 1, height: 1 })[0];
+            let truth = self.source.truth(pixel, record, stage);
+            rays += record.rays;
+            let [low, high] = truth.interval.map_or([0.0, f32::INFINITY], outwards);
+            found = [low, high, stage as f32 + 1.0, rays as f32];
+            let may_be = [luminance, (luminance - near).max(0.0), luminance + near];
+            if !may_be.iter().any(|luminance| truth.is_open(*luminance, &self.tolerance)) {
+                break;
+            }
+        }
+        Some(found)
+    }
+}
+
+/// An interval, rounded so that it misses nothing.
+fn outwards([low, high]: [f64; 2]) -> [f32; 2] {
+    let [below, above] = [low, high].map(|end| end as f32);
+    [
+        if f64::from(below) > low { below.next_down() } else { below },
+        if f64::from(above) < high { above.next_up() } else { above },
+    ]
+}
+
+/// The samples of [`planes::HALVES`].
+fn halves(halves: &Halves, passes: u32) -> Samples {
+    let Halves { a, b } = halves;
+    let errors = |film: &Film| film.plane(planes::STANDARD_ERROR)?.f32_samples().map(<[f32]>::to_vec);
+    let [of_a, of_b] = [a, b].map(|film| {
+        let colors = film.colors().into_iter().flatten().map(|color| color.to_array());
+        colors.zip(errors(film).unwrap_or_default())
+    });
+    let samples = of_a.zip(of_b).flat_map(|((a, error_of_a), (b, error_of_b))| {
+        [a[0], a[1], a[2], error_of_a, b[0], b[1], b[2], error_of_b, passes as f32]
+    });
+    Samples::F32(samples.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_are_rounded_outwards() {
+        for [low, high] in [[0.1, 0.7], [0.3, 0.3], [0.0, 1.0], [1.0 + 1e-12, 2.0 - 1e-12]] {
+            let [below, above] = outwards([low, high]);
+            assert!(f64::from(below) <= low && high <= f64::from(above), "{low} {high}");
+            assert!(f64::from(below.next_up()) > low && high > f64::from(above.next_down()), "{low} {high}");
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! What truths of some pixels say of a picture, and what of it is put into its film.
+//!
+//! ```text
+//! truth in [l, h]       pixel y is within if |y − t| ≤ max(ε t, ε_abs) for t = l and for t = h
+//! ```
+//!
+//! which is then so for every `t` between: the distance less the tolerance falls up to `y` and
+//! rises beyond. A pixel whose truth is not known by an interval is outside.
+
+use crate::color::Rgb;
+use crate::film::{
+    Claim, Film, PictureClaim, PixelRecord, RenderFilm, Samples, Stop, Window, keys, planes,
+};
+use crate::reconstruction::Reconstructed;
+use crate::request::AuditTerms;
+
+/// An audited pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct AuditedPixel {
+    /// Its place in the full image.
+    pub pixel: [u32; 2],
+    /// Its luminance, from and to (W·m⁻²·sr⁻¹), if that is known.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// What a pixel may be off: `max(ε t, ε_abs)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tolerance {
+    pub error: f64,
+    pub absolute: f64,
+}
+
+impl Tolerance {
+    /// Of a pixel that is so bright.
+    pub fn of(&self, luminance: f64) -> f64 {
+        (self.error * luminance).max(self.absolute)
+    }
+}
+
+impl AuditedPixel {
+    /// The largest distance that the pixel may have from its truth.
+    pub fn distance(&self, luminance: f64) -> f64 {
+        let of = |[low, high]: [f64; 2]| (luminance - low).abs().max((luminance - high).abs());
+        self.interval.map_or(f64::INFINITY, of)
+    }
+
+    /// Whether the pixel is within, wherever in its interval the truth is.
+    pub fn is_within(&self, luminance: f64, tolerance: &Tolerance) -> bool {
+        self.interval
+            .is_some_and(|ends| ends.iter().all(|truth| (luminance - truth).abs() <= tolerance.of(*truth)))
+    }
+
+    /// Whether it is not within, though it may be for some truth in its interval.
+    pub fn is_open(&self, luminance: f64, tolerance: &Tolerance) -> bool {
+        let may_be = self.interval.is_none_or(|[low, high]| {
+            let nearest = luminance.clamp(low, high);
+            (luminance - nearest).abs() <= tolerance.of(nearest)
+        });
+        may_be && !self.is_within(luminance, tolerance)
+    }
+}
+
+/// What a look at a picture found.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Look {
+    /// Pixels that are not within.
+    pub outside: u64,
+    /// How far each may be off, over what the map says.
+    pub ratios: Vec<f64>,
+}
+
+impl Look {
+    /// Holds a picture against truths.
+    ///
+    /// * `radiance`, `half_widths`: of the window's pixels, row by row.
+    pub fn at(
+        pixels: &[AuditedPixel],
+        tolerance: &Tolerance,
+        window: &Window,
+        radiance: &[Rgb],
+        half_widths: &[f64],
+    ) -> Self {
+        let ratio = |truth: &AuditedPixel| {
+            let half_width = half_widths[window.index(truth.pixel[0], truth.pixel[1])];
+            truth.distance(luminance_at(truth.pixel, window, radiance)) / half_width
+        };
+        let outside = outside(pixels, tolerance, window, radiance);
+        Self { outside, ratios: pixels.iter().map(ratio).collect() }
+    }
+
+    /// Whether enough pixels are within.
+    pub fn is_reached(&self, terms: &AuditTerms) -> bool {
+        terms.is_reached(self.outside, self.ratios.len() as u64)
+    }
+
+    /// What the half-widths of the map are to be multiplied by; none if the audit cannot tell.
+    fn factor(&self, terms: &AuditTerms) -> Option<f64> {
+        let mut ratios = self.ratios.clone();
+        ratios.sort_unstable_by(f64::total_cmp);
+        let rank = terms.rank(ratios.len() as u64)?;
+        Some(ratios[rank as usize - 1]).filter(|factor| factor.is_finite())
+    }
+}
+
+/// What is claimed of a picture by a look.
+pub(super) struct Verdict<'l> {
+    pub look: &'l Look,
+    pub terms: &'l AuditTerms,
+    pub tolerance: &'l Tolerance,
+    /// Whether the audited pixels were drawn from a pixel, too: of the window's, row by row.
+    pub population: &'l [bool],
+    /// Looks so far, this one too.
+    pub looks: u32,
+    pub passes: u32,
+}
+
+impl Verdict<'_> {
+    /// What is claimed.
+    pub fn claim(&self) -> PictureClaim {
+        let Self { look, terms, .. } = self;
+        let (audited, outside) = (look.ratios.len() as u64, look.outside);
+        PictureClaim {
+            error: self.tolerance.error,
+            share: terms.share,
+            assurance: terms.assurance,
+            audited,
+            outside,
+            upper_outside: terms.upper_outside(outside, audited),
+            reached: look.is_reached(terms),
+            population: self.population.iter().map(|is_shown| u64::from(*is_shown)).sum(),
+            looks: self.looks.into(),
+            passes: self.passes.into(),
+        }
+    }
+
+    /// Puts it into the film, with the picture.
+    pub fn store(&self, picture: &Pictured<'_>, film: &mut Film) {
+        let (claim, factor) = (self.claim(), self.look.factor(self.terms));
+        let metadata = film.metadata_mut();
+        claim.describe(metadata);
+        if let Some(factor) = factor {
+            metadata.set(keys::AUDIT_FACTOR, factor);
+        }
+        let of_pixels = if factor.is_some() { Claim::Audited } else { Claim::None };
+        let stop = if claim.reached { Stop::RuleMet } else { Stop::Budget };
+        picture.store(film, stop, |k| {
+            let claim = if self.population[k] { of_pixels } else { Claim::None };
+            (claim, factor.unwrap_or_default())
+        });
+    }
+}
+
+/// A picture with all that is foreseen of it, of the pixels of a window, row by row.
+pub(super) struct Pictured<'f> {
+    /// The estimates that it was made of.
+    pub plain: RenderFilm<'f>,
+    pub reconstructed: &'f Reconstructed,
+    /// Of the map, not scaled yet (W·m⁻²·sr⁻¹).
+    pub half_widths: &'f [f64],
+}
+
+impl Pictured<'_> {
+    /// Puts the picture into a film, with what is claimed of each pixel and how the map is scaled.
+    pub fn store(&self, film: &mut Film, stop: Stop, claimed: impl Fn(usize) -> (Claim, f64)) {
+        film.metadata_mut().set(keys::FORESEEN, self.reconstructed.importance_median());
+        for (k, (x, y)) in film.window().pixels().enumerate() {
+            let (claim, factor) = claimed(k);
+            let record = PixelRecord {
+                radiance: self.reconstructed.radiance[k],
+                standard_error: self.reconstructed.importance_error[k],
+                half_width: claim.stated(factor * self.half_widths[k]),
+                claim,
+                stop,
+                ..self.plain.at(x, y)
+            };
+            record.store(film, x, y);
+        }
+    }
+}
+
+/// Adds the plane of the audited pixels to a film.
+pub(super) fn describe(pixels: &[AuditedPixel], tolerance: &Tolerance, film: &mut Film) {
+    let read = RenderFilm::of(film);
+    let window = film.window();
+    let channels = planes::AUDITED.channels.len();
+    let mut samples = vec![0.0; channels * window.area() as usize];
+    for truth in pixels {
+        let [x, y] = truth.pixel;
+        let at = channels * window.index(x, y);
+        let luminance = read.at(x, y).radiance.luminance().into();
+        let [low, high] = truth.interval.unwrap_or_default().map(|end| end as f32);
+        let verdict = if truth.is_within(luminance, tolerance) { 1.0 } else { 2.0 };
+        samples[at..at + channels].copy_from_slice(&[low, high, verdict]);
+    }
+    film.add_plane(&planes::AUDITED, Samples::F32(samples));
+}
+
+/// Pixels that are not within.
+pub(super) fn outside(
+    pixels: &[AuditedPixel],
+    tolerance: &Tolerance,
+    window: &Window,
+    radiance: &[Rgb],
+) -> u64 {
+    let is_within = |truth: &&AuditedPixel| {
+        truth.is_within(luminance_at(truth.pixel, window, radiance), tolerance)
+    };
+    (pixels.len() - pixels.iter().filter(is_within).count()) as u64
+}
+
+pub(super) fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -> f64 {
+    radiance[window.index(pixel[0], pixel[1])].luminance().into()
+}
+
+/// Whether a pixel of a film shows more than a constant background, which would be right in any
+/// picture and say nothing of the others.
+pub(super) fn shown(film: &Film) -> Vec<bool> {
+    let read = RenderFilm::of(film);
+    let is_shown = |(x, y)| {
+        let PixelRecord { coverage, standard_error, .. } = read.at(x, y);
+        coverage > 0.0 || standard_error > 0.0
+    };
+    film.window().pixels().map(is_shown).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_is_within_only_with_its_whole_interval() {
+        let tolerance = Tolerance { error: 0.1, absolute: 0.05 };
+        let at = |interval| AuditedPixel { pixel: [0, 0], interval };
+        let known = at(Some([1.0, 1.04]));
+        assert!(known.is_within(1.0, &tolerance) && known.is_within(1.09, &tolerance));
+        assert!(!known.is_within(0.93, &tolerance), "1.04 may be the truth, and 11 % is too much");
+        assert!(!known.is_within(1.11, &tolerance), "1.0 may be the truth");
+        assert!(!at(None).is_within(1.0, &tolerance), "what is not known is not within");
+        assert!(at(Some([0.0, 0.0])).is_within(0.04, &tolerance), "in the dark the absolute error counts");
+        assert!(known.is_open(1.11, &tolerance) && known.is_open(0.93, &tolerance));
+        assert!(!known.is_open(1.0, &tolerance) && !known.is_open(1.3, &tolerance));
+        assert!(at(None).is_open(1.0, &tolerance));
+        assert_eq!(known.distance(0.9), 1.04 - 0.9);
+        assert_eq!(at(None).distance(0.9), f64::INFINITY);
+    }
+}
