@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use tashika::film::{RenderFilm, Tally};
+use tashika::film::{PictureClaim, RenderFilm, Tally};
 use tashika::io::{read_exr, write_exr, write_file, write_png};
 use tashika::render::{Merged, Merger};
+use tashika::renderer::finish_merged;
 use tashika::report::{RenderFacts, about_light_not_found, count, render_page};
 use tashika::request::Method;
 
@@ -22,6 +23,8 @@ struct Report {
     pixels: u64,
     /// These by what they claim, and the ones that were not rendered.
     tally: Tally,
+    /// What is claimed of the picture as a whole, if anything is.
+    picture_claim: Option<PictureClaim>,
     /// Names of earlier versions for what `tally` has.
     promise_met: u64,
     budget_hit: u64,
@@ -45,8 +48,10 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         let message = format!("{}; --partial writes the image without them", told_missing(&merged));
         return Err(Failure::file(message));
     }
-    if merged.missing_pixels == 0 {
-        Method::finish(&mut merged.film);
+    meter.phase("making the picture of what is joined");
+    finish_merged(&mut merged, plan.smoother.as_deref())?;
+    if plan.smoother.is_some() && PictureClaim::of(merged.film.metadata()).is_none() {
+        meter.note("--denoiser is not used: these are not all parts of an audited picture");
     }
     write_exr(&plan.exr, &merged.film)?;
     write_png(&plan.png, &merged.film, &plan.tone_map)?;
@@ -100,6 +105,7 @@ fn report(plan: &MergePlan, merged: &Merged) -> Report {
         parts: plan.parts.len(),
         pixels: tally.rendered(),
         tally,
+        picture_claim: PictureClaim::of(merged.film.metadata()),
         promise_met: tally.claiming(),
         budget_hit: tally.out_of_budget,
         not_found: tally.not_found,
@@ -115,7 +121,12 @@ fn rows(report: &Report, merged: &Merged) -> Rows {
     let mut rows = Rows::default();
     rows.push("parts", count(report.parts as u64));
     rows.push("pixels", format!("{}, {} with a claim", count(report.pixels), count(report.tally.claiming())));
-    if report.tally.out_of_budget > 0 {
+    if let Some(claim) = &report.picture_claim {
+        rows.push("claim", claim.to_string());
+        if !claim.reached {
+            rows.push("", format!("{} % were asked for", 100.0 * claim.share));
+        }
+    } else if report.tally.out_of_budget > 0 {
         rows.push("", format!("{} of them ran out of budget", count(report.tally.out_of_budget)));
     }
     if report.tally.not_found > 0 {

@@ -11,11 +11,12 @@ use tashika::experiment::OtherSet;
 use tashika::film::{Film, PictureClaim, Plane, RenderFilm, Samples, Value, keys};
 use tashika::io::{ToneMap, encode_png, read_exr, write_exr, write_file, write_png};
 use tashika::render::Merger;
+use tashika::renderer::finish_merged;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
-use tashika::request::Method;
 
 use crate::arrays::array;
 use crate::compare::compare;
+use crate::denoiser;
 use crate::errors::{option, raised};
 use crate::json::from_json;
 use crate::notebook;
@@ -310,6 +311,10 @@ pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
 /// twice. Pixels that no part has are zero, and `complete` is false then. Raises `InputError`,
 /// naming the part, for parts of different renders.
 ///
+/// Parts of an audited picture claim nothing. When none is missing the joined picture is
+/// reconstructed and audited, as `picture_claim` says: by the `denoiser` that its parts were rendered
+/// for, "own" if not said.
+///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")
 /// >>> parts = (tashika.render(scene, size=(40, 30), vpls=200, truth="vpl", tiles=(number, 2)) for number in (1, 2))
@@ -317,7 +322,8 @@ pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
 /// True
 /// ```
 #[pyfunction]
-pub fn merge(py: Python<'_>, parts: &Bound<'_, PyAny>) -> PyResult<Image> {
+#[pyo3(signature = (parts, *, denoiser=None))]
+pub fn merge(py: Python<'_>, parts: &Bound<'_, PyAny>, denoiser: Option<PathBuf>) -> PyResult<Image> {
     let mut merger: Option<Merger> = None;
     for (number, part) in (1..).zip(parts.try_iter()?) {
         let part = part?.cast_into::<Image>()?;
@@ -331,8 +337,7 @@ pub fn merge(py: Python<'_>, parts: &Bound<'_, PyAny>) -> PyResult<Image> {
     }
     let merger = merger.ok_or_else(|| option("parts", 0, "at least one image"))?;
     let mut merged = merger.finish().map_err(raised)?;
-    if merged.missing_pixels == 0 {
-        py.detach(|| Method::finish(&mut merged.film));
-    }
+    let smoother = denoiser.map(|name| denoiser::of(py, &name, 0)).transpose()?.flatten();
+    py.detach(|| finish_merged(&mut merged, smoother.as_deref())).map_err(raised)?;
     Ok(Image::new(merged.film))
 }

@@ -55,7 +55,7 @@ use crate::words;
 ///   pixel within 0.02. An audited picture is reconstructed, and of `audit` of its pixels, 400, the
 ///   truth is looked up: `share` of the pixels, 0.95, are then within `error`, 0.1, as sure as
 ///   `assurance`, 0.99, says; `Image.picture_claim` tells. It takes about `time` seconds at most;
-///   what is claimed is what was reached.
+///   what is claimed is what was reached. Parts (`tiles`) claim nothing; `merge` audits the whole.
 /// - `denoiser`: what smooths audited pictures: "own", "oidn" (Open Image Denoise 2, as
 ///   `pip install tashika[oidn]` brings it, or as TASHIKA_OIDN or the system name it), or the file
 ///   of that library; the same bits are then no longer promised for every machine.
@@ -158,9 +158,13 @@ pub fn render(
     let in_scene = scene.in_scene(&request);
     let resolved = in_scene.resolve().map_err(raised)?;
     let is_audited = matches!(resolved.method, Method::Audited { .. });
-    if let (true, Some(path)) = (is_audited, &checkpoint) {
-        let expected = "none with claim audited: the picture is made in passes, not in tiles";
+    if let (true, true, Some(path)) = (is_audited, share.is_whole(), &checkpoint) {
+        let expected = "none with claim audited but for parts (tiles): the picture is made in passes";
         return Err(option("checkpoint", path.display(), expected));
+    }
+    if let (true, false, Some(seconds)) = (is_audited, share.is_whole(), time) {
+        let expected = "none of a part (tiles) of an audited picture, which is a fixed amount of work";
+        return Err(option("time", seconds, expected));
     }
     if let Some(seconds) = time.filter(|seconds| !(*seconds > 0.0 && seconds.is_finite())) {
         return Err(option("time", seconds, "seconds, above 0"));

@@ -120,7 +120,11 @@ Examples:
   tashika merge part-*.exr -o so-far.exr --partial
 
 Of all parts the image is the one that a single machine renders, bit by bit. Parts of another scene,
-seed or method are refused; a part that was rendered twice is not.";
+seed or method are refused; a part that was rendered twice is not.
+
+Audited pictures (`render --claim audited`, `--quality draft`, with --tiles) are reconstructed and
+audited here, when no part is missing: exit code 4 where the share was not reached. Any number of parts
+gives the same bits, but other ones than the whole that a single machine makes without --tiles.";
 
 const VIEW_EXAMPLES: &str = "\
 Examples:
@@ -217,7 +221,8 @@ pub struct RenderArgs {
     pub crop: Option<Window>,
 
     /// Render only the K-th of N shares of the image's tiles, for N machines, or some of them
-    /// (1,3/4); `tashika merge` joins the parts
+    /// (1,3/4); `tashika merge` joins the parts. Of an audited picture parts claim nothing, and merging
+    /// them audits the whole; it is another picture than the one that a single machine makes
     #[arg(long, value_name = "K/N", help_heading = "Image")]
     pub tiles: Option<TileShare>,
 
@@ -289,14 +294,14 @@ pub struct RenderArgs {
     pub quality: Option<Quality>,
 
     /// About how long an audited picture may take, with its audit; what is claimed of it then is what
-    /// was reached
+    /// was reached. Parts of one (--tiles) have no end but their work
     /// [default: as long as 64 million paths take]
     #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
     pub time: Option<Duration>,
 
     /// What smooths an audited picture: the own reconstruction, or Open Image Denoise 2 (oidn), by the
     /// library that TASHIKA_OIDN or the system names, or by this FILE; the same bits are then no
-    /// longer promised for every machine
+    /// longer promised for every machine. Parts (--tiles) say which, and `merge` uses it
     /// [default: own]
     #[arg(long, value_name = "own|oidn|FILE", help_heading = "Method")]
     pub denoiser: Option<PathBuf>,
@@ -583,6 +588,12 @@ pub struct MergeArgs {
 
     #[command(flatten)]
     pub budget: BudgetArgs,
+
+    /// What smooths an audited picture, if its parts were rendered for another than the own
+    /// reconstruction, as for `render`
+    /// [default: own]
+    #[arg(long, value_name = "own|oidn|FILE", help_heading = "Output")]
+    pub denoiser: Option<PathBuf>,
 
     /// Brightness of the PNG, as for `render`
     #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",

@@ -62,6 +62,13 @@ impl Job {
             words = without(&words, &["--vpl-file"]);
             words.extend(["--vpl-file".to_owned(), path_text(&absolute(file)?)?]);
         }
+        let denoiser = match plan.denoiser.as_deref() {
+            Some(name) if !["own", "oidn"].map(Path::new).contains(&name) => Some(path_text(&absolute(name)?)?),
+            name => name.map(path_text).transpose()?,
+        };
+        let denoiser: Vec<String> = denoiser.into_iter().flat_map(|name| ["--denoiser".to_owned(), name]).collect();
+        words = without(&words, &["--denoiser"]);
+        words.extend(denoiser.iter().cloned());
         let (truth, traced) = match &plan.render.resolved.method {
             Method::Sum { lights, .. } => (None, lights.is_some()),
             // Lights that are given are else taken for a sum's.
@@ -88,6 +95,7 @@ impl Job {
             merge.push(path_text(&folder.join(part(&number.to_string())))?);
         }
         merge.extend(["-o".to_owned(), path_text(&image)?, "--accept-budget".to_owned()]);
+        merge.extend(denoiser);
         let name =
             image.file_stem().map_or_else(|| "tashika".to_owned(), |n| n.to_string_lossy().into_owned());
         Ok(Self { name, folder, image, shares: plan.shares, lights, render, merge })

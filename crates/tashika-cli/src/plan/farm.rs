@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use tashika::render::TileShare;
+use tashika::request::Method;
 
 use super::{Cameras, Common, Frames, RenderPlan};
 use crate::args::{Args, Command, FarmArgs};
@@ -33,6 +34,8 @@ pub struct FarmPlan {
     pub words: Vec<String>,
     /// Which of these words is the scene.
     pub scene: Option<String>,
+    /// What smooths the picture, by its name or its file, if that was said.
+    pub denoiser: Option<PathBuf>,
     /// The same, checked.
     pub render: RenderPlan,
     /// What every command has.
@@ -47,19 +50,19 @@ impl FarmPlan {
             FarmArgs::Slurm(job) => (Farm::Slurm, job),
         };
         let shares = u32::try_from(job.shares).unwrap_or(u32::MAX);
-        TileShare::new(1, shares)
+        let share = TileShare::new(1, shares)
             .map_err(|_| Failure::option("shares", job.shares, format!("1 to {}", TileShare::MOST)))?;
         let line = std::iter::once("tashika").chain(job.line.iter().map(String::as_str));
         let typed = Args::try_parse_from(line)
             .map_err(|e| Failure::usage(e.to_string().trim_start_matches("error: ").trim_end().to_owned()))?;
-        let Command::Render(render) = typed.command else {
+        let Command::Render(mut render) = typed.command else {
             let message =
                 format!("a job is a render; expected `render ...` after --, found `{}`", job.line.join(" "));
             return Err(Failure::usage(message));
         };
-        if render.tiles.is_some() || render.serve || render.tev.is_some() || render.audit.is_some() {
-            let message = "--tiles, --serve, --tev and --audit are of one machine; leave them out of the job";
-            return Err(Failure::usage(message));
+        let of_one_machine = "--tiles, --serve, --tev and --audit are of one machine; leave them out of the job";
+        if render.tiles.is_some() || render.serve || render.tev.is_some() {
+            return Err(Failure::usage(of_one_machine));
         }
         let cameras = Cameras::new(&render.stage.camera.cameras);
         if cameras.several() {
@@ -73,6 +76,18 @@ impl FarmPlan {
             let expected = "one frame of a job, by --at; write a job for each";
             return Err(Failure::option("frames", frames.typed(), expected));
         }
+        // Checked as the shares will be; whether they keep finished tiles is the job's business.
+        render.tiles = Some(share);
+        render.checkpoint = false;
+        let plan = RenderPlan::new(&render)?;
+        let is_audited = matches!(plan.resolved.method, Method::Audited { .. });
+        if is_audited && shares == 1 {
+            let expected = "2 or more of an audited picture; `tashika render` makes the whole";
+            return Err(Failure::option("shares", shares, expected));
+        }
+        if render.audit.is_some() && !is_audited {
+            return Err(Failure::usage(of_one_machine));
+        }
         let inputs: Vec<&Path> = render.stage.scene.as_deref().map(Path::new).into_iter().collect();
         Ok(Self {
             farm,
@@ -82,7 +97,8 @@ impl FarmPlan {
             words: job.line.clone(),
             scene: render.stage.scene.clone(),
             common: Common::new(&job.common, &[], &inputs)?,
-            render: RenderPlan::new(&render)?,
+            denoiser: render.denoiser.clone().filter(|_| is_audited),
+            render: plan,
         })
     }
 }

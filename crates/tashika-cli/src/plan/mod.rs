@@ -28,6 +28,7 @@ use tashika::io::{LightChanges, LoadOptions, ToneMap, check_writable, open_scene
 use tashika::reconstruction::Smoother;
 use tashika::render::TileShare;
 use tashika::report::Tolerance;
+use tashika_oidn::Oidn;
 use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{Scene, builtin};
 use tashika::vpl::VplOptions;
@@ -328,6 +329,8 @@ pub struct MergePlan {
     pub partial: bool,
     /// Whether pixels that ran out of budget are no matter.
     pub accept_budget: bool,
+    /// What smooths an audited picture; none is our own.
+    pub smoother: Option<Arc<dyn Smoother>>,
     /// How the picture is made.
     pub tone_map: ToneMap,
     /// What every command has.
@@ -343,7 +346,10 @@ impl MergePlan {
         let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
         let inputs: Vec<&Path> = args.parts.iter().map(PathBuf::as_path).collect();
         let common = Common::new(&args.common, &[&exr, &png, &html], &inputs)?;
+        let smoother = args.denoiser.as_deref();
+        let smoother = smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?;
         Ok(Self {
+            smoother: smoother.flatten(),
             parts: args.parts.clone(),
             exr,
             png,

@@ -75,9 +75,16 @@ impl RenderPlan {
         let smoother =
             smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
         let asked = Asked { smoother, ..asked };
-        if args.checkpoint && is_audited {
+        if args.checkpoint && is_audited && asked.share.is_whole() {
             return Err(Failure::usage(
-                "--checkpoint: a picture with --claim audited is made in passes, not in tiles",
+                "--checkpoint: a picture with --claim audited is made in passes, not in tiles, but for parts \
+                 of it (--tiles)",
+            ));
+        }
+        if args.time.is_some() && is_audited && !asked.share.is_whole() {
+            return Err(Failure::usage(
+                "--time: a part (--tiles) of a picture with --claim audited is a fixed amount of work, so that \
+                 all parts together are the same picture",
             ));
         }
         let outputs = Outputs::new(&args.output, args.common.json.clone())?;

@@ -3,7 +3,8 @@
 //! A part is a film of some of the window in which the plane `stop` is 0 where another part is to
 //! be looked at; its metadata `tiles` says which shares of how many it is, `window` of what. Parts
 //! go together if they are of the same render: the same planes, size and metadata but for `tiles`,
-//! `complete` and what an audit said. A pixel that several parts have (a share that was rendered
+//! `complete` and what an audit said, which is about the film that it looked at: a first part that is the
+//! whole keeps it. A pixel that several parts have (a share that was rendered
 //! twice, because the first worker was thought lost) has to be the same in all of them, bit by bit.
 //!
 //! # Guarantee
@@ -54,12 +55,13 @@ impl Merger {
     pub fn new(name: &Path, first: &Film) -> Result<Self> {
         let mut film = first.blank(first.size(), window_of(name, first)?)?;
         let mut metadata = Metadata::default();
-        for (name, value) in first.metadata().iter().filter(|(name, _)| !may_differ(name)) {
+        let share = share_of(name, first)?;
+        let is_whole = share.is_whole() && rendered(name, first)?.into_iter().all(|is| is);
+        for (name, value) in first.metadata().iter().filter(|(name, _)| is_whole || !may_differ(name)) {
             metadata.set(name, value.clone());
         }
         *film.metadata_mut() = metadata;
-        let of = share_of(name, first)?.of();
-        let mut merger = Self { film, first: name.to_owned(), shares: BTreeSet::new(), of };
+        let mut merger = Self { film, first: name.to_owned(), shares: BTreeSet::new(), of: share.of() };
         merger.add(name, first)?;
         Ok(merger)
     }
@@ -359,5 +361,11 @@ mod tests {
             part("1/1", |_, _| true),
             "an audit of a part is not one of the whole"
         );
+        let mut whole = part("1/1", |_, _| true);
+        whole.metadata_mut().set(keys::AUDIT_OF, 3_u32);
+        assert_eq!(merged(&[&whole]).unwrap().film, whole, "that of the whole is");
+        let mut broken = part("1/1", |x, _| x > 3);
+        broken.metadata_mut().set(keys::AUDIT_OF, 3_u32);
+        assert!(merged(&[&broken]).unwrap().film.metadata().get(keys::AUDIT_OF).is_none());
     }
 }

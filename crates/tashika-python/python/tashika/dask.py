@@ -2,7 +2,8 @@
 
 The image is cut into shares of its tiles, each a task; the lights are traced once, by a worker, and handed to all. A task whose worker is lost
 is run again by another one, and so are the lights if all who had them are lost. The joined image is the one that a single machine renders, bit
-by bit, whatever happened on the way. Lights of light transport, which are guided to the view, are traced by each worker.
+by bit, whatever happened on the way. Lights of light transport, which are guided to the view, are traced by each worker. Audited pictures are
+audited when they are joined: the same bits for any number of shares, another picture than the whole that one machine makes.
 
     from dask.distributed import Client
     import tashika.dask
@@ -96,7 +97,7 @@ def render(
                 progress(done, shares)
 
     try:
-        return merge(parts())
+        return merge(parts(), denoiser=options.get("denoiser"))
     except BaseException:
         client.cancel(tasks)
         raise

@@ -19,20 +19,16 @@ use crate::request::{AuditTerms, Method};
 /// joined again. Runs on the current thread pool.
 ///
 /// * `smoother`: the one that the parts were rendered for, if they were rendered for another than our
-///   own.
+///   own; other films do not use it.
 ///
 /// # Errors
-/// Another smoother than the parts say, or one for what is not smoothed; parts that are not as this
-/// program writes them; what the smoother fails with.
+/// Another smoother than the parts say; parts that are not as this program writes them; what the
+/// smoother fails with.
 pub fn finish_merged(merged: &mut Merged, smoother: Option<&dyn Smoother>) -> Result<()> {
-    let is_of_parts = merged.film.plane(planes::HALVES).is_some();
-    if let (false, Some(smoother)) = (is_of_parts, smoother) {
-        return Err(Error::option("denoiser", smoother.name(), "none, but for parts of audited pictures"));
-    }
     if merged.missing_pixels > 0 {
         return Ok(());
     }
-    if is_of_parts {
+    if merged.film.plane(planes::HALVES).is_some() {
         merged.film = Parts::of(&merged.film, &merged.first)?.finished(smoother)?;
     } else {
         Method::finish(&mut merged.film);
