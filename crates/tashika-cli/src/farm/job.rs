@@ -63,10 +63,13 @@ impl Job {
             words.extend(["--vpl-file".to_owned(), path_text(&absolute(file)?)?]);
         }
         let denoiser = match plan.denoiser.as_deref() {
-            Some(name) if !["own", "oidn"].map(Path::new).contains(&name) => Some(path_text(&absolute(name)?)?),
+            Some(name) if !["own", "oidn"].map(Path::new).contains(&name) => {
+                Some(path_text(&absolute(name)?)?)
+            }
             name => name.map(path_text).transpose()?,
         };
-        let denoiser: Vec<String> = denoiser.into_iter().flat_map(|name| ["--denoiser".to_owned(), name]).collect();
+        let denoiser: Vec<String> =
+            denoiser.into_iter().flat_map(|name| ["--denoiser".to_owned(), name]).collect();
         words = without(&words, &["--denoiser"]);
         words.extend(denoiser.iter().cloned());
         let (truth, traced) = match &plan.render.resolved.method {

@@ -60,7 +60,8 @@ impl FarmPlan {
                 format!("a job is a render; expected `render ...` after --, found `{}`", job.line.join(" "));
             return Err(Failure::usage(message));
         };
-        let of_one_machine = "--tiles, --serve, --tev and --audit are of one machine; leave them out of the job";
+        let of_one_machine =
+            "--tiles, --serve, --tev and --audit are of one machine; leave them out of the job";
         if render.tiles.is_some() || render.serve || render.tev.is_some() {
             return Err(Failure::usage(of_one_machine));
         }

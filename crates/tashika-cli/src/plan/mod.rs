@@ -28,10 +28,10 @@ use tashika::io::{LightChanges, LoadOptions, ToneMap, check_writable, open_scene
 use tashika::reconstruction::Smoother;
 use tashika::render::TileShare;
 use tashika::report::Tolerance;
-use tashika_oidn::Oidn;
 use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{Scene, builtin};
 use tashika::vpl::VplOptions;
+use tashika_oidn::Oidn;
 
 use crate::args::{
     CameraArgs, CommonArgs, CompareArgs, GatherArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs, ServeArgs,

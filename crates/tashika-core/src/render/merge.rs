@@ -160,9 +160,11 @@ impl Merger {
             let found = values.iter().find(|(name, _)| name == wanted);
             found.map_or_else(|| format!("no {wanted}"), |(name, value)| format!("{name} = {value}"))
         };
-        let differs =
-            theirs.iter().find(|v| !ours.contains(v)).or_else(|| ours.iter().find(|v| !theirs.contains(v)));
-        match differs {
+        let of_theirs = theirs.iter().filter(|v| !ours.contains(v));
+        let differ: Vec<_> = of_theirs.chain(ours.iter().filter(|v| !theirs.contains(v))).collect();
+        // Another scene or seed has other values of how the film was made, too.
+        let is_cause = |name: &str| keys::about(name) != keys::About::Making;
+        match differ.iter().find(|(name, _)| is_cause(name)).or(differ.first()) {
             Some((key, _)) => Err(self.refused(name, told(&theirs, key), told(&ours, key))),
             None => Ok(()),
         }
@@ -320,6 +322,7 @@ mod tests {
         let said = |b: &Film| merged(&[&a, b]).unwrap_err().to_string();
         let mut b = part("2/2", |x, _| x % 2 == 1);
         b.metadata_mut().set(keys::SEED, 8_u32);
+        b.metadata_mut().set(keys::AUDIT_DRAWN, 8_u32);
         assert!(said(&b).contains("b.exr: seed = 8; expected as in a.exr: seed = 7"), "{}", said(&b));
         let mut b = part("2/2", |x, _| x % 2 == 1);
         b.metadata_mut().set(keys::ERROR, 0.02);

@@ -278,13 +278,6 @@ fn a_smoother_that_returns_the_mean_is_noticed() {
     );
 }
 
-#[test]
-fn a_share_of_a_picture_has_no_share() {
-    let part = renderer(1).tiles("1/2".parse().unwrap());
-    let refused = part.prepare().err().expect("tiles").to_string();
-    assert!(refused.contains("a share of a share"), "{refused}");
-}
-
 /// Ends the work after so many pictures, by cancelling it or because the time is up.
 struct Ending {
     pictures: AtomicU32,

@@ -8,9 +8,7 @@
 //! rises beyond. A pixel whose truth is not known by an interval is outside.
 
 use crate::color::Rgb;
-use crate::film::{
-    Claim, Film, PictureClaim, PixelRecord, RenderFilm, Samples, Stop, Window, keys, planes,
-};
+use crate::film::{Claim, Film, PictureClaim, PixelRecord, RenderFilm, Samples, Stop, Window, keys, planes};
 use crate::reconstruction::Reconstructed;
 use crate::request::AuditTerms;
 
@@ -202,9 +200,8 @@ pub(super) fn outside(
     window: &Window,
     radiance: &[Rgb],
 ) -> u64 {
-    let is_within = |truth: &&AuditedPixel| {
-        truth.is_within(luminance_at(truth.pixel, window, radiance), tolerance)
-    };
+    let is_within =
+        |truth: &&AuditedPixel| truth.is_within(luminance_at(truth.pixel, window, radiance), tolerance);
     (pixels.len() - pixels.iter().filter(is_within).count()) as u64
 }
 

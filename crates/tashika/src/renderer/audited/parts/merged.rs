@@ -168,7 +168,8 @@ fn audited(
     let channels = planes::TRUTH.channels.len();
     let wrong = |[x, y]: [u32; 2], found: &str| {
         let found = format!("{found} at pixel {x},{y}");
-        let expected = "truths of the pixels that the seed draws, and of no others: parts as they were rendered";
+        let expected =
+            "truths of the pixels that the seed draws, and of no others: parts as they were rendered";
         Error::invalid(Location::file(name), found, expected)
     };
     let mut is_drawn = vec![false; window.area() as usize];
