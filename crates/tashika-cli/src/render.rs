@@ -270,6 +270,7 @@ fn report(
         complete: rendered.complete,
         exit_code: ended.code(),
         tally,
+        is_audited: matches!(method, Method::Audited { .. }),
         picture_claim: PictureClaim::of(metadata),
         promise_met: tally.claiming(),
         picture: method.is_picture(),

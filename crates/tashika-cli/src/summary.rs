@@ -214,6 +214,9 @@ pub struct RenderReport {
     pub exit_code: u8,
     /// The pixels by what they claim.
     pub tally: Tally,
+    /// Whether something is to be claimed of the picture as a whole.
+    #[serde(skip)]
+    pub is_audited: bool,
     /// What is claimed of the picture as a whole, if anything is.
     pub picture_claim: Option<PictureClaim>,
     /// Pixels that claim something within their budget, by its name in earlier versions.
@@ -313,6 +316,8 @@ impl RenderReport {
                 let PictureClaim { share, .. } = claim;
                 rows.push("", format!("{} % were asked for: --time gives it longer", 100.0 * share));
             }
+        } else if self.is_audited && self.tiles != "1/1" {
+            rows.push("claim", "none of a part; `tashika merge` audits the picture when all parts are there");
         } else if self.tally.out_of_budget > 0 {
             let further = if self.picture { "; --error works on until they are good enough" } else { "" };
             rows.push(

@@ -4,10 +4,14 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use serde_json::Value;
+use tashika::film::planes;
 
 /// A small picture of the built-in box, of which little is asked.
 const RENDER: &str = "render builtin:tiny --size 48x36 --claim audited --vpls 5000";
 const EASY: &str = "--share 90% --assurance 90% --audit 60";
+/// A picture in parts, of six tiles.
+const PARTS: &str = "render builtin:tiny --size 70x50 --method path --claim audited --error 50% --share 90% \
+                     --assurance 90% --audit 60";
 
 /// Exit code, standard output, standard error.
 fn run(folder: &Path, line: &str) -> (Option<i32>, String, String) {
@@ -52,11 +56,79 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert_eq!(json(folder, "a.json")["picture_claim"]["passes"].as_u64(), Some(1));
 }
 
+/// Parts claim nothing; joined they are the same files, whatever their number.
+#[test]
+fn audited_parts_are_merged_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let succeeds = |line: &str| {
+        let (code, told, err) = run(folder, line);
+        assert_eq!(code, Some(0), "{line}: {told}{err}");
+        told
+    };
+    for share in ["1/2", "2/2", "1/3", "2/3", "3/3"] {
+        let name = share.replace('/', "-");
+        // Finished tiles may be kept.
+        let line = format!("{PARTS} --tiles {share} --checkpoint -o {name}.exr --json {name}.json");
+        let told = succeeds(&line);
+        assert!(!told.contains("pixels were checked") && told.contains("merge"), "{told}");
+        assert!(json(folder, &format!("{name}.json"))["picture_claim"].is_null());
+    }
+    let told = succeeds("merge 2-2.exr 1-2.exr -o two.exr --json two.json");
+    assert!(told.contains("within 50 % of light transport, 90 % sure"), "{told}");
+    let claim = &json(folder, "two.json")["picture_claim"];
+    assert_eq!((claim["looks"].as_u64(), claim["reached"].as_bool()), (Some(1), Some(true)), "{claim}");
+    let (code, _, err) = run(folder, "merge 1-3.exr 3-3.exr -o some.exr");
+    assert!(code == Some(3) && err.contains("of 3 shares these are missing: 2"), "{err}");
+    let told = succeeds("merge 1-3.exr 3-3.exr -o some.exr --partial");
+    assert!(!told.contains("pixels were checked"), "{told}");
+    succeeds("merge some.exr 2-3.exr -o three.exr");
+    for ending in ["exr", "png"] {
+        let bytes = |name: &str| std::fs::read(folder.join(format!("{name}.{ending}"))).unwrap();
+        assert!(bytes("two") == bytes("three"), "{ending}");
+    }
+    // The joined picture stays what it is, and is none of its parts.
+    succeeds("merge two.exr -o again.exr");
+    assert!(
+        std::fs::read(folder.join("again.exr")).unwrap() == std::fs::read(folder.join("two.exr")).unwrap()
+    );
+    let (code, _, err) = run(folder, "merge two.exr 1-2.exr -o a.exr");
+    assert!(code == Some(3) && err.contains("1-2.exr"), "{err}");
+    let (code, _, err) = run(folder, &format!("{PARTS} --seed 2 --tiles 2/2 -o other.exr"));
+    assert_eq!(code, Some(0), "{err}");
+    let (code, _, err) = run(folder, "merge 1-2.exr other.exr -o a.exr");
+    assert!(code == Some(3) && err.contains("seed = 2"), "{err}");
+}
+
+/// A part whose picture was changed is found out when all are joined.
+#[test]
+fn merging_ends_with_4_where_the_share_was_not_reached() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for share in ["1/2", "2/2"] {
+        let path = folder.join(format!("{}.exr", share.replace('/', "-")));
+        assert_eq!(run(folder, &format!("{PARTS} --tiles {share} -o {}", path.display())).0, Some(0));
+        let mut part = tashika::io::read_exr(&path).unwrap();
+        let halves = part.plane(planes::HALVES).unwrap().clone();
+        for (x, y) in part.window().pixels() {
+            let mut samples = halves.f32_at(x, y).to_vec();
+            samples[..8].iter_mut().for_each(|sample| *sample *= 2.5);
+            part.plane_mut(planes::HALVES).unwrap().set_f32(x, y, &samples);
+        }
+        tashika::io::write_exr(&path, &part).unwrap();
+    }
+    let (code, told, err) = run(folder, "merge 1-2.exr 2-2.exr -o a.exr --json a.json");
+    assert_eq!(code, Some(4), "{told}{err}");
+    assert!(told.contains("90 % were asked for"), "{told}");
+    assert_eq!(json(folder, "a.json")["picture_claim"]["reached"].as_bool(), Some(false));
+    assert_eq!(run(folder, "merge 1-2.exr 2-2.exr -o a.exr --accept-budget").0, Some(0));
+}
+
 #[test]
 fn what_does_not_go_with_it_is_said() {
     let folder = tempfile::tempdir().unwrap();
     for (options, expected) in [
-        ("--tiles 1/2", "a share of a share"),
+        ("--tiles 1/2 --time 5s", "fixed amount of work"),
         ("--checkpoint", "--checkpoint"),
         ("--control channels", "luminance"),
         ("--truth vpl", "transport"),

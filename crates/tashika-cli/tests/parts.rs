@@ -271,6 +271,35 @@ fn a_picture_is_shared_with_the_lights_of_one() {
     assert!(json["budget_hit"].as_u64().unwrap() > 0, "{json}");
 }
 
+/// Its last step audits the picture; what is asked of it goes to all shares.
+#[cfg(unix)]
+#[test]
+fn an_audited_picture_is_a_job_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let render = "render builtin:tiny --size 70x40 --method path --quality draft --error 50% --share 90% \
+                  --assurance 90% --audit 60 -q";
+    let program = env!("CARGO_BIN_EXE_tashika");
+    let farm = |shares: u32, more: &str| {
+        format!("farm slurm --shares {shares} --out job --program {program} -- {render} -o a.exr {more}")
+    };
+    for (line, said) in [(farm(1, ""), "shares = 1; expected 2 or more"), (farm(2, "--time 5s"), "--time")] {
+        let output = run(folder, &line);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && stderr.contains(said), "{stderr}");
+    }
+    succeeds(folder, &farm(2, ""));
+    submit(folder);
+    let film = tashika::io::read_exr(&folder.join("a.exr")).unwrap();
+    let claim = tashika::film::PictureClaim::of(film.metadata()).unwrap();
+    assert!(claim.reached && claim.looks == 1, "{claim}");
+    for number in 1..=3 {
+        succeeds(folder, &format!("{render} --tiles {number}/3 -o part-{number}.exr"));
+    }
+    succeeds(folder, "merge part-1.exr part-2.exr part-3.exr -o whole.exr");
+    same_as_whole(folder, "a");
+}
+
 #[test]
 fn a_job_for_render_farms_is_the_lights_the_shares_and_the_merge() {
     let folder = tempfile::tempdir().unwrap();
