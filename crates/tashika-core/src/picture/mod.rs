@@ -121,6 +121,11 @@ impl<'v> Picture<'v> {
         Self { sampler, window, last: vec![[0.0; 2]; pixels.len()], pixels, passes: 0, seed }
     }
 
+    /// What it is of the image.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
     /// How many passes there were.
     pub fn passes(&self) -> u32 {
         self.passes

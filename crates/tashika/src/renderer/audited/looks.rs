@@ -14,8 +14,8 @@ use crate::request::AuditTerms;
 
 /// The first look is taken where so much of the share that may be outside is foreseen to be. Chosen.
 const LOOK_AT: f64 = 0.5;
-/// Rays of a truth, about: 29,000 to 149,000 in four scenes.
-const TRUTH_RAYS: u64 = 100_000;
+/// Rays of a truth, about.
+const TRUTH_RAYS: u64 = 20_000;
 /// Share of the pixels outside that a closer look at a picture may be lucky to miss. Chosen.
 const LUCK: f64 = 0.1;
 
@@ -104,6 +104,6 @@ mod tests {
         assert!(is_hopeful(&TERMS, few, [600, 600]) && !is_hopeful(&TERMS, few + 1, [600, 600]));
         let hopeful = (0..600).rev().find(|k| is_hopeful(&TERMS, *k, [600, 1200])).unwrap();
         assert!(hopeful > few && hopeful as f64 * 2.0 * 0.9 < (many + 1) as f64, "{few} {hopeful} {many}");
-        assert!(!is_dear(&TERMS, 59_999_999) && is_dear(&TERMS, 60_000_000));
+        assert!(!is_dear(&TERMS, 11_999_999) && is_dear(&TERMS, 12_000_000));
     }
 }

@@ -58,7 +58,7 @@ use crate::render::{Begun, Finished, Progress, RenderOptions, Rendered, Totals, 
 use crate::request::AuditTerms;
 use foreseen::{half_widths, importance_of, share_outside};
 use looks::{Looks, is_dear, is_hopeful};
-use truths::Truths;
+use truths::{Around, Source, Truths};
 use verdict::{Look, Pictured, Tolerance, Verdict};
 
 /// Paths of all pixels at most, where no time is said: a picture in minutes.
@@ -158,7 +158,7 @@ struct Work<'p, 'v> {
     taken: u32,
 }
 
-impl Work<'_, '_> {
+impl<'p> Work<'p, '_> {
     /// Passes and looks until the audit is content, or no work is left, or it is cancelled.
     fn go_on(&mut self) -> Result<()> {
         let observer = self.prepared.observer;
@@ -172,10 +172,7 @@ impl Work<'_, '_> {
             let of_path =
                 before.zip(after).map(|(a, b)| (a - b) / (self.picture.paths() - paths).max(1) as f64);
             if self.truths.is_none() {
-                let (film, setting) = (self.picture.film()?, self.prepared.setting());
-                let Self { options, terms, tolerance, by_lights, .. } = self;
-                self.truths =
-                    Truths::compute(&film, &setting, options, terms, tolerance, *by_lights, observer)?;
+                self.truths = self.first_truths(of_path)?;
                 if self.truths.is_none() {
                     return Ok(());
                 }
@@ -189,6 +186,15 @@ impl Work<'_, '_> {
                 _ => return Ok(()),
             }
         }
+    }
+
+    /// Those that the audit begins with, by what the picture tells of its paths; none if it was
+    /// cancelled.
+    fn first_truths(&self, of_path: Option<f64>) -> Result<Option<Truths<'p>>> {
+        let Self { prepared, options, terms, tolerance, by_lights, picture, .. } = self;
+        let source = Source::new(&prepared.setting(), options, tolerance, *by_lights, prepared.observer)?;
+        let around = |pixel| Around::of(picture, pixel, &self.reconstructed.radiance, tolerance);
+        Truths::compute(source, &picture.film()?, &around, terms, of_path)
     }
 
     /// How many paths the next pass may have, over those that there are; none if there is no next.
@@ -273,7 +279,7 @@ impl Work<'_, '_> {
     /// Pixels that the picture is looked at by, at most.
     fn most_pixels(&self) -> u64 {
         let is_dear = is_dear(self.terms, self.picture.rays());
-        let spare = self.truths.as_ref().filter(|_| is_dear).map_or(0, |truths| truths.spare.len());
+        let spare = self.truths.as_ref().filter(|_| is_dear).map_or(0, Truths::spare);
         self.audited() + spare as u64
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use super::truths::Truths;
+use super::truths::{Around, Source, Truths};
 use super::verdict::{AuditedPixel, Tolerance};
 use crate::color::Rgb;
 use crate::error::Result;
@@ -60,7 +60,8 @@ fn is_so(renderer: Renderer<'_>) -> Rendered {
     let image = prepared.render().unwrap();
     let claim = PictureClaim::of(image.film.metadata()).expect("an audit has an answer");
     assert!(image.complete && claim.reached, "{claim}");
-    assert_eq!((claim.audited, claim.share, claim.error), (TERMS.pixels, TERMS.share, ERROR));
+    assert!([TERMS.pixels, TERMS.more_pixels()].contains(&claim.audited), "{claim}");
+    assert_eq!((claim.share, claim.error), (TERMS.share, ERROR));
     let (read, truth) = (RenderFilm::of(&image.film), truth(&prepared));
     let (mut within, mut in_map, mut of) = (0, 0, 0);
     for ((x, y), truth) in Window::full(SIZE).pixels().zip(truth.colors().unwrap()) {
@@ -80,7 +81,7 @@ fn is_so(renderer: Renderer<'_>) -> Rendered {
     assert!(in_map >= TERMS.share, "{in_map} of the half-widths hold");
     let audited = image.film.plane(planes::AUDITED).unwrap().f32_samples().unwrap();
     let verdicts = audited.chunks(3).filter(|pixel| pixel[2] > 0.0).count() as u64;
-    assert_eq!(verdicts, TERMS.pixels);
+    assert_eq!(verdicts, claim.audited);
     image
 }
 
@@ -99,12 +100,25 @@ fn tolerance() -> Tolerance {
     Tolerance { error: ERROR, absolute: 0.01 }
 }
 
-fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
+/// What a film of many paths tells of a pixel's.
+fn around(film: &Film) -> impl Fn([u32; 2]) -> Around {
+    let records: Vec<_> = Window::full(SIZE).pixels().map(|(x, y)| RenderFilm::of(film).at(x, y)).collect();
+    move |[x, y]| {
+        let record = &records[Window::full(SIZE).index(x, y)];
+        let error = f64::from(record.standard_error);
+        Around { luminance: record.radiance.luminance().into(), variance: error * error * record.pairs as f64 }
+    }
+}
+
+fn source<'p>(prepared: &'p Prepared<'_>, observer: &'p dyn Observer) -> Source<'p> {
     let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
     let by_lights = matches!(prepared.lights, Lights::Guided(_));
-    let truths =
-        Truths::compute(film, &prepared.setting(), &options, &TERMS, &tolerance(), by_lights, &Silent);
-    truths.unwrap().unwrap()
+    Source::new(&prepared.setting(), &options, &tolerance(), by_lights, observer).unwrap()
+}
+
+fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
+    let source = source(prepared, &Silent);
+    Truths::compute(source, film, &around(film), &TERMS, None).unwrap().unwrap()
 }
 
 /// A picture that is too bright, one that is flat, and one that is right.
@@ -197,25 +211,26 @@ fn more_pixels_are_audited_beside_the_first() {
     assert_eq!((all, rays), (truths.pixels, truths.rays), "there are no more");
 }
 
-/// How many pixels are audited in the time that is left is told by others.
+/// In little time few pixels are audited, those that come first.
 #[test]
-fn what_was_tried_is_not_audited() {
-    const TRIED: usize = 16;
+fn as_many_pixels_are_audited_as_there_is_time_for() {
     let prepared = renderer(1).prepare().unwrap();
     let film = truth(&prepared);
-    let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
-    let by = |observer: &dyn Observer| {
-        let truths =
-            Truths::compute(&film, &prepared.setting(), &options, &TERMS, &tolerance(), true, observer)
-                .unwrap();
-        truths.unwrap().pixels
+    let by = |observer: &dyn Observer, of_path: Option<f64>| {
+        let truths = Truths::compute(source(&prepared, observer), &film, &around(&film), &TERMS, of_path);
+        truths.unwrap().unwrap().pixels
     };
-    let (without_end, with_end) = (by(&Silent), by(&Ending::new(2, true)));
-    assert_eq!(with_end.len() as u64, TERMS.pixels, "the clock stands, so all are affordable");
-    assert_eq!(with_end[..with_end.len() - TRIED], without_end[TRIED..]);
+    let without_end = by(&Silent, None);
+    // Twenty seconds are left, of which truths may take six.
+    let ending = Ending::new(2, true);
+    assert_eq!(by(&ending, Some(1e-9)), without_end, "all are affordable");
+    let few = by(&ending, Some(6.0 / 4.0 / 40.0 / 64.0));
+    assert_eq!(few, without_end[..few.len()]);
+    assert!((20..60).contains(&few.len()), "{}", few.len());
 }
 
-/// Nothing of the picture enters the truths, and the seed of the picture is not that of the audit.
+/// Of the picture only the number of paths enters the truths, and how wide they are at least; the seed of
+/// the picture is not that of the audit.
 #[test]
 fn the_audit_knows_nothing_of_the_picture() {
     let prepared = renderer(1).prepare().unwrap();
@@ -224,7 +239,10 @@ fn the_audit_knows_nothing_of_the_picture() {
     for (x, y) in Window::full(SIZE).pixels() {
         darker.plane_mut(planes::RADIANCE).unwrap().set_f32(x, y, &[0.0; 3]);
     }
-    let [of_film, of_darker] = [&film, &darker].map(|film| truths(&prepared, film));
+    let of = |picture: &Film| {
+        Truths::compute(source(&prepared, &Silent), picture, &around(&film), &TERMS, None).unwrap().unwrap()
+    };
+    let [of_film, of_darker] = [&film, &darker].map(of);
     assert_eq!(of_film.pixels, of_darker.pixels);
     let chosen = |truths: &Truths| truths.pixels.iter().map(|truth| truth.pixel).collect::<Vec<_>>();
     let mut sorted = chosen(&of_film);
@@ -233,7 +251,7 @@ fn the_audit_knows_nothing_of_the_picture() {
     assert!(of_film.pixels.iter().all(|truth| truth.interval.is_some()));
 }
 
-/// The lights that truths are summed over are not those that the picture is made of.
+/// The lights that truths are drawn from are not those that the picture is made of.
 #[test]
 fn the_audit_has_lights_of_its_own() {
     let prepared = renderer(1).prepare().unwrap();

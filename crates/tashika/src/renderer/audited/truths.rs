@@ -1,81 +1,167 @@
-//! Pixels drawn at random from a picture, their truths, and what they say of it.
+//! Pixels drawn at random from a picture, and their truths.
 //!
 //! ```text
-//! stage 0: truth to ε/2 ── open? ─► stage 1: to ε/4 ── open? ─► stage 2: to ε/8
+//! stage 0: n paths, to 0.7 ε ── open? ─► 4 n, to 0.35 ε ── open? ─► 16 n, to 0.175 ε
+//!
+//! t ± t_ν √(max(s², (n s² + w σ²)/(n + w))/n + V_set)          w = 256
 //! ```
 //!
-//! Where a look finds that the interval of a truth leaves it open on which side a pixel is, its truth
-//! is computed once more, to half the width and by other random numbers, in [stages](STAGES). An outside pixel is taken for one
-//! inside only if one of its intervals misses its truth, each with an equal share of `γ`.
+//! with the variance `s²` of the pixel's own paths, that of the picture's paths around it, `σ²`
+//! ([`Picture::importance_variance`]), which knows of the bright one of a thousand that a hundred do
+//! not meet, and how much light varies by which VPLs there are (`V_set`). A truth of which too much
+//! light is not found is none.
+//!
+//! Where a look finds that an interval leaves it open on which side a pixel is, the truth has more
+//! paths, in [stages](STAGES). How many a stage has is told by `σ` before any is drawn. So each of the
+//! intervals that there may be has its equal share of `γ`, whichever are looked at, and an outside
+//! pixel is taken for one inside only if one of them misses its truth.
 //!
 //! # Independence
 //! The truths come from lights, gather points and random numbers of their own
-//! ([`Purpose::Audit`]), and from another estimator than the picture's: sums over VPLs by cuts. Where
-//! path tracing alone makes the picture, it finds the truths too, by other paths.
+//! ([`Purpose::Audit`]). The picture says how many paths they have and how wide they are at least,
+//! which makes no interval narrower than its own paths do.
 
 use super::verdict::{AuditedPixel, Look, Tolerance, describe, luminance_at, outside, shown};
 use crate::color::Rgb;
 use crate::error::Result;
-use crate::film::{Film, PixelRecord, RenderFilm, Window};
-use crate::gather::{GatherOptions, View};
+use crate::film::{Film, Window};
+use crate::gather::View;
 use crate::integrator::{
-    ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting, Truth,
+    ControlOptions, GuidedLights, LightTransport, PathSamples, PathStop, PathTracer, SamplePaths, Setting,
 };
-use crate::render::render_pixels;
+use crate::picture::{Picture, Wanted, paths_of};
 use crate::renderer::observer::{Observer, Phase, during};
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::student_t_two_sided;
 use crate::vpl::VplOptions;
 
-/// A way to compute truths.
+/// How closely a truth is known.
 struct Stage {
     /// Half-width, as a share of the tolerance.
     half_width: f64,
-    /// Pairs and paths at which a truth is taken as it is.
-    most_work: u64,
+    /// Paths at most, those of the stages before too.
+    most_paths: u32,
 }
 
-/// How truths are computed at first, and then where they are open. Most pixels of a picture that is
+/// How closely truths are known at first, and then where they are open. Most pixels of a picture that is
 /// good enough are so by far, and a wide interval tells.
 const STAGES: [Stage; 3] = [
-    Stage { half_width: 0.5, most_work: 1 << 13 },
-    Stage { half_width: 0.25, most_work: 1 << 15 },
-    Stage { half_width: 0.125, most_work: 1 << 18 },
+    Stage { half_width: 0.7, most_paths: 1 << 13 },
+    Stage { half_width: 0.35, most_paths: 1 << 15 },
+    Stage { half_width: 0.175, most_paths: 1 << 17 },
 ];
-/// Pixels that are tried for how long truths take.
-const TRIED: u64 = 16;
+/// Paths of a truth at least: fewer tell little of their own variance. Chosen.
+const FEWEST_PATHS: u32 = 64;
+/// As many paths of the picture around a pixel count as much as its own.
+const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
+/// Degrees of freedom of a normal interval, nearly.
+const MANY: f64 = 1e6;
+/// Share of the tolerance that light which is not found may have.
+const NEGLIGIBLE: f64 = 0.25;
+/// Pixels that tell how many paths a truth takes.
+const TRIED: usize = 64;
 /// Share of the time that is left which truths may take.
 const SHARE_OF_TIME: f64 = 0.3;
 /// What all stages take, over the first. Chosen.
 const STAGES_COST: f64 = 4.0;
-/// What a pixel takes in a stage, over what one took in the stage before. Measured.
-const NEXT_STAGE_COST: f64 = 4.0;
 /// Pixels of an audit at least, however little time there is.
 const FEWEST: usize = 20;
-/// VPLs that truths are summed over.
-const VPLS: u64 = 500_000;
-/// Gather points of a truth at first.
-const POINTS: u32 = 64;
+/// VPLs that truths are drawn from.
+const VPLS: u64 = 250_000;
 
-/// Paths of a truth at least, if it is found by path tracing: Student's interval of fewer may not have
-/// met the rare bright ones. Chosen.
-const FIRST_PATHS: u32 = 1024;
+/// What a picture tells of the paths of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Around {
+    /// About how bright the pixel is (luminance).
+    pub luminance: f64,
+    /// About the variance of single paths (luminance²).
+    pub variance: f64,
+}
 
-/// How path tracing finds what is within these options.
+impl Around {
+    /// By the paths of a picture.
+    ///
+    /// * `radiance`: of its pixels, row by row.
+    pub fn of(picture: &Picture<'_>, pixel: [u32; 2], radiance: &[Rgb], tolerance: &Tolerance) -> Self {
+        let luminance = luminance_at(pixel, &picture.window(), radiance);
+        let least = tolerance.absolute / tolerance.error;
+        Self { luminance, variance: picture.importance_variance(pixel, radiance, least) }
+    }
+}
+
+/// A truth in work.
+#[derive(Clone, Debug)]
+pub(super) struct Truth {
+    pixel: [u32; 2],
+    around: Around,
+    found: PathSamples,
+    /// The next.
+    stage: usize,
+}
+
+impl Truth {
+    /// Of a pixel, of which nothing is known yet.
+    pub fn new(pixel: [u32; 2], around: Around) -> Self {
+        Self { pixel, around, found: PathSamples::default(), stage: 0 }
+    }
+
+    /// Rays so far.
+    pub fn rays(&self) -> u64 {
+        self.found.rays
+    }
+
+    /// The paths that the next stage adds.
+    ///
+    /// * `fewest`: paths of a truth at least.
+    fn wanted(&self, tolerance: &Tolerance, fewest: u32) -> Wanted {
+        let paths_until = |stage: usize| {
+            let Stage { half_width, most_paths } = STAGES[stage];
+            let error = half_width * tolerance.of(self.around.luminance) / of_errors(MANY);
+            let wanted = (self.around.variance / (error * error)).ceil() as u32;
+            wanted.clamp(fewest, most_paths.max(fewest))
+        };
+        let there = if self.stage > 0 { paths_until(self.stage - 1) } else { 0 };
+        Wanted { pixel: self.pixel, paths: paths_until(self.stage) - there }
+    }
+
+    /// What is known of it.
+    pub fn audited(&self, tolerance: &Tolerance) -> AuditedPixel {
+        let Self { pixel, around, found, .. } = self;
+        let (luminance, paths) = (found.luminance.mean(), found.luminance.count() as f64);
+        let own = found.luminance.variance();
+        let weight = NEIGHBOURHOOD_WEIGHT;
+        let pooled = (paths * own + weight * around.variance) / (paths + weight);
+        // What its own paths have shown is never told smaller for the sake of others.
+        let variance = (pooled.max(own) + found.importance_of_set) / paths.max(1.0);
+        let half_width = of_errors(paths + weight - 1.0) * variance.sqrt();
+        let is_found =
+            paths > 0.0 && found.importance_not_found <= NEGLIGIBLE * tolerance.of(luminance) * paths;
+        let interval = is_found.then(|| [(luminance - half_width).max(0.0), luminance + half_width]);
+        AuditedPixel { pixel: *pixel, interval }
+    }
+}
+
+/// How many standard errors an interval has on either side.
+fn of_errors(freedom: f64) -> f64 {
+    let confidence = 1.0 - (1.0 - AuditTerms::CONFIDENCE) / STAGES.len() as f64;
+    student_t_two_sided(confidence, freedom)
+}
+
+/// What path tracing follows at most, where it is told by these options.
 pub(in crate::renderer) fn by_paths(options: &ControlOptions) -> PathStop {
-    let most = options.max_pairs.unwrap_or(STAGES[STAGES.len() - 1].most_work);
-    PathStop::Until { options: *options, first: FIRST_PATHS, most: most.min(u32::MAX.into()) as u32 }
+    let most = options.max_pairs.unwrap_or(STAGES[STAGES.len() - 1].most_paths.into());
+    PathStop::Until { options: *options, first: FEWEST_PATHS, most: most.min(u32::MAX.into()) as u32 }
 }
 
 /// The audited pixels of a picture.
 pub(super) struct Truths<'p> {
     source: Source<'p>,
+    truths: Vec<Truth>,
+    /// What is known of each.
     pub pixels: Vec<AuditedPixel>,
-    /// The stage of each.
-    stages: Vec<usize>,
     /// Drawn as they were, and not audited yet.
-    pub spare: Vec<[u32; 2]>,
+    spare: Vec<Truth>,
     /// Whether they were drawn from a pixel, too: of the window's, row by row.
     pub population: Vec<bool>,
     pub rays: u64,
@@ -88,7 +174,7 @@ pub(super) struct Source<'p> {
     setting: Setting<'p>,
     options: ControlOptions,
     pub tolerance: Tolerance,
-    /// That truths are summed over; none if they are found by path tracing.
+    /// That are drawn from; none if truths are found by path tracing.
     lights: Option<GuidedLights>,
     observer: &'p dyn Observer,
 }
@@ -99,8 +185,8 @@ impl<'p> Source<'p> {
 
     /// With lights, gather points and random numbers of its own.
     ///
-    /// * `options`: those of the picture; `by_lights`: whether truths are sums over VPLs, rather than
-    ///   means of paths.
+    /// * `options`: those of the picture; `by_lights`: whether lights are drawn, rather than path tracing
+    ///   left to find them.
     pub fn new(
         setting: &Setting<'p>,
         options: &ControlOptions,
@@ -109,12 +195,11 @@ impl<'p> Source<'p> {
         observer: &'p dyn Observer,
     ) -> Result<Self> {
         let seed = seed_of(options.seed);
-        let gather = GatherOptions { points: POINTS, ..setting.view.gather };
-        let setting = Setting { view: View { seed, gather, ..setting.view }, ..*setting };
+        let setting = Setting { view: View { seed, ..setting.view }, ..*setting };
         let lights = VplOptions { count: VPLS, seed, ..VplOptions::default() };
         let traced = || {
             during(observer, Phase::Vpls { count: VPLS }, || {
-                GuidedLights::trace(setting.tracer, &lights, Truth::Transport, &setting.view)
+                GuidedLights::to_audit(setting.tracer, &lights, &setting.view)
             })
         };
         let lights = by_lights.then(traced).transpose()?;
@@ -122,61 +207,61 @@ impl<'p> Source<'p> {
         Ok(Self { setting, options, tolerance: *tolerance, lights, observer })
     }
 
-    /// The view, as it is looked at in a stage.
-    pub fn setting(&self, stage: usize) -> Setting<'_> {
-        let seed = self.options(stage).seed;
-        Setting { view: View { seed, ..self.setting.view }, ..self.setting }
-    }
-
-    fn options(&self, stage: usize) -> ControlOptions {
-        let Stage { half_width, most_work } = STAGES[stage];
-        ControlOptions {
-            error: half_width * self.tolerance.error,
-            absolute_error: half_width * self.tolerance.absolute,
-            confidence: 1.0 - (1.0 - AuditTerms::CONFIDENCE) / STAGES.len() as f64,
-            max_pairs: Some(most_work),
-            // The draw of the pixels has the key 0.
-            seed: rng::key(self.options.seed, Purpose::Audit, 1 + stage as u64),
-            ..self.options
+    /// Works with what draws its paths.
+    pub fn with_sampler<T>(&self, work: impl FnOnce(&dyn SamplePaths) -> Result<T>) -> Result<T> {
+        let Self { setting, options, lights, .. } = self;
+        match lights {
+            Some(lights) => {
+                work(&LightTransport::new(setting.tracer, lights, options).path_sampler(*setting))
+            }
+            None => {
+                let depth = VplOptions::default().path_depth();
+                let method = PathTracer::new(setting.tracer, by_paths(options), depth)?;
+                work(&method.path_sampler(*setting))
+            }
         }
     }
 
-    /// What computes truths in a stage.
-    pub fn method(&self, stage: usize) -> Result<Box<dyn Integrator + '_>> {
-        let (options, tracer) = (self.options(stage), self.setting.tracer);
-        Ok(match &self.lights {
-            Some(lights) => Box::new(LightTransport::new(tracer, lights, &options)),
-            None => {
-                Box::new(PathTracer::new(tracer, by_paths(&options), VplOptions::default().path_depth())?)
+    /// The next stage of these truths; false if it was cancelled. Truths are in the same stage.
+    ///
+    /// * `sampler`: what [draws](Self::with_sampler) its paths.
+    pub fn advance(&self, truths: &mut [&mut Truth], sampler: &dyn SamplePaths, is_told: bool) -> bool {
+        let Some(first) = truths.first() else { return true };
+        // The draw of the pixels has the key 0.
+        let seed = rng::key(self.options.seed, Purpose::Audit, 1 + first.stage as u64);
+        let fewest = FEWEST_PATHS.max(sampler.telling());
+        let wanted: Vec<Wanted> = truths.iter().map(|truth| truth.wanted(&self.tolerance, fewest)).collect();
+        let observer = self.observer;
+        let tell = |progress: &_| {
+            if is_told {
+                observer.progress(progress);
             }
+        };
+        let Some(found) = paths_of(sampler, &wanted, seed, &tell, observer.cancel()) else { return false };
+        for (truth, found) in truths.iter_mut().zip(found) {
+            truth.found.merge(&found);
+            truth.stage += 1;
+        }
+        true
+    }
+
+    /// The same, by a sampler of its own, as a phase of the work.
+    fn told(&self, truths: &mut [&mut Truth]) -> Result<bool> {
+        let by = if self.lights.is_some() { "paths by other lights" } else { "other paths" };
+        let phase = Phase::Audit { by, pixels: truths.len() as u64 };
+        during(self.observer, phase, || {
+            self.with_sampler(|sampler| Ok(self.advance(truths, sampler, true)))
         })
     }
 
-    /// What such an estimate says of a pixel.
-    pub fn truth(&self, pixel: [u32; 2], record: &PixelRecord, stage: usize) -> AuditedPixel {
-        let luminance = f64::from(record.radiance.luminance());
-        // The interval of a mean of paths is one too where it is wider than was asked for.
-        let half_width = match self.lights {
-            Some(_) => record.claim.is_some().then_some(f64::from(record.half_width)),
-            None => Some(half_width_of_paths(record, self.options(stage).confidence)),
+    /// Paths of the next stage of these truths.
+    fn paths(&self, truths: &[Truth]) -> Result<u64> {
+        let of = |sampler: &dyn SamplePaths| {
+            let fewest = FEWEST_PATHS.max(sampler.telling());
+            let paths = |truth: &Truth| u64::from(truth.wanted(&self.tolerance, fewest).paths);
+            Ok(truths.iter().map(paths).sum())
         };
-        let interval = half_width.map(|of| [(luminance - of).max(0.0), luminance + of]);
-        AuditedPixel { pixel, interval }
-    }
-
-    /// The truths of these pixels, and the rays for them; none if it was cancelled.
-    fn truths(&self, pixels: &[[u32; 2]], stage: usize) -> Result<Option<(Vec<AuditedPixel>, u64)>> {
-        let by = if self.lights.is_some() { "sums over other lights" } else { "other paths" };
-        let phase = Phase::Audit { by, pixels: pixels.len() as u64 };
-        let (observer, setting, method) = (self.observer, self.setting(stage), self.method(stage)?);
-        let rendered = during(observer, phase, || {
-            let tell = |progress: &_| observer.progress(progress);
-            render_pixels(&setting, method.as_ref(), pixels, &tell, observer.cancel())
-        })?;
-        let read = RenderFilm::of(&rendered.film);
-        let truth = |pixel: &[u32; 2]| self.truth(*pixel, &read.at(pixel[0], pixel[1]), stage);
-        let truths = pixels.iter().map(truth).collect();
-        Ok(rendered.complete.then_some((truths, rendered.totals.rays)))
+        self.with_sampler(of)
     }
 }
 
@@ -185,60 +270,48 @@ pub(super) fn seed_of(picture: u64) -> u64 {
     rng::key(picture, Purpose::Audit, 0)
 }
 
-/// Student's, about a mean of paths (W·m⁻²·sr⁻¹).
-fn half_width_of_paths(record: &PixelRecord, confidence: f64) -> f64 {
-    let freedom = record.pairs.saturating_sub(1).max(1) as f64;
-    student_t_two_sided(confidence, freedom) * f64::from(record.standard_error)
-}
-
 impl<'p> Truths<'p> {
     /// Draws pixels of a film and computes their truths; none if it was cancelled.
     ///
     /// Where there is an end of the time, they are as many as are foreseen to take their
-    /// [share](SHARE_OF_TIME) of it, by pixels of which nothing else is used: so what a truth costs
-    /// and what it says may depend on each other as they like.
+    /// [share](SHARE_OF_TIME) of it, by the paths that some of them are to have: no truth tells.
     ///
-    /// * `options`: those of the picture; the audit has a seed of its own from theirs.
-    /// * `by_lights`: whether truths are sums over VPLs, rather than means of paths.
+    /// * `film`: the picture without its reconstruction; `around`: what it tells of the paths of a pixel;
+    ///   `of_path`: what a path takes (s), if there is an end of the time.
     pub fn compute(
+        source: Source<'p>,
         film: &Film,
-        setting: &Setting<'p>,
-        options: &ControlOptions,
+        around: &dyn Fn([u32; 2]) -> Around,
         terms: &AuditTerms,
-        tolerance: &Tolerance,
-        by_lights: bool,
-        observer: &'p dyn Observer,
+        of_path: Option<f64>,
     ) -> Result<Option<Self>> {
-        let began = observer.seconds_left();
         let population = shown(film);
         let pixels = film.window().pixels().zip(&population);
         let shown: Vec<[u32; 2]> =
             pixels.filter(|(_, is_shown)| **is_shown).map(|((x, y), _)| [x, y]).collect();
-        let source = Source::new(setting, options, tolerance, by_lights, observer)?;
+        let before = source.observer.seconds_left();
         let all = shown.len() as u64;
-        let count = terms.pixels.min(all);
-        // Those that come first are tried for what they take, the others are the audit's.
-        let [tried, spare] = match began {
-            Some(_) => [TRIED.min(all - count), 0],
-            None => [0, terms.more_pixels().min(all) - count],
-        };
-        let mut chosen = drawn(shown, tried + count + spare, seed_of(options.seed));
-        let mut of_audit = chosen.split_off(tried as usize);
-        let spare = of_audit.split_off(count as usize);
+        let [count, more] = [terms.pixels, terms.more_pixels()].map(|pixels| pixels.min(all));
+        let with_spare = if before.is_some() { count } else { more };
+        let chosen = drawn(shown, with_spare, source.options.seed);
+        let mut truths: Vec<Truth> = chosen.into_iter().map(|at| Truth::new(at, around(at))).collect();
         let mut count = count as usize;
-        if let (Some(began), Some(before), false) = (began, observer.seconds_left(), chosen.is_empty()) {
-            if source.truths(&chosen, 0)?.is_none() {
-                return Ok(None);
-            }
-            let of_one = (before - observer.seconds_left().unwrap_or(before)) / tried as f64;
-            let affordable = (SHARE_OF_TIME * began - (began - before)).max(0.0) / (STAGES_COST * of_one);
+        if let Some((of_path, left)) = of_path.zip(before) {
+            let tried = &truths[..TRIED.min(truths.len())];
+            let of_one = of_path * source.paths(tried)? as f64 / tried.len().max(1) as f64;
+            let affordable = SHARE_OF_TIME * left / (STAGES_COST * of_one);
             count = count.min((affordable as usize).max(FEWEST));
         }
-        let before = observer.seconds_left();
-        let Some((pixels, rays)) = source.truths(&of_audit[..count], 0)? else { return Ok(None) };
-        let seconds = before.zip(observer.seconds_left()).map_or(0.0, |(before, after)| before - after);
-        let stages = vec![0; pixels.len()];
-        Ok(Some(Self { source, pixels, stages, spare, population, rays, seconds }))
+        let spare = truths.split_off(count);
+        let spare = if before.is_some() { Vec::new() } else { spare };
+        if !source.told(&mut truths.iter_mut().collect::<Vec<_>>())? {
+            return Ok(None);
+        }
+        let seconds = before.zip(source.observer.seconds_left());
+        let seconds = seconds.map_or(0.0, |(before, after)| before - after);
+        let pixels = truths.iter().map(|truth| truth.audited(&source.tolerance)).collect();
+        let rays = truths.iter().map(Truth::rays).sum();
+        Ok(Some(Self { source, truths, pixels, spare, population, rays, seconds }))
     }
 
     /// Audits [more pixels](AuditTerms::more_pixels), if they are not audited already; false if it was
@@ -247,18 +320,24 @@ impl<'p> Truths<'p> {
         if self.spare.is_empty() {
             return Ok(true);
         }
-        let Some((truths, rays)) = self.source.truths(&self.spare, 0)? else { return Ok(false) };
-        self.spare.clear();
-        self.pixels.extend(truths);
-        self.stages.resize(self.pixels.len(), 0);
-        self.rays += rays;
+        if !self.source.told(&mut self.spare.iter_mut().collect::<Vec<_>>())? {
+            return Ok(false);
+        }
+        self.rays += self.spare.iter().map(Truth::rays).sum::<u64>();
+        self.pixels.extend(self.spare.iter().map(|truth| truth.audited(&self.source.tolerance)));
+        self.truths.append(&mut self.spare);
         Ok(true)
     }
 
-    /// What truths are summed over.
+    /// Pixels that are drawn and not audited yet.
+    pub fn spare(&self) -> usize {
+        self.spare.len()
+    }
+
+    /// What truths are drawn from.
     #[cfg(test)]
     pub fn lights(&self) -> &GuidedLights {
-        self.source.lights.as_ref().expect("they are sums over lights")
+        self.source.lights.as_ref().expect("they are drawn from lights")
     }
 
     /// About what it will take to refine them (s), if there is an end of the time.
@@ -266,7 +345,7 @@ impl<'p> Truths<'p> {
         (STAGES_COST - 1.0) * self.seconds
     }
 
-    /// Computes the truths once more, stage by stage, of pixels that may be on either side; false if
+    /// Computes the truths more closely, stage by stage, of pixels that may be on either side; false if
     /// it was cancelled. Where there is an end of the time, as many as fit: what stays open counts as
     /// outside.
     ///
@@ -287,21 +366,26 @@ impl<'p> Truths<'p> {
             if decides(may_be - all.len() as u64, may_be) {
                 break;
             }
-            let mut open: Vec<usize> = all.into_iter().filter(|k| self.stages[*k] + 1 == stage).collect();
-            of_one *= NEXT_STAGE_COST;
+            let mut open: Vec<usize> = all.into_iter().filter(|k| self.truths[*k].stage == stage).collect();
+            of_one *= f64::from(STAGES[stage].most_paths) / f64::from(STAGES[stage - 1].most_paths);
             if let Some(left) = self.source.observer.seconds_left() {
                 open.truncate((left / of_one) as usize);
             }
-            if open.is_empty() {
+            let rays = |truths: &[Truth]| open.iter().map(|k| truths[*k].rays()).sum::<u64>();
+            let before = rays(&self.truths);
+            let is_chosen = |k: &usize| open.binary_search(k).is_ok();
+            let chosen = self.truths.iter_mut().enumerate().filter(|(k, _)| is_chosen(k));
+            let mut chosen: Vec<&mut Truth> = chosen.map(|(_, truth)| truth).collect();
+            if chosen.is_empty() {
                 continue;
             }
-            let pixels: Vec<[u32; 2]> = open.iter().map(|k| self.pixels[*k].pixel).collect();
-            let Some((truths, rays)) = self.source.truths(&pixels, stage)? else { return Ok(false) };
-            for (k, truth) in open.iter().zip(truths) {
-                self.pixels[*k] = truth;
-                self.stages[*k] = stage;
+            if !self.source.told(&mut chosen)? {
+                return Ok(false);
             }
-            self.rays += rays;
+            self.rays += rays(&self.truths) - before;
+            for k in open {
+                self.pixels[k] = self.truths[k].audited(&self.source.tolerance);
+            }
         }
         Ok(true)
     }
@@ -339,11 +423,55 @@ pub(super) fn drawn(mut pixels: Vec<[u32; 2]>, count: u64, seed: u64) -> Vec<[u3
 mod tests {
     use super::*;
 
+    const TOLERANCE: Tolerance = Tolerance { error: 0.1, absolute: 0.01 };
+
+    /// Half the width of the interval of so many paths of mean 10 and standard deviation 1.
+    fn half_width(paths: u32, around: f64, change: impl Fn(&mut PathSamples)) -> Option<f64> {
+        let mut truth = Truth::new([0, 0], Around { luminance: 10.0, variance: around });
+        (0..paths).for_each(|k| truth.found.luminance.push(if k % 2 == 0 { 9.0 } else { 11.0 }));
+        change(&mut truth.found);
+        truth.audited(&TOLERANCE).interval.map(|[low, high]| (high - low) / 2.0)
+    }
+
+    /// Normal intervals of 1 − γ/3 where there are many paths; wider by what is known from elsewhere.
     #[test]
-    fn means_of_paths_have_the_intervals_of_the_tables() {
-        let of = |pairs| PixelRecord { pairs, standard_error: 2.0, ..PixelRecord::default() };
-        assert!((half_width_of_paths(&of(5), 0.95) - 2.0 * 2.776_4).abs() < 1e-3);
-        assert!((half_width_of_paths(&of(1 << 20), 0.95) - 2.0 * 1.96).abs() < 1e-3);
+    fn intervals_know_of_neighbours_and_of_sets() {
+        const OF_ERRORS: f64 = 2.394;
+        let is = |found: Option<f64>, expected: f64| {
+            let found = found.unwrap();
+            assert!((found / expected - 1.0).abs() < 2e-3, "{found} for {expected}");
+        };
+        is(half_width(1 << 16, 1.0, |_| {}), OF_ERRORS / 256.0);
+        is(half_width(1 << 16, 0.0, |_| {}), OF_ERRORS / 256.0);
+        // A quarter of 1,024 paths more know of a variance of 101.
+        is(half_width(1024, 101.0, |_| {}), OF_ERRORS * (21.0_f64 / 1024.0).sqrt());
+        let of_set = |found: &mut PathSamples| found.importance_of_set = 0.5 * 65_536.0;
+        is(half_width(1 << 16, 1.0, of_set), OF_ERRORS * 0.5_f64.sqrt());
+    }
+
+    #[test]
+    fn truths_of_which_light_is_not_found_are_none() {
+        let missing = |light: f64| {
+            half_width(1 << 16, 1.0, |found| found.importance_not_found = light * 65_536.0).is_some()
+        };
+        assert!(missing(0.0) && missing(0.24) && !missing(0.26));
+        assert_eq!(half_width(0, 1.0, |_| {}), None);
+    }
+
+    /// As many paths as the half-width of the stage takes, at least so many, and not more than the most.
+    #[test]
+    fn paths_are_told_by_those_around() {
+        let wanted = |variance: f64, stage: usize| {
+            let around = Around { luminance: 1.0, variance };
+            let truth = Truth { stage, ..Truth::new([3, 2], around) };
+            truth.wanted(&TOLERANCE, 64).paths
+        };
+        let first = |variance: f64| (variance * (2.394_f64 / 0.07).powi(2)) as u32;
+        assert!(wanted(1.0, 0).abs_diff(first(1.0)) < 5, "{}", wanted(1.0, 0));
+        assert!(wanted(1.0, 1).abs_diff(3 * first(1.0)) < 15);
+        assert_eq!((wanted(0.0, 0), wanted(0.0, 1)), (64, 0));
+        assert_eq!((wanted(1e9, 0), wanted(1e9, 1)), (1 << 13, (1 << 15) - (1 << 13)));
+        assert_eq!(wanted(f64::INFINITY, 0), 1 << 13);
     }
 
     #[test]

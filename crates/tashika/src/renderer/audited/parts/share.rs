@@ -1,13 +1,13 @@
 //! A share of a picture's tiles, and the truths of those of its pixels that are audited.
 
 use super::super::foreseen::{importance_of, share_outside};
-use super::super::truths::Source;
+use super::super::truths::{Around, Source, Truth};
 use super::super::verdict::{Tolerance, shown};
 use super::super::{MOST_PATHS, PASSES, describe};
 use super::draw::{count, draw};
 use crate::error::Result;
 use crate::film::{Film, Samples, Window, keys, planes};
-use crate::integrator::{ControlOptions, Estimates, Integrator, SamplePaths};
+use crate::integrator::{ControlOptions, Integrator, SamplePaths};
 use crate::picture::Picture;
 use crate::reconstruction::{Halves, Reconstructed};
 use crate::render::{
@@ -52,16 +52,16 @@ pub(in crate::renderer::audited) fn render(
     let by_lights = matches!(prepared.lights, Lights::Guided(_));
     let source =
         Source::new(&setting, &ControlOptions { seed, ..*options }, &tolerance, by_lights, observer)?;
-    let methods = (0..Source::STAGES).map(|stage| source.method(stage)).collect::<Result<Vec<_>>>()?;
-    let stages = methods.iter().enumerate().map(|(stage, method)| method.begin(source.setting(stage)));
     let mut drawn = vec![false; window.area() as usize];
     draw(&window, count, seed).iter().for_each(|[x, y]| drawn[window.index(*x, *y)] = true);
-    let work =
-        Work { prepared, sampler, terms, tolerance, seed, source: &source, stages: stages.collect(), drawn };
     let phase = Phase::Pixels { method: "paths", window, is_of_a_sum: false, promises: false };
     let (tiles, cancel) = (picture_tiles(&share), observer.cancel());
     let watch = |done: &Finished<'_>| observer.tile(done);
-    Ok(during(observer, phase, || resume_pictures(begun, &tiles, &|tile| work.tile(tile), &watch, cancel)))
+    source.with_sampler(|of_truths| {
+        let work = Work { prepared, sampler, terms, tolerance, seed, source: &source, of_truths, drawn };
+        let resume = || resume_pictures(begun, &tiles, &|tile| work.tile(tile), &watch, cancel);
+        Ok(during(observer, phase, resume))
+    })
 }
 
 /// What tiles are made with.
@@ -72,8 +72,8 @@ struct Work<'p> {
     tolerance: Tolerance,
     seed: u64,
     source: &'p Source<'p>,
-    /// What finds truths, stage by stage.
-    stages: Vec<Box<dyn Estimates + 'p>>,
+    /// What draws the paths of truths.
+    of_truths: &'p dyn SamplePaths,
     /// Whether pixels of the window are drawn for the audit, row by row.
     drawn: Vec<bool>,
 }
@@ -84,7 +84,7 @@ impl Work<'_> {
         let (picture, reconstructed) = self.picture(tile)?;
         let inside = "tiles are inside of the image";
         let mut film = picture.film().expect(inside);
-        let truths = self.truths(&film, &reconstructed)?;
+        let truths = self.truths(&picture, &film, &reconstructed)?;
         film.add_plane(&planes::HALVES, halves(&picture.halves().expect(inside), picture.passes()));
         film.add_plane(&planes::TRUTH, Samples::F32(truths));
         Some(film)
@@ -117,7 +117,12 @@ impl Work<'_> {
     }
 
     /// Truths of the pixels of a tile that are audited, as [`planes::TRUTH`] has them.
-    fn truths(&self, film: &Film, reconstructed: &Reconstructed) -> Option<Vec<f32>> {
+    fn truths(
+        &self,
+        picture: &Picture<'_>,
+        film: &Film,
+        reconstructed: &Reconstructed,
+    ) -> Option<Vec<f32>> {
         let tile = film.window();
         let channels = planes::TRUTH.channels.len();
         let mut samples = vec![0.0; channels * tile.area() as usize];
@@ -126,35 +131,33 @@ impl Work<'_> {
             if !(self.drawn[self.prepared.window.index(x, y)] && shown[k]) {
                 continue;
             }
-            let luminance = reconstructed.radiance[k].luminance().into();
+            let around = Around::of(picture, [x, y], &reconstructed.radiance, &self.tolerance);
             let near = NEAR * f64::from(reconstructed.importance_error[k]);
-            samples[channels * k..][..channels].copy_from_slice(&self.truth([x, y], luminance, near)?);
+            samples[channels * k..][..channels].copy_from_slice(&self.truth([x, y], around, near)?);
         }
         Some(samples)
     }
 
     /// The truth of a pixel, in as many stages as it takes; none if it was cancelled.
     ///
-    /// * `luminance`: of the tile's picture; the whole's may be so `near` to it.
-    fn truth(&self, pixel: [u32; 2], luminance: f64, near: f64) -> Option<[f32; 4]> {
-        let [x, y] = pixel;
-        let mut rays = 0;
-        let mut found = [0.0; 4];
-        for (stage, estimates) in self.stages.iter().enumerate() {
-            if self.prepared.observer.cancel().load(std::sync::atomic::Ordering::Relaxed) {
+    /// * `around`: what the tile's picture tells; the whole's may be so `near` to it.
+    fn truth(&self, pixel: [u32; 2], around: Around, near: f64) -> Option<[f32; 4]> {
+        let luminance = around.luminance;
+        let may_be = [luminance, (luminance - near).max(0.0), luminance + near];
+        let mut truth = Truth::new(pixel, around);
+        let mut stage = 0;
+        loop {
+            if !self.source.advance(&mut [&mut truth], self.of_truths, false) {
                 return None;
             }
-            let record = &estimates.tile(&Window { x, y, width: 1, height: 1 })[0];
-            let truth = self.source.truth(pixel, record, stage);
-            rays += record.rays;
-            let [low, high] = truth.interval.map_or([0.0, f32::INFINITY], outwards);
-            found = [low, high, stage as f32 + 1.0, rays as f32];
-            let may_be = [luminance, (luminance - near).max(0.0), luminance + near];
-            if !may_be.iter().any(|luminance| truth.is_open(*luminance, &self.tolerance)) {
-                break;
+            stage += 1;
+            let audited = truth.audited(&self.tolerance);
+            let is_open = may_be.iter().any(|luminance| audited.is_open(*luminance, &self.tolerance));
+            if !is_open || stage == Source::STAGES {
+                let [low, high] = audited.interval.map_or([0.0, f32::INFINITY], outwards);
+                return Some([low, high, stage as f32, truth.rays() as f32]);
             }
         }
-        Some(found)
     }
 }
 
