@@ -38,6 +38,10 @@ pub struct GuidedLights {
 /// paths which find such walls hardly grows.
 const COMPENSATED: f32 = 4.0;
 
+/// How many times as far again the VPLs of truths are clamped: their light varies half as much from one set
+/// to another, which no number of paths mends, and single paths up to twice as much.
+const OF_TRUTHS: f32 = 4.0;
+
 /// How many times as far as they say themselves VPLs are clamped.
 fn farther(truth: Truth, clamp: Clamp) -> f32 {
     if (truth, clamp) == (Truth::Transport, Clamp::Auto) { COMPENSATED } else { 1.0 }
@@ -84,16 +88,16 @@ impl GuidedLights {
     /// # Errors
     /// Options out of range.
     pub fn to_draw(tracer: &Tracer, options: &VplOptions, view: &View<'_>) -> Result<Self> {
-        Ok(Self::drawn_from(tracer, options, view)?.0)
+        Ok(Self::drawn_from(tracer, options, view, 1.0)?.0)
     }
 
     /// The same, which know as well what light neither they nor paths may find, and how they vary from
-    /// set to set: for truths.
+    /// set to set: for truths. They are clamped [farther](OF_TRUTHS).
     ///
     /// # Errors
     /// Options out of range.
     pub fn to_audit(tracer: &Tracer, options: &VplOptions, view: &View<'_>) -> Result<Self> {
-        let (mut lights, guided) = Self::drawn_from(tracer, options, view)?;
+        let (mut lights, guided) = Self::drawn_from(tracer, options, view, OF_TRUTHS)?;
         lights.learn_limits(&guided.tracing, view);
         Ok(lights)
     }
@@ -102,10 +106,12 @@ impl GuidedLights {
         tracer: &'t Tracer,
         options: &VplOptions,
         view: &View<'_>,
+        times: f32,
     ) -> Result<(Self, Guided<'t>)> {
         let (options, guided) = learn(tracer, options, view)?;
         let truth = Truth::Transport;
-        let set = guided.tracing.trace_indirect(options.seed).clamped(farther(truth, options.clamp));
+        let farther = times * farther(truth, options.clamp);
+        let set = guided.tracing.trace_indirect(options.seed).clamped(farther);
         let mut lights = Self::of(&set, options, truth, &guided);
         lights.source = VplSource::Surfaces;
         lights.learn_choices(&guided, view, true);

@@ -68,7 +68,7 @@ const STAGES_COST: f64 = 4.0;
 /// Pixels of an audit at least, however little time there is.
 const FEWEST: usize = 20;
 /// VPLs that truths are drawn from.
-const VPLS: u64 = 250_000;
+const VPLS: u64 = 500_000;
 
 /// What a picture tells of the paths of a pixel.
 #[derive(Clone, Copy, Debug)]
