@@ -42,3 +42,21 @@ def test_what_does_not_go_with_it_is_said(tmp_path):
         tashika.render(scene, quality="best")
     with pytest.warns(UserWarning, match="share means nothing"):
         tashika.render(scene, share=0.5, size=(4, 3), vpls=200, max_pairs=64)
+
+
+def test_parts_claim_nothing_and_are_audited_when_they_are_joined():
+    scene = tashika.builtin("tiny")
+    few = dict(FEW, size=(70, 40), method="path", claim="audited", error=0.5)
+    del few["vpls"]
+    parts = {of: [tashika.render(scene, tiles=(k, of), **few) for k in range(1, of + 1)] for of in (2, 3)}
+    assert all(part.picture_claim is None and part.complete for of in parts for part in parts[of])
+    two, three = (tashika.merge(parts[of]) for of in (2, 3))
+    claim = two.picture_claim
+    assert claim["reached"] and claim["looks"] == 1 and claim == three.picture_claim
+    assert list(two) == list(three) and all(np.array_equal(two[plane], three[plane]) for plane in two)
+    assert np.count_nonzero(two["audited"][..., 2]) == claim["audited"]
+    some = tashika.merge(parts[3][:2])
+    assert some.picture_claim is None and not some.complete
+    assert tashika.merge([some, parts[3][2]]).picture_claim == claim
+    with pytest.raises(tashika.OptionError, match="time"):
+        tashika.render(scene, tiles=(1, 2), time=5.0, **few)
