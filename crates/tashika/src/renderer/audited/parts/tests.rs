@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use super::draw::{count, draw};
 use super::finish_merged;
@@ -319,11 +319,13 @@ fn truths_of_other_pixels_are_refused() {
 fn what_is_not_known_is_outside() {
     let mut unknown = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
     let mut known = unknown.clone();
+    finish_merged(&mut known, None).unwrap();
     for (x, y) in audited(&unknown.film) {
-        unknown.film.plane_mut(planes::TRUTH).unwrap().set_f32(x, y, &[0.0, f32::INFINITY, 3.0, 9.0]);
+        // The end that is known is just what the picture has.
+        let low = RenderFilm::of(&known.film).at(x, y).radiance.luminance();
+        unknown.film.plane_mut(planes::TRUTH).unwrap().set_f32(x, y, &[low, f32::INFINITY, 3.0, 9.0]);
     }
     finish_merged(&mut unknown, None).unwrap();
-    finish_merged(&mut known, None).unwrap();
     let [unknown, known] = [claim(&unknown.film), claim(&known.film)];
     assert!(unknown.outside == known.audited && known.outside < 6, "{unknown}; {known}");
 }
@@ -436,23 +438,36 @@ fn there_is_one_smoother_to_choose_and_one_look() {
     assert!(claim(&merged.film).audited > 30);
 }
 
-/// Ends the work after so many tiles.
+/// Ends the work after so many tiles, or after it was asked so often whether it is to end.
 struct Ending {
-    tiles: std::sync::atomic::AtomicU32,
-    most: u32,
+    tiles: AtomicU32,
+    asked: AtomicU32,
+    most: [u32; 2],
     cancel: AtomicBool,
+}
+
+impl Ending {
+    fn new(tiles: u32, asked: u32) -> Self {
+        let most = [tiles, asked];
+        Self { tiles: AtomicU32::new(0), asked: AtomicU32::new(0), most, cancel: AtomicBool::new(false) }
+    }
+
+    fn count(&self, counter: &AtomicU32, most: u32) {
+        if counter.fetch_add(1, Ordering::SeqCst) + 1 == most {
+            self.cancel.store(true, Ordering::SeqCst);
+        }
+    }
 }
 
 impl Observer for Ending {
     fn tile(&self, _: &Finished<'_>) {
-        if self.tiles.fetch_add(1, Ordering::SeqCst) + 1 == self.most {
-            self.cancel.store(true, Ordering::SeqCst);
-        }
+        self.count(&self.tiles, self.most[0]);
     }
 
     fn progress(&self, _: &Progress) {}
 
     fn cancel(&self) -> &AtomicBool {
+        self.count(&self.asked, self.most[1]);
         &self.cancel
     }
 }
@@ -460,7 +475,7 @@ impl Observer for Ending {
 /// Tiles that are finished are whole, with their truths, and the others go on from there.
 #[test]
 fn what_is_finished_of_a_part_that_is_cancelled_stays() {
-    let ending = Ending { tiles: 0.into(), most: 1, cancel: AtomicBool::new(false) };
+    let ending = Ending::new(1, u32::MAX);
     let of = renderer(request(1, 0.5)).tiles(share(1, 2));
     let whole = of.render().unwrap().film;
     let broken: Rendered = with_threads(1, || of.clone().observer(&ending).render().unwrap()).unwrap();
@@ -471,6 +486,22 @@ fn what_is_finished_of_a_part_that_is_cancelled_stays() {
     assert_eq!(tiles.len(), 1);
     let part = tiles[0];
     assert!(whole.cropped(part).unwrap().planes() == broken.film.cropped(part).unwrap().planes());
+    // Wherever the work is when it ends: in passes or among truths.
+    let mut ended = 0;
+    for asked in (2..).step_by(6) {
+        let ending = Ending::new(u32::MAX, asked);
+        let broken = with_threads(1, || of.clone().observer(&ending).render().unwrap()).unwrap();
+        if broken.complete {
+            break;
+        }
+        ended += 1;
+        for tile in picture_tiles(&options) {
+            let [of_whole, of_broken] = [&whole, &broken.film].map(|film| film.cropped(tile).unwrap());
+            let is_done = RenderFilm::of(&of_broken).at(tile.x, tile.y).stop == Stop::SampleCount;
+            assert!(!is_done || of_whole.planes() == of_broken.planes(), "{asked}: {tile}");
+        }
+    }
+    assert!(ended > 3, "{ended}");
     let begun = Begun { film: broken.film.clone(), tiles };
     let again = of.prepare().unwrap().render_from(|_| Ok(begun)).unwrap();
     assert!(again.complete && again.film == whole);
