@@ -1,7 +1,7 @@
 //! Chosen pixels against the whole image.
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
 
 use super::*;
 use crate::accel::Tracer;
