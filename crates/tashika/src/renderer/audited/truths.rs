@@ -1,7 +1,7 @@
 //! Pixels drawn at random from a picture, and their truths.
 //!
 //! ```text
-//! stage 0: n paths, to 0.7 ε ── open? ─► 4 n, to 0.35 ε ── open? ─► 16 n, to 0.175 ε
+//! stage 0: n₀ paths, to 0.7 ε ── open? ─► n₁ others, to 0.35 ε ── open? ─► n₂ others, to 0.175 ε
 //!
 //! t ± t_ν √(max(s², (n s² + w σ²)/(n + w))/n + V_set)          w = 256
 //! ```
@@ -11,10 +11,11 @@
 //! not meet, and how much light varies by which VPLs there are (`V_set`). A truth of which too much
 //! light is not found is none.
 //!
-//! Where a look finds that an interval leaves it open on which side a pixel is, the truth has more
-//! paths, in [stages](STAGES). How many a stage has is told by `σ` before any is drawn. So each of the
-//! intervals that there may be has its equal share of `γ`, whichever are looked at, and an outside
-//! pixel is taken for one inside only if one of them misses its truth.
+//! Where a look finds that an interval leaves it open on which side a pixel is, the truth is computed
+//! once more, in [stages](STAGES), by other paths: of those before only their variance is known, as `σ²`.
+//! How many paths a stage has is told by `σ` before any of them is drawn. So each of the intervals
+//! that there may be misses its truth with its equal share of `γ`, and an outside pixel is taken for one
+//! inside only if one of them does.
 //!
 //! # Independence
 //! The truths come from lights, gather points and random numbers of their own
@@ -40,7 +41,7 @@ use crate::vpl::VplOptions;
 struct Stage {
     /// Half-width, as a share of the tolerance.
     half_width: f64,
-    /// Paths at most, those of the stages before too.
+    /// Paths at most.
     most_paths: u32,
 }
 
@@ -70,7 +71,7 @@ const FEWEST: usize = 20;
 /// VPLs that truths are drawn from.
 const VPLS: u64 = 500_000;
 
-/// What a picture tells of the paths of a pixel.
+/// What is known of the paths of a pixel before they are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around {
     /// About how bright the pixel is (luminance).
@@ -94,47 +95,56 @@ impl Around {
 #[derive(Clone, Debug)]
 pub(super) struct Truth {
     pixel: [u32; 2],
-    around: Around,
+    /// Of single paths, by those around and by its own of all stages.
+    known: Around,
+    /// In the last stage.
     found: PathSamples,
     /// The next.
     stage: usize,
+    /// Of all stages.
+    rays: u64,
 }
 
 impl Truth {
     /// Of a pixel, of which nothing is known yet.
     pub fn new(pixel: [u32; 2], around: Around) -> Self {
-        Self { pixel, around, found: PathSamples::default(), stage: 0 }
+        Self { pixel, known: around, found: PathSamples::default(), stage: 0, rays: 0 }
     }
 
     /// Rays so far.
     pub fn rays(&self) -> u64 {
-        self.found.rays
+        self.rays
     }
 
-    /// The paths that the next stage adds.
+    /// The paths of the next stage.
     ///
     /// * `fewest`: paths of a truth at least.
     fn wanted(&self, tolerance: &Tolerance, fewest: u32) -> Wanted {
-        let paths_until = |stage: usize| {
-            let Stage { half_width, most_paths } = STAGES[stage];
-            let error = half_width * tolerance.of(self.around.luminance) / of_errors(MANY);
-            let wanted = (self.around.variance / (error * error)).ceil() as u32;
-            wanted.clamp(fewest, most_paths.max(fewest))
-        };
-        let there = if self.stage > 0 { paths_until(self.stage - 1) } else { 0 };
-        Wanted { pixel: self.pixel, paths: paths_until(self.stage) - there }
+        let Self { pixel, known, stage, .. } = self;
+        let Stage { half_width, most_paths } = STAGES[*stage];
+        let error = half_width * tolerance.of(known.luminance) / of_errors(MANY);
+        let wanted = (known.variance / (error * error)).ceil() as u32;
+        Wanted { pixel: *pixel, paths: wanted.clamp(fewest, most_paths.max(fewest)) }
+    }
+
+    /// Takes in the paths of the next stage.
+    fn advance(&mut self, found: PathSamples) {
+        let (paths, own) = (found.luminance.count() as f64, found.luminance.variance());
+        let weight = NEIGHBOURHOOD_WEIGHT;
+        let pooled = (paths * own + weight * self.known.variance) / (paths + weight);
+        // What its own paths have shown is never told smaller for the sake of others.
+        self.known = Around { luminance: found.luminance.mean(), variance: pooled.max(own) };
+        self.rays += found.rays;
+        self.found = found;
+        self.stage += 1;
     }
 
     /// What is known of it.
     pub fn audited(&self, tolerance: &Tolerance) -> AuditedPixel {
-        let Self { pixel, around, found, .. } = self;
+        let Self { pixel, known, found, .. } = self;
         let (luminance, paths) = (found.luminance.mean(), found.luminance.count() as f64);
-        let own = found.luminance.variance();
-        let weight = NEIGHBOURHOOD_WEIGHT;
-        let pooled = (paths * own + weight * around.variance) / (paths + weight);
-        // What its own paths have shown is never told smaller for the sake of others.
-        let variance = (pooled.max(own) + found.importance_of_set) / paths.max(1.0);
-        let half_width = of_errors(paths + weight - 1.0) * variance.sqrt();
+        let variance = (known.variance + found.importance_of_set) / paths;
+        let half_width = of_errors(paths + NEIGHBOURHOOD_WEIGHT - 1.0) * variance.sqrt();
         let is_found =
             paths > 0.0 && found.importance_not_found <= NEGLIGIBLE * tolerance.of(luminance) * paths;
         let interval = is_found.then(|| [(luminance - half_width).max(0.0), luminance + half_width]);
@@ -239,8 +249,7 @@ impl<'p> Source<'p> {
         };
         let Some(found) = paths_of(sampler, &wanted, seed, &tell, observer.cancel()) else { return false };
         for (truth, found) in truths.iter_mut().zip(found) {
-            truth.found.merge(&found);
-            truth.stage += 1;
+            truth.advance(found);
         }
         true
     }
@@ -428,8 +437,10 @@ mod tests {
     /// Half the width of the interval of so many paths of mean 10 and standard deviation 1.
     fn half_width(paths: u32, around: f64, change: impl Fn(&mut PathSamples)) -> Option<f64> {
         let mut truth = Truth::new([0, 0], Around { luminance: 10.0, variance: around });
-        (0..paths).for_each(|k| truth.found.luminance.push(if k % 2 == 0 { 9.0 } else { 11.0 }));
-        change(&mut truth.found);
+        let mut found = PathSamples::default();
+        (0..paths).for_each(|k| found.luminance.push(if k % 2 == 0 { 9.0 } else { 11.0 }));
+        change(&mut found);
+        truth.advance(found);
         truth.audited(&TOLERANCE).interval.map(|[low, high]| (high - low) / 2.0)
     }
 
@@ -468,9 +479,9 @@ mod tests {
         };
         let first = |variance: f64| (variance * (2.394_f64 / 0.07).powi(2)) as u32;
         assert!(wanted(1.0, 0).abs_diff(first(1.0)) < 5, "{}", wanted(1.0, 0));
-        assert!(wanted(1.0, 1).abs_diff(3 * first(1.0)) < 15);
-        assert_eq!((wanted(0.0, 0), wanted(0.0, 1)), (64, 0));
-        assert_eq!((wanted(1e9, 0), wanted(1e9, 1)), (1 << 13, (1 << 15) - (1 << 13)));
+        assert!(wanted(1.0, 1).abs_diff(4 * first(1.0)) < 20);
+        assert_eq!((wanted(0.0, 0), wanted(0.0, 1)), (64, 64));
+        assert_eq!((wanted(1e9, 0), wanted(1e9, 1)), (1 << 13, 1 << 15));
         assert_eq!(wanted(f64::INFINITY, 0), 1 << 13);
     }
 
