@@ -4,11 +4,13 @@
 
 PROGRAM is the built `tashika`. Needs the Python packages OpenEXR (3, the reference implementation), OpenImageIO and numpy.
 Renders a small built-in scene, whole and in part, and reads both files with both; ends with an AssertionError where they
-disagree with each other, with the documentation or with what the program reports about the same render.
+disagree with each other, with the documentation or with what the program reports about the same render. Mattes are read as
+programs for compositing read them: by their manifest, with a hash that is written out here.
 """
 
 import json
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -37,6 +39,9 @@ PLANES = {
     "coverage": ("A",),
 }
 WHOLE = {"claim.id", "stop.id"}
+
+# What `--cryptomatte=4` adds: layers of two ranks, and the keys of their metadata.
+MATTES = {"CryptoObject": "3ae39a5", "CryptoMaterial": "be359d6"}
 
 # Names of tashika:* attributes and their types; texts elsewhere.
 NUMBERS = {"confidence": float, "error": float, "gather.points": int, "seed": int, "vpls": int}
@@ -155,6 +160,65 @@ def check_attributes(reader, who, report):
     assert all(p["doc"] for p in planes), f"{who}: {planes}"
 
 
+def murmur3(data):
+    """MurmurHash3 of 32 bits, seed 0."""
+
+    def scrambled(block):
+        k = int.from_bytes(block, "little") * 0xCC9E2D51 & 0xFFFFFFFF
+        return (k << 15 | k >> 17) * 0x1B873593 & 0xFFFFFFFF
+
+    whole = len(data) // 4 * 4
+    h = 0
+    for i in range(0, whole, 4):
+        h ^= scrambled(data[i : i + 4])
+        h = ((h << 13 | h >> 19) * 5 + 0xE6546B64) & 0xFFFFFFFF
+    h ^= scrambled(data[whole:]) ^ len(data)
+    h = (h ^ h >> 16) * 0x85EBCA6B & 0xFFFFFFFF
+    h = (h ^ h >> 13) * 0xC2B2AE35 & 0xFFFFFFFF
+    return h ^ h >> 16
+
+
+def matte_number(name):
+    """The number of a name: never that of a zero, a denormal, an infinity or no number at all."""
+    number = murmur3(name.encode())
+    return number ^ 1 << 23 if number >> 23 & 255 in (0, 255) else number
+
+
+def check_mattes(path):
+    """Layers, metadata and manifests of mattes; shares of pixels, and edges between objects."""
+    # Published values, and the numbers in an image of another renderer.
+    published = {"hello": 0x248BFA47, "The quick brown fox jumps over the lazy dog": 0x2E4FF723, "bunny": 0x13851A76}
+    for name, number in published.items():
+        assert murmur3(name.encode()) == number, name
+    reference, other = Reference(path), Other(path)
+    for layer, key in MATTES.items():
+        assert f"{murmur3(layer.encode()):08x}"[:7] == key
+        for reader in (reference, other):
+            said = {name: reader.attribute(f"cryptomatte/{key}/{name}") for name in ("name", "hash", "conversion", "manifest")}
+            assert said["name"] == layer and said["hash"] == "MurmurHash3_32" and said["conversion"] == "uint32_to_float32", said
+        manifest = json.loads(said["manifest"])
+        assert len(manifest) > 3, manifest
+        for name, number in manifest.items():
+            assert int(number, 16) == matte_number(name), f"{layer}: {name} is {number}"
+            assert numpy.isfinite(struct.unpack("<f", struct.pack("<I", int(number, 16)))[0])
+        channels = [f"{layer}{k:02}.{c}" for k in range(2) for c in "RGBA"]
+        assert f"{layer}02.R" not in reference.channels
+        for name in channels:
+            assert reference.channels[name].dtype == numpy.float32
+            assert reference.channels[name].tobytes() == other.channels[name].tobytes(), f"{name} differs between the readers"
+        numbers = numpy.stack([reference.channels[name] for name in channels[0::2]])
+        shares = numpy.stack([reference.channels[name] for name in channels[1::2]])
+        assert (shares.sum(axis=0) <= 1 + 1e-6).all() and (numpy.diff(shares, axis=0) <= 0).all()
+        known = {int(number, 16) for number in manifest.values()}
+        assert set(numbers.view(numpy.uint32)[shares > 0].tolist()) <= known, f"{layer}: numbers that no name has"
+        assert not numbers.view(numpy.uint32)[shares == 0].any()
+        assert (shares[1] > 0).sum() > 20, f"{layer}: pixels on edges have both sides"
+        largest = reference.channels[{"CryptoObject": "object_id", "CryptoMaterial": "material_id"}[layer] + ".id"]
+        assert largest.dtype == numpy.uint32 and largest.tobytes() == numbers[0].tobytes()
+        coverage = reference.channels["coverage.A"]
+        assert (abs(shares.sum(axis=0) - coverage) < 1e-6).all(), "shares add up to what is seen of surfaces"
+
+
 def main():
     program = pathlib.Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as folder:
@@ -167,6 +231,9 @@ def main():
             command = [program, "render", "builtin:tiny", *options, "-o", image, "--json", report]
             subprocess.run(command, check=True, timeout=120)
             check_film(image, window, json.loads(report.read_text()))
+        mattes = folder / "mattes.exr"
+        subprocess.run([program, "render", "builtin:tiny", *options[:14], "--cryptomatte=4", "-o", mattes], check=True, timeout=120)
+        check_mattes(mattes)
     versions = f"OpenEXR {OpenEXR.__version__}, OpenImageIO {OpenImageIO.__version__}"
     print(f"two files of {len(full_names())} channels read alike by {versions}")
 

@@ -80,6 +80,7 @@ impl Stage {
             Some(smoother) => renderer.smoother(Arc::clone(smoother)),
             None => renderer,
         };
+        let renderer = asked.mattes.into_iter().fold(renderer, Renderer::mattes);
         match stored {
             Some(lights) => renderer.lights(lights),
             None => renderer,

@@ -156,6 +156,8 @@ pub struct Seconds {
     pub audit: f64,
     /// The reconstruction of a picture.
     pub reconstruction: f64,
+    /// The mattes of objects and materials.
+    pub mattes: f64,
     /// Writing the files.
     pub write: f64,
 }

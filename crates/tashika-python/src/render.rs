@@ -59,6 +59,9 @@ use crate::words;
 /// - `denoiser`: what smooths audited pictures: "own", "oidn" (Open Image Denoise 2, as
 ///   `pip install tashika[oidn]` brings it, or as TASHIKA_OIDN or the system name it), or the file
 ///   of that library; the same bits are then no longer promised for every machine.
+/// - `cryptomatte`: True, or how many names a pixel tells apart (6), adds the planes
+///   "CryptoObject00" and "CryptoMaterial00", "…01", "…02" of Cryptomatte, whose manifests are in
+///   the metadata, and "object_id" and "material_id", the number of what covers most of a pixel.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the
 ///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
@@ -83,7 +86,7 @@ use crate::words;
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
     paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
     focus_distance=None, blades=None, blade_rotation=None, quality=None, share=None, assurance=None, audit=None,
-    time=None, denoiser=None
+    time=None, denoiser=None, cryptomatte=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -122,6 +125,7 @@ pub fn render(
     audit: Option<u64>,
     time: Option<f64>,
     denoiser: Option<PathBuf>,
+    cryptomatte: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Image> {
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp)?;
@@ -178,6 +182,7 @@ pub fn render(
     }
     let smoother = denoiser.filter(|_| is_audited);
     let smoother = smoother.map(|name| denoiser::of(py, &name, threads)).transpose()?.flatten();
+    let mattes = cryptomatte.map(words::ranks).transpose()?.flatten();
     let given = given.map(|set| set.get().shared());
     let kept = KeptTiles::new(checkpoint);
     let troubles = Mutex::new(Vec::new());
@@ -188,6 +193,7 @@ pub fn render(
         let renderer = scene.renderer(camera, &request).observer(&watch);
         let renderer = renderer.camera_change(change).framing(framing).tiles(share);
         let renderer = smoother.into_iter().fold(renderer, Renderer::smoother);
+        let renderer = mattes.into_iter().fold(renderer, Renderer::mattes);
         let prepared = given.into_iter().fold(renderer, Renderer::lights).prepare()?;
         let rendered = prepared.render_from(|film| watch.begin(film))?;
         let other_set = prepared.other_set(&rendered)?;

@@ -1,6 +1,7 @@
 //! Arguments that are words; each error says which words there are.
 
 use pyo3::prelude::*;
+use tashika::film::Matte;
 use tashika::gather::Filter;
 use tashika::integrator::SumMethod;
 use tashika::render::TileShare;
@@ -58,6 +59,17 @@ pub fn clamp(value: &Bound<'_, PyAny>) -> PyResult<Clamp> {
         (Ok("off"), _) => Ok(Clamp::Off),
         (_, Ok(metres)) => Ok(Clamp::Distance(metres)),
         _ => Err(option("clamp", value.str()?, "auto, off, or a distance in metres, such as 0.1")),
+    }
+}
+
+/// Ranks of mattes: a number, or yes or no.
+pub fn ranks(value: &Bound<'_, PyAny>) -> PyResult<Option<u32>> {
+    if let Ok(wanted) = value.extract::<bool>() {
+        return Ok(wanted.then_some(Matte::RANKS));
+    }
+    match value.extract::<u64>() {
+        Ok(asked) => Matte::ranks(asked).map(Some).map_err(raised),
+        Err(_) => Err(option("cryptomatte", value.str()?, "True, False, or a number of ranks")),
     }
 }
 

@@ -1,6 +1,7 @@
 """Images: arrays, mapping, files, pages for notebooks."""
 
 import base64
+import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -64,6 +65,23 @@ def test_threads_do_not_change_bits(tiny: tashika.Scene, image: tashika.Image) -
         other = tashika.render(tiny, threads=threads, **SUM)
         assert all(np.array_equal(other[name], image[name]) for name in image)
     assert not np.array_equal(tashika.render(tiny, seed=2, **SUM)["radiance"], image["radiance"])
+
+
+def test_mattes_are_planes_more(tiny: tashika.Scene, image: tashika.Image) -> None:
+    mattes = tashika.render(tiny, cryptomatte=True, **SUM)
+    assert all(np.array_equal(mattes[name], image[name]) for name in image)
+    layers = [f"Crypto{of}0{k}" for of in ("Object", "Material") for k in range(3)]
+    assert set(mattes) - set(image) == {*layers, "object_id", "material_id"}
+    manifest = json.loads(mattes.metadata["cryptomatte/3ae39a5/manifest"])
+    numbers, shares = np.split(mattes["CryptoObject00"][..., [0, 2, 1, 3]], 2, axis=-1)
+    assert numbers.dtype == np.float32 and (shares[..., 0] >= shares[..., 1]).all() and (shares[..., 1] > 0).any()
+    assert np.array_equal(np.ascontiguousarray(numbers[..., 0]).view(np.uint32), mattes["object_id"])
+    assert set(np.unique(mattes["object_id"])) - {0} <= {int(number, 16) for number in manifest.values()}
+    assert set(tashika.render(tiny, cryptomatte=2, **SUM)) == set(mattes) - {*layers} | {"CryptoObject00", "CryptoMaterial00"}
+    assert set(tashika.render(tiny, cryptomatte=False, **SUM)) == set(image)
+    for wrong in (33, "all"):
+        with pytest.raises(tashika.OptionError, match="cryptomatte"):
+            tashika.render(tiny, cryptomatte=wrong, **SUM)
 
 
 def test_shares_of_tiles_are_the_image(tiny: tashika.Scene, image: tashika.Image) -> None:

@@ -14,7 +14,7 @@
 
 use serde::Serialize;
 use serde_json::{Map, Value as Json};
-use tashika::film::{Film, Metadata, Plane, SampleKind, Samples, Value, Window};
+use tashika::film::{CRYPTOMATTE, Film, Metadata, Plane, SampleKind, Samples, Value, Window};
 use tashika::report::least_certain;
 
 /// Side of a tile (samples).
@@ -163,7 +163,9 @@ impl Description {
         planes: Vec<PlaneDescription>,
         metadata: &Metadata,
     ) -> Self {
-        let metadata = metadata.iter().map(|(name, value)| (name.to_owned(), json(value))).collect();
+        // What names the numbers of mattes may be large, and nobody looks at it here.
+        let told = metadata.iter().filter(|(name, _)| !name.starts_with(CRYPTOMATTE));
+        let metadata = told.map(|(name, value)| (name.to_owned(), json(value))).collect();
         let most = window.width.max(window.height).div_ceil(TILE);
         let levels = 1 + most.next_power_of_two().ilog2();
         let window = [window.x, window.y, window.width, window.height];

@@ -93,6 +93,7 @@ Examples:
   tashika render kitchen.glb --claim certified --error 5%
   tashika render kitchen.glb --quality draft --time 60s  a clean picture, and what it is worth
   tashika render kitchen.glb --truth vpl --vpls 55k --gather 16
+  tashika render kitchen.glb --cryptomatte               with mattes of objects and materials
   tashika render kitchen.glb --serve                     watch it in the browser
   tashika render kitchen.glb --tev                       watch it in the viewer tev
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
@@ -337,6 +338,13 @@ pub struct RenderArgs {
     /// Image to write; its PNG and its page go beside it
     #[arg(short, long, value_name = "FILE.exr", default_value = "render.exr", help_heading = "Output")]
     pub output: PathBuf,
+
+    /// Add mattes of objects and of materials to the image, as Cryptomatte has them: layers
+    /// CryptoObject00 and CryptoMaterial00, 01, ... of RANKS names a pixel, 1 to 32, and layers
+    /// object_id and material_id of what covers most of it
+    #[arg(long, value_name = "RANKS", num_args = 0..=1, require_equals = true, default_missing_value = "6",
+        value_parser = values::count, help_heading = "Output")]
+    pub cryptomatte: Option<u64>,
 
     /// Brightness of the PNG: auto (log-average at middle gray) or stops; 0 shows radiance as it is
     #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",

@@ -115,6 +115,8 @@ pub struct Asked {
     pub share: TileShare,
     /// What is to smooth a picture, where it is not our own.
     pub smoother: Option<Arc<dyn Smoother>>,
+    /// Ranks of mattes, if there are to be any.
+    pub mattes: Option<u32>,
 }
 
 impl Asked {
@@ -127,6 +129,7 @@ impl Asked {
             vpl_file: vpl_file.map(Path::to_owned),
             share: TileShare::default(),
             smoother: None,
+            mattes: None,
         })
     }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use tashika::film::Matte;
 use tashika::integrator::SumMethod;
 use tashika::io::ToneMap;
 use tashika::request::{ClaimName, Method, Request, Resolved};
@@ -74,7 +75,7 @@ impl RenderPlan {
         let smoother = args.denoiser.as_deref().filter(|_| is_audited);
         let smoother =
             smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
-        let asked = Asked { smoother, ..asked };
+        let asked = Asked { smoother, mattes: args.cryptomatte.map(Matte::ranks).transpose()?, ..asked };
         if args.checkpoint && is_audited && asked.share.is_whole() {
             return Err(Failure::usage(
                 "--checkpoint: a picture with --claim audited is made in passes, not in tiles, but for parts \

@@ -16,6 +16,7 @@
 //! does one of these at random ([`Scatter`]): the last of the four numbers chooses.
 
 mod filter;
+mod first;
 mod options;
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! bit for any number of threads, any window and any share of the tiles.
 
 mod fill;
+mod mattes;
 mod merge;
 mod pictures;
 mod tiles;
@@ -12,6 +13,7 @@ mod tiles;
 #[cfg(test)]
 mod tests;
 
+pub use mattes::add_mattes;
 pub use merge::{Merged, Merger};
 pub use pictures::{begin_pictures, picture_tiles, resume_pictures};
 pub use tiles::TileShare;

@@ -26,8 +26,8 @@ pub use exposure::automatic_stops;
 pub use metadata::{Metadata, Value};
 pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
 pub use record::{
-    Claim, Code, HalfWidths, Key, PictureClaim, PixelRecord, PlaneRow, RenderFilm, SCHEMA, Shown, Stop,
-    Tally, keys, planes,
+    CRYPTOMATTE, Claim, Code, HalfWidths, Key, Matte, MatteOf, PictureClaim, PixelRecord, PlaneRow,
+    RenderFilm, SCHEMA, Shown, Stop, Tally, keys, matte_id, planes,
 };
 pub use srgb_png::srgb_png;
 pub use words::{
@@ -264,10 +264,18 @@ impl Film {
     /// # Panics
     /// If there is a plane of that name, or not as many samples as pixels times channels.
     pub fn add_plane(&mut self, spec: &PlaneSpec, samples: Samples) {
-        assert!(self.plane(spec.name).is_none(), "two planes {:?}", spec.name);
         let words = [spec.name, spec.unit, spec.doc].map(str::to_owned);
         let channels = spec.channels.iter().map(|&channel| channel.to_owned()).collect();
-        self.planes.push(Plane::from_samples(words, channels, self.window, samples));
+        self.push(Plane::from_samples(words, channels, self.window, samples));
+    }
+
+    /// Adds a plane of the same window.
+    ///
+    /// # Panics
+    /// If there is a plane of that name.
+    pub(crate) fn push(&mut self, plane: Plane) {
+        assert!(self.plane(plane.name()).is_none(), "two planes {:?}", plane.name());
+        self.planes.push(plane);
     }
 
     /// A plane alone, as the main one; what other planes say of the main one is not about it. None

@@ -334,6 +334,7 @@ def render(
     audit: int | None = None,
     time: float | None = None,
     denoiser: str | PathLike[str] | None = None,
+    cryptomatte: bool | int | None = None,
 ) -> Image: ...
 def exact(
     scene: Scene,

@@ -18,7 +18,7 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Shown;
-use crate::film::{Film, Plane, PlaneSpec, SCHEMA, SampleKind, Samples, Value, planes};
+use crate::film::{CRYPTOMATTE, Film, Plane, PlaneSpec, SCHEMA, SampleKind, Samples, Value, planes};
 use crate::{count, least_certain};
 
 /// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9
@@ -104,7 +104,13 @@ pub(super) fn embed(shown: &[Shown<'_>]) -> Embedded {
             window: [window.x, window.y, window.width, window.height],
             factor,
             picks: places.clone(),
-            metadata: film.metadata().iter().map(|(name, value)| (name.to_owned(), json(value))).collect(),
+            metadata: film
+                .metadata()
+                .iter()
+                // The planes that these are about are in no page.
+                .filter(|(name, _)| !name.starts_with(CRYPTOMATTE))
+                .map(|(name, value)| (name.to_owned(), json(value)))
+                .collect(),
             planes: texts,
         }
     });

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Vec3};
 
 use super::mesh::MeshRepairs;
+use super::object_names::{Numbered, ObjectNames};
 use super::{
     AimedMap, Beam, Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId,
     IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface,
@@ -27,6 +28,7 @@ pub struct SceneBuilder {
     texture_costs: Vec<u32>,
     /// For each material, how many materials it consists of.
     material_costs: Vec<u32>,
+    pub(super) numbered: Numbered,
 }
 
 impl SceneBuilder {
@@ -37,6 +39,7 @@ impl SceneBuilder {
             meshes: Vec::new(),
             instances: Vec::new(),
             motions: Vec::new(),
+            object_names: ObjectNames::default(),
             materials: Vec::new(),
             glassy: Vec::new(),
             brushed: Vec::new(),
@@ -60,12 +63,13 @@ impl SceneBuilder {
             animated: None,
             time: None,
         };
-        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
+        Self::of(scene, origin)
     }
 
     /// A scene that is there, to which lights are to be added.
     pub(super) fn of(scene: Scene, origin: Location) -> Self {
-        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new() }
+        let numbered = Numbered::default();
+        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new(), numbered }
     }
 
     /// It, as it is.

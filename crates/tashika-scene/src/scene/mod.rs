@@ -26,6 +26,7 @@ mod mesh;
 mod motion;
 mod normal_map;
 mod note;
+mod object_names;
 mod overview;
 mod part;
 mod paths_only;
@@ -66,6 +67,7 @@ pub use variation::{CellRay, Density, Scattered, Span, Variation, Walk};
 pub use volume_grid::{VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues};
 
 use crate::math::Aabb;
+use object_names::ObjectNames;
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -126,6 +128,7 @@ pub struct Scene {
     instances: Vec<Instance>,
     /// Of those instances that move.
     motions: Vec<Motion>,
+    object_names: ObjectNames,
     materials: Vec<Material>,
     /// For each material whether it is glass, or a mix with glass.
     glassy: Vec<bool>,

@@ -38,7 +38,7 @@ use std::sync::Arc;
 use crate::accel::Tracer;
 use crate::color::Controlled;
 use crate::error::{Error, Result};
-use crate::film::Window;
+use crate::film::{Matte, Window};
 use crate::gather::{Filter, View};
 use crate::integrator::{GuidedLights, Truth};
 use crate::reconstruction::Smoother;
@@ -74,6 +74,7 @@ pub struct Renderer<'a> {
     change: CameraChange,
     framing: Framing,
     share: TileShare,
+    mattes: Option<u32>,
     lights: Option<Arc<LightSet>>,
     cache: Option<&'a LightCache>,
     smoother: Option<Arc<dyn Smoother>>,
@@ -95,6 +96,7 @@ impl<'a> Renderer<'a> {
             change: CameraChange::default(),
             framing: Framing::default(),
             share: TileShare::default(),
+            mattes: None,
             lights: None,
             cache: None,
             smoother: None,
@@ -156,6 +158,13 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn tiles(self, share: TileShare) -> Self {
         Self { share, ..self }
+    }
+
+    /// Adds mattes of objects and materials to the film, of so many ranks (1 to
+    /// [`Matte::MOST_RANKS`]): see [`add_mattes`](crate::render::add_mattes). Default: none.
+    #[must_use]
+    pub fn mattes(self, ranks: u32) -> Self {
+        Self { mattes: Some(ranks), ..self }
     }
 
     /// How pixels are computed.
@@ -298,6 +307,7 @@ impl<'a> Renderer<'a> {
             size,
             window,
             share: self.share.clone(),
+            mattes: self.mattes.map(|ranks| Matte::ranks(ranks.into())).transpose()?,
             gather,
             seed,
             method,

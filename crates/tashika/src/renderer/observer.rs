@@ -29,6 +29,8 @@ pub enum Phase {
     },
     /// Making a picture of the estimates.
     Reconstruction,
+    /// Adding mattes to a film that is rendered.
+    Mattes,
     /// Computing the truth of pixels at random.
     Audit {
         /// Name of what computes it.

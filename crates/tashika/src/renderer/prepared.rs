@@ -13,7 +13,7 @@ use crate::integrator::{
     ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
 };
 use crate::reconstruction::Smoother;
-use crate::render::{Begun, Finished, RenderOptions, Rendered, TileShare, blank, resume};
+use crate::render::{Begun, Finished, RenderOptions, Rendered, TileShare, add_mattes, blank, resume};
 use crate::request::{CameraChange, Method};
 use crate::scene::Camera;
 use crate::tree::LightSet;
@@ -61,6 +61,7 @@ pub struct Prepared<'a> {
     pub(super) size: [u32; 2],
     pub(super) window: Window,
     pub(super) share: TileShare,
+    pub(super) mattes: Option<u32>,
     pub(super) gather: GatherOptions,
     pub(super) seed: u64,
     pub(super) method: Method,
@@ -144,6 +145,26 @@ impl Prepared<'_> {
     /// # Errors
     /// Options out of range; what `begin` fails with.
     pub fn render_from(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
+        let mut rendered = self.render_radiance(begin)?;
+        if let Some(ranks) = self.mattes {
+            let samples = self.matte_samples();
+            during(self.observer, Phase::Mattes, || {
+                add_mattes(&self.setting(), &mut rendered.film, samples, ranks);
+            });
+        }
+        Ok(rendered)
+    }
+
+    /// Camera samples of a pixel's mattes: those of its gather points, if it is made of them.
+    fn matte_samples(&self) -> u32 {
+        const OF_PATHS: u32 = 64;
+        match self.method {
+            Method::Sum { .. } | Method::Transport { .. } => self.gather.points,
+            Method::Path(_) | Method::Audited { .. } => OF_PATHS,
+        }
+    }
+
+    fn render_radiance(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
         if let Method::Audited { options, terms, .. } = &self.method {
             return audited::render(self, options, terms, begin);
         }

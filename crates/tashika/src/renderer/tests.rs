@@ -43,6 +43,7 @@ impl Witness {
             Phase::LightTree => "tree",
             Phase::Pixels { .. } => "pixels",
             Phase::Reconstruction => "reconstruction",
+            Phase::Mattes => "mattes",
             Phase::Audit { .. } => "audit",
             Phase::OtherSet => "other",
         };

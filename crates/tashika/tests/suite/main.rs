@@ -30,6 +30,7 @@ mod light_images;
 mod light_transport;
 mod material_coverage;
 mod material_rows;
+mod mattes;
 mod media;
 mod media_files;
 mod mitsuba;

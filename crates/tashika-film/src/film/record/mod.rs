@@ -6,6 +6,7 @@
 //! | `schema` | [`SCHEMA`]: a row for each plane, from which [`PixelRecord`] and [`planes`] are made |
 //! | `keys` | [`keys`]: a row for each value of the metadata |
 //! | `tally` | [`Tally`]: how many pixels claim what |
+//! | `matte` | [`Matte`]: numbers of objects and materials, and how much of a pixel each covers |
 //! | `picture_claim` | [`PictureClaim`]: what an audit says of all pixels together |
 //!
 //! Nothing above this module writes a code, or the name of a plane or of a value, by hand; pages get
@@ -17,12 +18,14 @@
 
 mod claim;
 pub mod keys;
+mod matte;
 mod picture_claim;
 mod schema;
 mod tally;
 
 pub use claim::{Claim, Code, Stop};
 pub use keys::Key;
+pub use matte::{CRYPTOMATTE, Matte, MatteOf, matte_id};
 pub use picture_claim::PictureClaim;
 pub use schema::{HalfWidths, PixelRecord, PlaneRow, SCHEMA, Shown, planes};
 pub use tally::Tally;

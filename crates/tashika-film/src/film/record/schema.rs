@@ -27,6 +27,8 @@ pub enum Shown {
     Value,
     /// As a direction.
     Direction,
+    /// As a name's number: a colour for each.
+    Id,
 }
 
 /// A row of [`SCHEMA`].
@@ -160,7 +162,7 @@ macro_rules! schema {
                 $shown:expr, in_pages $in_pages:literal, $label:literal, $doc:literal;
         )+ }
         beside { $(
-            $other:ident $other_name:literal [$($other_channel:literal),+] $other_unit:literal,
+            $other:ident $kind:ident $other_name:literal [$($other_channel:literal),+] $other_unit:literal,
                 $other_shown:expr, in_pages $other_in_pages:literal, $other_label:literal, $other_doc:literal;
         )* }
     ) => {
@@ -191,7 +193,7 @@ macro_rules! schema {
                     name: $other_name,
                     channels: &[$($other_channel),+],
                     unit: $other_unit,
-                    kind: SampleKind::F32,
+                    kind: SampleKind::$kind,
                     doc: $other_doc,
                 };
             )*
@@ -288,19 +290,25 @@ schema! {
             "share of camera samples that met a surface";
     }
     beside {
-        RECONSTRUCTION "reconstruction" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
+        RECONSTRUCTION F32 "reconstruction" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages true, "picture, reconstructed",
             "radiance as a mean of pixels that are alike; nothing is claimed of it";
-        AUDITED "audited" ["low", "high", "verdict"] "W·m⁻²·sr⁻¹",
+        AUDITED F32 "audited" ["low", "high", "verdict"] "W·m⁻²·sr⁻¹",
             Shown::Value, in_pages true, "audited pixels",
             "luminance that an audit found of a pixel, from and to, and its verdict: 1 within the error, 2 outside or not known well enough, 0 not audited";
-        HALVES "picture_halves" ["A_R", "A_G", "A_B", "A_error", "B_R", "B_G", "B_B", "B_error", "passes"] "W·m⁻²·sr⁻¹",
+        HALVES F32 "picture_halves" ["A_R", "A_G", "A_B", "A_error", "B_R", "B_G", "B_B", "B_error", "passes"] "W·m⁻²·sr⁻¹",
             Shown::Value, in_pages false, "halves of a part",
             "of a part of an audited picture: mean radiance of each of two independent halves with the standard error of its luminance, and passes; merging makes the picture of it";
-        TRUTH "audit_truth" ["low", "high", "stage", "rays"] "W·m⁻²·sr⁻¹",
+        TRUTH F32 "audit_truth" ["low", "high", "stage", "rays"] "W·m⁻²·sr⁻¹",
             Shown::Value, in_pages false, "truths of a part",
             "of a part of an audited picture: luminance that an audit found of a pixel, from and to (infinity if it is not known), how often it was computed (0: the pixel is not audited), and rays; merging judges the picture by it";
-        REFERENCE "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
+        OBJECT_ID U32 "object_id" ["id"] "1",
+            Shown::Id, in_pages false, "object",
+            "number of the object that covers most of a pixel, 0 where there is none; the manifest of `CryptoObject` has its name";
+        MATERIAL_ID U32 "material_id" ["id"] "1",
+            Shown::Id, in_pages false, "material",
+            "number of the material that covers most of a pixel, 0 where there is none; the manifest of `CryptoMaterial` has its name";
+        REFERENCE F32 "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages false, "reference",
             "what errors are measured from";
     }

@@ -22,7 +22,7 @@ use ::exr::prelude::Vec2;
 
 use super::{PLANES, PREFIX, PlaneRecord, at, truncated, unsupported};
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Metadata, SampleKind, Value, Window, channel_name};
+use crate::film::{CRYPTOMATTE, Film, Metadata, SampleKind, Value, Window, channel_name};
 
 /// More samples (bytes) for each byte of the file than any of the format's compressions can hold:
 /// ZIP's limit is 1032, DWA's 64 times that.
@@ -71,12 +71,14 @@ impl Layout {
         let mut planes = Vec::new();
         let mut metadata = Metadata::default();
         let attributes = header.own_attributes.other.iter();
-        for (name, value) in attributes.filter(|(name, _)| name.as_slice().starts_with(PREFIX.as_bytes())) {
+        for (name, value) in attributes {
             let name = string(name);
+            let own = name.strip_prefix(PREFIX);
             if name == PLANES {
                 planes = recorded_planes(path, value, &mut channels)?;
-            } else if let Some(value) = metadata_value(value) {
-                let name = &name[PREFIX.len()..];
+            } else if let Some(name) = own.or(Some(&*name).filter(|name| name.starts_with(CRYPTOMATTE)))
+                && let Some(value) = metadata_value(value)
+            {
                 let fits = !name.is_empty() && name.len() <= Metadata::MAX_NAME_BYTES;
                 if fits && name.bytes().all(|b| b.is_ascii_graphic()) {
                     metadata.set(name, value);

@@ -7,6 +7,7 @@
 //!
 //! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string` (yes and no,
 //! and whole numbers beyond 32 bits, are strings; text that reads as such comes back as such);
+//! what mattes are about (`cryptomatte/…`) has the names that the format of mattes gives it;
 //! units and meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the standard
 //! attributes there are those that every file must have, `chromaticities` (Rec. 709), `software`,
 //! and `comments`: a line of what the image is and what it promises.

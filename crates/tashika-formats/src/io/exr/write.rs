@@ -13,7 +13,8 @@ use super::{PLANES, PREFIX, PlaneRecord, at};
 use crate::color::Controlled;
 use crate::error::Result;
 use crate::film::{
-    Claim, Film, RenderFilm, Samples, Stop, Value, channel_name, keys, percent_of_tolerance, planes,
+    CRYPTOMATTE, Claim, Film, RenderFilm, Samples, Stop, Value, channel_name, keys, percent_of_tolerance,
+    planes,
 };
 use crate::io::output::write_file;
 
@@ -66,7 +67,8 @@ pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
     let planes = serde_json::to_string(&records).expect("words and lists of words");
     attributes.other.insert(text(PLANES), AttributeValue::Text(text(&planes)));
     for (name, value) in film.metadata().iter() {
-        attributes.other.insert(text(&format!("{PREFIX}{name}")), attribute(value));
+        let prefix = if name.starts_with(CRYPTOMATTE) { "" } else { PREFIX };
+        attributes.other.insert(text(&format!("{prefix}{name}")), attribute(value));
     }
     let [width, height] = film.size();
     let display = IntegerBounds::new(Vec2(0, 0), Vec2(width as usize, height as usize));

@@ -172,7 +172,7 @@ impl Meshes {
             None => assembly.assemble(corners, |i| i as u32),
         };
         let data = MeshData {
-            name: name(document, mesh, index),
+            name: name_of_part(document, mesh, index),
             positions: positions.vectors(range)?.into_iter().map(Vec3::from_array).collect(),
             normals: normals.into_iter().map(Vec3::from_array).collect(),
             uvs: uvs
@@ -185,9 +185,14 @@ impl Meshes {
     }
 }
 
-fn name(mesh: &json::Mesh, index: usize, primitive: usize) -> String {
+/// What a mesh is called: by its place, if it has no name.
+pub(super) fn name(mesh: &json::Mesh, index: usize) -> String {
     let name = mesh.name.as_deref().filter(|n| !n.is_empty());
-    let name = name.map_or_else(|| format!("meshes[{index}]"), shown);
+    name.map_or_else(|| format!("meshes[{index}]"), shown)
+}
+
+fn name_of_part(mesh: &json::Mesh, index: usize, primitive: usize) -> String {
+    let name = name(mesh, index);
     if mesh.primitives.len() == 1 { name } else { format!("{name}.primitives[{primitive}]") }
 }
 

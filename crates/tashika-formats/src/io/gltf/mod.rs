@@ -108,14 +108,18 @@ fn place_mesh(
     if node.skin.is_some() {
         met("node", "skin", source.at(format!("nodes[{}].skin", placed.index)), builder)?;
     }
-    let meshes = meshes.get(source, builder, mesh.value())?;
+    let parts = meshes.get(source, builder, mesh.value())?;
+    match node.name.as_deref().filter(|name| !name.is_empty()) {
+        Some(name) => builder.begin_object(name),
+        None => builder.begin_unnamed_object(&meshes::name(&source.root.meshes[mesh.value()], mesh.value())),
+    }
     if let Some(exposure) = exposure
         && let Some(keys) = exposure.of_moving(source, placed.index)
     {
-        return place_moving(source, placed, (keys, exposure.shutter), meshes, builder);
+        return place_moving(source, placed, (keys, exposure.shutter), parts, builder);
     }
-    for to_world in instancing::placements(source, placed, meshes.len(), builder)? {
-        for &mesh in meshes {
+    for to_world in instancing::placements(source, placed, parts.len(), builder)? {
+        for &mesh in parts {
             builder.add_instance(mesh, to_world.as_affine3a())?;
         }
     }

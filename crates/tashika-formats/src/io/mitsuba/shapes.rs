@@ -56,7 +56,12 @@ impl<'a> Translation<'a> {
             return Ok(());
         }
         let motion = self.motion(object);
-        for placement in self.placements(object)? {
+        let placements = self.placements(object)?;
+        match &object.id {
+            Some(id) => self.builder.begin_object(id),
+            None => self.builder.begin_unnamed_object(&object.plugin),
+        }
+        for placement in placements {
             // What the animation is now is part of the placement.
             let track = motion.as_ref().and_then(|(track, now, _)| {
                 track.after(now.inverse() * transforms::affine_f64(&placement.to_world))

@@ -458,7 +458,14 @@ impl<'f> Interpreter<'f> {
         let part = Part { mesh, to_object: to_world, track };
         match &mut self.object {
             Some((_, parts)) => parts.push(part),
-            None => self.add_instance(&part, &DAffine3::IDENTITY, None, &parameters.at())?,
+            None => {
+                let builder = &mut self.loading.builder;
+                match parameters.string("filename").filter(|_| class == "plymesh") {
+                    Some(file) => builder.begin_object(file),
+                    None => builder.begin_unnamed_object(class),
+                }
+                self.add_instance(&part, &DAffine3::IDENTITY, None, &parameters.at())?;
+            }
         }
         Ok(())
     }
@@ -528,6 +535,7 @@ impl<'f> Interpreter<'f> {
             self.loading.note_named(NoteKind::Repaired, message, "objects are not defined", at);
             return Ok(());
         };
+        self.loading.builder.begin_unnamed_object(&name);
         for part in &parts {
             self.add_instance(part, &to_world, track.as_ref(), &at)?;
         }

@@ -273,7 +273,9 @@ const Views = (() => {
       }
     }
     // By their rows: half-widths first, then codes and counts; what is left, in the order of the film.
-    const rest = [...planes.values()].filter((plane) => !isColor(plane));
+    // Ranks of mattes are for programs; numbers of objects and materials are shown by planes of their own.
+    const isMatte = ({ name }) => /^Crypto(Object|Material)\d\d$/.test(name);
+    const rest = [...planes.values()].filter((plane) => !isColor(plane) && !isMatte(plane));
     const rank = ({ name }) => {
       const shown = ROWS.get(name)?.shown;
       if (name === PLANE.half_width) return 0;
@@ -288,6 +290,21 @@ const Views = (() => {
           paint: ([c], out) => {
             for (let i = 0; i < out.length / 4; i++) {
               for (let k = 0; k < 3; k++) out[4 * i + k] = 127.5 * (1 + c[k][i]);
+              out[4 * i + 3] = 255;
+            }
+          },
+          legend: () => null,
+        });
+        continue;
+      }
+      if (shown === "id") {
+        // The number is a hash: its bits are a colour.
+        add(name, label, {
+          kind: "value",
+          planes: [name],
+          paint: ([[ids]], out) => {
+            for (let i = 0; i < out.length / 4; i++) {
+              for (let k = 0; k < 3; k++) out[4 * i + k] = ids[i] ? 48 + ((ids[i] >>> (8 * k)) & 255) * 0.8 : 0;
               out[4 * i + 3] = 255;
             }
           },

@@ -1,0 +1,56 @@
+//! Mattes of a film: which objects and materials its pixels show, and how much of each.
+//!
+//! They are made after the film, from the camera samples of its view, whatever made its radiance: a
+//! film without them has the same bits and took the same work. Of pixels that are made of gather
+//! points the samples are those of the points, so that a matte has the edges of the picture.
+//!
+//! # Guarantee
+//! The same bits for any number of threads, any window and any share of the tiles. The shares of a
+//! pixel are whole numbers of samples over all samples: they add up to the share that met a surface,
+//! at most 1.
+//!
+//! # Held to this by
+//! The tests of `render`; the suite's `mattes`, with an edge in closed form; the program's tests of
+//! parts.
+
+use rayon::prelude::*;
+
+use crate::film::{Film, Matte, MatteOf, RenderFilm};
+use crate::integrator::Setting;
+use crate::scene::{InstanceId, Scene};
+
+/// Adds planes of mattes to a film of this view, of objects and of materials.
+///
+/// * `samples`: camera samples a pixel, at least 1.
+/// * `ranks`: objects, and materials, that a pixel tells apart at most; 1 to [`Matte::MOST_RANKS`].
+///
+/// Pixels that were not rendered are empty.
+///
+/// # Panics
+/// If the film has such planes.
+pub fn add_mattes(setting: &Setting<'_>, film: &mut Film, samples: u32, ranks: u32) {
+    let scene = setting.tracer.scene();
+    let samples = samples.max(1);
+    let of_pixel = 2 * ranks.clamp(1, Matte::MOST_RANKS).next_multiple_of(2) as usize;
+    let pixels: Vec<(u32, u32)> = film.window().pixels().collect();
+    let mattes = MatteOf::ALL.map(|of| Matte::new(of, names(scene, of)));
+    let read = RenderFilm::of(film);
+    let [mut objects, mut materials] = [(); 2].map(|()| vec![0.0; pixels.len() * of_pixel]);
+    let of_pixels = objects.par_chunks_exact_mut(of_pixel).zip(materials.par_chunks_exact_mut(of_pixel));
+    of_pixels.zip(&pixels).enumerate().filter(|(place, _)| read.is_rendered(*place)).for_each(
+        |(_, ((objects, materials), &(x, y)))| {
+            let of_sample = |index| setting.view.first_instance(setting.tracer, [x, y], index);
+            let met: Vec<usize> = (0..samples).filter_map(of_sample).map(InstanceId::index).collect();
+            mattes.iter().zip([objects, materials]).for_each(|(matte, to)| matte.rank(&met, samples, to));
+        },
+    );
+    mattes.iter().zip([objects, materials]).for_each(|(matte, ranks)| matte.add_to(film, &ranks));
+}
+
+/// What the instances of a scene are called.
+fn names(scene: &Scene, of: MatteOf) -> impl Iterator<Item = &str> {
+    scene.instance_ids().map(move |instance| match of {
+        MatteOf::Objects => scene.object_name(instance),
+        MatteOf::Materials => scene.material_of(instance).name.as_str(),
+    })
+}

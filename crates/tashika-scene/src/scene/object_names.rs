@@ -1,0 +1,108 @@
+//! What the objects of a scene are called: an object is one or several instances, as the file has
+//! it.
+//!
+//! Names are kept once for all instances that are added after each other, so that a thing of many
+//! meshes, or a million placements of one, costs one name.
+//!
+//! # Held to this by
+//! The tests below; `object_names` of the suite, for what the readers of files make of names.
+
+use std::collections::BTreeMap;
+
+use super::{InstanceId, Scene, SceneBuilder};
+
+/// The names, each with the first of its instances, in rising order; an empty one stands for those
+/// of the meshes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ObjectNames(Vec<(u32, String)>);
+
+/// How often each name was given to an object that has none.
+#[derive(Debug, Default)]
+pub(super) struct Numbered(BTreeMap<String, u32>);
+
+impl ObjectNames {
+    fn begin(&mut self, first: u32, name: String) {
+        if let Some(last) = self.0.last_mut().filter(|last| last.0 == first) {
+            last.1 = name;
+        } else if self.0.last().map_or("", |last| &last.1) != name {
+            self.0.push((first, name));
+        }
+    }
+
+    fn of(&self, instance: u32) -> Option<&str> {
+        let after = self.0.partition_point(|(first, _)| *first <= instance);
+        let (_, name) = self.0.get(after.checked_sub(1)?)?;
+        Some(name.as_str()).filter(|name| !name.is_empty())
+    }
+}
+
+impl SceneBuilder {
+    /// Says that instances which are added from here on are of an object of that name, until another
+    /// begins. Objects of the same name are one. Without a name, and before any is said, instances
+    /// are called as their meshes are.
+    pub fn begin_object(&mut self, name: impl Into<String>) {
+        let first = self.scene.instances.len() as u32;
+        self.scene.object_names.begin(first, name.into());
+    }
+
+    /// The same of an object to which its file gives no name: it gets that of its kind and a number
+    /// that no other of this kind has, from 1.
+    pub fn begin_unnamed_object(&mut self, kind: &str) {
+        let number = self.numbered.0.entry(kind.to_owned()).or_default();
+        *number += 1;
+        let name = format!("{kind} {number}");
+        self.begin_object(name);
+    }
+}
+
+impl Scene {
+    /// What the object is called that an instance is, or is a part of: as the file calls it, else as
+    /// its mesh is called.
+    pub fn object_name(&self, instance: InstanceId) -> &str {
+        let of_mesh = || match self.mesh_of(instance).name() {
+            "" => "unnamed",
+            name => name,
+        };
+        self.object_names.of(instance.0).unwrap_or_else(of_mesh)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Affine3A, Vec3};
+
+    use crate::color::Rgb;
+    use crate::error::Location;
+    use crate::scene::{Material, MeshData, SceneBuilder, Surface};
+
+    #[test]
+    fn instances_are_called_as_their_object_or_their_mesh() {
+        let mut b = SceneBuilder::new("s", Location::default());
+        let surface = Surface::Lambert { reflectance: Rgb::BLACK.into() };
+        let material = b.add_material(Material::new("m", surface)).unwrap();
+        let mesh = |b: &mut SceneBuilder, name: &str| {
+            let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+            let data =
+                MeshData { name: name.into(), positions, triangles: vec![[0, 1, 2]], ..MeshData::default() };
+            b.add_mesh(data, material).unwrap()
+        };
+        let (cup, bare) = (mesh(&mut b, "cup"), mesh(&mut b, ""));
+        let place = |b: &mut SceneBuilder, mesh| b.add_instance(mesh, Affine3A::IDENTITY).unwrap().unwrap();
+        let mut expected = vec![(place(&mut b, cup), "cup"), (place(&mut b, bare), "unnamed")];
+        b.begin_object("nothing of it");
+        b.begin_object("table");
+        expected.extend([(place(&mut b, bare), "table"), (place(&mut b, cup), "table")]);
+        for name in ["sphere 1", "sphere 2"] {
+            b.begin_unnamed_object("sphere");
+            expected.push((place(&mut b, bare), name));
+        }
+        b.begin_unnamed_object("cube");
+        expected.push((place(&mut b, bare), "cube 1"));
+        b.begin_object("");
+        expected.push((place(&mut b, cup), "cup"));
+        let scene = b.build().unwrap();
+        for (instance, name) in expected {
+            assert_eq!(scene.object_name(instance), name, "{instance:?}");
+        }
+    }
+}
