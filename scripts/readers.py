@@ -55,11 +55,17 @@ def full_names():
 class Reference:
     """A file as the reference implementation's own Python module reads it."""
 
-    def __init__(self, path):
+    def __init__(self, path, parts=()):
         file = OpenEXR.File(str(path), separate_channels=True)
-        assert len(file.parts) == 1, "one part, so that every tool reads it"
+        if parts:
+            assert [part.name() for part in file.parts] == list(parts), [part.name() for part in file.parts]
+        else:
+            assert len(file.parts) == 1, "one part, so that every tool reads it"
         self.attributes = file.header()
-        self.channels = {name: channel.pixels for name, channel in file.channels().items()}
+        self.headers = [part.header for part in file.parts]
+        self.channels = {
+            name: channel.pixels for k in range(len(file.parts)) for name, channel in file.channels(k).items()
+        }
         self.data = self.window("dataWindow")
         self.display = self.window("displayWindow")
         self.aspect = self.attributes["pixelAspectRatio"]
@@ -87,11 +93,16 @@ class Other:
         self.display = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
         self.aspect = self.attributes["PixelAspectRatio"]
         self.channels = {}
-        for i, (name, kind) in enumerate(zip(spec.channelnames, spec.channelformats or [spec.format] * spec.nchannels)):
-            # Asked for one by one and as they are: all together would be made floats.
-            pixels = file.read_image(0, 0, i, i + 1, kind)
-            assert pixels is not None, file.geterror()
-            self.channels[name] = pixels[:, :, 0]
+        part = 0
+        while file.seek_subimage(part, 0):
+            spec = file.spec()
+            kinds = spec.channelformats or [spec.format] * spec.nchannels
+            for i, (name, kind) in enumerate(zip(spec.channelnames, kinds)):
+                # Asked for one by one and as they are: all together would be made floats.
+                pixels = file.read_image(part, 0, i, i + 1, kind)
+                assert pixels is not None, file.geterror()
+                self.channels[name] = pixels[:, :, 0]
+            part += 1
         file.close()
 
     def attribute(self, name):
@@ -158,6 +169,40 @@ def check_attributes(reader, who, report):
     assert {p["name"]: tuple(p["channels"]) for p in planes} == PLANES, f"{who}: {planes}"
     assert planes[0]["unit"] == "W·m⁻²·sr⁻¹", f"{who}: text beyond ASCII became {planes[0]['unit']!r}"
     assert all(p["doc"] for p in planes), f"{who}: {planes}"
+
+
+def check_layouts(program, folder, options):
+    """Every layout has the same samples, parts of the planes' names, tiles, and its compression, to both readers."""
+    command = [program, "render", "builtin:tiny", *options, "--crop", ",".join(map(str, CROP)), "-o"]
+    plain = folder / "plain.exr"
+    subprocess.run([*command, plain], check=True, timeout=120)
+    expected = Reference(plain)
+    compressions = {
+        "none": OpenEXR.NO_COMPRESSION,
+        "rle": OpenEXR.RLE_COMPRESSION,
+        "zips": OpenEXR.ZIPS_COMPRESSION,
+        "zip": OpenEXR.ZIP_COMPRESSION,
+        "piz": OpenEXR.PIZ_COMPRESSION,
+    }
+    for flags in ("", "parts,", "tiles,", "parts,tiles,"):
+        for name, compression in compressions.items():
+            path = folder / "layout.exr"
+            subprocess.run([*command, path, "--exr", flags + name], check=True, timeout=120)
+            parts = [plane or "rgb" for plane in PLANES] if "parts" in flags else ()
+            reference, other = Reference(path, parts), Other(path)
+            for header in reference.headers:
+                assert header["compression"] == compression, f"{flags}{name}: {header['compression']}"
+                kind = OpenEXR.tiledimage if "tiles" in flags else OpenEXR.scanlineimage
+                assert header.get("type", kind) == kind, f"{flags}{name}: {header['type']}"
+                assert ("tiles" in header) == ("tiles" in flags), f"{flags}{name}"
+            for reader in (reference, other):
+                assert set(reader.channels) == full_names(), f"{flags}{name}: {sorted(reader.channels)}"
+                for channel, pixels in reader.channels.items():
+                    same = pixels.tobytes() == expected.channels[channel].tobytes()
+                    assert same, f"{flags}{name} by {type(reader).__name__}: {channel}"
+            assert reference.attributes["tashika:planes"] == expected.attributes["tashika:planes"]
+    refused = subprocess.run([*command, folder / "lossy.exr", "--exr", "dwaa"], capture_output=True, text=True, check=False)
+    assert refused.returncode == 2 and "keeps all bits" in refused.stderr, refused.stderr
 
 
 def murmur3(data):
@@ -231,11 +276,13 @@ def main():
             command = [program, "render", "builtin:tiny", *options, "-o", image, "--json", report]
             subprocess.run(command, check=True, timeout=120)
             check_film(image, window, json.loads(report.read_text()))
+        plain = options[: options.index("--quiet") + 1]
+        check_layouts(program, folder, plain)
         mattes = folder / "mattes.exr"
-        subprocess.run([program, "render", "builtin:tiny", *options[:14], "--cryptomatte=4", "-o", mattes], check=True, timeout=120)
+        subprocess.run([program, "render", "builtin:tiny", *plain, "--cryptomatte=4", "-o", mattes], check=True, timeout=120)
         check_mattes(mattes)
     versions = f"OpenEXR {OpenEXR.__version__}, OpenImageIO {OpenImageIO.__version__}"
-    print(f"two files of {len(full_names())} channels read alike by {versions}")
+    print(f"files in all layouts, two of {len(full_names())} channels read alike by {versions}")
 
 
 if __name__ == "__main__":

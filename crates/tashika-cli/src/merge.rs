@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use tashika::film::{PictureClaim, RenderFilm, Tally};
-use tashika::io::{read_exr, write_exr, write_file, write_png};
+use tashika::io::{read_exr, write_exr_as, write_file, write_png};
 use tashika::render::{Merged, Merger};
 use tashika::renderer::finish_merged;
 use tashika::report::{RenderFacts, about_light_not_found, count, render_page};
@@ -53,7 +53,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     if plan.smoother.is_some() && PictureClaim::of(merged.film.metadata()).is_none() {
         meter.note("--denoiser is not used: these are not all parts of an audited picture");
     }
-    write_exr(&plan.exr, &merged.film)?;
+    write_exr_as(&plan.exr, &merged.film, &plan.layout)?;
     write_png(&plan.png, &merged.film, &plan.tone_map)?;
     let report = report(plan, &merged);
     let facts = RenderFacts {

@@ -8,7 +8,7 @@ use tashika::error::Error;
 use tashika::experiment::OtherSet;
 use tashika::film::{PictureClaim, Tally, keys, planes};
 use tashika::integrator::PathStop;
-use tashika::io::{KeptTiles, save_vpls, write_exr, write_file, write_png};
+use tashika::io::{KeptTiles, save_vpls, write_exr_as, write_file, write_png};
 use tashika::render::Rendered;
 use tashika::renderer::{Audit, Prepared};
 use tashika::report::{RenderFacts, error_budget, render_page};
@@ -142,8 +142,9 @@ fn image(
         }
         let write = || -> Result<f32, Failure> {
             let film = &rendered.film;
-            write_exr(&outputs.exr, film)
-                .map_err(|trouble| rescued(film, &outputs.exr, &trouble, watcher.checkpoint()))?;
+            write_exr_as(&outputs.exr, film, &plan.layout).map_err(|trouble| {
+                rescued(film, &plan.layout, &outputs.exr, &trouble, watcher.checkpoint())
+            })?;
             write_png(&outputs.png, film, &plan.tone_map).map_err(|trouble| beside(&outputs.exr, &trouble))
         };
         let exposure_stops = watcher.timed(|seconds| &mut seconds.write, write)?;

@@ -8,7 +8,7 @@ use std::process;
 
 use tashika::error::Error;
 use tashika::film::Film;
-use tashika::io::write_exr;
+use tashika::io::{ExrLayout, write_exr_as};
 
 use crate::exit::Failure;
 
@@ -18,9 +18,9 @@ const FOLDERS: u32 = 100;
 /// Saves a film that could not be written to `exr` because of `trouble`; says where it is.
 ///
 /// * `kept`: the checkpoint that has the finished tiles, if there is one.
-pub fn rescued(film: &Film, exr: &Path, trouble: &Error, kept: Option<&Path>) -> Failure {
+pub fn rescued(film: &Film, layout: &ExrLayout, exr: &Path, trouble: &Error, kept: Option<&Path>) -> Failure {
     let mut message = format!("cannot write {trouble}");
-    match save(film, exr) {
+    match save(film, layout, exr) {
         Ok(path) => message.push_str(&format!("; the image is saved as {}", path.display())),
         Err(also) => message.push_str(&format!("; nor could it be saved for the time being: {also}")),
     }
@@ -33,11 +33,11 @@ pub fn rescued(film: &Film, exr: &Path, trouble: &Error, kept: Option<&Path>) ->
     Failure::file(message)
 }
 
-fn save(film: &Film, exr: &Path) -> Result<PathBuf, Error> {
+fn save(film: &Film, layout: &ExrLayout, exr: &Path) -> Result<PathBuf, Error> {
     let temporary = std::env::temp_dir();
     let folder = own_folder(&temporary).map_err(|e| Error::io(&temporary, e))?;
     let path = folder.join(exr.file_name().unwrap_or("image.exr".as_ref()));
-    write_exr(&path, film).inspect_err(|_| {
+    write_exr_as(&path, film, layout).inspect_err(|_| {
         // What is left is an empty folder.
         let _ = fs::remove_dir(&folder);
     })?;

@@ -65,6 +65,27 @@ fn shares_are_merged_to_the_same_bytes() {
 }
 
 #[test]
+fn layouts_of_files_do_not_enter() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let bytes = |name: &str| fs::read(folder.join(name)).unwrap();
+    succeeds(folder, &format!("{RENDER} -o whole.exr -q --exr parts,tiles,piz"));
+    succeeds(folder, &format!("{RENDER} --tiles 1/2 -o a.exr -q --exr tiles,none"));
+    succeeds(folder, &format!("{RENDER} --tiles 2/2 -o b.exr -q --exr parts"));
+    succeeds(folder, "merge a.exr b.exr -o merged.exr -q --exr parts,tiles,piz");
+    assert!(bytes("merged.exr") == bytes("whole.exr") && bytes("merged.exr") != bytes("a.exr"));
+    succeeds(folder, "merge a.exr b.exr -o plain.exr -q");
+    assert!(bytes("plain.exr") != bytes("merged.exr"));
+    assert_eq!(
+        tashika::io::read_exr(&folder.join("plain.exr")).unwrap(),
+        tashika::io::read_exr(&folder.join("merged.exr")).unwrap()
+    );
+    let output = run(folder, &format!("{RENDER} -o whole.exr -q --exr dwaa"));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("keeps all bits"), "{said}");
+}
+
+#[test]
 fn many_shares_are_small_films_that_merge_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

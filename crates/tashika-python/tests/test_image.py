@@ -46,6 +46,13 @@ def test_files_hold_all_of_it(image: tashika.Image, tmp_path: Path) -> None:
     again = tashika.read(tmp_path / "a.exr")
     assert again.metadata == image.metadata and sorted(again) == sorted(image)
     assert all(np.array_equal(again[name], image[name]) for name in image)
+    for layout in ("parts", "tiles,piz", "parts,tiles,none"):
+        image.save(tmp_path / "b.exr", exr=layout)
+        other = tashika.read(tmp_path / "b.exr")
+        assert other.metadata == image.metadata and list(other) == list(again), layout
+        assert all(np.array_equal(other[name], image[name]) for name in image), layout
+    with pytest.raises(tashika.OptionError, match="exr = dwaa; expected what keeps all bits"):
+        image.save(tmp_path / "b.exr", exr="dwaa")
     image.save(tmp_path / "a.png")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     image.save(tmp_path / "a.html")

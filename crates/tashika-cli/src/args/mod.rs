@@ -23,7 +23,7 @@ use tashika::color::Controlled;
 use tashika::film::Window;
 use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
-use tashika::io::{AskedEnvironment, AskedLight, Exposure};
+use tashika::io::{AskedEnvironment, AskedLight, Exposure, ExrLayout};
 use tashika::render::TileShare;
 use tashika::request::{MethodName, Quality};
 use tashika::vpl::{Clamp, VplOptions};
@@ -339,6 +339,9 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE.exr", default_value = "render.exr", help_heading = "Output")]
     pub output: PathBuf,
 
+    #[command(flatten)]
+    pub layout: ExrArgs,
+
     /// Add mattes of objects and of materials to the image, as Cryptomatte has them: layers
     /// CryptoObject00 and CryptoMaterial00, 01, ... of RANKS names a pixel, 1 to 32, and layers
     /// object_id and material_id of what covers most of it
@@ -595,6 +598,9 @@ pub struct MergeArgs {
     pub partial: bool,
 
     #[command(flatten)]
+    pub layout: ExrArgs,
+
+    #[command(flatten)]
     pub budget: BudgetArgs,
 
     /// What smooths an audited picture, if its parts were rendered for another than the own
@@ -628,6 +634,15 @@ pub struct ViewArgs {
 
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// How the image is laid out.
+#[derive(Debug, ClapArgs)]
+pub struct ExrArgs {
+    /// How FILE.exr is laid out, in words with commas between them: parts, one for each layer; tiles
+    /// of 64x64 pixels; and a compression, none, rle, zips, zip or piz, none of which loses anything
+    #[arg(long, value_name = "parts,tiles,piz", default_value = "zip", help_heading = "Output")]
+    pub exr: ExrLayout,
 }
 
 /// What pixels that ran out of budget are to the exit code.

@@ -89,6 +89,8 @@ impl Job {
             }
             line
         });
+        // Parts are laid out as they are quickest written; what is asked for is asked of the whole.
+        let [layout, words] = split(&words, &["--exr"]);
         let mut render = vec![program.clone()];
         render.extend(words);
         // An engine takes any exit code but 0 for a lost worker.
@@ -99,6 +101,7 @@ impl Job {
         }
         merge.extend(["-o".to_owned(), path_text(&image)?, "--accept-budget".to_owned()]);
         merge.extend(denoiser);
+        merge.extend(layout);
         let name =
             image.file_stem().map_or_else(|| "tashika".to_owned(), |n| n.to_string_lossy().into_owned());
         Ok(Self { name, folder, image, shares: plan.shares, lights, render, merge })

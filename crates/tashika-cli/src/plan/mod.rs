@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use tashika::film::Window;
-use tashika::io::{LightChanges, LoadOptions, ToneMap, check_writable, open_scene, scene_format};
+use tashika::io::{ExrLayout, LightChanges, LoadOptions, ToneMap, check_writable, open_scene, scene_format};
 use tashika::reconstruction::Smoother;
 use tashika::render::TileShare;
 use tashika::report::Tolerance;
@@ -324,6 +324,8 @@ pub struct MergePlan {
     pub parts: Vec<PathBuf>,
     /// Image to write.
     pub exr: PathBuf,
+    /// How it is laid out.
+    pub layout: ExrLayout,
     /// Picture to write.
     pub png: PathBuf,
     /// Page to write.
@@ -355,6 +357,7 @@ impl MergePlan {
             smoother: smoother.flatten(),
             parts: args.parts.clone(),
             exr,
+            layout: args.layout.exr,
             png,
             html,
             partial: args.partial,

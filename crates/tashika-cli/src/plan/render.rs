@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tashika::film::Matte;
 use tashika::integrator::SumMethod;
-use tashika::io::ToneMap;
+use tashika::io::{ExrLayout, ToneMap};
 use tashika::request::{ClaimName, Method, Request, Resolved};
 use tashika_oidn::Oidn;
 
@@ -28,6 +28,8 @@ pub struct RenderPlan {
     pub frames: Option<Frames>,
     /// Files to write; of several cameras or frames, what theirs are named after.
     pub outputs: Outputs,
+    /// How the image is laid out.
+    pub layout: ExrLayout,
     /// How the picture is made.
     pub tone_map: ToneMap,
     /// Where the viewer listens that is to show it meanwhile.
@@ -127,6 +129,7 @@ impl RenderPlan {
             write_vpls: args.write_vpls.clone(),
             frames,
             outputs,
+            layout: args.layout.exr,
             tone_map,
             tev: args.tev.clone(),
             checkpoint,

@@ -38,7 +38,7 @@ use std::path::Path;
 
 pub use self::png::{Exposure, ToneMap, encode_png, write_png};
 pub use checkpoint::{Checkpoint, Resumed};
-pub use exr::{ExrFile, ExrPlane, read_exr, write_exr};
+pub use exr::{ExrCompression, ExrFile, ExrLayout, ExrPlane, read_exr, write_exr, write_exr_as};
 pub use features::{Feature, FormatFeatures, Support};
 pub use files::SceneFiles;
 pub use formats::{features, scene_format};

@@ -17,7 +17,6 @@ use std::path::Path;
 
 use ::exr::meta::MetaData;
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType, Text};
-use ::exr::meta::header::Header;
 use ::exr::prelude::Vec2;
 
 use super::{PLANES, PREFIX, PlaneRecord, at, truncated, unsupported};
@@ -41,9 +40,12 @@ pub struct ExrPlane {
     pub doc: String,
     /// How the samples are stored in a film; 16-bit ones become 32-bit ones.
     pub kind: SampleKind,
-    /// Which of the file's channels these are, by their places in the header.
-    pub(super) places: Vec<usize>,
+    /// Which of the file's channels these are: their part, and their place in its header.
+    pub(super) places: Vec<Place>,
 }
+
+/// A channel of a file: its part, and its place in the header of that.
+pub(super) type Place = [usize; 2];
 
 /// What a file is, apart from its samples.
 #[derive(Debug)]
@@ -55,19 +57,39 @@ pub(super) struct Layout {
     pub(super) offset: [usize; 2],
     pub(super) planes: Vec<ExrPlane>,
     pub(super) metadata: Metadata,
+    /// How many of the file's parts, from the first, have channels of these planes.
+    pub(super) parts: usize,
 }
 
-/// A channel: its place in the header, and how its samples are stored.
-type Channel = (usize, SampleKind);
+/// A channel: where it is, and how its samples are stored.
+type Channel = (Place, SampleKind);
 
 impl Layout {
-    pub(super) fn of(path: &Path, header: &Header) -> Result<Self> {
+    /// Of a film that this program wrote in parts they are one image; of other programs' files the
+    /// first part is taken.
+    pub(super) fn of(path: &Path, meta: &MetaData) -> Result<Self> {
+        let header = &meta.headers[0];
+        let is_ours =
+            header.own_attributes.other.contains_key(&Text::from_slice_unchecked(PLANES.as_bytes()));
+        let parts = if is_ours { meta.headers.len() } else { 1 };
+        for part in &meta.headers[1..parts] {
+            if part.data_window() != header.data_window() {
+                let found = format!(
+                    "parts of a film with the data windows {:?} and {:?}",
+                    header.data_window(),
+                    part.data_window()
+                );
+                return Err(Error::invalid(Location::file(path), found, "one for all of them"));
+            }
+        }
         let (size, window, offset) =
             windows(path, header.shared_attributes.display_window, header.data_window())?;
         let kind = |t| if t == SampleType::U32 { SampleKind::U32 } else { SampleKind::F32 };
-        let listed = header.channels.list.iter().enumerate();
-        let mut channels: BTreeMap<String, Channel> =
-            listed.map(|(i, c)| (string(&c.name), (i, kind(c.sample_type)))).collect();
+        let mut channels: BTreeMap<String, Channel> = BTreeMap::new();
+        for (number, part) in meta.headers[..parts].iter().enumerate() {
+            let listed = part.channels.list.iter().enumerate();
+            channels.extend(listed.map(|(i, c)| (string(&c.name), ([number, i], kind(c.sample_type)))));
+        }
         let mut planes = Vec::new();
         let mut metadata = Metadata::default();
         let attributes = header.own_attributes.other.iter();
@@ -92,7 +114,7 @@ impl Layout {
             }
             planes.push(plane);
         }
-        Ok(Self { size, window, offset, planes, metadata })
+        Ok(Self { size, window, offset, planes, metadata, parts })
     }
 }
 
@@ -106,6 +128,7 @@ pub(in crate::io) fn check_claims(path: &Path, bytes: &[u8]) -> Result<()> {
 pub(super) fn checked_header(path: &Path, read: &mut impl Read, length: u64) -> Result<MetaData> {
     let meta = MetaData::read_from_buffered(read, false).map_err(|e| at(path, e))?;
     MetaData::validate(&meta.headers, false).map_err(|e| at(path, e))?;
+    let mut claimed = 0_u64;
     for header in &meta.headers {
         if header.deep {
             return Err(unsupported(path, "deep data"));
@@ -115,7 +138,7 @@ pub(super) fn checked_header(path: &Path, read: &mut impl Read, length: u64) -> 
         }
         let Vec2(width, height) = header.layer_size;
         let samples = (width as u64).saturating_mul(height as u64);
-        let claimed = samples.saturating_mul(4 * header.channels.list.len() as u64);
+        claimed = claimed.saturating_add(samples.saturating_mul(4 * header.channels.list.len() as u64));
         if claimed > length.saturating_mul(MAX_EXPANSION) {
             return Err(truncated(path, format!("an image of {width}x{height} in {length} bytes")));
         }
@@ -188,7 +211,7 @@ fn recorded_planes(
 
 /// Planes by what stands before the last point of the channels' names.
 fn gathered_planes(channels: BTreeMap<String, Channel>) -> Vec<ExrPlane> {
-    let mut floats: BTreeMap<String, Vec<(String, usize)>> = BTreeMap::new();
+    let mut floats: BTreeMap<String, Vec<(String, Place)>> = BTreeMap::new();
     let mut counts = Vec::new();
     for (name, (place, kind)) in channels {
         let (plane, channel) = name.rsplit_once('.').unwrap_or(("", &name));
@@ -202,7 +225,7 @@ fn gathered_planes(channels: BTreeMap<String, Channel>) -> Vec<ExrPlane> {
         let rank = |name: &str| "RGBA".find(name).filter(|_| name.len() == 1).unwrap_or(usize::MAX);
         channels.sort_by_key(|(name, _)| rank(name));
     }
-    let plane = |kind, (name, channels): (String, Vec<(String, usize)>)| {
+    let plane = |kind, (name, channels): (String, Vec<(String, Place)>)| {
         let (channels, places) = channels.into_iter().unzip();
         ExrPlane { name, channels, unit: String::new(), doc: String::new(), kind, places }
     };

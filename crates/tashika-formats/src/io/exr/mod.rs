@@ -1,8 +1,9 @@
 //! Films as OpenEXR files.
 //!
-//! One part, so that every tool reads it: the main plane as channels `R`, `G`, `B`, other planes as
+//! One part, so that every tool reads it, unless another [`ExrLayout`] is asked for: the main plane as channels `R`, `G`, `B`, other planes as
 //! `plane.channel` (`half_width.Y`), each channel 32-bit float or unsigned integer as in the film,
-//! ZIP compressed (lossless). The display window is the full image, the data window the film's
+//! ZIP compressed (lossless). In parts, each plane is one of its name, the main plane `rgb`, with the
+//! same full names of channels; attributes that are about all planes are in the first. The display window is the full image, the data window the film's
 //! window.
 //!
 //! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string` (yes and no,
@@ -21,6 +22,7 @@
 //! by the reference implementation and by OpenImageIO and compares names, types, windows,
 //! attributes and every bit.
 
+mod choices;
 mod layout;
 mod read;
 mod rows;
@@ -30,11 +32,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+pub use choices::{ExrCompression, ExrLayout};
 pub use layout::ExrPlane;
 pub(super) use layout::check_claims;
 pub use read::read_exr;
 pub use rows::ExrFile;
-pub use write::write_exr;
+pub use write::{write_exr, write_exr_as};
 
 use crate::error::{Error, Location};
 

@@ -4,12 +4,12 @@ use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use ::exr::image::FlatSamples;
 use ::exr::image::read::image::ReadLayers;
 use ::exr::image::read::layers::ReadChannels;
+use ::exr::image::{AnyChannels, FlatSamples, Layer};
 use ::exr::prelude::read;
 
-use super::layout::{ExrPlane, Layout, checked_header};
+use super::layout::{ExrPlane, Layout, Place, checked_header};
 use super::rows::check_places;
 use super::{at, unsupported};
 use crate::error::{Error, Result};
@@ -18,8 +18,8 @@ use crate::film::{Film, Plane, SampleKind, Samples, Window};
 /// Largest file that is read (bytes).
 const MAX_FILE_BYTES: u64 = 1 << 34;
 
-/// Reads a film: one written by [`write_exr`](super::write_exr), or the first flat part of any
-/// OpenEXR file.
+/// Reads a film: one written by [`write_exr`](super::write_exr) in any layout, or the first flat part
+/// of any OpenEXR file.
 ///
 /// In other programs' files channels are gathered into planes by what stands before the last point
 /// of their names, 16-bit samples become 32-bit ones, unsigned integers beside floating point are a
@@ -42,21 +42,23 @@ pub fn read_exr(path: &Path) -> Result<Film> {
 pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<Film> {
     let mut rest = bytes;
     let meta = checked_header(path, &mut rest, bytes.len() as u64)?;
-    check_places(path, bytes, rest, &meta)?;
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| at(path, e))?;
-    let layer = image.layer_data;
-    // All layers are flat, so that the first valid one is the first.
-    let Layout { size, window, offset, planes, metadata } = Layout::of(path, &meta.headers[0])?;
-    let crop = Crop { row: layer.size.0, offset, window };
-    let mut channels: Vec<Option<FlatSamples>> =
-        layer.channel_data.list.into_iter().map(|c| Some(c.sample_data)).collect();
+    let Layout { size, window, offset, planes, metadata, parts } = Layout::of(path, &meta)?;
+    check_places(path, bytes, rest, &meta, parts)?;
+    let reader = read().no_deep_data().largest_resolution_level().all_channels();
+    let bytes = Cursor::new(bytes);
+    let layers: Vec<Layer<AnyChannels<FlatSamples>>> = if parts > 1 {
+        let image = reader.all_layers().all_attributes().from_buffered(bytes).map_err(|e| at(path, e))?;
+        image.layer_data.into_iter().collect()
+    } else {
+        // All layers are flat, so that the first valid one is the first.
+        let reader = reader.first_valid_layer().all_attributes();
+        vec![reader.from_buffered(bytes).map_err(|e| at(path, e))?.layer_data]
+    };
+    let crop = Crop { row: layers[0].size.0, offset, window };
+    let samples = |layer: Layer<AnyChannels<FlatSamples>>| {
+        layer.channel_data.list.into_iter().map(|c| Some(c.sample_data)).collect()
+    };
+    let mut channels: Vec<Vec<Option<FlatSamples>>> = layers.into_iter().map(samples).collect();
     let planes = planes.into_iter().map(|plane| crop.plane(plane, &mut channels)).collect();
     Ok(Film::from_planes(size, window, planes, metadata))
 }
@@ -84,9 +86,10 @@ impl Crop {
     }
 
     /// A plane of the film; takes its channels.
-    fn plane(&self, plane: ExrPlane, channels: &mut [Option<FlatSamples>]) -> Plane {
-        let own =
-            plane.places.iter().map(|&place| channels[place].take().expect("a channel is in one plane"));
+    fn plane(&self, plane: ExrPlane, channels: &mut [Vec<Option<FlatSamples>>]) -> Plane {
+        let mut take =
+            |&[part, place]: &Place| channels[part][place].take().expect("a channel is in one plane");
+        let own = plane.places.iter().map(&mut take);
         let samples = match plane.kind {
             SampleKind::U32 => Samples::U32(self.side_by_side(&own.map(u32_samples).collect::<Vec<_>>())),
             SampleKind::F32 => Samples::F32(self.side_by_side(&own.map(f32_samples).collect::<Vec<_>>())),

@@ -47,12 +47,15 @@ pub struct ExrFile {
     length: u64,
     meta: MetaData,
     layout: Layout,
-    blocks: Blocks,
+    /// Of each part that the film is in.
+    blocks: Vec<Blocks>,
 }
 
-/// Where the blocks of the largest level are.
+/// Where the blocks of the largest level of a part are.
 #[derive(Debug)]
 struct Blocks {
+    /// The part.
+    part: usize,
     /// Columns and rows of a block; those at the right and at the bottom may be smaller.
     size: [usize; 2],
     /// Blocks beside each other.
@@ -76,8 +79,8 @@ impl ExrFile {
         // Now refusing damaged attributes, as reading whole images does.
         read.rewind().map_err(io)?;
         let meta = MetaData::read_from_buffered(&mut read, true).map_err(|e| at(path, e))?;
-        let layout = Layout::of(path, &meta.headers[0])?;
-        let blocks = Blocks::read(path, &mut read, &meta, length)?;
+        let layout = Layout::of(path, &meta)?;
+        let blocks = Blocks::of_parts(path, &mut read, &meta, length, layout.parts)?;
         Ok(Self { path: path.to_owned(), file: Mutex::new(read.into_inner()), length, meta, layout, blocks })
     }
 
@@ -104,7 +107,7 @@ impl ExrFile {
     /// Rows that are decompressed at once; the first block begins at the window's first row, if the
     /// file has no data above the image.
     pub fn rows_per_block(&self) -> u32 {
-        u32::try_from(self.blocks.size[1]).unwrap_or(u32::MAX)
+        u32::try_from(self.blocks[0].size[1]).unwrap_or(u32::MAX)
     }
 
     /// The film of these rows of the full image, as wide as the window.
@@ -113,7 +116,7 @@ impl ExrFile {
     /// [`Error::Option`] naming `rows` if there are none or some are outside the window, [`Error::Io`] if the file cannot be read,
     /// [`Error::Invalid`] if it is damaged there.
     pub fn read_rows(&self, rows: Range<u32>) -> Result<Film> {
-        let Layout { size, window, offset, planes, metadata } = &self.layout;
+        let Layout { size, window, offset, planes, metadata, .. } = &self.layout;
         if rows.is_empty() || rows.start < window.y || rows.end > window.y + window.height {
             let expected = format!("rows inside {}..{}", window.y, window.y + window.height);
             return Err(Error::option("rows", format!("{}..{}", rows.start, rows.end), expected));
@@ -133,10 +136,13 @@ impl ExrFile {
         let top = (rows.start - window.y) as usize + offset[1];
         let kept = [offset[0]..offset[0] + window.width as usize, top..top + part.height as usize];
         let [columns, lines] = &kept;
-        for down in lines.start / self.blocks.size[1]..lines.end.div_ceil(self.blocks.size[1]) {
-            for right in columns.start / self.blocks.size[0]..columns.end.div_ceil(self.blocks.size[0]) {
-                let block = self.block(right, down)?;
-                self.place(&block, &kept, &mut filled);
+        for blocks in &self.blocks {
+            let [width, height] = blocks.size;
+            for down in lines.start / height..lines.end.div_ceil(height) {
+                for right in columns.start / width..columns.end.div_ceil(width) {
+                    let block = self.block(blocks, right, down)?;
+                    self.place(blocks.part, &block, &kept, &mut filled);
+                }
             }
         }
         let planes = planes
@@ -151,18 +157,18 @@ impl ExrFile {
     }
 
     /// A block of the largest level, decompressed.
-    fn block(&self, right: usize, down: usize) -> Result<UncompressedBlock> {
-        let chunk = self.chunk(right, down)?;
+    fn block(&self, blocks: &Blocks, right: usize, down: usize) -> Result<UncompressedBlock> {
+        let chunk = self.chunk(blocks, right, down)?;
         UncompressedBlock::decompress_chunk(chunk, &self.meta, false).map_err(|e| at(&self.path, e))
     }
 
     /// A block as it stands in the file, if it is the one that should be there.
-    fn chunk(&self, right: usize, down: usize) -> Result<Chunk> {
-        let header = &self.meta.headers[0];
-        let offset = self.blocks.offset(right, down);
+    fn chunk(&self, blocks: &Blocks, right: usize, down: usize) -> Result<Chunk> {
+        let header = &self.meta.headers[blocks.part];
+        let offset = blocks.offset(right, down);
         let damaged = |found, expected| damaged(&self.path, [right, down], offset, found, expected);
         let io = |e| io(&self.path, e);
-        let place = self.blocks.place(&self.meta, right, down);
+        let place = blocks.place(&self.meta, right, down);
 
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(offset)).map_err(io)?;
@@ -193,23 +199,29 @@ impl ExrFile {
                 CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
             }
             BlockDescription::ScanLines => {
-                let y_coordinate = self.blocks.first_row(&self.meta, down);
+                let y_coordinate = blocks.first_row(&self.meta, down);
                 CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
             }
         };
-        Ok(Chunk { layer_index: 0, compressed_block })
+        Ok(Chunk { layer_index: blocks.part, compressed_block })
     }
 
-    /// Puts what a block has of the kept columns and rows of the data where it belongs.
-    fn place(&self, block: &UncompressedBlock, kept: &[Range<usize>; 2], filled: &mut [Samples]) {
+    /// Puts what a block of a part has of the kept columns and rows of the data where it belongs.
+    fn place(
+        &self,
+        part: usize,
+        block: &UncompressedBlock,
+        kept: &[Range<usize>; 2],
+        filled: &mut [Samples],
+    ) {
         let [columns, rows] = kept;
-        let channels = &self.meta.headers[0].channels;
+        let channels = &self.meta.headers[part].channels;
         // Plane, number in it, of each channel of the file; one of two channels of the same name is
         // in none.
         let mut homes = vec![None; channels.list.len()];
         for (p, plane) in self.layout.planes.iter().enumerate() {
-            for (c, &place) in plane.places.iter().enumerate() {
-                homes[place] = Some((p, c));
+            for (c, [_, place]) in plane.places.iter().enumerate().filter(|(_, [of, _])| *of == part) {
+                homes[*place] = Some((p, c));
             }
         }
         for line in block.lines(channels) {
@@ -253,10 +265,18 @@ fn damaged(path: &Path, [right, down]: [usize; 2], offset: u64, found: String, e
 
 /// Refuses a file whose blocks do not say that they are the ones that should be at their places: of
 /// two that say the same one would be taken, and nothing in place of the other. `table` is what
-/// follows the headers.
-pub(super) fn check_places(path: &Path, bytes: &[u8], mut table: &[u8], meta: &MetaData) -> Result<()> {
-    let blocks = Blocks::read(path, &mut table, meta, bytes.len() as u64)?;
-    for (number, &offset) in blocks.offsets.iter().enumerate() {
+/// follows the headers; `parts`: so many, from the first, are looked at.
+pub(super) fn check_places(
+    path: &Path,
+    bytes: &[u8],
+    mut table: &[u8],
+    meta: &MetaData,
+    parts: usize,
+) -> Result<()> {
+    let of_parts = Blocks::of_parts(path, &mut table, meta, bytes.len() as u64, parts)?;
+    let numbered =
+        of_parts.iter().flat_map(|blocks| blocks.offsets.iter().enumerate().map(move |n| (blocks, n)));
+    for (blocks, (number, &offset)) in numbered {
         let (right, down) = (number % blocks.across, number / blocks.across);
         let place = blocks.place(meta, right, down);
         let numbers = bytes[offset as usize..].as_chunks().0.iter().map(|b| i32::from_le_bytes(*b));
@@ -277,9 +297,20 @@ fn spread<T>(values: impl Iterator<Item = T>, to: &mut [T], step: usize) {
 }
 
 impl Blocks {
-    /// Reads the table that follows the headers, or rather the part of it that is read from here.
-    fn read(path: &Path, read: &mut impl Read, meta: &MetaData, length: u64) -> Result<Self> {
-        let header = &meta.headers[0];
+    /// Of so many parts, from the first: reads the tables that follow the headers.
+    fn of_parts(
+        path: &Path,
+        read: &mut impl Read,
+        meta: &MetaData,
+        length: u64,
+        parts: usize,
+    ) -> Result<Vec<Self>> {
+        (0..parts).map(|part| Self::read(path, read, meta, length, part)).collect()
+    }
+
+    /// Reads the table of a part, which begins where that of the part before ends.
+    fn read(path: &Path, read: &mut impl Read, meta: &MetaData, length: u64, part: usize) -> Result<Self> {
+        let header = &meta.headers[part];
         let (Vec2(width, height), Vec2(columns, rows)) = (header.layer_size, header.max_block_pixel_size());
         let size = [columns.max(1), rows.max(1)];
         // Levels follow each other, the largest first, and rows of blocks from the top, whatever
@@ -292,6 +323,9 @@ impl Blocks {
         }
         let mut bytes = vec![0; 8 * count];
         read.read_exact(&mut bytes).map_err(|e| io(path, e))?;
+        // Smaller levels.
+        let rest = 8 * (header.chunk_count - count) as u64;
+        std::io::copy(&mut read.by_ref().take(rest), &mut std::io::sink()).map_err(|e| io(path, e))?;
         let number = |b: &[u8]| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
         let offsets: Vec<u64> = bytes.chunks_exact(8).map(number).collect();
         // A block has a place and a length, so that what is added to its offset below cannot
@@ -299,7 +333,7 @@ impl Blocks {
         if let Some(beyond) = offsets.iter().find(|&&offset| offset >= length) {
             return Err(truncated(path, format!("a block is at byte {beyond} of {length}")));
         }
-        Ok(Self { size, across, offsets })
+        Ok(Self { part, size, across, offsets })
     }
 
     /// First byte of a block.
@@ -309,7 +343,7 @@ impl Blocks {
 
     /// First row of a row of blocks, in the file's coordinates.
     fn first_row(&self, meta: &MetaData, down: usize) -> i32 {
-        let first = meta.headers[0].own_attributes.layer_position.1;
+        let first = meta.headers[self.part].own_attributes.layer_position.1;
         first.saturating_add((down * self.size[1]) as i32)
     }
 
@@ -317,9 +351,9 @@ impl Blocks {
     fn place(&self, meta: &MetaData, right: usize, down: usize) -> Vec<i32> {
         let mut place = Vec::new();
         if meta.requirements.is_multilayer() {
-            place.push(0);
+            place.push(self.part as i32);
         }
-        match meta.headers[0].blocks {
+        match meta.headers[self.part].blocks {
             BlockDescription::Tiles(_) => place.extend([right as i32, down as i32, 0, 0]),
             BlockDescription::ScanLines => place.push(self.first_row(meta, down)),
         }

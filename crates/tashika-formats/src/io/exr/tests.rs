@@ -2,9 +2,9 @@
 
 use ::exr::image::write::WritableImage;
 use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
-use ::exr::meta::MetaData;
 use ::exr::meta::attribute::IntegerBounds;
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
+use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{Vec2, f16};
 
 use super::read::decode;
@@ -76,18 +76,68 @@ fn a_film_comes_back_bit_by_bit() {
     assert_eq!(back.plane("cost").unwrap().channels(), ["rays", "pairs"], "in the order of the spec");
 }
 
+/// Every layout that can be asked for.
+pub(super) fn layouts() -> impl Iterator<Item = ExrLayout> {
+    let flags = [[false, false], [true, false], [false, true], [true, true]];
+    ExrCompression::ALL
+        .into_iter()
+        .flat_map(move |compression| flags.map(|[parts, tiles]| ExrLayout { parts, tiles, compression }))
+}
+
+#[test]
+fn a_film_comes_back_from_every_layout_and_equal_films_are_equal_files() {
+    for layout in layouts() {
+        let bytes = encode(&film(), &layout).unwrap();
+        let back = decoded(&bytes).unwrap_or_else(|e| panic!("{layout}: {e}"));
+        assert_eq!(back, film(), "{layout}");
+        assert!(encode(&film(), &layout).unwrap() == bytes, "{layout}");
+        let meta = MetaData::read_from_buffered(&bytes[..], true).unwrap();
+        let names =
+            meta.headers.iter().map(|part| part.own_attributes.layer_name.as_ref().map(ToString::to_string));
+        let expected = ["rgb", "half_width", "cost"].map(|name| Some(name.to_owned()));
+        let expected = if layout.parts { expected.to_vec() } else { vec![None] };
+        assert_eq!(names.collect::<Vec<_>>(), expected, "{layout}");
+        for part in &meta.headers {
+            assert_eq!(matches!(part.blocks, BlockDescription::Tiles(_)), layout.tiles);
+        }
+    }
+}
+
+#[test]
+fn parts_that_do_not_fit_together_are_refused() {
+    let parts = ExrLayout { parts: true, compression: ExrCompression::None, ..ExrLayout::default() };
+    let good = encode(&film(), &parts).unwrap();
+    let (name, length) = (b"dataWindow\0box2i\0", 16);
+    let last = good.windows(name.len()).rposition(|bytes| bytes == name).unwrap() + name.len() + 4;
+    let mut bytes = good.clone();
+    // The last part one row further down: as large as before.
+    for at in [last + 4, last + 12] {
+        let number = i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) + 1;
+        bytes[at..at + 4].copy_from_slice(&number.to_le_bytes());
+    }
+    assert!(last + length < bytes.len());
+    let said = decoded(&bytes).unwrap_err().to_string();
+    assert!(said.contains("expected one for all of them"), "{said}");
+    for end in [good.len() - 1, good.len() / 2, good.len() / 3] {
+        assert!(decoded(&good[..end]).is_err(), "{end}");
+    }
+}
+
 #[test]
 fn equal_films_are_equal_files() {
-    let first = encode(&film()).unwrap();
+    let first = encode(&film(), &ExrLayout::default()).unwrap();
     for _ in 0..8 {
-        assert!(encode(&film()).unwrap() == first, "the order of attributes must not depend on a hash");
+        assert!(
+            encode(&film(), &ExrLayout::default()).unwrap() == first,
+            "the order of attributes must not depend on a hash"
+        );
     }
 }
 
 #[test]
 fn a_line_says_what_the_image_is_and_promises() {
     let line = |film: &Film| {
-        let bytes = encode(film).unwrap();
+        let bytes = encode(film, &ExrLayout::default()).unwrap();
         let meta = MetaData::read_from_buffered(&bytes[..], false).unwrap();
         meta.headers[0].own_attributes.comments.as_ref().map(ToString::to_string)
     };
@@ -108,7 +158,11 @@ fn a_line_says_what_the_image_is_and_promises() {
     film.metadata_mut().set("error_absolute", 0.0);
     film.metadata_mut().set("complete", false);
     assert_eq!(line(&film), Some(format!("{made}{promised}; NOT COMPLETE")));
-    assert_eq!(decoded(&encode(&film).unwrap()).unwrap(), film, "it is no part of the film");
+    assert_eq!(
+        decoded(&encode(&film, &ExrLayout::default()).unwrap()).unwrap(),
+        film,
+        "it is no part of the film"
+    );
 }
 
 #[test]
@@ -118,7 +172,8 @@ fn colours_are_colours_to_lossy_compression_in_every_plane() {
         PlaneSpec { name: "albedo", channels: &["R"], unit: "1", kind: SampleKind::F32, doc: "" },
         PlaneSpec { name: "coverage", channels: &["A"], unit: "1", kind: SampleKind::F32, doc: "" },
     ];
-    let bytes = encode(&Film::new([1, 1], Window::full([1, 1]), &specs).unwrap()).unwrap();
+    let bytes =
+        encode(&Film::new([1, 1], Window::full([1, 1]), &specs).unwrap(), &ExrLayout::default()).unwrap();
     let meta = MetaData::read_from_buffered(&bytes[..], false).unwrap();
     let linear = meta.headers[0].channels.list.iter().map(|c| (c.name.to_string(), c.quantize_linearly));
     let expected = [("R", false), ("albedo.R", false), ("coverage.A", true)];
@@ -167,24 +222,26 @@ fn a_data_window_outside_the_picture_is_refused() {
 
 #[test]
 fn damaged_files_are_refused_and_never_panic() {
-    let good = encode(&film()).unwrap();
     assert!(decoded(&[]).is_err());
     assert!(matches!(decoded(b"#?RADIANCE\n").unwrap_err(), Error::Invalid { .. }));
-    for length in (8..good.len()).step_by(7) {
-        let said = decoded(&good[..length]).unwrap_err().to_string();
-        assert!(said.contains("truncated"), "{length} of {} bytes: {said}", good.len());
-    }
-    // One wrong byte may go unnoticed, as most of the file has no checksum, but it must not panic.
-    for i in 0..good.len() {
-        let mut bad = good.clone();
-        bad[i] ^= 0x15;
-        let _ = decoded(&bad);
+    for layout in ["zip", "parts,tiles,rle"].map(|layout| layout.parse::<ExrLayout>().unwrap()) {
+        let good = encode(&film(), &layout).unwrap();
+        for length in (8..good.len()).step_by(7) {
+            let said = decoded(&good[..length]).unwrap_err().to_string();
+            assert!(said.contains("truncated"), "{length} of {} bytes: {said}", good.len());
+        }
+        // One wrong byte may go unnoticed, as most of the file has no checksum, but it must not panic.
+        for i in 0..good.len() {
+            let mut bad = good.clone();
+            bad[i] ^= 0x15;
+            let _ = decoded(&bad);
+        }
     }
 }
 
 #[test]
 fn an_image_larger_than_its_bytes_is_refused_before_memory_is_taken() {
-    let mut bytes = encode(&film()).unwrap();
+    let mut bytes = encode(&film(), &ExrLayout::default()).unwrap();
     for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
         let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
         for (i, corner) in [0, 0, 50_000, 50_000_i32].into_iter().enumerate() {
@@ -197,7 +254,7 @@ fn an_image_larger_than_its_bytes_is_refused_before_memory_is_taken() {
 
 #[test]
 fn a_wrong_list_of_planes_is_refused() {
-    let good = encode(&film()).unwrap();
+    let good = encode(&film(), &ExrLayout::default()).unwrap();
     let at = good.windows(6).position(|w| w == br#""rays""#).expect("in the list of planes") + 1;
     let mut bad = good.clone();
     bad[at..at + 4].copy_from_slice(b"ways");

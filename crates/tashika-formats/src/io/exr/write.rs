@@ -4,17 +4,17 @@ use std::io::Cursor;
 use std::path::Path;
 
 use ::exr::image::write::WritableImage;
-use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer};
-use ::exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, LineOrder, Text};
+use ::exr::image::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, Layers};
+use ::exr::meta::attribute::{AttributeValue, Chromaticities, IntegerBounds, Text};
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
-use ::exr::prelude::{Compression, Vec2};
+use ::exr::prelude::Vec2;
 
-use super::{PLANES, PREFIX, PlaneRecord, at};
+use super::{ExrLayout, PLANES, PREFIX, PlaneRecord, at};
 use crate::color::Controlled;
 use crate::error::Result;
 use crate::film::{
-    CRYPTOMATTE, Claim, Film, RenderFilm, Samples, Stop, Value, channel_name, keys, percent_of_tolerance,
-    planes,
+    CRYPTOMATTE, Claim, Film, Plane, RenderFilm, Samples, Stop, Value, channel_name, keys,
+    percent_of_tolerance, planes,
 };
 use crate::io::output::write_file;
 
@@ -26,66 +26,92 @@ const PRIMARIES: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.329),
 };
 
+/// The part of the main plane, where each plane has one.
+const MAIN_PART: &str = "rgb";
+
 /// Writes a film; an earlier file is replaced only when the new one is complete.
 ///
 /// # Errors
 /// [`Error::Io`](crate::error::Error::Io) if the file cannot be written.
 pub fn write_exr(path: &Path, film: &Film) -> Result<()> {
-    let bytes = encode(film).map_err(|e| at(path, e))?;
+    write_exr_as(path, film, &ExrLayout::default())
+}
+
+/// The same, laid out in another way.
+///
+/// # Errors
+/// As [`write_exr`].
+pub fn write_exr_as(path: &Path, film: &Film, layout: &ExrLayout) -> Result<()> {
+    let bytes = encode(film, layout).map_err(|e| at(path, e))?;
     write_file(path, &bytes)
 }
 
-pub(super) fn encode(film: &Film) -> ::exr::error::Result<Vec<u8>> {
-    let mut channels = smallvec::SmallVec::new();
-    let mut records = Vec::new();
-    for plane in film.planes() {
-        let count = plane.channels().len();
-        for (c, channel) in plane.channels().iter().enumerate() {
-            let samples = match plane.samples() {
-                Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
-                Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
-            };
-            // Lossy compression by others treats a channel by what it is, which its own name says
-            // and its full name hides.
-            let full_name = text(&channel_name(plane.name(), channel));
-            channels.push(AnyChannel { name: full_name, ..AnyChannel::new(text(channel), samples) });
-        }
-        records.push(PlaneRecord {
-            name: plane.name().to_owned(),
-            channels: plane.channels().to_vec(),
-            unit: plane.unit().to_owned(),
-            doc: plane.doc().to_owned(),
-        });
-    }
+pub(super) fn encode(film: &Film, layout: &ExrLayout) -> ::exr::error::Result<Vec<u8>> {
     let window = film.window();
-    let mut attributes = LayerAttributes {
-        layer_position: Vec2(window.x as i32, window.y as i32),
-        software_name: Some(text(concat!("tashika ", env!("CARGO_PKG_VERSION")))),
-        comments: comments(film).as_deref().map(text),
-        ..LayerAttributes::default()
+    let size = Vec2(window.width as usize, window.height as usize);
+    let of_part = |name: Option<&str>, planes: &[Plane]| {
+        let attributes = LayerAttributes {
+            layer_name: name.map(text),
+            layer_position: Vec2(window.x as i32, window.y as i32),
+            software_name: Some(text(concat!("tashika ", env!("CARGO_PKG_VERSION")))),
+            ..LayerAttributes::default()
+        };
+        let channels = AnyChannels::sort(planes.iter().flat_map(channels).collect());
+        Layer::new(size, attributes, layout.encoding(), channels)
     };
+    let mut parts: Layers<_> = if layout.parts {
+        let name = |plane: &Plane| if plane.name().is_empty() { MAIN_PART } else { plane.name() }.to_owned();
+        film.planes().iter().map(|plane| of_part(Some(&name(plane)), std::slice::from_ref(plane))).collect()
+    } else {
+        [of_part(None, film.planes())].into_iter().collect()
+    };
+    // What is said of all planes is said once, in the part that readers take if they take only one.
+    if let Some(first) = parts.first_mut() {
+        first.attributes.comments = comments(film).as_deref().map(text);
+        describe(film, &mut first.attributes);
+    }
+    let [width, height] = film.size();
+    let display = IntegerBounds::new(Vec2(0, 0), Vec2(width as usize, height as usize));
+    let mut shared = ImageAttributes::new(display);
+    shared.chromaticities = Some(PRIMARIES);
+    let mut bytes = Cursor::new(Vec::new());
+    let count = parts.len();
+    Image::from_layers(shared, parts).write().to_buffered(&mut bytes)?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes, count);
+    Ok(bytes)
+}
+
+/// The channels of a plane, by their full names.
+fn channels(plane: &Plane) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
+    let count = plane.channels().len();
+    plane.channels().iter().enumerate().map(move |(c, channel)| {
+        let samples = match plane.samples() {
+            Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
+            Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
+        };
+        // Lossy compression by others treats a channel by what it is, which its own name says
+        // and its full name hides.
+        let full_name = text(&channel_name(plane.name(), channel));
+        AnyChannel { name: full_name, ..AnyChannel::new(text(channel), samples) }
+    })
+}
+
+/// What planes there are, and how the film was made.
+fn describe(film: &Film, attributes: &mut LayerAttributes) {
+    let record = |plane: &Plane| PlaneRecord {
+        name: plane.name().to_owned(),
+        channels: plane.channels().to_vec(),
+        unit: plane.unit().to_owned(),
+        doc: plane.doc().to_owned(),
+    };
+    let records: Vec<PlaneRecord> = film.planes().iter().map(record).collect();
     let planes = serde_json::to_string(&records).expect("words and lists of words");
     attributes.other.insert(text(PLANES), AttributeValue::Text(text(&planes)));
     for (name, value) in film.metadata().iter() {
         let prefix = if name.starts_with(CRYPTOMATTE) { "" } else { PREFIX };
         attributes.other.insert(text(&format!("{prefix}{name}")), attribute(value));
     }
-    let [width, height] = film.size();
-    let display = IntegerBounds::new(Vec2(0, 0), Vec2(width as usize, height as usize));
-    let mut shared = ImageAttributes::new(display);
-    shared.chromaticities = Some(PRIMARIES);
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let size = Vec2(window.width as usize, window.height as usize);
-    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
-    let mut bytes = Cursor::new(Vec::new());
-    Image::empty(shared).with_layer(layer).write().to_buffered(&mut bytes)?;
-    let mut bytes = bytes.into_inner();
-    sort_attributes(&mut bytes);
-    Ok(bytes)
 }
 
 /// What the image is and what it claims, in a line of ASCII; none for a film that does not say
@@ -127,27 +153,30 @@ fn comments(film: &Film) -> Option<String> {
     Some(line)
 }
 
-/// Sorts the attributes of a single-part file by name.
+/// Sorts the attributes of each part of a file by name.
 ///
 /// The writer keeps custom attributes in a hash table, whose order is another one each time. A
-/// permutation leaves the length of the header, and so all offsets, as they are.
-fn sort_attributes(file: &mut [u8]) {
-    // Magic number and version; then name, type (each ended by a zero), length and bytes of each
-    // attribute; then a zero.
-    let start = 8;
-    let mut end = start;
-    let mut attributes = Vec::new();
-    while file[end] != 0 {
-        let begin = end;
-        for _ in 0..2 {
-            end += file[end..].iter().position(|&b| b == 0).expect("a name ends with a zero") + 1;
+/// permutation leaves the length of a header, and so all offsets, as they are.
+fn sort_attributes(file: &mut [u8], parts: usize) {
+    // Magic number and version; then for each part name, type (each ended by a zero), length and
+    // bytes of each attribute; then a zero.
+    let mut start = 8;
+    for _ in 0..parts {
+        let mut end = start;
+        let mut attributes = Vec::new();
+        while file[end] != 0 {
+            let begin = end;
+            for _ in 0..2 {
+                end += file[end..].iter().position(|&b| b == 0).expect("a name ends with a zero") + 1;
+            }
+            let length = u32::from_le_bytes(file[end..end + 4].try_into().expect("four bytes"));
+            end += 4 + length as usize;
+            attributes.push(file[begin..end].to_vec());
         }
-        let length = u32::from_le_bytes(file[end..end + 4].try_into().expect("four bytes"));
-        end += 4 + length as usize;
-        attributes.push(file[begin..end].to_vec());
+        attributes.sort();
+        file[start..end].copy_from_slice(&attributes.concat());
+        start = end + 1;
     }
-    attributes.sort();
-    file[start..end].copy_from_slice(&attributes.concat());
 }
 
 fn attribute(value: &Value) -> AttributeValue {

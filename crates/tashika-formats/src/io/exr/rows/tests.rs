@@ -8,8 +8,8 @@ use ::exr::meta::attribute::{IntegerBounds, LineOrder};
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{Compression, f16};
 
-use super::super::tests::film;
-use super::super::{read_exr, write_exr};
+use super::super::tests::{film, layouts};
+use super::super::{read_exr, write_exr, write_exr_as};
 use super::*;
 
 const SIZE: Vec2<usize> = Vec2(37, 83);
@@ -87,13 +87,34 @@ fn our_own_films_come_in_rows_bit_by_bit() {
 }
 
 #[test]
+fn our_own_films_come_in_rows_from_every_layout() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("film.exr");
+    // Wider and higher than a tile.
+    let mut wide = film().blank([200, 300], Window { x: 7, y: 9, width: 150, height: 140 }).unwrap();
+    for (i, (x, y)) in wide.window().pixels().enumerate() {
+        wide.plane_mut("cost").unwrap().set_u32(x, y, &[i as u32, x * y]);
+        wide.plane_mut("").unwrap().set_f32(x, y, &[x as f32, y as f32 / 3.0, -0.0]);
+    }
+    for layout in layouts() {
+        for film in [&film(), &wide] {
+            write_exr_as(&path, film, &layout).unwrap();
+            for step in [1, 70] {
+                assert_same_rows(&path, step);
+            }
+            assert_eq!(read_exr(&path).unwrap(), *film, "{layout}");
+        }
+    }
+}
+
+#[test]
 fn a_block_that_says_it_is_another_one_is_damage_by_both_readers() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("film.exr");
     write_exr(&path, &film()).unwrap();
     let file = ExrFile::open(&path).unwrap();
-    let second = file.blocks.offset(0, 1) as usize;
-    let first_row = file.blocks.first_row(&file.meta, 0);
+    let second = file.blocks[0].offset(0, 1) as usize;
+    let first_row = file.blocks[0].first_row(&file.meta, 0);
     let mut bytes = fs::read(&path).unwrap();
     bytes[second..second + 4].copy_from_slice(&first_row.to_le_bytes());
     fs::write(&path, &bytes).unwrap();
@@ -164,11 +185,13 @@ fn damaged_files_give_errors_that_name_the_file_and_never_panic() {
     let tiled = fs::read(&path).unwrap();
     write_exr(&path, &film()).unwrap();
     let lines = fs::read(&path).unwrap();
+    write_exr_as(&path, &film(), &"parts".parse().unwrap()).unwrap();
+    let parts = fs::read(&path).unwrap();
     let all = |path: &Path| {
         let file = ExrFile::open(path)?;
         file.read_rows(file.window().y..file.window().y + file.window().height)
     };
-    for good in [lines, tiled] {
+    for good in [lines, tiled, parts] {
         let stride = 1 + good.len() / 300;
         for length in (0..good.len()).step_by(stride) {
             fs::write(&path, &good[..length]).unwrap();
@@ -194,7 +217,7 @@ fn a_block_at_another_ones_place_is_noticed() {
     write_exr(&path, &film()).unwrap();
     let mut bytes = fs::read(&path).unwrap();
     let file = ExrFile::open(&path).unwrap();
-    let second = file.blocks.offsets[1].to_le_bytes();
+    let second = file.blocks[0].offsets[1].to_le_bytes();
     let at = bytes.windows(8).position(|w| w == second).unwrap();
     bytes.copy_within(at - 8..at, at);
     fs::write(&path, &bytes).unwrap();
@@ -214,7 +237,7 @@ fn a_file_that_becomes_shorter_while_open_gives_an_error() {
     write_exr(&path, &film()).unwrap();
     let file = ExrFile::open(&path).unwrap();
     let open = fs::OpenOptions::new().write(true).open(&path).unwrap();
-    open.set_len(file.blocks.offsets[2]).unwrap();
+    open.set_len(file.blocks[0].offsets[2]).unwrap();
     assert!(file.read_rows(3..35).is_ok());
     let said = file.read_rows(3..36).unwrap_err().to_string();
     assert!(said.contains("truncated"), "{said}");
