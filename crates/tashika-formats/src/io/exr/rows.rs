@@ -281,6 +281,9 @@ pub(super) fn check_places(
         let place = blocks.place(meta, right, down);
         let numbers = bytes[offset as usize..].as_chunks().0.iter().map(|b| i32::from_le_bytes(*b));
         let found: Vec<i32> = numbers.take(place.len()).collect();
+        if found.len() < place.len() {
+            return Err(truncated(path, format!("it ends within the block at byte {offset}")));
+        }
         if found != place {
             let (found, expected) = (format!("the place {found:?}"), format!("{place:?}"));
             return Err(damaged(path, [right, down], offset, found, expected));
