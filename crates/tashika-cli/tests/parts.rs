@@ -65,6 +65,25 @@ fn shares_are_merged_to_the_same_bytes() {
 }
 
 #[test]
+fn planes_of_light_groups_are_merged_and_kept_in_checkpoints() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let render = "render builtin:tiny --size 70x50 --method path --paths 4 --groups each -q";
+    succeeds(folder, &format!("{render} -o whole.exr --checkpoint"));
+    for number in 1..=2 {
+        succeeds(folder, &format!("{render} --tiles {number}/2 -o part-{number}.exr"));
+    }
+    succeeds(folder, "merge part-2.exr part-1.exr -o merged.exr -q");
+    let bytes = |name: &str| fs::read(folder.join(name)).unwrap();
+    assert!(bytes("merged.exr") == bytes("whole.exr"));
+    let film = tashika::io::read_exr(&folder.join("whole.exr")).unwrap();
+    assert!(film.planes().iter().any(|plane| plane.name().starts_with("light_")));
+    let output = run(folder, "render builtin:tiny --size 8x6 --groups each -o a.exr");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("method path"), "{said}");
+}
+
+#[test]
 fn layouts_of_files_do_not_enter() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -62,6 +62,9 @@ use crate::words;
 /// - `cryptomatte`: True, or how many names a pixel tells apart (6), adds the planes
 ///   "CryptoObject00" and "CryptoMaterial00", "…01", "…02" of Cryptomatte, whose manifests are in
 ///   the metadata, and "object_id" and "material_id", the number of what covers most of a pixel.
+/// - `groups`, with `method` "path": "each", or {"key": ["lamp", …], …}, names of objects or materials
+///   that emit, of lights, or "environment": planes "light_key" of what each group gives, which add up
+///   to the radiance, and "light_key_standard_error". Lights that are not named are "light_rest".
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the
 ///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
@@ -86,7 +89,7 @@ use crate::words;
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
     paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
     focus_distance=None, blades=None, blade_rotation=None, quality=None, share=None, assurance=None, audit=None,
-    time=None, denoiser=None, cryptomatte=None
+    time=None, denoiser=None, cryptomatte=None, groups=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -126,6 +129,7 @@ pub fn render(
     time: Option<f64>,
     denoiser: Option<PathBuf>,
     cryptomatte: Option<&Bound<'_, PyAny>>,
+    groups: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Image> {
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp)?;
@@ -183,6 +187,7 @@ pub fn render(
     let smoother = denoiser.filter(|_| is_audited);
     let smoother = smoother.map(|name| denoiser::of(py, &name, threads)).transpose()?.flatten();
     let mattes = cryptomatte.map(words::ranks).transpose()?.flatten();
+    let groups = groups.map(words::groups).transpose()?;
     let given = given.map(|set| set.get().shared());
     let kept = KeptTiles::new(checkpoint);
     let troubles = Mutex::new(Vec::new());
@@ -194,6 +199,7 @@ pub fn render(
         let renderer = renderer.camera_change(change).framing(framing).tiles(share);
         let renderer = smoother.into_iter().fold(renderer, Renderer::smoother);
         let renderer = mattes.into_iter().fold(renderer, Renderer::mattes);
+        let renderer = groups.into_iter().fold(renderer, Renderer::light_groups);
         let prepared = given.into_iter().fold(renderer, Renderer::lights).prepare()?;
         let rendered = prepared.render_from(|film| watch.begin(film))?;
         let other_set = prepared.other_set(&rendered)?;

@@ -1,11 +1,13 @@
 //! Arguments that are words; each error says which words there are.
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use tashika::film::Matte;
 use tashika::gather::Filter;
 use tashika::integrator::SumMethod;
 use tashika::render::TileShare;
 use tashika::request::{ClaimName, MethodName, Quality};
+use tashika::scene::LightGrouping;
 use tashika::vpl::Clamp;
 
 use crate::errors::{option, raised};
@@ -71,6 +73,18 @@ pub fn ranks(value: &Bound<'_, PyAny>) -> PyResult<Option<u32>> {
         Ok(asked) => Matte::ranks(asked).map(Some).map_err(raised),
         Err(_) => Err(option("cryptomatte", value.str()?, "True, False, or a number of ranks")),
     }
+}
+
+/// `"each"`, or names of groups with lists of the names of their lights.
+pub fn groups(value: &Bound<'_, PyAny>) -> PyResult<LightGrouping> {
+    if let Ok(word) = value.extract::<String>() {
+        return LightGrouping::parse([&*word]).map_err(raised);
+    }
+    let Ok(groups) = value.cast::<PyDict>() else {
+        return Err(option("groups", value.str()?, "\"each\", or a dict of groups with names of lights"));
+    };
+    let named = groups.iter().map(|(group, lights)| Ok((group.extract()?, lights.extract()?)));
+    Ok(LightGrouping::Named(named.collect::<PyResult<_>>()?))
 }
 
 /// `"K/N"`, a list such as `"1,3/4"`, or `(K, N)`.

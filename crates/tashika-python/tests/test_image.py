@@ -91,6 +91,21 @@ def test_mattes_are_planes_more(tiny: tashika.Scene, image: tashika.Image) -> No
             tashika.render(tiny, cryptomatte=wrong, **SUM)
 
 
+def test_groups_of_lights_add_up(tiny: tashika.Scene) -> None:
+    options = {"size": (16, 12), "method": "path", "paths": 8}
+    plain, each = tashika.render(tiny, **options), tashika.render(tiny, groups="each", **options)
+    assert all(np.array_equal(each[name], plain[name]) for name in plain)
+    groups = [name for name in each if name.startswith("light_") and not name.endswith("_standard_error")]
+    assert groups and set(each) - set(plain) == {*groups, *(f"{name}_standard_error" for name in groups)}
+    assert np.allclose(sum(each[name] for name in groups), each["radiance"], rtol=1e-5, atol=0)
+    lamp = groups[0].removeprefix("light_").replace("_", " ")
+    named = tashika.render(tiny, groups={"key": [lamp]}, **options)
+    assert np.array_equal(named["light_key"], each[groups[0]]) and named.metadata["light.groups"] == f"key={lamp}"
+    for wrong in ({"key": ["no such lamp"]}, "all", 3):
+        with pytest.raises(tashika.OptionError, match="groups"):
+            tashika.render(tiny, groups=wrong, **options)
+
+
 def test_shares_of_tiles_are_the_image(tiny: tashika.Scene, image: tashika.Image) -> None:
     parts = [tashika.render(tiny, tiles=share, gather=16, **SUM) for share in ("1/2", (2, 2))]
     whole = tashika.render(tiny, gather=16, **SUM)

@@ -94,6 +94,7 @@ Examples:
   tashika render kitchen.glb --quality draft --time 60s  a clean picture, and what it is worth
   tashika render kitchen.glb --truth vpl --vpls 55k --gather 16
   tashika render kitchen.glb --cryptomatte               with mattes of objects and materials
+  tashika render kitchen.glb --method path --groups each   with a layer of what each light gives
   tashika render kitchen.glb --serve                     watch it in the browser
   tashika render kitchen.glb --tev                       watch it in the viewer tev
   tashika render kitchen.glb --method path --paths 1024  the independent reference";
@@ -348,6 +349,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "RANKS", num_args = 0..=1, require_equals = true, default_missing_value = "6",
         value_parser = values::count, help_heading = "Output")]
     pub cryptomatte: Option<u64>,
+
+    /// Add layers of what each group of lights gives, with --method path: lights of each name apart, or
+    /// GROUP=NAME,NAME with names of objects or materials that emit, of lights, or environment; may be
+    /// said several times, other lights are the group rest
+    #[arg(long, value_name = "each|GROUP=NAME,...", help_heading = "Output")]
+    pub groups: Vec<String>,
 
     /// Brightness of the PNG: auto (log-average at middle gray) or stops; 0 shows radiance as it is
     #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",

@@ -77,8 +77,14 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         for number in 0..plan.seeds {
             let seed = plan.seed.wrapping_add(number);
             let request = Request { seed, ..plan.request.clone() };
-            let asked =
-                Asked { request, vpl_file: None, share: TileShare::default(), smoother: None, mattes: None };
+            let asked = Asked {
+                request,
+                vpl_file: None,
+                share: TileShare::default(),
+                smoother: None,
+                mattes: None,
+                groups: None,
+            };
             let begun = Instant::now();
             let prepared = stage.prepare(&asked, None, meter, &watcher)?;
             let Lights::Guided(lights) = prepared.lights() else {

@@ -29,7 +29,7 @@ use tashika::reconstruction::Smoother;
 use tashika::render::TileShare;
 use tashika::report::Tolerance;
 use tashika::request::{CameraChange, Framing, Request};
-use tashika::scene::{Scene, builtin};
+use tashika::scene::{LightGrouping, Scene, builtin};
 use tashika::vpl::VplOptions;
 use tashika_oidn::Oidn;
 
@@ -117,6 +117,8 @@ pub struct Asked {
     pub smoother: Option<Arc<dyn Smoother>>,
     /// Ranks of mattes, if there are to be any.
     pub mattes: Option<u32>,
+    /// Groups of lights of which each has a layer, if there are to be any.
+    pub groups: Option<LightGrouping>,
 }
 
 impl Asked {
@@ -130,6 +132,7 @@ impl Asked {
             share: TileShare::default(),
             smoother: None,
             mattes: None,
+            groups: None,
         })
     }
 

@@ -7,6 +7,7 @@ use tashika::film::Matte;
 use tashika::integrator::SumMethod;
 use tashika::io::{ExrLayout, ToneMap};
 use tashika::request::{ClaimName, Method, Request, Resolved};
+use tashika::scene::LightGrouping;
 use tashika_oidn::Oidn;
 
 use super::{Asked, Common, Frames, Outputs, Serving, StagePlan};
@@ -78,6 +79,9 @@ impl RenderPlan {
         let smoother =
             smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
         let asked = Asked { smoother, mattes: args.cryptomatte.map(Matte::ranks).transpose()?, ..asked };
+        let typed = args.groups.iter().map(String::as_str);
+        let groups = (!args.groups.is_empty()).then(|| LightGrouping::parse(typed)).transpose()?;
+        let asked = Asked { groups, ..asked };
         if args.checkpoint && is_audited && asked.share.is_whole() {
             return Err(Failure::usage(
                 "--checkpoint: a picture with --claim audited is made in passes, not in tiles, but for parts \

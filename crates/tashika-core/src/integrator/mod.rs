@@ -52,6 +52,17 @@ fn describe_lights(p: &Provenance, metadata: &mut Metadata) {
     metadata.set(keys::VPLS_GLOSSY_SHARE, f64::from(p.glossy_share));
 }
 
+/// A plane that an integrator fills beside those of [`PixelRecord`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlaneBeside {
+    /// Name, without a point.
+    pub name: String,
+    /// Names of the channels.
+    pub channels: &'static [&'static str],
+    /// What the numbers mean.
+    pub doc: String,
+}
+
 /// What every integrator needs: the world and who looks at it.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
@@ -78,6 +89,12 @@ pub trait Integrator: Sync {
     /// Writes into a film's metadata what the result depends on beyond the setting.
     fn describe(&self, metadata: &mut Metadata);
 
+    /// Planes of radiances (W·m⁻²·sr⁻¹) that films have beside those of [`PixelRecord`], whose samples
+    /// [`Estimates::tile_with_beside`] gives.
+    fn planes_beside(&self) -> Vec<PlaneBeside> {
+        Vec::new()
+    }
+
     /// Begins with a view. What is learned of it, from tile to tile, is kept in what is returned.
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v>;
 
@@ -95,6 +112,12 @@ pub trait Integrator: Sync {
 pub trait Estimates: Sync {
     /// Estimates of the tile's pixels, row by row.
     fn tile(&self, tile: &Window) -> Vec<PixelRecord>;
+
+    /// The same with the samples of [`Integrator::planes_beside`]: pixel by pixel those of all planes,
+    /// in their order.
+    fn tile_with_beside(&self, tile: &Window) -> (Vec<PixelRecord>, Vec<f32>) {
+        (self.tile(tile), Vec::new())
+    }
 }
 
 impl<F: Fn(&Window) -> Vec<PixelRecord> + Sync> Estimates for F {

@@ -22,8 +22,8 @@ use std::sync::atomic::AtomicBool;
 
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
-use crate::film::{Film, PixelRecord, RenderFilm, Tally, Window, keys};
-use crate::integrator::{Integrator, Setting};
+use crate::film::{Film, PixelRecord, Plane, RenderFilm, Samples, Tally, Window, keys, planes};
+use crate::integrator::{Integrator, PlaneBeside, Setting};
 use fill::fill;
 
 /// What is rendered of an image.
@@ -152,6 +152,12 @@ fn begin(
     Film::check(setting.view.size, options.window)?;
     let part = options.share.part(&options.window, points);
     let mut film = Film::new(setting.view.size, part, PixelRecord::PLANES)?;
+    for PlaneBeside { name, channels, doc } in integrator.planes_beside() {
+        let samples = Samples::F32(vec![0.0; part.area() as usize * channels.len()]);
+        let words = [name, planes::RADIANCE.unit.to_owned(), doc];
+        let channels = channels.iter().map(|&channel| channel.to_owned()).collect();
+        film.take_plane(Plane::from_samples(words, channels, part, samples));
+    }
     film.metadata_mut().set(keys::TILES, options.share.to_string());
     film.metadata_mut().set(keys::WINDOW, options.window.to_string());
     describe(setting, integrator, &mut film);
@@ -239,11 +245,29 @@ fn render_tiles(
     watch: &(dyn Fn(&Finished<'_>) + Sync),
     cancel: &AtomicBool,
 ) -> Rendered {
+    let beside: Vec<PlaneBeside> = integrator.planes_beside();
+    let beside: Vec<PlaneBeside> =
+        beside.into_iter().filter(|plane| begun.film.plane(&plane.name).is_some()).collect();
     let of_view = integrator.begin(*setting);
-    let store = |film: &mut Film, tile: &Window, records: &Vec<PixelRecord>| {
+    let store = |film: &mut Film, tile: &Window, (records, samples): &(Vec<PixelRecord>, Vec<f32>)| {
         tile.pixels().zip(records).for_each(|((x, y), record)| record.store(film, x, y));
+        store_beside(&beside, tile, samples, film);
     };
-    fill(begun, tiles, &|tile| Some(of_view.tile(tile)), &store, watch, cancel)
+    fill(begun, tiles, &|tile| Some(of_view.tile_with_beside(tile)), &store, watch, cancel)
+}
+
+/// Sets the pixels of a tile in planes that an integrator fills beside those of records.
+fn store_beside(beside: &[PlaneBeside], tile: &Window, mut samples: &[f32], film: &mut Film) {
+    if beside.is_empty() {
+        return;
+    }
+    for (x, y) in tile.pixels() {
+        for PlaneBeside { name, channels, .. } in beside {
+            let (own, rest) = samples.split_at(channels.len());
+            film.plane_mut(name).expect("a film of these planes").set_f32(x, y, own);
+            samples = rest;
+        }
+    }
 }
 
 /// Whether an integrator can render what it is given.

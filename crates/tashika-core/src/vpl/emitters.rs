@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::{Vpl, VplKind};
 use crate::color::Rgb;
-use crate::scene::{AimedMap, Emitter, Environment, InstanceId, Scene};
+use crate::scene::{AimedMap, Emitter, Environment, InstanceId, LightId, Scene};
 use crate::stats::Discrete;
 use crate::warp;
 
@@ -224,10 +224,23 @@ impl<'s> EmitterSampler<'s> {
     }
 
     /// The same with emitters that move where they are after a `share` of the time that the shutter
-    /// is open, 0 to 1. They are chosen in proportion to their power in the middle of it.
-    pub fn sample_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<LightSample> {
+    /// is open, 0 to 1. They are chosen in proportion to their power in the middle of it. With the
+    /// number of the source, for [`light_of`](Self::light_of).
+    pub fn sample_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         let (source, probability, rest) = self.all.as_ref()?.sample(u);
-        Some(self.draw_from_at(share, source, probability, rest, v))
+        Some((source, self.draw_from_at(share, source, probability, rest, v)))
+    }
+
+    /// The light that a source is, or is a part of.
+    pub fn light_of(&self, source: usize) -> LightId {
+        match self.sources[source] {
+            Source::Triangle { instance, .. } => LightId::Instance(instance),
+            Source::Punctual(_) => {
+                let end = self.environment.unwrap_or(self.sources.len());
+                LightId::Emitter((source + self.scene.emitters().len() - end) as u32)
+            }
+            Source::Environment => LightId::Environment,
+        }
     }
 
     /// The same, with the number of its source.

@@ -266,14 +266,14 @@ impl Film {
     pub fn add_plane(&mut self, spec: &PlaneSpec, samples: Samples) {
         let words = [spec.name, spec.unit, spec.doc].map(str::to_owned);
         let channels = spec.channels.iter().map(|&channel| channel.to_owned()).collect();
-        self.push(Plane::from_samples(words, channels, self.window, samples));
+        self.take_plane(Plane::from_samples(words, channels, self.window, samples));
     }
 
     /// Adds a plane of the same window.
     ///
     /// # Panics
     /// If there is a plane of that name.
-    pub(crate) fn push(&mut self, plane: Plane) {
+    pub fn take_plane(&mut self, plane: Plane) {
         assert!(self.plane(plane.name()).is_none(), "two planes {:?}", plane.name());
         self.planes.push(plane);
     }

@@ -335,6 +335,7 @@ def render(
     time: float | None = None,
     denoiser: str | PathLike[str] | None = None,
     cryptomatte: bool | int | None = None,
+    groups: str | dict[str, list[str]] | None = None,
 ) -> Image: ...
 def exact(
     scene: Scene,

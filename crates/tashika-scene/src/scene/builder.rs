@@ -47,6 +47,7 @@ impl SceneBuilder {
             textures: Vec::new(),
             tile_sets: Vec::new(),
             emitters: Vec::new(),
+            light_names: ObjectNames::default(),
             intensity_maps: Vec::new(),
             environment: None,
             cameras: Vec::new(),

@@ -20,6 +20,7 @@ mod facets;
 mod input;
 mod intensity_map;
 mod lens;
+mod light_groups;
 mod material;
 mod medium;
 mod mesh;
@@ -50,6 +51,7 @@ pub use facets::{FacetInput, TangentInput};
 pub use input::{ColorInput, FloatInput};
 pub use intensity_map::{AimedMap, IntensityMap, Lookup, SlideWeight, Spread};
 pub use lens::{Blades, Lens};
+pub use light_groups::{LightGrouping, LightGroups, LightId};
 pub use material::{Alpha, AlphaMode, Back, CoatBase, Emission, Material, NormalInput, Surface};
 pub use medium::{Interface, MAX_EXTINCTION, MAX_OPTICAL_THICKNESS, Medium};
 pub use mesh::{Instance, Mesh, MeshData, has_normal};
@@ -138,6 +140,7 @@ pub struct Scene {
     textures: Vec<Texture>,
     tile_sets: Vec<TileSet>,
     emitters: Vec<Emitter>,
+    light_names: ObjectNames,
     intensity_maps: Vec<AimedMap>,
     environment: Option<Environment>,
     cameras: Vec<Camera>,

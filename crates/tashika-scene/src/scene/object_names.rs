@@ -1,5 +1,5 @@
-//! What the objects of a scene are called: an object is one or several instances, as the file has
-//! it.
+//! What the objects and lights of a scene are called: an object is one or several instances, as the
+//! file has it.
 //!
 //! Names are kept once for all instances that are added after each other, so that a thing of many
 //! meshes, or a million placements of one, costs one name.
@@ -7,12 +7,13 @@
 //! # Held to this by
 //! The tests below; `object_names` of the suite, for what the readers of files make of names.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::{InstanceId, Scene, SceneBuilder};
 
-/// The names, each with the first of its instances, in rising order; an empty one stands for those
-/// of the meshes.
+/// The names, each with the first of its instances, or lights, in rising order; an empty one stands
+/// for none.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObjectNames(Vec<(u32, String)>);
 
@@ -53,6 +54,13 @@ impl SceneBuilder {
         let name = format!("{kind} {number}");
         self.begin_object(name);
     }
+
+    /// Says that emitters without surface which are added from here on are called so, until another
+    /// name is said; without one, by their number.
+    pub fn begin_light(&mut self, name: impl Into<String>) {
+        let first = self.scene.emitters.len() as u32;
+        self.scene.light_names.begin(first, name.into());
+    }
 }
 
 impl Scene {
@@ -64,6 +72,13 @@ impl Scene {
             name => name,
         };
         self.object_names.of(instance.0).unwrap_or_else(of_mesh)
+    }
+
+    /// What an emitter without surface is called, by its place among those of the scene: as the file
+    /// calls it, else `light` and its number, from 1.
+    pub fn light_name(&self, emitter: usize) -> Cow<'_, str> {
+        let named = self.light_names.of(emitter as u32).map(Cow::Borrowed);
+        named.unwrap_or_else(|| format!("light {}", emitter + 1).into())
     }
 }
 

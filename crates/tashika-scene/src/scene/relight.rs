@@ -57,7 +57,8 @@ impl Scene {
         if let Some(environment) = environment {
             builder.set_environment(environment)?;
         }
-        for lamp in lamps {
+        for (number, lamp) in (1..).zip(lamps) {
+            builder.begin_light(format!("added {number}"));
             match lamp {
                 Lamp::Emitter(emitter) => builder.add_emitter(emitter)?,
                 Lamp::Image { map, position, intensity, to_world } => {

@@ -46,7 +46,7 @@ use crate::render::{Rendered, TileShare};
 use crate::request::{
     CameraChange, ClaimName, Framed, Framing, Method, MethodName, Quality, Request, Resolved,
 };
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, LightGrouping, LightGroups, Scene};
 use crate::tree::LightSet;
 use crate::vpl::{Clamp, VplSet};
 
@@ -75,6 +75,7 @@ pub struct Renderer<'a> {
     framing: Framing,
     share: TileShare,
     mattes: Option<u32>,
+    groups: Option<LightGrouping>,
     lights: Option<Arc<LightSet>>,
     cache: Option<&'a LightCache>,
     smoother: Option<Arc<dyn Smoother>>,
@@ -97,6 +98,7 @@ impl<'a> Renderer<'a> {
             framing: Framing::default(),
             share: TileShare::default(),
             mattes: None,
+            groups: None,
             lights: None,
             cache: None,
             smoother: None,
@@ -165,6 +167,13 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn mattes(self, ranks: u32) -> Self {
         Self { mattes: Some(ranks), ..self }
+    }
+
+    /// Adds planes of what each group of lights gives, by path tracing (see
+    /// [`PathTracer::with_groups`](crate::integrator::PathTracer::with_groups)). Default: none.
+    #[must_use]
+    pub fn light_groups(self, grouping: LightGrouping) -> Self {
+        Self { groups: Some(grouping), ..self }
     }
 
     /// How pixels are computed.
@@ -293,6 +302,7 @@ impl<'a> Renderer<'a> {
         let (resolved, framed) = self.resolve()?;
         let Resolved { method, gather, unused } = resolved;
         let Framed { camera, size, window } = framed;
+        let groups = self.groups.as_ref().map(|grouping| self.grouped(grouping, &method)).transpose()?;
         let method = method.sized(size);
         let seed = self.request.seed;
         let lights = self.light(&method, &View { camera: &camera, size, gather, seed })?;
@@ -308,6 +318,7 @@ impl<'a> Renderer<'a> {
             window,
             share: self.share.clone(),
             mattes: self.mattes.map(|ranks| Matte::ranks(ranks.into())).transpose()?,
+            groups,
             gather,
             seed,
             method,
@@ -355,6 +366,15 @@ impl<'a> Renderer<'a> {
             scene.check_method(self.request.method.name())?;
         }
         Ok((resolved, self.framing.of(&camera)?))
+    }
+
+    /// The groups of the scene's lights, for a method that can tell what each of them gives.
+    fn grouped(&self, grouping: &LightGrouping, method: &Method) -> Result<(LightGrouping, LightGroups)> {
+        if !matches!(method, Method::Path(_)) {
+            let expected = "none but with method path, not audited: other methods choose what they draw for all lights together";
+            return Err(Error::option("groups", grouping, expected));
+        }
+        Ok((grouping.clone(), LightGroups::new(self.tracer.scene(), grouping)?))
     }
 
     /// The lights that the method needs.

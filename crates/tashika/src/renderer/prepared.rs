@@ -7,7 +7,7 @@ use super::{Audit, audit, audited};
 use crate::accel::Tracer;
 use crate::error::Result;
 use crate::experiment::{OtherSet, until_converged};
-use crate::film::{Film, Window};
+use crate::film::{Film, Window, keys};
 use crate::gather::{GatherOptions, View};
 use crate::integrator::{
     ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
@@ -15,7 +15,7 @@ use crate::integrator::{
 use crate::reconstruction::Smoother;
 use crate::render::{Begun, Finished, RenderOptions, Rendered, TileShare, add_mattes, blank, resume};
 use crate::request::{CameraChange, Method};
-use crate::scene::Camera;
+use crate::scene::{Camera, LightGrouping, LightGroups};
 use crate::tree::LightSet;
 use crate::vpl::{Provenance, VplOptions};
 
@@ -62,6 +62,7 @@ pub struct Prepared<'a> {
     pub(super) window: Window,
     pub(super) share: TileShare,
     pub(super) mattes: Option<u32>,
+    pub(super) groups: Option<(LightGrouping, LightGroups)>,
     pub(super) gather: GatherOptions,
     pub(super) seed: u64,
     pub(super) method: Method,
@@ -118,7 +119,13 @@ impl Prepared<'_> {
             (Method::Transport { options, .. } | Method::Audited { options, .. }, Lights::Guided(lights)) => {
                 Box::new(LightTransport::new(&self.tracer, lights, options))
             }
-            (Method::Path(stop), _) => Box::new(self.path_tracer(*stop)?),
+            (Method::Path(stop), _) => {
+                let tracer = self.path_tracer(*stop)?;
+                Box::new(match &self.groups {
+                    Some((_, groups)) => tracer.with_groups(groups),
+                    None => tracer,
+                })
+            }
             (Method::Audited { options, .. }, Lights::Emitters) => {
                 Box::new(self.path_tracer(audited::by_paths(options))?)
             }
@@ -173,6 +180,9 @@ impl Prepared<'_> {
         let mut film = blank(&setting, integrator.as_ref(), &options)?;
         self.method.describe(film.metadata_mut());
         self.change.describe(film.metadata_mut());
+        if let Some((grouping, _)) = &self.groups {
+            film.metadata_mut().set(keys::LIGHT_GROUPS, grouping.to_string());
+        }
         let begun = begin(film)?;
         let phase = Phase::Pixels {
             method: integrator.name(),

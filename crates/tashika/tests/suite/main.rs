@@ -26,6 +26,7 @@ mod gltf_structure;
 mod grid_media;
 mod hard_light;
 mod light_changes;
+mod light_groups;
 mod light_images;
 mod light_transport;
 mod material_coverage;

@@ -33,7 +33,7 @@ use crate::contribution::ContributionKernel;
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
 use crate::rng::Stream;
-use crate::scene::{Medium, MediumId};
+use crate::scene::{LightId, Medium, MediumId};
 use crate::vpl::Vpl;
 use crate::warp::balance;
 
@@ -94,7 +94,7 @@ impl Tracing<'_> {
                     Flight::Scattered { after, weight } => {
                         path.weight = weight;
                         let position = path.ray.at(after);
-                        radiance += self.light_in_medium(&path, medium, position, key, stream);
+                        self.light_in_medium(&mut radiance, &path, medium, position, key, stream);
                         let (direction, density) =
                             medium.phase.sample(path.ray.direction, stream.uniform_2());
                         path.ray = Ray::new(position, direction);
@@ -113,7 +113,7 @@ impl Tracing<'_> {
                 if let Some(e) = scene.environment() {
                     let d = path.ray.direction.normalize();
                     let mis = path.density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
-                    radiance += path.weight * e.radiance(d) * mis;
+                    self.found(&mut radiance, LightId::Environment, path.weight * e.radiance(d) * mis);
                 }
                 break;
             };
@@ -123,7 +123,7 @@ impl Tracing<'_> {
             if !emitted.is_black() {
                 let (density, drawn_at) = (path.density, path.drawn_at);
                 let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
-                radiance += path.weight * emitted * mis;
+                self.found(&mut radiance, LightId::Instance(hit.instance), path.weight * emitted * mis);
             }
             if scene.is_boundary(&surface) {
                 let direction = path.ray.direction;
@@ -152,7 +152,7 @@ impl Tracing<'_> {
                     path.weight *= point.weight;
                     point.weight = path.weight;
                     let beyond = |direction| scene.medium_beyond(&surface, direction, path.medium);
-                    if let Some(sample) = self.light(stream) {
+                    if let Some((source, sample)) = self.light(stream) {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
                         if !unoccluded.is_black() {
@@ -160,8 +160,10 @@ impl Tracing<'_> {
                                 point.bsdf.pdf(point.wo, point.frame.to_local(towards))
                             });
                             let medium = beyond(contribution.link(point.position, light).towards_light);
-                            radiance +=
+                            let given =
                                 unoccluded * self.passing(point.position, light, medium, key, mis, stream);
+                            let light = self.emitters.light_of(source);
+                            self.found(&mut radiance, light, given);
                         }
                     }
                     let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
@@ -186,28 +188,29 @@ impl Tracing<'_> {
         radiance
     }
 
-    /// What one light, drawn from the emitters, sends a path by way of a place in a medium.
+    /// Adds what one light, drawn from the emitters, sends a path by way of a place in a medium.
     fn light_in_medium(
         &mut self,
+        radiance: &mut Rgb,
         path: &Path,
         medium: &Medium,
         position: Vec3,
         key: u64,
         stream: &mut Stream,
-    ) -> Rgb {
-        let Some(sample) = self.light(stream) else {
-            return Rgb::BLACK;
-        };
+    ) {
+        let Some((source, sample)) = self.light(stream) else { return };
         let light = &sample.light;
         let link = ContributionKernel::default().within(self.tracer.scene()).link(position, light);
         let phase = |towards: Vec3| medium.phase.density(path.ray.direction.dot(towards));
         let scattered = phase(link.towards_light) * link.geometric;
         let unoccluded = path.weight * (light.intensity * link.tint) * scattered;
         if unoccluded.is_black() {
-            return Rgb::BLACK;
+            return;
         }
         let mis = weight_of_light(&sample, position, phase);
-        unoccluded * self.passing(position, light, path.medium, key, mis, stream)
+        let given = unoccluded * self.passing(position, light, path.medium, key, mis, stream);
+        let light = self.emitters.light_of(source);
+        self.found(radiance, light, given);
     }
 
     /// The share of a light that gets to a place whose side towards it is in `medium`, by channel,

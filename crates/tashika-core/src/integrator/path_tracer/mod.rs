@@ -23,11 +23,13 @@
 //! published method is.
 
 mod flight;
+mod groups;
 mod in_media;
 mod null_collisions;
 mod samples;
 
-use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, Setting, Stop, Truth};
+use self::groups::PathByGroup;
+use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, PlaneBeside, Setting, Stop, Truth};
 use crate::accel::{Glass, Hit, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
 use crate::contribution::ContributionKernel;
@@ -36,7 +38,7 @@ use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::{Camera, MediumId, SurfacePoint};
+use crate::scene::{Camera, LightGroups, LightId, MediumId, SurfacePoint};
 use crate::stats::{Moments, student_t_two_sided};
 use crate::vpl::{EmitterSampler, LightSample, VplKind};
 use crate::warp::balance;
@@ -74,6 +76,7 @@ pub struct PathTracer<'s> {
     emitters: EmitterSampler<'s>,
     stop: PathStop,
     max_depth: u32,
+    groups: Option<&'s LightGroups>,
 }
 
 /// Surfaces after which a path may end by Russian roulette.
@@ -105,7 +108,14 @@ impl<'s> PathTracer<'s> {
         if max_depth == 0 {
             return Err(Error::option("max_depth", max_depth, "at least 1"));
         }
-        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), stop, max_depth })
+        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), stop, max_depth, groups: None })
+    }
+
+    /// The same, telling for each group of the scene's lights what it gives: by the same paths, so that
+    /// the planes of all groups add up to the radiance but for rounding, each with its standard error.
+    #[must_use]
+    pub fn with_groups(self, groups: &'s LightGroups) -> Self {
+        Self { groups: Some(groups), ..self }
     }
 
     fn pixel(&self, setting: &Setting<'_>, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelRecord {
@@ -114,6 +124,9 @@ impl<'s> PathTracer<'s> {
             PathStop::Until { options, .. } => options.controlled.parts(),
         };
         let mut sum = RgbSum::default();
+        if let Some(groups) = &mut tracing.groups {
+            groups.begin_pixel();
+        }
         let mut moments = vec![Moments::default(); parts.len()];
         tracing.rays = 0;
         let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
@@ -134,6 +147,9 @@ impl<'s> PathTracer<'s> {
                 let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
                 let radiance = tracing.seen(ray, key, &mut stream);
                 sum.add(radiance);
+                if let Some(groups) = &mut tracing.groups {
+                    groups.end_path();
+                }
                 parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
             }
             done = wanted;
@@ -196,7 +212,38 @@ impl Integrator for PathTracer<'_> {
     }
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
-        Box::new(move |tile: &Window| self.tile(&setting, tile))
+        Box::new(OfView { method: self, setting })
+    }
+
+    fn planes_beside(&self) -> Vec<PlaneBeside> {
+        self.groups.map(groups::planes).unwrap_or_default()
+    }
+}
+
+/// The estimates of a view.
+struct OfView<'v> {
+    method: &'v PathTracer<'v>,
+    setting: Setting<'v>,
+}
+
+impl Estimates for OfView<'_> {
+    fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
+        self.tile_with_beside(tile).0
+    }
+
+    fn tile_with_beside(&self, tile: &Window) -> (Vec<PixelRecord>, Vec<f32>) {
+        let mut tracing = self.method.tracing(&self.setting);
+        tracing.groups = self.method.groups.map(PathByGroup::new);
+        let mut beside = Vec::new();
+        let mut of_pixel = |(x, y)| {
+            let record = self.method.pixel(&self.setting, [x, y], &mut tracing);
+            if let Some(groups) = &tracing.groups {
+                groups.samples(&mut beside);
+            }
+            record
+        };
+        let records = tile.pixels().map(&mut of_pixel).collect();
+        (records, beside)
     }
 }
 
@@ -215,12 +262,8 @@ impl PathTracer<'_> {
             visibility: Vec::new(),
             share: 0.0,
             rays: 0,
+            groups: None,
         }
-    }
-
-    fn tile(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
-        let mut tracing = self.tracing(setting);
-        tile.pixels().map(|(x, y)| self.pixel(setting, [x, y], &mut tracing)).collect()
     }
 }
 
@@ -238,6 +281,8 @@ struct Tracing<'a> {
     /// When the path is: a share of the time that the shutter is open.
     share: f32,
     rays: u64,
+    /// What each group of lights gives, if anybody asks.
+    groups: Option<PathByGroup<'a>>,
 }
 
 impl Tracing<'_> {
@@ -266,7 +311,7 @@ impl Tracing<'_> {
                 if let Some(e) = scene.environment() {
                     let d = ray.direction.normalize();
                     let mis = density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
-                    radiance += weight * e.radiance(d) * mis;
+                    self.found(&mut radiance, LightId::Environment, weight * e.radiance(d) * mis);
                 }
                 break;
             };
@@ -275,7 +320,7 @@ impl Tracing<'_> {
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
-                radiance += weight * emitted * mis;
+                self.found(&mut radiance, LightId::Instance(hit.instance), weight * emitted * mis);
             }
             if depth == self.max_depth {
                 break;
@@ -292,7 +337,7 @@ impl Tracing<'_> {
                 Scatter::Gathers(mut point) => {
                     weight *= point.weight;
                     point.weight = weight;
-                    if let Some(sample) = self.light(stream) {
+                    if let Some((source, sample)) = self.light(stream) {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
                         if !unoccluded.is_black() {
@@ -300,7 +345,8 @@ impl Tracing<'_> {
                                 point.bsdf.pdf(point.wo, point.frame.to_local(towards))
                             });
                             let free = self.visible(light.apex(), point.position);
-                            radiance += unoccluded * (mis * free);
+                            let light = self.emitters.light_of(source);
+                            self.found(&mut radiance, light, unoccluded * (mis * free));
                         }
                     }
                     let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
@@ -330,8 +376,17 @@ impl Tracing<'_> {
         self.tracer.scene().surface_point_at(self.share, hit.instance, hit.triangle, hit.barycentric)
     }
 
-    /// A light, drawn from the emitters as they are then.
-    fn light(&self, stream: &mut Stream) -> Option<LightSample> {
+    /// Adds what a light gives by a path.
+    #[inline]
+    fn found(&mut self, radiance: &mut Rgb, light: LightId, given: Rgb) {
+        *radiance += given;
+        if let Some(groups) = &mut self.groups {
+            groups.add(light, given);
+        }
+    }
+
+    /// A light, drawn from the emitters as they are then, with the number of its source.
+    fn light(&self, stream: &mut Stream) -> Option<(usize, LightSample)> {
         self.emitters.sample_at(self.share, stream.uniform_f64(), stream.uniform_2())
     }
 

@@ -99,6 +99,7 @@ keys! {
     PATHS "paths" Making, "paths a pixel";
     PATHS_FIRST "paths.first" Making, "paths a pixel before its first look at the error";
     PATHS_MOST "paths.most" Making, "most paths a pixel";
+    LIGHT_GROUPS "light.groups" Making, "groups of lights that were asked for";
     MAX_DEPTH "max_depth" Making, "longest path (segments)";
     WINDOW "window" Making, "the part of the image that was asked for: x,y,width,height (pixels)";
     PIXELS "pixels" Making, "pixels, if they were named one by one";

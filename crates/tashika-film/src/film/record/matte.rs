@@ -137,7 +137,7 @@ impl Matte {
             let doc = "numbers of what covers a pixel, as floating point, and the shares that it covers";
             let channels = ["R", "G", "B", "A"].map(str::to_owned).to_vec();
             let words = [name, "1".to_owned(), doc.to_owned()];
-            film.push(Plane::from_samples(words, channels, window, Samples::F32(samples)));
+            film.take_plane(Plane::from_samples(words, channels, window, Samples::F32(samples)));
         }
         self.describe(film.metadata_mut());
     }

@@ -47,6 +47,7 @@ impl Profiles {
         let node = &source.root.nodes[placed.index];
         let Some(lamp) = node.extensions.as_ref().and_then(|e| e.others.get(NAME)) else { return Ok(()) };
         let at = |field: &str| source.at(format!("nodes[{}].extensions.{NAME}{field}", placed.index));
+        builder.begin_light(node.name.as_deref().unwrap_or_default());
         let (index, profile) = chosen(source, NAME, lamp, "light profiles", at(".light"))?;
         let multiplier = match lamp.get("multiplier") {
             Some(given) => number(given, &at(".multiplier"))?,

@@ -72,6 +72,8 @@ pub(super) fn add(source: &Source<'_>, placed: &PlacedNode, builder: &mut SceneB
             return Err(Error::invalid(at(".type"), "an unknown type", "point, spot or directional"));
         }
     };
+    let named = [node.name.as_deref(), light.name.as_deref()].into_iter().flatten();
+    builder.begin_light(named.into_iter().find(|name| !name.is_empty()).unwrap_or_default());
     builder.add_emitter(emitter)
 }
 

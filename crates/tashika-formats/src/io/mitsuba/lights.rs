@@ -46,6 +46,7 @@ impl<'a> Translation<'a> {
             return Ok(());
         }
         object.accept(&["sampling_weight", "shadow_rays"]);
+        self.builder.begin_light(object.id.as_deref().unwrap_or_default());
         match object.plugin.as_str() {
             "point" => {
                 let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);

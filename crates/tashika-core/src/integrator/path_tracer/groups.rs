@@ -1,0 +1,75 @@
+//! What each group of lights gives a pixel.
+//!
+//! All that a path finds is the light of one emitter or of another: what it gives is added to the
+//! group of that emitter as well as to the whole. The planes of all groups are estimates by the same
+//! paths, so that they add up to the radiance; each by itself is the mean of independent paths, and
+//! is without bias what the scene would look like with the lights of the group alone. What guides the
+//! choice of emitters knows all of them, so that a faint group has a large error.
+//!
+//! # Held to this by
+//! The suite's `light_groups`.
+
+use crate::color::{Rgb, RgbSum};
+use crate::integrator::PlaneBeside;
+use crate::scene::{LightGroups, LightId};
+use crate::stats::Moments;
+
+/// Sums over the paths of a pixel, by groups.
+pub(super) struct PathByGroup<'g> {
+    groups: &'g LightGroups,
+    /// Of the path at hand.
+    path: Vec<Rgb>,
+    sums: Vec<RgbSum>,
+    /// Of luminances.
+    moments: Vec<Moments>,
+}
+
+impl<'g> PathByGroup<'g> {
+    pub(super) fn new(groups: &'g LightGroups) -> Self {
+        let count = groups.count();
+        Self {
+            groups,
+            path: vec![Rgb::BLACK; count],
+            sums: vec![RgbSum::default(); count],
+            moments: vec![Moments::default(); count],
+        }
+    }
+
+    pub(super) fn begin_pixel(&mut self) {
+        self.sums.fill(RgbSum::default());
+        self.moments.fill(Moments::default());
+    }
+
+    pub(super) fn add(&mut self, light: LightId, given: Rgb) {
+        self.path[self.groups.of(light)] += given;
+    }
+
+    pub(super) fn end_path(&mut self) {
+        for ((path, sum), moments) in self.path.iter_mut().zip(&mut self.sums).zip(&mut self.moments) {
+            sum.add(*path);
+            moments.push(path.luminance().into());
+            *path = Rgb::BLACK;
+        }
+    }
+
+    /// Adds the samples of the pixel, in the order of [`planes`].
+    pub(super) fn samples(&self, to: &mut Vec<f32>) {
+        for (sum, moments) in self.sums.iter().zip(&self.moments) {
+            to.extend(sum.scaled(1.0 / moments.count().max(1) as f64).total().to_array());
+            to.push(moments.standard_error() as f32);
+        }
+    }
+}
+
+/// For each group a plane of its radiance, and one of the standard error of its luminance.
+pub(super) fn planes(groups: &LightGroups) -> Vec<PlaneBeside> {
+    let of_group = |(layer, name): (String, &String)| {
+        let doc = format!("what the lights of the group {name:?} give of the radiance");
+        let of_error = format!("standard error of the luminance of the group {name:?}");
+        [
+            PlaneBeside { name: format!("light_{layer}"), channels: &["R", "G", "B"], doc },
+            PlaneBeside { name: format!("light_{layer}_standard_error"), channels: &["Y"], doc: of_error },
+        ]
+    };
+    groups.layers().into_iter().zip(groups.names()).flat_map(of_group).collect()
+}
