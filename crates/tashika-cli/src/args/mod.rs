@@ -42,7 +42,7 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to an OpenEXR image with a PNG and a page beside it
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Say what is in a scene, and what of it was approximated or ignored
     Info(InfoArgs),
     /// Trace the virtual point lights of a scene to a file, or say what is in such a file
