@@ -1,11 +1,13 @@
 //! What was typed. The doc comments are the texts of `--help`.
 
 mod camera;
+mod film;
 mod frames;
 mod measure;
 mod shell;
 
 pub use camera::CameraArgs;
+pub use film::{ExrArgs, PlaneArgs};
 pub use frames::FramesArgs;
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
@@ -23,7 +25,7 @@ use tashika::color::Controlled;
 use tashika::film::Window;
 use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
-use tashika::io::{AskedEnvironment, AskedLight, Exposure, ExrLayout};
+use tashika::io::{AskedEnvironment, AskedLight, Exposure};
 use tashika::render::TileShare;
 use tashika::request::{MethodName, Quality};
 use tashika::vpl::{Clamp, VplOptions};
@@ -343,18 +345,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub layout: ExrArgs,
 
-    /// Add mattes of objects and of materials to the image, as Cryptomatte has them: layers
-    /// CryptoObject00 and CryptoMaterial00, 01, ... of RANKS names a pixel, 1 to 32, and layers
-    /// object_id and material_id of what covers most of it
-    #[arg(long, value_name = "RANKS", num_args = 0..=1, require_equals = true, default_missing_value = "6",
-        value_parser = values::count, help_heading = "Output")]
-    pub cryptomatte: Option<u64>,
-
-    /// Add layers of what each group of lights gives, with --method path: lights of each name apart, or
-    /// GROUP=NAME,NAME with names of objects or materials that emit, of lights, or environment; may be
-    /// said several times, other lights are the group rest
-    #[arg(long, value_name = "each|GROUP=NAME,...", help_heading = "Output")]
-    pub groups: Vec<String>,
+    #[command(flatten)]
+    pub planes: PlaneArgs,
 
     /// Brightness of the PNG: auto (log-average at middle gray) or stops; 0 shows radiance as it is
     #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
@@ -641,15 +633,6 @@ pub struct ViewArgs {
 
     #[command(flatten)]
     pub common: CommonArgs,
-}
-
-/// How the image is laid out.
-#[derive(Debug, ClapArgs)]
-pub struct ExrArgs {
-    /// How FILE.exr is laid out, in words with commas between them: parts, one for each layer; tiles
-    /// of 64x64 pixels; and a compression, none, rle, zips, zip or piz, none of which loses anything
-    #[arg(long, value_name = "parts,tiles,piz", default_value = "zip", help_heading = "Output")]
-    pub exr: ExrLayout,
 }
 
 /// What pixels that ran out of budget are to the exit code.

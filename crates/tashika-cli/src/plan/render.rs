@@ -78,9 +78,10 @@ impl RenderPlan {
         let smoother = args.denoiser.as_deref().filter(|_| is_audited);
         let smoother =
             smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
-        let asked = Asked { smoother, mattes: args.cryptomatte.map(Matte::ranks).transpose()?, ..asked };
-        let typed = args.groups.iter().map(String::as_str);
-        let groups = (!args.groups.is_empty()).then(|| LightGrouping::parse(typed)).transpose()?;
+        let asked =
+            Asked { smoother, mattes: args.planes.cryptomatte.map(Matte::ranks).transpose()?, ..asked };
+        let typed = args.planes.groups.iter().map(String::as_str);
+        let groups = (!args.planes.groups.is_empty()).then(|| LightGrouping::parse(typed)).transpose()?;
         let asked = Asked { groups, ..asked };
         if args.checkpoint && is_audited && asked.share.is_whole() {
             return Err(Failure::usage(
