@@ -36,6 +36,7 @@
 mod foreseen;
 mod looks;
 mod parts;
+mod truth;
 mod truths;
 mod verdict;
 
@@ -58,7 +59,8 @@ use crate::render::{Begun, Finished, Progress, RenderOptions, Rendered, Totals, 
 use crate::request::AuditTerms;
 use foreseen::{half_widths, importance_of, share_outside};
 use looks::{Looks, is_dear, is_hopeful};
-use truths::{Around, Source, Truths};
+use truth::Around;
+use truths::{Source, Truths};
 use verdict::{Look, Pictured, Tolerance, Verdict};
 
 /// Paths of all pixels at most, where no time is said: a picture in minutes.

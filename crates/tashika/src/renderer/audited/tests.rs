@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use super::truths::{Around, Source, Truths};
+use super::truth::Around;
+use super::truths::{Source, Truths};
 use super::verdict::{AuditedPixel, Tolerance};
 use crate::color::Rgb;
 use crate::error::Result;
@@ -106,7 +107,10 @@ fn around(film: &Film) -> impl Fn([u32; 2]) -> Around {
     move |[x, y]| {
         let record = &records[Window::full(SIZE).index(x, y)];
         let error = f64::from(record.standard_error);
-        Around { luminance: record.radiance.luminance().into(), variance: error * error * record.pairs as f64 }
+        Around {
+            luminance: record.radiance.luminance().into(),
+            variance: error * error * record.pairs as f64,
+        }
     }
 }
 

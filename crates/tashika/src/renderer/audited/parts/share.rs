@@ -1,7 +1,8 @@
 //! A share of a picture's tiles, and the truths of those of its pixels that are audited.
 
 use super::super::foreseen::{importance_of, share_outside};
-use super::super::truths::{Around, Source, Truth};
+use super::super::truth::{Around, Truth};
+use super::super::truths::Source;
 use super::super::verdict::{Tolerance, shown};
 use super::super::{MOST_PATHS, PASSES, describe};
 use super::draw::{count, draw};
@@ -117,12 +118,7 @@ impl Work<'_> {
     }
 
     /// Truths of the pixels of a tile that are audited, as [`planes::TRUTH`] has them.
-    fn truths(
-        &self,
-        picture: &Picture<'_>,
-        film: &Film,
-        reconstructed: &Reconstructed,
-    ) -> Option<Vec<f32>> {
+    fn truths(&self, picture: &Picture<'_>, film: &Film, reconstructed: &Reconstructed) -> Option<Vec<f32>> {
         let tile = film.window();
         let channels = planes::TRUTH.channels.len();
         let mut samples = vec![0.0; channels * tile.area() as usize];
