@@ -2,9 +2,10 @@
 //! lights never contradict each other more often than they said.
 
 use tashika::color::Rgb;
-use tashika::film::Film;
+use tashika::film::{Film, Window};
 use tashika::integrator::{
-    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Stop, Truth,
+    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, PathSamples, PathStop, PathTracer,
+    SamplePaths, Setting, Stop, Truth,
 };
 use tashika::math::Vec3;
 use tashika::scene::{Camera, Environment, Material, SceneBuilder, Surface};
@@ -248,26 +249,47 @@ fn a_lamp_in_a_thousandth_of_a_pixel() {
     assert!(pixel as u64 * 4 > SEEDS * 3, "the lamp is seen by {pixel} of {SEEDS}");
 }
 
+/// A room half under water, with a lamp of this side and radiance above.
+fn room_under_water(side: f32, radiance: f32) -> SceneBuilder {
+    let mut b = builder();
+    place(&mut b, cuboid(Vec3::splat(-1.0), Vec3::ONE, true), Material::new("room", lambert(0.5)));
+    let water =
+        Surface::Glass { ior: 1.33, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets: 0.0.into() };
+    let volume = cuboid(Vec3::new(-1.1, -1.1, -1.1), Vec3::new(1.1, -0.5, 1.1), false);
+    place(&mut b, volume, Material::new("water", water));
+    add_lamp_at(&mut b, [0.1, 0.9, 0.0], side, radiance);
+    add_camera(&mut b, [0.0, 0.6, 0.95], [0.0, -0.8, 0.0]);
+    b
+}
+
+/// The share of the pixels in whose paths more than a tenth of the light is missing.
+fn missing_in_paths(scene: SceneBuilder) -> f64 {
+    let tracer = tracer(scene);
+    let view = view(tracer.scene(), SIZE, 1, 1);
+    let lights = VplOptions { count: 50_000, ..VplOptions::default() };
+    let lights = GuidedLights::to_audit(&tracer, &lights, &view).unwrap();
+    let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
+    let sampler = method.path_sampler(Setting { tracer: &tracer, view });
+    let found = sampler.tile(&Window::full(SIZE), 1, &|_| sampler.telling());
+    let is_missing = |pixel: &&PathSamples| {
+        pixel.importance_not_found > 0.1 * pixel.luminance.mean() * pixel.luminance.count() as f64
+    };
+    found.iter().filter(is_missing).count() as f64 / PIXELS as f64
+}
+
+/// Paths that draw lights tell what they do not find, and nothing where they find it.
+#[test]
+fn paths_tell_what_they_do_not_find() {
+    let small = missing_in_paths(room_under_water(0.005, 20_000.0));
+    let large = missing_in_paths(room_under_water(1.0, 0.5));
+    assert!(small > 0.5 && large == 0.0, "{small} of a small lamp, {large} of a large one");
+}
+
 /// Light that comes to the bottom of the water by way of its surface, from a lamp of millimetres:
 /// neither VPLs nor paths find it, which is said.
 #[test]
 fn a_lamp_of_millimetres_above_water() {
-    let scene = || {
-        let mut b = builder();
-        place(&mut b, cuboid(Vec3::splat(-1.0), Vec3::ONE, true), Material::new("room", lambert(0.5)));
-        let water = Surface::Glass {
-            ior: 1.33,
-            reflectance: Rgb::WHITE,
-            transmittance: Rgb::WHITE,
-            facets: 0.0.into(),
-        };
-        let volume = cuboid(Vec3::new(-1.1, -1.1, -1.1), Vec3::new(1.1, -0.5, 1.1), false);
-        place(&mut b, volume, Material::new("water", water));
-        add_lamp_at(&mut b, [0.1, 0.9, 0.0], 0.005, 20_000.0);
-        add_camera(&mut b, [0.0, 0.6, 0.95], [0.0, -0.8, 0.0]);
-        b
-    };
-    let images = images(&scene);
+    let images = images(&|| room_under_water(0.005, 20_000.0));
     seeds_agree(&images, DISJOINT, "water");
     let missing = images.iter().flatten().filter(|said| !said.is_found).count();
     let all = images.len() * PIXELS;

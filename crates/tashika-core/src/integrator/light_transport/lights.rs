@@ -92,7 +92,7 @@ impl GuidedLights {
     }
 
     /// The same, which know as well what light neither they nor paths may find, and how they vary from
-    /// set to set: for truths. They are clamped [farther](OF_TRUTHS).
+    /// set to set: for truths. They are clamped four times farther.
     ///
     /// # Errors
     /// Options out of range.

@@ -120,7 +120,7 @@ mod tests {
     };
     use crate::scene::builtin;
     use crate::stats::Moments;
-    use crate::vpl::VplOptions;
+    use crate::vpl::{Clamp, VplOptions};
 
     /// The mean over an image is that of the path tracer, with lights of several seeds; half of the
     /// light comes from other surfaces, so that paths without it would be far off.
@@ -155,6 +155,43 @@ mod tests {
             "{} for {of_truth}",
             sums.mean()
         );
+    }
+
+    /// How far pixels vary from set to set, which paths by one set do not show, is what is told of it.
+    #[test]
+    fn how_light_varies_by_sets_is_told() {
+        const SETS: u64 = 24;
+        const PATHS: u32 = 1024;
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        // Small pixels: what is told is of a gather point.
+        let size = [256, 192];
+        let at = |(x, y): (u32, u32)| Window { x: 32 + 64 * x, y: 32 + 64 * y, width: 1, height: 1 };
+        let windows: Vec<Window> = (0..12).map(|k| at((k % 4, k / 4))).collect();
+        let gather = GatherOptions::default();
+        let view = |seed| View { camera: &tracer.scene().cameras()[0], size, gather, seed };
+        let setting = Setting { tracer: &tracer, view: view(1) };
+        let mut by_sets = vec![Moments::default(); 12];
+        let (mut told, mut of_paths) = (vec![0.0; 12], vec![0.0; 12]);
+        for seed in 1..=SETS {
+            let options =
+                VplOptions { count: 500, clamp: Clamp::Distance(0.01), seed, ..VplOptions::default() };
+            let lights = GuidedLights::to_audit(&tracer, &options, &view(seed)).unwrap();
+            let method = LightTransport::new(&tracer, &lights, &ControlOptions::default());
+            let sampler = method.path_sampler(setting);
+            for (k, window) in windows.iter().enumerate() {
+                let found = &sampler.tile(window, seed, &|_| PATHS)[0];
+                by_sets[k].push(found.luminance.mean());
+                told[k] += found.importance_of_set / f64::from(PATHS) / SETS as f64;
+                of_paths[k] += found.luminance.variance() / f64::from(PATHS) / SETS as f64;
+            }
+        }
+        // Where single paths hide nothing.
+        let clear: Vec<usize> = (0..12).filter(|k| told[*k] > 2.0 * of_paths[*k]).collect();
+        assert!(clear.len() >= 4, "{told:?} {of_paths:?}");
+        let ratio = |k: &usize| (by_sets[*k].variance() - of_paths[*k]) / told[*k];
+        let mean = clear.iter().map(ratio).sum::<f64>() / clear.len() as f64;
+        // Pixels vary together, so that the variance of 24 sets is known to a third at best.
+        assert!((0.4..1.6).contains(&mean), "{mean}");
     }
 
     /// A tile of a tile gives the same pixels, and a pixel that needs no path has none.
