@@ -103,6 +103,14 @@ impl<'f> Parts<'f> {
         let mut film = Film::new(self.film.size(), self.film.window(), PixelRecord::PLANES)?;
         *film.metadata_mut() = self.film.metadata().clone();
         film.metadata_mut().set(keys::PASSES, self.passes);
+        // Whatever else was asked for, as mattes.
+        let is_for_merging =
+            |plane: &Plane| [planes::HALVES.name, planes::TRUTH.name].contains(&plane.name());
+        for plane in self.film.planes().iter().filter(|plane| !is_for_merging(plane)) {
+            if film.plane(plane.name()).is_none() {
+                film.take_plane(plane.clone());
+            }
+        }
         let picture = Pictured {
             plain: RenderFilm::of(self.film),
             reconstructed: &reconstructed,

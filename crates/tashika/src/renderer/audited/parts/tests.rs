@@ -131,6 +131,24 @@ fn the_claim_is_that_of_one_look_at_the_whole() {
     assert_eq!(verdicts.chunks(3).filter(|pixel| pixel[2] == 2.0).count() as u64, outside);
 }
 
+/// What was asked for beside the picture is in the whole, and what only merging needs is not.
+#[test]
+fn planes_beside_are_kept() {
+    let of = |renderer: Renderer<'_>| merged(&parts(&renderer, 2, &[]));
+    let plain = of(renderer(request(1, 0.5)));
+    let with_mattes = of(renderer(request(1, 0.5)).mattes(2));
+    let names = |film: &Film| film.planes().iter().map(|plane| plane.name().to_owned()).collect::<Vec<_>>();
+    assert!(names(&plain).iter().all(|name| *name != planes::HALVES.name && *name != planes::TRUTH.name));
+    let beside = names(&with_mattes).into_iter().filter(|name| !names(&plain).contains(name));
+    assert_eq!(
+        beside.collect::<Vec<_>>(),
+        ["object_id", "CryptoObject00", "material_id", "CryptoMaterial00"]
+    );
+    let ids = with_mattes.plane(planes::OBJECT_ID).unwrap().u32_samples().unwrap();
+    let objects = ids.iter().filter(|id| **id != 0).collect::<std::collections::BTreeSet<_>>().len();
+    assert!(objects > 1, "{objects} objects are seen");
+}
+
 /// What is claimed is true of all pixels, by paths that know nothing of it, and the map holds.
 #[test]
 fn what_is_claimed_is_so() {
