@@ -38,8 +38,8 @@ pub struct GuidedLights {
 /// paths which find such walls hardly grows.
 const COMPENSATED: f32 = 4.0;
 
-/// How many times as far again the VPLs of truths are clamped: their light varies half as much from one set
-/// to another, which no number of paths mends, and single paths up to twice as much.
+/// How many times as far again the VPLs of truths are clamped: their light varies half as much from
+/// one set to another, which no number of paths mends, and single paths up to twice as much.
 const OF_TRUTHS: f32 = 4.0;
 
 /// How many times as far as they say themselves VPLs are clamped.

@@ -10,7 +10,8 @@
 //!
 //! # Guarantee
 //! The mean of a pixel is unbiased over sets of VPLs, as that of
-//! [`LightTransport`](super::LightTransport) is. Held to this by `paths::tests`.
+//! [`LightTransport`](super::LightTransport) is. Held to this by `paths::tests`; what is told of sets
+//! too, and of light that is not found by the suite's `hard_light`.
 
 use super::estimate::{Common, Estimator, summed_with};
 use super::nearby::{FOUND, PATHS};
@@ -25,9 +26,9 @@ use crate::stats::Moments;
 /// Lights drawn at a gather point: as many as cost about what the path costs. Chosen.
 const DRAWS: Draws = Draws { emitters: 2, vpls: 4 };
 
-/// Which clamp distance. A quarter of it takes the standard deviation over sets from 1.2 to 3.0 % (Cornell
-/// box) and 1.6 to 2.5 % (room) in the hardest quarter of the pixels; four times as much has paths
-/// vary by half as much again.
+/// Which clamp distance. A quarter of it takes the standard deviation over sets from 1.2 to 3.0 %
+/// (Cornell box) and 1.6 to 2.5 % (room) in the hardest quarter of the pixels; four times as much
+/// has paths vary by half as much again.
 const CLAMP: usize = 1;
 
 /// Draws paths of the pixels of one view.

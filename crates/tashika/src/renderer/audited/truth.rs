@@ -12,10 +12,14 @@
 //! light is not found is none.
 //!
 //! Where a look finds that an interval leaves it open on which side a pixel is, the truth is computed
-//! once more, in [stages](STAGES), by other paths: of those before only their variance is known, as `σ²`.
-//! How many paths a stage has is told by `σ` before any of them is drawn. So each of the intervals
-//! that there may be misses its truth with its equal share of `γ`, and an outside pixel is taken for one
-//! inside only if one of them does.
+//! once more, in [stages](STAGES), by other paths: of those before only their variance is known, as
+//! `σ²`. How many paths a stage has is told by `σ` before any of them is drawn. So each of the
+//! intervals that there may be misses its truth with its equal share of `γ`, and an outside pixel is
+//! taken for one inside only if one of them does.
+//!
+//! # Held to this by
+//! The tests below, which know the variances; the record of 2026-11-26 (truths by paths) holds truths
+//! of four scenes against path tracing.
 //!
 //! The picture says how many paths there are and how wide an interval is at least, which makes none
 //! narrower than its own paths do.
@@ -35,8 +39,8 @@ pub(super) struct Stage {
     pub most_paths: u32,
 }
 
-/// How closely truths are known at first, and then where they are open. Most pixels of a picture that is
-/// good enough are so by far, and a wide interval tells.
+/// How closely truths are known at first, and then where they are open. Most pixels of a picture that
+/// is good enough are so by far, and a wide interval tells.
 pub(super) const STAGES: [Stage; 3] = [
     Stage { half_width: 0.7, most_paths: 1 << 13 },
     Stage { half_width: 0.35, most_paths: 1 << 15 },
@@ -50,6 +54,7 @@ const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
 const MANY: f64 = 1e6;
 /// Share of the tolerance that light which is not found may have.
 const NEGLIGIBLE: f64 = 0.25;
+
 /// What is known of the paths of a pixel before they are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around {
