@@ -147,7 +147,7 @@ struct Work<'p, 'v> {
     terms: &'p AuditTerms,
     options: &'p ControlOptions,
     tolerance: Tolerance,
-    /// Whether VPLs are drawn from and summed over.
+    /// Whether VPLs are drawn.
     by_lights: bool,
     film: Film,
     picture: Picture<'v>,

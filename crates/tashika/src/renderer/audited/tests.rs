@@ -268,7 +268,7 @@ fn the_audit_has_lights_of_its_own() {
 
 /// Makes all pixels the mean of the picture.
 #[derive(Debug)]
-struct Flat;
+pub(super) struct Flat;
 
 impl Smoother for Flat {
     fn name(&self) -> String {

@@ -14,6 +14,7 @@ use crate::integrator::{
     ControlOptions, GuidedLights, LightTransport, PathStop, PathTracer, SamplePaths, Setting,
 };
 use crate::picture::{Wanted, paths_of};
+use crate::render::Progress;
 use crate::renderer::observer::{Observer, Phase, during};
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
@@ -30,10 +31,14 @@ const FEWEST: usize = 20;
 /// VPLs that truths are drawn from.
 const VPLS: u64 = 500_000;
 
-/// What path tracing follows at most, where it is told by these options.
+/// Paths of a pixel at least, where path tracing decides by them whether they are enough: Student's
+/// interval of fewer may not have met the rare bright ones. Chosen.
+const FIRST_PATHS: u32 = 1024;
+
+/// How path tracing finds what is within these options.
 pub(in crate::renderer) fn by_paths(options: &ControlOptions) -> PathStop {
     let most = options.max_pairs.unwrap_or(STAGES[STAGES.len() - 1].most_paths.into());
-    PathStop::Until { options: *options, first: FEWEST_PATHS, most: most.min(u32::MAX.into()) as u32 }
+    PathStop::Until { options: *options, first: FIRST_PATHS, most: most.min(u32::MAX.into()) as u32 }
 }
 
 /// The audited pixels of a picture.
@@ -106,20 +111,19 @@ impl<'p> Source<'p> {
 
     /// The next stage of these truths; false if it was cancelled. Truths are in the same stage.
     ///
-    /// * `sampler`: what [draws](Self::with_sampler) its paths.
-    pub fn advance(&self, truths: &mut [&mut Truth], sampler: &dyn SamplePaths, is_told: bool) -> bool {
+    /// * `sampler`: what [draws](Self::with_sampler) its paths; `tell`: who hears of progress.
+    pub fn advance(
+        &self,
+        truths: &mut [&mut Truth],
+        sampler: &dyn SamplePaths,
+        tell: &(dyn Fn(&Progress) + Sync),
+    ) -> bool {
         let Some(first) = truths.first() else { return true };
         // The draw of the pixels has the key 0.
         let seed = rng::key(self.options.seed, Purpose::Audit, 1 + first.stage as u64);
-        let fewest = FEWEST_PATHS.max(sampler.telling());
-        let wanted: Vec<Wanted> = truths.iter().map(|truth| truth.wanted(&self.tolerance, fewest)).collect();
-        let observer = self.observer;
-        let tell = |progress: &_| {
-            if is_told {
-                observer.progress(progress);
-            }
-        };
-        let Some(found) = paths_of(sampler, &wanted, seed, &tell, observer.cancel()) else { return false };
+        let wanted: Vec<Wanted> = truths.iter().map(|truth| self.wanted(truth, sampler)).collect();
+        let cancel = self.observer.cancel();
+        let Some(found) = paths_of(sampler, &wanted, seed, tell, cancel) else { return false };
         for (truth, found) in truths.iter_mut().zip(found) {
             truth.advance(found);
         }
@@ -130,17 +134,20 @@ impl<'p> Source<'p> {
     fn told(&self, truths: &mut [&mut Truth]) -> Result<bool> {
         let by = if self.lights.is_some() { "paths by other lights" } else { "other paths" };
         let phase = Phase::Audit { by, pixels: truths.len() as u64 };
-        during(self.observer, phase, || self.with_sampler(|sampler| Ok(self.advance(truths, sampler, true))))
+        let tell = |progress: &Progress| self.observer.progress(progress);
+        let told = |sampler: &dyn SamplePaths| Ok(self.advance(truths, sampler, &tell));
+        during(self.observer, phase, || self.with_sampler(told))
     }
 
     /// Paths of the next stage of these truths.
     fn paths(&self, truths: &[Truth]) -> Result<u64> {
-        let of = |sampler: &dyn SamplePaths| {
-            let fewest = FEWEST_PATHS.max(sampler.telling());
-            let paths = |truth: &Truth| u64::from(truth.wanted(&self.tolerance, fewest).paths);
-            Ok(truths.iter().map(paths).sum())
-        };
-        self.with_sampler(of)
+        self.with_sampler(|sampler| {
+            Ok(truths.iter().map(|truth| u64::from(self.wanted(truth, sampler).paths)).sum())
+        })
+    }
+
+    fn wanted(&self, truth: &Truth, sampler: &dyn SamplePaths) -> Wanted {
+        truth.wanted(&self.tolerance, FEWEST_PATHS.max(sampler.telling()))
     }
 }
 

@@ -143,7 +143,7 @@ impl Work<'_> {
         let mut truth = Truth::new(pixel, around);
         let mut stage = 0;
         loop {
-            if !self.source.advance(&mut [&mut truth], self.of_truths, false) {
+            if !self.source.advance(&mut [&mut truth], self.of_truths, &|_| {}) {
                 return None;
             }
             stage += 1;

@@ -4,10 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
+use super::super::tests::Flat;
 use super::draw::{count, draw};
 use super::finish_merged;
-use crate::color::Rgb;
-use crate::error::Result;
 use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, keys, planes};
 use crate::integrator::{ControlOptions, PathSamples, PathStop, PathTracer, SamplePaths, Setting};
 use crate::reconstruction::Smoother;
@@ -423,21 +422,6 @@ fn parts_of_other_renders_are_refused() {
     let crop = whole.cropped(Window { x: 3, y: 3, width: 9, height: 9 }).unwrap();
     assert_eq!(PictureClaim::of(crop.metadata()), None);
     assert!(Merger::new(Path::new("a.exr"), &first).unwrap().add(Path::new("w.exr"), &whole).is_err());
-}
-
-/// Makes all pixels the mean of the picture.
-#[derive(Debug)]
-struct Flat;
-
-impl Smoother for Flat {
-    fn name(&self) -> String {
-        "flat".to_owned()
-    }
-
-    fn smooth(&self, radiance: &[Rgb], _: &Film) -> Result<Vec<Rgb>> {
-        let sum = radiance.iter().fold(Rgb::BLACK, |sum, color| sum + *color);
-        Ok(vec![sum / radiance.len() as f32; radiance.len()])
-    }
 }
 
 /// One picture is looked at, that of the smoother which was said before anything was rendered.
