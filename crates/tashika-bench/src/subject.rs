@@ -151,7 +151,7 @@ impl Subject {
             Method::Audited { options, .. } => {
                 format!("{}, audited, error {}", self.args.method, options.error)
             }
-            Method::Path(_) => "path".to_owned(),
+            Method::Path { .. } => "path".to_owned(),
         };
         format!(
             "{}, {width}x{height} ({}x{} in the middle), {} VPLs, {} gather points, {about}",

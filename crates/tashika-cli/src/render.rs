@@ -116,7 +116,7 @@ fn pictures(
 
 /// The file of lights, if the method uses any.
 fn used_vpl_file(plan: &RenderPlan) -> Option<&Path> {
-    plan.asked.vpl_file().filter(|_| !matches!(plan.resolved.method, Method::Path(_)))
+    plan.asked.vpl_file().filter(|_| !matches!(plan.resolved.method, Method::Path { .. }))
 }
 
 /// Renders the image of one camera and writes its files.
@@ -259,7 +259,7 @@ fn report(
         tiles: plan.asked.share.to_string(),
         method: said(keys::METHOD).unwrap_or_default(),
         paths: match method {
-            Method::Path(PathStop::Count(paths)) => Some(*paths),
+            Method::Path { stop: PathStop::Count(paths), .. } => Some(*paths),
             _ => None,
         },
         gather: lights.as_ref().map(|_| done.gather),

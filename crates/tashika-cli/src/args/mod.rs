@@ -263,9 +263,9 @@ pub struct RenderArgs {
         help_heading = "Method")]
     pub confidence: Option<f64>,
 
-    /// What is claimed, with --method tashika, audited with path too: of each pixel, calibrated intervals hold at least as
-    /// often as the confidence says, by measurement; certified ones by proof, for two to six times
-    /// the rays. Audited is a claim about the picture as a whole, which is reconstructed: --share of
+    /// What is claimed, with --method tashika, all but certified with path too: of each pixel,
+    /// calibrated intervals hold at least as often as the confidence says, by measurement; certified
+    /// ones by proof, for two to six times the rays. Audited is a claim about the picture as a whole, which is reconstructed: --share of
     /// its pixels are within --error, as --audit pixels tell that were checked
     /// [default: calibrated; audited with --quality draft and good]
     #[arg(long, value_enum, help_heading = "Method")]

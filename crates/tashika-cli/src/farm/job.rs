@@ -76,7 +76,7 @@ impl Job {
             Method::Sum { lights, .. } => (None, lights.is_some()),
             // Lights that are given are else taken for a sum's.
             Method::Transport { lights, truth, .. } => (lights.as_ref().map(|_| truth), lights.is_some()),
-            Method::Audited { .. } | Method::Path(_) => (None, false),
+            Method::Audited { .. } | Method::Path { .. } => (None, false),
         };
         let lights = traced.then(|| {
             let mut line = vec![program.clone()];

@@ -61,7 +61,7 @@ impl RenderPlan {
         let asked = Asked { share, ..Asked::new(request(args)?, args.source.vpl_file.as_deref())? };
         let resolved = asked.request.resolve()?;
         let mut unused = Vec::new();
-        if args.write_vpls.is_some() && matches!(resolved.method, Method::Path(_)) {
+        if args.write_vpls.is_some() && matches!(resolved.method, Method::Path { .. }) {
             return Err(Failure::usage("--write-vpls: --method path has no virtual point lights"));
         }
         let is_audited = matches!(resolved.method, Method::Audited { .. });
@@ -172,7 +172,7 @@ fn can_be_audited(method: &Method) -> bool {
     match method {
         Method::Sum { method, .. } => *method != SumMethod::Exact,
         Method::Transport { .. } => true,
-        Method::Audited { .. } | Method::Path(_) => false,
+        Method::Audited { .. } | Method::Path { .. } => false,
     }
 }
 

@@ -119,7 +119,12 @@ pub enum Method {
         terms: AuditTerms,
     },
     /// Path tracing.
-    Path(PathStop),
+    Path {
+        /// When a pixel has paths enough.
+        stop: PathStop,
+        /// Whether nobody asked for an error, so that pixels may run out of budget.
+        is_picture: bool,
+    },
 }
 
 impl Method {
@@ -129,13 +134,13 @@ impl Method {
         match self {
             Self::Sum { method, .. } => *method == SumMethod::Exact || method.states_interval(),
             Self::Transport { .. } | Self::Audited { .. } => true,
-            Self::Path(stop) => matches!(stop, PathStop::Until { .. }),
+            Self::Path { stop, .. } => stop.options().is_some(),
         }
     }
 
     /// Whether it renders scenes that [need paths](crate::scene::Scene::needs_paths).
     pub fn renders_all(&self) -> bool {
-        matches!(self, Self::Audited { lights: None, .. } | Self::Path(_))
+        matches!(self, Self::Audited { lights: None, .. } | Self::Path { .. })
     }
 
     /// Whether what is promised, or computed, is a sum over one set of VPLs.
@@ -145,7 +150,7 @@ impl Method {
 
     /// Whether pixels may run out of budget without anybody's being disappointed.
     pub fn is_picture(&self) -> bool {
-        matches!(self, Self::Transport { is_picture: true, .. })
+        matches!(self, Self::Transport { is_picture: true, .. } | Self::Path { is_picture: true, .. })
     }
 
     /// Whether the metadata are those of a film that was rendered so.
@@ -189,10 +194,17 @@ impl Method {
     #[must_use]
     pub fn sized(&self, size: [u32; 2]) -> Self {
         let mut sized = self.clone();
-        if let Self::Transport { options, is_picture: true, .. } = &mut sized {
-            let pixels = size.map(u64::from).iter().product::<u64>().max(1);
-            let [fewest, most] = PIXEL_WORK;
-            options.max_pairs.get_or_insert((PICTURE_WORK / pixels).clamp(fewest, most));
+        let pixels = size.map(u64::from).iter().product::<u64>().max(1);
+        let [fewest, most] = PIXEL_WORK;
+        let of_pixel = (PICTURE_WORK / pixels).clamp(fewest, most);
+        match &mut sized {
+            Self::Transport { options, is_picture: true, .. } => {
+                options.max_pairs.get_or_insert(of_pixel);
+            }
+            Self::Path { stop: PathStop::Calibrated { most, .. }, is_picture: true } => {
+                *most = of_pixel as u32;
+            }
+            _ => {}
         }
         sized
     }

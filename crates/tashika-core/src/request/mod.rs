@@ -69,7 +69,7 @@ const MANY_POINTS: [f64; 2] = [32.0, 256.0];
 pub struct Request {
     /// The method by its name. Default: ours.
     pub method: MethodName,
-    /// What our method claims, whatever `method` says of it.
+    /// What our method claims, whatever `method` says of it, or path tracing by our interval.
     pub claim: Option<ClaimName>,
     /// Share of the pixels that an audited picture is to have within the error.
     pub share: Option<f64>,
@@ -163,7 +163,9 @@ impl Request {
             && self.claim != Some(ClaimName::Certified)
             && self.is_about_all_sets()
         {
-            let claim = self.claim.filter(|claim| *claim == ClaimName::Audited);
+            // Who says how many paths, and no error, asks for these.
+            let is_count = self.paths.is_some() && self.error.is_none();
+            let claim = self.claim.or((!is_count).then_some(ClaimName::Calibrated));
             return Self { method: MethodName::Path, claim, ..self.clone() };
         }
         self.clone()
@@ -186,7 +188,7 @@ impl Request {
         }
         let method = match self.sum_method() {
             method if self.is_audited() => self.audited(method, options)?,
-            None => Method::Path(self.path_stop(options)?),
+            None => self.path_tracing(options)?,
             Some(method) if self.is_about_all_sets() => {
                 let truth = self.truth();
                 if method == SumMethod::Tashika(Promise::Certified) {
@@ -270,7 +272,7 @@ impl Request {
     }
 
     fn error(&self) -> f64 {
-        let unsaid = match (self.is_audited(), self.is_about_all_sets()) {
+        let unsaid = match (self.is_audited(), self.is_about_all_sets() || self.is_by_calibrated_paths()) {
             (true, _) => AUDITED_ERROR,
             (false, true) => PICTURE_ERROR,
             (false, false) => ControlOptions::default().error,
@@ -346,20 +348,31 @@ impl Request {
         Ok(options)
     }
 
-    /// When a path tracer stops: by its interval, if an error was said.
-    fn path_stop(&self, options: ControlOptions) -> Result<PathStop> {
+    /// Whether path tracing is to claim by our own interval.
+    fn is_by_calibrated_paths(&self) -> bool {
+        self.method == MethodName::Path && self.claim == Some(ClaimName::Calibrated)
+    }
+
+    /// Path tracing: until our own interval is narrow enough if it is to claim that, else until
+    /// Student's is if an error was said.
+    fn path_tracing(&self, options: ControlOptions) -> Result<Method> {
         let said = self.path_count()?;
-        Ok(match self.error {
-            Some(_) => PathStop::until(options, said.unwrap_or(MOST_PATHS)),
+        let most = said.unwrap_or(MOST_PATHS);
+        let is_calibrated = self.is_by_calibrated_paths();
+        let stop = match self.error {
+            _ if is_calibrated => PathStop::Calibrated { options, most: most.max(2) },
+            Some(_) => PathStop::until(options, most),
             None => PathStop::Count(said.unwrap_or(PATHS)),
-        })
+        };
+        Ok(Method::Path { stop, is_picture: is_calibrated && said.is_none() && self.error.is_none() })
     }
 
     fn unused(&self) -> Vec<&'static str> {
         let is_path = self.method == MethodName::Path;
         let is_exact = self.method == SumMethod::Exact.into();
         let (is_ours, is_audited) = (self.is_ours(), self.is_audited());
-        let until = is_path && (self.error.is_some() || is_audited);
+        let is_calibrated = self.is_by_calibrated_paths();
+        let until = is_path && (self.error.is_some() || is_audited || is_calibrated);
         let states_interval = self.sum_method().is_some_and(SumMethod::states_interval);
         let said_in_vain = [
             ("vpls", self.vpls.is_some() && is_path),
@@ -373,7 +386,7 @@ impl Request {
             ("confidence", self.confidence.is_some() && (!(states_interval || until) || is_audited)),
             ("share", self.share.is_some() && !is_audited),
             ("assurance", self.assurance.is_some() && !is_audited),
-            ("claim", self.claim.is_some() && !is_ours && !is_audited),
+            ("claim", self.claim.is_some() && !(is_ours || is_audited || is_calibrated)),
             ("truth", self.truth.is_some() && !is_ours),
             ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path || is_audited)),
         ];

@@ -79,12 +79,12 @@ fn what_is_not_said_is_the_default() {
     }
 
     let path = Request { method: MethodName::Path, ..Request::default() };
-    assert_eq!(resolved(&path).method, Method::Path(PathStop::Count(64)));
+    assert_eq!(resolved(&path).method, Method::Path { stop: PathStop::Count(64), is_picture: false });
     assert!(!resolved(&path).method.promises());
     let until = Request { error: Some(0.1), ..path };
     let told = ControlOptions { error: 0.1, ..options };
     let stop = PathStop::Until { options: told, first: 64, most: 1 << 20 };
-    assert_eq!(resolved(&until).method, Method::Path(stop));
+    assert_eq!(resolved(&until).method, Method::Path { stop, is_picture: false });
     assert!(resolved(&until).method.promises());
     for method in [SumMethod::Lightcuts, SumMethod::Mdlc] {
         let bounded = Request { method: method.into(), ..Request::default() };
@@ -132,8 +132,12 @@ fn what_is_said_arrives() {
     assert_eq!(found.method, Method::Transport { lights: Some(lights), truth, options, is_picture: false });
     assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
-    let found = resolved(&Request { method: MethodName::Path, ..all_said() });
-    assert_eq!(found.method, Method::Path(PathStop::Until { options, first: 5, most: 5 }));
+    let of_paths = Request { method: MethodName::Path, ..all_said() };
+    let stop = PathStop::Calibrated { options, most: 5 };
+    assert_eq!(resolved(&of_paths).method, Method::Path { stop, is_picture: false });
+    let found = resolved(&Request { claim: Some(ClaimName::Certified), ..of_paths });
+    let stop = PathStop::Until { options, first: 5, most: 5 };
+    assert_eq!(found.method, Method::Path { stop, is_picture: false });
     assert_eq!(found.gather.filter, Filter::Tent);
     assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "max_pairs"]);
 
@@ -147,9 +151,23 @@ fn what_is_said_arrives() {
 #[test]
 fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
     let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.by_paths();
-    assert!(matches!(resolved(&claimed(None)).method, Method::Path(PathStop::Count(_))));
-    let calibrated = claimed(Some(ClaimName::Calibrated));
-    assert_eq!((calibrated.method, calibrated.claim), (MethodName::Path, None));
+    for claim in [None, Some(ClaimName::Calibrated)] {
+        let found = resolved(&claimed(claim));
+        let sized = found.method.sized([1000, 500]);
+        let Method::Path { stop: PathStop::Calibrated { options, most: 128 }, is_picture: true } = sized
+        else {
+            panic!("{sized:?} claims nothing")
+        };
+        assert_eq!((options.error, &*found.unused), (0.05, [].as_slice()));
+    }
+    let counted = Request { paths: Some(8), ..Request::default() };
+    let stop = PathStop::Count(8);
+    assert_eq!(resolved(&counted.by_paths()).method, Method::Path { stop, is_picture: false });
+    let within = resolved(&Request { error: Some(0.02), ..counted }.by_paths());
+    assert!(matches!(
+        within.method,
+        Method::Path { stop: PathStop::Calibrated { most: 8, .. }, is_picture: false }
+    ));
     let audited = Request { error: Some(0.2), ..claimed(Some(ClaimName::Audited)) };
     let found = resolved(&audited);
     let Method::Audited { lights: None, options, terms } = found.method else {
@@ -180,8 +198,12 @@ fn each_method_says_what_means_nothing_to_it() {
     for method in [SumMethod::Nabata2016, SumMethod::Sakai2018, SumMethod::Iwasaki2019] {
         assert_eq!(unused(method.into(), None), [&["paths"][..], &ours_alone, &of_ours].concat());
     }
-    let counted = ["vpls", "clamp", "gather", "control", "absolute", "confidence", "claim", "truth"];
-    assert_eq!(unused(MethodName::Path, None), [&counted[..], &["max_pairs"]].concat());
+    let of_lights = ["vpls", "clamp", "gather"];
+    let of_vpls = ["truth", "max_pairs"];
+    assert_eq!(unused(MethodName::Path, None), [&of_lights[..], &of_vpls].concat());
+    let counted = Request { method: MethodName::Path, error: None, claim: None, ..all_said() };
+    let of_claims = [&ours_alone[..], &["confidence"]].concat();
+    assert_eq!(resolved(&counted).unused, [&of_lights[..], &of_claims, &of_vpls].concat());
     let given = Request { method: MethodName::Path, lights_given: true, ..Request::default() };
     assert_eq!(resolved(&given).unused, ["lights"]);
 }

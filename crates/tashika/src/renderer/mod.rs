@@ -370,7 +370,7 @@ impl<'a> Renderer<'a> {
 
     /// The groups of the scene's lights, for a method that can tell what each of them gives.
     fn grouped(&self, grouping: &LightGrouping, method: &Method) -> Result<(LightGrouping, LightGroups)> {
-        if !matches!(method, Method::Path(_)) {
+        if !matches!(method, Method::Path { .. }) {
             let expected = "none but with method path, not audited: other methods choose what they draw for all lights together";
             return Err(Error::option("groups", grouping, expected));
         }
@@ -416,7 +416,7 @@ impl<'a> Renderer<'a> {
                 Lights::Guided(Arc::new(observer::during(self.observer, Phase::LightTree, guided)?))
             }
             (Method::Transport { lights: None, .. }, None) => unreachable!("lights are given or traced"),
-            (Method::Path(_) | Method::Audited { lights: None, .. }, _) => Lights::Emitters,
+            (Method::Path { .. } | Method::Audited { lights: None, .. }, _) => Lights::Emitters,
         })
     }
 

@@ -119,18 +119,31 @@ impl Prepared<'_> {
             (Method::Transport { options, .. } | Method::Audited { options, .. }, Lights::Guided(lights)) => {
                 Box::new(LightTransport::new(&self.tracer, lights, options))
             }
-            (Method::Path(stop), _) => {
-                let tracer = self.path_tracer(*stop)?;
+            (Method::Path { stop, .. }, _) => {
+                let tracer = self.path_tracer(self.in_view(*stop)?)?;
                 Box::new(match &self.groups {
                     Some((_, groups)) => tracer.with_groups(groups),
                     None => tracer,
                 })
             }
             (Method::Audited { options, .. }, Lights::Emitters) => {
-                Box::new(self.path_tracer(audited::by_paths(options))?)
+                Box::new(self.path_tracer(self.of_audited(options)?)?)
             }
             _ => unreachable!("lights are made for the method"),
         })
+    }
+
+    /// The same in this view, which tells our own interval what is dark.
+    fn in_view(&self, stop: PathStop) -> Result<PathStop> {
+        let PathStop::Calibrated { options, most } = stop else { return Ok(stop) };
+        let brightness = self.path_tracer(PathStop::Count(1))?.importance_brightness(&self.setting());
+        Ok(PathStop::Calibrated { options: options.in_view_of(brightness), most })
+    }
+
+    /// What a pixel of an audited picture would be by path tracing, if it were to keep the promise alone.
+    pub(super) fn of_audited(&self, options: &ControlOptions) -> Result<PathStop> {
+        const MOST_PATHS: u32 = 1 << 17;
+        self.in_view(PathStop::Calibrated { options: *options, most: MOST_PATHS })
     }
 
     pub(super) fn path_tracer(&self, stop: PathStop) -> Result<PathTracer<'_>> {
@@ -167,7 +180,7 @@ impl Prepared<'_> {
         const OF_PATHS: u32 = 64;
         match self.method {
             Method::Sum { .. } | Method::Transport { .. } => self.gather.points,
-            Method::Path(_) | Method::Audited { .. } => OF_PATHS,
+            Method::Path { .. } | Method::Audited { .. } => OF_PATHS,
         }
     }
 

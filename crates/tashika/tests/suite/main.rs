@@ -43,6 +43,7 @@ mod moving_cameras;
 mod moving_objects;
 mod obj;
 mod obj_features;
+mod paths_alone;
 mod pbrt;
 mod pbrt_appearance;
 mod pbrt_cameras;

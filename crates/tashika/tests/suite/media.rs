@@ -356,7 +356,7 @@ fn a_boundary_of_nothing_is_not_seen() {
 }
 
 /// A room full of fog, and a block of milk in it.
-fn foggy_room() -> Scene {
+pub fn foggy_room() -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     let fog = Some(add(&mut b, [0.02; 3], [0.1, 0.2, 0.3], 0.4));

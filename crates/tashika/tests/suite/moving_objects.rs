@@ -185,7 +185,7 @@ fn spun(about: DVec3, turn: f64, way: DVec3, growth: f64) -> Track {
 
 /// A room in which a blade turns, a lamp swings and grows, a pane slides before what is behind it,
 /// and a cloud shrinks if there is one: as it moves, or as it stands at a time.
-fn workshop(at: Option<f64>, fog: bool) -> Scene {
+pub fn workshop(at: Option<f64>, fog: bool) -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 4.0);
     let mut add = |mesh: MeshData, material: Material, track: Track| {

@@ -16,14 +16,14 @@
 //! is an estimate: measured, not proven.
 
 use super::super::ControlOptions;
+use super::super::looks::AIM;
+use super::super::path_spread::{KAPPA_OF_PATHS, PathSpread};
 use super::estimate::Estimate;
 use crate::color::RgbSum;
 use crate::math::elementary::{ln_f64, powf_f64};
 use crate::stats::stratified::KAPPA;
 use crate::stats::{Moments, student_t_two_sided};
 
-/// As many paths of the neighbourhood count as much as the pixel's own.
-const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
 /// Power of the pairs of a cut with which its variance falls (record, light transport).
 const FALL: f64 = 1.77;
 
@@ -58,29 +58,25 @@ impl Finding {
         let delta = delta / parts.len() as f64;
         let of_part = |part: usize| {
             let spread = estimate.spread(part, &gathered);
-            let own = estimate.moments()[part];
-            let count = own.count() as f64;
+            let own = &estimate.moments()[part];
             // Where nothing is met there is no light to be found by the way.
             let theirs = nearby.get(part).copied().filter(|_| estimate.meets_surfaces()).unwrap_or_default();
-            let weight = NEIGHBOURHOOD_WEIGHT.min(theirs.count() as f64);
-            let pooled = (count * own.variance() + weight * theirs.variance()) / (count + weight).max(1.0);
-            // What its own paths have shown is never told smaller for the sake of the neighbours.
+            let paths = PathSpread::of(own, &theirs);
             let emission = estimate.rare_emission().map(|parts| parts[part]).unwrap_or_default();
             let samples = (emission.count() as f64).max(1.0);
             // Taken for independent: a camera sample that sees emission alone has no path, so that
             // both together vary less.
-            let of_paths = pooled.max(own.variance()) / count.max(1.0) + emission.variance() / samples;
+            let of_paths = paths.variance + emission.variance() / samples;
             let by_draws = estimate.by_draws(part, tolerance);
             let of_cut = spread.reckoned_variance();
             let variances = [of_cut, by_draws.lights, by_draws.points, of_paths];
             let variance: f64 = variances.iter().sum();
             let squares = of_cut * of_cut / spread.freedom()
                 + by_draws.square_of_lights
-                + of_paths * of_paths / (count + weight - 1.0).max(1.0);
+                + of_paths * of_paths / paths.freedom;
             let freedom = if squares > 0.0 { (variance * variance / squares).max(1.0) } else { 1.0 };
             let errors = student_t_two_sided(1.0 - delta, freedom);
-            let largest = own.largest().max(theirs.largest()) / count.max(1.0);
-            let largest = largest.max(emission.largest() / samples);
+            let largest = paths.largest.max(emission.largest() / samples);
             let rare = [
                 KAPPA * spread.importance_largest(),
                 KAPPA_OF_PATHS * largest,
@@ -176,46 +172,6 @@ impl Finding {
     }
 }
 
-/// The looks at which an interval may be stated: whoever stops when satisfied pays for every one.
-///
-/// ```text
-/// Σ_j δ_j ≤ δ          δ_1 = 0.7 δ,   δ_j = 0.3 δ 2^−(j−1)
-/// ```
-///
-/// so that the chance that any of the intervals fails stays within `δ` (union bound). It is decided
-/// before a look whether it is one of these: when the estimate is foreseen to be good enough; looks
-/// before only tell how far it is from that. Most pixels need one.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Looks {
-    delta: f64,
-    vain: u32,
-}
-
-/// Share of `δ` that the first look has.
-const FIRST_SHARE: f64 = 0.7;
-
-impl Looks {
-    /// Before the first.
-    pub(super) fn new(options: &ControlOptions) -> Self {
-        Self { delta: 1.0 - options.confidence, vain: 0 }
-    }
-
-    /// `δ_j` of the next.
-    pub(super) fn delta(&self) -> f64 {
-        let share =
-            if self.vain == 0 { FIRST_SHARE } else { (1.0 - FIRST_SHARE) / f64::from(1_u32 << self.vain) };
-        share * self.delta
-    }
-
-    /// One was in vain.
-    pub(super) fn next(&mut self) {
-        self.vain = (self.vain + 1).min(MOST_LOOKS);
-    }
-}
-
-/// Looks that are told apart: no pixel has more.
-const MOST_LOOKS: u32 = 31;
-
 /// A source of error that does not fall as an estimate grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Source {
@@ -227,28 +183,12 @@ pub(super) enum Source {
 /// How many times the variance of the cut one must be that its samples tell, for them to tell it
 /// well.
 const KNOWN: f64 = 3.0;
-/// `κ` of paths and of VPLs: that of Bernstein's inequality, for few are far brighter than most.
-const KAPPA_OF_PATHS: f64 = 1.0 / 3.0;
-/// Share of the tolerance that growth aims at: the next look costs more than a little too much
-/// work.
-const AIM: f64 = 0.92;
 /// Steps in which growth is looked for.
 const STEP: f64 = 1.05;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn all_looks_together_cost_what_there_is() {
-        let mut looks = Looks::new(&ControlOptions { confidence: 0.96, ..ControlOptions::default() });
-        let mut sum = 0.0;
-        for _ in 0..MOST_LOOKS {
-            sum += looks.delta();
-            looks.next();
-        }
-        assert!((sum - 0.04).abs() < 1e-9, "{sum}");
-    }
 
     /// Of a background that all camera samples see alike, few samples are no proof, and more are.
     #[test]

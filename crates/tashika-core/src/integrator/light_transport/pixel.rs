@@ -1,9 +1,10 @@
 //! A pixel from its first look to its last: estimates that grow, and what is tried where growth is
 //! not enough.
 
+use super::super::looks::Looks;
 use super::super::{Claim, HalfWidths, PixelRecord, Stop};
 use super::estimate::{Common, Estimate, Estimator, Points};
-use super::interval::{Finding, Looks, Source};
+use super::interval::{Finding, Source};
 use super::{CLAMPS, LightTransport, OfView, Visibility};
 use crate::cut::CutMemory;
 use crate::gather::{Features, PixelSum};

@@ -100,6 +100,7 @@ impl Tracing<'_> {
                         path.ray = Ray::new(position, direction);
                         path.density = Some(density);
                         path.drawn_at = position;
+                        self.gathers = true;
                         scattered = scattered.saturating_add(1);
                         passed = 0;
                         if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {
@@ -149,6 +150,7 @@ impl Tracing<'_> {
                     path.ray = next;
                 }
                 Scatter::Gathers(mut point) => {
+                    self.gathers = true;
                     path.weight *= point.weight;
                     point.weight = path.weight;
                     let beyond = |direction| scene.medium_beyond(&surface, direction, path.medium);

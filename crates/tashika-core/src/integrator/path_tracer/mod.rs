@@ -15,60 +15,35 @@
 //!
 //! The estimate is the mean of independent paths, its standard error that of the mean.
 //!
-//! # When it stops
-//! After a number of paths, and then nothing is claimed; or by the rule that a careful user would
-//! build ([`PathStop::Until`]): when Student's interval of the mean is within the tolerance. That
-//! rule is the peer of our own method. It keeps its word where samples have light tails; where they
-//! do not, it stops before it has met the rare bright path. So its interval is claimed as that of a
-//! published method is.
+//! When a pixel has had paths enough is told by a [`PathStop`].
 
 mod flight;
 mod groups;
 mod in_media;
+mod nearby;
 mod null_collisions;
 mod samples;
+mod stopping;
+
+pub use self::stopping::PathStop;
 
 use self::groups::PathByGroup;
-use super::{Claim, ControlOptions, Estimates, Integrator, PixelRecord, PlaneBeside, Setting, Stop, Truth};
+use self::nearby::Nearby;
+use self::stopping::{Looking, Next};
+use super::{Estimates, HalfWidths, Integrator, PixelRecord, PlaneBeside, Setting, Truth};
 use crate::accel::{Glass, Hit, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
 use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
+use crate::guidance::Grid;
 use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::{Camera, LightGroups, LightId, MediumId, SurfacePoint};
-use crate::stats::{Moments, student_t_two_sided};
+use crate::stats::Moments;
 use crate::vpl::{EmitterSampler, LightSample, VplKind};
 use crate::warp::balance;
-
-/// When a pixel has had paths enough.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PathStop {
-    /// So many.
-    Count(u32),
-    /// At least `first`, and half as many again, until Student's interval of what is controlled is
-    /// within the tolerance, or there are `most`.
-    Until {
-        /// Tolerance, confidence, what is controlled.
-        options: ControlOptions,
-        /// Paths at the first look, at least 2.
-        first: u32,
-        /// Paths at which a pixel is out of budget.
-        most: u32,
-    },
-}
-
-impl PathStop {
-    /// The rule that a careful user of a path tracer stops by: the interval is looked at from 64
-    /// paths on, or from `most` (at least 2).
-    pub fn until(options: ControlOptions, most: u32) -> Self {
-        const FIRST: u32 = 64;
-        let most = most.max(2);
-        Self::Until { options, first: FIRST.min(most), most }
-    }
-}
 
 /// The path tracer.
 #[derive(Debug)]
@@ -79,6 +54,8 @@ pub struct PathTracer<'s> {
     groups: Option<&'s LightGroups>,
 }
 
+/// Camera samples that tell a pixel's first surfaces, at most.
+const OF_FEATURES: u32 = 16;
 /// Surfaces after which a path may end by Russian roulette.
 const CERTAIN_DEPTH: u32 = 3;
 /// Highest probability of going on: a closed white room would keep paths for ever.
@@ -90,21 +67,7 @@ impl<'s> PathTracer<'s> {
     /// # Errors
     /// No paths, a first look at fewer than two, a `max_depth` of zero, options out of range.
     pub fn new(tracer: &'s Tracer, stop: PathStop, max_depth: u32) -> Result<Self> {
-        match stop {
-            PathStop::Count(0) => return Err(Error::option("paths", 0, "at least 1")),
-            PathStop::Count(_) => {}
-            PathStop::Until { options, first, most } => {
-                options.validate()?;
-                if first < 2 || most < first {
-                    let paths = format!("{first}, then {most}");
-                    return Err(Error::option(
-                        "paths",
-                        paths,
-                        "at least 2 at first, and no fewer in the end",
-                    ));
-                }
-            }
-        }
+        stop.validate()?;
         if max_depth == 0 {
             return Err(Error::option("max_depth", max_depth, "at least 1"));
         }
@@ -118,34 +81,30 @@ impl<'s> PathTracer<'s> {
         Self { groups: Some(groups), ..self }
     }
 
-    fn pixel(&self, setting: &Setting<'_>, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelRecord {
-        let parts = match &self.stop {
-            PathStop::Count(_) => ControlOptions::default().controlled.parts(),
-            PathStop::Until { options, .. } => options.controlled.parts(),
-        };
+    /// * `nearby`: paths of its neighbourhood, if they are asked for.
+    fn pixel(
+        &self,
+        setting: &Setting<'_>,
+        pixel: [u32; 2],
+        nearby: Option<&Nearby>,
+        tracing: &mut Tracing<'_>,
+    ) -> PixelRecord {
+        let parts = self.stop.controlled().parts();
         let mut sum = RgbSum::default();
         if let Some(groups) = &mut tracing.groups {
             groups.begin_pixel();
         }
         let mut moments = vec![Moments::default(); parts.len()];
-        tracing.rays = 0;
+        (tracing.rays, tracing.gathers) = (0, false);
         let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
-        let mut stream = Stream::new(setting.view.seed, Purpose::CameraPath, index);
+        let mut draws = Draws::new(setting.view.seed, Purpose::CameraPath, index);
         let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
-        let mut shutter = Stream::new(setting.view.seed, Purpose::Shutter, index);
-        let mut wanted = match self.stop {
-            PathStop::Count(count) => count,
-            PathStop::Until { first, .. } => first,
-        };
+        let (mut looking, mut wanted) = Looking::new(self.stop, nearby.map_or(&[], Nearby::moments));
         let mut done = 0;
         let (claim, half_width, stop) = loop {
             for k in done..wanted {
-                let [u, v] = stream.uniform_2();
-                let [s, t] = stream.uniform_2();
-                tracing.share = if tracing.moves { shutter.uniform() } else { 0.0 };
-                let ray = setting.view.ray_through(pixel, [u, v, s, t], || tracing.share);
                 let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
-                let radiance = tracing.seen(ray, key, &mut stream);
+                let radiance = tracing.through(setting, pixel, key, &mut draws);
                 sum.add(radiance);
                 if let Some(groups) = &mut tracing.groups {
                     groups.end_path();
@@ -153,36 +112,48 @@ impl<'s> PathTracer<'s> {
                 parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
             }
             done = wanted;
-            let PathStop::Until { options, most, .. } = &self.stop else {
-                break (Claim::None, 0.0, Stop::SampleCount);
-            };
-            let half_width = half_width(&moments, options.confidence);
-            if half_width <= options.tolerance(&sum.scaled(1.0 / f64::from(done))) {
-                break (Claim::Published, half_width as f32, Stop::RuleMet);
+            match looking.look(&moments, &sum.scaled(1.0 / f64::from(done)), tracing.gathers) {
+                Next::Follow(more) => wanted = more,
+                Next::End { claim, half_width, stop } => break (claim, half_width, stop),
             }
-            if done >= *most {
-                break (Claim::None, 0.0, Stop::Budget);
+        };
+        // Those who say an interval say as well what they see.
+        let (features, told, of_paths) = match nearby {
+            Some(nearby) => {
+                let seen = setting.view.samples(setting.tracer, pixel, OF_FEATURES, pixel_key);
+                let rays = nearby.rays_per_pixel() + u64::from(OF_FEATURES);
+                (seen.features, rays, claim.stated(half_width))
             }
-            wanted = done.saturating_add(done / 2).min(*most);
+            None => Default::default(),
         };
         PixelRecord {
             radiance: sum.scaled(1.0 / f64::from(done)).total(),
             standard_error: moments.iter().map(Moments::standard_error).fold(0.0, f64::max) as f32,
             claim,
-            half_width,
+            half_width: claim.stated(half_width),
+            half_widths: HalfWidths { compensation: of_paths, ..HalfWidths::default() },
             stop,
             pairs: u64::from(done),
-            rays: tracing.rays,
-            ..PixelRecord::default()
+            rays: tracing.rays + told,
+            ..features.into()
         }
     }
 }
 
-/// The widest of Student's intervals of means that share the error evenly.
-fn half_width(moments: &[Moments], confidence: f64) -> f64 {
-    let delta = (1.0 - confidence) / moments.len() as f64;
-    let of = |m: &Moments| student_t_two_sided(1.0 - delta, (m.count() - 1) as f64) * m.standard_error();
-    moments.iter().map(of).fold(0.0, f64::max)
+/// Random numbers of camera paths.
+struct Draws {
+    stream: Stream,
+    /// Of times, which still scenes draw none of.
+    shutter: Stream,
+}
+
+impl Draws {
+    fn new(seed: u64, purpose: Purpose, index: u64) -> Self {
+        Self {
+            stream: Stream::new(seed, purpose, index),
+            shutter: Stream::new(seed, Purpose::Shutter, index),
+        }
+    }
 }
 
 impl Integrator for PathTracer<'_> {
@@ -197,22 +168,12 @@ impl Integrator for PathTracer<'_> {
     fn describe(&self, metadata: &mut Metadata) {
         metadata.set(keys::TRUTH, Truth::Transport.to_string());
         metadata.set(keys::PAIRS_ARE, "paths");
-        match &self.stop {
-            PathStop::Count(count) => metadata.set(keys::PATHS, *count),
-            PathStop::Until { options, first, most } => {
-                metadata.set(keys::PATHS_FIRST, *first);
-                metadata.set(keys::PATHS_MOST, *most);
-                metadata.set(keys::ERROR, options.error);
-                metadata.set(keys::CONTROL, options.controlled.to_string());
-                metadata.set(keys::ERROR_ABSOLUTE, options.absolute_error);
-                metadata.set(keys::CONFIDENCE, options.confidence);
-            }
-        }
+        self.stop.describe(metadata);
         metadata.set(keys::MAX_DEPTH, self.max_depth);
     }
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
-        Box::new(OfView { method: self, setting })
+        Box::new(OfView { method: self, setting, cells: Grid::new(setting.view.size) })
     }
 
     fn planes_beside(&self) -> Vec<PlaneBeside> {
@@ -224,6 +185,7 @@ impl Integrator for PathTracer<'_> {
 struct OfView<'v> {
     method: &'v PathTracer<'v>,
     setting: Setting<'v>,
+    cells: Grid<Nearby>,
 }
 
 impl Estimates for OfView<'_> {
@@ -236,7 +198,8 @@ impl Estimates for OfView<'_> {
         tracing.groups = self.method.groups.map(PathByGroup::new);
         let mut beside = Vec::new();
         let mut of_pixel = |(x, y)| {
-            let record = self.method.pixel(&self.setting, [x, y], &mut tracing);
+            let nearby = self.nearby([x, y]);
+            let record = self.method.pixel(&self.setting, [x, y], nearby, &mut tracing);
             if let Some(groups) = &tracing.groups {
                 groups.samples(&mut beside);
             }
@@ -262,6 +225,7 @@ impl PathTracer<'_> {
             visibility: Vec::new(),
             share: 0.0,
             rays: 0,
+            gathers: false,
             groups: None,
         }
     }
@@ -281,11 +245,23 @@ struct Tracing<'a> {
     /// When the path is: a share of the time that the shutter is open.
     share: f32,
     rays: u64,
+    /// Whether anything was met that scatters light.
+    gathers: bool,
     /// What each group of lights gives, if anybody asks.
     groups: Option<PathByGroup<'a>>,
 }
 
 impl Tracing<'_> {
+    /// Radiance by one path through a pixel, at a time of its own.
+    fn through(&mut self, setting: &Setting<'_>, pixel: [u32; 2], key: u64, draws: &mut Draws) -> Rgb {
+        let Draws { stream, shutter } = draws;
+        let [u, v] = stream.uniform_2();
+        let [s, t] = stream.uniform_2();
+        self.share = if self.moves { shutter.uniform() } else { 0.0 };
+        let ray = setting.view.ray_through(pixel, [u, v, s, t], || self.share);
+        self.seen(ray, key, stream)
+    }
+
     /// Radiance along a camera ray; black where the film shows nothing.
     fn seen(&mut self, ray: Option<Ray>, key: u64, stream: &mut Stream) -> Rgb {
         match ray {
@@ -335,6 +311,7 @@ impl Tracing<'_> {
                     ray = next;
                 }
                 Scatter::Gathers(mut point) => {
+                    self.gathers = true;
                     weight *= point.weight;
                     point.weight = weight;
                     if let Some((source, sample)) = self.light(stream) {

@@ -4,14 +4,12 @@
 //! the pixel; each has a stream of random numbers of its own from there on. What the first surfaces
 //! are is told by the first few of them.
 
-use super::{PathTracer, Tracing};
+use super::{OF_FEATURES, PathTracer, Tracing};
 use crate::film::Window;
 use crate::gather::View;
 use crate::integrator::{PathSamples, SamplePaths, Setting};
 use crate::rng::{self, Purpose, Stream};
 
-/// Camera samples that tell a pixel's first surfaces, at most.
-const FEATURES: u32 = 16;
 /// Paths that tell how bright a view is.
 const OF_BRIGHTNESS: u64 = 4096;
 
@@ -51,7 +49,7 @@ impl OfView<'_> {
         let number = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
         let key = rng::key(seed, Purpose::Picture, number);
         let of_samples = rng::key(key, Purpose::Gather, 0);
-        let few = count.min(FEATURES);
+        let few = count.min(OF_FEATURES);
         let features = view.samples(tracer, pixel, few, of_samples).features;
         let mut found = PathSamples { features, ..PathSamples::default() };
         let view = View { seed: of_samples, ..*view };

@@ -41,7 +41,6 @@ mod truths;
 mod verdict;
 
 pub use parts::finish_merged;
-pub(super) use truths::by_paths;
 
 #[cfg(test)]
 mod tests;
@@ -83,10 +82,10 @@ pub(super) fn render(
         let options = ControlOptions { absolute_error: method.absolute_error(), ..*options };
         return render_by(prepared, &method, method.path_sampler(setting), &options, terms, begin);
     }
-    let brightness = prepared.path_tracer(by_paths(options))?.importance_brightness(&setting);
-    let options = options.in_view_of(brightness);
-    let method = prepared.path_tracer(by_paths(&options))?;
-    render_by(prepared, &method, method.path_sampler(setting), &options, terms, begin)
+    let stop = prepared.of_audited(options)?;
+    let method = prepared.path_tracer(stop)?;
+    let options = stop.options().unwrap_or(options);
+    render_by(prepared, &method, method.path_sampler(setting), options, terms, begin)
 }
 
 /// Renders by paths of this sampler, as the method describes them.
@@ -136,7 +135,7 @@ fn describe(prepared: &Prepared<'_>, terms: &AuditTerms, metadata: &mut Metadata
     metadata.set(keys::AUDIT_SHARE, terms.share);
     metadata.set(keys::AUDIT_ASSURANCE, terms.assurance);
     metadata.set(keys::AUDIT_MOST_LOOKS, terms.looks);
-    for name in [keys::MAX_PAIRS, keys::PATHS_FIRST, keys::PATHS_MOST] {
+    for name in [keys::MAX_PAIRS, keys::PATHS_MOST] {
         metadata.remove(name);
     }
 }

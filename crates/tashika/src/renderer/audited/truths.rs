@@ -31,16 +31,6 @@ const FEWEST: usize = 20;
 /// VPLs that truths are drawn from.
 const VPLS: u64 = 500_000;
 
-/// Paths of a pixel at least, where path tracing decides by them whether they are enough: Student's
-/// interval of fewer may not have met the rare bright ones. Chosen.
-const FIRST_PATHS: u32 = 1024;
-
-/// How path tracing finds what is within these options.
-pub(in crate::renderer) fn by_paths(options: &ControlOptions) -> PathStop {
-    let most = options.max_pairs.unwrap_or(STAGES[STAGES.len() - 1].most_paths.into());
-    PathStop::Until { options: *options, first: FIRST_PATHS, most: most.min(u32::MAX.into()) as u32 }
-}
-
 /// The audited pixels of a picture.
 pub(super) struct Truths<'p> {
     source: Source<'p>,
@@ -103,7 +93,7 @@ impl<'p> Source<'p> {
             }
             None => {
                 let depth = VplOptions::default().path_depth();
-                let method = PathTracer::new(setting.tracer, by_paths(options), depth)?;
+                let method = PathTracer::new(setting.tracer, PathStop::Count(1), depth)?;
                 work(&method.path_sampler(*setting))
             }
         }

@@ -201,7 +201,7 @@ fn changed(
 ) -> Vec<Film> {
     let Method::Audited { options, .. } = prepared.method() else { panic!("an audited picture") };
     let options = ControlOptions { absolute_error: 0.01, ..*options };
-    let method = prepared.path_tracer(crate::renderer::audited::by_paths(&options)).unwrap();
+    let method = prepared.path_tracer(prepared.of_audited(&options).unwrap()).unwrap();
     let sampler = method.path_sampler(prepared.setting());
     let changed = Changed { sampler: &sampler, change };
     let part = |number| {

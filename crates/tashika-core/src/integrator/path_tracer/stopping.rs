@@ -1,0 +1,345 @@
+//! When a pixel has had paths enough.
+//!
+//! * After a number of paths: nothing is claimed.
+//! * By the rule that a careful user would build ([`PathStop::Until`]): when Student's interval of the
+//!   mean is within the tolerance. It is the peer of our own rule, and claimed as a published method
+//!   is: where samples have heavy tails it stops before it has met the rare bright path.
+//! * By our own ([`PathStop::Calibrated`]): the interval reckons with paths of the
+//!   neighbourhood and with what is brighter than all that was met ([`PathSpread`]), and looks are few,
+//!   foreseen and paid for ([`Looks`]).
+//!
+//! ```text
+//! h = t_ν √V + κ b ln(2/δ_j)
+//! ```
+//!
+//! # Guarantee
+//! Of the calibrated interval: measured, not proven. Held to this by the suite's `paths_alone`; the
+//! record has the measurements.
+
+use crate::color::{Controlled, RgbSum};
+use crate::error::{Error, Result};
+use crate::film::{Metadata, keys};
+use crate::integrator::looks::{AIM, Looks};
+use crate::integrator::path_spread::{KAPPA_OF_PATHS, PathSpread};
+use crate::integrator::{Claim, ControlOptions, Stop};
+use crate::math::elementary::ln_f64;
+use crate::stats::{Moments, student_t_two_sided};
+
+/// When a pixel has had paths enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathStop {
+    /// So many.
+    Count(u32),
+    /// At least `first`, and half as many again, until Student's interval of what is controlled is
+    /// within the tolerance, or there are `most`.
+    Until {
+        /// Tolerance, confidence, what is controlled.
+        options: ControlOptions,
+        /// Paths at the first look, at least 2.
+        first: u32,
+        /// Paths at which a pixel is out of budget.
+        most: u32,
+    },
+    /// As many as are foreseen to bring our own interval within the tolerance, or `most`.
+    Calibrated {
+        /// Tolerance, confidence, what is controlled.
+        options: ControlOptions,
+        /// Paths at which a pixel is out of budget, at least 2.
+        most: u32,
+    },
+}
+
+/// Paths at the first look: after so many an interval begins to mean something. Chosen.
+const FIRST: u32 = 64;
+/// Most growth from look to look of our own rule: what is foreseen by few paths is far off.
+const MOST_GROWTH: f64 = 4.0;
+/// Least growth from look to look.
+const LEAST_GROWTH: f64 = 1.1;
+
+impl PathStop {
+    /// The rule that a careful user of a path tracer stops by: the interval is looked at from 64
+    /// paths on, or from `most` (at least 2).
+    pub fn until(options: ControlOptions, most: u32) -> Self {
+        let most = most.max(2);
+        Self::Until { options, first: FIRST.min(most), most }
+    }
+
+    /// What it is told, if it decides by an interval.
+    pub fn options(&self) -> Option<&ControlOptions> {
+        match self {
+            Self::Count(_) => None,
+            Self::Until { options, .. } | Self::Calibrated { options, .. } => Some(options),
+        }
+    }
+
+    /// What pixels claim that met it.
+    pub(super) fn claim(&self) -> Claim {
+        match self {
+            Self::Count(_) => Claim::None,
+            Self::Until { .. } => Claim::Published,
+            Self::Calibrated { .. } => Claim::Calibrated,
+        }
+    }
+
+    pub(super) fn controlled(&self) -> Controlled {
+        self.options().map(|options| options.controlled).unwrap_or_default()
+    }
+
+    /// # Errors
+    /// No paths, a first look at fewer than two, options out of range.
+    pub(super) fn validate(&self) -> Result<()> {
+        let fewest = match *self {
+            Self::Count(0) => return Err(Error::option("paths", 0, "at least 1")),
+            Self::Count(_) => return Ok(()),
+            Self::Until { first, most, .. } => [first, most],
+            Self::Calibrated { most, .. } => [2, most],
+        };
+        let [first, most] = fewest;
+        if first < 2 || most < first {
+            let paths = format!("{first}, then {most}");
+            return Err(Error::option("paths", paths, "at least 2 at first, and no fewer in the end"));
+        }
+        self.options().map_or(Ok(()), ControlOptions::validate)
+    }
+
+    pub(super) fn describe(&self, metadata: &mut Metadata) {
+        match *self {
+            Self::Count(count) => metadata.set(keys::PATHS, count),
+            Self::Until { first, most, .. } => {
+                metadata.set(keys::PATHS_FIRST, first);
+                metadata.set(keys::PATHS_MOST, most);
+            }
+            Self::Calibrated { most, .. } => {
+                metadata.set(keys::PATHS_MOST, most);
+                metadata.set(keys::CLAIM, self.claim().code().name);
+            }
+        }
+        if let Some(options) = self.options() {
+            metadata.set(keys::ERROR, options.error);
+            metadata.set(keys::CONTROL, options.controlled.to_string());
+            metadata.set(keys::ERROR_ABSOLUTE, options.absolute_error);
+            metadata.set(keys::CONFIDENCE, options.confidence);
+        }
+    }
+}
+
+/// What is done after a look.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Next {
+    /// Paths are followed until there are so many.
+    Follow(u32),
+    /// It ends, with what is stated.
+    End { claim: Claim, half_width: f64, stop: Stop },
+}
+
+/// The looks at one pixel.
+pub(super) struct Looking<'a> {
+    stop: PathStop,
+    /// Of paths of the neighbourhood, by part of what is controlled; none where the rule does not ask.
+    nearby: &'a [Moments],
+    looks: Looks,
+    /// Whether it was decided before the paths were followed that this look may state an interval.
+    is_planned: bool,
+}
+
+impl<'a> Looking<'a> {
+    /// Before the first look, with the paths that there are to be at it.
+    pub fn new(stop: PathStop, nearby: &'a [Moments]) -> (Self, u32) {
+        let first = match stop {
+            PathStop::Count(count) => count,
+            PathStop::Until { first, .. } => first,
+            PathStop::Calibrated { most, .. } => FIRST.min(most),
+        };
+        let is_planned = matches!(stop, PathStop::Calibrated { most, .. } if most <= FIRST);
+        let looks = Looks::new(stop.options().unwrap_or(&ControlOptions::default()));
+        (Self { stop, nearby, looks, is_planned }, first)
+    }
+
+    /// At a pixel's paths.
+    ///
+    /// * `moments`: of them, by part of what is controlled; `mean`: of their radiances.
+    /// * `gathers`: whether any met what scatters light.
+    pub fn look(&mut self, moments: &[Moments], mean: &RgbSum, gathers: bool) -> Next {
+        match self.stop {
+            PathStop::Count(_) => Next::End { claim: Claim::None, half_width: 0.0, stop: Stop::SampleCount },
+            PathStop::Until { options, most, .. } => {
+                let half_width = student_half_width(moments, options.confidence);
+                let done = moments[0].count() as u32;
+                if half_width <= options.tolerance(mean) {
+                    Next::End { claim: self.stop.claim(), half_width, stop: Stop::RuleMet }
+                } else if done >= most {
+                    Next::End { claim: Claim::None, half_width: 0.0, stop: Stop::Budget }
+                } else {
+                    Next::Follow(done.saturating_add(done / 2).min(most))
+                }
+            }
+            PathStop::Calibrated { options, most } => {
+                self.look_calibrated(&options, most, moments, mean, gathers)
+            }
+        }
+    }
+
+    fn look_calibrated(
+        &mut self,
+        options: &ControlOptions,
+        most: u32,
+        moments: &[Moments],
+        mean: &RgbSum,
+        gathers: bool,
+    ) -> Next {
+        // Where nothing scatters there is no light to be found by the way.
+        let nearby = if gathers { self.nearby } else { &[] };
+        let (tolerance, done) = (options.tolerance(mean), moments[0].count() as f64);
+        if self.is_planned {
+            let half_width = Interval::of(moments, nearby, self.looks.delta()).half_width();
+            let is_met = half_width <= tolerance;
+            if is_met || done >= f64::from(most) {
+                let stop = if is_met { Stop::RuleMet } else { Stop::Budget };
+                return Next::End { claim: self.stop.claim(), half_width, stop };
+            }
+            self.looks.next();
+        }
+        let growth = Interval::of(moments, nearby, self.looks.delta()).growth(AIM * tolerance);
+        let wanted = (done * growth.clamp(LEAST_GROWTH, MOST_GROWTH)).ceil();
+        self.is_planned = growth <= MOST_GROWTH || wanted >= f64::from(most);
+        Next::Follow(wanted.min(most.into()) as u32)
+    }
+}
+
+/// Our own interval of a mean: `h = t_ν √V + κ b ln(2/δ)`.
+#[derive(Clone, Copy, Debug)]
+struct Interval {
+    by_variance: f64,
+    by_rare: f64,
+}
+
+impl Interval {
+    /// The widest of what is controlled, which share `δ` evenly.
+    fn of(moments: &[Moments], nearby: &[Moments], delta: f64) -> Self {
+        let delta = delta / moments.len() as f64;
+        let of_part = |(part, own): (usize, &Moments)| {
+            let spread = PathSpread::of(own, &nearby.get(part).copied().unwrap_or_default());
+            let by_variance = student_t_two_sided(1.0 - delta, spread.freedom) * spread.variance.sqrt();
+            Self { by_variance, by_rare: KAPPA_OF_PATHS * spread.largest * ln_f64(2.0 / delta) }
+        };
+        let all = moments.iter().enumerate().map(of_part);
+        all.max_by(|a, b| a.half_width().total_cmp(&b.half_width())).expect("something is controlled")
+    }
+
+    fn half_width(&self) -> f64 {
+        self.by_variance + self.by_rare
+    }
+
+    /// How many times as many paths bring it to `half_width`: with `x = 1/√growth`,
+    /// `by_rare x² + by_variance x = half_width`.
+    fn growth(&self, half_width: f64) -> f64 {
+        let Self { by_variance, by_rare } = *self;
+        let root = (by_variance * by_variance + 4.0 * by_rare * half_width).sqrt();
+        let growth_root = (by_variance + root) / (2.0 * half_width);
+        // Without light there is nothing to be brought to anything.
+        if growth_root.is_nan() { 1.0 } else { growth_root * growth_root }
+    }
+}
+
+/// The widest of Student's intervals of means that share the error evenly.
+fn student_half_width(moments: &[Moments], confidence: f64) -> f64 {
+    let delta = (1.0 - confidence) / moments.len() as f64;
+    let of = |m: &Moments| student_t_two_sided(1.0 - delta, (m.count() - 1) as f64) * m.standard_error();
+    moments.iter().map(of).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Rgb;
+    use crate::rng::{Purpose, Stream};
+
+    fn options(error: f64) -> ControlOptions {
+        ControlOptions { error, ..ControlOptions::default() }
+    }
+
+    fn interval(by_variance: f64, by_rare: f64) -> Interval {
+        Interval { by_variance, by_rare }
+    }
+
+    #[test]
+    fn growth_is_what_brings_the_interval_there() {
+        for found in [interval(3.0, 0.0), interval(0.0, 3.0), interval(2.0, 1.0)] {
+            let growth = found.growth(0.5);
+            let after = found.by_variance / growth.sqrt() + found.by_rare / growth;
+            assert!((after - 0.5).abs() < 1e-9, "{found:?}: {growth} brings it to {after}");
+        }
+        assert_eq!(interval(0.0, 0.0).growth(0.0), 1.0);
+    }
+
+    /// A pixel of samples drawn by `sample`, until it ends; what it states, its mean, and its paths.
+    fn ended(
+        stop: PathStop,
+        nearby: &[Moments],
+        sample: &mut dyn FnMut() -> f64,
+    ) -> (Claim, f64, Stop, f64, u64) {
+        let (mut looking, mut wanted) = Looking::new(stop, nearby);
+        let mut moments = [Moments::default()];
+        loop {
+            while moments[0].count() < u64::from(wanted) {
+                moments[0].push(sample());
+            }
+            let mut mean = RgbSum::default();
+            mean.add(Rgb::gray(moments[0].mean() as f32));
+            match looking.look(&moments, &mean, true) {
+                Next::Follow(more) => {
+                    assert!(u64::from(more) > moments[0].count());
+                    wanted = more;
+                }
+                Next::End { claim, half_width, stop } => {
+                    return (claim, half_width, stop, moments[0].mean(), moments[0].count());
+                }
+            }
+        }
+    }
+
+    /// Of a light that one path in 200 meets and that is half of all there is: Student's interval
+    /// stops before it was met too often, ours keeps its word, knowing 1024 paths of the like.
+    #[test]
+    fn light_that_is_met_rarely_is_reckoned_with() {
+        let holds = |of: &dyn Fn(ControlOptions) -> PathStop| {
+            let held = (0..400).filter(|trial| {
+                let mut stream = Stream::new(*trial, Purpose::CameraPath, 0);
+                let mut sample = || 0.5 + if stream.uniform() < 0.005 { 100.0 } else { 0.0 };
+                let mut nearby = Moments::default();
+                (0..1024).for_each(|_| nearby.push(sample()));
+                let (claim, half_width, stop, mean, _) = ended(of(options(0.2)), &[nearby], &mut sample);
+                assert_eq!(stop, Stop::RuleMet);
+                assert_ne!(claim, Claim::None);
+                (mean - 1.0).abs() <= half_width
+            });
+            held.count()
+        };
+        let ours = holds(&|options| PathStop::Calibrated { options, most: 1 << 20 });
+        let student = holds(&|options| PathStop::until(options, 1 << 20));
+        assert!(ours >= 380, "{ours} of 400 hold");
+        assert!(student < 360, "{student} of 400 hold: the test would not tell them apart");
+    }
+
+    /// A pixel that runs out of paths says how far it came, by our own rule; one of few paths too.
+    #[test]
+    fn a_pixel_out_of_budget_states_its_interval() {
+        for most in [16, 1000] {
+            let stop = PathStop::Calibrated { options: options(0.001), most };
+            let mut stream = Stream::new(1, Purpose::CameraPath, 0);
+            let (claim, half_width, stop, mean, paths) = ended(stop, &[], &mut || stream.uniform().into());
+            assert_eq!((claim, stop, paths), (Claim::Calibrated, Stop::Budget, most.into()));
+            assert!(half_width > 0.001 * mean && (mean - 0.5).abs() < half_width, "{mean} ± {half_width}");
+        }
+    }
+
+    /// Looks are foreseen: what hardly varies is known with few paths, and no path more than needed.
+    #[test]
+    fn few_paths_do_where_little_varies() {
+        let mut stream = Stream::new(2, Purpose::CameraPath, 0);
+        let stop = PathStop::Calibrated { options: options(0.02), most: 1 << 20 };
+        let mut sample = || 1.0 + 0.1 * f64::from(stream.uniform());
+        let (_, half_width, _, _, paths) = ended(stop, &[], &mut sample);
+        assert!(half_width > 0.0 && paths < 128, "{paths}");
+    }
+}

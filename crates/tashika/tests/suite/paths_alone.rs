@@ -1,0 +1,107 @@
+//! What the default method claims of scenes that need paths, held to converged pictures and to other
+//! seeds.
+
+use std::sync::Arc;
+
+use tashika::Renderer;
+use tashika::accel::Tracer;
+use tashika::film::{Claim, Film, Stop, keys, planes};
+use tashika::integrator::PathStop;
+use tashika::render::{TileShare, with_threads};
+use tashika::request::{Method, MethodName};
+use tashika::scene::Scene;
+
+use crate::cases::luminances;
+use crate::media::foggy_room;
+use crate::moving_objects::workshop;
+
+const SIZE: [u32; 2] = [10, 8];
+const ERROR: f64 = 0.15;
+const SEEDS: u64 = 3;
+
+fn scenes() -> [(&'static str, Scene); 3] {
+    [("fog", foggy_room()), ("moving", workshop(None, false)), ("moving in fog", workshop(None, true))]
+}
+
+fn promised(tracer: &Tracer, size: [u32; 2], error: f64, seed: u64) -> Film {
+    let rendered = Renderer::on(tracer).size(size).error(error).seed(seed).render().unwrap();
+    assert!(rendered.complete);
+    rendered.film
+}
+
+/// Of each pixel.
+fn paths(film: &Film) -> &[f32] {
+    film.plane(planes::PAIRS).unwrap().f32_samples().unwrap()
+}
+
+/// Share of pixels whose interval, as wide as the root of the sum of the squares of both, holds the value
+/// of another film.
+fn holding(film: &Film, other: &Film) -> f64 {
+    let values = [film, other].map(luminances);
+    let widths = [film, other].map(|film| {
+        let plane = film.plane(planes::HALF_WIDTH).unwrap();
+        plane.f32_samples().unwrap().iter().map(|h| f64::from(*h)).collect::<Vec<_>>()
+    });
+    let holds = |k: &usize| (values[0][*k] - values[1][*k]).abs() <= widths[0][*k].hypot(widths[1][*k]);
+    (0..values[0].len()).filter(holds).count() as f64 / values[0].len() as f64
+}
+
+/// Pixels claim, end because their interval is narrow enough, and their intervals hold what paths of
+/// nine times the work find and what other seeds say. Of three films of 80 pixels each 95 % are
+/// expected to hold, and 91 % or fewer once in a thousand times.
+#[test]
+fn what_is_claimed_of_fog_and_of_what_moves_is_so() {
+    for (name, scene) in scenes() {
+        let tracer = Tracer::new(Arc::new(scene));
+        let truth = promised(&tracer, SIZE, ERROR / 3.0, 100);
+        let films: Vec<Film> = (1..=SEEDS).map(|seed| promised(&tracer, SIZE, ERROR, seed)).collect();
+        let (mut kept, mut agreeing) = (0.0, 0.0);
+        for (k, film) in films.iter().enumerate() {
+            let metadata = film.metadata();
+            assert_eq!(metadata.text(keys::METHOD), Some(MethodName::Path.name()));
+            assert_eq!(metadata.text(keys::CLAIM), Some(Claim::Calibrated.code().name));
+            assert!(metadata.number(keys::ERROR_ABSOLUTE).unwrap() > 0.0, "{name}: it is dark somewhere");
+            for (plane, code) in
+                [(planes::CLAIM, Claim::Calibrated.code()), (planes::STOP, Stop::RuleMet.code())]
+            {
+                let codes = film.plane(plane).unwrap().u32_samples().unwrap();
+                assert!(codes.iter().all(|found| *found == code.id), "{name}: {} of {codes:?}", code.name);
+            }
+            kept += holding(film, &truth) / SEEDS as f64;
+            agreeing += holding(film, &films[(k + 1) % films.len()]) / SEEDS as f64;
+        }
+        assert!(kept > 0.91, "{name}: {kept} hold the truth");
+        assert!(agreeing > 0.91, "{name}: {agreeing} hold each other");
+        // As if only what varies were there, nine times as many; the rest of the interval falls with
+        // their number.
+        let [of_truth, of_film] =
+            [&truth, &films[0]].map(|film| paths(film).iter().map(|n| f64::from(*n)).sum::<f64>());
+        let ratio = of_truth / of_film;
+        assert!((3.0..12.0).contains(&ratio), "{name}: {ratio} times the paths for 3 times as close");
+    }
+}
+
+/// What is learned of a neighbourhood does not depend on who asks first.
+#[test]
+fn threads_and_shares_change_no_bit_of_what_is_claimed() {
+    let tracer = Tracer::new(Arc::new(foggy_room()));
+    let size = [40, 20];
+    let whole = with_threads(1, || promised(&tracer, size, 0.5, 1)).unwrap();
+    assert_eq!(with_threads(3, || promised(&tracer, size, 0.5, 1)).unwrap(), whole);
+    let share = TileShare::new(2, 2).unwrap();
+    let part = Renderer::on(&tracer).size(size).error(0.5).tiles(share).render().unwrap().film;
+    let there = paths(&part).iter().zip(paths(&whole)).filter(|(part, _)| **part > 0.0);
+    assert!(there.clone().count() > 0 && there.clone().all(|(part, whole)| part == whole));
+}
+
+/// Who asks for nothing gets a picture in minutes, of which each pixel says what it is worth.
+#[test]
+fn without_an_error_it_is_a_picture_that_says_what_it_is_worth() {
+    let tracer = Tracer::new(Arc::new(foggy_room()));
+    let renderer = Renderer::on(&tracer).size([400, 400]);
+    let prepared = renderer.prepare().unwrap();
+    let Method::Path { stop: PathStop::Calibrated { most, .. }, is_picture: true } = prepared.method() else {
+        panic!("{:?}", prepared.method())
+    };
+    assert_eq!(*most, 50_000_000 / 160_000);
+}
