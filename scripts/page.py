@@ -206,7 +206,7 @@ def rendered_page(browser):
     opened.key("e", "e", "e")
     assert opened.brightness() > 1.1 * before, "brighter is not brighter"
     assert "stops" in opened.page.text_content("#stops")
-    opened.key("t", "t")
+    opened.key(*["t"] * 5)
     assert opened.page.input_value("#tone") == "false colour"
     opened.key("t", *["E"] * 3)
     for layout in ("beside", "one", "divider"):
@@ -257,6 +257,19 @@ def same_as_the_picture(opened, name, view):
         place = 0.5 + (u + 0.5 - CROP[2] / 2) * zoom / canvas["width"], (v + 0.5) / CROP[3]
         shown, expected = opened.at(*place)[:3], picture.getpixel((u, v))
         assert all(abs(a - b) <= 1 for a, b in zip(shown, expected)), f"{u},{v}: {shown} is not {expected}"
+
+
+def toned_page(browser):
+    """Each tone mapping is the one of the PNG, and the page begins with the one that was asked for."""
+    crop = ",".join(map(str, CROP))
+    for tone in ("linear", "filmic", "aces", "agx"):
+        run(f"render builtin:tiny --truth vpl --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% --max-pairs 100k "
+            f"--tonemap {tone} -o {tone}.exr --json {tone}.json")
+        assert (FOLDER / f"{tone}.exr").read_bytes() == (FOLDER / "tiny.exr").read_bytes(), "a picture changed the image"
+        opened = Opened(browser, (FOLDER / f"{tone}.html").as_uri())
+        assert opened.page.input_value("#tone") == tone
+        same_as_the_picture(opened, tone, "image")
+        opened.close()
 
 
 def large_page(browser):
@@ -402,7 +415,7 @@ def main():
         options += ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = playwright.chromium.launch(executable_path=chromium(), args=options)
         with contextlib.closing(browser):
-            for check in (rendered_page, picture_page, large_page, compared_page, experiment_page, viewed_page, live_page):
+            for check in (rendered_page, picture_page, toned_page, large_page, compared_page, experiment_page, viewed_page, live_page):
                 check(browser)
                 print(f"{check.__name__}: ok", flush=True)
 

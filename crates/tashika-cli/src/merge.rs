@@ -60,6 +60,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         name: plan.exr.display().to_string(),
         rows: rows(&report, &merged).for_page(),
         command: Some(typed_command()),
+        tone: plan.tone_map.tone,
     };
     write_file(&plan.html, render_page(&merged.film, &facts).as_bytes())?;
     meter.finish();

@@ -173,6 +173,7 @@ fn image(
         name: outputs.exr.display().to_string(),
         rows: report.rows().for_page(),
         command: Some(typed_command()),
+        tone: plan.tone_map.tone,
     };
     let Rendered { film, complete, .. } = done.rendered;
     write_file(&outputs.html, render_page(&film, &facts).as_bytes())
@@ -293,6 +294,7 @@ fn report(
         other_set: done.other_set,
         audit: done.audit.clone(),
         exposure_stops: done.exposure_stops,
+        tonemap: plan.tone_map.tone.name(),
         files: vec![outputs.exr.clone(), outputs.png.clone(), outputs.html.clone()],
     }
 }

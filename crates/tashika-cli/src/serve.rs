@@ -64,6 +64,7 @@ impl LivePage {
         let name = plan.outputs.exr.display().to_string();
         let mut page = Page::new(&name, format!("{name}: {}", plan.stage.scene.label()));
         page.lines = vec!["Closing this page does not stop the render.".to_owned()];
+        page.tone = plan.tone_map.tone;
         page.command = Some(typed_command());
         let shown: Arc<dyn Shown> = film.clone();
         let served = Served::start(vec![(name, shown)], page, serving)?;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
 use tashika::experiment::OtherSet;
-use tashika::film::{PictureClaim, Tally};
+use tashika::film::{PictureClaim, Tally, Tone};
 use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
@@ -255,6 +255,8 @@ pub struct RenderReport {
     pub audit: Option<Audit>,
     /// Stops by which the picture was exposed.
     pub exposure_stops: f32,
+    /// Tone mapping of the picture.
+    pub tonemap: &'static str,
     /// Files written.
     pub files: Vec<PathBuf>,
 }
@@ -394,7 +396,12 @@ impl RenderReport {
             ),
         );
         let files: Vec<String> = self.files.iter().map(|f| f.display().to_string()).collect();
-        rows.push("files", format!("{} (picture at {:+.2} stops)", files.join(", "), self.exposure_stops));
+        let toned = match self.tonemap {
+            tone if tone == Tone::default().name() => String::new(),
+            other => format!(", {other}"),
+        };
+        let (files, stops) = (files.join(", "), self.exposure_stops);
+        rows.push("files", format!("{files} (picture at {stops:+.2} stops{toned})"));
         rows
     }
 }

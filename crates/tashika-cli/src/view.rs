@@ -32,6 +32,7 @@ fn work(plan: &ViewPlan, meter: &Meter) -> Result<Outcome, Failure> {
     if let Some(reference) = &plan.reference {
         page.lines = vec![format!("Errors are measured from {}.", reference.display())];
     }
+    page.tone = plan.tone;
     page.command = Some(typed_command());
     page.provenance = vec![Provenance::of(&name, film.metadata())];
     let shown: Arc<dyn Shown> = Arc::new(film);

@@ -104,6 +104,30 @@ fn layouts_of_files_do_not_enter() {
     assert!(output.status.code() == Some(2) && said.contains("keeps all bits"), "{said}");
 }
 
+/// A picture is made after the image, of which it changes nothing; parts give the picture of the whole.
+#[test]
+fn tone_mappings_change_the_picture_alone() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let read = |name: &str| fs::read(folder.join(name)).unwrap();
+    succeeds(folder, &format!("{RENDER} -o plain.exr -q"));
+    succeeds(folder, &format!("{RENDER} --tonemap natural -o natural.exr -q"));
+    assert_eq!(read("plain.png"), read("natural.png"), "the default");
+    for tone in ["linear", "filmic", "aces", "agx"] {
+        succeeds(folder, &format!("{RENDER} --tonemap {tone} -o {tone}.exr --json {tone}.json -q"));
+        assert_eq!(read(&format!("{tone}.exr")), read("plain.exr"), "{tone}");
+        assert_ne!(read(&format!("{tone}.png")), read("plain.png"), "{tone}");
+        let page = String::from_utf8(read(&format!("{tone}.html"))).unwrap();
+        assert!(page.contains(&format!("<option selected>{tone}</option>")), "{tone}");
+        let told = String::from_utf8(read(&format!("{tone}.json"))).unwrap();
+        assert!(told.contains(&format!("\"tonemap\": \"{tone}\"")), "{told}");
+    }
+    succeeds(folder, &format!("{RENDER} --tiles 1/2 -o 1.exr -q"));
+    succeeds(folder, &format!("{RENDER} --tiles 2/2 --tonemap linear -o 2.exr -q"));
+    succeeds(folder, "merge 1.exr 2.exr --tonemap agx -o merged.exr -q");
+    assert_eq!(read("merged.png"), read("agx.png"));
+}
+
 #[test]
 fn many_shares_are_small_films_that_merge_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();

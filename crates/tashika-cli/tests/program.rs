@@ -114,7 +114,7 @@ fn help_names_every_command_and_has_examples() {
         assert!(help.succeeds().stdout.contains(words), "{words}");
     }
     let help = folder.run("render --help");
-    for words in ["--vpl-file", "--exposure", "Examples:", "[default: tashika]"] {
+    for words in ["--vpl-file", "--exposure", "--tonemap", "Examples:", "[default: tashika]"] {
         assert!(help.succeeds().stdout.contains(words), "{words}");
     }
     assert_eq!(folder.run("").code, Some(2), "no command is a usage error");
@@ -133,6 +133,7 @@ fn typing_errors_are_answered_with_what_would_be_accepted() {
         .fails(2, &["'mitchell'", "--filter", "tent or gaussian or blackman"]);
     folder.run("render --vpls ten").fails(2, &["'ten'", "--vpls", "55k"]);
     folder.run("render --clamp -1").fails(2, &["--clamp = -1; expected"]);
+    folder.run("render --tonemap sepia").fails(2, &["'sepia'", "natural, linear, filmic, aces, agx"]);
     folder.run("render --tiles 3/2").fails(2, &["'3/2'", "K from 1 to N"]);
     folder.run("render --size 9x9 --crop 0,0,10,9").fails(2, &["--crop = 0,0,10,9", "9x9"]);
     folder.run("render --vpls 5 --vpl-file a.vpl").fails(2, &["--vpls", "--vpl-file", "cannot be used"]);

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList};
 use tashika::experiment::OtherSet;
 use tashika::film::{Film, PictureClaim, Plane, RenderFilm, Samples, Value, keys};
-use tashika::io::{ExrLayout, ToneMap, encode_png, read_exr, write_exr_as, write_file, write_png};
+use tashika::io::{Exposure, ExrLayout, ToneMap, encode_png, read_exr, write_exr_as, write_file, write_png};
 use tashika::render::Merger;
 use tashika::renderer::finish_merged;
 use tashika::report::{RenderFacts, Tolerance, half_width_image, headline, render_page};
@@ -264,17 +264,32 @@ impl Image {
     /// Writes the image, whole or not at all, as its ending says: `.exr` has everything, `.png` is
     /// a picture, `.html` a page to look into.
     ///
+    /// `tonemap` and `exposure` say how the picture is made, and how a page begins: "natural",
+    /// "linear", "filmic", "aces" or "agx", and stops, the log-average at middle gray if not said. An
+    /// OpenEXR file knows nothing of either.
+    ///
     /// `exr`: how an OpenEXR file is laid out, words with commas between them: "parts", one for each
     /// plane; "tiles" of 64×64 pixels; and a compression, "none", "rle", "zips", "zip" or "piz".
-    #[pyo3(signature = (path, exr="zip"))]
-    fn save(&self, py: Python<'_>, path: PathBuf, exr: &str) -> PyResult<()> {
+    #[pyo3(signature = (path, exr="zip", *, tonemap="natural", exposure=None))]
+    fn save(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        exr: &str,
+        tonemap: &str,
+        exposure: Option<f32>,
+    ) -> PyResult<()> {
         let film = &self.film;
         let layout: ExrLayout = exr.parse().map_err(raised)?;
+        let exposure = exposure.map_or(Exposure::Auto, Exposure::Stops);
+        let tone_map = ToneMap { exposure, tone: tonemap.parse().map_err(raised)? };
+        tone_map.validate().map_err(raised)?;
         py.detach(|| match ending(&path).as_str() {
             "exr" => Some(write_exr_as(&path, film, &layout)),
-            "png" => Some(write_png(&path, film, &ToneMap::default()).map(drop)),
+            "png" => Some(write_png(&path, film, &tone_map).map(drop)),
             "html" => {
-                let facts = RenderFacts { name: path.display().to_string(), ..RenderFacts::default() };
+                let name = path.display().to_string();
+                let facts = RenderFacts { name, tone: tone_map.tone, ..RenderFacts::default() };
                 Some(write_file(&path, render_page(film, &facts).as_bytes()))
             }
             _ => None,

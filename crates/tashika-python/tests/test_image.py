@@ -55,6 +55,20 @@ def test_files_hold_all_of_it(image: tashika.Image, tmp_path: Path) -> None:
         image.save(tmp_path / "b.exr", exr="dwaa")
     image.save(tmp_path / "a.png")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    natural = (tmp_path / "a.png").read_bytes()
+    for tonemap in ("natural", "linear", "filmic", "aces", "agx"):
+        image.save(tmp_path / "b.png", tonemap=tonemap)
+        assert ((tmp_path / "b.png").read_bytes() == natural) == (tonemap == "natural"), tonemap
+        image.save(tmp_path / "b.exr", tonemap=tonemap, exposure=3)
+        assert (tmp_path / "b.exr").read_bytes() == (tmp_path / "a.exr").read_bytes(), tonemap
+    with pytest.raises(tashika.OptionError, match="tonemap = sepia; expected natural, linear, filmic, aces, agx"):
+        image.save(tmp_path / "b.png", tonemap="sepia")  # type: ignore[arg-type]
+    image.save(tmp_path / "dark.png", exposure=-30)
+    assert (tmp_path / "dark.png").read_bytes() != natural
+    with pytest.raises(tashika.OptionError, match="exposure = 65; expected auto, or stops from -64 to 64"):
+        image.save(tmp_path / "b.png", exposure=65)
+    image.save(tmp_path / "a.html", tonemap="agx")
+    assert "<option selected>agx</option>" in (tmp_path / "a.html").read_text()
     image.save(tmp_path / "a.html")
     assert (tmp_path / "a.html").read_text().startswith("<!DOCTYPE html>".lower()) or "<html" in (
         tmp_path / "a.html"

@@ -105,6 +105,6 @@ fn main() -> Result<(), Error> {
         };
         println!("| {}, {} | `{entry}` | {told} |", i / COLUMNS + 1, i % COLUMNS + 1);
     }
-    write_png(Path::new(sheet), &film, &ToneMap { exposure: Exposure::Stops(0.0) })?;
+    write_png(Path::new(sheet), &film, &ToneMap { exposure: Exposure::Stops(0.0), ..ToneMap::default() })?;
     Ok(())
 }

@@ -1,7 +1,8 @@
-//! What is in the image beside what every render has, and how its file is laid out.
+//! What is in the image beside what every render has, how its file is laid out, and how a picture is
+//! made of it.
 
 use clap::Args as ClapArgs;
-use tashika::io::ExrLayout;
+use tashika::io::{Exposure, ExrLayout, Tone};
 
 use crate::values;
 
@@ -12,6 +13,20 @@ pub struct ExrArgs {
     /// of 64x64 pixels; and a compression, none, rle, zips, zip or piz, none of which loses anything
     #[arg(long, value_name = "parts,tiles,piz", default_value = "zip", help_heading = "Output")]
     pub exr: ExrLayout,
+}
+
+/// How the picture beside the image is made; the image itself knows nothing of it.
+#[derive(Debug, ClapArgs)]
+pub struct PictureArgs {
+    /// Brightness of the PNG: auto (log-average at middle gray) or stops; 0 shows radiance as it is
+    #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
+        allow_negative_numbers = true, help_heading = "Output")]
+    pub exposure: Exposure,
+
+    /// Tone mapping of the PNG, and the one that the page begins with: natural (in proportion up to a
+    /// knee), linear (cut off at 1), filmic (Hable), aces (Hill's fit) or agx
+    #[arg(long, value_name = "natural|linear|filmic|aces|agx", default_value_t, help_heading = "Output")]
+    pub tonemap: Tone,
 }
 
 /// What is in the image beside what every render has.

@@ -9,7 +9,7 @@ mod shell;
 
 pub use camera::CameraArgs;
 pub use farm::FarmArgs;
-pub use film::{ExrArgs, PlaneArgs};
+pub use film::{ExrArgs, PictureArgs, PlaneArgs};
 pub use frames::FramesArgs;
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
@@ -27,7 +27,7 @@ use tashika::color::Controlled;
 use tashika::film::Window;
 use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
-use tashika::io::{AskedEnvironment, AskedLight, Exposure};
+use tashika::io::{AskedEnvironment, AskedLight, Tone};
 use tashika::render::TileShare;
 use tashika::request::{MethodName, Quality};
 use tashika::vpl::{Clamp, VplOptions};
@@ -339,10 +339,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub planes: PlaneArgs,
 
-    /// Brightness of the PNG: auto (log-average at middle gray) or stops; 0 shows radiance as it is
-    #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
-        allow_negative_numbers = true, help_heading = "Output")]
-    pub exposure: Exposure,
+    #[command(flatten)]
+    pub picture: PictureArgs,
 
     /// Show the image in the viewer tev while it is rendered; without an address in the tev of this
     /// machine, 127.0.0.1:14158
@@ -565,10 +563,8 @@ pub struct MergeArgs {
     #[arg(long, value_name = "own|oidn|FILE", help_heading = "Output")]
     pub denoiser: Option<PathBuf>,
 
-    /// Brightness of the PNG, as for `render`
-    #[arg(long, value_name = "auto|STOPS", value_parser = values::exposure, default_value = "auto",
-        allow_negative_numbers = true, help_heading = "Output")]
-    pub exposure: Exposure,
+    #[command(flatten)]
+    pub picture: PictureArgs,
 
     #[command(flatten)]
     pub common: CommonArgs,
@@ -584,6 +580,10 @@ pub struct ViewArgs {
     /// OpenEXR image that errors are measured from, of the same size
     #[arg(value_name = "REF.exr")]
     pub reference: Option<PathBuf>,
+
+    /// Tone mapping that the page begins with, as for `render`; the page has all of them
+    #[arg(long, value_name = "natural|linear|filmic|aces|agx", default_value_t, help_heading = "Output")]
+    pub tonemap: Tone,
 
     #[command(flatten)]
     pub serve: ServeArgs,

@@ -128,7 +128,7 @@ impl Gallery<'_> {
     /// Writes the picture of a film; the first one sets the brightness.
     fn show(&mut self, film: &Film, name: &str) -> Result<(), Failure> {
         let file = format!("{name}.png");
-        let tone_map = ToneMap { exposure: self.exposure };
+        let tone_map = ToneMap { exposure: self.exposure, ..ToneMap::default() };
         self.exposure = Exposure::Stops(write_png(&self.folder.file(&file), film, &tone_map)?);
         Ok(())
     }

@@ -24,7 +24,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use tashika::film::Window;
-use tashika::io::{ExrLayout, LightChanges, LoadOptions, ToneMap, check_writable, open_scene, scene_format};
+use tashika::io::{
+    ExrLayout, LightChanges, LoadOptions, Tone, ToneMap, check_writable, open_scene, scene_format,
+};
 use tashika::reconstruction::Smoother;
 use tashika::render::TileShare;
 use tashika::report::Tolerance;
@@ -34,8 +36,8 @@ use tashika::vpl::VplOptions;
 use tashika_oidn::Oidn;
 
 use crate::args::{
-    CameraArgs, CommonArgs, CompareArgs, GatherArgs, InfoArgs, LogStyle, MergeArgs, SceneArgs, ServeArgs,
-    SourceArgs, StageArgs, ViewArgs, VplArgs,
+    CameraArgs, CommonArgs, CompareArgs, GatherArgs, InfoArgs, LogStyle, MergeArgs, PictureArgs, SceneArgs,
+    ServeArgs, SourceArgs, StageArgs, ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
 
@@ -348,8 +350,7 @@ pub struct MergePlan {
 impl MergePlan {
     /// Checks what was typed, and that the outputs can be written.
     pub fn new(args: &MergeArgs) -> Result<Self, Failure> {
-        let tone_map = ToneMap { exposure: args.exposure };
-        tone_map.validate()?;
+        let tone_map = tone_map(&args.picture)?;
         let exr = with_ending(&args.output, "exr")?;
         let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
         let inputs: Vec<&Path> = args.parts.iter().map(PathBuf::as_path).collect();
@@ -371,6 +372,13 @@ impl MergePlan {
     }
 }
 
+/// How the picture beside an image is made.
+fn tone_map(args: &PictureArgs) -> Result<ToneMap, Failure> {
+    let tone_map = ToneMap { exposure: args.exposure, tone: args.tonemap };
+    tone_map.validate()?;
+    Ok(tone_map)
+}
+
 /// A look into an image.
 #[derive(Debug)]
 pub struct ViewPlan {
@@ -378,6 +386,8 @@ pub struct ViewPlan {
     pub image: PathBuf,
     /// Image that errors are measured from.
     pub reference: Option<PathBuf>,
+    /// How radiance is shown at first.
+    pub tone: Tone,
     /// How it is served.
     pub serving: Serving,
     /// What every command has.
@@ -392,6 +402,7 @@ impl ViewPlan {
         Ok(Self {
             image: args.image.clone(),
             reference: args.reference.clone(),
+            tone: args.tonemap,
             serving: Serving::new(&args.serve, args.common.quiet, args.common.json.is_some())?,
             common: Common::new(&args.common, &[], &inputs)?,
         })

@@ -10,7 +10,7 @@ use tashika::request::{ClaimName, Method, Request, Resolved};
 use tashika::scene::LightGrouping;
 use tashika_oidn::Oidn;
 
-use super::{Asked, Common, Frames, Outputs, Serving, StagePlan};
+use super::{Asked, Common, Frames, Outputs, Serving, StagePlan, tone_map};
 use crate::args::{Claim, RenderArgs};
 use crate::exit::Failure;
 
@@ -55,8 +55,7 @@ impl RenderPlan {
     /// Checks what was typed, and that the outputs can be written.
     pub fn new(args: &RenderArgs) -> Result<Self, Failure> {
         let stage = StagePlan::new(&args.stage, args.crop)?;
-        let tone_map = ToneMap { exposure: args.exposure };
-        tone_map.validate()?;
+        let tone_map = tone_map(&args.picture)?;
         let share = args.tiles.clone().unwrap_or_default();
         let asked = Asked { share, ..Asked::new(request(args)?, args.source.vpl_file.as_deref())? };
         let resolved = asked.request.resolve()?;

@@ -20,6 +20,7 @@ mod metadata;
 mod plane;
 mod record;
 mod srgb_png;
+mod tone;
 mod words;
 
 pub use exposure::automatic_stops;
@@ -30,6 +31,7 @@ pub use record::{
     RenderFilm, SCHEMA, Shown, Stop, Tally, keys, matte_id, planes,
 };
 pub use srgb_png::srgb_png;
+pub use tone::{Curve, Exposure, Published, Tone, ToneMap};
 pub use words::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
 };

@@ -36,7 +36,7 @@ mod udim;
 
 use std::path::Path;
 
-pub use self::png::{Exposure, ToneMap, encode_png, write_png};
+pub use self::png::{encode_png, write_png};
 pub use checkpoint::{Checkpoint, Resumed};
 pub use exr::{ExrCompression, ExrFile, ExrLayout, ExrPlane, read_exr, write_exr, write_exr_as};
 pub use features::{Feature, FormatFeatures, Support};
@@ -44,6 +44,8 @@ pub use files::SceneFiles;
 pub use formats::{features, scene_format};
 pub use light_changes::{AskedEnvironment, AskedLight, LightChanges};
 pub use output::{check_writable, write_file};
+
+pub use crate::film::{Exposure, Tone, ToneMap};
 
 use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Scene, builtin};

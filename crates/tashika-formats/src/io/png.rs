@@ -1,75 +1,22 @@
 //! What is to be seen of a film as an 8-bit sRGB picture: the
-//! [reconstruction](crate::reconstruction), or else the main plane.
-//!
-//! With radiance `c`, luminance `L(c)` and exposure `e` in stops, a pixel becomes
-//!
-//! ```text
-//! c′ = 2ᵉ c      L′ = L(c′)
-//! f(L′) = L′                                    up to the knee K = 0.6
-//! f(L′) = K + (1 − K)(1 − exp(−(L′ − K)/(1 − K)))   above
-//! c″ = c′ f(L′)/L′, moved towards the gray f(L′) until no channel exceeds 1
-//! 8 bits = round(255 · sRGB(c″))
-//! ```
-//!
-//! so that pictures are proportional to radiance up to the knee, which the shoulder meets with the
-//! same slope, and hue and luminance are those of the radiance where the gamut allows.
-//!
-//! [`Exposure::Auto`] puts the log-average luminance of the pixels that are not black at middle gray
-//! ([`automatic_stops`]). It depends on nothing but the samples.
+//! [reconstruction](crate::reconstruction), or else the main plane, by a [`ToneMap`].
 //!
 //! The file says that it is sRGB. The picture shows the film's window. Pixels that were not
-//! rendered, which a plane `stop` marks by 0, are transparent and left out of the average.
+//! rendered, which a plane `stop` marks by 0, are transparent and left out of the exposure.
 //!
 //! # Guarantee
-//! Black stays black, a brighter gray is never darker, infinite radiance is white. Equal films give
-//! equal bytes.
+//! Equal films give equal bytes.
 //!
 //! # Held to this by
-//! The tests below.
+//! The tests below; tone mappings by those of `film::tone`.
 
 use std::path::Path;
 
 use super::output::write_file;
-use crate::color::{Rgb, srgb_encode};
+use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Plane, RenderFilm, automatic_stops, srgb_png};
-use crate::math::elementary::{exp, powf};
+use crate::film::{Film, Plane, RenderFilm, ToneMap, srgb_png};
 use crate::reconstruction::seen;
-
-/// Luminance up to which pictures are proportional to radiance; chosen so that a white wall at
-/// three times middle gray is still in proportion.
-const KNEE: f32 = 0.6;
-
-/// How bright the picture is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Exposure {
-    /// By the log-average of the film.
-    #[default]
-    Auto,
-    /// Radiance times two to this power. Higher values are brighter; at 0, radiance 1 is near
-    /// white. Accepted: −64 to 64.
-    Stops(f32),
-}
-
-/// How radiance becomes a picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ToneMap {
-    /// How bright the picture is. Default: automatic.
-    pub exposure: Exposure,
-}
-
-impl ToneMap {
-    /// # Errors
-    /// [`Error::Option`] for an exposure out of range.
-    pub fn validate(&self) -> Result<()> {
-        match self.exposure {
-            Exposure::Stops(stops) if stops.is_nan() || stops.abs() > 64.0 => {
-                Err(Error::option("exposure", stops, "auto, or stops from -64 to 64"))
-            }
-            Exposure::Auto | Exposure::Stops(_) => Ok(()),
-        }
-    }
-}
 
 /// Writes what is to be seen of a film as a PNG file; returns the exposure used (stops).
 ///
@@ -98,22 +45,7 @@ pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u
         ));
     };
     let pixels: Vec<(Rgb, bool)> = colors.zip(rendered(film)).collect();
-    let stops = match tone_map.exposure {
-        Exposure::Auto => {
-            let shown = pixels.iter().filter(|(_, rendered)| *rendered);
-            automatic_stops(shown.map(|(color, _)| color.luminance()))
-        }
-        Exposure::Stops(stops) if stops.abs() <= 64.0 => stops,
-        Exposure::Stops(stops) => {
-            return Err(Error::option("exposure", stops, "auto, or stops from -64 to 64"));
-        }
-    };
-    let scale = powf(2.0, stops);
-    let bytes = |(color, rendered): (Rgb, bool)| {
-        let [r, g, b] = display(color, scale).to_array().map(|v| to_8_bits(srgb_encode(v)));
-        [r, g, b, if rendered { 255 } else { 0 }]
-    };
-    let samples: Vec<u8> = pixels.into_iter().flat_map(bytes).collect();
+    let (samples, stops) = tone_map.picture(&pixels)?;
     let window = film.window();
     Ok((srgb_png([window.width, window.height], &samples), stops))
 }
@@ -124,41 +56,11 @@ fn rendered(film: &Film) -> Vec<bool> {
     (0..film.window().area() as usize).map(|pixel| read.is_rendered(pixel)).collect()
 }
 
-/// Radiance to display-linear colour in `[0, 1]`.
-fn display(radiance: Rgb, scale: f32) -> Rgb {
-    // Brighter than this is white whatever the hue, and sums of channels stay finite.
-    let c = radiance.map(|v| if v > 0.0 { (v * scale).min(1e30) } else { 0.0 });
-    let luminance = c.luminance();
-    if luminance <= 0.0 {
-        return Rgb::BLACK;
-    }
-    let shown = shoulder(luminance);
-    let c = c * (shown / luminance);
-    let largest = c.max_channel();
-    if largest <= 1.0 {
-        return c;
-    }
-    let towards_gray = (largest - 1.0) / (largest - shown);
-    c.lerp(Rgb::gray(shown), towards_gray).map(|v| v.clamp(0.0, 1.0))
-}
-
-/// `f` of the module's formula.
-fn shoulder(luminance: f32) -> f32 {
-    if luminance <= KNEE {
-        luminance
-    } else {
-        KNEE + (1.0 - KNEE) * (1.0 - exp(-(luminance - KNEE) / (1.0 - KNEE)))
-    }
-}
-
-fn to_8_bits(value: f32) -> u8 {
-    (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{PlaneSpec, SampleKind, Window, planes};
+    use crate::film::{Exposure, PlaneSpec, SampleKind, Tone, Window, planes};
+    use crate::math::elementary::powf;
 
     const SPECS: &[PlaneSpec] = &[
         PlaneSpec {
@@ -189,7 +91,11 @@ mod tests {
     }
 
     fn picture(pixels: &[[f32; 4]], exposure: Exposure) -> (Vec<[u8; 4]>, f32) {
-        let (png, stops) = encode_png(Path::new("a.png"), &film(pixels), &ToneMap { exposure }).unwrap();
+        toned(pixels, &ToneMap { exposure, ..ToneMap::default() })
+    }
+
+    fn toned(pixels: &[[f32; 4]], map: &ToneMap) -> (Vec<[u8; 4]>, f32) {
+        let (png, stops) = encode_png(Path::new("a.png"), &film(pixels), map).unwrap();
         let picture = image::load_from_memory(&png).unwrap().into_rgba8();
         assert_eq!(picture.dimensions(), (pixels.len() as u32, 1), "the window, not the full image");
         (picture.pixels().map(|p| p.0).collect(), stops)
@@ -209,27 +115,21 @@ mod tests {
     }
 
     #[test]
-    fn more_light_is_never_darker_and_the_knee_is_smooth() {
-        let steps: Vec<f32> = (0..4000).map(|i| powf(10.0, i as f32 / 400.0 - 5.0)).collect();
-        assert!(steps.windows(2).all(|w| shoulder(w[1]) >= shoulder(w[0])));
-        let (shown, _) = picture(&steps.iter().map(|&v| gray(v)).collect::<Vec<_>>(), Exposure::Stops(0.0));
-        assert!(shown.windows(2).all(|w| w[1] >= w[0]));
-        assert_eq!((shown[0][0], shown[3999][0]), (0, 255), "from black to white");
-        let slope = |a: f32, b: f32| (shoulder(b) - shoulder(a)) / (b - a);
-        // The curve's second derivative above the knee is at most 1/(1 − K) = 2.5.
-        assert!((slope(KNEE - 0.01, KNEE) - slope(KNEE, KNEE + 0.01)).abs() < 2.5 * 0.01);
-    }
-
-    #[test]
-    fn hue_and_luminance_survive_where_the_gamut_allows() {
-        let bright = display(Rgb::new(8.0, 0.5, 0.1), 1.0);
-        let luminance = Rgb::new(8.0, 0.5, 0.1).luminance();
-        assert!((bright.luminance() - shoulder(luminance)).abs() < 1e-6);
-        assert_eq!(bright.max_channel(), bright.r);
-        assert!(bright.r <= 1.0 && bright.r > bright.g && bright.g > bright.b, "{bright:?}");
-        // The direction from gray is that of the radiance: (c − L) in the same proportions.
-        let ratio = |c: Rgb| (c.r - c.luminance()) / (c.b - c.luminance());
-        assert!((ratio(bright) - ratio(Rgb::new(8.0, 0.5, 0.1))).abs() < 1e-4 * ratio(bright).abs());
+    fn tones_are_seen_in_the_picture_and_a_ramp_is_one() {
+        let ramp: Vec<[f32; 4]> = (0..400).map(|i| gray(powf(10.0, i as f32 / 40.0 - 5.0))).collect();
+        for tone in Tone::ALL {
+            let map = ToneMap { exposure: Exposure::Stops(0.0), tone };
+            let (shown, _) = toned(&ramp, &map);
+            assert!(shown.windows(2).all(|w| w[1] >= w[0]), "{tone}");
+            assert_eq!((shown[0][0], shown[399]), (0, [255; 4]), "{tone}: from black to white");
+            // sRGB of what the module's table says of middle gray.
+            let code = [118, 118, 100, 91, 128][tone as usize];
+            assert_eq!(toned(&[gray(0.18)], &map).0[0][0], code, "{tone}");
+        }
+        let same = |a: &ToneMap, b: &ToneMap| toned(&ramp, a).0 == toned(&ramp, b).0;
+        let natural = ToneMap { exposure: Exposure::Auto, tone: Tone::Natural };
+        assert!(same(&ToneMap::default(), &natural), "the default");
+        assert!(!same(&natural, &ToneMap { tone: Tone::Agx, ..natural }));
     }
 
     #[test]
@@ -264,7 +164,7 @@ mod tests {
         let film = Film::new([1, 1], Window::full([1, 1]), &specs).unwrap();
         let said = encode_png(Path::new("a.png"), &film, &ToneMap::default()).unwrap_err().to_string();
         assert!(said.contains(r#"a.png: a film of the planes ["depth"]"#), "{said}");
-        let stops = ToneMap { exposure: Exposure::Stops(f32::NAN) };
+        let stops = ToneMap { exposure: Exposure::Stops(f32::NAN), ..ToneMap::default() };
         assert!(encode_png(Path::new("a.png"), &self::film(&[gray(1.0)]), &stops).is_err());
     }
 }

@@ -216,7 +216,14 @@ class Image(Mapping[str, NDArray[Any]]):
     def items(self) -> list[tuple[str, NDArray[Any]]]: ...  # type: ignore[override]
     def get(self, name: str, default: _T | None = None) -> NDArray[Any] | _T | None: ...  # type: ignore[override]
     def coverage(self, reference: Image, error: float | None = None) -> dict[str, Any]: ...
-    def save(self, path: _Path, exr: str = "zip") -> None: ...
+    def save(
+        self,
+        path: _Path,
+        exr: str = "zip",
+        *,
+        tonemap: Literal["natural", "linear", "filmic", "aces", "agx"] = "natural",
+        exposure: float | None = None,
+    ) -> None: ...
 
 @final
 class Comparison:

@@ -9,8 +9,8 @@
 //! scripts then ask for tiles, a state, and single pixels below the page's own address.
 //!
 //! The template is `assets/page.html` (minijinja, which escapes what it fills in), the scripts are
-//! `assets/*.js`, the plots are SVG by plotters. What claims, reasons, planes and metadata there are,
-//! scripts are told by `record_script`.
+//! `assets/*.js`, the plots are SVG by plotters. What claims, reasons, planes, metadata and tone mappings
+//! there are, scripts are told by `record_script`.
 //!
 //! # Guarantee
 //! Equal contents give equal bytes. Nothing that comes from outside, names of files and scenes
@@ -34,7 +34,7 @@ use base64::engine::general_purpose::STANDARD;
 use minijinja::{Environment, Value, context};
 
 use super::color_scale::ColorScale;
-use crate::film::{Film, Metadata};
+use crate::film::{Film, Metadata, Tone};
 
 const TEMPLATE: &str = include_str!("assets/page.html");
 const STYLE: &str = include_str!("assets/style.css");
@@ -108,6 +108,8 @@ pub struct Page<'a> {
     pub lines: Vec<String>,
     /// What there is to look at.
     pub images: Images<'a>,
+    /// How radiance is shown at first.
+    pub tone: Tone,
     /// Relative error that is shown as one step of the scale, of which it has five; that of the
     /// images if it is not said.
     pub tolerance: Option<f64>,
@@ -133,6 +135,7 @@ impl<'a> Page<'a> {
             headline: headline.into(),
             lines: Vec::new(),
             images: Images::None,
+            tone: Tone::default(),
             tolerance: None,
             rows: Vec::new(),
             tables: Vec::new(),
@@ -178,6 +181,8 @@ impl<'a> Page<'a> {
             has_images => !matches!(self.images, Images::None),
             served,
             nonce,
+            tones => Tone::ALL.map(Tone::name),
+            tone => self.tone.name(),
             note => &embedded.note,
             rows => &self.rows,
             tables => self.tables.iter().map(|t| context! { head => &t.head, lines => &t.lines }).collect::<Vec<_>>(),

@@ -6,6 +6,7 @@
 //! | `planes` | what each plane is called and how it is shown; codes with words and colours |
 //! | `key` | names in the metadata: `Record.key.confidence` |
 //! | `control` | names of what may be controlled: `Record.control.channels` |
+//! | `tones` | matrices and curves of tone mappings that are made of such, by name: `Record.tones.agx.inset` |
 //! | `claim`, `stop` | codes by name: `Record.claim.none`, `Record.stop.not_rendered` |
 //!
 //! # Held to this by
@@ -14,7 +15,7 @@
 use serde_json::{Map, Value as Json, json};
 
 use crate::color::Controlled;
-use crate::film::{Claim, Code, SCHEMA, Stop, keys};
+use crate::film::{Claim, Code, SCHEMA, Stop, Tone, keys};
 
 /// The object, as a script.
 pub(super) fn text() -> String {
@@ -33,6 +34,7 @@ pub(super) fn record() -> Json {
         "planes": planes.collect::<Vec<_>>(),
         "key": named(&mut keys::KEYS.iter().map(|key| (key.name.replace('.', "_"), key.name.into()))),
         "control": named(&mut Controlled::ALL.iter().map(|c| (c.to_string(), c.to_string().into()))),
+        "tones": named(&mut Tone::ALL.iter().filter_map(|t| Some((t.to_string(), json!(t.published()?))))),
         "claim": codes(Claim::CODES),
         "stop": codes(Stop::CODES),
     })

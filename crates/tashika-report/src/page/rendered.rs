@@ -2,7 +2,7 @@
 
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Controlled;
-use crate::film::{Claim, Film, PictureClaim, Plane, RenderFilm, Stop, Tally, keys, planes};
+use crate::film::{Claim, Film, PictureClaim, Plane, RenderFilm, Stop, Tally, Tone, keys, planes};
 use crate::reconstruction::ABOUT;
 use crate::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
@@ -17,6 +17,8 @@ pub struct RenderFacts {
     pub rows: Vec<(String, String)>,
     /// What was typed.
     pub command: Option<String>,
+    /// How radiance is shown at first.
+    pub tone: Tone,
 }
 
 /// The page of a film.
@@ -25,6 +27,7 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
     let mut page = Page::new(&facts.name, pixels.headline(film));
     page.lines = pixels.lines(film);
     page.images = Images::Embedded(vec![Shown { label: facts.name.clone(), film, reference: None }]);
+    page.tone = facts.tone;
     page.rows = facts.rows.clone();
     page.plots = plots(film);
     page.command = facts.command.clone();

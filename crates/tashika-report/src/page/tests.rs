@@ -8,7 +8,9 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::Value as Json;
 
 use super::*;
-use crate::film::{Claim, PictureClaim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Window, keys, planes};
+use crate::film::{
+    Claim, PictureClaim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Tone, Window, keys, planes,
+};
 use crate::{Named, Tolerance, compare};
 
 const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
@@ -49,7 +51,12 @@ fn rendered(film: &Film) -> String {
     let rows = vec![("note".to_owned(), "<b>&".to_owned())];
     render_page(
         film,
-        &RenderFacts { name: "a'\"<.exr".to_owned(), rows, command: Some("tashika render 'a b'".to_owned()) },
+        &RenderFacts {
+            name: "a'\"<.exr".to_owned(),
+            rows,
+            command: Some("tashika render 'a b'".to_owned()),
+            tone: Tone::Agx,
+        },
     )
 }
 
@@ -88,6 +95,21 @@ fn samples_are_in_the_page_bit_by_bit_channel_after_channel() {
     let names: Vec<&str> =
         image["planes"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["", "half_width", "claim", "stop", "rays"], "normals are not asked for");
+}
+
+/// The control lists all tones and begins with the one that was asked for; scripts are told the
+/// numbers of those that have some.
+#[test]
+fn pages_have_all_tones_and_begin_with_the_one_that_was_asked_for() {
+    let page = rendered(&film(3, 2));
+    for tone in Tone::ALL {
+        let selected = if tone == Tone::Agx { " selected" } else { "" };
+        assert_eq!(page.matches(&format!("<option{selected}>{tone}</option>")).count(), 1, "{tone}");
+    }
+    let record = record_script::record();
+    assert_eq!(record["tones"].as_object().unwrap().keys().collect::<Vec<_>>(), ["aces", "agx", "filmic"]);
+    assert_eq!(record["tones"]["aces"]["curve"]["rational"]["over"][2], 1.0);
+    assert_eq!(record["tones"]["agx"]["curve"]["logarithmic"]["polynomial"].as_array().unwrap().len(), 7);
 }
 
 #[test]

@@ -42,7 +42,7 @@ const Views = (() => {
     return [value.toFixed(digits), half.toFixed(digits)];
   };
 
-  // ---- from radiance to the screen: the formula of the PNG beside the page (io/png.rs) ----
+  // ---- from radiance to the screen: the formulas of the PNG beside the page (film/tone) ----
 
   const KNEE = 0.6;
   const shoulder = (l) => (l <= KNEE ? l : KNEE + (1 - KNEE) * (1 - Math.exp(-(l - KNEE) / (1 - KNEE))));
@@ -70,6 +70,32 @@ const Views = (() => {
     out[at + 1] = encode(y);
     out[at + 2] = encode(z);
   };
+
+  const times = (rows, [x, y, z]) => rows.map(([r, g, b]) => r * x + g * y + b * z);
+  /** From the constant on. */
+  const polynomial = (coefficients, x) => coefficients.reduceRight((sum, c) => sum * x + c, 0);
+  const along = ({ rational, logarithmic }, x) => {
+    if (rational) return polynomial(rational.over, x) / polynomial(rational.under, x);
+    const [low, high] = logarithmic.between;
+    const stops = Math.min(high, Math.max(low, Math.log2(x)));
+    return polynomial(logarithmic.polynomial, (stops - low) / (high - low));
+  };
+
+  const published = ({ inset, curve, outset, power }) => (r, g, b, out, at) => {
+    const exposed = [r, g, b].map((v) => Math.min(1e6, Math.max(0, v || 0)));
+    const shown = times(outset, times(inset, exposed).map((v) => along(curve, v)));
+    for (let k = 0; k < 3; k++) out[at + k] = encode(Math.min(1, Math.max(0, shown[k])) ** power);
+  };
+
+  const linear = (r, g, b, out, at) => {
+    out[at] = encode(r);
+    out[at + 1] = encode(g);
+    out[at + 2] = encode(b);
+  };
+
+  /** By the names of the control. */
+  const TONES = { natural, linear };
+  for (const [name, tone] of Object.entries(Record.tones)) TONES[name] = published(tone);
 
   /** Stops that put the log-average of a picture at middle gray (Reinhard et al. 2002, eq. 1). */
   const automaticStops = ([r, g, b], stop) => {
@@ -128,12 +154,8 @@ const Views = (() => {
         // Six stops below and above middle gray.
         const l = Math.log2(luminance(x, y, z) / 0.18) / 12 + 0.5;
         [out[at], out[at + 1], out[at + 2]] = palette.color(Math.min(l, 1));
-      } else if (tone === "linear") {
-        out[at] = encode(x);
-        out[at + 1] = encode(y);
-        out[at + 2] = encode(z);
       } else {
-        natural(x, y, z, out, at);
+        TONES[tone](x, y, z, out, at);
       }
       out[at + 3] = 255;
     }
