@@ -81,6 +81,7 @@ impl Stage {
             None => renderer,
         };
         let renderer = asked.mattes.into_iter().fold(renderer, Renderer::mattes);
+        let renderer = if asked.motion_vectors { renderer.motion_vectors() } else { renderer };
         let renderer = asked.groups.iter().cloned().fold(renderer, Renderer::light_groups);
         match stored {
             Some(lights) => renderer.lights(lights),

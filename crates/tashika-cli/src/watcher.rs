@@ -148,7 +148,7 @@ impl Observer for Watcher<'_> {
             Phase::Vpls { .. } => &mut seconds.vpls,
             Phase::LightTree => &mut seconds.trees,
             Phase::Reconstruction => &mut seconds.reconstruction,
-            Phase::Mattes => &mut seconds.mattes,
+            Phase::Mattes | Phase::Motion => &mut seconds.mattes,
             Phase::Audit { .. } => &mut seconds.audit,
             Phase::OtherSet => &mut seconds.other_set,
             _ => &mut seconds.render,
@@ -203,5 +203,8 @@ fn of_pass(film: &Film) -> Option<String> {
 /// Whether the phase looks at the flag that Ctrl-C sets, or is not to be lost by it; elsewhere Ctrl-C
 /// ends the program.
 fn can_be_ended(phase: &Phase) -> bool {
-    matches!(phase, Phase::Pixels { .. } | Phase::Mattes | Phase::Audit { .. } | Phase::OtherSet)
+    matches!(
+        phase,
+        Phase::Pixels { .. } | Phase::Mattes | Phase::Motion | Phase::Audit { .. } | Phase::OtherSet
+    )
 }

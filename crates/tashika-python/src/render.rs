@@ -62,6 +62,8 @@ use crate::words;
 /// - `cryptomatte`: True, or how many names a pixel tells apart (6), adds the planes
 ///   "CryptoObject00" and "CryptoMaterial00", "…01", "…02" of Cryptomatte, whose manifests are in
 ///   the metadata, and "object_id" and "material_id", the number of what covers most of a pixel.
+/// - `motion_vectors`: True adds the plane "motion", how far what a pixel shows goes on the film while
+///   the shutter is open: pixels to the right, and up.
 /// - `groups`, with `method` "path": "each", or {"key": ["lamp", …], …}, names of objects or materials
 ///   that emit, of lights, or "environment": planes "light_key" of what each group gives, which add up
 ///   to the radiance, and "light_key_standard_error". Lights that are not named are "light_rest".
@@ -89,7 +91,7 @@ use crate::words;
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
     paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
     focus_distance=None, blades=None, blade_rotation=None, quality=None, share=None, assurance=None, audit=None,
-    time=None, denoiser=None, cryptomatte=None, groups=None
+    time=None, denoiser=None, cryptomatte=None, groups=None, motion_vectors=false
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -130,6 +132,7 @@ pub fn render(
     denoiser: Option<PathBuf>,
     cryptomatte: Option<&Bound<'_, PyAny>>,
     groups: Option<&Bound<'_, PyAny>>,
+    motion_vectors: bool,
 ) -> PyResult<Image> {
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp)?;
@@ -199,6 +202,7 @@ pub fn render(
         let renderer = renderer.camera_change(change).framing(framing).tiles(share);
         let renderer = smoother.into_iter().fold(renderer, Renderer::smoother);
         let renderer = mattes.into_iter().fold(renderer, Renderer::mattes);
+        let renderer = if motion_vectors { renderer.motion_vectors() } else { renderer };
         let renderer = groups.into_iter().fold(renderer, Renderer::light_groups);
         let prepared = given.into_iter().fold(renderer, Renderer::lights).prepare()?;
         let rendered = prepared.render_from(|film| watch.begin(film))?;

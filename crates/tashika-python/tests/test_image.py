@@ -88,6 +88,14 @@ def test_threads_do_not_change_bits(tiny: tashika.Scene, image: tashika.Image) -
     assert not np.array_equal(tashika.render(tiny, seed=2, **SUM)["radiance"], image["radiance"])
 
 
+def test_motion_vectors_are_a_plane_more(tiny: tashika.Scene, image: tashika.Image) -> None:
+    with_vectors = tashika.render(tiny, motion_vectors=True, **SUM)
+    assert set(with_vectors) - set(image) == {"motion"} and with_vectors["motion"].shape == (12, 16, 2)
+    assert (with_vectors["motion"] == 0).all(), "nothing moves"
+    assert all(np.array_equal(with_vectors[name], image[name]) for name in image)
+    assert with_vectors.planes["motion"]["channels"] == ["x", "y"] and with_vectors.planes["motion"]["unit"] == "pixel"
+
+
 def test_mattes_are_planes_more(tiny: tashika.Scene, image: tashika.Image) -> None:
     mattes = tashika.render(tiny, cryptomatte=True, **SUM)
     assert all(np.array_equal(mattes[name], image[name]) for name in image)

@@ -39,6 +39,11 @@ pub struct PlaneArgs {
         value_parser = values::count, help_heading = "Output")]
     pub cryptomatte: Option<u64>,
 
+    /// Add a layer motion: how far what a pixel shows goes on the film while the shutter is open, in
+    /// pixels to the right (motion.x) and up (motion.y)
+    #[arg(long, help_heading = "Output")]
+    pub motion_vectors: bool,
+
     /// Add layers of what each group of lights gives, with --method path: lights of each name apart, or
     /// GROUP=NAME,NAME with names of objects or materials that emit, of lights, or environment; may be
     /// said several times, other lights are the group rest

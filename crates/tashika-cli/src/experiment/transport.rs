@@ -83,6 +83,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
                 share: TileShare::default(),
                 smoother: None,
                 mattes: None,
+                motion_vectors: false,
                 groups: None,
             };
             let begun = Instant::now();

@@ -119,6 +119,8 @@ pub struct Asked {
     pub smoother: Option<Arc<dyn Smoother>>,
     /// Ranks of mattes, if there are to be any.
     pub mattes: Option<u32>,
+    /// Whether there are to be motion vectors.
+    pub motion_vectors: bool,
     /// Groups of lights of which each has a layer, if there are to be any.
     pub groups: Option<LightGrouping>,
 }
@@ -134,6 +136,7 @@ impl Asked {
             share: TileShare::default(),
             smoother: None,
             mattes: None,
+            motion_vectors: false,
             groups: None,
         })
     }

@@ -79,6 +79,7 @@ impl RenderPlan {
             smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
         let asked =
             Asked { smoother, mattes: args.planes.cryptomatte.map(Matte::ranks).transpose()?, ..asked };
+        let asked = Asked { motion_vectors: args.planes.motion_vectors, ..asked };
         let typed = args.planes.groups.iter().map(String::as_str);
         let groups = (!args.planes.groups.is_empty()).then(|| LightGrouping::parse(typed)).transpose()?;
         let asked = Asked { groups, ..asked };

@@ -7,6 +7,7 @@
 mod fill;
 mod mattes;
 mod merge;
+mod motion;
 mod pictures;
 mod tiles;
 
@@ -15,6 +16,7 @@ mod tests;
 
 pub use mattes::add_mattes;
 pub use merge::{Merged, Merger};
+pub use motion::add_motion;
 pub use pictures::{begin_pictures, picture_tiles, resume_pictures};
 pub use tiles::TileShare;
 

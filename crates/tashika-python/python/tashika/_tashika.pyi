@@ -343,6 +343,7 @@ def render(
     denoiser: str | PathLike[str] | None = None,
     cryptomatte: bool | int | None = None,
     groups: str | dict[str, list[str]] | None = None,
+    motion_vectors: bool = False,
 ) -> Image: ...
 def exact(
     scene: Scene,

@@ -48,6 +48,20 @@ pub struct CameraSample {
     pub time: f32,
 }
 
+/// What goes over the film while the shutter is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seen {
+    /// A place that may move (m, world).
+    Place {
+        /// Where it is when the shutter opens.
+        open: Vec3,
+        /// Where it is when the shutter closes.
+        close: Vec3,
+    },
+    /// What is infinitely far away in a direction of the world.
+    Direction(Vec3),
+}
+
 impl Camera {
     /// A camera of which nothing else is said: a pinhole, the film on its axis, of any size.
     pub fn new(name: impl Into<String>, to_world: Affine3A, projection: Projection) -> Self {
@@ -97,8 +111,48 @@ impl Camera {
             origin = self.lens.point(sample.lens).extend(0.0);
             direction = focus - origin;
         }
-        let to_world = self.motion.as_ref().map_or(self.to_world, |motion| motion.pose(sample.time));
-        Some(Ray::new(to_world.transform_point3(origin), to_world.transform_vector3(direction).normalize()))
+        Some(self.placed(origin, direction, sample.time))
+    }
+
+    /// The ray through a point of the film and the lens' centre, after a share of the time that the
+    /// shutter is open, 0 to 1.
+    pub fn central_ray(&self, film: Vec2, share: f32, size: [u32; 2]) -> Option<Ray> {
+        let (origin, direction) = self.projection.ray(film, &self.frame(size))?;
+        Some(self.placed(origin, direction, share))
+    }
+
+    /// How far something goes on a film of `size` pixels while the shutter is open (pixels: to the
+    /// right, down), as seen through the lens' centre: from its place when the shutter opens to its
+    /// place when that closes. On a film that shows all around, by the shorter way.
+    ///
+    /// `None` if the film shows one of the two not, whatever its size.
+    pub fn way_on_film(&self, seen: Seen, size: [u32; 2]) -> Option<Vec2> {
+        let frame = self.frame(size);
+        let on_film = |share: f32, place: Vec3| {
+            let to_camera = self.pose(share).inverse();
+            let place = match seen {
+                Seen::Place { .. } => to_camera.transform_point3(place),
+                Seen::Direction(_) => to_camera.transform_vector3(place),
+            };
+            self.projection.project(place, &frame).map(|(film, _)| film)
+        };
+        let [open, close] = match seen {
+            Seen::Place { open, close } => [open, close],
+            Seen::Direction(_) if !self.projection.tells_directions_apart() => return Some(Vec2::ZERO),
+            Seen::Direction(direction) => [direction; 2],
+        };
+        Some(self.projection.way(on_film(0.0, open)?, on_film(1.0, close)?, &frame))
+    }
+
+    /// A ray of the frame of the camera in the world.
+    fn placed(&self, origin: Vec3, direction: Vec3, share: f32) -> Ray {
+        let to_world = self.pose(share);
+        Ray::new(to_world.transform_point3(origin), to_world.transform_vector3(direction).normalize())
+    }
+
+    /// Camera to world after a share of the time that the shutter is open.
+    fn pose(&self, share: f32) -> Affine3A {
+        self.motion.as_ref().map_or(self.to_world, |motion| motion.pose(share))
     }
 
     /// Where a place of the world lies on a film of `size` pixels (pixels, from the top left), as

@@ -43,7 +43,7 @@ mod variation;
 mod volume_grid;
 
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
-pub use camera::{Camera, CameraSample};
+pub use camera::{Camera, CameraSample, Seen};
 pub use emitter::{Beam, Emitter, Falloff, FalloffShape};
 pub use environment::Environment;
 pub use environment_blocks::EnvironmentBlocks;

@@ -163,6 +163,21 @@ impl Projection {
         }
     }
 
+    /// Whether a direction has one place on the film: parallel rays all have the same one.
+    pub(super) fn tells_directions_apart(self) -> bool {
+        !matches!(self, Self::Orthographic { .. })
+    }
+
+    /// The way from one place of the film to another (pixels): where the film meets itself, the
+    /// shorter one over its edge or not.
+    pub(super) fn way(self, from: Vec2, to: Vec2, frame: &FilmFrame) -> Vec2 {
+        let mut way = to - from;
+        if matches!(self, Self::Spherical { map: SphereMap::LatLong }) {
+            way.x -= frame.size.x * (way.x / frame.size.x).round();
+        }
+        way
+    }
+
     /// Whether its numbers are in range.
     pub(super) fn is_valid(self) -> bool {
         match self {

@@ -75,6 +75,7 @@ pub struct Renderer<'a> {
     framing: Framing,
     share: TileShare,
     mattes: Option<u32>,
+    motion: bool,
     groups: Option<LightGrouping>,
     lights: Option<Arc<LightSet>>,
     cache: Option<&'a LightCache>,
@@ -98,6 +99,7 @@ impl<'a> Renderer<'a> {
             framing: Framing::default(),
             share: TileShare::default(),
             mattes: None,
+            motion: false,
             groups: None,
             lights: None,
             cache: None,
@@ -167,6 +169,13 @@ impl<'a> Renderer<'a> {
     #[must_use]
     pub fn mattes(self, ranks: u32) -> Self {
         Self { mattes: Some(ranks), ..self }
+    }
+
+    /// Adds the plane `motion`: how far what a pixel shows goes on the film while the shutter is open;
+    /// see [`add_motion`](crate::render::add_motion). Default: none.
+    #[must_use]
+    pub fn motion_vectors(self) -> Self {
+        Self { motion: true, ..self }
     }
 
     /// Adds planes of what each group of lights gives, by path tracing (see
@@ -318,6 +327,7 @@ impl<'a> Renderer<'a> {
             window,
             share: self.share.clone(),
             mattes: self.mattes.map(|ranks| Matte::ranks(ranks.into())).transpose()?,
+            motion: self.motion,
             groups,
             gather,
             seed,

@@ -31,6 +31,8 @@ pub enum Phase {
     Reconstruction,
     /// Adding mattes to a film that is rendered.
     Mattes,
+    /// Adding motion vectors to a film that is rendered.
+    Motion,
     /// Computing the truth of pixels at random.
     Audit {
         /// Name of what computes it.

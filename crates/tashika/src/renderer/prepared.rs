@@ -13,7 +13,9 @@ use crate::integrator::{
     ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
 };
 use crate::reconstruction::Smoother;
-use crate::render::{Begun, Finished, RenderOptions, Rendered, TileShare, add_mattes, blank, resume};
+use crate::render::{
+    Begun, Finished, RenderOptions, Rendered, TileShare, add_mattes, add_motion, blank, resume,
+};
 use crate::request::{CameraChange, Method};
 use crate::scene::{Camera, LightGrouping, LightGroups};
 use crate::tree::LightSet;
@@ -62,6 +64,7 @@ pub struct Prepared<'a> {
     pub(super) window: Window,
     pub(super) share: TileShare,
     pub(super) mattes: Option<u32>,
+    pub(super) motion: bool,
     pub(super) groups: Option<(LightGrouping, LightGroups)>,
     pub(super) gather: GatherOptions,
     pub(super) seed: u64,
@@ -171,6 +174,9 @@ impl Prepared<'_> {
             during(self.observer, Phase::Mattes, || {
                 add_mattes(&self.setting(), &mut rendered.film, samples, ranks);
             });
+        }
+        if self.motion {
+            during(self.observer, Phase::Motion, || add_motion(&self.setting(), &mut rendered.film));
         }
         Ok(rendered)
     }

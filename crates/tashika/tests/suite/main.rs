@@ -38,6 +38,7 @@ mod mitsuba;
 mod mitsuba_cameras;
 mod mitsuba_materials;
 mod mitsuba_sides;
+mod motion_vectors;
 mod moving;
 mod moving_cameras;
 mod moving_objects;

@@ -308,6 +308,9 @@ schema! {
         MATERIAL_ID U32 "material_id" ["id"] "1",
             Shown::Id, in_pages false, "material",
             "number of the material that covers most of a pixel, 0 where there is none; the manifest of `CryptoMaterial` has its name";
+        MOTION F32 "motion" ["x", "y"] "pixel",
+            Shown::Value, in_pages false, "motion",
+            "how far the surface at the pixel's centre goes on the film from shutter open to shutter close: pixels to the right, and up";
         REFERENCE F32 "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages false, "reference",
             "what errors are measured from";
