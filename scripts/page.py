@@ -6,7 +6,9 @@ Needs the packages playwright, OpenEXR and pillow, and Chromium (CHROMIUM names 
 go to FOLDER; whoever changes the pages looks at them.
 """
 
+import base64
 import contextlib
+import io
 import json
 import os
 import pathlib
@@ -69,6 +71,9 @@ class Opened:
     def shot(self, name):
         self.page.wait_for_timeout(300)
         self.page.screenshot(path=FOLDER / f"{name}.png", full_page=True)
+
+    def top(self, selector):
+        return self.page.locator(selector).bounding_box()["y"]
 
     def value(self, script, *values):
         return self.page.evaluate(script, *values)
@@ -224,8 +229,33 @@ def rendered_page(browser):
     narrow = Opened(browser, path.as_uri(), 390, 844, color_scheme="dark", has_touch=True, is_mobile=True)
     wider = narrow.value("() => document.documentElement.scrollWidth - innerWidth")
     assert wider <= 0, f"a phone has to scroll sideways by {wider}"
+    assert narrow.top("#stage") < narrow.top(".bar"), "the controls come before the picture"
     narrow.shot("render-narrow-dark")
     narrow.close()
+    wide = Opened(browser, path.as_uri())
+    assert wide.top(".bar") < wide.top("#stage")
+    wide.close()
+    still_page(browser, path)
+
+
+def still_page(browser, path):
+    """Without scripts the page has its picture, the one beside it, first, and nothing that does not work."""
+    context = browser.new_context(java_script_enabled=False, viewport={"width": 400, "height": 800})
+    page = context.new_page()
+    page.goto(path.as_uri())
+    picture = page.locator("#still")
+    box = picture.bounding_box()
+    assert picture.is_visible() and box["y"] + box["height"] < 800, "the picture is not what one sees first"
+    assert abs(box["width"] - (400 - 2 * box["x"])) < 1, box
+    for hidden in (".bar", "#stage", "#keys"):
+        assert not page.locator(hidden).is_visible(), f"{hidden} does not work without scripts"
+    held = page.get_attribute("#still", "src").removeprefix("data:image/png;base64,")
+    shown, beside = (Image.open(f) for f in (io.BytesIO(base64.b64decode(held)), path.with_suffix(".png")))
+    assert shown.size == beside.size and shown.tobytes() == beside.tobytes(), "it is not the picture beside the page"
+    page.click("#words summary")
+    assert page.locator("#words dd").first.is_visible()
+    page.screenshot(path=FOLDER / "still.png", full_page=True)
+    context.close()
 
 
 def picture_page(browser):
@@ -293,6 +323,7 @@ def compared_page(browser):
     run("render builtin:tiny --truth vpl --vpls 300 --gather 2 --size 64x36 --error 5% --max-pairs 100k -o ours.exr -q")
     run("compare ours.exr exact.exr --error 2% --html compare.html -q --json compare.json")
     opened = Opened(browser, (FOLDER / "compare.html").as_uri())
+    assert "The tolerance of 2 % is what was asked for." in opened.page.text_content("header")
     check_values(opened, FOLDER / "exact.exr", [(3, 5), (40, 20)], {"reference": ["R", "G", "B"]})
     worst = json.loads((FOLDER / "compare.json").read_text())
     opened.go(*worst["worst_at"])

@@ -6,8 +6,8 @@ use serde::Serialize;
 use tashika::film::{PictureClaim, Plane};
 use tashika::io::{read_exr, write_file};
 use tashika::report::{
-    Claims, Comparison, Intervals, Named, Tolerance, ToleranceFrom, compare, compare_page, error_image,
-    summary,
+    Claims, CompareFacts, Comparison, Intervals, Named, Tolerance, ToleranceFrom, compare, compare_page,
+    error_image, summary,
 };
 
 use crate::exit::{Failure, Outcome};
@@ -131,7 +131,8 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
         write_file(path, &error_image(&comparison).png())?;
     }
     if let Some(path) = &plan.html {
-        let page = compare_page(&comparison, image, reference, Some(typed_command()));
+        let facts = CompareFacts { tolerance_from: from, command: Some(typed_command()) };
+        let page = compare_page(&comparison, image, reference, &facts);
         write_file(path, page.as_bytes())?;
     }
     meter.finish();
@@ -140,7 +141,7 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
         write_json(path, &report)?;
     }
     if plan.common.prints_rows() {
-        rows(&report, &comparison).print()?;
+        rows(&report, &comparison, from).print()?;
     }
     Ok(Outcome::Done)
 }
@@ -198,20 +199,18 @@ fn report(plan: &ComparePlan, c: &Comparison, from: ToleranceFrom) -> Report {
     }
 }
 
-fn rows(report: &Report, comparison: &Comparison) -> Rows {
+fn rows(report: &Report, comparison: &Comparison, from: ToleranceFrom) -> Rows {
     let mut rows = Rows::default();
     rows.push("image", report.image.display().to_string());
     rows.push("reference", report.reference.display().to_string());
-    let why = match report.error_from {
-        from if from == ToleranceFrom::Image.name() => {
-            "the error that the image was rendered to; --error sets another"
-        }
-        _ => "",
+    let why = match from {
+        ToleranceFrom::Image => format!("{}; --error sets another", from.words()),
+        ToleranceFrom::Asked | ToleranceFrom::Default => String::new(),
     };
     for (label, text) in summary(comparison) {
         rows.push(label, text);
         if label == "within" && !why.is_empty() {
-            rows.push("", why);
+            rows.push("", why.as_str());
         }
     }
     if !report.files.is_empty() {

@@ -148,7 +148,10 @@ fn many_shares_are_small_films_that_merge_to_the_same_bytes() {
     succeeds(folder, &format!("merge {} -o merged.exr -q", parts.join(" ")));
     same_as_whole(folder, "merged");
     // Another crop of the same image is another render.
-    succeeds(folder, &format!("{RENDER} -q --cryptomatte=4 --motion-vectors --crop 3,5,60,41 --tiles 1/20 -o part-1.exr"));
+    succeeds(
+        folder,
+        &format!("{RENDER} -q --cryptomatte=4 --motion-vectors --crop 3,5,60,41 --tiles 1/20 -o part-1.exr"),
+    );
     fails(folder, &format!("merge {} -o a.exr", parts.join(" ")), &["window = 3,5,60,41"]);
 }
 

@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tashika::io::write_file;
 use tashika::report::{
-    self, Claims, Intervals, Named, Tolerance, ToleranceFrom, compare_page, error_image, summary,
+    self, Claims, CompareFacts, Intervals, Named, Tolerance, ToleranceFrom, compare_page, error_image,
+    summary,
 };
 
 use crate::arrays::array;
@@ -224,7 +225,8 @@ impl Comparison {
         py.detach(|| match ending(&path).as_str() {
             "png" => Some(write_file(&path, &error_image(found).png())),
             "html" => {
-                let page = compare_page(found, named(image), named(reference), None);
+                let facts = CompareFacts { tolerance_from: self.error_from, command: None };
+                let page = compare_page(found, named(image), named(reference), &facts);
                 Some(write_file(&path, page.as_bytes()))
             }
             _ => None,

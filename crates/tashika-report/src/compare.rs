@@ -89,6 +89,15 @@ impl ToleranceFrom {
             Self::Default => "default",
         }
     }
+
+    /// In words, behind "the tolerance is".
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Asked => "what was asked for",
+            Self::Image => "the error that the image was rendered to",
+            Self::Default => "the default: none was asked for, and the image was rendered to none",
+        }
+    }
 }
 
 impl Tolerance {

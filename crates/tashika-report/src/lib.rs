@@ -27,7 +27,8 @@ pub use intervals::Intervals;
 pub use judged::PictureJudged;
 pub use measures::Measures;
 pub use page::{
-    Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page, headline, render_page,
+    CompareFacts, Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page,
+    headline, render_page,
 };
 pub use picks::least_certain;
 pub use picture::Picture;

@@ -1,26 +1,47 @@
 //! The page of a comparison: where an image is how far from its reference, and whether it knew.
 
 use super::{Images, Page, Plot, Provenance, Shown};
-use crate::compare::{Comparison, Named};
+use crate::compare::{Comparison, Named, Tolerance, ToleranceFrom};
 use crate::film::{percent_of_share, percent_of_tolerance};
 use crate::summary::summary;
+
+/// What the page of a comparison says beyond what was found.
+#[derive(Clone, Debug)]
+pub struct CompareFacts {
+    /// Where the tolerance is from.
+    pub tolerance_from: ToleranceFrom,
+    /// What was typed.
+    pub command: Option<String>,
+}
 
 /// The page of a comparison of these two films.
 pub fn compare_page(
     comparison: &Comparison,
     image: Named<'_>,
     reference: Named<'_>,
-    command: Option<String>,
+    facts: &CompareFacts,
 ) -> String {
     let [name, reference_name] = [image, reference].map(|n| n.name.display().to_string());
-    let tolerance = comparison.tolerance.relative;
+    let Tolerance { relative: tolerance, absolute } = comparison.tolerance;
     let headline = format!(
         "{} of the pixels are within {} of the reference",
         percent_of_share(comparison.within_share()),
         percent_of_tolerance(tolerance)
     );
     let mut page = Page::new(format!("{name} against {reference_name}"), headline);
-    page.lines = vec![format!("{name} against {reference_name} (reference)")];
+    let dark = if absolute > 0.0 {
+        format!(", or {absolute} W·m⁻²·sr⁻¹ where it is dark,")
+    } else {
+        String::new()
+    };
+    page.lines = vec![
+        format!("{name} against {reference_name} (reference)"),
+        format!(
+            "The tolerance of {}{dark} is {}.",
+            percent_of_tolerance(tolerance),
+            facts.tolerance_from.words()
+        ),
+    ];
     page.images = Images::Embedded(vec![Shown {
         label: name.clone(),
         film: image.film,
@@ -35,7 +56,7 @@ pub fn compare_page(
         &[(name.clone(), comparison.errors.clone())],
         Some(tolerance),
     )];
-    page.command = command;
+    page.command.clone_from(&facts.command);
     page.provenance = [(name, image), (reference_name, reference)]
         .into_iter()
         .map(|(name, named)| Provenance::of(name, named.film.metadata()))

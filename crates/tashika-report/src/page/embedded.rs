@@ -18,7 +18,12 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Shown;
-use crate::film::{CRYPTOMATTE, Film, Plane, PlaneSpec, SCHEMA, SampleKind, Samples, Value, planes};
+use crate::color::Rgb;
+use crate::film::{
+    CRYPTOMATTE, Film, Plane, PlaneSpec, RenderFilm, SCHEMA, SampleKind, Samples, Tone, ToneMap, Value,
+    planes, srgb_png,
+};
+use crate::reconstruction::seen;
 use crate::{count, least_certain};
 
 /// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9
@@ -32,6 +37,8 @@ pub(super) struct Embedded {
     pub images: Vec<Image>,
     /// What a reader has to know about it.
     pub note: Option<String>,
+    /// The first of them as a picture, for readers without scripts: an address that holds a PNG file.
+    pub still: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -59,7 +66,7 @@ struct PlaneText {
 }
 
 /// Writes the images; all show the same window.
-pub(super) fn embed(shown: &[Shown<'_>]) -> Embedded {
+pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
     let Some(first) = shown.first() else { return Embedded::default() };
     let window = first.film.window();
     let mut factor = 1;
@@ -121,7 +128,23 @@ pub(super) fn embed(shown: &[Shown<'_>]) -> Embedded {
             count(window.area())
         )
     });
-    Embedded { images: images.collect(), note }
+    let across = [window.width, window.height].map(|side| side.div_ceil(factor));
+    Embedded { images: images.collect(), note, still: still(first, &picks, across, tone) }
+}
+
+/// The picture that scripts begin with; errors are those of the estimate, else what is to be seen is
+/// shown.
+fn still(shown: &Shown<'_>, picks: &[[u32; 2]], size: [u32; 2], tone: Tone) -> Option<String> {
+    let film = shown.film;
+    let plane = if shown.reference.is_some() { film.plane(planes::RADIANCE) } else { seen(film) };
+    let colors: Vec<Rgb> = plane?.colors()?.collect();
+    let read = RenderFilm::of(film);
+    let place = |&[x, y]: &[u32; 2]| film.window().index(x, y);
+    let pixels: Vec<(Rgb, bool)> =
+        picks.iter().map(place).map(|pixel| (colors[pixel], read.is_rendered(pixel))).collect();
+    let map = ToneMap { tone, ..ToneMap::default() };
+    let (bytes, _) = map.picture(&pixels).expect("the automatic exposure is in range");
+    Some(format!("data:image/png;base64,{}", STANDARD.encode(srgb_png(size, &bytes))))
 }
 
 fn head(plane: &Plane, name: &str) -> PlaneText {

@@ -5,6 +5,9 @@
 //! turn them into colours. Where a film has more pixels than a page should hold, the page holds
 //! [the least certain pixel](super::least_certain) of each block and says so.
 //!
+//! Where scripts do not run the page shows its first image as a picture, and everything else but the
+//! controls.
+//!
 //! The same page without samples is the viewer that a program serves ([`Images::Served`]): its
 //! scripts then ask for tiles, a state, and single pixels below the page's own address.
 //!
@@ -25,7 +28,7 @@ mod plots;
 mod record_script;
 mod rendered;
 
-pub use compared::compare_page;
+pub use compared::{CompareFacts, compare_page};
 pub use plots::{Measured, Plot};
 pub use rendered::{RenderFacts, headline, render_page};
 
@@ -153,7 +156,7 @@ impl<'a> Page<'a> {
             Images::None | Images::Embedded(_) => ("tashika", false),
         };
         let embedded = match &self.images {
-            Images::Embedded(images) => embedded::embed(images),
+            Images::Embedded(images) => embedded::embed(images, self.tone),
             Images::None | Images::Served { .. } => embedded::Embedded::default(),
         };
         let scale = ColorScale::new();
@@ -183,6 +186,7 @@ impl<'a> Page<'a> {
             nonce,
             tones => Tone::ALL.map(Tone::name),
             tone => self.tone.name(),
+            still => embedded.still.map(Value::from_safe_string),
             note => &embedded.note,
             rows => &self.rows,
             tables => self.tables.iter().map(|t| context! { head => &t.head, lines => &t.lines }).collect::<Vec<_>>(),

@@ -8,10 +8,11 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::Value as Json;
 
 use super::*;
+use crate::color::{Rgb, srgb_encode};
 use crate::film::{
     Claim, PictureClaim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Tone, Window, keys, planes,
 };
-use crate::{Named, Tolerance, compare};
+use crate::{Named, Tolerance, ToleranceFrom, compare};
 
 const fn spec(name: &'static str, channels: &'static [&'static str], kind: SampleKind) -> PlaneSpec {
     PlaneSpec { name, channels, unit: "1", kind, doc: "what it is" }
@@ -308,7 +309,8 @@ fn a_comparison_has_the_reference_beside_each_image_once() {
     let named = |name, film| Named { name: Path::new(name), film };
     let (a, b) = (named("a.exr", &film), named("b.exr", &reference));
     let comparison = compare(a, b, &Tolerance { relative: 0.02, absolute: 0.0 }).unwrap();
-    let page = compare_page(&comparison, a, b, None);
+    let facts = CompareFacts { tolerance_from: ToleranceFrom::Asked, command: None };
+    let page = compare_page(&comparison, a, b, &facts);
     assert!(page.contains("95.8 % of the pixels are within 2 % of the reference"));
     let held = data(&page);
     assert_eq!((held["tolerance"].as_f64(), held["images"].as_array().unwrap().len()), (Some(0.02), 1));
@@ -329,6 +331,52 @@ fn a_comparison_has_the_reference_beside_each_image_once() {
         (&of_second["name"], &of_second["same_as"], &of_second["data"]),
         (&"reference".into(), &0.into(), &Json::Null)
     );
+}
+
+/// The page says where its tolerance is from, each in its own words.
+#[test]
+fn a_comparison_says_where_its_tolerance_is_from() {
+    let film = film(6, 4);
+    let named = Named { name: Path::new("a.exr"), film: &film };
+    let page = |tolerance_from, absolute| {
+        let comparison = compare(named, named, &Tolerance { relative: 0.05, absolute }).unwrap();
+        compare_page(&comparison, named, named, &CompareFacts { tolerance_from, command: None })
+    };
+    for (from, words) in [
+        (ToleranceFrom::Asked, "The tolerance of 5 % is what was asked for."),
+        (ToleranceFrom::Image, "The tolerance of 5 % is the error that the image was rendered to."),
+        (ToleranceFrom::Default, "The tolerance of 5 % is the default: none was asked for"),
+    ] {
+        assert!(page(from, 0.0).contains(words), "{words}");
+    }
+    let dark = "The tolerance of 5 %, or 0.5 W·m⁻²·sr⁻¹ where it is dark, is what was asked for.";
+    assert!(page(ToleranceFrom::Asked, 0.5).contains(dark));
+}
+
+/// Without scripts there is the picture that they begin with; it comes before the controls either way,
+/// and the words of the page are explained on it.
+#[test]
+fn the_picture_comes_first_and_needs_no_scripts() {
+    let film = film(900, 700);
+    let page = rendered(&film);
+    let held = page.split("src=\"data:image/png;base64,").nth(1).unwrap().split('"').next().unwrap();
+    let picture = image::load_from_memory(&STANDARD.decode(held).unwrap()).unwrap().into_rgba8();
+    assert_eq!(picture.dimensions(), (450, 350), "a pixel of each block");
+    let reference = page_tone_of_two();
+    assert!(picture.pixels().all(|p| p.0[..3].iter().all(|v| v.abs_diff(reference) <= 1)), "{reference}");
+    let at = |words: &str| page.find(words).unwrap_or_else(|| panic!("{words} is not there"));
+    assert!(at("<noscript><img") < at("<canvas") && at("<canvas") < at("<div class=\"bar\">"));
+    assert!(at("<div class=\"bar\">") < at("<h2>Summary"));
+    for word in ["half-width", "claim", "pair"] {
+        assert!(page.contains(&format!("<dt>{word}</dt>")), "{word}");
+    }
+    let served = Page { images: Images::Served { nonce: "n".to_owned() }, ..Page::new("a", "b") };
+    assert!(served.html().contains("The image needs JavaScript") && !served.html().contains("id=\"still\""));
+}
+
+/// The code of a film of 2, whose log-average is middle gray, by the tone of [`rendered`].
+fn page_tone_of_two() -> u8 {
+    (255.0 * srgb_encode(Tone::Agx.display(Rgb::gray(0.18), 1.0).g)).round() as u8
 }
 
 #[test]
