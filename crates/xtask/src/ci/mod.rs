@@ -7,6 +7,7 @@
 mod blender;
 mod end_to_end;
 mod licences;
+mod publishing;
 mod python;
 mod scenes;
 
@@ -38,6 +39,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     alone(shell)?;
     shell.step("licences of the dependencies");
     licences::check(shell)?;
+    shell.step("what crates.io would be given");
+    publishing::check(shell)?;
     shell.step("the program, end to end");
     let program = shell.program()?;
     let room = end_to_end::check(shell, &program)?;
