@@ -155,7 +155,8 @@ impl ToneMap {
     }
 
     /// Red, green, blue and opacity of each pixel as bytes, and the exposure used (stops). Pixels
-    /// that were not rendered, by the second of each pair, are transparent and have no say in the exposure.
+    /// that were not rendered, by the second of each pair, are transparent and have no say in the
+    /// exposure.
     ///
     /// # Errors
     /// As [`Self::validate`].
