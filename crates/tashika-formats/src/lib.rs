@@ -1,5 +1,5 @@
 //! Files of [tashika](https://github.com/tashika-render/tashika), a many-light renderer: scenes from
-//! pbrt, Mitsuba, glTF and Wavefront OBJ, films to and from OpenEXR, pictures to PNG.
+//! pbrt, Mitsuba, glTF, USD and Wavefront OBJ, films to and from OpenEXR, pictures to PNG.
 //!
 //! All is in [`io`]; users of the renderer find it as `tashika::io`, together with the files of
 //! lights.

@@ -170,7 +170,7 @@ impl Scene {
     }
 }
 
-/// Reads a scene file: `.gltf`, `.glb`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes
+/// Reads a scene file: `.gltf`, `.glb`, `.usda`, `.usdc`, `.usd`, `.usdz`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes
 /// `"builtin:room"` or `"builtin:tiny"`.
 ///
 /// `at` is the time in seconds that a scene is loaded as it is at, if anything in its file moves;

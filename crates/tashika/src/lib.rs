@@ -15,7 +15,7 @@
 //!
 //! | to | use |
 //! |---|---|
-//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] says what was approximated |
+//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] says what was approximated |
 //! | make one | [`SceneBuilder`](scene::SceneBuilder); [`scene::builtin`] has two |
 //! | render | [`Renderer`], by any [`MethodName`](request::MethodName); [`Observer`](renderer::Observer) watches and ends it |
 //! | judge what was rendered | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |

@@ -154,7 +154,7 @@ pub struct SceneArgs {
     pub allow_missing: bool,
 
     /// The scene as it is at this time, in seconds, of a file in which things move
-    /// [default: glTF, as it is without its animations; pbrt and Mitsuba, where things are first]
+    /// [default: glTF and USD, as they are without their animations; pbrt and Mitsuba, where things are first]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, help_heading = "Scene")]
     pub at: Option<f64>,
 
@@ -182,7 +182,7 @@ pub struct SceneArgs {
 /// What is looked at, from where, how large.
 #[derive(Debug, ClapArgs)]
 pub struct StageArgs {
-    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
+    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
     /// [default: builtin:room]
     pub scene: Option<String>,
 
@@ -500,7 +500,7 @@ impl Method {
 
 #[derive(Debug, ClapArgs)]
 pub struct InfoArgs {
-    /// Scene file (.gltf, .glb, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
+    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
     /// [default: builtin:room]
     pub scene: Option<String>,
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::features::{Feature, FormatFeatures};
-use super::{SceneFiles, gltf, mitsuba, obj, pbrt};
+use super::{SceneFiles, gltf, mitsuba, obj, pbrt, usd};
 use crate::error::{Error, Location, Result};
 use crate::scene::Scene;
 
@@ -18,7 +18,7 @@ struct Format {
     features: &'static [Feature],
 }
 
-const FORMATS: [Format; 4] = [
+const FORMATS: [Format; 5] = [
     Format {
         name: "pbrt",
         endings: &[("pbrt", "pbrt-v3 and pbrt-v4")],
@@ -42,6 +42,17 @@ const FORMATS: [Format; 4] = [
         endings: &[("obj", "Wavefront OBJ + MTL")],
         load: obj::load,
         features: obj::FEATURES,
+    },
+    Format {
+        name: "USD",
+        endings: &[
+            ("usda", "USD, text"),
+            ("usdc", "USD, binary"),
+            ("usd", "USD, text or binary"),
+            ("usdz", "USD, archive"),
+        ],
+        load: usd::load,
+        features: usd::FEATURES,
     },
 ];
 

@@ -4,6 +4,7 @@
 //! indices against what they index, references against the scene's own folder.
 
 mod assets;
+mod cameras;
 mod checkpoint;
 mod dielectrics;
 mod exr;
@@ -33,6 +34,7 @@ mod shapes;
 mod text;
 mod textures;
 mod udim;
+mod usd;
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@
 use std::collections::BTreeSet;
 use std::f32::consts::PI;
 
-use glam::{Affine3A, DAffine3, DMat3};
+use glam::{Affine3A, DAffine3};
 use gltf::json::camera::Type;
 use gltf::json::validation::Checked;
 
@@ -20,6 +20,7 @@ use super::exposure::Exposure;
 use super::nodes::PlacedNode;
 use super::source::Source;
 use crate::error::{Error, Result};
+use crate::io::cameras::{rigid, unique};
 use crate::io::notes::shown;
 use crate::math::motion::Track;
 use crate::scene::{Camera, Projection, SceneBuilder};
@@ -78,24 +79,4 @@ pub(super) fn add(
         Some(track) => builder.add_camera(camera.moving(track, exposure.shutter)),
         None => builder.add_camera(camera),
     }
-}
-
-/// Where a camera stands and looks, without the scale.
-fn rigid(to_world: &DAffine3) -> Option<DAffine3> {
-    let axes = to_world.matrix3;
-    let back = axes.z_axis.try_normalize()?;
-    let up = (axes.y_axis - back * axes.y_axis.dot(back)).try_normalize()?;
-    let rotation = DMat3::from_cols(up.cross(back), up, back);
-    Some(DAffine3 { matrix3: rotation, translation: to_world.translation })
-}
-
-/// `name`, or `name-2`, `name-3`, … if it is taken.
-fn unique(name: String, names: &mut BTreeSet<String>) -> String {
-    let mut candidate = name.clone();
-    let mut number = 1;
-    while !names.insert(candidate.clone()) {
-        number += 1;
-        candidate = format!("{name}-{number}");
-    }
-    candidate
 }

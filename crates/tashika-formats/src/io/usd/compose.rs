@@ -1,0 +1,479 @@
+//! Prims of the scene, put together from what layers say.
+//!
+//! What is said of a prim is a tree of sites. A site is a path in a stack of layers; below it are
+//! the sites that it is made of, the strongest first: inherited classes, chosen variants,
+//! references, payloads, specialised classes. Of the same kind, what a prim names itself is stronger
+//! than what it has through the prims above it. All opinions in the order of the tree, each site's
+//! layers in theirs, are what a [`Prim`] is.
+//!
+//! # Guarantee
+//! A prim that is made of itself is refused. There are at most [`MAX_SITES`] sites in all, and
+//! prims lie at most [`MAX_DEPTH`] deep in each other.
+//!
+//! # Differences from USD
+//! Classes that a referenced file inherits are those of that file alone; specialised classes are
+//! weaker than what their own site says, not than everything. Shifted times, relocations and clips
+//! are left out.
+//!
+//! Held to this by `usd` of the suite, which compares with Pixar's own library.
+
+use std::cell::Cell;
+use std::rc::Rc;
+
+use super::features::met;
+use super::layer::{PrimSpec, Specifier};
+use super::layers::{LayerId, Layers, StackId};
+use super::prim::Prim;
+use super::value::{ListOp, Reference, Text};
+use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
+use crate::scene::{NoteKind, SceneBuilder};
+
+/// Most sites of a scene, counting each prim that has them.
+const MAX_SITES: u64 = 1 << 23;
+
+/// Deepest prim.
+pub(super) const MAX_DEPTH: usize = 200;
+
+/// How many prims may be made of each other.
+const MAX_CHAIN: usize = 50;
+
+/// Most variant sets of a prim.
+const MAX_VARIANTS: usize = 1000;
+
+/// Why a site is part of a prim, the strongest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Arc {
+    Own,
+    Inherit,
+    Variant,
+    Reference,
+    Payload,
+    Specialize,
+}
+
+/// Where paths of a site are in the scene.
+#[derive(Debug)]
+pub(super) struct Mapping {
+    from: Text,
+    to: Text,
+    /// Whether what is outside of `from` keeps its path, as within the same layers.
+    keeps_others: bool,
+    above: Option<Rc<Mapping>>,
+}
+
+impl Mapping {
+    /// The path in the scene; none for what the scene does not have.
+    pub fn scene_path(&self, path: &str) -> Option<Text> {
+        let rest = path
+            .strip_prefix(&*self.from)
+            .filter(|rest| &*self.from == "/" || rest.is_empty() || rest.starts_with(['/', '.']));
+        let mapped: Text = match rest {
+            Some(_) if &*self.from == "/" && &*self.to == "/" => path.into(),
+            Some(rest) if &*self.from == "/" => format!("{}/{rest}", self.to).into(),
+            Some(rest) => format!("{}{rest}", self.to).into(),
+            None if self.keeps_others => path.into(),
+            None => return None,
+        };
+        match &self.above {
+            Some(above) => above.scene_path(&mapped),
+            None => Some(mapped),
+        }
+    }
+}
+
+/// A site and those that it is made of.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    arc: Arc,
+    stack: StackId,
+    path: Text,
+    /// Layer and prim, the strongest first.
+    specs: Vec<(LayerId, u32)>,
+    mapping: Rc<Mapping>,
+    below: Vec<Node>,
+    /// Names in the path of the prim that named this; more are stronger.
+    depth: usize,
+    /// Variant sets that have been chosen from.
+    chosen: Vec<Text>,
+}
+
+/// Puts prims together.
+pub(super) struct Composer<'f> {
+    pub layers: Layers<'f>,
+    sites: Cell<u64>,
+}
+
+impl<'f> Composer<'f> {
+    pub fn new(layers: Layers<'f>) -> Self {
+        Self { layers, sites: Cell::new(0) }
+    }
+
+    /// What is above all prims.
+    pub fn root(&self) -> Node {
+        self.top(0, Arc::Own, identity())
+    }
+
+    fn top(&self, stack: StackId, arc: Arc, mapping: Rc<Mapping>) -> Node {
+        let specs = self.layers.stack(stack).iter().map(|&layer| (layer, 0)).collect();
+        Node { arc, stack, path: "/".into(), specs, mapping, below: Vec::new(), depth: 0, chosen: Vec::new() }
+    }
+
+    /// The prim of a path of the scene, if there is one.
+    pub fn prim(&mut self, path: &str, builder: &mut SceneBuilder) -> Result<Option<Prim>> {
+        Ok(self.node(path, builder)?.map(|(_, prim)| prim))
+    }
+
+    /// The same with its sites.
+    pub fn node(&mut self, path: &str, builder: &mut SceneBuilder) -> Result<Option<(Node, Prim)>> {
+        let mut node = self.root();
+        for name in path.split('/').filter(|name| !name.is_empty()) {
+            match self.child(&node, name, builder)? {
+                Some(child) => node = child,
+                None => return Ok(None),
+            }
+        }
+        let prim = self.flat(&node);
+        Ok((&*node.path != "/").then_some((node, prim)))
+    }
+
+    /// What is said of the prim that a node is, in order of strength.
+    pub fn flat(&self, node: &Node) -> Prim {
+        fn collect(node: &Node, all: &mut Vec<(LayerId, u32, Rc<Mapping>)>) {
+            all.extend(node.specs.iter().map(|&(layer, prim)| (layer, prim, Rc::clone(&node.mapping))));
+            node.below.iter().for_each(|below| collect(below, all));
+        }
+        let mut opinions = Vec::new();
+        collect(node, &mut opinions);
+        Prim::new(node.path.clone(), opinions)
+    }
+
+    /// Names of the prims below a prim.
+    pub fn children(&self, prim: &Prim) -> Vec<Text> {
+        let mut names = Vec::new();
+        let mut seen = std::collections::BTreeSet::new();
+        // Weaker layers are older: what is added to them comes later.
+        for (layer, spec, _) in prim.opinions().iter().rev() {
+            for (name, _) in &self.layers.spec((*layer, *spec)).children {
+                if seen.insert(name.clone()) {
+                    names.push(name.clone());
+                }
+            }
+        }
+        names
+    }
+
+    /// The prim of that name below another, with all that it is made of.
+    pub fn child(&mut self, parent: &Node, name: &str, builder: &mut SceneBuilder) -> Result<Option<Node>> {
+        let mut node = self.step(parent, name)?;
+        if !has_specs(&node) {
+            return Ok(None);
+        }
+        let chain = &mut Vec::new();
+        self.name_arcs(&mut node, chain, builder)?;
+        self.choose_variants(&mut node, builder)?;
+        Ok(Some(node))
+    }
+
+    /// The same sites one name further, without what they name themselves.
+    fn step(&self, parent: &Node, name: &str) -> Result<Node> {
+        let path: Text = if &*parent.path == "/" {
+            format!("/{name}").into()
+        } else {
+            format!("{}/{name}", parent.path).into()
+        };
+        let specs = parent.specs.iter().filter_map(|&(layer, prim)| {
+            let prim = *self.layers.spec((layer, prim)).by_name.get(name)?;
+            Some((layer, prim))
+        });
+        let specs: Vec<_> = specs.collect();
+        let at = || match specs.first() {
+            Some(&site) => self.layers.at(site, &path),
+            None => Location::default().item(&*path),
+        };
+        self.count(&at)?;
+        let depth = parent.depth;
+        if path.bytes().filter(|b| *b == b'/').count() > MAX_DEPTH {
+            return Err(Error::invalid(
+                at(),
+                "a prim too deep in others",
+                format!("at most {MAX_DEPTH} names"),
+            ));
+        }
+        let below = parent.below.iter().map(|node| self.step(node, name)).collect::<Result<Vec<_>>>()?;
+        // Sites that say nothing of it and will say nothing of prims below it.
+        let below = below.into_iter().filter(has_specs).collect();
+        Ok(Node {
+            arc: parent.arc,
+            stack: parent.stack,
+            path,
+            specs,
+            mapping: Rc::clone(&parent.mapping),
+            below,
+            depth,
+            chosen: Vec::new(),
+        })
+    }
+
+    fn count(&self, at: &dyn Fn() -> Location) -> Result<()> {
+        self.sites.set(self.sites.get() + 1);
+        if self.sites.get() <= MAX_SITES {
+            return Ok(());
+        }
+        let found = format!("prims made of more than {MAX_SITES} others");
+        Err(Error::unsupported(at(), found, "are there references in references without end?"))
+    }
+
+    /// Adds what the sites of a tree name themselves, but for variants.
+    fn name_arcs(
+        &mut self,
+        node: &mut Node,
+        chain: &mut Vec<(StackId, Text)>,
+        builder: &mut SceneBuilder,
+    ) -> Result<()> {
+        chain.push((node.stack, node.path.clone()));
+        let mut result = Ok(());
+        for below in &mut node.below {
+            result = result.and_then(|()| self.name_arcs(below, chain, builder));
+        }
+        result?;
+        self.own_arcs(node, chain, builder)?;
+        chain.pop();
+        Ok(())
+    }
+
+    /// Adds what a site itself names.
+    fn own_arcs(
+        &mut self,
+        node: &mut Node,
+        chain: &mut Vec<(StackId, Text)>,
+        builder: &mut SceneBuilder,
+    ) -> Result<()> {
+        let specs = node.specs.clone();
+        let depth = node.path.bytes().filter(|b| *b == b'/').count();
+        for (arc, select) in [
+            (Arc::Inherit, (|p| &p.inherits) as fn(&PrimSpec) -> &ListOp<Text>),
+            (Arc::Specialize, |p| &p.specializes),
+        ] {
+            for (path, site) in self.listed(&specs, select) {
+                let reference = Reference { prim: path, ..Reference::default() };
+                self.add_site(node, arc, (&reference, site, depth), chain, builder)?;
+            }
+        }
+        for (arc, select) in [
+            (Arc::Reference, (|p| &p.references) as fn(&PrimSpec) -> &ListOp<Reference>),
+            (Arc::Payload, |p| &p.payloads),
+        ] {
+            for (reference, site) in self.listed(&specs, select) {
+                self.add_site(node, arc, (&reference, site, depth), chain, builder)?;
+            }
+        }
+        node.below.sort_by_key(|n| (n.arc, std::cmp::Reverse(n.depth)));
+        Ok(())
+    }
+
+    /// A list that the layers of a site edit, and of each item where it stands.
+    fn listed<T: Clone + PartialEq>(
+        &self,
+        specs: &[(LayerId, u32)],
+        select: fn(&PrimSpec) -> &ListOp<T>,
+    ) -> Vec<(T, (LayerId, u32))> {
+        let mut list = Vec::new();
+        let mut sites: Vec<(T, (LayerId, u32))> = Vec::new();
+        for &site in specs.iter().rev() {
+            let op = select(self.layers.spec(site));
+            op.apply(&mut list);
+            let named = op.explicit.iter().flatten().chain(&op.prepended).chain(&op.appended);
+            for item in named {
+                sites.retain(|(known, _)| known != item);
+                sites.push((item.clone(), site));
+            }
+        }
+        let site_of = |item: &T| sites.iter().find(|(known, _)| known == item).map(|(_, site)| *site);
+        list.into_iter().filter_map(|item| site_of(&item).map(|site| (item, site))).collect()
+    }
+
+    fn add_site(
+        &mut self,
+        node: &mut Node,
+        arc: Arc,
+        (reference, site, depth): (&Reference, (LayerId, u32), usize),
+        chain: &mut Vec<(StackId, Text)>,
+        builder: &mut SceneBuilder,
+    ) -> Result<()> {
+        let at = self.layers.at(site, &node.path);
+        if reference.has_offset {
+            met("composition", "layer offset", at.clone(), builder)?;
+        }
+        let is_inside = reference.asset.is_empty();
+        let stack = if is_inside {
+            node.stack
+        } else {
+            match self.layers.stack_at(&reference.asset, site.0, &at, builder)? {
+                Some(stack) => stack,
+                None => return Ok(()),
+            }
+        };
+        let target = if reference.prim.is_empty() {
+            let root = self.layers.layer(self.layers.stack(stack)[0]);
+            match &root.metadata.default_prim {
+                Some(name) => Text::from(format!("/{}", name.trim_start_matches('/'))),
+                None => {
+                    let message = "references to files without a default prim: left out";
+                    builder.note(NoteKind::Repaired, message, at);
+                    return Ok(());
+                }
+            }
+        } else {
+            reference.prim.clone()
+        };
+        let is_within = |a: &str, b: &str| {
+            a.strip_prefix(b).is_some_and(|rest| rest.is_empty() || rest.starts_with('/') || b == "/")
+        };
+        let is_cycle = |(s, path): &(StackId, Text)| {
+            *s == stack && (is_within(path, &target) || is_within(&target, path))
+        };
+        if chain.iter().any(is_cycle) || chain.len() >= MAX_CHAIN {
+            let found = format!("{:?} made of {}, itself", arc, shown(&target));
+            return Err(Error::invalid(at, found, format!("at most {MAX_CHAIN} prims made of each other")));
+        }
+        let mapping = Rc::new(Mapping {
+            from: target.clone(),
+            to: node.path.clone(),
+            keeps_others: is_inside,
+            above: Some(Rc::clone(&node.mapping)),
+        });
+        let mut found = self.top(stack, arc, mapping);
+        let mut names = target.split('/').filter(|name| !name.is_empty()).peekable();
+        while let Some(name) = names.next() {
+            found = self.step(&found, name)?;
+            self.name_arcs(&mut found, chain, builder)?;
+            // Variants of the prim itself are chosen by all that is said of it.
+            if names.peek().is_some() {
+                self.choose_variants(&mut found, builder)?;
+            }
+        }
+        if !has_specs(&found) {
+            if !matches!(arc, Arc::Inherit | Arc::Specialize) {
+                let message = "references to prims that are not there: left out";
+                builder.note(NoteKind::Repaired, message, at);
+            }
+            return Ok(());
+        }
+        found.depth = depth;
+        node.below.push(found);
+        Ok(())
+    }
+
+    /// Chooses variants until there is no set left to choose from.
+    fn choose_variants(&mut self, root: &mut Node, builder: &mut SceneBuilder) -> Result<()> {
+        for _ in 0..MAX_VARIANTS {
+            let mut selections: Vec<(Text, Text)> = Vec::new();
+            self.selections(root, &mut selections);
+            let mut chain = Vec::new();
+            if !self.choose_one(root, &selections, &mut chain, builder)? {
+                return Ok(());
+            }
+        }
+        let found = format!("more than {MAX_VARIANTS} variant sets of {}", shown(&root.path));
+        Err(Error::unsupported(Location::default().item(&*root.path), found, "use fewer"))
+    }
+
+    /// What is chosen, by the strongest.
+    fn selections(&self, node: &Node, all: &mut Vec<(Text, Text)>) {
+        for &site in &node.specs {
+            for (set, choice) in &self.layers.spec(site).selections {
+                if !all.iter().any(|(known, _)| known == set) {
+                    all.push((set.clone(), choice.clone()));
+                }
+            }
+        }
+        node.below.iter().for_each(|below| self.selections(below, all));
+    }
+
+    /// Chooses from the first set that nothing was chosen from; whether there was one.
+    fn choose_one(
+        &mut self,
+        node: &mut Node,
+        selections: &[(Text, Text)],
+        chain: &mut Vec<(StackId, Text)>,
+        builder: &mut SceneBuilder,
+    ) -> Result<bool> {
+        let sets = node.specs.iter().flat_map(|&site| self.layers.spec(site).variants.keys());
+        let set = sets.filter(|set| !node.chosen.contains(set)).min().cloned();
+        if let Some(set) = set {
+            node.chosen.push(set.clone());
+            let choice = selections.iter().find(|(known, _)| *known == set).map(|(_, choice)| choice);
+            let specs: Vec<(LayerId, u32)> = choice
+                .into_iter()
+                .flat_map(|choice| {
+                    let of = |&(layer, prim): &(LayerId, u32)| {
+                        let index = *self.layers.spec((layer, prim)).variants.get(&set)?.get(choice)?;
+                        Some((layer, index))
+                    };
+                    node.specs.iter().filter_map(of).collect::<Vec<_>>()
+                })
+                .collect();
+            if !specs.is_empty() {
+                let depth = node.path.bytes().filter(|b| *b == b'/').count();
+                let mut variant = Node {
+                    arc: Arc::Variant,
+                    stack: node.stack,
+                    path: node.path.clone(),
+                    specs,
+                    mapping: Rc::clone(&node.mapping),
+                    below: Vec::new(),
+                    depth,
+                    chosen: Vec::new(),
+                };
+                self.name_arcs(&mut variant, chain, builder)?;
+                node.below.push(variant);
+                node.below.sort_by_key(|n| (n.arc, std::cmp::Reverse(n.depth)));
+            }
+            return Ok(true);
+        }
+        chain.push((node.stack, node.path.clone()));
+        let mut result = Ok(false);
+        for below in &mut node.below {
+            result = self.choose_one(below, selections, chain, builder);
+            if !matches!(result, Ok(false)) {
+                break;
+            }
+        }
+        chain.pop();
+        result
+    }
+
+    /// Whether a prim is drawn: defined, active, and no class.
+    pub fn is_defined(&self, prim: &Prim) -> bool {
+        let mut is_defined = false;
+        for &(layer, spec, _) in prim.opinions() {
+            match self.layers.spec((layer, spec)).specifier {
+                Specifier::Over => {}
+                Specifier::Def => is_defined = true,
+                Specifier::Class if !is_defined => return false,
+                Specifier::Class => {}
+            }
+        }
+        is_defined
+    }
+
+    /// What is said of the prims below an instance: only what is said where it comes from.
+    pub fn shared(&self, node: &Node) -> Node {
+        let is_own = |n: &Node| n.depth == node.path.bytes().filter(|b| *b == b'/').count();
+        if !node.below.iter().any(|n| is_own(n) && n.arc != Arc::Variant) {
+            return node.clone();
+        }
+        let below = node.below.iter().filter(|n| is_own(n)).cloned().collect();
+        Node { specs: Vec::new(), below, ..node.clone() }
+    }
+}
+
+/// Whether anything is said.
+fn has_specs(node: &Node) -> bool {
+    !node.specs.is_empty() || node.below.iter().any(has_specs)
+}
+
+fn identity() -> Rc<Mapping> {
+    Rc::new(Mapping { from: "/".into(), to: "/".into(), keeps_others: true, above: None })
+}

@@ -1,0 +1,228 @@
+//! A layer: what one file says of prims, before any of it is put together with others.
+//!
+//! Both encodings become this. Values of a binary file stay where they are until somebody asks for
+//! one ([`Stored`]).
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use super::binary::{Binary, Rep};
+use super::value::{ListOp, Reference, Text, Value};
+use crate::error::{Error, Location, Result};
+
+/// A file.
+#[derive(Debug)]
+pub(super) struct Layer {
+    /// How messages name it.
+    pub name: PathBuf,
+    /// All prims and variants; the first is the file itself, which has the prims at the top.
+    pub prims: Vec<PrimSpec>,
+    pub metadata: Metadata,
+    /// The bytes of a binary file.
+    pub binary: Option<Binary>,
+}
+
+/// What a file says of itself.
+#[derive(Debug, Default)]
+pub(super) struct Metadata {
+    pub default_prim: Option<Text>,
+    pub sublayers: Vec<Text>,
+    /// Whether a sublayer's time is shifted or scaled.
+    pub has_offsets: bool,
+    pub meters_per_unit: Option<f64>,
+    pub up_axis: Option<Text>,
+    pub time_codes_per_second: Option<f64>,
+    pub frames_per_second: Option<f64>,
+}
+
+/// Whether a prim is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Specifier {
+    Def,
+    #[default]
+    Over,
+    Class,
+}
+
+/// What a file says of a prim.
+#[derive(Debug, Default)]
+pub(super) struct PrimSpec {
+    /// Its line, in a text.
+    pub line: Option<u32>,
+    pub specifier: Specifier,
+    pub type_name: Option<Text>,
+    pub active: Option<bool>,
+    pub instanceable: Option<bool>,
+    pub schemas: ListOp<Text>,
+    pub references: ListOp<Reference>,
+    pub payloads: ListOp<Reference>,
+    pub inherits: ListOp<Text>,
+    pub specializes: ListOp<Text>,
+    pub selections: Vec<(Text, Text)>,
+    pub properties: BTreeMap<Text, Property>,
+    /// Indices of the prims below it, in order.
+    pub children: Vec<(Text, u32)>,
+    /// The same by name.
+    pub by_name: BTreeMap<Text, u32>,
+    /// By set and name; what a variant says is a prim of its own.
+    pub variants: BTreeMap<Text, BTreeMap<Text, u32>>,
+}
+
+/// What a file says of an attribute or a relationship.
+#[derive(Debug, Default)]
+pub(super) struct Property {
+    pub line: Option<u32>,
+    pub value: Option<Stored>,
+    /// By time code, which rises.
+    pub samples: Vec<(f64, Stored)>,
+    pub has_spline: bool,
+    /// What a relationship names.
+    pub targets: ListOp<Text>,
+    /// What an attribute takes its value from.
+    pub connections: ListOp<Text>,
+    pub interpolation: Option<Text>,
+    pub element_size: Option<f64>,
+    pub color_space: Option<Text>,
+    /// Of a material binding.
+    pub strength: Option<Text>,
+}
+
+/// A value, or where it is.
+#[derive(Clone, Debug)]
+pub(super) enum Stored {
+    Value(Value),
+    In(Rep),
+}
+
+impl Layer {
+    /// A value of this layer, found at `at`.
+    ///
+    /// # Errors
+    /// If a binary file is damaged there.
+    pub fn value(&self, stored: &Stored, at: &Location) -> Result<Value> {
+        match (stored, &self.binary) {
+            (Stored::Value(value), _) => Ok(value.clone()),
+            (Stored::In(rep), Some(binary)) => binary
+                .value(*rep)
+                .map_err(|wrong| Error::invalid(at.clone(), wrong, "a value inside the file's bytes")),
+            (Stored::In(_), None) => Ok(Value::Other),
+        }
+    }
+
+    /// Adds a prim or a variant and tells its index.
+    pub fn push(&mut self, prim: PrimSpec) -> u32 {
+        self.prims.push(prim);
+        self.prims.len() as u32 - 1
+    }
+
+    /// A place in it.
+    pub fn at(&self, line: Option<u32>, item: &str) -> Location {
+        Location { line, ..Location::file(&self.name) }.item(item)
+    }
+}
+
+impl PrimSpec {
+    /// Puts a prim below it; the first of a name counts.
+    pub fn add_child(&mut self, name: &Text, index: u32) {
+        if !self.by_name.contains_key(name) {
+            self.by_name.insert(name.clone(), index);
+            self.children.push((name.clone(), index));
+        }
+    }
+}
+
+impl Metadata {
+    /// Takes a field, if it is one of these.
+    pub fn set(&mut self, name: &str, value: &Value) {
+        match name {
+            "defaultPrim" => self.default_prim = value.text().cloned(),
+            "metersPerUnit" => self.meters_per_unit = value.number(),
+            "upAxis" => self.up_axis = value.text().cloned(),
+            "timeCodesPerSecond" => self.time_codes_per_second = value.number(),
+            "framesPerSecond" => self.frames_per_second = value.number(),
+            "subLayers" => self.sublayers = value.texts().map(<[Text]>::to_vec).unwrap_or_default(),
+            _ => {}
+        }
+    }
+}
+
+impl PrimSpec {
+    /// Takes a field, if it is one of these.
+    pub fn set(&mut self, name: &str, value: &Value) {
+        let truth = |value: &Value| value.number().map(|n| n != 0.0);
+        match (name, value) {
+            ("active", value) => self.active = truth(value),
+            ("instanceable", value) => self.instanceable = truth(value),
+            ("variants" | "variantSelection", Value::Selections(all)) => self.selections.clone_from(all),
+            ("apiSchemas", Value::Paths(op)) => self.schemas = op.clone(),
+            ("references", Value::References(op)) => self.references = op.clone(),
+            ("payload", Value::References(op)) => self.payloads = op.clone(),
+            ("inherits" | "inheritPaths", Value::Paths(op)) => self.inherits = op.clone(),
+            ("specializes", Value::Paths(op)) => self.specializes = op.clone(),
+            ("typeName", value) => {
+                self.type_name = value.text().filter(|t| !t.is_empty() && &***t != "__AnyType__").cloned();
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Property {
+    /// Takes a field, if it is one of these.
+    pub fn set(&mut self, name: &str, value: &Value) {
+        match name {
+            "interpolation" => self.interpolation = value.text().cloned(),
+            "elementSize" => self.element_size = value.number(),
+            "colorSpace" => self.color_space = value.text().cloned(),
+            "bindMaterialAs" => self.strength = value.text().cloned(),
+            _ => {}
+        }
+    }
+}
+
+/// A path as it stands below a prim, made absolute: `../B` below `/A/C` is `/A/B`.
+pub(super) fn absolute(path: &str, prim: &str) -> Text {
+    if path.starts_with('/') {
+        return path.into();
+    }
+    let (steps, property) = path.split_once('.').map_or((path, None), |(a, b)| {
+        // `..` is no property.
+        if path.starts_with("..") { (path, None) } else { (a, Some(b)) }
+    });
+    let mut names: Vec<&str> = prim.split('/').filter(|n| !n.is_empty()).collect();
+    for step in steps.split('/').filter(|s| !s.is_empty()) {
+        match step.strip_prefix("..") {
+            Some(rest) => {
+                names.pop();
+                if let Some(property) = rest.strip_prefix('.') {
+                    return format!("/{}.{property}", names.join("/")).into();
+                }
+            }
+            None => names.push(step),
+        }
+    }
+    match property {
+        Some(property) => format!("/{}.{property}", names.join("/")).into(),
+        None => format!("/{}", names.join("/")).into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_below_a_prim_become_absolute() {
+        for (path, expected) in [
+            ("/X/Y", "/X/Y"),
+            ("../B", "/A/B"),
+            ("D", "/A/C/D"),
+            (".inputs:a", "/A/C.inputs:a"),
+            ("../B.out", "/A/B.out"),
+            ("..", "/A"),
+            ("../../../..", "/"),
+        ] {
+            assert_eq!(&*absolute(path, "/A/C"), expected, "{path}");
+        }
+    }
+}

@@ -1,0 +1,360 @@
+//! Lights: colour, strength and shape.
+//!
+//! The radiance of a light is
+//!
+//! ```text
+//! L = color · intensity · 2^exposure · blackbody(colorTemperature) / sizeFactor
+//! ```
+//!
+//! number by number, a nit for a W·m⁻²·sr⁻¹: the factor between them is the same for all lights of a
+//! scene and left to exposure. `blackbody` has luminance 1. `sizeFactor` is 1 unless `normalize` is
+//! on; then it is the light's area in the scene's own units, so that pictures do not depend on how
+//! long those are; of a distant light `π sin²(angle / 2)`.
+//!
+//! | light | becomes |
+//! |---|---|
+//! | `RectLight`, `DiskLight` | a surface that shines along its `−z` |
+//! | `SphereLight`, `CylinderLight` | a surface that shines outward; the cylinder has its axis along `x` and no ends |
+//! | `SphereLight` with `treatAsPoint`, a cone, a profile or no radius | a point or a spot of intensity `L A / 4`, `A` being its area |
+//! | `DistantLight` | parallel light of irradiance `L π sin²(angle / 2)` |
+//! | `DomeLight` | what is seen where no surface is |
+//!
+//! Held to this by `usd_lights` of the suite.
+
+use std::f32::consts::PI;
+
+use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};
+
+use super::Stage;
+use super::features::met;
+use super::prim::Prim;
+use super::shapes::{unit_cylinder, unit_disk, unit_sphere};
+use super::walk::{Placed, State};
+use crate::color::Rgb;
+use crate::color::spectrum::blackbody_rgb;
+use crate::error::{Error, Result};
+use crate::io::assets::reason;
+use crate::io::images::Encoding;
+use crate::io::lights::{NOT_FINITE, add_image_light};
+use crate::io::{ies, shapes};
+use crate::math::elementary::{powf, sin_cos};
+use crate::scene::{
+    ColorInput, Emission, Emitter, Environment, Falloff, FalloffShape, Material, MeshData, NoteKind, Surface,
+};
+
+/// Least difference of the cosines between which a spot fades.
+const MIN_FADING: f32 = 1e-4;
+
+/// What lights have in common.
+struct Shine {
+    /// Without its size factor.
+    radiance: Rgb,
+    is_normalized: bool,
+}
+
+impl Stage<'_> {
+    /// Adds a light.
+    pub fn add_light(
+        &mut self,
+        prim: &Prim,
+        kind: &str,
+        state: &State,
+        placed: &mut Vec<Placed>,
+    ) -> Result<()> {
+        let at = self.at(prim);
+        for name in ["inputs:diffuse", "inputs:specular"] {
+            if self.number_or(prim, name, 1.0)? != 1.0 {
+                met("light", name, self.at_property(prim, name), &mut self.builder)?;
+            }
+        }
+        for (name, row) in [
+            ("light:filters", "light:filters"),
+            ("collection:lightLink:includes", "collection:lightLink"),
+            ("collection:lightLink:excludes", "collection:lightLink"),
+            ("collection:shadowLink:includes", "collection:lightLink"),
+            ("collection:shadowLink:excludes", "collection:lightLink"),
+        ] {
+            if !self.targets(prim, name).is_empty() {
+                met("light", row, self.at_property(prim, name), &mut self.builder)?;
+            }
+        }
+        let shine = self.shine(prim)?;
+        if !shine.radiance.is_valid() {
+            let found = format!("a light of radiance {:?}", shine.radiance.to_array());
+            return Err(Error::invalid(at, found, "finite numbers of at least 0"));
+        }
+        match kind {
+            "DistantLight" => self.distant(prim, &shine, state),
+            "DomeLight" | "DomeLight_1" => self.dome(prim, kind, &shine, state),
+            "SphereLight" => self.sphere(prim, &shine, state, placed),
+            kind => {
+                if self.shaping(prim)?.is_some() {
+                    met("light", "shaping of other lights", at, &mut self.builder)?;
+                }
+                self.area(prim, kind, &shine, state, placed)
+            }
+        }
+    }
+
+    /// An input of a light, as it is called now or was before.
+    fn light_number(&mut self, prim: &Prim, name: &str, fallback: f64) -> Result<f64> {
+        match self.number(prim, &format!("inputs:{name}"))? {
+            Some(number) => Ok(number),
+            None => self.number_or(prim, name, fallback),
+        }
+    }
+
+    fn shine(&mut self, prim: &Prim) -> Result<Shine> {
+        let is_distant = &*self.type_name(prim) == "DistantLight";
+        let intensity = self.light_number(prim, "intensity", if is_distant { 50_000.0 } else { 1.0 })?;
+        let exposure = self.light_number(prim, "exposure", 0.0)?;
+        let color = match self.tuple::<3>(prim, "inputs:color")? {
+            Some(color) => Some(color),
+            None => self.tuple::<3>(prim, "color")?,
+        };
+        let mut radiance = Rgb::from(color.unwrap_or([1.0; 3]).map(|c| c as f32));
+        radiance *= intensity as f32 * powf(2.0, exposure as f32);
+        if self.light_number(prim, "enableColorTemperature", 0.0)? != 0.0 {
+            let kelvin = self.light_number(prim, "colorTemperature", 6500.0)?.clamp(1000.0, 10_000.0);
+            radiance = radiance * blackbody_rgb(kelvin as f32).unwrap_or(Rgb::WHITE);
+        }
+        Ok(Shine { radiance, is_normalized: self.light_number(prim, "normalize", 0.0)? != 0.0 })
+    }
+
+    fn distant(&mut self, prim: &Prim, shine: &Shine, state: &State) -> Result<()> {
+        if state.is_prototype {
+            return met("light", "light of a prototype", self.at(prim), &mut self.builder);
+        }
+        let angle = self.light_number(prim, "angle", 0.53)?.clamp(0.0, 360.0) as f32;
+        let (sin, _) = sin_cos(0.5 * angle.to_radians());
+        let size = if angle <= 180.0 { PI * sin * sin } else { PI * (2.0 - sin * sin) };
+        if angle > 0.0 {
+            met("light", "inputs:angle", self.at(prim), &mut self.builder)?;
+        }
+        let irradiance =
+            if shine.is_normalized || angle == 0.0 { shine.radiance } else { shine.radiance * size };
+        let direction = self.axis(prim, state)?;
+        self.builder.begin_light(&*prim.path);
+        self.builder.add_emitter(Emitter::Directional { direction, irradiance })
+    }
+
+    /// Where a light looks.
+    fn axis(&self, prim: &Prim, state: &State) -> Result<Vec3> {
+        let axis = state.to_world.transform_vector3(DVec3::NEG_Z).try_normalize();
+        axis.map(|axis| axis.as_vec3().normalize()).ok_or_else(|| {
+            Error::invalid(
+                self.at(prim),
+                "a light with a transform that loses its direction",
+                "one that keeps it",
+            )
+        })
+    }
+
+    fn dome(&mut self, prim: &Prim, kind: &str, shine: &Shine, state: &State) -> Result<()> {
+        let at = self.at(prim);
+        if state.is_prototype {
+            return met("light", "light of a prototype", at, &mut self.builder);
+        }
+        let texture = match self.asset(prim, "inputs:texture:file")? {
+            Some(texture) => Some(texture),
+            None => self.asset(prim, "texture:file")?,
+        };
+        let format = self.word(prim, "inputs:texture:format")?;
+        let Some((file, layer)) = texture else {
+            self.surroundings.constant += shine.radiance;
+            return Ok(());
+        };
+        if !matches!(format.as_deref(), None | Some("automatic" | "latlong")) {
+            met("light", "inputs:texture:format", at, &mut self.builder)?;
+            self.surroundings.constant += shine.radiance;
+            return Ok(());
+        }
+        if self.surroundings.map.is_some() {
+            return met("light", "second DomeLight texture", at, &mut self.builder);
+        }
+        let Some(image) = self.picture_itself(&file, layer, &at)? else { return Ok(()) };
+        // The pole is the light's y, or what `poleAxis` says; the middle of the map is at z, or at −y.
+        let pole = self.word(prim, "poleAxis")?;
+        let is_z_up = match pole.as_deref() {
+            Some("Y") => false,
+            Some("Z") => true,
+            _ => self.is_z_up,
+        };
+        let frame = if kind == "DomeLight_1" && is_z_up {
+            Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y)
+        } else {
+            Mat3::IDENTITY
+        };
+        let turn = rotation(&state.to_world).ok_or_else(|| {
+            Error::invalid(at, "a light with a transform that flattens space", "one that can be inverted")
+        })?;
+        let half_turn = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0));
+        self.surroundings.map = Some(Environment::lat_long(image, shine.radiance, turn * frame * half_turn));
+        Ok(())
+    }
+
+    fn sphere(&mut self, prim: &Prim, shine: &Shine, state: &State, placed: &mut Vec<Placed>) -> Result<()> {
+        let at = self.at(prim);
+        let radius = self.light_number(prim, "radius", 0.5)?;
+        let profile = match self.asset(prim, "inputs:shaping:ies:file")? {
+            Some(profile) => Some(profile),
+            None => self.asset(prim, "shaping:ies:file")?,
+        };
+        let is_point = self.is_true(prim, "treatAsPoint")?;
+        let cone = self.shaping(prim)?;
+        if !is_point && radius > 0.0 && profile.is_none() && cone.is_none() {
+            return self.area(prim, "SphereLight", shine, state, placed);
+        }
+        if state.is_prototype {
+            return met("light", "light of a prototype", at, &mut self.builder);
+        }
+        if profile.is_some() {
+            met("light", "inputs:shaping:ies:file", at.clone(), &mut self.builder)?;
+        } else if cone.is_some() {
+            met("light", "inputs:shaping:cone:angle", at.clone(), &mut self.builder)?;
+        }
+        // A sphere of area A and radiance L has the intensity L A / 4, and in the units of the scene
+        // the area that `normalize` divides by.
+        let units = self.meters_per_unit * self.meters_per_unit;
+        let area = if radius > 0.0 {
+            area_of(&unit_sphere(&at)?, state.to_world.matrix3 * DMat3::from_diagonal(DVec3::splat(radius)))
+        } else {
+            units
+        };
+        let area = if shine.is_normalized || radius <= 0.0 { units } else { area };
+        let intensity = shine.radiance * (0.25 * area) as f32;
+        let position = state.to_world.translation.as_vec3();
+        if !(position.is_finite() && intensity.is_valid()) {
+            self.builder.note(NoteKind::Repaired, NOT_FINITE, at);
+            return Ok(());
+        }
+        self.builder.begin_light(&*prim.path);
+        if let Some((file, layer)) = profile {
+            let place = self.composer.layers.place(&file, layer);
+            let map =
+                self.composer.layers.read(&place, &at).and_then(|bytes| ies::decode(bytes.get(), &file, &at));
+            let map = match map {
+                Ok(Some(map)) => std::sync::Arc::new(map),
+                Ok(None) => return Ok(()),
+                Err(error) => {
+                    let message =
+                        format!("light profile {file:?} could not be read ({}): left out", reason(&error));
+                    self.builder.note(crate::io::assets::kind(&error), message, at);
+                    return Ok(());
+                }
+            };
+            // The lamp looks down along −z.
+            let frame = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y);
+            let turn = rotation(&state.to_world).unwrap_or(Mat3::IDENTITY) * frame;
+            return add_image_light(&mut self.builder, &map, (position, turn), intensity, at);
+        }
+        match cone {
+            Some(falloff) => {
+                let axis = self.axis(prim, state)?;
+                self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff })
+            }
+            None => self.builder.add_emitter(Emitter::Point { position, intensity }),
+        }
+    }
+
+    /// The cone that a light shines in, if it is in one.
+    fn shaping(&mut self, prim: &Prim) -> Result<Option<Falloff>> {
+        if self.light_number(prim, "shaping:focus", 0.0)? != 0.0 {
+            met("light", "inputs:shaping:focus", self.at(prim), &mut self.builder)?;
+        }
+        let angle = self.light_number(prim, "shaping:cone:angle", 180.0)?;
+        if angle >= 180.0 {
+            return Ok(None);
+        }
+        let softness = self.light_number(prim, "shaping:cone:softness", 0.0)?.clamp(0.0, 1.0);
+        let cos = |degrees: f64| sin_cos(degrees.to_radians() as f32).1;
+        let cos_outer = cos(angle.max(0.0)).clamp(-1.0, 1.0 - MIN_FADING);
+        let cos_inner = cos(angle.max(0.0) * (1.0 - softness)).clamp(cos_outer + MIN_FADING, 1.0);
+        Ok(Some(Falloff { cos_inner, cos_outer, shape: FalloffShape::Smoothstep }))
+    }
+
+    /// A light that is a surface.
+    fn area(
+        &mut self,
+        prim: &Prim,
+        kind: &str,
+        shine: &Shine,
+        state: &State,
+        placed: &mut Vec<Placed>,
+    ) -> Result<()> {
+        let at = self.at(prim);
+        let size = |stage: &mut Self, name: &str, fallback: f64| -> Result<f64> {
+            let size = stage.light_number(prim, name, fallback)?;
+            if size > 0.0 {
+                return Ok(size);
+            }
+            let found = format!("{name} {size}");
+            Err(Error::invalid(stage.at_property(prim, &format!("inputs:{name}")), found, "a number above 0"))
+        };
+        // Half a turn about y: what faces up shines along −z.
+        let down = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
+        let (data, to_light) = match kind {
+            "RectLight" => {
+                let sides = [size(self, "width", 1.0)?, size(self, "height", 1.0)?].map(|side| 0.5 * side);
+                let mut data = shapes::rectangle();
+                data.flip_v();
+                (data, down * DMat3::from_diagonal(DVec3::new(sides[0], sides[1], 1.0)))
+            }
+            "DiskLight" => {
+                let radius = size(self, "radius", 0.5)?;
+                (unit_disk(&at)?, down * DMat3::from_diagonal(DVec3::new(radius, radius, 1.0)))
+            }
+            "CylinderLight" => {
+                let (radius, length) = (size(self, "radius", 0.5)?, size(self, "length", 1.0)?);
+                let along_x = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
+                (
+                    unit_cylinder(&at)?,
+                    along_x * DMat3::from_diagonal(DVec3::new(radius, radius, 0.5 * length)),
+                )
+            }
+            _ => (unit_sphere(&at)?, DMat3::from_diagonal(DVec3::splat(size(self, "radius", 0.5)?))),
+        };
+        let to_world = state.to_world * DAffine3::from_mat3(to_light);
+        let mut factor = shine.radiance;
+        if shine.is_normalized {
+            let units = self.meters_per_unit * self.meters_per_unit;
+            factor *= (units / area_of(&data, to_world.matrix3)) as f32;
+        }
+        if !factor.is_valid() {
+            self.builder.note(NoteKind::Repaired, NOT_FINITE, at);
+            return Ok(());
+        }
+        let texture = match self.asset(prim, "inputs:texture:file")? {
+            Some((file, layer)) if kind == "RectLight" => {
+                self.whole_texture(&file, layer, Encoding::Srgb, &at)?
+            }
+            _ => None,
+        };
+        let emission = Emission { radiance: ColorInput { factor, texture }, two_sided: false };
+        let surface = Surface::Lambert { reflectance: Rgb::BLACK.into() };
+        let material = Material { emission: Some(emission), ..Material::new(prim.path.to_string(), surface) };
+        let material = self.builder.add_material(material)?;
+        let mesh = self.builder.add_mesh(MeshData { name: prim.path.to_string(), ..data }, material)?;
+        placed.push(Placed { object: prim.path.clone(), mesh, to_world });
+        Ok(())
+    }
+}
+
+/// The axes of a map made orthonormal, the third first.
+fn rotation(to_world: &DAffine3) -> Option<Mat3> {
+    let axes = to_world.matrix3;
+    let z = axes.z_axis.try_normalize()?;
+    let y = (axes.y_axis - z * axes.y_axis.dot(z)).try_normalize()?;
+    let x = (axes.x_axis - z * axes.x_axis.dot(z) - y * axes.x_axis.dot(y)).try_normalize()?;
+    Some(DMat3::from_cols(x, y, z).as_mat3())
+}
+
+/// Area of a mesh after a map.
+fn area_of(mesh: &MeshData, map: DMat3) -> f64 {
+    let corner = |i: u32| map * mesh.positions[i as usize].as_dvec3();
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(corner);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    mesh.triangles.iter().map(of).sum()
+}

@@ -1,0 +1,154 @@
+//! USD scenes: `.usda` (text), `.usdc` (binary), `.usd` (either) and `.usdz` (archives).[^usd]
+//!
+//! What becomes of what a file may hold is the table [`FEATURES`]; notes and errors have its words.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`text`], [`binary`], [`package`] | bytes into layers |
+//! | [`value`], [`layer`] | what a layer says |
+//! | [`layers`], [`compose`], [`prim`] | layers into prims, and their values |
+//! | [`walk`], [`xform`] | what is drawn, and where |
+//! | [`meshes`], [`primvars`], [`shapes`], [`instancer`] | geometry |
+//! | [`materials`], [`network`], [`textures`] | materials |
+//! | [`cameras`], [`lights`] | cameras and lights |
+//! | [`features`] | the table |
+//!
+//! # Guarantee
+//! No file makes the loader panic. What it allocates is bounded by the bytes that are there and by
+//! [`LoadOptions`](super::LoadOptions). What cannot be read is an error that names file, line or
+//! prim, value and expectation; a file that is missing is noted, see
+//! [`load_scene`](super::load_scene).
+//!
+//! # Held to this by
+//! The test modules `usd`, `usd_*` and `damaged_usd`.
+//!
+//! [^usd]: Pixar Animation Studios. "Universal Scene Description." 2016, and the Alliance for OpenUSD.
+//!     "Core Specification 1.0." 2025.
+
+mod binary;
+mod cameras;
+mod compose;
+mod features;
+mod instancer;
+mod layer;
+mod layers;
+mod lights;
+mod materials;
+mod meshes;
+mod network;
+mod package;
+mod prim;
+mod primvars;
+mod shapes;
+mod text;
+mod textures;
+mod value;
+mod walk;
+mod xform;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use self::compose::Composer;
+use self::layers::Layers;
+use self::materials::Materials;
+use self::meshes::MeshKey;
+use self::textures::Packed;
+use self::walk::State;
+use super::SceneFiles;
+use super::assets::ImageCache;
+use super::lights::Surroundings;
+use super::limits::Budget;
+use super::notes::Named;
+use crate::error::{Error, Location, Result};
+use crate::scene::{MaterialId, MeshId, Scene, SceneBuilder};
+
+pub(super) use self::features::FEATURES;
+
+/// What the format has where nothing is said: a unit is a centimetre (m).
+const METERS_PER_UNIT: f64 = 0.01;
+
+/// The same of time codes in a second.
+const CODES_PER_SECOND: f64 = 24.0;
+
+/// A scene being read.
+struct Stage<'f> {
+    composer: Composer<'f>,
+    builder: SceneBuilder,
+    origin: Location,
+    /// The time code that is asked for.
+    time: Option<f64>,
+    codes_per_second: f64,
+    meters_per_unit: f64,
+    is_z_up: bool,
+    /// From the scene's units and axes to metres and `+y` up.
+    to_world: DAffine3,
+    images: ImageCache<'f>,
+    packed: Packed,
+    materials: Materials,
+    meshes: BTreeMap<MeshKey, Vec<MeshId>>,
+    shapes: BTreeMap<(String, MaterialId), MeshId>,
+    surroundings: Surroundings,
+    camera_names: BTreeSet<String>,
+    named: Named,
+    value_budget: Budget,
+    geometry_budget: Budget,
+    image_budget: Budget,
+}
+
+/// Reads a USD scene.
+pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
+    let origin = Location::file(files.path());
+    let mut builder = SceneBuilder::new(files.name(), origin.clone());
+    let layers = Layers::open(files, &mut builder)?;
+    let metadata = &layers.layer(layers.stack(0)[0]).metadata;
+    let codes_per_second = metadata.time_codes_per_second.or(metadata.frames_per_second);
+    let codes_per_second = positive("timeCodesPerSecond", codes_per_second, CODES_PER_SECOND, &origin)?;
+    let meters_per_unit = positive("metersPerUnit", metadata.meters_per_unit, METERS_PER_UNIT, &origin)?;
+    let is_z_up = metadata.up_axis.as_ref().is_some_and(|axis| &**axis == "Z");
+    let upright = if is_z_up { DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y) } else { DMat3::IDENTITY };
+    let to_world = DAffine3::from_mat3(upright * DMat3::from_diagonal(DVec3::splat(meters_per_unit)));
+    let limit = files.options().max_file_bytes;
+    let mut stage = Stage {
+        composer: Composer::new(layers),
+        builder,
+        origin,
+        time: files.options().time().map(|seconds| seconds * codes_per_second),
+        codes_per_second,
+        meters_per_unit,
+        is_z_up,
+        to_world,
+        images: ImageCache::new(files),
+        packed: Packed::new(),
+        materials: Materials::default(),
+        meshes: BTreeMap::new(),
+        shapes: BTreeMap::new(),
+        surroundings: Surroundings::default(),
+        camera_names: BTreeSet::new(),
+        named: Named::new(features::MAX_UNKNOWN),
+        value_budget: Budget::new(limit, "values"),
+        geometry_budget: Budget::new(limit, "geometry"),
+        image_budget: Budget::new(limit, "images"),
+    };
+    let root = stage.composer.root();
+    stage.walk(&root, &State::new(to_world), &mut Vec::new())?;
+    if stage.surroundings.hides_constant() {
+        // A light without a texture beside one that has it adds to nothing that is seen.
+        let at = stage.origin.clone();
+        features::met("light", "second DomeLight texture", at, &mut stage.builder)?;
+    }
+    std::mem::take(&mut stage.surroundings).finish(&mut stage.builder)?;
+    stage.builder.build()
+}
+
+/// A field of the scene that is above 0, or what the format has without it.
+fn positive(name: &str, said: Option<f64>, fallback: f64, origin: &Location) -> Result<f64> {
+    match said {
+        None => Ok(fallback),
+        Some(number) if number > 0.0 && number.is_finite() => Ok(number),
+        Some(number) => {
+            Err(Error::invalid(origin.clone().item(name), format!("{number}"), "a finite number above 0"))
+        }
+    }
+}

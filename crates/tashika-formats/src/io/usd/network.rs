@@ -1,0 +1,76 @@
+//! Shading networks: where an input has its value from.
+
+use super::Stage;
+use super::prim::Prim;
+use super::value::{Text, Value};
+use crate::error::Result;
+
+/// Most connections from one to the next.
+const MAX_STEPS: usize = 64;
+
+/// What an input has.
+pub(super) enum Source {
+    Value(Value),
+    /// An output of a shader.
+    Output(Prim, Text),
+}
+
+impl Stage<'_> {
+    /// What a property of a material or a shader has, through node graphs and their inputs.
+    pub fn source(&mut self, prim: &Prim, name: &str) -> Result<Option<Source>> {
+        let (mut prim, mut name) = (prim.clone(), Text::from(name));
+        for _ in 0..MAX_STEPS {
+            let Some(path) = self.connections(&prim, &name).into_iter().next() else {
+                return Ok(self.value(&prim, &name)?.map(Source::Value));
+            };
+            let next = match path.rsplit_once('.') {
+                Some((owner, property)) => {
+                    let owner = self.composer.prim(owner, &mut self.builder)?;
+                    owner.map(|owner| (owner, Text::from(property)))
+                }
+                None => None,
+            };
+            let Some((owner, property)) = next else {
+                return Ok(self.value(&prim, &name)?.map(Source::Value));
+            };
+            if &*self.type_name(&owner) == "Shader" && property.starts_with("outputs:") {
+                let output = property.strip_prefix("outputs:").unwrap_or_default().into();
+                return Ok(Some(Source::Output(owner, output)));
+            }
+            (prim, name) = (owner, property);
+        }
+        Ok(None)
+    }
+
+    /// Which shader a prim is.
+    pub fn shader(&mut self, prim: &Prim) -> Result<Text> {
+        Ok(self.word(prim, "info:id")?.unwrap_or_default())
+    }
+
+    /// The value of an input that no shader gives.
+    pub fn plain_input(&mut self, prim: &Prim, name: &str) -> Result<Option<Value>> {
+        Ok(match self.source(prim, name)? {
+            Some(Source::Value(value)) => Some(value),
+            _ => None,
+        })
+    }
+
+    pub fn input_number(&mut self, prim: &Prim, name: &str, fallback: f64) -> Result<f64> {
+        let number = self.plain_input(prim, name)?.and_then(|value| value.number());
+        Ok(number.filter(|n| n.is_finite()).unwrap_or(fallback))
+    }
+
+    pub fn input_tuple<const N: usize>(
+        &mut self,
+        prim: &Prim,
+        name: &str,
+        fallback: [f64; N],
+    ) -> Result<[f64; N]> {
+        let tuple = self.plain_input(prim, name)?.and_then(|value| value.tuple::<N>());
+        Ok(tuple.filter(|all| all.iter().all(|n| n.is_finite())).unwrap_or(fallback))
+    }
+
+    pub fn input_word(&mut self, prim: &Prim, name: &str) -> Result<Option<Text>> {
+        Ok(self.plain_input(prim, name)?.and_then(|value| value.text().cloned()))
+    }
+}

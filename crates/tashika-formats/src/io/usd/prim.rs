@@ -1,0 +1,234 @@
+//! A prim of the scene and the values that its opinions come to.
+//!
+//! Of a value the strongest opinion counts. Without a time it is the default, or where nobody gives
+//! one the first of what changes with time; at a time `t` it is what changes, between two times
+//! linearly where numbers are alike, else as before it.
+//!
+//! Held to this by `usd` of the suite.
+
+use std::rc::Rc;
+
+use super::Stage;
+use super::compose::Mapping;
+use super::features::met;
+use super::layer::{Property, Stored};
+use super::layers::LayerId;
+use super::value::{ListOp, Text, Value};
+use crate::error::{Location, Result};
+
+/// What is said of a prim, the strongest first: layer, prim in it, and where its paths are in the
+/// scene.
+type Opinion = (LayerId, u32, Rc<Mapping>);
+
+/// A prim of the scene.
+#[derive(Clone, Debug)]
+pub(super) struct Prim {
+    pub path: Text,
+    opinions: Vec<Opinion>,
+}
+
+impl Prim {
+    pub fn new(path: Text, opinions: Vec<Opinion>) -> Self {
+        Self { path, opinions }
+    }
+
+    pub fn opinions(&self) -> &[Opinion] {
+        &self.opinions
+    }
+
+    /// Its own name.
+    pub fn name(&self) -> &str {
+        self.path.rsplit('/').next().unwrap_or_default()
+    }
+
+    /// What tells prims apart that the same is said of.
+    pub fn identity(&self) -> Vec<(LayerId, u32)> {
+        self.opinions.iter().map(|&(layer, prim, _)| (layer, prim)).collect()
+    }
+}
+
+impl Stage<'_> {
+    fn strongest<T>(&self, prim: &Prim, mut of: impl FnMut(LayerId, u32) -> Option<T>) -> Option<T> {
+        prim.opinions.iter().find_map(|&(layer, spec, _)| of(layer, spec))
+    }
+
+    pub fn type_name(&self, prim: &Prim) -> Text {
+        let layers = &self.composer.layers;
+        self.strongest(prim, |l, s| layers.spec((l, s)).type_name.clone()).unwrap_or_default()
+    }
+
+    pub fn is_active(&self, prim: &Prim) -> bool {
+        let layers = &self.composer.layers;
+        self.strongest(prim, |l, s| layers.spec((l, s)).active).unwrap_or(true)
+    }
+
+    pub fn is_instance(&self, prim: &Prim) -> bool {
+        let layers = &self.composer.layers;
+        self.strongest(prim, |l, s| layers.spec((l, s)).instanceable).unwrap_or(false)
+    }
+
+    /// Whether a schema is applied to it.
+    pub fn has_schema(&self, prim: &Prim, name: &str) -> bool {
+        let mut all: Vec<Text> = Vec::new();
+        for &(layer, spec, _) in prim.opinions.iter().rev() {
+            self.composer.layers.spec((layer, spec)).schemas.apply(&mut all);
+        }
+        all.iter().any(|schema| &**schema == name)
+    }
+
+    /// Where a prim stands.
+    pub fn at(&self, prim: &Prim) -> Location {
+        match prim.opinions.first() {
+            Some(&(layer, spec, _)) => self.composer.layers.at((layer, spec), &prim.path),
+            None => Location::default().item(&*prim.path),
+        }
+    }
+
+    /// Where a property of a prim stands, or the prim.
+    pub fn at_property(&self, prim: &Prim, name: &str) -> Location {
+        let layers = &self.composer.layers;
+        let found = self.strongest(prim, |l, s| {
+            let line = layers.spec((l, s)).properties.get(name)?.line;
+            Some(layers.layer(l).at(line, &format!("{}.{name}", prim.path)))
+        });
+        found.unwrap_or_else(|| self.at(prim))
+    }
+
+    /// What the strongest that says it says of a property.
+    pub fn field<T>(&self, prim: &Prim, name: &str, of: impl Fn(&Property) -> Option<T>) -> Option<T> {
+        let layers = &self.composer.layers;
+        self.strongest(prim, |l, s| layers.spec((l, s)).properties.get(name).and_then(&of))
+    }
+
+    /// Names of the properties that anything is said of.
+    pub fn properties(&self, prim: &Prim) -> Vec<Text> {
+        let layers = &self.composer.layers;
+        let all = prim.opinions.iter().flat_map(|&(l, s, _)| layers.spec((l, s)).properties.keys().cloned());
+        let mut all: Vec<Text> = all.collect();
+        all.sort();
+        all.dedup();
+        all
+    }
+
+    /// The value of an attribute.
+    pub fn value(&mut self, prim: &Prim, name: &str) -> Result<Option<Value>> {
+        // Which opinion changes with time, if that counts.
+        let mut changing: Option<(LayerId, u32)> = None;
+        for &(layer, spec, _) in &prim.opinions {
+            let layers = &self.composer.layers;
+            let Some(property) = layers.spec((layer, spec)).properties.get(name) else { continue };
+            let span = [property.samples.first(), property.samples.last()];
+            let span = span.map(|sample| sample.map(|(code, _)| code / self.codes_per_second));
+            let (own, has_spline) = (property.value.clone(), property.has_spline);
+            if let [Some(first), Some(last)] = span {
+                self.builder.add_animated_seconds([first, last]);
+                if self.time.is_some() {
+                    changing = Some((layer, spec));
+                    break;
+                }
+                changing = changing.or(Some((layer, spec)));
+            }
+            if has_spline {
+                met("attribute", "spline", self.at_property(prim, name), &mut self.builder)?;
+            }
+            if let Some(stored) = own {
+                return self.stored(layer, &stored, prim, name).map(not_blocked);
+            }
+        }
+        let Some((layer, spec)) = changing else { return Ok(None) };
+        if self.time.is_none() {
+            met("attribute", "timeSamples", self.at_property(prim, name), &mut self.builder)?;
+        }
+        let time = self.time.unwrap_or(f64::NEG_INFINITY);
+        let samples = &self.composer.layers.spec((layer, spec)).properties[name].samples;
+        let after = samples.partition_point(|(t, _)| *t <= time);
+        let before = samples[after.saturating_sub(1)].clone();
+        let next = samples.get(after).filter(|_| after > 0).cloned();
+        let value = self.stored(layer, &before.1, prim, name)?;
+        if let Some((code, next)) = next {
+            let other = self.stored(layer, &next, prim, name)?;
+            if let Some(between) = value.between(&other, (time - before.0) / (code - before.0)) {
+                return Ok(Some(between));
+            }
+        }
+        Ok(not_blocked(value))
+    }
+
+    fn stored(&mut self, layer: LayerId, stored: &Stored, prim: &Prim, name: &str) -> Result<Value> {
+        let at = self.at_property(prim, name);
+        let value = self.composer.layers.layer(layer).value(stored, &at)?;
+        self.value_budget.take(value.bytes(), &at)?;
+        Ok(value)
+    }
+
+    /// A number, if there is one that is finite.
+    pub fn number(&mut self, prim: &Prim, name: &str) -> Result<Option<f64>> {
+        Ok(self.value(prim, name)?.and_then(|value| value.number()).filter(|n| n.is_finite()))
+    }
+
+    /// The same with what it is where nobody says it.
+    pub fn number_or(&mut self, prim: &Prim, name: &str, fallback: f64) -> Result<f64> {
+        Ok(self.number(prim, name)?.unwrap_or(fallback))
+    }
+
+    pub fn is_true(&mut self, prim: &Prim, name: &str) -> Result<bool> {
+        Ok(self.number(prim, name)?.is_some_and(|n| n != 0.0))
+    }
+
+    /// A word, if there is one.
+    pub fn word(&mut self, prim: &Prim, name: &str) -> Result<Option<Text>> {
+        Ok(self.value(prim, name)?.and_then(|value| value.text().cloned()))
+    }
+
+    /// A vector of finite numbers.
+    pub fn tuple<const N: usize>(&mut self, prim: &Prim, name: &str) -> Result<Option<[f64; N]>> {
+        let tuple = self.value(prim, name)?.and_then(|value| value.tuple::<N>());
+        Ok(tuple.filter(|numbers| numbers.iter().all(|n| n.is_finite())))
+    }
+
+    /// Name of a file, and the layer that says it.
+    pub fn asset(&mut self, prim: &Prim, name: &str) -> Result<Option<(Text, LayerId)>> {
+        let layers = &self.composer.layers;
+        let layer = self.strongest(prim, |l, s| {
+            let property = layers.spec((l, s)).properties.get(name)?;
+            (property.value.is_some() || !property.samples.is_empty()).then_some(l)
+        });
+        let word = self.word(prim, name)?.filter(|word| !word.is_empty());
+        Ok(word.zip(layer))
+    }
+
+    /// What a relationship names: paths of the scene.
+    pub fn targets(&self, prim: &Prim, name: &str) -> Vec<Text> {
+        self.paths(prim, name, |property| &property.targets)
+    }
+
+    /// What an attribute takes its value from: paths of the scene.
+    pub fn connections(&self, prim: &Prim, name: &str) -> Vec<Text> {
+        self.paths(prim, name, |property| &property.connections)
+    }
+
+    fn paths(&self, prim: &Prim, name: &str, of: fn(&Property) -> &ListOp<Text>) -> Vec<Text> {
+        let mut all = Vec::new();
+        for (layer, spec, mapping) in prim.opinions.iter().rev() {
+            let Some(property) = self.composer.layers.spec((*layer, *spec)).properties.get(name) else {
+                continue;
+            };
+            let mapped = |list: &Vec<Text>| -> Vec<Text> {
+                list.iter().filter_map(|path| mapping.scene_path(path)).collect()
+            };
+            let op = of(property);
+            let op = ListOp {
+                explicit: op.explicit.as_ref().map(mapped),
+                prepended: mapped(&op.prepended),
+                appended: mapped(&op.appended),
+                deleted: mapped(&op.deleted),
+            };
+            op.apply(&mut all);
+        }
+        all
+    }
+}
+
+fn not_blocked(value: Value) -> Option<Value> {
+    (value != Value::Blocked).then_some(value)
+}

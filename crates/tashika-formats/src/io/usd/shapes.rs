@@ -1,0 +1,115 @@
+//! Shapes with a name: cubes, spheres, cylinders, cones, planes.
+//!
+//! They are centred on the origin; cylinders and cones have their axis along `axis` and are closed,
+//! planes are at right angles to it. Those that are curved are meshes of the same area.
+//!
+//! Held to this by `usd_meshes::shapes_have_their_areas_and_axes`.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::Stage;
+use super::features::met;
+use super::materials::Look;
+use super::prim::Prim;
+use super::walk::State;
+use crate::error::{Error, Location, Result};
+use crate::io::shapes;
+use crate::scene::{MeshData, MeshId};
+
+impl Stage<'_> {
+    /// The mesh of a shape, and where it is in its prim; nothing, with a note, of those that are
+    /// left out.
+    pub fn shape_of(&mut self, prim: &Prim, kind: &str, state: &State) -> Result<Option<(MeshId, DAffine3)>> {
+        let at = self.at(prim);
+        if kind == "Capsule" {
+            met("prim", "Capsule", at, &mut self.builder)?;
+            return Ok(None);
+        }
+        let size = |stage: &mut Self, name: &str, fallback: f64| -> Result<f64> {
+            let size = stage.number_or(prim, name, fallback)?;
+            if size > 0.0 {
+                return Ok(size);
+            }
+            Err(Error::invalid(stage.at_property(prim, name), format!("{name} {size}"), "a number above 0"))
+        };
+        let (data, scale) = match kind {
+            "Cube" => (shapes::cube(), DVec3::splat(0.5 * size(self, "size", 2.0)?)),
+            "Plane" => {
+                let sides = [size(self, "width", 2.0)?, size(self, "length", 2.0)?];
+                (shapes::rectangle(), DVec3::new(0.5 * sides[0], 0.5 * sides[1], 1.0))
+            }
+            "Sphere" => (unit_sphere(&at)?, DVec3::splat(size(self, "radius", 1.0)?)),
+            kind => {
+                let (radius, height) = (size(self, "radius", 1.0)?, size(self, "height", 2.0)?);
+                let data = if kind == "Cone" { closed_cone(&at)? } else { closed_cylinder(&at)? };
+                (data, DVec3::new(radius, radius, 0.5 * height))
+            }
+        };
+        let axis = self.word(prim, "axis")?;
+        let turn = match (kind, axis.as_deref()) {
+            ("Cube" | "Sphere", _) => DMat3::IDENTITY,
+            // The width of a plane is along z or x; turned so that nothing is mirrored.
+            ("Plane", Some("X")) => DMat3::from_cols(DVec3::Z, DVec3::NEG_Y, DVec3::X),
+            ("Plane", Some("Y")) => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+            (_, Some("X")) => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
+            (_, Some("Y")) => DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y),
+            _ => DMat3::IDENTITY,
+        };
+        let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, color: state.display_color };
+        let material = self.material(state.material(), look)?;
+        let key = (kind.to_owned(), material.id);
+        let mesh = match self.shapes.get(&key) {
+            Some(mesh) => *mesh,
+            None => {
+                let mesh = self.builder.add_mesh(MeshData { name: kind.to_owned(), ..data }, material.id)?;
+                *self.shapes.entry(key).or_insert(mesh)
+            }
+        };
+        Ok(Some((mesh, DAffine3::from_mat3(turn) * DAffine3::from_scale(scale))))
+    }
+}
+
+/// Of radius 1.
+pub(super) fn unit_sphere(at: &Location) -> Result<MeshData> {
+    shapes::sphere(1.0, [-1.0, 1.0], std::f32::consts::TAU, at)
+}
+
+/// Of radius 1 between the heights −1 and 1, without its ends.
+pub(super) fn unit_cylinder(at: &Location) -> Result<MeshData> {
+    shapes::cylinder(1.0, [-1.0, 1.0], std::f32::consts::TAU, at)
+}
+
+/// Of radius 1, facing up.
+pub(super) fn unit_disk(at: &Location) -> Result<MeshData> {
+    shapes::disk(0.0, 1.0, 0.0, std::f32::consts::TAU, at)
+}
+
+/// A disk at a height, facing up or down.
+fn lid(height: f32, is_up: bool, at: &Location) -> Result<MeshData> {
+    let mut lid = shapes::disk(height, 1.0, 0.0, std::f32::consts::TAU, at)?;
+    if !is_up {
+        lid.turn_around();
+    }
+    Ok(lid)
+}
+
+fn closed_cylinder(at: &Location) -> Result<MeshData> {
+    let with_top = joined(unit_cylinder(at)?, lid(1.0, true, at)?);
+    Ok(joined(with_top, lid(-1.0, false, at)?))
+}
+
+fn closed_cone(at: &Location) -> Result<MeshData> {
+    let mut cone = shapes::cone(2.0, 1.0, std::f32::consts::TAU, at)?;
+    cone.positions.iter_mut().for_each(|p| p.z -= 1.0);
+    Ok(joined(cone, lid(-1.0, false, at)?))
+}
+
+/// Both as one.
+fn joined(mut a: MeshData, b: MeshData) -> MeshData {
+    let first = a.positions.len() as u32;
+    a.positions.extend(b.positions);
+    a.normals.extend(b.normals);
+    a.uvs.extend(b.uvs);
+    a.triangles.extend(b.triangles.iter().map(|t| t.map(|i| i + first)));
+    a
+}

@@ -1,0 +1,269 @@
+//! Textures: `UsdUVTexture` with what gives it its coordinates.
+//!
+//! A texture's value is `scale · texel + bias`. Coordinates come from a `UsdPrimvarReader`, perhaps
+//! through `UsdTransform2d`, which scales, turns counter-clockwise and moves, in this order, where
+//! `v` runs up.
+//!
+//! Held to this by `usd_materials` of the suite.
+
+use std::collections::BTreeMap;
+
+use glam::{Mat3, Vec3};
+
+use super::Stage;
+use super::features::met;
+use super::layers::{LayerId, Layers, Place};
+use super::network::Source;
+use super::prim::Prim;
+use super::value::Text;
+use crate::color::Rgb;
+use crate::error::{Location, Result};
+use crate::io::assets::{decode, kind, reason, unreadable_image};
+use crate::io::images::Encoding;
+use crate::io::textures::between;
+use crate::io::udim::Picture;
+use crate::math::elementary::sin_cos;
+use crate::scene::{Channel, Image, NoteKind, TextureId, UvTransform, Wrap};
+
+/// Images in archives, by their place and encoding; none that could not be read.
+pub(super) type Packed = BTreeMap<(Place, Encoding), Result<Picture, (NoteKind, String)>>;
+
+/// Most transforms one after the other.
+const MAX_TRANSFORMS: usize = 8;
+
+/// Largest coefficient of a texture transform.
+const MAX_COEFFICIENT: f32 = 1e6;
+
+/// What a texture is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Content {
+    Color,
+    Number,
+    Normal,
+}
+
+/// A texture in use.
+#[derive(Clone, Debug)]
+pub(super) struct Lookup {
+    pub texture: TextureId,
+    /// Factor on colours and opacity.
+    pub scale: [f32; 4],
+    /// The channel that is connected, of numbers.
+    pub channel: Channel,
+    /// The coordinates that it wants.
+    pub uv: Text,
+}
+
+/// What a texture came to.
+pub(super) enum Found {
+    Texture(Lookup),
+    /// What stands for one that could not be read.
+    Fallback([f32; 4]),
+}
+
+impl Stage<'_> {
+    /// A picture for those who keep it themselves; nothing, with a note, if it cannot be read.
+    pub fn picture_itself(&mut self, file: &str, layer: LayerId, at: &Location) -> Result<Option<Image>> {
+        let place = self.composer.layers.place(file, layer);
+        let bytes = self.composer.layers.read(&place, at);
+        let options = self.composer.layers.files.options().clone();
+        let decoded =
+            bytes.and_then(|b| decode(b.get(), file, Encoding::Srgb, &options, at, &mut self.builder));
+        Ok(match decoded {
+            Ok(decoded) => Some(decoded.image),
+            Err(error) => {
+                let message = unreadable_image(file, &reason(&error), "left out");
+                self.builder.note(kind(&error), message, at.clone());
+                None
+            }
+        })
+    }
+
+    /// A whole picture as a texture; nothing, with a note, if it cannot be read.
+    pub fn whole_texture(
+        &mut self,
+        file: &str,
+        layer: LayerId,
+        encoding: Encoding,
+        at: &Location,
+    ) -> Result<Option<TextureId>> {
+        match self.picture(file, layer, encoding, at)? {
+            Ok(picture) => self.builder.add_texture(picture.texture(|how| how)).map(Some),
+            Err((kind, why)) => {
+                self.builder.note(kind, unreadable_image(file, &why, "left out"), at.clone());
+                Ok(None)
+            }
+        }
+    }
+
+    /// A picture of the scene, decoded once for each encoding.
+    fn picture(
+        &mut self,
+        file: &str,
+        layer: LayerId,
+        encoding: Encoding,
+        at: &Location,
+    ) -> Result<Result<Picture, (NoteKind, String)>> {
+        let place = self.composer.layers.place(file, layer);
+        if !Layers::is_packed(&place) {
+            return self.images.find(&place.name, encoding, at, &mut self.builder);
+        }
+        let key = (place, encoding);
+        if let Some(known) = self.packed.get(&key) {
+            return Ok(known.clone());
+        }
+        let options = self.composer.layers.files.options().clone();
+        let bytes = self.composer.layers.read(&key.0, at);
+        let decoded = bytes.and_then(|b| decode(b.get(), file, encoding, &options, at, &mut self.builder));
+        let found = match decoded {
+            Ok(decoded) => {
+                self.image_budget.take(decoded.image.bytes() as u64, at)?;
+                Ok(Picture::Image(self.builder.add_image(decoded.image)?))
+            }
+            Err(error) => Err((kind(&error), reason(&error))),
+        };
+        self.packed.insert(key, found.clone());
+        Ok(found)
+    }
+
+    /// What an output of a texture shader is.
+    pub fn texture(&mut self, shader: &Prim, output: &str, content: Content) -> Result<Found> {
+        let fallback = self.input_tuple(shader, "inputs:fallback", [0.0, 0.0, 0.0, 1.0])?.map(|n| n as f32);
+        let at = self.at_property(shader, "inputs:file");
+        let file = match self.source(shader, "inputs:file")? {
+            Some(Source::Value(value)) => value.text().cloned().filter(|file| !file.is_empty()),
+            _ => None,
+        };
+        let layer = self.asset(shader, "inputs:file")?.map(|(_, layer)| layer);
+        let layer = layer.or_else(|| shader.opinions().first().map(|opinion| opinion.0));
+        let (Some(file), Some(layer)) = (file, layer) else {
+            self.builder.note(NoteKind::Repaired, "textures without a file: their fallback is used", at);
+            return Ok(Found::Fallback(fallback));
+        };
+        let encoding = match self.color_space(shader)?.as_deref() {
+            Some("raw") => Encoding::Linear,
+            Some("sRGB") => Encoding::Srgb,
+            _ if content == Content::Color => Encoding::Srgb,
+            _ => {
+                if content == Content::Number {
+                    met("UsdUVTexture", "sourceColorSpace auto", at.clone(), &mut self.builder)?;
+                }
+                Encoding::Linear
+            }
+        };
+        let picture = match self.picture(&file, layer, encoding, &at)? {
+            Ok(picture) => picture,
+            Err((kind, why)) => {
+                self.builder.note(kind, unreadable_image(&file, &why, "its fallback is used"), at);
+                return Ok(Found::Fallback(fallback));
+            }
+        };
+        let wrap = [self.wrap(shader, "inputs:wrapS")?, self.wrap(shader, "inputs:wrapT")?];
+        let (uv, transform) = self.coordinates(shader)?;
+        let mut texture = self.builder.add_texture(picture.texture(|how| {
+            let mut how = how;
+            (how.wrap, how.transform) = (wrap, transform);
+            how
+        }))?;
+        let scale = self.input_tuple(shader, "inputs:scale", [1.0; 4])?.map(|n| n as f32);
+        let bias = self.input_tuple(shader, "inputs:bias", [0.0; 4])?.map(|n| n as f32);
+        let channel = match output {
+            "g" => Channel::G,
+            "b" => Channel::B,
+            "a" => Channel::A,
+            _ => Channel::R,
+        };
+        if content == Content::Normal {
+            let is_usual = scale[..3] == [2.0; 3] && bias[..3] == [-1.0; 3];
+            if !is_usual {
+                met("UsdUVTexture", "scale and bias of normals", at, &mut self.builder)?;
+            }
+            return Ok(Found::Texture(Lookup { texture, scale: [1.0; 4], channel, uv }));
+        }
+        let rgb = |v: [f32; 4]| Rgb::new(v[0], v[1], v[2]);
+        let mut factor = scale;
+        if bias[..3] != [0.0; 3] || scale[..3].iter().any(|s| *s < 0.0) {
+            let ends = [rgb(bias), rgb(bias) + rgb(scale)];
+            if channel != Channel::A && ends.iter().all(|end| end.is_valid()) {
+                texture = between(&mut self.builder, ends, texture)?;
+                factor = [1.0; 4];
+            } else {
+                met("UsdUVTexture", "bias below 0 or of opacity", at, &mut self.builder)?;
+            }
+        } else if channel == Channel::A && bias[3] != 0.0 {
+            met("UsdUVTexture", "bias below 0 or of opacity", at, &mut self.builder)?;
+        }
+        Ok(Found::Texture(Lookup { texture, scale: factor.map(|s| s.max(0.0)), channel, uv }))
+    }
+
+    /// How a file's numbers are meant: the texture's word, or the file's own.
+    fn color_space(&mut self, shader: &Prim) -> Result<Option<Text>> {
+        let said = self.input_word(shader, "inputs:sourceColorSpace")?.filter(|word| &**word != "auto");
+        Ok(said.or_else(|| {
+            let of_file = self.field(shader, "inputs:file", |property| property.color_space.clone());
+            of_file.map(|space| {
+                let is_raw = matches!(&*space, "raw" | "Raw" | "data" | "identity" | "linear" | "lin_rec709");
+                if is_raw { Text::from("raw") } else { Text::from("sRGB") }
+            })
+        }))
+    }
+
+    fn wrap(&mut self, shader: &Prim, name: &str) -> Result<Wrap> {
+        Ok(match self.input_word(shader, name)?.as_deref() {
+            Some("clamp") => Wrap::Clamp,
+            Some("mirror") => Wrap::Mirror,
+            Some("repeat") => Wrap::Repeat,
+            // `useMetadata` of a file without any, and `black`.
+            _ => Wrap::Black,
+        })
+    }
+
+    /// Which coordinates a texture looks up, and how they are mapped; `v` of the map runs down.
+    fn coordinates(&mut self, shader: &Prim) -> Result<(Text, UvTransform)> {
+        let mut map = Mat3::IDENTITY;
+        let (mut at, mut name) = (shader.clone(), "inputs:st");
+        for _ in 0..MAX_TRANSFORMS {
+            let Some(Source::Output(prim, _)) = self.source(&at, name)? else { break };
+            match &*self.shader(&prim)? {
+                "UsdTransform2d" => {
+                    map *= self.transform(&prim)?;
+                    (at, name) = (prim, "inputs:in");
+                }
+                "UsdPrimvarReader_float2" => {
+                    let uv = self.input_word(&prim, "inputs:varname")?;
+                    return Ok((uv.unwrap_or_else(|| "st".into()), self.downward(map, shader)));
+                }
+                _ => {
+                    let place = self.at(&prim);
+                    met("UsdUVTexture", "st from another shader", place, &mut self.builder)?;
+                    break;
+                }
+            }
+        }
+        Ok(("st".into(), self.downward(map, shader)))
+    }
+
+    fn transform(&mut self, prim: &Prim) -> Result<Mat3> {
+        let [sx, sy] = self.input_tuple(prim, "inputs:scale", [1.0; 2])?.map(|n| n as f32);
+        let [x, y] = self.input_tuple(prim, "inputs:translation", [0.0; 2])?.map(|n| n as f32);
+        let (sin, cos) = sin_cos((self.input_number(prim, "inputs:rotation", 0.0)? as f32).to_radians());
+        Ok(Mat3::from_cols(
+            Vec3::new(cos * sx, sin * sx, 0.0),
+            Vec3::new(-sin * sy, cos * sy, 0.0),
+            Vec3::new(x, y, 1.0),
+        ))
+    }
+
+    /// The same map where `v` runs down.
+    fn downward(&mut self, map: Mat3, shader: &Prim) -> UvTransform {
+        let flip = Mat3::from_cols(Vec3::X, Vec3::NEG_Y, Vec3::new(0.0, 1.0, 1.0));
+        let map = flip * map * flip;
+        if map.is_finite() && map.to_cols_array().iter().all(|c| c.abs() <= MAX_COEFFICIENT) {
+            return UvTransform(map);
+        }
+        let message = "texture transforms that are not finite or huge: left out";
+        let at = self.at(shader);
+        self.builder.note(NoteKind::Repaired, message, at);
+        UvTransform::default()
+    }
+}

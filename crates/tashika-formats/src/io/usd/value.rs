@@ -1,0 +1,213 @@
+//! Values as all encodings have them: numbers are `f64`, however a file stores them.
+//!
+//! A quaternion is `(w, x, y, z)`, a matrix its rows one after the other.
+
+use std::rc::Rc;
+
+/// A name, a path or a text of a file.
+pub(super) type Text = Rc<str>;
+
+/// What an attribute or a field has.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    /// `None`: weaker opinions do not count.
+    Blocked,
+    /// A number, or a truth value.
+    Number(f64),
+    /// A string, a token, the path of an asset or of a prim.
+    Text(Text),
+    /// A vector, a quaternion or a matrix.
+    Tuple(Vec<f64>),
+    /// An array of numbers, or of tuples of `width` numbers.
+    Array {
+        /// How many numbers an element has, at least 1.
+        width: usize,
+        /// All of them.
+        numbers: Vec<f64>,
+    },
+    /// An array of texts.
+    Texts(Vec<Text>),
+    /// Prims or properties.
+    Paths(ListOp<Text>),
+    /// References or payloads.
+    References(ListOp<Reference>),
+    /// Chosen variants: set and choice.
+    Selections(Vec<(Text, Text)>),
+    /// What nothing here asks for.
+    Other,
+}
+
+/// Another prim that a prim is made of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Reference {
+    /// The file; empty for the same layers.
+    pub asset: Text,
+    /// The prim; empty for the default one.
+    pub prim: Text,
+    /// Whether its time is shifted or scaled.
+    pub has_offset: bool,
+}
+
+/// Edits of a list, of which layers may each have one.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ListOp<T> {
+    pub explicit: Option<Vec<T>>,
+    pub prepended: Vec<T>,
+    pub appended: Vec<T>,
+    pub deleted: Vec<T>,
+}
+
+impl<T> Default for ListOp<T> {
+    fn default() -> Self {
+        Self { explicit: None, prepended: Vec::new(), appended: Vec::new(), deleted: Vec::new() }
+    }
+}
+
+/// How a statement edits a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Edit {
+    Explicit,
+    Prepend,
+    Append,
+    Delete,
+    /// Of the order alone.
+    Reorder,
+}
+
+impl<T: Clone + PartialEq> ListOp<T> {
+    /// Says more.
+    pub fn edit(&mut self, edit: Edit, items: Vec<T>) {
+        match edit {
+            Edit::Explicit => self.explicit = Some(items),
+            Edit::Prepend => self.prepended = items,
+            Edit::Append => self.appended.extend(items),
+            Edit::Delete => self.deleted = items,
+            Edit::Reorder => {}
+        }
+    }
+
+    /// Applies the edits of a stronger layer to the list that weaker ones made.
+    pub fn apply(&self, list: &mut Vec<T>) {
+        if let Some(explicit) = &self.explicit {
+            list.clone_from(explicit);
+            return;
+        }
+        list.retain(|item| {
+            !self.deleted.contains(item) && !self.prepended.contains(item) && !self.appended.contains(item)
+        });
+        list.splice(0..0, self.prepended.iter().cloned());
+        list.extend(self.appended.iter().cloned());
+    }
+}
+
+impl Value {
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    pub fn text(&self) -> Option<&Text> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The numbers of a vector of so many.
+    pub fn tuple<const N: usize>(&self) -> Option<[f64; N]> {
+        match self {
+            Self::Tuple(numbers) => numbers.as_slice().try_into().ok(),
+            _ => None,
+        }
+    }
+
+    /// An array of so many numbers each; an empty one has any width.
+    pub fn array<const N: usize>(&self) -> Option<&[[f64; N]]> {
+        match self {
+            Self::Array { width, numbers } if *width == N || numbers.is_empty() => {
+                Some(numbers.as_chunks::<N>().0)
+            }
+            Self::Texts(none) if none.is_empty() => Some(&[]),
+            _ => None,
+        }
+    }
+
+    /// An array of numbers.
+    pub fn numbers(&self) -> Option<&[f64]> {
+        match self {
+            Self::Array { width: 1, numbers } => Some(numbers),
+            Self::Texts(none) if none.is_empty() => Some(&[]),
+            _ => None,
+        }
+    }
+
+    pub fn texts(&self) -> Option<&[Text]> {
+        match self {
+            Self::Texts(texts) => Some(texts),
+            Self::Array { numbers, .. } if numbers.is_empty() => Some(&[]),
+            _ => None,
+        }
+    }
+
+    /// How many bytes it holds, roughly.
+    pub fn bytes(&self) -> u64 {
+        let numbers = |n: &Vec<f64>| 8 * n.len() as u64;
+        match self {
+            Self::Tuple(n) => numbers(n),
+            Self::Array { numbers: n, .. } => numbers(n),
+            Self::Texts(texts) => 16 * texts.len() as u64,
+            _ => 0,
+        }
+    }
+
+    /// The value a share `u` of the way to `other`; none if they are no numbers alike.
+    pub fn between(&self, other: &Self, u: f64) -> Option<Self> {
+        let mix = |a: &[f64], b: &[f64]| -> Option<Vec<f64>> {
+            (a.len() == b.len()).then(|| a.iter().zip(b).map(|(a, b)| a * (1.0 - u) + b * u).collect())
+        };
+        Some(match (self, other) {
+            (Self::Number(a), Self::Number(b)) => Self::Number(a * (1.0 - u) + b * u),
+            (Self::Tuple(a), Self::Tuple(b)) => Self::Tuple(mix(a, b)?),
+            (Self::Array { width, numbers: a }, Self::Array { width: other, numbers: b })
+                if width == other =>
+            {
+                Self::Array { width: *width, numbers: mix(a, b)? }
+            }
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_edited_from_the_weakest_layer_up() {
+        let mut list = vec![1, 2, 3];
+        let op = |edit, items| {
+            let mut op = ListOp::default();
+            op.edit(edit, items);
+            op
+        };
+        op(Edit::Prepend, vec![3, 9]).apply(&mut list);
+        assert_eq!(list, [3, 9, 1, 2]);
+        op(Edit::Append, vec![9, 4]).apply(&mut list);
+        assert_eq!(list, [3, 1, 2, 9, 4]);
+        op(Edit::Delete, vec![1]).apply(&mut list);
+        assert_eq!(list, [3, 2, 9, 4]);
+        op(Edit::Explicit, vec![]).apply(&mut list);
+        assert!(list.is_empty());
+    }
+
+    #[test]
+    fn values_alike_are_blended() {
+        let (a, b) = (Value::Tuple(vec![0.0, 4.0]), Value::Tuple(vec![2.0, 8.0]));
+        assert_eq!(a.between(&b, 0.25), Some(Value::Tuple(vec![0.5, 5.0])));
+        assert_eq!(a.between(&Value::Number(1.0), 0.5), None);
+        let text = Value::Text("a".into());
+        assert_eq!(text.between(&text, 0.5), None);
+    }
+}
