@@ -116,7 +116,7 @@ impl Stage<'_> {
         radiance *= intensity as f32 * powf(2.0, exposure as f32);
         if self.light_number(prim, "enableColorTemperature", 0.0)? != 0.0 {
             let kelvin = self.light_number(prim, "colorTemperature", 6500.0)?.clamp(1000.0, 10_000.0);
-            radiance = radiance * blackbody_rgb(kelvin as f32).unwrap_or(Rgb::WHITE);
+            radiance *= blackbody_rgb(kelvin as f32).unwrap_or(Rgb::WHITE);
         }
         Ok(Shine { radiance, is_normalized: self.light_number(prim, "normalize", 0.0)? != 0.0 })
     }

@@ -1,4 +1,4 @@
-//! USD scenes: `.usda` (text), `.usdc` (binary), `.usd` (either) and `.usdz` (archives).[^usd]
+//! USD scenes: `.usda` (text), `.usdc` (binary), `.usd` (either) and `.usdz` (archives).[^usd2016][^aousd2025]
 //!
 //! What becomes of what a file may hold is the table [`FEATURES`]; notes and errors have its words.
 //!
@@ -22,8 +22,8 @@
 //! # Held to this by
 //! The test modules `usd`, `usd_*` and `damaged_usd`.
 //!
-//! [^usd]: Pixar Animation Studios. "Universal Scene Description." 2016, and the Alliance for OpenUSD.
-//!     "Core Specification 1.0." 2025.
+//! [^aousd2025]: Alliance for OpenUSD. "AOUSD Core Specification 1.0." 2025.
+//! [^usd2016]: Pixar Animation Studios. "Universal Scene Description." 2016: documentation of its schemas.
 
 mod binary;
 mod cameras;

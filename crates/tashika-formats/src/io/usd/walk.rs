@@ -132,10 +132,8 @@ impl Stage<'_> {
                 }
                 return self.place(placed, &state);
             }
-            known if is_known("prim", known) => {
-                if is_drawn {
-                    met("prim", known, self.at(&prim), &mut self.builder)?;
-                }
+            known if is_drawn && is_known("prim", known) => {
+                met("prim", known, self.at(&prim), &mut self.builder)?;
             }
             _ if is_drawn => {
                 let at = self.at(&prim);

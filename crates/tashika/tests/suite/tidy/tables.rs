@@ -93,6 +93,7 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
         owner: "crates/tashika-formats/src/io/mod.rs",
         common: &[
             "assets",
+            "cameras",
             "checkpoint",
             "dielectrics",
             "exr",

@@ -23,10 +23,10 @@ fn read(name: &str) -> Layer {
     parse(Bytes { all: Rc::new(bytes), from: 0, to }, &path, 1 << 20).unwrap()
 }
 
-/// Texts have the shortest digits that give the number back in its own type.
+/// Texts have six digits of halves, and of floats those that give them back.
 fn alike(a: &Value, b: &Value) -> bool {
     let near = |a: &[f64], b: &[f64]| {
-        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-7 * a.abs())
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-6 * a.abs())
     };
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => near(&[*a], &[*b]),
