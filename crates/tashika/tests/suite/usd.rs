@@ -242,7 +242,7 @@ fn strengths_follow_the_kinds_of_arcs() {
     // Local, class, variant, reference, payload, specialised class.
     let colors = ["(1,0,0)", "(0,1,0)", "(0,0,1)", "(1,1,0)", "(0,1,1)", "(1,0,1)"];
     let color = |i: usize| format!("color3f[] primvars:displayColor = [{}]", colors[i]);
-    for strongest in 0..6 {
+    for (strongest, expected) in colors.iter().enumerate() {
         let said = |i: usize| if i >= strongest { color(i) } else { String::new() };
         let text = format!(
             "class \"C\" {{ {} }}\nclass \"R\" {{ {} }}\nclass \"P\" {{ {} }}\nclass \"S\" {{ {} }}
@@ -270,8 +270,8 @@ def Mesh \"W\" (
             color(0)
         );
         let scene = load(&text).unwrap();
-        let expected =
-            vector(&serde_json::from_str(&colors[strongest].replace('(', "[").replace(')', "]")).unwrap());
+        let numbers = expected.replace('(', "[").replace(')', "]");
+        let expected = vector(&serde_json::from_str(&numbers).unwrap());
         assert_eq!(Vec3::from(base_color(&scene, "/W").to_array()), expected, "{strongest}");
     }
 }

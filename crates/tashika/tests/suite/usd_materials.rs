@@ -240,7 +240,7 @@ fn cameras_have_their_field_of_view_lens_and_offset() {
     assert!((usual.shift - Vec2::new(0.1, 0.2)).length() < 1e-6);
     assert!((usual.position() - Vec3::new(1.0, 3.0, -2.0)).length() < 1e-6);
     // It looks along −z of the file, which is down.
-    assert!((Vec3::from(usual.to_world.transform_vector3(Vec3::NEG_Z)) - Vec3::NEG_Y).length() < 1e-6);
+    assert!((usual.to_world.transform_vector3(Vec3::NEG_Z) - Vec3::NEG_Y).length() < 1e-6);
     assert_eq!(usual.lens.radius, 0.0);
     let open = camera("float focalLength = 50\n float fStop = 2.5\n float focusDistance = 7");
     // 50 tenths of a decimetre are 0.5 m, over twice the stop.
