@@ -306,6 +306,12 @@ fn cycles_are_refused_and_what_is_missing_is_listed() {
     // A damaged layer is an error that names it.
     let error = load_with(&text, &[("gone.usda", b"#usda 1.0\ndef {")], &LoadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("gone.usda:2: "), "{error}");
+    let outside = load_with(
+        "def \"W\" ( references = @d/a.usda@ ) { }",
+        &[("d/a.usda", b"#usda 1.0\n( subLayers = [@/x.usda@] )\ndef \"A\" { }")],
+        &LoadOptions::default(),
+    );
+    assert!(outside.unwrap_err().to_string().contains("\"/x.usda\" could not be read (outside"));
     let outside = load("def \"W\" ( references = @../x.usda@ ) { }").unwrap_err();
     assert!(outside.to_string().contains("allow-outside"), "{outside}");
 }

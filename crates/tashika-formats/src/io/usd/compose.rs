@@ -24,6 +24,7 @@ use super::features::met;
 use super::layer::{PrimSpec, Specifier};
 use super::layers::{LayerId, Layers, StackId};
 use super::prim::Prim;
+use super::sites::{Arc, Mapping, Node, has_specs, identity};
 use super::value::{ListOp, Reference, Text};
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
@@ -40,63 +41,6 @@ const MAX_CHAIN: usize = 50;
 
 /// Most variant sets of a prim.
 const MAX_VARIANTS: usize = 1000;
-
-/// Why a site is part of a prim, the strongest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Arc {
-    Own,
-    Inherit,
-    Variant,
-    Reference,
-    Payload,
-    Specialize,
-}
-
-/// Where paths of a site are in the scene.
-#[derive(Debug)]
-pub(super) struct Mapping {
-    from: Text,
-    to: Text,
-    /// Whether what is outside of `from` keeps its path, as within the same layers.
-    keeps_others: bool,
-    above: Option<Rc<Mapping>>,
-}
-
-impl Mapping {
-    /// The path in the scene; none for what the scene does not have.
-    pub fn scene_path(&self, path: &str) -> Option<Text> {
-        let rest = path
-            .strip_prefix(&*self.from)
-            .filter(|rest| &*self.from == "/" || rest.is_empty() || rest.starts_with(['/', '.']));
-        let mapped: Text = match rest {
-            Some(_) if &*self.from == "/" && &*self.to == "/" => path.into(),
-            Some(rest) if &*self.from == "/" => format!("{}/{rest}", self.to).into(),
-            Some(rest) => format!("{}{rest}", self.to).into(),
-            None if self.keeps_others => path.into(),
-            None => return None,
-        };
-        match &self.above {
-            Some(above) => above.scene_path(&mapped),
-            None => Some(mapped),
-        }
-    }
-}
-
-/// A site and those that it is made of.
-#[derive(Clone, Debug)]
-pub(super) struct Node {
-    arc: Arc,
-    stack: StackId,
-    path: Text,
-    /// Layer and prim, the strongest first.
-    specs: Vec<(LayerId, u32)>,
-    mapping: Rc<Mapping>,
-    below: Vec<Node>,
-    /// Names in the path of the prim that named this; more are stronger.
-    depth: usize,
-    /// Variant sets that have been chosen from.
-    chosen: Vec<Text>,
-}
 
 /// Puts prims together.
 pub(super) struct Composer<'f> {
@@ -467,13 +411,4 @@ impl<'f> Composer<'f> {
         let below = node.below.iter().filter(|n| is_own(n)).cloned().collect();
         Node { specs: Vec::new(), below, ..node.clone() }
     }
-}
-
-/// Whether anything is said.
-fn has_specs(node: &Node) -> bool {
-    !node.specs.is_empty() || node.below.iter().any(has_specs)
-}
-
-fn identity() -> Rc<Mapping> {
-    Rc::new(Mapping { from: "/".into(), to: "/".into(), keeps_others: true, above: None })
 }

@@ -137,7 +137,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "inputs:shaping:focus", Ignored, "light is as strong in all directions";
         "inputs:shaping:ies:file", Approximated, "of spheres: a point that shines by the profile";
         "inputs:texture:format", Ignored, "but for `latlong`: the light's colour without its texture";
-        "second DomeLight texture", Ignored, "the first is used";
+        "second DomeLight texture", Ignored, "the first is used, and no dome without a texture beside it";
         "inputs:diffuse", Ignored, "light is reflected as surfaces do it";
         "inputs:specular", Ignored, "light is reflected as surfaces do it";
         "light:filters", Ignored, "the light itself is used";

@@ -21,7 +21,7 @@ use super::value::Text;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::io::assets::{kind, reason};
-use crate::io::files::folder_of;
+use crate::io::files::{folder_of, is_absolute};
 use crate::io::notes::quoted;
 use crate::scene::{NoteKind, SceneBuilder};
 
@@ -106,7 +106,8 @@ impl<'f> Layers<'f> {
     /// The file that a layer calls so.
     pub fn place(&self, asset: &str, layer: LayerId) -> Place {
         let Place { package, name } = &self.layers[layer].1;
-        Place { package: *package, name: format!("{}{asset}", folder_of(name)) }
+        let name = if is_absolute(asset) { asset.to_owned() } else { format!("{}{asset}", folder_of(name)) };
+        Place { package: *package, name }
     }
 
     /// The bytes of a file that is named at `at`.
@@ -159,30 +160,34 @@ impl<'f> Layers<'f> {
             None => (asset, None),
         };
         let place = self.place(asset, layer);
-        let found = match self.key(&place, at) {
-            Ok(key) => match self.opened.get(&key) {
-                Some(opened) => Ok(*opened),
-                None => match self.read(&place, at) {
-                    Ok(bytes) => Ok(self.open_file(bytes, place.clone(), key, at)?),
-                    Err(error) => Err(error),
-                },
-            },
-            Err(error) => Err(error),
-        };
-        match (found, inner) {
-            (Ok(Opened::Layer(id)), _) => Ok(Some(id)),
-            (Ok(Opened::Package(package)), inner) => {
-                let first = self.packages[package].first.clone();
-                let inner = Place { package: Some(package), name: inner.map_or(first, str::to_owned) };
-                self.packed(inner, at).map(Some)
-            }
-            (Err(error), _) if kind(&error) == NoteKind::Missing => {
+        match self.opened_at(place, inner, at) {
+            Ok(id) => Ok(Some(id)),
+            Err(error) if kind(&error) == NoteKind::Missing => {
                 let message =
                     format!("layer {} could not be read ({}): left out", quoted(asset), reason(&error));
                 builder.note(NoteKind::Missing, message, at.clone());
                 Ok(None)
             }
-            (Err(error), _) => Err(error),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The layer of a file, or in an archive the one of that name, or the first.
+    fn opened_at(&mut self, place: Place, inner: Option<&str>, at: &Location) -> Result<LayerId> {
+        let key = self.key(&place, at)?;
+        let opened = match self.opened.get(&key) {
+            Some(opened) => *opened,
+            None => {
+                let bytes = self.read(&place, at)?;
+                self.open_file(bytes, place, key)?
+            }
+        };
+        match opened {
+            Opened::Layer(id) => Ok(id),
+            Opened::Package(package) => {
+                let name = inner.map_or_else(|| self.packages[package].first.clone(), str::to_owned);
+                self.packed(Place { package: Some(package), name }, at)
+            }
         }
     }
 
@@ -193,7 +198,7 @@ impl<'f> Layers<'f> {
             return Ok(*id);
         }
         let bytes = self.read(&place, at)?;
-        match self.open_file(bytes, place, key, at)? {
+        match self.open_file(bytes, place, key)? {
             Opened::Layer(id) => Ok(id),
             Opened::Package(_) => Err(Error::unsupported(
                 at.clone(),
@@ -210,30 +215,16 @@ impl<'f> Layers<'f> {
         })
     }
 
-    fn open_file(
-        &mut self,
-        bytes: Bytes,
-        place: Place,
-        key: (Option<usize>, PathBuf),
-        at: &Location,
-    ) -> Result<Opened> {
+    fn open_file(&mut self, bytes: Bytes, place: Place, key: (Option<usize>, PathBuf)) -> Result<Opened> {
         let name = match place.package {
             None => self.files.beside(&place.name),
             Some(package) => self.packages[package].name.join(&place.name),
         };
-        if bytes.get().starts_with(package::MAGIC) && place.package.is_none() {
-            let package = Package::new(bytes.get().to_vec(), &name)?;
-            self.packages.push(package);
+        if bytes.get().starts_with(package::MAGIC) {
+            self.packages.push(Package::new(bytes.get().to_vec(), &name)?);
             let opened = Opened::Package(self.packages.len() - 1);
             self.opened.insert(key, opened);
             return Ok(opened);
-        }
-        if bytes.get().starts_with(package::MAGIC) {
-            return Err(Error::unsupported(
-                at.clone(),
-                "an archive in an archive",
-                "put its files beside each other",
-            ));
         }
         self.parse(bytes, &name, place, Some(key)).map(Opened::Layer)
     }

@@ -17,11 +17,11 @@
 use std::collections::BTreeMap;
 
 use super::Stage;
-use super::compose::Node;
 use super::features::met;
 use super::layers::LayerId;
 use super::network::Source;
 use super::prim::Prim;
+use super::sites::Node;
 use super::textures::{Content, Found};
 use super::value::Text;
 use crate::bsdf::CoatModel;

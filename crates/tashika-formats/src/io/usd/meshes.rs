@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 use glam::{Vec2, Vec3};
 
 use super::Stage;
-use super::compose::Node;
 use super::features::met;
 use super::layers::LayerId;
 use super::materials::{Look, UsedMaterial};
 use super::prim::Prim;
 use super::primvars::{Corner, Counts, Primvar};
+use super::sites::Node;
 use super::walk::State;
 use crate::error::{Error, Location, Result};
 use crate::io::polygon::{Coverage, Triangulator};

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | [`text`], [`binary`], [`package`] | bytes into layers |
 //! | [`value`], [`layer`] | what a layer says |
-//! | [`layers`], [`compose`], [`prim`] | layers into prims, and their values |
+//! | [`layers`], [`sites`], [`compose`], [`prim`] | layers into prims, and their values |
 //! | [`walk`], [`xform`] | what is drawn, and where |
 //! | [`meshes`], [`primvars`], [`shapes`], [`instancer`] | geometry |
 //! | [`materials`], [`network`], [`textures`] | materials |
@@ -40,6 +40,7 @@ mod package;
 mod prim;
 mod primvars;
 mod shapes;
+mod sites;
 mod text;
 mod textures;
 mod value;

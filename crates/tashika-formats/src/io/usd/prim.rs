@@ -9,10 +9,10 @@
 use std::rc::Rc;
 
 use super::Stage;
-use super::compose::Mapping;
 use super::features::met;
 use super::layer::{Property, Stored};
 use super::layers::LayerId;
+use super::sites::Mapping;
 use super::value::{ListOp, Text, Value};
 use crate::error::{Location, Result};
 

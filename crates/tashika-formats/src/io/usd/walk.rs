@@ -7,9 +7,10 @@
 use glam::DAffine3;
 
 use super::Stage;
-use super::compose::{MAX_DEPTH, Node};
+use super::compose::MAX_DEPTH;
 use super::features::{is_known, met, unknown};
 use super::prim::Prim;
+use super::sites::Node;
 use super::value::Text;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
