@@ -234,23 +234,26 @@ fn domes_are_seen_from_inside() {
 /// A texture's first texel is at `(+x, +y)` of the light, its last at `(−x, −y)`.
 #[test]
 fn textures_of_rectangles_are_upright_as_seen_from_below() {
-    let texels = [[0.0_f32; 3], [1.0, 1.0, 1.0]].concat();
-    let pfm: Vec<u8> =
-        b"PF 2 1 -1\n".iter().copied().chain(texels.iter().flat_map(|v| v.to_le_bytes())).collect();
+    // PFM begins with the lowest row: all is black but the first texel of the upper one.
+    let texels = [0.0_f32, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes().repeat(3));
+    let pfm: Vec<u8> = b"PF 2 2 -1\n".iter().copied().chain(texels).collect();
     let text = "def RectLight \"W\" { asset inputs:texture:file = @t.pfm@ }";
     let scene = load_with(text, &[("t.pfm", &pfm)], &LoadOptions::default()).unwrap();
     let id = scene.instance_ids().next().unwrap();
-    let glow = |x: f32| {
-        let mut all = (0..2).flat_map(|t| (0..100).map(move |i| (t, i)));
+    let glow = |x: f32, y: f32| {
+        let mut all = (0..2).flat_map(|t| (0..400).map(move |i| (t, i)));
         let hit = all.find_map(|(t, i)| {
-            let (u, v) = ((i / 10) as f32 / 10.0 + 0.05, (i % 10) as f32 / 10.0 + 0.05);
+            let (u, v) = ((i / 20) as f32 / 20.0 + 0.025, (i % 20) as f32 / 20.0 + 0.025);
             let point = (u + v < 1.0).then(|| scene.surface_point(id, t, [1.0 - u - v, u, v]))?;
-            ((point.position.x - x).abs() < 0.05).then_some(point)
+            let off = (point.position - Vec3::new(x, y, 0.0)).abs();
+            (off.max_element() < 0.05).then_some(point)
         });
         scene.emitted(&hit.unwrap(), Vec3::NEG_Z).r
     };
-    let (left, right) = (glow(0.25), glow(-0.25));
-    assert!(left < 0.3 && right > 0.7, "{left} {right}");
+    assert!(glow(0.25, 0.25) > 0.7);
+    for (x, y) in [(-0.25, 0.25), (0.25, -0.25), (-0.25, -0.25)] {
+        assert!(glow(x, y) < 0.3, "{x} {y}: {}", glow(x, y));
+    }
 }
 
 #[test]
