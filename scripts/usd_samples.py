@@ -3,7 +3,8 @@
     pip install usd-core
     python3 scripts/usd_samples.py crates/tashika/tests/suite/usd
 
-The suite's `usd` reads the files and compares with `composed.json`: points of meshes in the world, materials that are bound, and lights, as `pxr` computes them.
+The suite's `usd` reads the files and compares with `composed.json`: points of meshes in the world, materials that are
+bound, and lights, as `pxr` computes them.
 """
 
 import json
@@ -128,7 +129,7 @@ def values(folder):
         ("double", T.Double, 0.1),
         ("doubleSmall", T.Double, 0.5),
         ("token", T.Token, "word"),
-        ("string", T.String, "a \"text\"\nof two lines"),
+        ("string", T.String, 'a "text"\nof two lines'),
         ("asset", T.Asset, "file.png"),
         ("vec2f", T.Float2, (1, -2)),
         ("vec2h", T.Half2, Gf.Vec2h(0.5, -2)),
@@ -223,7 +224,9 @@ def composed(folder):
     stage.OverridePrim("/World/Lamp").CreateAttribute("inputs:color", Sdf.ValueTypeNames.Color3f).Set((1, 0.5, 0.25))
     for i, (shading, shape) in enumerate((("red", "low"), ("blue", "high"), (None, "high"))):
         chair = UsdGeom.Xform.Define(stage, f"/World/Chair_{i}")
-        (chair.GetPrim().GetPayloads().AddPayload if i == 1 else chair.GetPrim().GetReferences().AddReference)("./parts/chair.usdc")
+        (chair.GetPrim().GetPayloads().AddPayload if i == 1 else chair.GetPrim().GetReferences().AddReference)(
+            "./parts/chair.usdc"
+        )
         chair.AddTranslateOp().Set((100 * i, 10, 0))
         chair.AddRotateZOp().Set(30 * i)
         if shading:
@@ -288,7 +291,9 @@ def expected(stage):
             for matrix in matrices:
                 to_world = matrix * cache.GetLocalToWorldTransform(prim)
                 corners = UsdGeom.Mesh(proto).GetPointsAttr().Get()
-                meshes.append({"path": str(prim.GetPath()), "points": [upright(to_world.Transform(Gf.Vec3d(p))) for p in corners]})
+                meshes.append(
+                    {"path": str(prim.GetPath()), "points": [upright(to_world.Transform(Gf.Vec3d(p))) for p in corners]}
+                )
         if prim.IsA(UsdGeom.Mesh) and "/Points/" not in str(prim.GetPath()):
             if image.ComputeVisibility() == "invisible" or image.ComputePurpose() not in ("default", "render"):
                 continue
