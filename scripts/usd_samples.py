@@ -252,6 +252,7 @@ def composed(folder):
     copy.AddOrientOp().Set(Gf.Quatf(0.8, 0.1, 0.3, 0.2).GetNormalized())
     copy.AddScaleOp().Set((1, 2, 0.5))
     copy.AddTranslateOp(opSuffix="pivot", isInverseOp=True)
+    nested(stage)
     points = UsdGeom.PointInstancer.Define(stage, "/World/Points")
     proto = quad(stage, "/World/Points/Quad", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
     proto.AddTranslateOp().Set((0, 0, 2))
@@ -270,6 +271,42 @@ def composed(folder):
     guide.CreatePurposeAttr("guide")
     stage.Save()
     (folder / "composed.json").write_text(json.dumps(expected(stage), indent=1) + "\n")
+
+
+def nested(stage):
+    """References to prims below others, variants in variants that bring references, opinions that do not count."""
+    # Of a prim below: what is said of it by way of the one above, a variant among it, holds.
+    part = stage.DefinePrim("/World/Part")
+    part.GetReferences().AddReference("./parts/chair.usdc", "/Chair/Leg")
+    UsdGeom.Xformable(part).AddTranslateOp(opSuffix="more").Set((0, -50, 0))
+    # An instance's own opinions about what is below it do not count, those about itself do.
+    lone = stage.DefinePrim("/World/Lone")
+    lone.GetReferences().AddReference("./parts/chair.usdc")
+    UsdGeom.Xformable(lone).AddTranslateOp().Set((0, 0, 70))
+    UsdGeom.Mesh(stage.OverridePrim("/World/Lone/Seat")).CreatePointsAttr([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    lone.SetInstanceable(True)
+    # A class in the same file, stronger than a reference and weaker than what is said here.
+    tall = stage.CreateClassPrim("/_class_Tall")
+    UsdGeom.Xform(tall).AddScaleOp().Set((1, 1, 2))
+    UsdGeom.Mesh(stage.OverridePrim("/_class_Tall/Seat")).CreatePointsAttr([(0, 0, 1), (9, 0, 1), (9, 9, 1), (0, 9, 1)])
+    outer = UsdGeom.Xform.Define(stage, "/World/Outer")
+    outer.GetPrim().GetInherits().AddInherit("/_class_Tall")
+    first = outer.GetPrim().GetVariantSets().AddVariantSet("first")
+    for name in ("none", "some"):
+        first.AddVariant(name)
+    first.SetVariantSelection("some")
+    with first.GetVariantEditContext():
+        second = outer.GetPrim().GetVariantSets().AddVariantSet("second")
+        for name in ("a", "b"):
+            second.AddVariant(name)
+        second.SetVariantSelection("b")
+        with second.GetVariantEditContext():
+            outer.GetPrim().GetReferences().AddReference("./parts/chair.usdc")
+            outer.GetPrim().GetVariantSet("shape").SetVariantSelection("high")
+    # A copy of what is itself a copy, through two prims.
+    chain = UsdGeom.Xform.Define(stage, "/World/Chain")
+    chain.GetPrim().GetReferences().AddInternalReference("/World/Outer")
+    UsdGeom.Xform(stage.OverridePrim("/World/Chain/Back")).AddTranslateOp(opSuffix="late").Set((0, 0, 3))
 
 
 def expected(stage):
