@@ -32,6 +32,10 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("glTF", "emissiveTexture"),
     ("glTF", "doubleSided"),
     ("glTF", "KHR_materials_emissive_strength"),
+    // Which material is meant.
+    ("USD", "material:binding"),
+    // The surfaces of glTF, whose rows are held; `usd_materials` has what becomes of each input.
+    ("USD", "UsdPreviewSurface"),
     // Shown as it is, without light.
     ("glTF", "KHR_materials_unlit"),
     // By texture, or by distances that a surface does not know.
