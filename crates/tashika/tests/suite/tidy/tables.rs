@@ -85,7 +85,7 @@ pub(super) struct SideBySide {
 pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
     SideBySide {
         owner: "crates/tashika-core/src/integrator/mod.rs",
-        common: &["options", "path_samples", "published"],
+        common: &["looks", "options", "path_samples", "path_spread", "published"],
         lists: &["method"],
     },
     // What is left are the readers of scenes.
