@@ -159,10 +159,12 @@ impl Method {
     }
 
     /// Does with a finished film what was asked for beyond its estimates: a picture is
-    /// [reconstructed](reconstruct). Whoever joins parts of a film calls it for the whole, with
-    /// what the parts say. Runs on the current thread pool.
+    /// [reconstructed](reconstruct), unless it has planes of what lights give, which add up to it as it
+    /// is. Whoever joins parts of a film calls it for the whole, with what the parts say. Runs on the
+    /// current thread pool.
     pub fn finish(film: &mut Film) {
-        if Self::was_picture(film.metadata()) {
+        let has_groups = film.metadata().get(keys::LIGHT_GROUPS).is_some();
+        if Self::was_picture(film.metadata()) && !has_groups {
             reconstruct(film);
         }
     }

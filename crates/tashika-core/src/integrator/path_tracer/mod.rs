@@ -28,7 +28,7 @@ mod stopping;
 pub use self::stopping::PathStop;
 
 use self::groups::PathByGroup;
-use self::nearby::Nearby;
+use self::nearby::{Nearby, Neighbourhood};
 use self::stopping::{Looking, Next};
 use super::{Estimates, HalfWidths, Integrator, PixelRecord, PlaneBeside, Setting, Truth};
 use crate::accel::{Glass, Hit, SegmentBatch, Tracer};
@@ -37,7 +37,6 @@ use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
-use crate::guidance::Grid;
 use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::{Camera, LightGroups, LightId, MediumId, SurfacePoint};
@@ -173,7 +172,7 @@ impl Integrator for PathTracer<'_> {
     }
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
-        Box::new(OfView { method: self, setting, cells: Grid::new(setting.view.size) })
+        Box::new(OfView { method: self, setting, neighbourhood: Neighbourhood::new(setting.view.size) })
     }
 
     fn planes_beside(&self) -> Vec<PlaneBeside> {
@@ -185,7 +184,7 @@ impl Integrator for PathTracer<'_> {
 struct OfView<'v> {
     method: &'v PathTracer<'v>,
     setting: Setting<'v>,
-    cells: Grid<Nearby>,
+    neighbourhood: Neighbourhood,
 }
 
 impl Estimates for OfView<'_> {
@@ -226,6 +225,7 @@ impl PathTracer<'_> {
             share: 0.0,
             rays: 0,
             gathers: false,
+            seen: Rgb::BLACK,
             groups: None,
         }
     }
@@ -247,6 +247,8 @@ struct Tracing<'a> {
     rays: u64,
     /// Whether anything was met that scatters light.
     gathers: bool,
+    /// What was found before that.
+    seen: Rgb,
     /// What each group of lights gives, if anybody asks.
     groups: Option<PathByGroup<'a>>,
 }
@@ -357,6 +359,9 @@ impl Tracing<'_> {
     #[inline]
     fn found(&mut self, radiance: &mut Rgb, light: LightId, given: Rgb) {
         *radiance += given;
+        if !self.gathers {
+            self.seen += given;
+        }
         if let Some(groups) = &mut self.groups {
             groups.add(light, given);
         }

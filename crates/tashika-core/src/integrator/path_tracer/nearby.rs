@@ -1,16 +1,41 @@
 //! What paths of the neighbourhood of a pixel found: followed for no estimate, by random numbers of
 //! their own.
+//!
+//! Paths are followed from random pixels of each cell of the image, and a pixel is told those of its cell
+//! and of the cells about it: light that one path in some thousands meets, as behind glass, is
+//! bright in a wide neighbourhood or in none. What the camera sees of lamps, straight or by way of smooth
+//! surfaces, is left out of those about it: a lamp ends at its edge.
 
 use super::stopping::PathStop;
-use super::{Draws, OfView};
+use super::{Draws, OfView, PathTracer};
+use crate::color::Rgb;
 use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
+use crate::integrator::Setting;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 
 /// Paths of a cell.
 const PATHS: u64 = 1024;
 
-/// Paths of random pixels of a cell of the image.
+/// What is known of the cells of a view.
+#[derive(Debug)]
+pub(super) struct Neighbourhood {
+    cells: Grid<OfCell>,
+    /// Of each cell and those about it.
+    around: Grid<Nearby>,
+}
+
+/// Paths of random pixels of a cell.
+#[derive(Debug)]
+struct OfCell {
+    /// Of single paths, by part of what is controlled.
+    whole: Vec<Moments>,
+    /// The same without what the camera sees of lamps.
+    scattered: Vec<Moments>,
+    rays: u64,
+}
+
+/// Paths of a cell and of those about it.
 #[derive(Debug)]
 pub(super) struct Nearby {
     moments: Vec<Moments>,
@@ -29,27 +54,55 @@ impl Nearby {
     }
 }
 
+impl Neighbourhood {
+    /// Of an image of that size (pixels), of which nothing is known yet.
+    pub fn new(size: [u32; 2]) -> Self {
+        Self { cells: Grid::new(size), around: Grid::new(size) }
+    }
+}
+
 impl OfView<'_> {
     /// Paths of the neighbourhood of a pixel, where it is decided by them.
     pub fn nearby(&self, pixel: [u32; 2]) -> Option<&Nearby> {
-        let PathStop::Calibrated { options, .. } = &self.method.stop else { return None };
-        let cell = cell_of(pixel);
-        let learn = || {
-            let window = pixels_of(cell, self.setting.view.size);
-            let key = key_of(cell, self.setting.view.seed);
-            let parts = options.controlled.parts();
-            let mut moments = vec![Moments::default(); parts.len()];
-            let mut tracing = self.method.tracing(&self.setting);
-            let mut of_pixels = Stream::new(key, Purpose::Guidance, 0);
-            for path in 0..PATHS {
-                let pixel = random_pixel(&window, &mut of_pixels);
-                let of_path = rng::key(key, Purpose::Guidance, 1 + path);
-                let mut draws = Draws::new(of_path, Purpose::Guidance, 0);
-                let radiance = tracing.through(&self.setting, pixel, of_path, &mut draws);
-                parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
+        if !matches!(self.method.stop, PathStop::Calibrated { .. }) {
+            return None;
+        }
+        let Neighbourhood { cells, around } = &self.neighbourhood;
+        let center = cell_of(pixel);
+        let of_cell = |cell| cells.at(cell, || self.method.follow_of_cell(&self.setting, cell));
+        let join = || {
+            let OfCell { whole, rays, .. } = of_cell(center);
+            let mut moments = whole.clone();
+            for cell in cells.about(center).filter(|cell| *cell != center) {
+                let theirs = &of_cell(cell).scattered;
+                moments.iter_mut().zip(theirs).for_each(|(all, theirs)| all.merge(theirs));
             }
-            Nearby { moments, rays: tracing.rays }
+            Nearby { moments, rays: *rays }
         };
-        Some(self.cells.at(cell, learn))
+        Some(around.at(center, join))
+    }
+}
+
+impl PathTracer<'_> {
+    fn follow_of_cell(&self, setting: &Setting<'_>, cell: [u32; 2]) -> OfCell {
+        let window = pixels_of(cell, setting.view.size);
+        let key = key_of(cell, setting.view.seed);
+        let parts = self.stop.controlled().parts();
+        let mut whole = vec![Moments::default(); parts.len()];
+        let mut scattered = whole.clone();
+        let mut tracing = self.tracing(setting);
+        let mut of_pixels = Stream::new(key, Purpose::Guidance, 0);
+        for path in 0..PATHS {
+            let pixel = random_pixel(&window, &mut of_pixels);
+            let of_path = rng::key(key, Purpose::Guidance, 1 + path);
+            let mut draws = Draws::new(of_path, Purpose::Guidance, 0);
+            (tracing.gathers, tracing.seen) = (false, Rgb::BLACK);
+            let radiance = tracing.through(setting, pixel, of_path, &mut draws);
+            for (part, (whole, scattered)) in parts.iter().zip(whole.iter_mut().zip(&mut scattered)) {
+                whole.push(part.of(radiance));
+                scattered.push(part.of(radiance - tracing.seen));
+            }
+        }
+        OfCell { whole, scattered, rays: tracing.rays }
     }
 }
