@@ -55,9 +55,10 @@ def main():
     holds = distance <= np.hypot(widths, of_others)
     tolerated = np.maximum(error * others, absolute)
     clear = told & (of_others <= 0.5 * tolerated)
+    within = f"{(distance <= tolerated)[clear].mean():.1%}" if clear.any() else "-"
     print(
-        f"{np.mean(rays) / rendered.mean():9.0f} rays a pixel; {claims[:, rendered].mean():7.2%} claim; of {told.sum()} that can be held to others {holds[told].mean():7.2%} hold; "
-        f"of {clear.sum()} {(distance <= tolerated)[clear].mean():7.2%} are within {error:g}"
+        f"{np.mean(rays) / rendered.mean():9.0f} rays a pixel; {claims[:, rendered].mean():.1%} claim; of {told.sum()} that can be held to "
+        f"others {holds[told].mean():.1%} hold; of {clear.sum()} {within} are within {error:g}"
     )
     low = (values - others)[told & ~holds] < 0
     print(f"of those that do not hold {low.mean() if low.size else 0:.0%} are too dark")
