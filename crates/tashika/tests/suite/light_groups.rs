@@ -1,10 +1,13 @@
 //! Groups of lights: planes that add up to the picture, each of which is the picture by the lights of
 //! the group alone.
 
+use std::sync::Arc;
+
 use tashika::Renderer;
+use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
-use tashika::film::{Film, Plane};
+use tashika::film::{Film, Plane, planes};
 use tashika::math::Vec3;
 use tashika::render::{TileShare, with_threads};
 use tashika::request::{ClaimName, MethodName, Request};
@@ -101,6 +104,17 @@ fn planes_add_up_to_the_picture() {
             assert!(plane(&film, group).f32_samples().unwrap().iter().any(|v| *v > 0.0), "{group} is dark");
         }
     }
+}
+
+/// A picture of fog for which nobody asked for an error is reconstructed, unless that would part it from
+/// its planes.
+#[test]
+fn a_picture_with_groups_is_not_reconstructed() {
+    let tracer = Tracer::new(Arc::new(room([true; 4], true)));
+    let renderer = || Renderer::on(&tracer).size([8, 6]);
+    let is_reconstructed = |film: Film| film.plane(planes::RECONSTRUCTION).is_some();
+    assert!(is_reconstructed(renderer().render().unwrap().film));
+    assert!(!is_reconstructed(renderer().light_groups(LightGrouping::Each).render().unwrap().film));
 }
 
 /// The mean of a plane over the image, over several seeds, is that of pictures by that light alone.
