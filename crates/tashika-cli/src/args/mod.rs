@@ -320,8 +320,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
-    /// Paths a pixel, with --method path; with --error, those at most
-    /// [default: 64; with --error 1048576]
+    /// Paths a pixel, with --method path; with --error or --claim calibrated, those at most
+    /// [default: 64; 1048576 with --error, 128 to 4096 by the size of the image with --claim calibrated alone]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub paths: Option<u64>,
 

@@ -18,7 +18,7 @@
 //! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, 250,000 to four million |
 //! | gather points | those of [`GatherOptions`]; 2.56/ε where the truth is about all of them, 32 to 256 |
 //! | filter | the box |
-//! | paths | 64; with an error, at most 2²⁰ |
+//! | paths | 64; where an interval ends them, at most 2²⁰ |
 //! | size | the camera's, or 640×360 |
 //!
 //! # Held to this by
@@ -89,7 +89,7 @@ pub struct Request {
     pub confidence: Option<f64>,
     /// Largest cut, in pairs of clusters.
     pub max_pairs: Option<u64>,
-    /// Paths a pixel, of path tracing; with an error, at most.
+    /// Paths a pixel, of path tracing; with an error or a calibrated claim, at most.
     pub paths: Option<u64>,
     /// Whether the VPLs are there already, rather than to be traced.
     pub lights_given: bool,

@@ -48,7 +48,7 @@ fn holding(film: &Film, other: &Film) -> f64 {
 
 /// Pixels claim, end because their interval is narrow enough, and their intervals hold what paths of
 /// nine times the work find and what other seeds say. Of three films of 80 pixels each 95 % are
-/// expected to hold, and 91 % or fewer once in a thousand times.
+/// expected to hold, and 91 % or fewer once in two hundred times.
 #[test]
 fn what_is_claimed_of_fog_and_of_what_moves_is_so() {
     for (name, scene) in scenes() {

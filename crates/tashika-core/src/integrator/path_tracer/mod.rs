@@ -80,7 +80,9 @@ impl<'s> PathTracer<'s> {
         Self { groups: Some(groups), ..self }
     }
 
-    /// * `nearby`: paths of its neighbourhood, if they are asked for.
+    /// A pixel, by as many paths as it takes.
+    ///
+    /// * `nearby`: paths of its neighbourhood, where these have a say in how many.
     fn pixel(
         &self,
         setting: &Setting<'_>,
