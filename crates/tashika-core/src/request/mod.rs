@@ -15,7 +15,7 @@
 //! | share, assurance, audited pixels | those of [`AuditTerms`] |
 //! | confidence, control, absolute | those of [`ControlOptions`] |
 //! | most pairs | that of the method; of light transport without an error, by the size of the image ([`Method::sized`]) |
-//! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, 250,000 to four million |
+//! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, one to four million; 2500/ε² of an audited picture, 250,000 to four million |
 //! | gather points | those of [`GatherOptions`]; 2.56/ε where the truth is about all of them, 32 to 256 |
 //! | filter | the box |
 //! | paths | 64; where an interval ends them, at most 2²⁰ |
@@ -48,8 +48,11 @@ use crate::vpl::{Clamp, VplOptions};
 const PICTURE_ERROR: f64 = 0.05;
 /// The same of an audited picture.
 const AUDITED_ERROR: f64 = 0.1;
-/// VPLs of an audited picture: one of them stands for all at the second surface of a path.
-const AUDITED_VPLS: u64 = 250_000;
+/// VPLs of an audited picture, times the square of the error: how light varies from set to set, no
+/// number of paths mends.
+const AUDITED_VPLS_BY_ERROR: f64 = 2500.0;
+/// Fewest and most of these.
+const AUDITED_VPLS: [f64; 2] = [250_000.0, 4_000_000.0];
 /// Paths a pixel.
 const PATHS: u32 = 64;
 /// Paths a pixel at most where its interval ends it.
@@ -309,7 +312,9 @@ impl Request {
             ..default
         };
         terms.validate()?;
-        let lights = method.map(|_| self.lights_of(AUDITED_VPLS)).transpose()?;
+        let [fewest, most] = AUDITED_VPLS;
+        let count = (AUDITED_VPLS_BY_ERROR / (options.error * options.error)).round().clamp(fewest, most);
+        let lights = method.map(|_| self.lights_of(count as u64)).transpose()?;
         Ok(Method::Audited { lights, options, terms })
     }
 

@@ -147,6 +147,26 @@ fn what_is_said_arrives() {
     assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
 }
 
+/// An audited picture draws from the more VPLs the less it may be off, within reason.
+#[test]
+fn audited_pictures_have_vpls_by_their_error() {
+    let audited = Request { claim: Some(ClaimName::Audited), ..Request::default() };
+    for (error, expected) in [
+        (None, 250_000),
+        (Some(0.3), 250_000),
+        (Some(0.05), 1_000_000),
+        (Some(0.04), 1_562_500),
+        (Some(1e-3), 4_000_000),
+    ] {
+        let Method::Audited { lights: Some(lights), .. } =
+            resolved(&Request { error, ..audited.clone() }).method
+        else {
+            panic!("{error:?} is by paths alone")
+        };
+        assert_eq!(lights.count, expected, "{error:?}");
+    }
+}
+
 /// What is promised of a scene that needs paths is kept by path tracing, if that can keep it.
 #[test]
 fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {

@@ -94,13 +94,13 @@ impl Tracing<'_> {
                     Flight::Scattered { after, weight } => {
                         path.weight = weight;
                         let position = path.ray.at(after);
+                        self.gathers = true;
                         self.light_in_medium(&mut radiance, &path, medium, position, key, stream);
                         let (direction, density) =
                             medium.phase.sample(path.ray.direction, stream.uniform_2());
                         path.ray = Ray::new(position, direction);
                         path.density = Some(density);
                         path.drawn_at = position;
-                        self.gathers = true;
                         scattered = scattered.saturating_add(1);
                         passed = 0;
                         if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {

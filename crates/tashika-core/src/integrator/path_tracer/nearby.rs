@@ -106,3 +106,40 @@ impl PathTracer<'_> {
         OfCell { whole, scattered, rays: tracing.rays }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::accel::Tracer;
+    use crate::bsdf::HenyeyGreenstein;
+    use crate::error::Location;
+    use crate::gather::{GatherOptions, View};
+    use crate::math::Vec3;
+    use crate::scene::{Camera, Emitter, Medium, SceneBuilder};
+
+    /// Light that fog scatters to the camera is scattered light, however straight it came there.
+    #[test]
+    fn only_what_is_seen_straight_is_left_out() {
+        let mut b = SceneBuilder::new("fog", Location::default());
+        let phase = HenyeyGreenstein { asymmetry: 0.0 };
+        let [absorption, scattering] = [0.5, 0.05].map(Rgb::gray);
+        let fog = b.add_medium(Medium { name: "fog".into(), absorption, scattering, phase, variation: None });
+        let camera = Camera::look_at("c", Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 0.7);
+        b.add_camera(Camera { medium: Some(fog.unwrap()), ..camera }).unwrap();
+        b.add_emitter(Emitter::Point { position: Vec3::new(0.0, 2.0, -1.0), intensity: Rgb::WHITE }).unwrap();
+        let tracer = Tracer::new(Arc::new(b.build().unwrap()));
+        let view = View {
+            camera: &tracer.scene().cameras()[0],
+            size: [8, 8],
+            gather: GatherOptions::default(),
+            seed: 1,
+        };
+        let method = PathTracer::new(&tracer, PathStop::Count(1), 4).unwrap();
+        let OfCell { whole, scattered, .. } =
+            method.follow_of_cell(&Setting { tracer: &tracer, view }, [0, 0]);
+        assert!(whole[0].mean() > 0.0);
+        assert_eq!(whole, scattered);
+    }
+}
