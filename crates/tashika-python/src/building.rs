@@ -11,20 +11,23 @@ use tashika::color::Rgb;
 use tashika::error::{Error, Location};
 use tashika::math::elementary;
 use tashika::scene::{
-    self, Blades, Emitter, Environment, Falloff, FalloffShape, Lens, MeshData, Pixels, Projection,
+    self, Blades, Emitter, Environment, Falloff, FalloffShape, Interface, Lens, MeshData, Pixels, Projection,
     SceneBuilder, SphereMap,
 };
 
 use crate::arrays::{Array, Content, float_rows, index_rows};
 use crate::errors::{option, raised};
 use crate::materials::{Color, Material, Palette, image};
+use crate::media::{Media, Medium};
 
 /// Triangles of one material: `vertices` of shape (n, 3) in metres, `triangles` of shape (m, 3)
 /// with indices of vertices, and for each vertex, if they are given, `normals` (n, 3) and texture
 /// coordinates `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its bottom
 /// right. `material` is a `Material`, or the name of one of the scene's. `transforms` of shape (k,
 /// 4, 4) place it k times, by matrices whose columns are the images of the axes and of the origin;
-/// without them it stands once, as it is. The arrays are copied.
+/// without them it stands once, as it is. The arrays are copied. `inside` and `outside` are what
+/// `Medium` is on either side: the outside is where triangles run counter-clockwise. If only one is
+/// said the other is vacuum; if neither is, the mesh stands in whatever there is.
 ///
 /// ```python
 /// >>> import numpy as np
@@ -40,12 +43,15 @@ pub struct Mesh {
     material: Py<PyAny>,
     /// Where it stands.
     places: Vec<Affine3A>,
+    /// What is inside, and what outside.
+    media: [Option<Py<Medium>>; 2],
 }
 
 #[pymethods]
 impl Mesh {
     #[new]
-    #[pyo3(signature = (vertices, triangles, *, material, normals=None, uvs=None, transforms=None, name=""))]
+    #[pyo3(signature = (vertices, triangles, *, material, normals=None, uvs=None, transforms=None, inside=None, outside=None, name=""))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         vertices: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
@@ -53,6 +59,8 @@ impl Mesh {
         normals: Option<&Bound<'_, PyAny>>,
         uvs: Option<&Bound<'_, PyAny>>,
         transforms: Option<&Bound<'_, PyAny>>,
+        inside: Option<Py<Medium>>,
+        outside: Option<Py<Medium>>,
         name: &str,
     ) -> PyResult<Self> {
         let vectors = |name, rows: Option<&Bound<'_, PyAny>>| -> PyResult<Vec<Vec3>> {
@@ -67,8 +75,9 @@ impl Mesh {
             uvs: uvs.into_iter().map(Vec2::from).collect(),
             triangles: index_rows("triangles", triangles)?,
         };
-        let places = transforms.map_or(Ok(vec![Affine3A::IDENTITY]), placements)?;
-        Ok(Self { data, material, places })
+        let places =
+            transforms.map_or(Ok(vec![Affine3A::IDENTITY]), |rows| placements("transforms", rows))?;
+        Ok(Self { data, material, places, media: [inside, outside] })
     }
 
     fn __repr__(&self) -> String {
@@ -78,21 +87,22 @@ impl Mesh {
 }
 
 /// The transforms of an array of shape (k, 4, 4), or of one of shape (4, 4).
-fn placements(transforms: &Bound<'_, PyAny>) -> PyResult<Vec<Affine3A>> {
-    const NAME: &str = "transforms";
-    let array = Array::read(NAME, transforms)?;
+///
+/// * `name`: of the argument.
+pub fn placements(name: &str, transforms: &Bound<'_, PyAny>) -> PyResult<Vec<Affine3A>> {
+    let array = Array::read(name, transforms)?;
     let Content::Floats(numbers) = array.content else {
-        return Err(option(NAME, "an array of uint8", "an array of other numbers"));
+        return Err(option(name, "an array of uint8", "an array of other numbers"));
     };
     if !matches!(array.shape[..], [4, 4] | [_, 4, 4]) {
-        return Err(option(NAME, format!("an array of the shape {:?}", array.shape), "the shape (k, 4, 4)"));
+        return Err(option(name, format!("an array of the shape {:?}", array.shape), "the shape (k, 4, 4)"));
     }
     let place = |rows: &[f32; 16]| {
         let matrix = Mat4::from_cols_array(rows).transpose();
         if matrix.row(3) == Vec4::W {
             Ok(Affine3A::from_mat4(matrix))
         } else {
-            Err(option(NAME, format!("the last row {}", matrix.row(3)), "0, 0, 0, 1"))
+            Err(option(name, format!("the last row {}", matrix.row(3)), "0, 0, 0, 1"))
         }
     };
     numbers.as_chunks::<16>().0.iter().map(place).collect()
@@ -157,7 +167,11 @@ impl Light {
 /// (degrees, counter-clockwise as the camera sees it; at 0 a corner is up). `vertical_fov` is in
 /// degrees, `size` the (width, height) in pixels of its images unless a render says another.
 #[pyclass(frozen, module = "tashika")]
-pub struct Camera(scene::Camera);
+pub struct Camera {
+    camera: scene::Camera,
+    /// In which it stands.
+    medium: Option<Py<Medium>>,
+}
 
 #[pymethods]
 impl Camera {
@@ -188,7 +202,12 @@ impl Camera {
         let blades = blades.map(|count| Blades { count, rotation: blade_rotation.to_radians() });
         let lens =
             Lens { blades, ..Lens::round(lens_radius, focus_distance.unwrap_or(eye.distance(target))) };
-        Ok(Self(scene::Camera { lens, resolution: size, ..camera }))
+        Ok(Self { camera: scene::Camera { lens, resolution: size, ..camera }, medium: None })
+    }
+
+    /// The same camera, standing in that medium.
+    fn within(&self, medium: Py<Medium>) -> Self {
+        Self { camera: self.camera.clone(), medium: Some(medium) }
     }
 
     /// A camera without perspective, whose film is `height` metres high; it looks along the way
@@ -241,7 +260,7 @@ impl Camera {
     }
 
     fn __repr__(&self) -> String {
-        format!("<tashika.Camera {:?} at {}>", self.0.name, self.0.position())
+        format!("<tashika.Camera {:?} at {}>", self.camera.name, self.camera.position())
     }
 }
 
@@ -254,8 +273,8 @@ impl Camera {
         name: &str,
         projection: Projection,
     ) -> PyResult<Self> {
-        let Self(camera) = Self::new(eye, target, up, 40.0, size, name, 0.0, None, None, 0.0)?;
-        Ok(Self(scene::Camera { projection, ..camera }))
+        let Self { camera, medium } = Self::new(eye, target, up, 40.0, size, name, 0.0, None, None, 0.0)?;
+        Ok(Self { camera: scene::Camera { projection, ..camera }, medium })
     }
 }
 
@@ -273,13 +292,14 @@ pub fn build(name: &str, parts: Parts<'_>) -> PyResult<scene::Scene> {
     let Parts { meshes, materials, lights, camera, sky } = parts;
     let mut builder = SceneBuilder::new(name, Location::file(name));
     let mut palette = Palette::new(&mut builder);
+    let mut media = Media::default();
     let mut ids = BTreeMap::new();
     for (name, material) in materials {
         let id = palette.add(&name, material.get()).map_err(raised)?;
         ids.insert(name, id);
     }
     for mesh in meshes {
-        let Mesh { data, material, places } = mesh.get();
+        let Mesh { data, material, places, media: sides } = mesh.get();
         let material = material.bind(mesh.py());
         let id = if let Ok(material) = material.cast::<Material>() {
             palette.add(&data.name, material.get()).map_err(raised)?
@@ -293,6 +313,15 @@ pub fn build(name: &str, parts: Parts<'_>) -> PyResult<scene::Scene> {
             })?
         };
         let id = palette.builder().add_mesh(data.clone(), id).map_err(raised)?;
+        if sides.iter().any(Option::is_some) {
+            let mut of_side = |side: &Option<Py<Medium>>| {
+                media
+                    .add(side.as_ref().map(|medium| medium.bind(mesh.py())), palette.builder())
+                    .map_err(raised)
+            };
+            let interface = Interface { inside: of_side(&sides[0])?, outside: of_side(&sides[1])? };
+            palette.builder().set_interface(id, interface).map_err(raised)?;
+        }
         for place in places {
             palette.builder().add_instance(id, *place).map_err(raised)?;
         }
@@ -304,7 +333,10 @@ pub fn build(name: &str, parts: Parts<'_>) -> PyResult<scene::Scene> {
         builder.set_environment(environment(&sky)?).map_err(raised)?;
     }
     if let Some(camera) = camera {
-        builder.add_camera(camera.get().0.clone()).map_err(raised)?;
+        let Camera { camera: standing, medium } = camera.get();
+        let medium = medium.as_ref().map(|medium| medium.bind(camera.py()));
+        let medium = media.add(medium, &mut builder).map_err(raised)?;
+        builder.add_camera(scene::Camera { medium, ..standing.clone() }).map_err(raised)?;
     }
     // By which a changed scene is told when parts of an image are joined, or one goes on.
     builder.build().map(scene::Scene::with_digest_of_contents).map_err(raised)

@@ -14,6 +14,7 @@ mod image;
 mod json;
 mod materials;
 mod measure;
+mod media;
 mod notebook;
 mod render;
 mod scene;
@@ -41,6 +42,8 @@ mod _tashika {
     use crate::materials::Material;
     #[pymodule_export]
     use crate::measure::{coverage, exact};
+    #[pymodule_export]
+    use crate::media::Medium;
     #[pymodule_export]
     use crate::render::render;
     #[pymodule_export]

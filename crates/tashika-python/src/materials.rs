@@ -258,6 +258,12 @@ impl Material {
         })
     }
 
+    /// The boundary of a medium and nothing else: light passes it as if it were not there.
+    #[staticmethod]
+    fn boundary() -> Self {
+        Self::of("boundary", |_| Ok(Surface::Boundary))
+    }
+
     /// The same material, sending out light of that radiance (W/m²/sr), a colour, on the side from
     /// which its triangles run counter-clockwise, or on both sides.
     #[pyo3(signature = (radiance, *, two_sided=false))]

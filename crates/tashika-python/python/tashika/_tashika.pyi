@@ -79,7 +79,25 @@ class Material:
     def mirror(reflectance: _Paint) -> Material: ...
     @staticmethod
     def glass(*, ior: float = 1.5) -> Material: ...
+    @staticmethod
+    def boundary() -> Material: ...
     def emitting(self, radiance: _Paint, *, two_sided: bool = False) -> Material: ...
+
+@final
+class Medium:
+    """What fills a space: fog, smoke, milk."""
+
+    def __new__(
+        cls,
+        absorption: _Color,
+        scattering: _Color,
+        *,
+        g: float = 0.0,
+        density: ArrayLike | None = None,
+        albedo: ArrayLike | None = None,
+        transform: ArrayLike | None = None,
+        name: str = "medium",
+    ) -> Medium: ...
 
 @final
 class Mesh:
@@ -94,6 +112,8 @@ class Mesh:
         normals: ArrayLike | None = None,
         uvs: ArrayLike | None = None,
         transforms: ArrayLike | None = None,
+        inside: Medium | None = None,
+        outside: Medium | None = None,
         name: str = "",
     ) -> Mesh: ...
 
@@ -128,6 +148,7 @@ class Camera:
         blades: int | None = None,
         blade_rotation: float = 0.0,
     ) -> Camera: ...
+    def within(self, medium: Medium) -> Camera: ...
     @staticmethod
     def orthographic(
         eye: _Vector,

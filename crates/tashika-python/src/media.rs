@@ -1,0 +1,137 @@
+//! Participating media built from arrays: fog, smoke, milk.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use tashika::bsdf::HenyeyGreenstein;
+use tashika::color::Rgb;
+use tashika::error::{Location, Result};
+use tashika::math::Affine3A;
+use tashika::scene::{
+    self, MediumId, Scattered, SceneBuilder, Variation, VolumeData, VolumeEdges, VolumeGrid, VolumeSamples,
+    VolumeValues,
+};
+
+use crate::arrays::{Array, Content};
+use crate::building::placements;
+use crate::errors::{option, raised};
+use crate::materials::Color;
+
+/// What fills a space: `absorption` and `scattering` coefficients (m⁻¹), a colour each, and the
+/// asymmetry `g` (-1 to 1) of the phase function of Henyey and Greenstein, 0 in all directions alike.
+///
+/// `density` is a factor of both coefficients that varies: an array of shape (depth, height, width),
+/// or (depth, height, width, 3) by channel, of samples in the middle of the cells of a box, the last
+/// of these axes along x. The box is the unit cube, placed by `transform`, a matrix of shape (4, 4);
+/// beyond it the medium is clear. `albedo` is an array of the same kind: the share of what is
+/// extinguished that is scattered, 0 to 1, in place of that of the coefficients. Arrays are copied.
+///
+/// Meshes say what is `inside` of them and `outside`, cameras what they are `within`. What has media
+/// is rendered by paths.
+///
+/// ```python
+/// >>> import numpy as np
+/// >>> fog = tashika.Medium(absorption=0.01, scattering=(0.2, 0.2, 0.25), g=0.5)
+/// >>> smoke = tashika.Medium(0, 5, density=np.random.default_rng(1).random((4, 8, 8)))
+/// >>> smoke
+/// <tashika.Medium "medium", varying>
+/// ```
+#[pyclass(frozen, module = "tashika")]
+pub struct Medium(scene::Medium);
+
+#[pymethods]
+impl Medium {
+    #[new]
+    #[pyo3(signature = (absorption, scattering, *, g=0.0, density=None, albedo=None, transform=None, name="medium"))]
+    fn new(
+        absorption: Color,
+        scattering: Color,
+        g: f32,
+        density: Option<&Bound<'_, PyAny>>,
+        albedo: Option<&Bound<'_, PyAny>>,
+        transform: Option<&Bound<'_, PyAny>>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let to_world = match transform.map(|matrix| placements("transform", matrix)).transpose()?.as_deref() {
+            None => Affine3A::IDENTITY,
+            Some([to_world]) => *to_world,
+            Some(several) => {
+                return Err(option("transform", format!("{} matrices", several.len()), "one"));
+            }
+        };
+        let grid = |name, array: Option<&Bound<'_, PyAny>>, edges| {
+            array.map(|array| grid(name, array, to_world, edges)).transpose()
+        };
+        let density = grid("density", density, VolumeEdges::Zero)?;
+        let albedo = grid("albedo", albedo, VolumeEdges::Held)?;
+        let varies = density.is_some() || albedo.is_some();
+        let scattered = albedo.map_or(Scattered::Evenly, Scattered::Albedo);
+        let medium = scene::Medium {
+            name: name.to_owned(),
+            absorption: absorption.into(),
+            scattering: scattering.into(),
+            phase: HenyeyGreenstein { asymmetry: g },
+            variation: varies.then(|| Arc::new(Variation::new(density, scattered))),
+        };
+        medium.validate(Location::default()).map_err(raised)?;
+        Ok(Self(medium))
+    }
+
+    fn __repr__(&self) -> String {
+        let varies = if self.0.variation.is_some() { ", varying" } else { "" };
+        format!("<tashika.Medium {:?}{varies}>", self.0.name)
+    }
+}
+
+/// A grid of numbers or of colours in the box that `to_world` places.
+fn grid(
+    name: &str,
+    array: &Bound<'_, PyAny>,
+    to_world: Affine3A,
+    edges: VolumeEdges,
+) -> PyResult<VolumeGrid> {
+    let Array { shape, content } = Array::read(name, array)?;
+    let Content::Floats(numbers) = content else {
+        return Err(option(name, "an array of uint8", "an array of other numbers"));
+    };
+    let (counts, values) = match shape[..] {
+        [depth, height, width] => ([width, height, depth], VolumeValues::Numbers(numbers)),
+        [depth, height, width, 3] => {
+            let colors = numbers.as_chunks::<3>().0.iter().map(|rgb| Rgb::from(*rgb)).collect();
+            ([width, height, depth], VolumeValues::Colors(colors))
+        }
+        _ => {
+            let expected = "(depth, height, width), or (depth, height, width, 3)";
+            return Err(option(name, format!("an array of the shape {shape:?}"), expected));
+        }
+    };
+    let counts = counts.map(|count| count as u32);
+    let data = VolumeData { counts, values, to_world, samples: VolumeSamples::Centers, edges };
+    VolumeGrid::new(data, &Location::default().item(name)).map_err(raised)
+}
+
+/// Puts media into a scene, each once.
+#[derive(Default)]
+pub struct Media {
+    /// By the address of what Python knows.
+    known: BTreeMap<usize, MediumId>,
+}
+
+impl Media {
+    /// The number of a medium in the scene; nothing stays nothing.
+    pub fn add(
+        &mut self,
+        medium: Option<&Bound<'_, Medium>>,
+        builder: &mut SceneBuilder,
+    ) -> Result<Option<MediumId>> {
+        let Some(medium) = medium else { return Ok(None) };
+        let address = medium.as_ptr() as usize;
+        if let Some(id) = self.known.get(&address) {
+            return Ok(Some(*id));
+        }
+        let id = builder.add_medium(medium.get().0.clone())?;
+        self.known.insert(address, id);
+        Ok(Some(id))
+    }
+}
