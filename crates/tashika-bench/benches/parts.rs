@@ -11,7 +11,7 @@ use std::error::Error;
 use std::hint::black_box;
 
 use clap::Parser;
-use tashika::bounds::UpperAnalytic;
+use tashika::bounds::{UpperAnalytic, UpperScattering};
 use tashika::contribution::ContributionKernel;
 use tashika::cut::{Clusters, Rank, Refinement, RefinementMemory, RefinementOptions, gather_tree};
 use tashika::gather::{GatherPoint, PixelSum};
@@ -59,7 +59,8 @@ fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
     // Where nothing gathers there is nothing to measure.
     let pixels: Vec<Vec<GatherPoint>> =
         gather().into_iter().map(|pixel| pixel.points).filter(|points| !points.is_empty()).collect();
-    let trees: Vec<GatherTree<UpperAnalytic>> = pixels.iter().map(|points| gather_tree(points)).collect();
+    let trees: Vec<GatherTree<UpperScattering<UpperAnalytic>>> =
+        pixels.iter().map(|points| gather_tree(points)).collect();
     let contribution = ContributionKernel::new(set.provenance().clamp_distance);
     let clusters = |points| Clusters { lights: tree, points, contribution };
     let lights = tree.lights();

@@ -334,7 +334,7 @@ fn rows(report: &Report) -> Rows {
         rows.push(label, format!("{name}: absorption {a}, scattering {s} per metre, g = {asymmetry}{grids}"));
     }
     if report.has_media {
-        rows.push("", "rendered by path tracing");
+        rows.push("", "rendered by path tracing, or as a sum over VPLs");
     }
     if report.notes.is_empty() {
         rows.push("notes", "none: the scene is rendered as its file says");

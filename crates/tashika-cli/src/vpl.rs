@@ -34,6 +34,8 @@ struct Kinds {
     /// By an image.
     image: u64,
     directional: u64,
+    /// In media.
+    volume: u64,
 }
 
 /// Traces and writes, or reads, a set, and tells about it.
@@ -91,6 +93,7 @@ fn kinds(set: &VplSet) -> Kinds {
             VplKind::Spot(_) => &mut kinds.spot,
             VplKind::Image(_) => &mut kinds.image,
             VplKind::Directional => &mut kinds.directional,
+            VplKind::Volume(_) => &mut kinds.volume,
         } += 1;
     }
     kinds
@@ -112,6 +115,7 @@ fn rows(report: &Report<'_>) -> Rows {
         ("spot", k.spot),
         ("image", k.image),
         ("directional", k.directional),
+        ("in media", k.volume),
     ];
     let present = kinds.iter().filter(|(_, n)| *n > 0);
     let present: Vec<String> = present.map(|(kind, n)| format!("{} {kind}", HumanCount(*n))).collect();

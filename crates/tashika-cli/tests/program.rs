@@ -402,9 +402,10 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// Media are told, rendered by paths, and refused by every other method before it begins.
+/// Media are told, rendered by paths unless a sum over VPLs is asked for, and refused by what knows
+/// neither before it begins.
 #[test]
-fn media_are_told_and_rendered_by_paths_alone() {
+fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let folder = Folder::new();
     let fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [.1 .2 .3]\n\
         MediumInterface \"\" \"fog\" Camera \"perspective\" WorldBegin\n\
@@ -415,7 +416,7 @@ fn media_are_told_and_rendered_by_paths_alone() {
         "fog: absorption 0.0011",
         "scattering 0.1000 0.2000 0.3000 per metre",
         "in fog",
-        "rendered by path tracing",
+        "rendered by path tracing, or as a sum over VPLs",
     ] {
         assert!(info.succeeds().stdout.contains(words), "{words:?} is not in: {}", info.stdout);
     }
@@ -423,12 +424,15 @@ fn media_are_told_and_rendered_by_paths_alone() {
     assert_eq!((&json["has_media"], &json["cameras"][0]["medium"]), (&true.into(), &"fog".into()));
     assert_eq!(json["media"][0]["asymmetry"], 0.0);
     let small = "render fog.pbrt --size 4x4 -o fog.exr";
-    for method in ["exact", "lightcuts", "iwasaki2019"] {
-        let refused = folder.run(&format!("{small} --method {method}"));
-        refused.fails(2, &["--method", "expected path", "fog"]);
+    let refused = folder.run(&format!("{small} --truth transport --claim certified"));
+    refused.fails(2, &["certified"]);
+    assert!(!folder.names().iter().any(|name| name.ends_with(".exr")));
+    for method in ["exact", "mdlc", "iwasaki2019"] {
+        folder.run(&format!("{small} --method {method} --vpls 100")).succeeds();
     }
-    folder.run("vpl fog.pbrt -o fog.vpl").fails(2, &["expected path", "fog"]);
-    assert!(!folder.names().iter().any(|name| name.ends_with(".exr") || name.ends_with(".vpl")));
+    folder.run("vpl fog.pbrt --vpls 300 -o fog.vpl --json vpl.json").succeeds();
+    assert!(folder.json("vpl.json")["kinds"]["volume"].as_u64().unwrap() > 100);
+    folder.run(&format!("{small} --truth vpl --lights fog.vpl --error 20%")).succeeds();
     let image = folder.run(&format!("{small} --paths 4 --vpls 100"));
     assert!(!image.succeeds().stderr.contains("--paths means"), "{}", image.stderr);
     assert!(image.stderr.contains("--vpls means nothing to this method"), "{}", image.stderr);

@@ -14,6 +14,7 @@ pub mod cut;
 pub mod gather;
 pub mod guidance;
 pub mod integrator;
+pub mod media;
 pub mod picture;
 pub mod render;
 pub mod request;

@@ -43,6 +43,8 @@ pub enum Purpose {
     Audit = 17,
     /// When a camera sample is seen, while the shutter is open.
     Shutter = 18,
+    /// What media that vary leave of light between two places.
+    Transmittance = 19,
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64-bit words that mixes

@@ -44,12 +44,12 @@ impl VplSet {
 impl VplSet {
     /// Names of the kinds, by the numbers in `kinds`.
     #[classattr]
-    const KINDS: [&str; VplKind::COUNT] = ["omni", "oriented", "spot", "directional"];
+    const KINDS: [&str; VplKind::COUNT] = ["omni", "oriented", "spot", "directional", "volume"];
 
     /// A set of lights given by arrays of `n` rows: positions (m), unit normals, intensities
     /// (W/sr). `kinds` are numbers of `KINDS`, all "oriented" if not given: intensity times the
     /// cosine to the normal. Omni lights have the normal zero; the normal of directional ones is
-    /// where their light goes, and their intensity an irradiance (W/m²). Spots, among which are
+    /// where their light goes, and their intensity an irradiance (W/m²). Lights in media, and spots, among which are
     /// lights that shine by an image, cannot be given. `scene` names the scene that the set belongs
     /// to, `clamp` is the distance (m) below which a light grows no brighter, 0 for none.
     ///

@@ -97,7 +97,7 @@ fn geometric(light: &Vpl, at: Vec3) -> f32 {
     let shape = match light.kind {
         VplKind::Oriented => -light.direction.dot(d.normalize()),
         VplKind::Omni => 1.0,
-        VplKind::Image(_) => 1.0,
+        VplKind::Image(_) | VplKind::Volume(_) => 1.0,
         VplKind::Spot(falloff) => falloff.at(-light.direction.dot(d.normalize())),
         VplKind::Directional => return light.intensity.luminance(),
     };

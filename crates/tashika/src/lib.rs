@@ -41,7 +41,7 @@
 //! | `tashika-stats` | [`stats`] |
 //! | `tashika-film` | [`color`], [`error`], [`film`], [`reconstruction`] |
 //! | `tashika-scene` | [`bsdf`], [`scene`] |
-//! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`picture`], [`render`], [`request`], [`tree`], [`vpl`] |
+//! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`media`], [`picture`], [`render`], [`request`], [`tree`], [`vpl`] |
 //! | `tashika-formats` | [`io`], but for lights and finished tiles |
 //! | `tashika-report` | [`report`] |
 //! | `tashika` | [`experiment`], [`io`], [`renderer`] |
@@ -54,7 +54,7 @@
 //! |---|---|
 //! | 0 | [`math`], [`color`], [`rng`], [`warp`], [`stats`], [`error`] |
 //! | 1 | [`bsdf`], [`film`] |
-//! | 2 | [`scene`], [`accel`] |
+//! | 2 | [`scene`], [`accel`], [`media`] |
 //! | 3 | [`vpl`], [`gather`], [`contribution`] |
 //! | 4 | [`bounds`], [`guidance`] |
 //! | 5 | [`tree`] |
@@ -71,8 +71,8 @@ pub mod io;
 pub mod renderer;
 
 pub use tashika_core::{
-    accel, bounds, compensation, contribution, cut, gather, guidance, integrator, picture, render, request,
-    tree, vpl,
+    accel, bounds, compensation, contribution, cut, gather, guidance, integrator, media, picture, render,
+    request, tree, vpl,
 };
 pub use tashika_film::{color, error, film, reconstruction};
 pub use tashika_math::{math, rng, warp};

@@ -11,8 +11,8 @@
 //! with the angle `θ` between `D` and the axis of the cone of directions from which lights are seen
 //! at their brightest, the half-angle `β` of that cone and the clamp distance `d_c` (Walter et al.
 //! 2005, and 2006 for boxes on both sides). Lights without a cosine have 1 in its place; a spot has
-//! 0 where no part of `D` is in its light. Lengths are in metres, `G` in m⁻², or 1 for directional
-//! lights.
+//! 0 where no part of `D` is in its light, and a light in a medium the largest `4π p` of its phase
+//! function. Lengths are in metres, `G` in m⁻², or 1 for directional lights.
 //!
 //! # The angle between a box and an axis
 //! With the axis `a`, any unit vector `t` across it, `z = d·a` and `u = d·t`:
@@ -46,6 +46,7 @@
 
 use glam::Vec4;
 
+use super::light::upper_relative;
 use super::{LightBounds, LightShape};
 use crate::math::{Aabb, Cone, UNIT_ROUNDOFF, Vec3};
 
@@ -91,14 +92,17 @@ impl Towards {
     /// `f32` has them.
     pub fn between(lights: &LightBounds, points: &Aabb) -> Self {
         match lights.shape {
-            LightShape::Omni | LightShape::Oriented(_) | LightShape::Spot { .. } => {
+            LightShape::Omni
+            | LightShape::Oriented(_)
+            | LightShape::Spot { .. }
+            | LightShape::Volume { .. } => {
                 let (lo, hi) = (lights.aabb.lo - points.hi, lights.aabb.hi - points.lo);
                 // At least the rounding error of a difference; a difference that is subnormal or
                 // zero has none.
                 Self::Box(Aabb { lo: lo - lo.abs() * f32::EPSILON, hi: hi + hi.abs() * f32::EPSILON })
             }
             LightShape::Directional(travelling) => Self::Cone(travelling.reversed()),
-            LightShape::Mixed => Self::Any,
+            LightShape::Mixed { .. } => Self::Any,
         }
     }
 
@@ -115,6 +119,19 @@ impl Towards {
             Self::Any => 1.0,
         };
         cos.clamp(0.0, 1.0)
+    }
+
+    /// At most, and at least, the cosine of the angle between any direction of `self` and any axis in
+    /// `cone`, both in `[-1, 1]`; as [`upper_cos`](Self::upper_cos) of angles of more than 90° as well.
+    pub fn bounds_of_cos(&self, cone: &Cone) -> [f32; 2] {
+        let upper = |cone: &Cone| match self {
+            Self::Box(differences) if !cone.is_empty() => upper_cos_of_box(differences, cone),
+            Self::Cone(directions) if !directions.is_empty() && !cone.is_empty() => {
+                upper_cos_of_cone(directions, cone)
+            }
+            Self::Box(_) | Self::Cone(_) | Self::Any => 1.0,
+        };
+        [-upper(&cone.reversed()), upper(cone)].map(|cos| cos.clamp(-1.0, 1.0))
     }
 
     /// A cone that holds all directions; every direction if the box holds the origin.
@@ -142,7 +159,8 @@ impl Towards {
 pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: f32) -> f32 {
     let shape = match lights.shape {
         LightShape::Directional(_) => return 1.0,
-        LightShape::Omni | LightShape::Mixed => 1.0,
+        LightShape::Omni => 1.0,
+        LightShape::Mixed { peak } => peak,
         LightShape::Oriented(normals) => match towards {
             _ if normals.is_empty() => 0.0,
             Towards::Box(differences) => upper_cos_of_box(differences, &normals.reversed()).max(0.0),
@@ -160,10 +178,14 @@ pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: 
             // A fall-off of 1 is off by less than a cosine.
             Towards::Box(_) | Towards::Cone(_) | Towards::Any => 1.0 + COSINE,
         },
+        // Light goes on from it against the direction towards it.
+        LightShape::Volume { directions, asymmetry } => {
+            upper_relative(towards.bounds_of_cos(&directions.reversed()), asymmetry)
+        }
     };
     let squared = towards.lower_squared_distance().max(clamp_distance * clamp_distance);
     let geometric = shape / squared.max(SMALLEST_SQUARED_DISTANCE);
-    if matches!(lights.shape, LightShape::Mixed) { geometric.max(1.0) } else { geometric }
+    if matches!(lights.shape, LightShape::Mixed { .. }) { geometric.max(1.0) } else { geometric }
 }
 
 /// The point of a box nearest to the origin.

@@ -1,5 +1,6 @@
 //! What is known of a cluster of lights: where they are, and where they shine.
 
+use crate::bsdf::HenyeyGreenstein;
 use crate::math::{Aabb, Cone};
 
 /// Bounds of a cluster of lights.
@@ -28,20 +29,46 @@ pub enum LightShape {
     },
     /// All shine from infinity, travelling in a direction of the cone.
     Directional(Cone),
+    /// All lie in media and shine by phase functions about a direction of the cone.
+    Volume {
+        /// Along which light came to them.
+        directions: Cone,
+        /// The least and the largest asymmetry.
+        asymmetry: [f32; 2],
+    },
     /// Several kinds.
-    Mixed,
+    Mixed {
+        /// How many times as bright as its intensity says any of them shines at most, at least 1.
+        peak: f32,
+    },
+}
+
+impl LightShape {
+    /// How many times as bright as its intensity says any of the lights shines at most; at least 1.
+    pub fn upper_peak(&self) -> f32 {
+        match *self {
+            Self::Omni | Self::Oriented(_) | Self::Spot { .. } | Self::Directional(_) => 1.0,
+            Self::Volume { asymmetry, .. } => upper_relative([-1.0, 1.0], asymmetry).max(1.0),
+            Self::Mixed { peak } => peak,
+        }
+    }
+}
+
+/// At least `4π p` over cosines and asymmetries between two, as `contribution` rounds it.
+pub(super) fn upper_relative(cos: [f32; 2], asymmetry: [f32; 2]) -> f32 {
+    (4.0 * std::f32::consts::PI * HenyeyGreenstein::upper_density(cos, asymmetry)).next_up()
 }
 
 impl LightBounds {
     /// Whether some of the lights are infinitely far away.
     pub fn reaches_infinity(&self) -> bool {
-        matches!(self.shape, LightShape::Directional(_) | LightShape::Mixed)
+        matches!(self.shape, LightShape::Directional(_) | LightShape::Mixed { .. })
     }
 
     /// Bounds of both clusters together.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
-        use LightShape::{Directional, Mixed, Omni, Oriented, Spot};
+        use LightShape::{Directional, Mixed, Omni, Oriented, Spot, Volume};
         let shape = match (self.shape, other.shape) {
             (Omni, Omni) => Omni,
             (Oriented(a), Oriented(b)) => Oriented(a.union(b)),
@@ -49,7 +76,10 @@ impl LightBounds {
             (Spot { axes: a, cos_outer: p }, Spot { axes: b, cos_outer: q }) => {
                 Spot { axes: a.union(b), cos_outer: p.min(q) }
             }
-            _ => Mixed,
+            (Volume { directions: a, asymmetry: [p, q] }, Volume { directions: b, asymmetry: [r, s] }) => {
+                Volume { directions: a.union(b), asymmetry: [p.min(r), q.max(s)] }
+            }
+            (a, b) => Mixed { peak: a.upper_peak().max(b.upper_peak()) },
         };
         Self { aabb: self.aabb.union(other.aabb), shape }
     }

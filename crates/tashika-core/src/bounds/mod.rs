@@ -9,6 +9,7 @@ mod light;
 mod lobes;
 mod material;
 mod reflector;
+mod scattering;
 mod spans;
 
 #[cfg(test)]
@@ -21,3 +22,4 @@ pub use geometry::{Towards, upper_geometric};
 pub use light::{LightBounds, LightShape};
 pub use material::UpperMaterial;
 pub use reflector::Reflector;
+pub use scattering::UpperScattering;

@@ -94,7 +94,10 @@ impl Descent<'_> {
         let normals = match bounds.shape {
             LightShape::Oriented(normals) => Some(normals),
             LightShape::Omni => None,
-            LightShape::Spot { .. } | LightShape::Directional(_) | LightShape::Mixed => {
+            LightShape::Spot { .. }
+            | LightShape::Directional(_)
+            | LightShape::Volume { .. }
+            | LightShape::Mixed { .. } => {
                 return self.of_others(cluster, &bounds);
             }
         };

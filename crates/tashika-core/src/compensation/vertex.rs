@@ -199,6 +199,8 @@ mod tests {
             wo: Vec3::new(0.6, 0.0, 0.8),
             bsdf,
             weight: Rgb::WHITE,
+            medium: None,
+            phase: None,
         };
         let summed = Bsdf::Lambert(Lambert { reflectance: bsdf.vpl_reflectance(point.wo) });
         let vertex = Vertex::first(&point, Some(&summed));

@@ -43,19 +43,29 @@ impl ContributionKernel<'_> {
         let rows = &mut luminances[begin..];
         for (kind, run) in lights.runs(range.clone()) {
             let (begin, end) = (run.start - range.start, run.end - range.start);
-            if let VplKind::Spot(_) | VplKind::Image(_) = kind {
-                for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
-                    for (value, light) in row[begin..end].iter_mut().zip(run.clone()) {
-                        *value = self.unoccluded(point, &lights.get(light)).luminance();
-                    }
+            let by_one = |point: &GatherPoint, row: &mut [f32]| {
+                for (value, light) in row[begin..end].iter_mut().zip(run.clone()) {
+                    *value = self.unoccluded(point, &lights.get(light)).luminance();
                 }
+            };
+            if let VplKind::Spot(_) | VplKind::Image(_) | VplKind::Volume(_) = kind {
+                points.iter().zip(rows.chunks_mut(range.len())).for_each(|(point, row)| by_one(point, row));
                 continue;
+            }
+            // Points in media are few in most pixels, or all.
+            for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
+                if point.phase.is_some() {
+                    by_one(point, row);
+                }
             }
             for first in (begin..end).step_by(F::LANES) {
                 let columns = lights.columns(range.start + first..run.end);
                 let several: Several<F> =
                     each!(|vector| each!(|axis| F::load_from(&columns[3 * vector + axis])));
                 for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
+                    if point.phase.is_some() {
+                        continue;
+                    }
                     let values = &mut row[first..end.min(first + F::LANES)];
                     self.luminances(point, kind, &several).store_to(values);
                 }
@@ -63,7 +73,7 @@ impl ContributionKernel<'_> {
         }
     }
 
-    /// Of several lights of one kind that is not the spot's.
+    /// Of several lights of one kind that has no shape of its own each, at a point on a surface.
     #[inline(always)]
     fn luminances<F: Vector>(&self, point: &GatherPoint, kind: VplKind, lights: &Several<F>) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
@@ -132,13 +142,13 @@ impl Work for List<'_> {
 mod tests {
     use super::*;
     use crate::bsdf::{
-        AshikhminShirley, Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, Lambert, MetallicRoughness,
-        Microfacets, Phong, Plastic,
+        AshikhminShirley, Bsdf, Coated, Conductor, ConductorFresnel, FacetModel, HenyeyGreenstein, Lambert,
+        MetallicRoughness, Microfacets, Phong, Plastic,
     };
     use crate::color::Rgb;
     use crate::math::Frame;
     use crate::rng::{Purpose, Stream};
-    use crate::scene::Falloff;
+    use crate::scene::{Falloff, MediumId};
     use crate::vpl::Vpl;
     use crate::warp;
 
@@ -183,17 +193,29 @@ mod tests {
             wo: warp::cosine_hemisphere(s.uniform_2()),
             bsdf: bsdf(s),
             weight: Rgb::new(s.uniform(), s.uniform(), s.uniform()),
+            medium: None,
+            phase: None,
         }
     }
 
-    fn light(s: &mut Stream, spots: bool) -> Vpl {
+    fn point_in_medium(s: &mut Stream) -> GatherPoint {
+        let phase = HenyeyGreenstein { asymmetry: 1.8 * s.uniform() - 0.9 };
+        let (position, before) = (Vec3::from(s.uniform_3()), warp::sphere(s.uniform_2()).normalize());
+        GatherPoint::in_medium(position, before, phase, MediumId::at(0), Rgb::from(s.uniform_3()))
+    }
+
+    fn light(s: &mut Stream, shaped: bool) -> Vpl {
         let direction = warp::sphere(s.uniform_2()).normalize();
         let position = 3.0 * Vec3::from(s.uniform_3()) - 1.0;
         let intensity = Rgb::new(s.uniform(), s.uniform(), s.uniform());
-        let (position, direction, kind) = match s.below(if spots { 4 } else { 3 }) {
+        let (position, direction, kind) = match s.below(if shaped { 5 } else { 3 }) {
             0 => (position, Vec3::ZERO, VplKind::Omni),
             1 => (position, direction, VplKind::Oriented),
             2 => (Vec3::ZERO, direction, VplKind::Directional),
+            3 => {
+                let phase = HenyeyGreenstein { asymmetry: 1.8 * s.uniform() - 0.9 };
+                (position, direction, VplKind::Volume(phase))
+            }
             _ => (
                 position,
                 direction,
@@ -214,6 +236,9 @@ mod tests {
         for round in 0..3000 {
             let mut points: Vec<GatherPoint> = (0..=s.below(4)).map(|_| point(&mut s)).collect();
             let mut lights: Vec<Vpl> = (0..=s.below(60)).map(|_| light(&mut s, round % 3 == 0)).collect();
+            if round % 2 == 0 {
+                points.push(point_in_medium(&mut s));
+            }
             if round % 5 == 0 {
                 // A light where the point is, and a point that is seen from behind.
                 lights[0].position = points[0].position;

@@ -1,7 +1,7 @@
 //! The one place that evaluates what a VPL contributes to a gather point.
 //!
 //! ```text
-//! w · M · G · V · I        M = f_r(ω_o, ω_i) cos⁺ θ   (sr⁻¹)
+//! w · M · G · V · I        M = f_r(ω_o, ω_i) cos⁺ θ   (sr⁻¹), at a point in a medium p(ω·ω_i)
 //! ```
 //!
 //! | light | G | unit of G | unit of I |
@@ -11,20 +11,27 @@
 //! | spot | `falloff(cos φ) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //! | image | `t(ω) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //! | directional | `1` | 1 | W·m⁻² |
+//! | in a medium | `4π p(cos φ) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //!
 //! `t ≤ 1` is what a map of the scene has in the direction to the point, by channel: `G` has its
 //! largest channel, the tint the others over that. `d_c` is the clamp distance; zero is none.
-//! Visibility `V` comes from [`accel`](crate::accel). Nothing is reflected by the back of either
-//! normal: M is zero unless the light is above both the geometric and the shading plane.
+//! Visibility `V` comes from [`accel`](crate::accel), with what media leave of light from
+//! [`media`](crate::media). Nothing is reflected by the back of either normal: M is zero unless the
+//! light is above both the geometric and the shading plane. Neither end that lies in a medium has a
+//! cosine: `p` is the phase function there, of the angle by which light, or the path from the viewer
+//! that came along `ω`, is turned.
 
 mod lists;
 mod receivers;
 
 pub use receivers::Receivers;
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
 
 use crate::accel::Glass;
+use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::gather::GatherPoint;
 use crate::scene::{AimedMap, Scene};
@@ -130,6 +137,7 @@ impl<'s> ContributionKernel<'s> {
                 }
                 largest
             }
+            VplKind::Volume(phase) => 4.0 * PI * phase.density(cos),
             VplKind::Directional => unreachable!("handled above"),
         };
         Link {
@@ -140,10 +148,13 @@ impl<'s> ContributionKernel<'s> {
         }
     }
 
-    /// Whether a light is before both planes of a point and shines towards it: what is not
-    /// contributes nothing.
+    /// Whether a light is before both planes of a point, unless that is in a medium, and shines towards
+    /// it: what is not contributes nothing.
     pub fn is_facing(&self, point: &GatherPoint, light: &Vpl) -> bool {
         let Link { towards_light, geometric, .. } = self.link(point.position, light);
+        if point.phase.is_some() {
+            return geometric > 0.0 && towards_light != Vec3::ZERO;
+        }
         let is_before = |normal: Vec3| normal.dot(towards_light) > 0.0;
         geometric > 0.0 && is_before(point.geometric_normal) && is_before(point.frame.n)
     }
@@ -151,10 +162,21 @@ impl<'s> ContributionKernel<'s> {
     /// `w M G I`: the contribution if nothing is in between (W·m⁻²·sr⁻¹).
     pub fn unoccluded(&self, point: &GatherPoint, light: &Vpl) -> Rgb {
         let link = self.link(point.position, light);
+        if let Some(phase) = point.phase {
+            return point.weight * (light.intensity * link.tint) * scattered(phase, point, &link);
+        }
         if point.geometric_normal.dot(link.towards_light) <= 0.0 {
             return Rgb::BLACK;
         }
         let wi = point.frame.to_local(link.towards_light);
         point.weight * point.bsdf.eval_cos(point.wo, wi) * (light.intensity * link.tint) * link.geometric
     }
+}
+
+/// `M G` at a point in a medium: nothing of a light in the same place, which has no direction.
+fn scattered(phase: HenyeyGreenstein, point: &GatherPoint, link: &Link) -> f32 {
+    if link.towards_light == Vec3::ZERO {
+        return 0.0;
+    }
+    phase.density(point.before().dot(link.towards_light)) * link.geometric
 }

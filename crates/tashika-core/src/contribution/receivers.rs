@@ -13,6 +13,8 @@ const LANES: usize = 16;
 #[derive(Clone, Debug, Default)]
 pub struct Receivers {
     groups: Vec<Group>,
+    /// Points in media, which face everything: their numbers and positions.
+    in_media: Vec<(u32, Vec3)>,
 }
 
 /// Three coordinates of each lane.
@@ -33,7 +35,8 @@ impl Receivers {
             .map(|chunk| {
                 let gathered = |f: fn(&GatherPoint) -> Vec3| {
                     let mut v = [[0.0; LANES]; 3];
-                    for (lane, p) in chunk.iter().enumerate() {
+                    // Those in media have zero normals.
+                    for (lane, p) in chunk.iter().enumerate().filter(|(_, p)| p.phase.is_none()) {
                         for (axis, component) in v.iter_mut().enumerate() {
                             component[lane] = f(p)[axis];
                         }
@@ -47,7 +50,8 @@ impl Receivers {
                 }
             })
             .collect();
-        Self { groups }
+        let in_media = (0..).zip(points).filter(|(_, point)| point.phase.is_some());
+        Self { groups, in_media: in_media.map(|(number, point)| (number, point.position)).collect() }
     }
 
     /// Appends the numbers of the points that face `light` and are faced by it, in order. The
@@ -60,11 +64,18 @@ impl Receivers {
             VplKind::Oriented => {
                 Source { position: light.position, at_infinity: 0.0, normal: light.direction, oriented: true }
             }
-            VplKind::Omni | VplKind::Spot(_) | VplKind::Image(_) => {
+            VplKind::Omni | VplKind::Spot(_) | VplKind::Image(_) | VplKind::Volume(_) => {
                 Source { position: light.position, at_infinity: 0.0, normal: Vec3::ZERO, oriented: false }
             }
         };
+        let first = out.len();
         Level::best().run(Facing { groups: &self.groups, from, out });
+        if !self.in_media.is_empty() {
+            let faced =
+                |(_, place): &&(u32, Vec3)| !from.oriented || from.normal.dot(*place - from.position) > 0.0;
+            out.extend(self.in_media.iter().filter(faced).map(|(number, _)| number));
+            out[first..].sort_unstable();
+        }
     }
 }
 
@@ -117,11 +128,13 @@ fn facing<F: F32x16>(groups: &[Group], from: Source, out: &mut Vec<u32>) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ContributionKernel;
     use super::*;
-    use crate::bsdf::{Bsdf, Lambert};
+    use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert};
     use crate::color::Rgb;
     use crate::math::Frame;
     use crate::rng::{Purpose, Stream};
+    use crate::scene::MediumId;
     use crate::warp;
 
     fn point(s: &mut Stream) -> GatherPoint {
@@ -133,7 +146,44 @@ mod tests {
             wo: warp::cosine_hemisphere(s.uniform_2()),
             bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.5) }),
             weight: Rgb::WHITE,
+            medium: None,
+            phase: None,
         }
+    }
+
+    /// Points in media receive from everything that shines towards them, and stand among the others in
+    /// their order.
+    #[test]
+    fn points_in_media_face_every_light() {
+        let mut s = Stream::new(2, Purpose::Test, 0);
+        let (mut faced, mut turned_away) = (0, 0);
+        for round in 0..500 {
+            let phase = HenyeyGreenstein { asymmetry: 0.3 };
+            let points: Vec<GatherPoint> = (0..s.below(50))
+                .map(|k| {
+                    let of_surface = point(&mut s);
+                    if k % 3 == 0 {
+                        return of_surface;
+                    }
+                    let (at, before) = (of_surface.position, of_surface.frame.n);
+                    GatherPoint::in_medium(at, before, phase, MediumId::at(0), Rgb::WHITE)
+                })
+                .collect();
+            let kind = [VplKind::Omni, VplKind::Oriented, VplKind::Volume(phase)][round % 3];
+            let (position, direction) = (Vec3::from(s.uniform_3()), warp::sphere(s.uniform_2()).normalize());
+            let light = Vpl { position, direction, intensity: Rgb::WHITE, kind };
+            let mut found = Vec::new();
+            Receivers::new(&points).facing(&light, &mut found);
+            assert!(found.is_sorted_by(|a, b| a < b));
+            let kernel = ContributionKernel::default();
+            for (k, point) in (0..).zip(&points) {
+                let gives = !kernel.unoccluded(point, &light).is_black();
+                // A surface may be lit at so grazing an angle that rounding decides.
+                assert!(found.contains(&k) == gives || point.phase.is_none(), "point {k} of {round}");
+                (faced, turned_away) = (faced + u32::from(gives), turned_away + u32::from(!gives));
+            }
+        }
+        assert!(faced > 3000 && turned_away > 1000, "{faced}, {turned_away}");
     }
 
     /// What faces a light is what three scalar products say, point by point, on every level.

@@ -17,7 +17,7 @@
 use std::ops::Range;
 
 use super::terms::Term;
-use crate::bounds::{Reflector, Towards, UpperMaterial, upper_geometric};
+use crate::bounds::{Reflector, Towards, UpperMaterial, UpperScattering, upper_geometric};
 use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
 use crate::math::Vec3;
@@ -33,7 +33,7 @@ pub struct Clusters<'a, B> {
     /// Clusters of lights.
     pub lights: &'a LightTree,
     /// Clusters of gather points.
-    pub points: &'a GatherTree<B>,
+    pub points: &'a GatherTree<UpperScattering<B>>,
     /// Evaluates terms.
     pub contribution: ContributionKernel<'a>,
 }
@@ -66,16 +66,17 @@ pub struct Pair {
 }
 
 /// The tree over the gather points of a pixel, with bounds of their materials.
-pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<B> {
-    let bound_of = |point: &GatherPoint| {
-        B::of_point(&Reflector {
+pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<UpperScattering<B>> {
+    let bound_of = |point: &GatherPoint| match point.phase {
+        None => UpperScattering::of_surface(&Reflector {
             bsdf: point.bsdf,
             frame: point.frame,
             wo: point.wo,
             geometric_normal: point.geometric_normal,
-        })
+        }),
+        Some(phase) => UpperScattering::of_medium(point.before(), phase),
     };
-    GatherTree::build(points, bound_of, B::merge)
+    GatherTree::build(points, bound_of, UpperScattering::merge)
 }
 
 impl<B: UpperMaterial> Clusters<'_, B> {

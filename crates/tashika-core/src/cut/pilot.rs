@@ -30,6 +30,7 @@ use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, View};
 use crate::guidance::{Grid, key_of, pixels_of, random_pixel};
 use crate::math::Vec3;
+use crate::media::Segments;
 use crate::rng::{self, Purpose, Stream};
 use crate::tree::{LightCluster, LightTree};
 use crate::vpl::{Vpl, VplKind};
@@ -185,8 +186,10 @@ impl PilotVisibility {
             points.extend(one_point(pilot, pixel, key.wrapping_add(u64::from(trial))));
         }
         // What reflects nothing needs no light.
-        points.retain(|point| !point.bsdf.albedo().is_black());
+        points.retain(|point| !point.albedo().is_black());
         let mut batch = SegmentBatch::new(pilot.contribution.glass());
+        let mut in_media = Segments::default();
+        let has_media = pilot.tracer.scene().has_media() || points.iter().any(|point| point.medium.is_some());
         // Clusters of the segments, in the order of the batch.
         let mut of_segments: Vec<u32> = Vec::new();
         let mut targets = Vec::new();
@@ -194,8 +197,10 @@ impl PilotVisibility {
         for (trial, point) in points.iter().enumerate() {
             let lights = (0..).zip(representatives.iter().map(|lights| &lights[trial]));
             for (cluster, light) in lights.filter(|(_, light)| pilot.contribution.is_facing(point, light)) {
-                if light.kind == VplKind::Directional {
+                // Fans about the point are faster, but media are asked about from it.
+                if light.kind == VplKind::Directional || has_media {
                     batch.push_fan(light.apex(), [point.position]);
+                    in_media.push(point.medium);
                     of_segments.push(cluster);
                 } else {
                     targets.push((cluster, light.position));
@@ -206,6 +211,10 @@ impl PilotVisibility {
         }
         let mut visibility = Vec::new();
         pilot.tracer.visibility(&batch, &mut visibility);
+        if has_media {
+            let passing = in_media.passing(pilot.tracer, &batch, 0.0, &visibility);
+            visibility = passing.iter().map(|passing| passing.luminance()).collect();
+        }
         let mut seen = vec![(0.0_f32, 0); self.clusters.len()];
         for (cluster, v) in of_segments.into_iter().zip(visibility) {
             let (visible, trials) = &mut seen[cluster as usize];

@@ -4,6 +4,7 @@
 use super::clusters::Clusters;
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::Rgb;
+use crate::media::Segments;
 
 /// One term: a light and a gather point, as places in the sorted orders of their trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +25,7 @@ pub struct TermBatch {
     traced: Vec<u32>,
     segments: SegmentBatch,
     visibility: Vec<f32>,
+    in_media: Segments,
 }
 
 impl TermBatch {
@@ -32,6 +34,7 @@ impl TermBatch {
         self.values.clear();
         self.traced.clear();
         self.segments.clear();
+        self.in_media.clear();
         self.segments.glass = glass;
     }
 
@@ -42,6 +45,7 @@ impl TermBatch {
         if !value.is_black() {
             self.traced.push(self.values.len() as u32);
             self.segments.push_fan(light.apex(), [point.position]);
+            self.in_media.push(point.medium);
         }
         self.values.push(value);
     }
@@ -51,9 +55,16 @@ impl TermBatch {
         self.segments.len() as u64
     }
 
-    /// Takes visibility into account.
+    /// Takes visibility into account, and what media leave of light.
     pub fn trace(&mut self, tracer: &Tracer) {
         tracer.visibility(&self.segments, &mut self.visibility);
+        if self.in_media.matter(tracer) {
+            let passing = self.in_media.passing(tracer, &self.segments, 0.0, &self.visibility);
+            for (&term, &v) in self.traced.iter().zip(passing) {
+                self.values[term as usize] *= v;
+            }
+            return;
+        }
         for (&term, &v) in self.traced.iter().zip(&self.visibility) {
             self.values[term as usize] *= v;
         }

@@ -1,4 +1,4 @@
-//! Gather points: where the light that a pixel sees was last reflected.
+//! Gather points: where the light that a pixel sees was last reflected, or scattered in a medium.
 //!
 //! A pixel is the sum over its gather points (Walter et al. 2006), each
 //! weighted by pixel filter, lens and the specular surfaces on the way:
@@ -17,6 +17,7 @@
 
 mod filter;
 mod first;
+mod in_media;
 mod options;
 
 #[cfg(test)]
@@ -28,28 +29,67 @@ pub use options::GatherOptions;
 use glam::{Vec2, Vec3};
 
 use crate::accel::Tracer;
-use crate::bsdf::{Bsdf, Lobe};
+use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert, Lobe};
 use crate::color::Rgb;
 use crate::film::PixelRecord;
 use crate::math::{Frame, Ray};
 use crate::rng::{self, Purpose};
-use crate::scene::{Camera, CameraSample, Part, Scene, SurfacePoint};
+use crate::scene::{Camera, CameraSample, MediumId, Part, Scene, SurfacePoint};
 
-/// A point that gathers light from all VPLs.
+/// A point that gathers light from all VPLs: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherPoint {
     /// Position (m), already moved off its surface to the side of the viewer.
     pub position: Vec3,
-    /// Unit geometric normal on the side of the viewer.
+    /// Unit geometric normal on the side of the viewer; in a medium the direction to the viewer.
     pub geometric_normal: Vec3,
     /// Shading frame; its axis is the shading normal on the side of the viewer.
     pub frame: Frame,
     /// Unit direction to the viewer, in the frame.
     pub wo: Vec3,
-    /// How the surface scatters.
+    /// How the surface scatters; black in a medium.
     pub bsdf: Bsdf,
     /// Weight `w_j` (unitless); those of a pixel's points sum to at most 1 in expectation.
     pub weight: Rgb,
+    /// The medium that it gathers light from; nothing is vacuum.
+    pub medium: Option<MediumId>,
+    /// How the medium scatters, of a point that lies in it, and not on a surface.
+    pub phase: Option<HenyeyGreenstein>,
+}
+
+impl GatherPoint {
+    /// A point in a medium, where light is scattered into a path that came along the unit direction
+    /// `before` from the viewer.
+    pub fn in_medium(
+        position: Vec3,
+        before: Vec3,
+        phase: HenyeyGreenstein,
+        medium: MediumId,
+        weight: Rgb,
+    ) -> Self {
+        Self {
+            position,
+            geometric_normal: -before,
+            frame: Frame::about(-before),
+            wo: Vec3::Z,
+            bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK }),
+            weight,
+            medium: Some(medium),
+            phase: Some(phase),
+        }
+    }
+
+    /// The unit direction in which the path from the viewer came to a point in a medium.
+    #[inline]
+    pub fn before(&self) -> Vec3 {
+        -self.geometric_normal
+    }
+
+    /// A rough overall reflectance, each channel in `[0, 1]`: white in a medium, where the weight has
+    /// what is absorbed.
+    pub fn albedo(&self) -> Rgb {
+        if self.phase.is_some() { Rgb::WHITE } else { self.bsdf.albedo() }
+    }
 }
 
 /// Averages over a pixel's camera samples for denoisers and compositing.
@@ -59,7 +99,7 @@ pub struct Features {
     pub depth: f32,
     /// Mean shading normal of the first surface (world), over the samples that met one.
     pub normal: Vec3,
-    /// Mean rough reflectance of the surface that gathers.
+    /// Mean rough reflectance of what gathers; white of media.
     pub albedo: Rgb,
     /// Share of samples that met a surface.
     pub coverage: f32,
@@ -150,8 +190,20 @@ impl View<'_> {
         View { gather, seed, ..*self }.pixel(tracer, pixel)
     }
 
+    /// What the first surfaces of one pixel are, over so many camera samples of another seed: of those
+    /// that are seen through all media.
+    pub fn features(&self, tracer: &Tracer, pixel: [u32; 2], count: u32, seed: u64) -> Features {
+        let gather = GatherOptions { points: count, ..self.gather };
+        View { gather, seed, ..*self }.sum(tracer, pixel, false).features
+    }
+
     /// The sum of one pixel.
     pub fn pixel(&self, tracer: &Tracer, pixel: [u32; 2]) -> PixelSum {
+        self.sum(tracer, pixel, tracer.scene().has_media() || self.camera.medium.is_some())
+    }
+
+    /// The sum of one pixel, by paths that media scatter if these count.
+    fn sum(&self, tracer: &Tracer, pixel: [u32; 2], has_media: bool) -> PixelSum {
         let n = self.gather.points;
         let moves = tracer.scene().moves();
         let mut sum = PixelSum::default();
@@ -169,7 +221,13 @@ impl View<'_> {
                 sobol_burley::sample_4d(index, 0, of_surface as u32)
             };
             let time = if moves { self.time(pixel, index) } else { 0.0 };
-            let end = ray.map_or(End::NOTHING, |ray| follow(tracer, time, ray, key, choices));
+            let end = match ray {
+                None => End::NOTHING,
+                Some(ray) if has_media => {
+                    in_media::follow(tracer, time, (ray, self.camera.medium), key, choices)
+                }
+                Some(ray) => follow(tracer, time, ray, key, choices),
+            };
             sum.background += end.background * weight;
             sum.samples.push(SeenSample {
                 place: [x, y],
@@ -178,7 +236,7 @@ impl View<'_> {
             });
             if let Some(mut point) = end.point {
                 point.weight *= weight;
-                sum.features.albedo += point.bsdf.albedo() * weight;
+                sum.features.albedo += point.albedo() * weight;
                 sum.points.push(point);
             }
             if let Some(first) = end.first {
@@ -290,6 +348,8 @@ impl Scatter {
             frame,
             bsdf,
             weight: Rgb::gray(weight),
+            medium: None,
+            phase: None,
         })
     }
 }

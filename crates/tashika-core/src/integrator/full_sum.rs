@@ -14,6 +14,8 @@ use crate::color::RgbSum;
 use crate::contribution::{ContributionKernel, Receivers};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::{GatherPoint, PixelSum};
+use crate::media::Segments;
+use crate::scene::Abilities;
 use crate::vpl::VplSet;
 
 /// The whole sum of each pixel.
@@ -35,6 +37,10 @@ impl<'a> FullSum<'a> {
 impl Integrator for FullSum<'_> {
     fn name(&self) -> &'static str {
         "exact"
+    }
+
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_MEDIA
     }
 
     fn describe(&self, metadata: &mut Metadata) {
@@ -59,6 +65,7 @@ impl FullSum<'_> {
         let mut points: Vec<u32> = Vec::new();
         let mut fans: Vec<(u32, u32)> = Vec::new();
         let mut visibility = Vec::new();
+        let mut in_media = Segments::default();
         for (number, light) in self.lights.lights().iter().enumerate() {
             let start = points.len();
             sums.receivers.facing(light, &mut points);
@@ -69,21 +76,27 @@ impl FullSum<'_> {
                     points[start..].iter().map(|&j| sums.points[j as usize].position),
                 );
                 fans.push((number as u32, (points.len() - start) as u32));
+                points[start..].iter().for_each(|&j| in_media.push(sums.points[j as usize].medium));
             }
             if batch.len() >= BATCH || number + 1 == self.lights.len() {
                 setting.tracer.visibility(&batch, &mut visibility);
-                let mut segments = points.iter().zip(&visibility);
+                let passing = in_media
+                    .matter(setting.tracer)
+                    .then(|| in_media.passing(setting.tracer, &batch, 0.0, &visibility));
+                let mut segments = points.iter().zip(&visibility).enumerate();
                 for &(light, count) in &fans {
                     let light = &self.lights.lights()[light as usize];
-                    for (&j, &v) in segments.by_ref().take(count as usize) {
+                    for (k, (&j, &v)) in segments.by_ref().take(count as usize) {
                         sums.rays[sums.pixel_of[j as usize] as usize] += 1;
                         if v > 0.0 {
-                            let term = contribution.unoccluded(&sums.points[j as usize], light) * v;
+                            let unoccluded = contribution.unoccluded(&sums.points[j as usize], light);
+                            let term = passing.map_or(unoccluded * v, |passing| unoccluded * passing[k]);
                             sums.totals[sums.pixel_of[j as usize] as usize].add(term);
                         }
                     }
                 }
                 batch.clear();
+                in_media.clear();
                 points.clear();
                 fans.clear();
             }

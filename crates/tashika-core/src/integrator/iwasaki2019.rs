@@ -45,6 +45,7 @@ use super::{ControlOptions, Estimates, Integrator, Lights, MANY_PAIRS, Published
 use crate::bounds::UpperCubeMap;
 use crate::cut::FreshStrata;
 use crate::film::Metadata;
+use crate::scene::Abilities;
 
 /// Iwasaki 2019.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +67,10 @@ impl<'a> Iwasaki2019<'a> {
 impl Integrator for Iwasaki2019<'_> {
     fn name(&self) -> &'static str {
         "iwasaki2019"
+    }
+
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_MEDIA
     }
 
     fn describe(&self, metadata: &mut Metadata) {

@@ -34,6 +34,7 @@ use super::{ControlOptions, Estimates, Integrator, Lights, Published, Scope, Set
 use crate::bounds::UpperAnalytic;
 use crate::cut::Representatives;
 use crate::film::Metadata;
+use crate::scene::Abilities;
 
 /// Largest cut, unless the options say otherwise.
 const MAX_CUT: u64 = 1000;
@@ -58,6 +59,10 @@ impl<'a> Lightcuts<'a> {
 impl Integrator for Lightcuts<'_> {
     fn name(&self) -> &'static str {
         "lightcuts"
+    }
+
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_MEDIA
     }
 
     fn describe(&self, metadata: &mut Metadata) {

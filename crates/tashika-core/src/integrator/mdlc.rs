@@ -20,8 +20,11 @@
 //!   parent's takes it over.
 //! * Which of the two nodes is split: the one with the longer diagonal of its box, as in Iwasaki
 //!   2019; the source chooses by a heuristic of its own.
-//! * Gather points are split in the middle of position and of normal or mirror direction; time and
-//!   volumes do not exist here.
+//! * Gather points are split in the middle of position and of normal or mirror direction, in media
+//!   of the direction in which the path came times the mean cosine of the phase function. Time does
+//!   not exist here.
+//! * In media the source marches along rays; here camera paths and light paths draw where they are
+//!   scattered. Transmittance counts in terms and is 1 in bounds.
 //! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of
 //!   directions. A bound is the smaller of a pair's own and its parent's.
 //! * Lights from infinity are split before gather points. Luminance decides.
@@ -34,6 +37,7 @@ use super::{ControlOptions, Estimates, Integrator, Lights, Published, Scope, Set
 use crate::bounds::UpperAnalytic;
 use crate::cut::Representatives;
 use crate::film::Metadata;
+use crate::scene::Abilities;
 
 /// Largest cut, unless the options say otherwise.
 const MAX_CUT: u64 = 1000;
@@ -58,6 +62,10 @@ impl<'a> Mdlc<'a> {
 impl Integrator for Mdlc<'_> {
     fn name(&self) -> &'static str {
         "mdlc"
+    }
+
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_MEDIA
     }
 
     fn describe(&self, metadata: &mut Metadata) {

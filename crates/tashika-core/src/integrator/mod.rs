@@ -37,6 +37,7 @@ use tashika::Tashika;
 use crate::accel::Tracer;
 use crate::film::{Metadata, Window, keys};
 use crate::gather::View;
+use crate::scene::Abilities;
 use crate::vpl::Provenance;
 
 /// Writes into a film's metadata where the lights come from.
@@ -83,9 +84,9 @@ pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;
 
-    /// Whether it renders scenes that [need paths](crate::scene::Scene::needs_paths).
-    fn renders_all(&self) -> bool {
-        false
+    /// What it renders beside surfaces that stand still in vacuum.
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_SURFACES
     }
 
     /// Writes into a film's metadata what the result depends on beyond the setting.

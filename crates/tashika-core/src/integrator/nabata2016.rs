@@ -32,6 +32,7 @@ use super::{ControlOptions, Estimates, Integrator, Lights, MANY_PAIRS, Published
 use crate::bounds::UpperAnalytic;
 use crate::cut::FreshStrata;
 use crate::film::Metadata;
+use crate::scene::Abilities;
 
 /// The error estimation framework of Nabata 2016.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +54,10 @@ impl<'a> Nabata2016<'a> {
 impl Integrator for Nabata2016<'_> {
     fn name(&self) -> &'static str {
         "nabata2016"
+    }
+
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_MEDIA
     }
 
     fn describe(&self, metadata: &mut Metadata) {

@@ -29,6 +29,7 @@ use super::{ControlOptions, Estimates, Integrator, Lights, MANY_PAIRS, Published
 use crate::bounds::UpperConstant;
 use crate::cut::FreshStrata;
 use crate::film::Metadata;
+use crate::scene::Abilities;
 
 /// Sakai 2018.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +51,10 @@ impl<'a> Sakai2018<'a> {
 impl Integrator for Sakai2018<'_> {
     fn name(&self) -> &'static str {
         "sakai2018"
+    }
+
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_MEDIA
     }
 
     fn describe(&self, metadata: &mut Metadata) {

@@ -277,7 +277,7 @@ fn check(setting: &Setting<'_>, integrator: &dyn Integrator) -> Result<()> {
     let scene = setting.tracer.scene();
     setting.view.gather.validate()?;
     scene.check_camera(setting.view.camera)?;
-    if integrator.renders_all() { Ok(()) } else { scene.check_method(integrator.name()) }
+    scene.check_method(integrator.name(), integrator.abilities())
 }
 
 /// Everything that the film is a function of, as far as this layer knows it.

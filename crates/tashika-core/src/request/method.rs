@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::film::{Film, Metadata, keys};
 use crate::integrator::{ControlOptions, PathStop, Promise, SumMethod, Truth};
 use crate::reconstruction::reconstruct;
+use crate::scene::Abilities;
 use crate::vpl::VplOptions;
 
 /// Pairs and paths of all pixels, at most, where nobody asks for an error: a picture in minutes, of
@@ -138,9 +139,13 @@ impl Method {
         }
     }
 
-    /// Whether it renders scenes that [need paths](crate::scene::Scene::needs_paths).
-    pub fn renders_all(&self) -> bool {
-        matches!(self, Self::Audited { lights: None, .. } | Self::Path { .. })
+    /// What it renders beside surfaces that stand still in vacuum.
+    pub fn abilities(&self) -> Abilities {
+        match self {
+            Self::Audited { lights: None, .. } | Self::Path { .. } => Abilities::ALL,
+            Self::Sum { .. } => Abilities::STILL_MEDIA,
+            Self::Transport { .. } | Self::Audited { lights: Some(_), .. } => Abilities::STILL_SURFACES,
+        }
     }
 
     /// Whether what is promised, or computed, is a sum over one set of VPLs.

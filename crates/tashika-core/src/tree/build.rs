@@ -91,7 +91,7 @@ pub(super) fn nodes(lights: &LightRows, spans: &[Span]) -> Vec<LightNode> {
         .map(|(k, &span)| Inner { span, left: spans[k + 1].count })
         .collect();
     let unknown = LightNode {
-        bounds: LightBounds { aabb: Aabb::EMPTY, shape: LightShape::Mixed },
+        bounds: LightBounds { aabb: Aabb::EMPTY, shape: LightShape::Mixed { peak: 1.0 } },
         luminance: 0.0,
         left: 0,
     };
@@ -127,6 +127,10 @@ fn bounds_of(light: &Vpl) -> LightBounds {
             LightBounds { aabb: at, shape: LightShape::Spot { axes: cone, cos_outer: beam.cos_outer } }
         }
         VplKind::Directional => LightBounds { aabb: Aabb::EMPTY, shape: LightShape::Directional(cone) },
+        VplKind::Volume(phase) => {
+            let asymmetry = [phase.asymmetry; 2];
+            LightBounds { aabb: at, shape: LightShape::Volume { directions: cone, asymmetry } }
+        }
     }
 }
 
@@ -183,7 +187,9 @@ fn items_of_kind(kind: usize, lights: &[Vpl]) -> Vec<Item> {
             }
             let (p, d) = match light.kind {
                 VplKind::Omni => (light.position, Vec3::ZERO),
-                VplKind::Oriented | VplKind::Spot(_) | VplKind::Image(_) => (light.position, light.direction),
+                VplKind::Oriented | VplKind::Spot(_) | VplKind::Image(_) | VplKind::Volume(_) => {
+                    (light.position, light.direction)
+                }
                 VplKind::Directional => (light.direction, Vec3::ZERO),
             };
             Some(Item { key: [p.x, p.y, p.z, d.x, d.y, d.z], luminance, light: i as u32 })

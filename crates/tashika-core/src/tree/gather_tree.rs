@@ -3,7 +3,8 @@
 //! Points are split in six dimensions (Walter 2006, section 4.1): position (m), and a direction
 //! scaled by the diagonal of the box about all points, so that a turn by one radian counts as much
 //! as the whole pixel's footprint. The direction is the shading normal for diffuse surfaces and the
-//! mirror direction for others. A node is cut in the middle of its longest extent, and halved where
+//! mirror direction for others; in media that in which the path came, times the mean cosine of the
+//! phase function. A node is cut in the middle of its longest extent, and halved where
 //! that separates nothing or from a depth that only degenerate input reaches.
 //!
 //! Every node has a bound on how its points reflect: that of its point in a leaf, its children's
@@ -160,6 +161,10 @@ fn items(points: &[GatherPoint]) -> Vec<Item> {
 
 /// The direction about which a point reflects.
 fn direction(point: &GatherPoint) -> Vec3 {
+    if let Some(phase) = point.phase {
+        // Where its lobe points to; the less of a lobe it has, the less its direction matters.
+        return point.before() * phase.asymmetry;
+    }
     match point.bsdf {
         Bsdf::Lambert(_) => point.frame.n,
         Bsdf::Phong(_)

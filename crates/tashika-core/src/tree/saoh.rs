@@ -25,6 +25,8 @@ const STEPS: usize = 256;
 /// Area of a line of unit length: lights in a row have no area, but are better apart. Too small to
 /// count where there is area.
 const AREA_OF_LINES: f32 = 1e-6;
+/// Asymmetry above which a phase function shines to one side as far as clusters go.
+const LOBE: f32 = 0.1;
 /// Largest `h²` of a box of unit vectors.
 const MAX_SPREAD: f32 = 3.0;
 
@@ -36,7 +38,8 @@ pub(super) struct Emission {
 }
 
 impl Emission {
-    /// That of the lights of a kind; for spots with the widest cone.
+    /// That of the lights of a kind; for spots with the widest cone, for lights in media as if they
+    /// shone with a cosine.
     pub(super) fn of_kind(kind: usize, lights: &[Vpl]) -> Self {
         let cos_emission = lights
             .iter()
@@ -45,6 +48,8 @@ impl Emission {
                 VplKind::Spot(falloff) => Some(falloff.cos_outer),
                 VplKind::Image(beam) => Some(beam.cos_outer),
                 VplKind::Oriented => Some(0.0),
+                // The half-space that a lobe shines into is what makes a difference, if it is one.
+                VplKind::Volume(phase) => (phase.asymmetry.abs() > LOBE).then_some(0.0),
                 VplKind::Omni | VplKind::Directional => None,
             })
             .reduce(f32::min);

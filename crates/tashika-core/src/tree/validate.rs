@@ -4,6 +4,7 @@
 //! its sums are those of its children; its bounds hold its children's bounds and every single light
 //! or point below. `O(n log n)` for trees of logarithmic depth.
 
+use super::build;
 use super::gather_tree::GatherTree;
 use super::light_tree::{LightCluster, LightNode, LightTree};
 use super::prefix::PrefixSums;
@@ -146,7 +147,11 @@ fn validate_sums(sums: &PrefixSums, weights: impl ExactSizeIterator<Item = f32>)
 fn holds(bounds: &LightBounds, light: &Vpl) -> bool {
     let direction = light.direction;
     let in_shape = match (bounds.shape, light.kind) {
-        (LightShape::Mixed, _) | (LightShape::Omni, VplKind::Omni) => true,
+        (LightShape::Mixed { peak }, _) => peak >= build::leaf(light).0.shape.upper_peak(),
+        (LightShape::Omni, VplKind::Omni) => true,
+        (LightShape::Volume { directions, asymmetry: [least, largest] }, VplKind::Volume(phase)) => {
+            directions.contains(direction) && (least..=largest).contains(&phase.asymmetry)
+        }
         (LightShape::Oriented(cone), VplKind::Oriented)
         | (LightShape::Directional(cone), VplKind::Directional) => cone.contains(direction),
         (LightShape::Spot { axes, cos_outer }, VplKind::Spot(falloff)) => {
@@ -166,7 +171,12 @@ fn nests(parent: &LightBounds, child: &LightBounds) -> bool {
     let box_nests = outer.union(inner) == outer;
     box_nests
         && match (parent.shape, child.shape) {
-            (LightShape::Mixed, _) | (LightShape::Omni, LightShape::Omni) => true,
+            (LightShape::Mixed { peak }, inner) => peak >= inner.upper_peak(),
+            (LightShape::Omni, LightShape::Omni) => true,
+            (
+                LightShape::Volume { directions: outer, asymmetry: [a, b] },
+                LightShape::Volume { directions: inner, asymmetry: [c, d] },
+            ) => cone_nests(outer, inner) && a <= c && d <= b,
             (LightShape::Oriented(outer), LightShape::Oriented(inner))
             | (LightShape::Directional(outer), LightShape::Directional(inner)) => cone_nests(outer, inner),
             (

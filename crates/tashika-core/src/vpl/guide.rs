@@ -7,10 +7,20 @@
 //! much in expectation as without it: a set is unbiased for any guide that does not depend on the
 //! set's own random numbers. Held to this by `vpl::tests`.
 
-use super::{EmitterSampler, LightSample, Vpl};
+use super::{EmitterSampler, LightSample, Vpl, VplKind};
+use crate::color::Rgb;
 use crate::math::Ray;
 use crate::rng::Stream;
 use crate::stats::{AdaptiveDensity, Weighted};
+
+/// Light that leaves an emitter along a ray.
+pub(super) struct Emitted {
+    pub(super) ray: Ray,
+    /// What it stands for (W).
+    pub(super) flux: Rgb,
+    /// Whether it comes from infinity; the ray begins where it enters the sphere about the scene.
+    pub(super) from_infinity: bool,
+}
 
 /// Densities over the numbers that emission is drawn by; none: uniform.
 #[derive(Clone, Debug, Default)]
@@ -49,12 +59,7 @@ impl LightGuide {
     }
 
     /// A ray of emission and the flux that it stands for; `u` in `[0, 1)` is the stratum's.
-    pub(super) fn ray(
-        &self,
-        emitters: &EmitterSampler<'_>,
-        u: f64,
-        s: &mut Stream,
-    ) -> Option<(Ray, crate::color::Rgb)> {
+    pub(super) fn ray(&self, emitters: &EmitterSampler<'_>, u: f64, s: &mut Stream) -> Option<Emitted> {
         let (numbers, density) = match &self.emission {
             Some(emission) => {
                 let [a, b, c] = s.uniform_3();
@@ -71,6 +76,7 @@ impl LightGuide {
         let LightSample { light, .. } = emitters.sample(u, [a, b])?;
         let (center, radius) = emitters.sphere();
         let (ray, flux) = light.emit([c, d], center, radius, emitters.maps());
-        Some((ray, flux / density as f32))
+        let from_infinity = light.kind == VplKind::Directional;
+        Some(Emitted { ray, flux: flux / density as f32, from_infinity })
     }
 }

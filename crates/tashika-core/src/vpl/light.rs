@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::math::{Frame, Ray};
 use crate::scene::{AimedMap, Beam, Falloff};
@@ -23,11 +24,14 @@ pub enum VplKind {
     Image(Beam),
     /// From infinity: irradiance `I` on a surface that faces it.
     Directional,
+    /// By the phase function `p` of the medium that it lies in, about the direction that light came
+    /// along: intensity `I · 4π p(cos φ)`, whose mean over all directions is `I`.
+    Volume(HenyeyGreenstein),
 }
 
 impl VplKind {
     /// How many kinds there are.
-    pub const COUNT: usize = 4;
+    pub const COUNT: usize = 5;
 
     /// The number of the kind, from zero: the order in which trees keep lights apart. Spots and
     /// images are of one kind: all shine in cones, at most as brightly as their intensity says.
@@ -37,6 +41,7 @@ impl VplKind {
             Self::Oriented => 1,
             Self::Spot(_) | Self::Image(_) => 2,
             Self::Directional => 3,
+            Self::Volume(_) => 4,
         }
     }
 }
@@ -46,8 +51,8 @@ impl VplKind {
 pub struct Vpl {
     /// Position (m), already moved off the surface it lies on. Zero for directional lights.
     pub position: Vec3,
-    /// Unit normal or axis, or the direction in which directional light travels. Zero for omni
-    /// lights.
+    /// Unit normal or axis, or the direction in which directional light travels, or in which light
+    /// came to a place in a medium. Zero for omni lights.
     pub direction: Vec3,
     /// Intensity `I` (W·sr⁻¹); irradiance (W·m⁻²) for directional lights.
     pub intensity: Rgb,
@@ -69,6 +74,7 @@ impl Vpl {
                     && f.cos_inner <= 1.0
             }
             VplKind::Image(beam) => self.direction.is_normalized() && (-1.0..=1.0).contains(&beam.cos_outer),
+            VplKind::Volume(phase) => self.direction.is_normalized() && phase.is_valid(),
         };
         self.position.is_finite() && self.intensity.is_valid() && directed
     }
@@ -107,6 +113,9 @@ impl Vpl {
                 let origin = center + from_frame(Vec3::new(d.x, d.y, -1.0)) * radius;
                 (Ray::new(origin, self.direction), self.intensity * (PI * radius * radius))
             }
+            VplKind::Volume(phase) => {
+                (Ray::new(self.position, phase.sample(self.direction, u).0), self.intensity * (4.0 * PI))
+            }
         }
     }
 
@@ -120,6 +129,7 @@ impl Vpl {
             VplKind::Spot(falloff) => warp::cone_inverse(local(towards), falloff.cos_outer),
             VplKind::Image(beam) => maps[beam.map as usize].inverse(towards),
             VplKind::Directional => warp::disk_inverse(local((point - center) / radius).truncate()),
+            VplKind::Volume(phase) => phase.sample_inverse(self.direction, towards),
         }
     }
 }

@@ -12,6 +12,7 @@ mod light;
 mod rows;
 mod trace;
 mod walk;
+mod walk_in_media;
 
 #[cfg(test)]
 mod tests;
@@ -40,7 +41,7 @@ pub struct Provenance {
     pub requested: u64,
     /// VPLs on or towards emitters.
     pub direct: u64,
-    /// VPLs left by light paths on surfaces.
+    /// VPLs left by light paths, on surfaces and in media.
     pub indirect: u64,
     /// Light paths traced.
     pub paths: u64,

@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::light::{Vpl, VplKind};
+use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::math::simd::MOST_LANES;
 
@@ -24,6 +25,8 @@ pub struct LightRows {
     ends: [usize; VplKind::COUNT],
     /// Of the spots and images.
     cones: Vec<VplKind>,
+    /// Of the lights in media.
+    phases: Vec<HenyeyGreenstein>,
 }
 
 impl LightRows {
@@ -34,7 +37,7 @@ impl LightRows {
     pub fn new(lights: impl ExactSizeIterator<Item = Vpl>) -> Self {
         let mut rows = Vec::with_capacity(lights.len());
         let mut ends = [0; VplKind::COUNT];
-        let mut cones = Vec::new();
+        let (mut cones, mut phases) = (Vec::new(), Vec::new());
         let mut last = 0;
         for light in lights {
             let kind = light.kind.number();
@@ -44,11 +47,13 @@ impl LightRows {
             let [r, g, b] = light.intensity.to_array();
             rows.push([px, py, pz, dx, dy, dz, r, g, b]);
             ends[kind..].fill(rows.len());
-            if let VplKind::Spot(_) | VplKind::Image(_) = light.kind {
-                cones.push(light.kind);
+            match light.kind {
+                VplKind::Spot(_) | VplKind::Image(_) => cones.push(light.kind),
+                VplKind::Volume(phase) => phases.push(phase),
+                VplKind::Omni | VplKind::Oriented | VplKind::Directional => {}
             }
         }
-        Self { rows, ends, cones }
+        Self { rows, ends, cones, phases }
     }
 
     /// How many lights there are.
@@ -85,7 +90,9 @@ impl LightRows {
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
-        self.rows.capacity() * size_of::<[f32; NUMBERS]>() + self.cones.capacity() * size_of::<VplKind>()
+        self.rows.capacity() * size_of::<[f32; NUMBERS]>()
+            + self.cones.capacity() * size_of::<VplKind>()
+            + self.phases.capacity() * size_of::<HenyeyGreenstein>()
     }
 
     /// Parts of a range whose lights are of one kind, each with the kind of its first.
@@ -112,12 +119,13 @@ impl LightRows {
 
     #[inline]
     fn kind(&self, light: usize) -> VplKind {
-        let [omni, oriented, spots, _] = self.ends;
+        let [omni, oriented, spots, directional, _] = self.ends;
         match light {
             _ if light < omni => VplKind::Omni,
             _ if light < oriented => VplKind::Oriented,
             _ if light < spots => self.cones[light - oriented],
-            _ => VplKind::Directional,
+            _ if light < directional => VplKind::Directional,
+            _ => VplKind::Volume(self.phases[light - directional]),
         }
     }
 }
@@ -146,12 +154,16 @@ mod tests {
                 .map(|k| light(if k % 2 == 0 { VplKind::Spot(spot(k)) } else { VplKind::Image(image(k)) })),
         );
         all.extend((0..counts[3]).map(|_| light(VplKind::Directional)));
+        let phase = |k: usize| HenyeyGreenstein { asymmetry: 0.1 * k as f32 };
+        all.extend((0..counts[4]).map(|k| light(VplKind::Volume(phase(k)))));
         all
     }
 
     #[test]
     fn lights_come_back_as_they_were() {
-        for counts in [[3, 20, 5, 2], [0, 9, 0, 0], [0, 0, 4, 1], [2, 0, 0, 3], [0; 4]] {
+        for counts in
+            [[3, 20, 5, 2, 4], [0, 9, 0, 0, 0], [0, 0, 4, 1, 0], [2, 0, 0, 3, 1], [0, 0, 0, 0, 3], [0; 5]]
+        {
             let lights = lights(counts);
             let rows = LightRows::new(lights.iter().copied());
             assert!(rows.iter().eq(lights.iter().copied()), "{counts:?}");
@@ -162,9 +174,9 @@ mod tests {
 
     #[test]
     fn runs_are_of_one_kind_and_leave_nothing_out() {
-        let lights = lights([3, 6, 5, 2]);
+        let lights = lights([3, 6, 5, 2, 4]);
         let rows = LightRows::new(lights.iter().copied());
-        for range in [0..16, 0..3, 2..4, 5..15, 8..16, 14..16, 7..7] {
+        for range in [0..20, 0..3, 2..4, 5..15, 8..16, 14..18, 16..20, 7..7] {
             let mut next = range.start;
             for (kind, run) in rows.runs(range.clone()) {
                 assert_eq!(run.start, next);
@@ -179,7 +191,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "kind by kind")]
     fn other_orders_are_refused() {
-        let mut lights = lights([1, 1, 0, 0]);
+        let mut lights = lights([1, 1, 0, 0, 0]);
         lights.reverse();
         LightRows::new(lights.into_iter());
     }

@@ -1,5 +1,5 @@
-//! Light tracing: from the emitters over the surfaces, leaving a VPL wherever light is reflected
-//! diffusely.
+//! Light tracing: from the emitters over the surfaces and through media, leaving a VPL wherever light
+//! is reflected diffusely or scattered.
 //!
 //! # What is computed
 //! *Direct* VPLs: every point, spot and directional emitter is one, exactly; surfaces and the
@@ -15,8 +15,17 @@
 //! section 5.3), and goes on by sampling the *whole* BSDF, as a viewer in the direction that it
 //! takes would see it, with Russian roulette by the flux that is left. The expected sum over the
 //! VPLs, unclamped, is the light transported by all paths whose last surface before the receiver
-//! reflects diffusely. Surfaces whose diffuse part depends on the outgoing direction (coats) leave
+//! reflects diffusely, or whose last place before it is in a medium. Surfaces whose diffuse part depends on the outgoing direction (coats) leave
 //! a VPL of the same flux with a plain cosine lobe.
+//!
+//! Where a path of flux `Φ` is scattered in a medium, it leaves a VPL that shines by the phase
+//! function `p` of the medium about the direction `ω` that the light came along,
+//!
+//! ```text
+//! I(ω') = Φ/P · p(ω·ω')        W·sr⁻¹
+//! ```
+//!
+//! and goes on by drawing from it ([`walk_in_media`](super::walk_in_media)).
 //!
 //! # Number
 //! Stopping at a number would bias the set: a long last path would be cut more often than a short
@@ -35,7 +44,9 @@ use super::{Clamp, EmitterSampler, LightGuide, Provenance, Vpl, VplKind, VplSet}
 use crate::accel::Tracer;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
+use crate::media::Outside;
 use crate::rng::{Purpose, Stream};
+use crate::scene::Abilities;
 
 /// Which emitters light paths start from, and how many direct VPLs each has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,7 +80,8 @@ pub struct VplOptions {
     pub count: u64,
     /// Seed of the light paths.
     pub seed: u64,
-    /// Longest light path, in surfaces met; 0 to 1000. Zero: direct light only. Default: 64.
+    /// Longest light path, in surfaces met; 0 to 1000. Zero: direct light only. Being scattered in a
+    /// medium does not count. Default: 64.
     pub max_depth: u32,
     /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1:
     /// at 0 their direct light is left out, at 1 all indirect light. Default: 0.25.
@@ -129,7 +141,8 @@ impl VplSet {
     /// pool.
     ///
     /// # Errors
-    /// Options out of range; a scene with media.
+    /// Options out of range; cameras that do not agree on the medium [outside](Outside) of all
+    /// interfaces.
     pub fn trace(tracer: &Tracer, options: &VplOptions) -> Result<Self> {
         Ok(LightTracer::new(tracer, options)?.trace(options.seed))
     }
@@ -150,10 +163,13 @@ impl<'s> LightTracer<'s> {
     /// Without a guide.
     ///
     /// # Errors
-    /// Options out of range; a scene with media, in which VPLs are not traced.
+    /// As [`VplSet::trace`].
     pub fn new(tracer: &'s Tracer, options: &VplOptions) -> Result<Self> {
         options.validate()?;
-        tracer.scene().check_method("one of VPLs")?;
+        tracer.scene().check_method("one of VPLs", Abilities::STILL_MEDIA)?;
+        if tracer.scene().has_media() {
+            Outside::check(tracer)?;
+        }
         let emitters = match options.emission {
             Emission::ByPower => EmitterSampler::new(tracer.scene()),
             Emission::ByUse => EmitterSampler::by_use(tracer, options),
@@ -353,6 +369,7 @@ fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
             VplKind::Spot(_) | VplKind::Image(_) => (1, (l.position - bounds.lo) / size),
             VplKind::Directional => (2, l.direction * 0.5 + 0.5),
             VplKind::Oriented => (3, (l.position - bounds.lo) / size),
+            VplKind::Volume(_) => (4, (l.position - bounds.lo) / size),
         };
         (kind, morton(unit.to_array()))
     };

@@ -8,11 +8,14 @@ use glam::Vec3;
 
 use rayon::prelude::*;
 
+use super::guide::Emitted;
+use super::walk_in_media::{Begun, walk_in_media};
 use super::{EmitterSampler, LightGuide, Vpl, VplKind, VplOptions, carried_cos};
 use crate::accel::Tracer;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
 use crate::math::{Frame, Ray};
+use crate::media::Outside;
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::{Part, SurfacePoint};
 use crate::warp;
@@ -44,6 +47,7 @@ pub(super) fn trace_paths(
     purpose: Purpose,
     paths: u64,
 ) -> Trail {
+    let outside = tracer.scene().has_media().then(|| Outside::new(tracer));
     let chunks: Vec<Trail> = (0..paths.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
@@ -52,10 +56,17 @@ pub(super) fn trace_paths(
                 let mut s = Stream::new(options.seed, purpose, i);
                 // Stratified over the emitters.
                 let u = (i as f64 + s.uniform_f64()) / paths as f64;
-                if let Some((ray, flux)) = guide.ray(emitters, u, &mut s) {
+                if let Some(Emitted { ray, flux, from_infinity }) = guide.ray(emitters, u, &mut s) {
                     let key = rng::key(options.seed, purpose, i);
                     let before = trail.lights.len();
-                    walk(tracer, ray, flux / paths as f32, options.max_depth, key, &mut s, &mut trail);
+                    let flux = flux / paths as f32;
+                    match outside {
+                        None => walk(tracer, ray, flux, options.max_depth, key, &mut s, &mut trail),
+                        Some(outside) => {
+                            let begun = Begun::new(tracer, outside, ray, flux, from_infinity, key, &mut s);
+                            walk_in_media(tracer, begun, options.max_depth, key, &mut s, &mut trail);
+                        }
+                    }
                     trail.counts.push((trail.lights.len() - before) as u32);
                 }
             }
@@ -97,27 +108,11 @@ fn walk(
         let incoming = -ray.direction;
         let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
         flux *= weight;
-        let carried = carried_cos(&point, &bsdf, incoming);
-        if !carried.is_black() {
-            let (normal, _) = point.normals_towards(if through { -incoming } else { incoming });
-            let intensity = flux * carried / normal.dot(incoming).abs();
-            trail.diffuse += f64::from(intensity.luminance() * PI);
-            if is_specular && is_bent {
-                trail.bent.push(trail.lights.len() as u32);
-            }
-            trail.lights.push(Vpl {
-                position: point.leave(normal),
-                direction: normal,
-                intensity,
-                kind: VplKind::Oriented,
-            });
-        }
-        let scattered = if bsdf.is_specular() {
-            reflected_or_bent(&point, &bsdf, incoming, s)
-        } else {
-            scattered(&point, &bsdf, through, incoming, s)
+        leave(&point, &bsdf, through, incoming, flux, is_specular && is_bent, trail);
+        let Some(Scattered { direction, factor, specular }) = goes_on(&point, &bsdf, through, incoming, s)
+        else {
+            return;
         };
-        let Some(Scattered { direction, factor, specular }) = scattered else { return };
         let next = flux * factor;
         if specular.is_none() {
             trail.reflected += f64::from(next.luminance());
@@ -134,14 +129,55 @@ fn walk(
     }
 }
 
+/// Leaves what a part of a surface reflects, or transmits, diffusely of so much flux.
+///
+/// * `is_bent`: whether that came from an emitter by mirrors and glass alone, not all of them panes.
+pub(super) fn leave(
+    point: &SurfacePoint,
+    bsdf: &Bsdf,
+    through: bool,
+    incoming: Vec3,
+    flux: Rgb,
+    is_bent: bool,
+    trail: &mut Trail,
+) {
+    let carried = carried_cos(point, bsdf, incoming);
+    if carried.is_black() {
+        return;
+    }
+    let (normal, _) = point.normals_towards(if through { -incoming } else { incoming });
+    let intensity = flux * carried / normal.dot(incoming).abs();
+    trail.diffuse += f64::from(intensity.luminance() * PI);
+    if is_bent {
+        trail.bent.push(trail.lights.len() as u32);
+    }
+    let position = point.leave(normal);
+    trail.lights.push(Vpl { position, direction: normal, intensity, kind: VplKind::Oriented });
+}
+
 /// How a light path goes on.
-struct Scattered {
+pub(super) struct Scattered {
     /// Unit vector.
-    direction: Vec3,
+    pub(super) direction: Vec3,
     /// Of the flux.
-    factor: Rgb,
+    pub(super) factor: Rgb,
     /// The single direction that it is, if it is one.
-    specular: Option<Lobe>,
+    pub(super) specular: Option<Lobe>,
+}
+
+/// From a part of a surface, by drawing from the whole of its scattering.
+pub(super) fn goes_on(
+    point: &SurfacePoint,
+    bsdf: &Bsdf,
+    through: bool,
+    incoming: Vec3,
+    s: &mut Stream,
+) -> Option<Scattered> {
+    if bsdf.is_specular() {
+        reflected_or_bent(point, bsdf, incoming, s)
+    } else {
+        scattered(point, bsdf, through, incoming, s)
+    }
 }
 
 /// At a mirror or glass.

@@ -22,11 +22,16 @@
 use std::f32::consts::TAU;
 use std::f64::consts::PI;
 
-use crate::math::elementary::sin_cos;
+use serde::{Deserialize, Serialize};
+
+use crate::math::elementary::{atan2, sin_cos};
 use crate::math::{Frame, Vec3};
 
+/// Asymmetries below this are isotropic as far as `f32` can tell.
+const ISOTROPIC: f64 = 1e-6;
+
 /// A phase function of Henyey and Greenstein.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HenyeyGreenstein {
     /// The mean cosine `g`, in (−1, 1); 0 is isotropic.
     pub asymmetry: f32,
@@ -56,6 +61,49 @@ impl HenyeyGreenstein {
         let (sin_phi, cos_phi) = sin_cos(TAU * u[1]);
         let local = Vec3::new(sin * cos_phi, sin * sin_phi, cos as f32);
         (Frame::about(before).to_world(local).normalize(), self.density(cos as f32))
+    }
+
+    /// The numbers that [`Self::sample`] takes to a unit direction, of a path that goes along the unit
+    /// direction `before`.
+    pub fn sample_inverse(&self, before: Vec3, after: Vec3) -> [f32; 2] {
+        let local = Frame::about(before).to_local(after);
+        let (g, cos) = (f64::from(self.asymmetry), f64::from(local.z).clamp(-1.0, 1.0));
+        let below = if g.abs() < ISOTROPIC {
+            0.5 * (1.0 + cos)
+        } else {
+            let reach = (1.0 + g * g - 2.0 * g * cos).max((1.0 - g.abs()) * (1.0 - g.abs())).sqrt();
+            (1.0 - g * g) / (2.0 * g) * (reach.recip() - (1.0 + g).recip())
+        };
+        let around = atan2(local.y, local.x) / TAU;
+        [below.clamp(0.0, 1.0) as f32, around - around.floor()]
+    }
+
+    /// At least the density (sr⁻¹) over all cosines between two, and all asymmetries between two.
+    ///
+    /// * `cos`, `asymmetry`: the least and the largest.
+    ///
+    /// The density is `(1 − g²) / 4π s^(3/2)` with `s = 1 + g² − 2 g cos`: where `g ≥ 0` it grows
+    /// with the cosine, where `g ≤ 0` it falls. For one cosine `s` is least at the `g` next to it, and
+    /// `1 − g²` largest at the `g` next to zero; for one asymmetry both are exact.
+    pub fn upper_density(cos: [f32; 2], asymmetry: [f32; 2]) -> f32 {
+        let cos = cos.map(|c| f64::from(c).clamp(-1.0, 1.0));
+        let [least, largest] = asymmetry.map(f64::from);
+        let of = |cos: f64, [least, largest]: [f64; 2]| {
+            let g = cos.clamp(least, largest);
+            let nearest_zero = 0.0_f64.clamp(least, largest);
+            // As the density has it: without the difference of near numbers.
+            let s = (1.0 - g.abs()) * (1.0 - g.abs()) + 2.0 * (g.abs() - g * cos);
+            (1.0 - nearest_zero * nearest_zero) / (4.0 * PI * s * s.sqrt())
+        };
+        let mut upper = 0.0_f64;
+        if largest >= 0.0 {
+            upper = upper.max(of(cos[1], [least.max(0.0), largest]));
+        }
+        if least <= 0.0 {
+            upper = upper.max(of(cos[0], [least, largest.min(0.0)]));
+        }
+        // For the rounding of either.
+        (upper as f32).next_up().next_up()
     }
 
     /// Whether the asymmetry is in range.
@@ -143,6 +191,50 @@ mod tests {
             let statistic: f64 = counts.iter().map(|&n| (f64::from(n) - expected).powi(2) / expected).sum();
             let p = ChiSquared::new(counts.len() as f64 - 1.0).unwrap().sf(statistic);
             assert!(p > 1e-4 / ASYMMETRIES.len() as f64, "{asymmetry}: χ² {statistic}, p {p}");
+        }
+    }
+
+    #[test]
+    fn directions_are_taken_back_to_their_numbers() {
+        let mut stream = Stream::new(3, Purpose::Test, 0);
+        for asymmetry in ASYMMETRIES {
+            let phase = HenyeyGreenstein { asymmetry };
+            let before = Vec3::new(0.48, -0.6, 0.64);
+            for _ in 0..1000 {
+                let u = stream.uniform_2();
+                let (after, density) = phase.sample(before, u);
+                let found = phase.sample_inverse(before, after);
+                let (again, _) = phase.sample(before, found);
+                // A cosine is rounded by 10⁻⁷, which a density of `p` takes as `2π p` of that.
+                assert!((found[0] - u[0]).abs() < 2e-6 * (1.0 + density), "{asymmetry}: {found:?} for {u:?}");
+                assert!(again.distance(after) < 2e-3, "{asymmetry}: {again} for {after}");
+            }
+        }
+    }
+
+    /// No density of the ranges is above the bound; where a range is a single number, some density
+    /// comes up to it.
+    #[test]
+    fn the_bound_holds_and_is_sharp() {
+        let mut stream = Stream::new(4, Purpose::Test, 0);
+        for round in 0..20_000 {
+            let mut range = |width: f32, most: f32| {
+                let (a, b) = (stream.uniform(), stream.uniform());
+                let lo = (2.0 * a - 1.0) * most;
+                [lo, (lo + width * b).min(most)]
+            };
+            let one_asymmetry = round % 2 == 0;
+            let (cos, g) = (range(1.0, 1.0), range(if one_asymmetry { 0.0 } else { 0.5 }, 0.99));
+            let upper = HenyeyGreenstein::upper_density(cos, g);
+            let mut largest = 0.0_f32;
+            for k in 0..40 {
+                let (u, v) = (k as f32 / 39.0, stream.uniform());
+                let phase = HenyeyGreenstein { asymmetry: g[0] + (g[1] - g[0]) * v };
+                let density = phase.density(cos[0] + (cos[1] - cos[0]) * u);
+                assert!(density <= upper, "{density} > {upper} for {cos:?} and {g:?}");
+                largest = largest.max(density);
+            }
+            assert!(!one_asymmetry || upper <= 1.001 * largest, "{upper} for {largest}: {cos:?}, {g:?}");
         }
     }
 

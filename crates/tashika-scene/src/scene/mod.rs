@@ -8,6 +8,7 @@
 //!
 //! Units: lengths in metres, radiance in W·m⁻²·sr⁻¹, intensity in W·sr⁻¹, irradiance in W·m⁻².
 
+mod abilities;
 mod builder;
 pub mod builtin;
 mod camera;
@@ -30,7 +31,6 @@ mod note;
 mod object_names;
 mod overview;
 mod part;
-mod paths_only;
 mod projection;
 mod relight;
 pub mod sky;
@@ -42,6 +42,7 @@ mod tiles;
 mod variation;
 mod volume_grid;
 
+pub use abilities::Abilities;
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
 pub use camera::{Camera, CameraSample, Seen};
 pub use emitter::{Beam, Emitter, Falloff, FalloffShape};

@@ -3,8 +3,9 @@
 //! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the
 //! provenance as JSON, number of VPLs (u64), then 48 bytes each: position, direction, intensity (3
 //! × f32), kind (u32: 0 omni, 1 oriented, 2 spot, 3 directional, 4, 5 and 7 spots with other
-//! fall-offs, 6 image), cosines of the inner and outer cone (f32, zero unless spot; of an image the
-//! number of its map as u32, and the cosine). The maps are the scene's: a set is for the scene that
+//! fall-offs, 6 image, 8 in a medium), cosines of the inner and outer cone (f32, zero unless spot; of
+//! an image the number of its map as u32, and the cosine; in a medium the asymmetry of its phase
+//! function, and zero). The maps are the scene's: a set is for the scene that
 //! it was traced in. The length must be exactly that.
 
 use std::fs::File;
@@ -14,6 +15,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::write_file;
+use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::scene::{Beam, Falloff, FalloffShape};
@@ -113,7 +115,7 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
             Error::invalid(
                 at().item(format!("VPL {i}")),
                 "a position, direction, intensity or kind that no VPL has",
-                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 7",
+                "finite numbers, unit directions, intensities of at least 0, kinds 0 to 8",
             )
         })?);
     }
@@ -141,6 +143,7 @@ fn record(l: &Vpl) -> [u8; RECORD] {
         // The bits of the number, as they are.
         VplKind::Image(beam) => (6, f32::from_bits(beam.map), beam.cos_outer),
         VplKind::Directional => (3, 0.0f32, 0.0f32),
+        VplKind::Volume(phase) => (8, phase.asymmetry, 0.0),
     };
     let mut bytes = [0; RECORD];
     let numbers =
@@ -166,6 +169,7 @@ fn light(bytes: &[u8; RECORD]) -> Option<Vpl> {
         1 => VplKind::Oriented,
         3 => VplKind::Directional,
         6 => VplKind::Image(Beam { map: u32::from_le_bytes(word(10)), cos_outer: number(11) }),
+        8 => VplKind::Volume(HenyeyGreenstein { asymmetry: number(10) }),
         code => {
             let shape = SPOT_SHAPES.into_iter().find(|&shape| spot_code(shape) == code)?;
             VplKind::Spot(Falloff { cos_inner: number(10), cos_outer: number(11), shape })
@@ -194,6 +198,7 @@ mod tests {
                 Vec3::NEG_Z,
             ),
             light(VplKind::Directional, Vec3::X),
+            light(VplKind::Volume(HenyeyGreenstein { asymmetry: -0.25 }), Vec3::Z),
         ];
         VplSet::new(
             lights,
@@ -233,7 +238,7 @@ mod tests {
             }
         }
         let mut claims = whole.clone();
-        let at = claims.len() - 4 * RECORD - 8;
+        let at = claims.len() - 5 * RECORD - 8;
         claims[at..at + 8].copy_from_slice(&u64::MAX.to_le_bytes());
         std::fs::write(&path, &claims).unwrap();
         let message = load_vpls(&path).unwrap_err().to_string();

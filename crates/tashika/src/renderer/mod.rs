@@ -372,9 +372,7 @@ impl<'a> Renderer<'a> {
         let first = &scene.cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
         let resolved = request.in_scene(scene).resolve()?;
-        if !resolved.method.renders_all() {
-            scene.check_method(self.request.method.name())?;
-        }
+        scene.check_method(self.request.method.name(), resolved.method.abilities())?;
         Ok((resolved, self.framing.of(&camera)?))
     }
 

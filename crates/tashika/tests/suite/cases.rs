@@ -75,8 +75,20 @@ pub fn glowing(name: &str, surface: Surface, radiance: f32) -> Material {
     Material { emission: Some(emission(Rgb::gray(radiance))), ..Material::new(name, surface) }
 }
 
-/// A diffuse room with one area light, one block and one open side; camera `main`.
+/// The camera of [`diffuse_room`].
+pub fn room_camera() -> Camera {
+    Camera::look_at("main", Vec3::new(0.0, 1.0, 3.6), Vec3::new(0.0, 1.0, 0.0), Vec3::Y, 0.6)
+}
+
+/// A diffuse room with one block and one open side; camera `main`.
 pub fn diffuse_room() -> SceneBuilder {
+    let mut b = diffuse_walls();
+    b.add_camera(room_camera()).unwrap();
+    b
+}
+
+/// The same without a camera.
+pub fn diffuse_walls() -> SceneBuilder {
     let mut b = builder();
     let colors = [Rgb::new(0.7, 0.7, 0.7), Rgb::new(0.6, 0.2, 0.1), Rgb::new(0.1, 0.3, 0.6)];
     let mut wall = |corner: [f32; 3], a: [f32; 3], c: [f32; 3], color: usize| {
@@ -90,8 +102,6 @@ pub fn diffuse_room() -> SceneBuilder {
     wall([1.0, 0.0, -1.0], [0.0, 0.0, 2.0], [0.0, 2.0, 0.0], 2);
     let block = cuboid(Vec3::new(-0.2, 0.0, -0.5), Vec3::new(0.4, 0.7, 0.1), false);
     place(&mut b, block, Material::new("block", lambert(0.5)));
-    b.add_camera(Camera::look_at("main", Vec3::new(0.0, 1.0, 3.6), Vec3::new(0.0, 1.0, 0.0), Vec3::Y, 0.6))
-        .unwrap();
     b
 }
 
@@ -128,8 +138,8 @@ pub fn luminances(film: &Film) -> Vec<f64> {
     film.colors().unwrap().map(|c| f64::from(c.luminance())).collect()
 }
 
-/// Methods that sum VPLs refuse a scene that needs paths before they begin, by a message that is as
-/// `asked` for; what the default promises path tracing keeps, but for certificates.
+/// Methods that sum VPLs refuse a scene that moves before they begin, by a message that is as `asked`
+/// for; what the default promises path tracing keeps.
 pub fn only_paths_render(tracer: &Tracer, asked: impl Fn(&str)) {
     let refused = |error: Option<Error>| asked(&error.expect("refused").to_string());
     let renderer = || Renderer::on(tracer).size([4, 4]);
@@ -145,6 +155,14 @@ pub fn only_paths_render(tracer: &Tracer, asked: impl Fn(&str)) {
     let setting = Setting { tracer, view: view(tracer.scene(), [4, 4], 1, 1) };
     let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
     refused(render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false)).err());
+    paths_keep_what_the_default_promises(tracer, asked);
+}
+
+/// Of a scene with media or motion, what the default promises is kept by path tracing, but for
+/// certificates, which are refused by a message that is as `asked` for.
+pub fn paths_keep_what_the_default_promises(tracer: &Tracer, asked: impl Fn(&str)) {
+    let refused = |error: Option<Error>| asked(&error.expect("refused").to_string());
+    let renderer = || Renderer::on(tracer).size([4, 4]);
     let image = renderer().paths(1).render().unwrap();
     assert!(image.complete);
     assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));

@@ -86,6 +86,7 @@ fn one_light_over_a_plane_follows_the_inverse_square_and_cosine_laws() {
                     }
                     VplKind::Directional => -l.direction.y,
                     VplKind::Image(_) => unreachable!("in light_images"),
+                    VplKind::Volume(_) => unreachable!("in volume_lights"),
                 };
                 let expected = l.intensity * (REFLECTANCE / PI * received);
                 if expected.max_channel() < 1e-3 {

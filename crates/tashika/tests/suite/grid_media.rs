@@ -27,7 +27,7 @@ use crate::cases::{
 use crate::media::{assert_means, bounding, colors, mean_of, needle, paths};
 
 /// A grid in the box between two corners, of what `value` says of the middle of each cell.
-fn grid(counts: [u32; 3], [lo, hi]: [Vec3; 2], value: impl Fn([f64; 3]) -> [f64; 3]) -> VolumeGrid {
+pub fn grid(counts: [u32; 3], [lo, hi]: [Vec3; 2], value: impl Fn([f64; 3]) -> [f64; 3]) -> VolumeGrid {
     let middle = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let [nx, ny, nz] = counts;
     let of = |i: u32| value([middle(i % nx, nx), middle(i / nx % ny, ny), middle(i / (nx * ny), nz)]);
@@ -42,7 +42,7 @@ fn grid(counts: [u32; 3], [lo, hi]: [Vec3; 2], value: impl Fn([f64; 3]) -> [f64;
     VolumeGrid::new(data, &Location::default()).unwrap()
 }
 
-fn add(
+pub fn add(
     b: &mut SceneBuilder,
     [absorption, scattering]: [[f32; 3]; 2],
     asymmetry: f32,

@@ -58,3 +58,4 @@ mod usd_features;
 mod usd_lights;
 mod usd_materials;
 mod usd_meshes;
+mod volume_lights;

@@ -9,7 +9,7 @@ use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
 use tashika::film::{Film, Window};
 use tashika::gather::View;
-use tashika::integrator::{PathStop, PathTracer, Setting};
+use tashika::integrator::{GuidedLights, PathStop, PathTracer, Setting, Truth};
 use tashika::math::elementary::exp_f64;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
@@ -18,17 +18,18 @@ use tashika::scene::{
     Camera, Emitter, Environment, Interface, Material, Medium, MediumId, MeshData, Scene, SceneBuilder,
     Surface,
 };
+use tashika::vpl::VplOptions;
 
 use crate::cases::{
-    add_ceiling_lamp, builder, cuboid, diffuse_room, film, film_of, glowing, lambert, only_paths_render,
-    parallelogram, place, tracer, view,
+    add_ceiling_lamp, builder, cuboid, diffuse_room, film, film_of, glowing, lambert, parallelogram,
+    paths_keep_what_the_default_promises, place, tracer, view,
 };
 
 fn rgb([r, g, b]: [f32; 3]) -> Rgb {
     Rgb::new(r, g, b)
 }
 
-fn add(b: &mut SceneBuilder, absorption: [f32; 3], scattering: [f32; 3], asymmetry: f32) -> MediumId {
+pub fn add(b: &mut SceneBuilder, absorption: [f32; 3], scattering: [f32; 3], asymmetry: f32) -> MediumId {
     let [absorption, scattering] = [absorption, scattering].map(rgb);
     let phase = HenyeyGreenstein { asymmetry };
     b.add_medium(Medium { name: "fog".into(), absorption, scattering, phase, variation: None }).unwrap()
@@ -178,11 +179,11 @@ fn glass_absorbs_by_the_medium_in_it() {
 
 /// Albedo of [`barely_scattering`]: light that is scattered twice is at most this share of what is
 /// scattered once.
-const ALBEDO: f32 = 1e-3;
-const EXTINCTION: [f32; 3] = [0.3, 0.6, 1.2];
+pub const ALBEDO: f32 = 1e-3;
+pub const EXTINCTION: [f32; 3] = [0.3, 0.6, 1.2];
 const ASYMMETRY: f64 = 0.5;
 
-fn barely_scattering(b: &mut SceneBuilder) -> MediumId {
+pub fn barely_scattering(b: &mut SceneBuilder) -> MediumId {
     let absorption = EXTINCTION.map(|s| s * (1.0 - ALBEDO));
     add(b, absorption, EXTINCTION.map(|s| s * ALBEDO), ASYMMETRY as f32)
 }
@@ -195,7 +196,7 @@ fn phase(cos: f64) -> f64 {
 
 /// `∫ σ_s exp(−σ (t + d)) p(cos) of(d, cos φ) dt` along the axis of a [`needle`] from the origin, `end`
 /// metres long, for light from `from`; `φ` is the angle at the light from `+x`.
-fn scattered_once(sigma: f64, end: f64, from: [f64; 3], of: impl Fn(f64, f64) -> f64) -> f64 {
+pub fn scattered_once(sigma: f64, end: f64, from: [f64; 3], of: impl Fn(f64, f64) -> f64) -> f64 {
     let steps = 4000;
     let step = end / f64::from(steps);
     let at = |k: i32| {
@@ -393,13 +394,23 @@ fn threads_and_windows_change_no_bit_in_media() {
     }
 }
 
-/// Methods that know no media refuse them before they begin, and say which method does not.
+/// What is claimed of light transport in media is claimed by paths; sums over VPLs render them, and what
+/// does neither refuses them before it begins, and says what does.
 #[test]
-fn other_methods_refuse_media_and_name_the_one_that_renders_them() {
+fn methods_that_know_no_media_refuse_them_and_name_those_that_do() {
     let tracer = Tracer::new(foggy_room().into());
-    only_paths_render(&tracer, |said| {
-        assert!(said.contains("expected path") && said.contains("fog"), "{said}");
-    });
+    let asked = |said: &str| {
+        assert!(said.contains("expected path, or truth vpl") && said.contains("fog"), "{said}");
+    };
+    paths_keep_what_the_default_promises(&tracer, asked);
+    let renderer = || Renderer::on(&tracer).size([4, 4]).vpls(200);
+    for method in MethodName::all().filter(|method| method.of_lights().is_some()) {
+        let image = renderer().method(method).truth(Truth::Vpl).render().unwrap();
+        assert!(image.complete, "{method}");
+    }
+    let options = VplOptions { count: 200, ..VplOptions::default() };
+    let view = view(tracer.scene(), [4, 4], 1, 1);
+    asked(&GuidedLights::trace(&tracer, &options, Truth::Transport, &view).unwrap_err().to_string());
     let stranger = Camera { medium: Some(MediumId::at(7)), ..tracer.scene().cameras()[0].clone() };
     let path = Renderer::on(&tracer).size([4, 4]).method(MethodName::Path).camera(stranger);
     let said = path.render().expect_err("refused").to_string();

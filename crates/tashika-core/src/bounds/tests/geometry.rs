@@ -399,12 +399,15 @@ fn geometric_terms_hold() {
             (LightShape::Omni, &[|_| 1.0]),
             (oriented, &[|cos| cos.max(0.0)]),
             (spot, &FALL_OFFS),
-            (LightShape::Mixed, &[|_| 1.0, |cos| cos.max(0.0)]),
+            (LightShape::Mixed { peak: 1.0 }, &[|_| 1.0, |cos| cos.max(0.0)]),
         ];
         for (shape, factors) in shapes {
             let bounds = LightBounds { aabb: pair.lights, shape };
             let upper = upper_geometric(&bounds, &pair.towards(shape), clamp);
-            assert!(upper.is_finite() && (shape != LightShape::Mixed || upper >= 1.0), "{pair:?} {upper}");
+            assert!(
+                upper.is_finite() && (!matches!(shape, LightShape::Mixed { .. }) || upper >= 1.0),
+                "{pair:?} {upper}"
+            );
             for _ in 0..4 {
                 let (light, point) = pair.member(&mut s);
                 for factor in factors {
@@ -551,7 +554,7 @@ fn what_is_known_of_nothing_and_of_everything() {
     assert_eq!(Towards::Cone(Cone::EMPTY).upper_cos(&Cone::of(Vec3::X)), 0.0);
     assert_eq!(Towards::Cone(Cone::ALL).upper_cos(&Cone::of(Vec3::X)), 1.0);
     assert_eq!(Towards::Any.cone(), Cone::ALL);
-    let mixed = LightBounds { shape: LightShape::Mixed, ..far };
+    let mixed = LightBounds { shape: LightShape::Mixed { peak: 1.0 }, ..far };
     assert_eq!(Towards::between(&mixed, &unit), Towards::Any);
     // A directional light among them has 1; the nearest of the others is held by the clamp alone.
     assert_eq!(upper_geometric(&mixed, &Towards::Any, 10.0), 1.0);

@@ -6,6 +6,7 @@ pub(super) mod cases;
 mod cube_map;
 mod geometry;
 mod reflector;
+mod scattering;
 
 /// So many rounds; thirty times as many in the slow suite (`TASHIKA_SLOW_TESTS=1`), where each
 /// bound meets more than 10⁷ members.

@@ -30,6 +30,8 @@ fn matt(position: Vec3) -> GatherPoint {
         wo: Vec3::Z,
         bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.5) }),
         weight: Rgb::WHITE,
+        medium: None,
+        phase: None,
     }
 }
 

@@ -8,13 +8,13 @@ mod table;
 use super::{Clusters, Pair, Refinement, RefinementMemory, RefinementOptions, gather_tree};
 use crate::bounds::tests::many;
 use crate::bounds::{UpperAnalytic, UpperConstant, UpperCubeMap, UpperMaterial};
-use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, Lambert, MetallicRoughness, Phong};
+use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, HenyeyGreenstein, Lambert, MetallicRoughness, Phong};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
 use crate::math::{Frame, Vec3};
 use crate::rng::{Purpose, Stream};
-use crate::scene::{Falloff, FalloffShape};
+use crate::scene::{Falloff, FalloffShape, MediumId};
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 use crate::warp;
@@ -72,9 +72,36 @@ fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
             wo: frame.to_local(Vec3::new(0.6, 0.1, 0.79).normalize()),
             bsdf,
             weight: Rgb::from(s.uniform_3()).map(|c| 0.1 + c),
+            medium: None,
+            phase: None,
         }
     };
     (0..n).map(|_| point(s)).collect()
+}
+
+/// Some of the lights of the room, and as many in its fog, of two media.
+fn lights_in_media(n: usize, s: &mut Stream) -> LightTree {
+    let light = |s: &mut Stream| {
+        let (position, direction) = (Vec3::from(s.uniform_3()) * 4.0, warp::sphere(s.uniform_2()));
+        let phase = HenyeyGreenstein { asymmetry: [0.8, -0.3][s.below(2) as usize] };
+        let intensity = Rgb::from(s.uniform_3()).map(|c| c + 0.01);
+        Vpl { position, direction: direction.normalize(), intensity, kind: VplKind::Volume(phase) }
+    };
+    let on_surfaces = lights(n / 2, s);
+    let in_media = (0..n - n / 2).map(|_| light(s));
+    tree(on_surfaces.lights().iter().chain(in_media).collect())
+}
+
+/// Points of the floor, and others on the way to it.
+fn points_in_media(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
+    let mut points = points(n, s);
+    let before = Vec3::new(-0.6, -0.1, -0.79).normalize();
+    for point in points.iter_mut().skip(n / 2) {
+        let phase = HenyeyGreenstein { asymmetry: [0.7, -0.5, 0.0][s.below(3) as usize] };
+        let position = point.position - before * s.uniform();
+        *point = GatherPoint::in_medium(position, before, phase, MediumId::at(0), point.weight);
+    }
+    points
 }
 
 /// The pairs of the cut after some splits.
@@ -90,9 +117,13 @@ fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B>, splits: usize) -> V
 
 /// Every term of every pair on the way down, as it is drawn: never brighter than the pair's bound.
 fn terms_are_within_bounds<B: UpperMaterial>() {
-    for round in 0..many(4) {
+    for round in 0..many(8) {
         let mut s = Stream::new(round as u64, Purpose::Test, 7);
-        let (lights, points) = (lights(200, &mut s), gather_tree::<B>(&points(12, &mut s)));
+        let (lights, points) = match round % 2 {
+            0 => (lights(200, &mut s), points(12, &mut s)),
+            _ => (lights_in_media(200, &mut s), points_in_media(12, &mut s)),
+        };
+        let points = gather_tree::<B>(&points);
         let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
         let mut memory = RefinementMemory::default();
         let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();

@@ -2,7 +2,7 @@
 //! whole.
 
 use super::{TRANSPORT, lights, points, tree};
-use crate::bounds::UpperAnalytic;
+use crate::bounds::{UpperAnalytic, UpperScattering};
 use crate::color::Rgb;
 use crate::cut::{
     Clusters, KernelBound, Pair, Rank, Refinement, RefinementMemory, RefinementOptions, TermTable,
@@ -15,7 +15,7 @@ use crate::vpl::{Vpl, VplKind};
 
 const OPTIONS: RefinementOptions<'_> = RefinementOptions { rank: Rank::Upper, finest: 2, tabulated: 40 };
 
-fn world() -> (LightTree, GatherTree<UpperAnalytic>) {
+fn world() -> (LightTree, GatherTree<UpperScattering<UpperAnalytic>>) {
     let mut s = Stream::new(9, Purpose::Test, 7);
     (lights(120, &mut s), gather_tree(&points(10, &mut s)))
 }

@@ -5,7 +5,7 @@ use super::super::Setting;
 use super::GuidedLights;
 use super::nearby::Nearby;
 use crate::accel::Glass;
-use crate::bounds::UpperAnalytic;
+use crate::bounds::{UpperAnalytic, UpperScattering};
 use crate::bsdf::{Bsdf, Lambert};
 use crate::color::{Controlled, Rgb, RgbSum};
 use crate::compensation::{Compensation, LightingContext};
@@ -107,7 +107,7 @@ pub(super) struct Points {
     /// those of the points alone, which are spread evenly.
     is_emission_rare: bool,
     /// As they are summed: without narrow lobes.
-    tree: GatherTree<UpperAnalytic>,
+    tree: GatherTree<UpperScattering<UpperAnalytic>>,
     /// Camera samples, each next to those near by in the pixel.
     by_place: Vec<u32>,
 }

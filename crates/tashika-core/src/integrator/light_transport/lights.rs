@@ -10,6 +10,7 @@ use crate::gather::{GatherPoint, View};
 use crate::guidance::{BentLight, Guided, SeenLamps, importance_correlation, learn_light_guide};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose};
+use crate::scene::Abilities;
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{
     Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions, VplSet,
@@ -49,6 +50,7 @@ fn farther(truth: Truth, clamp: Clamp) -> f32 {
 
 /// What emission matters to the view, and the options that tell how it is drawn.
 fn learn<'t>(tracer: &'t Tracer, options: &VplOptions, view: &View<'_>) -> Result<(VplOptions, Guided<'t>)> {
+    tracer.scene().check_method("tashika", Abilities::STILL_SURFACES)?;
     let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
     let tracing = LightTracer::new(tracer, &options)?;
     let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));
@@ -283,7 +285,7 @@ impl GuidedLights {
     pub(super) fn is_given(&self, light: &Vpl) -> bool {
         match light.kind {
             VplKind::Omni | VplKind::Spot(_) | VplKind::Image(_) => true,
-            VplKind::Oriented => false,
+            VplKind::Oriented | VplKind::Volume(_) => false,
             VplKind::Directional => self.given_directions.contains(&light.direction),
         }
     }

@@ -25,13 +25,12 @@
 //! # Held to this by
 //! The suite's `media`.
 
-use super::flight::{self, Flight, fly};
 use super::{CERTAIN_DEPTH, MAX_SURVIVAL, Tracing, weight_of_light};
-use crate::accel::Apex;
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
+use crate::media::{Flight, MOST_PASSED, along_segment, fly};
 use crate::rng::Stream;
 use crate::scene::{LightId, Medium, MediumId};
 use crate::vpl::Vpl;
@@ -39,9 +38,6 @@ use crate::warp::balance;
 
 /// Highest probability of going on after being scattered.
 const MAX_SURVIVAL_IN_MEDIUM: f32 = 0.999;
-/// Boundaries and other surfaces that one straight line passes at most: a path or segment ends
-/// there.
-const MOST_PASSED: u32 = 4096;
 
 /// A path on its way.
 struct Path {
@@ -230,52 +226,9 @@ impl Tracing<'_> {
         if free == 0.0 {
             return Rgb::BLACK;
         }
-        self.transmittance(place, light.apex(), medium, key, stream) * (mis * free)
-    }
-
-    /// What the media leave of light along a segment that surfaces let pass, from a place in
-    /// `medium`.
-    fn transmittance(
-        &mut self,
-        place: Vec3,
-        end: Apex,
-        mut medium: Option<MediumId>,
-        key: u64,
-        stream: &mut Stream,
-    ) -> Rgb {
-        let scene = self.tracer.scene();
-        let (direction, mut distance) = match end {
-            Apex::Direction(direction) => (direction, f32::INFINITY),
-            Apex::Point(point) => {
-                let length = place.distance(point);
-                ((point - place) / length.max(f32::MIN_POSITIVE), length)
-            }
-        };
-        let mut share = |medium: Option<MediumId>, origin: Vec3, distance: f32| {
-            medium.map_or(Rgb::WHITE, |m| {
-                let ray = Ray::new(origin, direction);
-                flight::transmittance(&scene.media()[m.index()], &ray, distance, stream)
-            })
-        };
-        let (mut left, mut origin) = (Rgb::WHITE, place);
-        if scene.has_interfaces() {
-            for _ in 0..MOST_PASSED {
-                self.rays += 1;
-                let ray = Ray { origin, direction, t_max: distance };
-                let Some(hit) = self.tracer.closest_hit_at(&ray, key, self.share) else {
-                    return left * share(medium, origin, distance);
-                };
-                left *= share(medium, origin, hit.t);
-                if left.is_black() {
-                    return left;
-                }
-                let surface = self.surface(&hit);
-                medium = scene.medium_beyond(&surface, direction, medium);
-                origin = surface.leave(direction);
-                distance -= hit.t;
-            }
-            return Rgb::BLACK;
-        }
-        left * share(medium, origin, distance)
+        let (left, rays) =
+            along_segment(self.tracer, (place, medium), light.apex(), (key, self.share), stream);
+        self.rays += rays;
+        left * (mis * free)
     }
 }

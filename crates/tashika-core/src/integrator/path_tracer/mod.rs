@@ -17,11 +17,9 @@
 //!
 //! When a pixel has had paths enough is told by a [`PathStop`].
 
-mod flight;
 mod groups;
 mod in_media;
 mod nearby;
-mod null_collisions;
 mod samples;
 mod stopping;
 
@@ -39,7 +37,7 @@ use crate::film::{Metadata, Window, keys};
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::{Camera, LightGroups, LightId, MediumId, SurfacePoint};
+use crate::scene::{Abilities, Camera, LightGroups, LightId, MediumId, SurfacePoint};
 use crate::stats::Moments;
 use crate::vpl::{EmitterSampler, LightSample, VplKind};
 use crate::warp::balance;
@@ -121,9 +119,9 @@ impl<'s> PathTracer<'s> {
         // Those who say an interval say as well what they see.
         let (features, told, of_paths) = match nearby {
             Some(nearby) => {
-                let seen = setting.view.samples(setting.tracer, pixel, OF_FEATURES, pixel_key);
+                let features = setting.view.features(setting.tracer, pixel, OF_FEATURES, pixel_key);
                 let rays = nearby.rays_per_pixel() + u64::from(OF_FEATURES);
-                (seen.features, rays, claim.stated(half_width))
+                (features, rays, claim.stated(half_width))
             }
             None => Default::default(),
         };
@@ -162,8 +160,8 @@ impl Integrator for PathTracer<'_> {
         "path"
     }
 
-    fn renders_all(&self) -> bool {
-        true
+    fn abilities(&self) -> Abilities {
+        Abilities::ALL
     }
 
     fn describe(&self, metadata: &mut Metadata) {

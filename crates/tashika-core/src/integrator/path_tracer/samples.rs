@@ -50,7 +50,7 @@ impl OfView<'_> {
         let key = rng::key(seed, Purpose::Picture, number);
         let of_samples = rng::key(key, Purpose::Gather, 0);
         let few = count.min(OF_FEATURES);
-        let features = view.samples(tracer, pixel, few, of_samples).features;
+        let features = view.features(tracer, pixel, few, of_samples);
         let mut found = PathSamples { features, ..PathSamples::default() };
         let view = View { seed: of_samples, ..*view };
         tracing.rays = 0;

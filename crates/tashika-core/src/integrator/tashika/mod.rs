@@ -55,6 +55,7 @@ use crate::cut::{
 use crate::film::{Metadata, Window, keys};
 use crate::guidance::cell_of;
 use crate::rng::{self, Purpose, Stream};
+use crate::scene::Abilities;
 
 /// By which kind of argument intervals are to be stated: what is asked for. What is then said of
 /// each pixel is a [`Claim`].
@@ -261,6 +262,10 @@ impl<'a> Tashika<'a> {
 impl Integrator for Tashika<'_> {
     fn name(&self) -> &'static str {
         self.left_out.map_or(self.promise.method_name(), Ingredient::left_out)
+    }
+
+    fn abilities(&self) -> Abilities {
+        Abilities::STILL_MEDIA
     }
 
     fn describe(&self, metadata: &mut Metadata) {

@@ -16,6 +16,8 @@ fn gather_point(position: Vec3, normal: Vec3, weight: f32) -> GatherPoint {
         wo: Vec3::new(0.6, 0.0, 0.8),
         bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.5) }),
         weight: Rgb::gray(weight),
+        medium: None,
+        phase: None,
     }
 }
 

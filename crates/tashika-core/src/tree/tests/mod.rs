@@ -6,6 +6,7 @@ mod quality;
 mod trees;
 
 use super::LightTreeBuilder;
+use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::rng::{Purpose, Stream};
@@ -39,7 +40,11 @@ fn mixed(n: usize, seed: u64) -> Vec<Vpl> {
             match s.below(8) {
                 0 => Vpl { position, direction: Vec3::ZERO, intensity, kind: VplKind::Omni },
                 1 => Vpl { position, direction, intensity, kind: VplKind::Spot(falloff(0.8 * s.uniform())) },
-                2 | 3 => Vpl { position: Vec3::ZERO, direction, intensity, kind: VplKind::Directional },
+                2 => Vpl { position: Vec3::ZERO, direction, intensity, kind: VplKind::Directional },
+                3 => {
+                    let phase = HenyeyGreenstein { asymmetry: [0.6, 0.0, -0.4][s.below(3) as usize] };
+                    Vpl { position, direction, intensity, kind: VplKind::Volume(phase) }
+                }
                 _ => Vpl { position, direction, intensity, kind: VplKind::Oriented },
             }
         })

@@ -48,6 +48,7 @@ pub(super) const MODULES: &[Module] = &[
     module("film", 1, &[], &[]),
     module("scene", 2, &[], &[]),
     module("accel", 2, &["scene"], &[]),
+    module("media", 2, &["scene", "accel"], &[]),
     module("vpl", 3, &[], &[]),
     module("gather", 3, &[], &[]),
     module("contribution", 3, &["vpl", "gather"], &[]),

@@ -32,16 +32,24 @@ use crate::scene::Medium;
 
 /// What becomes of a path on its way to the next surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Flight {
-    /// It is scattered after so many metres.
-    Scattered { after: f32, weight: Rgb },
+pub enum Flight {
+    /// It is scattered.
+    Scattered {
+        /// After so many metres.
+        after: f32,
+        /// The path's weight from there on.
+        weight: Rgb,
+    },
     /// It gets there.
-    Passed { weight: Rgb },
+    Passed {
+        /// The path's weight there.
+        weight: Rgb,
+    },
 }
 
 /// Draws what becomes of a path of weight `weight`, not black, that has `distance` metres of `ray`
 /// before it, all in one medium; infinitely many where there is no surface.
-pub(super) fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut Stream) -> Flight {
+pub fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut Stream) -> Flight {
     if !medium.scatters() {
         return Flight::Passed { weight: weight * transmittance(medium, ray, distance, stream) };
     }
@@ -74,7 +82,7 @@ pub(super) fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream
 
 /// The share of light that goes on after `distance` metres of `ray`, all in one medium, by channel;
 /// where the density varies, a number whose mean it is.
-pub(super) fn transmittance(medium: &Medium, ray: &Ray, distance: f32, stream: &mut Stream) -> Rgb {
+pub fn transmittance(medium: &Medium, ray: &Ray, distance: f32, stream: &mut Stream) -> Rgb {
     match medium.density() {
         None => medium.transmittance(distance),
         Some(density) => null_collisions::transmittance((medium, density), ray, distance, stream),

@@ -1,0 +1,142 @@
+//! The bounds of what media scatter, at gather points and at lights, against members at random, in the
+//! `f32` formulas of `contribution`.
+
+use super::cases::{KINDS, log_uniform, random_point, reflected};
+use super::many;
+use crate::bounds::{
+    LightBounds, LightShape, Towards, UpperAnalytic, UpperMaterial, UpperScattering, upper_geometric,
+};
+use crate::bsdf::HenyeyGreenstein;
+use crate::color::Rgb;
+use crate::contribution::ContributionKernel;
+use crate::gather::GatherPoint;
+use crate::math::elementary::sin_cos;
+use crate::math::{Aabb, Cone, Vec3};
+use crate::rng::{Purpose, Stream};
+use crate::scene::MediumId;
+use crate::vpl::{Vpl, VplKind};
+use crate::warp;
+
+/// A unit vector within an angle (rad) of another.
+fn near(axis: Vec3, angle: f32, s: &mut Stream) -> Vec3 {
+    let (sin, cos) = sin_cos(angle * s.uniform());
+    let across = warp::sphere(s.uniform_2()).cross(axis).normalize_or(axis.any_orthonormal_vector());
+    (axis * cos + across * sin).normalize()
+}
+
+/// A box of a size and a place, any side of which may be zero.
+fn a_box(center: Vec3, size: f32, s: &mut Stream) -> Aabb {
+    let mut side = || if s.below(4) == 0 { 0.0 } else { size * s.uniform() };
+    let half = 0.5 * Vec3::new(side(), side(), side());
+    Aabb { lo: center - half, hi: center + half }
+}
+
+fn inside(b: &Aabb, s: &mut Stream) -> Vec3 {
+    (b.lo + (b.hi - b.lo) * Vec3::from(s.uniform_3())).clamp(b.lo, b.hi)
+}
+
+/// About an asymmetry, with peaks of up to 10⁴ now and then.
+fn asymmetry(about: f32, s: &mut Stream) -> HenyeyGreenstein {
+    HenyeyGreenstein { asymmetry: (about + 0.2 * (s.uniform() - 0.5)).clamp(-0.98, 0.98) }
+}
+
+/// No term of a cluster of lights in media at a cluster of points in media and on surfaces is above the
+/// product of the bounds; of a single pair they are sharp.
+#[test]
+fn bounds_of_media_hold_and_are_sharp() {
+    let mut s = Stream::new(11, Purpose::Test, 0);
+    let (mut checked, mut ratios) = (0, Vec::new());
+    for round in 0..many(20_000) {
+        let single = round % 3 == 0;
+        let (size, spread) =
+            if single { (0.0, 0.0) } else { (log_uniform(&mut s, 1e-3, 3.0), s.uniform() * 2.0) };
+        let between = warp::sphere(s.uniform_2()) * log_uniform(&mut s, 0.1, 30.0);
+        let (lights_in, points_in) = (a_box(between, size, &mut s), a_box(Vec3::ZERO, size, &mut s));
+        let (axis, before) =
+            (warp::sphere(s.uniform_2()).normalize(), warp::sphere(s.uniform_2()).normalize());
+        let (g, h) = (1.9 * s.uniform() - 0.95, 1.9 * s.uniform() - 0.95);
+        let lights: Vec<Vpl> = (0..if single { 1 } else { 6 })
+            .map(|_| Vpl {
+                position: inside(&lights_in, &mut s),
+                direction: near(axis, spread, &mut s),
+                intensity: Rgb::WHITE,
+                kind: VplKind::Volume(asymmetry(g, &mut s)),
+            })
+            .collect();
+        let points: Vec<GatherPoint> = (0..lights.len())
+            .map(|_| {
+                let (position, before) = (inside(&points_in, &mut s), near(before, spread, &mut s));
+                GatherPoint::in_medium(position, before, asymmetry(h, &mut s), MediumId::at(0), Rgb::WHITE)
+            })
+            .collect();
+        let of_light = |light: &Vpl| {
+            let VplKind::Volume(phase) = light.kind else { unreachable!("all lie in media") };
+            let directions = Cone::of(light.direction);
+            let shape = LightShape::Volume { directions, asymmetry: [phase.asymmetry; 2] };
+            LightBounds { aabb: Aabb { lo: light.position, hi: light.position }, shape }
+        };
+        let bounds = lights.iter().map(of_light).reduce(LightBounds::union).unwrap();
+        let of_point = |point: &GatherPoint| {
+            UpperScattering::<UpperAnalytic>::of_medium(point.before(), point.phase.unwrap())
+        };
+        let mut material = of_point(&points[0]);
+        points[1..].iter().for_each(|point| material.merge(&of_point(point)));
+        let towards = Towards::between(&bounds, &Aabb::of_points(points.iter().map(|p| p.position)));
+        let clamp = [0.0, 0.5][round % 2];
+        let upper = upper_geometric(&bounds, &towards, clamp) * material.upper_material(&towards);
+        // A mixed cluster holds the same lights, wherever they are.
+        let omni = LightBounds { shape: LightShape::Omni, ..bounds };
+        let mixed = bounds.union(omni);
+        let anywhere = Towards::between(&mixed, &Aabb::EMPTY);
+        let of_mixed = upper_geometric(&mixed, &anywhere, 0.5) * material.upper_material(&anywhere);
+        let kernel = ContributionKernel::new(clamp);
+        let mut largest = 0.0_f32;
+        for light in &lights {
+            for point in &points {
+                let value = kernel.unoccluded(point, light).r;
+                assert!(value <= upper.next_up(), "{value} > {upper}: {light:?} {point:?}");
+                let clamped = ContributionKernel::new(0.5).unoccluded(point, light).r;
+                assert!(clamped <= of_mixed.next_up(), "{clamped} > {of_mixed}: {light:?} {point:?}");
+                largest = largest.max(value);
+                checked += 1;
+            }
+        }
+        if single {
+            ratios.push(f64::from(upper / largest));
+        }
+    }
+    // Cosines have slack of 10⁻⁵ or so, which the narrowest lobes of an asymmetry of 0.98 take as a
+    // few per cent at their edges.
+    ratios.sort_by(f64::total_cmp);
+    let [median, most] = [ratios[ratios.len() / 2], ratios[ratios.len() - 1]];
+    assert!(median < 1.001 && most < 1.2, "{median}, {most}");
+    assert!(checked > 100_000, "{checked}");
+}
+
+/// Points of both kinds together are bounded by the larger of the two, and those on surfaces alone as
+/// without media.
+#[test]
+fn surfaces_and_media_are_bounded_together() {
+    let mut s = Stream::new(12, Purpose::Test, 0);
+    for round in 0..many(4_000) {
+        let reflector = random_point(KINDS[round % KINDS.len()], &mut s);
+        let before = warp::sphere(s.uniform_2()).normalize();
+        let phase = asymmetry(1.8 * s.uniform() - 0.9, &mut s);
+        let cone = Cone::of(warp::sphere(s.uniform_2()).normalize());
+        let cone = cone.union(Cone::of(near(cone.axis, 0.5, &mut s)));
+        let towards = Towards::Cone(cone);
+        let surface = UpperScattering::<UpperAnalytic>::of_surface(&reflector);
+        let alone = UpperAnalytic::of_point(&reflector).upper_material(&towards);
+        assert_eq!(surface.upper_material(&towards), alone);
+        let medium = UpperScattering::<UpperAnalytic>::of_medium(before, phase);
+        let of_medium = medium.upper_material(&towards);
+        for (mut one, other) in [(surface, medium), (medium, surface)] {
+            one.merge(&other);
+            assert_eq!(one.upper_material(&towards), alone.max(of_medium));
+        }
+        let direction = cone.axis;
+        let [_, value] = reflected(&reflector, direction);
+        assert!(value <= alone, "{value} > {alone}");
+        assert!(phase.density(before.dot(direction)) <= of_medium);
+    }
+}

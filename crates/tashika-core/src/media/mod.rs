@@ -1,0 +1,28 @@
+//! What media do to light between surfaces: how far paths fly in them, what they leave of light along
+//! segments, and which of them is where.
+//!
+//! * [`fly`]: whether a path is scattered on its way to the next surface. All paths fly so: those of
+//!   the path tracer, camera paths to gather points, light paths that leave VPLs.
+//! * [`transmittance`]: what is left of light along a part of a ray in one medium.
+//! * [`Segments`]: the same along whole batches of shadow segments, from interface to interface:
+//!   the coloured companion of [`Tracer::visibility`](crate::accel::Tracer::visibility), which is
+//!   asked for in scenes with media only.
+//! * [`Outside`]: the medium that a light path begins in.
+//!
+//! A scene without media takes none of this code.
+//!
+//! # Held to this by
+//! The tests below; the suite's `media`, `grid_media` and `volume_lights`.
+
+mod flight;
+mod null_collisions;
+mod outside;
+mod segments;
+
+pub use flight::{Flight, fly, transmittance};
+pub use outside::Outside;
+pub use segments::{Segments, along_segment};
+
+/// Boundaries and other surfaces that one straight line passes at most: a path or segment ends
+/// there.
+pub const MOST_PASSED: u32 = 4096;

@@ -1,0 +1,133 @@
+//! What media leave of light along segments that surfaces let pass, by channel.
+//!
+//! ```text
+//! T = Π T_m(d_m)          over the parts of the segment that lie in media m, from interface to interface
+//! ```
+//!
+//! Where the density of a medium varies, `T_m` is a number in `[0, 1]` whose mean it is (ratio
+//! tracking, Novák et al. 2014). Its random numbers are keyed by the two ends of the segment: a pair
+//! of a gather point and a VPL has *one* transmittance, whoever asks, as often as it is asked for, in
+//! whatever order. So the sum of a pixel over its gather points and VPLs is a definite number, of
+//! which a cut can be an estimate, and its mean over other points and lights is that of the true
+//! transmittances.
+//!
+//! # Guarantee
+//! At most 1 in each channel. A function of the scene, the time and the two ends.
+//!
+//! # Held to this by
+//! The tests below; the suite's `media` and `volume_lights`.
+
+use super::{MOST_PASSED, flight};
+use crate::accel::{Apex, Fan, SegmentBatch, Tracer};
+use crate::color::Rgb;
+use crate::math::{Ray, Vec3};
+use crate::rng::{self, Purpose, Stream};
+use crate::scene::MediumId;
+
+/// Segments of a batch as far as media go, in the order of its targets.
+#[derive(Clone, Debug, Default)]
+pub struct Segments {
+    media: Vec<Option<MediumId>>,
+    left: Vec<Rgb>,
+}
+
+impl Segments {
+    /// Forgets all segments but keeps the memory.
+    pub fn clear(&mut self) {
+        self.media.clear();
+    }
+
+    /// Adds the next target of the batch: the medium that its side towards the apex is in.
+    pub fn push(&mut self, medium: Option<MediumId>) {
+        self.media.push(medium);
+    }
+
+    /// Whether media may do anything to these segments: those of the scene, or one that a camera stands
+    /// in.
+    pub fn matter(&self, tracer: &Tracer) -> bool {
+        tracer.scene().has_media() || self.media.iter().any(Option::is_some)
+    }
+
+    /// What surfaces and media together let pass along each segment, after a `share` of the time that
+    /// the shutter is open, 0 to 1.
+    ///
+    /// * `visibility`: what surfaces let pass; where that is nothing, media are not asked.
+    pub fn passing(
+        &mut self,
+        tracer: &Tracer,
+        batch: &SegmentBatch,
+        share: f32,
+        visibility: &[f32],
+    ) -> &[Rgb] {
+        debug_assert_eq!(self.media.len(), batch.len());
+        self.left.clear();
+        self.left.resize(batch.len(), Rgb::BLACK);
+        for Fan { apex, targets } in batch.fans() {
+            for k in targets.start as usize..targets.end as usize {
+                if visibility[k] > 0.0 {
+                    let (place, medium) = (batch.targets()[k], self.media[k]);
+                    let key = key_of(place, *apex);
+                    let mut stream = Stream::new(key, Purpose::Transmittance, 0);
+                    let (media, _) = along_segment(tracer, (place, medium), *apex, (key, share), &mut stream);
+                    self.left[k] = media * visibility[k];
+                }
+            }
+        }
+        &self.left
+    }
+}
+
+/// A number for the pair of ends of a segment.
+fn key_of(place: Vec3, apex: Apex) -> u64 {
+    let (Apex::Point(end) | Apex::Direction(end)) = apex;
+    let pairs = [[place.x, place.y], [place.z, end.x], [end.y, end.z]];
+    let word = |[a, b]: [f32; 2]| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
+    pairs.into_iter().fold(0, |key, pair| rng::key(key, Purpose::Transmittance, word(pair)))
+}
+
+/// What the media leave of light along a segment that surfaces let pass, from a place whose side
+/// towards the end is in a medium; with the rays that were traced to find the interfaces.
+///
+/// * `key`, `share`: as [`Tracer::closest_hit_at`] takes them.
+pub fn along_segment(
+    tracer: &Tracer,
+    (place, mut medium): (Vec3, Option<MediumId>),
+    end: Apex,
+    (key, at): (u64, f32),
+    stream: &mut Stream,
+) -> (Rgb, u64) {
+    let scene = tracer.scene();
+    let (direction, mut distance) = match end {
+        Apex::Direction(direction) => (direction, f32::INFINITY),
+        Apex::Point(point) => {
+            let length = place.distance(point);
+            ((point - place) / length.max(f32::MIN_POSITIVE), length)
+        }
+    };
+    let mut share = |medium: Option<MediumId>, origin: Vec3, distance: f32| {
+        medium.map_or(Rgb::WHITE, |m| {
+            let ray = Ray::new(origin, direction);
+            flight::transmittance(&scene.media()[m.index()], &ray, distance, stream)
+        })
+    };
+    let (mut left, mut origin, mut rays) = (Rgb::WHITE, place, 0);
+    if scene.has_interfaces() {
+        for _ in 0..MOST_PASSED {
+            rays += 1;
+            let ray = Ray { origin, direction, t_max: distance };
+            let Some(hit) = tracer.closest_hit_at(&ray, key, at) else {
+                return (left * share(medium, origin, distance), rays);
+            };
+            left *= share(medium, origin, hit.t);
+            if left.is_black() {
+                return (left, rays);
+            }
+            let surface = scene.surface_point_at(at, hit.instance, hit.triangle, hit.barycentric);
+            medium = scene.medium_beyond(&surface, direction, medium);
+            origin = surface.leave(direction);
+            distance -= hit.t;
+        }
+        return (Rgb::BLACK, rays);
+    }
+    (left * share(medium, origin, distance), rays)
+}

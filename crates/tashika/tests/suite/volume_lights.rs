@@ -1,0 +1,426 @@
+//! Sums over VPLs in participating media: against quadrature, against the path tracer, which shares
+//! none of their estimators, and cuts of them against the whole sum.
+
+use tashika::accel::Tracer;
+use tashika::bsdf::HenyeyGreenstein;
+use tashika::color::Rgb;
+use tashika::film::{Claim, Film, Window};
+use tashika::gather::{GatherOptions, View};
+use tashika::integrator::{
+    ControlOptions, FullSum, PathStop, PathTracer, PixelRecord, Promise, Setting, Stop, SumMethod,
+};
+use tashika::math::Vec3;
+use tashika::render::with_threads;
+use tashika::scene::{Camera, Emitter, Environment, Material, MediumId, Scattered, SceneBuilder, Surface};
+use tashika::stats::Moments;
+use tashika::tree::LightSet;
+use tashika::vpl::{Clamp, VplKind, VplOptions, VplSet};
+
+use crate::cases::{
+    add_ceiling_lamp, builder, cuboid, diffuse_room, diffuse_walls, film, glowing, lambert, parallelogram,
+    place, room_camera, tracer, view,
+};
+use crate::grid_media;
+use crate::media::{
+    ALBEDO, EXTINCTION, add, assert_means, barely_scattering, bounding, colors, needle, scattered_once,
+};
+
+fn set(tracer: &Tracer, count: u64, seed: u64, clamp: Clamp) -> VplSet {
+    VplSet::trace(tracer, &VplOptions { count, seed, clamp, ..VplOptions::default() }).unwrap()
+}
+
+/// The whole sum over the emitters of a scene alone.
+fn directly_lit(tracer: &Tracer, direct: u64, size: [u32; 2], points: u32) -> Film {
+    let options = VplOptions { count: direct, max_depth: 0, clamp: Clamp::Off, ..VplOptions::default() };
+    let lights = VplSet::trace(tracer, &options).unwrap();
+    film(tracer, &FullSum::new(&lights), size, points, 3)
+}
+
+/// A point light beside the axis of a camera in fog, at gather points in it.
+#[test]
+fn light_that_is_scattered_once_is_that_of_quadrature() {
+    let mut b = builder();
+    let fog = barely_scattering(&mut b);
+    b.add_emitter(Emitter::Point { position: Vec3::new(0.4, -0.3, -1.0), intensity: Rgb::WHITE }).unwrap();
+    b.add_camera(needle(Vec3::ZERO, Some(fog))).unwrap();
+    let expected = EXTINCTION.map(|sigma| {
+        scattered_once(f64::from(sigma), 40.0 / f64::from(sigma), [0.4, -0.3, -1.0], |d, _| 1.0 / (d * d))
+    });
+    let found = directly_lit(&tracer(b), 1, [16, 16], 1000);
+    assert_means(&found, expected, f64::from(ALBEDO) + 1e-4, 0.01, "a point");
+}
+
+/// A lamp with an area beside the axis: VPLs on surfaces light points in media with their cosine.
+#[test]
+fn a_lamp_in_fog_is_that_of_quadrature() {
+    let mut b = builder();
+    let fog = barely_scattering(&mut b);
+    let lamp = parallelogram(Vec3::new(-0.25, -0.5, -1.5), Vec3::Y, Vec3::Z);
+    place(&mut b, lamp, glowing("lamp", lambert(0.0), 1.0));
+    let black = parallelogram(Vec3::new(-1.0, -1.0, -2.0), Vec3::X * 2.0, Vec3::Y * 2.0);
+    place(&mut b, black, Material::new("end", lambert(0.0)));
+    b.add_camera(needle(Vec3::ZERO, Some(fog))).unwrap();
+    let cells = 24;
+    let expected = EXTINCTION.map(|sigma| {
+        let cell = |k: i32| (f64::from(k) + 0.5) / f64::from(cells);
+        let from = |y: i32, z: i32| [-0.25, cell(y) - 0.5, cell(z) - 1.5];
+        let of = |d: f64, cos: f64| cos.max(0.0) / (d * d);
+        let all = (0..cells).flat_map(|y| (0..cells).map(move |z| (y, z)));
+        all.map(|(y, z)| scattered_once(f64::from(sigma), 2.0, from(y, z), of)).sum::<f64>()
+            / f64::from(cells * cells)
+    });
+    let found = directly_lit(&tracer(b), 2000, [16, 16], 200);
+    // Midpoints of 1/24 m at a distance of 1/4 m; the lamp's VPLs are spread evenly over its length,
+    // and at random over its width: half a per cent.
+    assert_means(&found, expected, f64::from(ALBEDO) + 1e-3 + 5e-3, 0.01, "a lamp");
+}
+
+/// The same light found by VPLs in the fog: a beam along the axis of the camera is scattered where it
+/// goes, and lights a small white tile beside it. What comes to the tile is the integral over the beam
+/// of what is left there, the phase function, and what is left from there.
+#[test]
+fn a_beam_lights_a_tile_as_quadrature_says() {
+    let mut b = builder();
+    let fog = barely_scattering(&mut b);
+    // A narrow spot at the origin, along −z; a black wall ends the beam after 2 m.
+    let falloff = tashika::scene::Falloff {
+        cos_inner: 0.999_99,
+        cos_outer: 0.999_98,
+        shape: tashika::scene::FalloffShape::Squared,
+    };
+    let flux = f64::from(falloff.solid_angle());
+    let axis = Vec3::NEG_Z;
+    b.add_emitter(Emitter::Spot { position: Vec3::ZERO, axis, intensity: Rgb::WHITE, falloff }).unwrap();
+    let black = parallelogram(Vec3::new(-1.0, -1.0, -2.0), Vec3::X * 2.0, Vec3::Y * 2.0);
+    place(&mut b, black, Material::new("end", lambert(0.0)));
+    // The tile at (0.5, 0, −1) faces the beam; the camera is 1 mm before it.
+    let tile = parallelogram(Vec3::new(0.5, -0.1, -1.1), Vec3::Z * 0.2, Vec3::Y * 0.2);
+    place(&mut b, tile, Material::new("tile", lambert(1.0)));
+    let at = Vec3::new(0.5, 0.0, -1.0);
+    let camera = Camera::look_at("c", at - Vec3::X * 1e-3, at, Vec3::Y, 1e-4);
+    b.add_camera(Camera { medium: Some(fog), ..camera }).unwrap();
+    let tracer = tracer(b);
+    let mut means = [Moments::default(); 3];
+    for seed in 1..=20 {
+        let options =
+            VplOptions { count: 5000, seed, direct_share: 0.0, clamp: Clamp::Off, ..VplOptions::default() };
+        let lights = VplSet::trace(&tracer, &options).unwrap();
+        assert!(lights.lights().iter().any(|light| matches!(light.kind, VplKind::Volume(_))));
+        let found = film(&tracer, &FullSum::new(&lights), [2, 2], 4, seed);
+        let found = colors(&found)[0];
+        (0..3).for_each(|k| means[k].push(found[k].into()));
+    }
+    let steps = 4000;
+    for (k, sigma) in EXTINCTION.map(f64::from).into_iter().enumerate() {
+        let of_step = |i: i32| {
+            let t = 2.0 * (f64::from(i) + 0.5) / f64::from(steps);
+            // From the beam at (0, 0, −t) to the tile, at whose normal −x it arrives.
+            let to = [0.5, 0.0, t - 1.0];
+            let d = (to[0] * to[0] + to[2] * to[2]).sqrt();
+            let (cos_turn, cos_tile) = (-to[2] / d, to[0] / d);
+            let phase = f64::from(HenyeyGreenstein { asymmetry: 0.5 }.density(cos_turn as f32));
+            let left = tashika::math::elementary::exp_f64(-sigma * (t + d));
+            f64::from(ALBEDO) * sigma * left * phase * cos_tile / (d * d)
+        };
+        let integral = (0..steps).map(of_step).sum::<f64>() * 2.0 / f64::from(steps);
+        let expected = flux * integral / std::f64::consts::PI;
+        let (mean, error) = (means[k].mean(), means[k].standard_error());
+        assert!(error < 0.03 * expected, "not sharp: {mean} ± {error}");
+        let bound = 4.42 * error + 2e-3 * expected;
+        assert!((mean - expected).abs() < bound, "{mean} ± {error} for {expected}");
+    }
+}
+
+/// [`diffuse_walls`] with what is added, and the camera in the medium that this says.
+fn room_with(add: impl FnOnce(&mut SceneBuilder) -> Option<MediumId>) -> Tracer {
+    let mut b = diffuse_walls();
+    let medium = add(&mut b);
+    b.add_camera(Camera { medium, ..room_camera() }).unwrap();
+    tracer(b)
+}
+
+/// A lamp in a room full of fog, which has no end before the room.
+fn fog(b: &mut SceneBuilder) -> MediumId {
+    add_ceiling_lamp(b, 5.0);
+    add(b, [0.02; 3], [0.2, 0.4, 0.6], 0.4)
+}
+
+fn milk(b: &mut SceneBuilder) -> Option<MediumId> {
+    Some(add(b, [0.0, 0.1, 0.2], [4.0; 3], 0.0))
+}
+
+/// A block of milk in the room, with something else outside.
+fn block_of_milk(b: &mut SceneBuilder, outside: Option<MediumId>) {
+    let milk = milk(b);
+    let block = cuboid(Vec3::new(-0.7, 0.2, 0.2), Vec3::new(0.0, 0.9, 0.9), false);
+    bounding(b, block, Surface::Boundary, [milk, outside]);
+}
+
+/// Smoke that gets denser upwards, in a part of the room.
+fn smoke(b: &mut SceneBuilder) -> MediumId {
+    let box_ = [Vec3::new(-0.8, 0.1, -0.8), Vec3::new(0.8, 1.8, 0.8)];
+    let density = grid_media::grid([2, 5, 3], box_, |[x, y, _]| [0.2 + 2.0 * y * y + x; 3]);
+    grid_media::add(b, [[0.1, 0.2, 0.3], [0.8, 0.6, 0.4]], -0.3, Some(density), Scattered::Evenly)
+}
+
+/// Mean by channel of the lower half of an image, which does not show the lamp at the ceiling, of
+/// several of them, and its standard error.
+fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
+    let mut means = [Moments::default(); 3];
+    for image in images {
+        let pixels = colors(&image);
+        let pixels = &pixels[pixels.len() / 2..];
+        for (k, of_channel) in means.iter_mut().enumerate() {
+            let sum: f64 = pixels.iter().map(|c| f64::from(c[k])).sum();
+            of_channel.push(sum / pixels.len() as f64);
+        }
+    }
+    means
+}
+
+/// The sum over VPLs in fog, in and about blocks of milk and smoke, with lamps inside and outside and
+/// with light from infinity, is what paths find. Means of the image, of several sets against paths: at
+/// 4.4 standard errors, and within what a clamp of 2 cm takes away of VPLs in the medium: a share of
+/// `σ_s` times two thirds of it, 5 % in the milk, of what is scattered twice there.
+#[test]
+fn sums_over_vpls_are_what_paths_find() {
+    let size = [8, 6];
+    let is_slow = std::env::var_os("TASHIKA_SLOW_TESTS").is_some();
+    let (count, sets, sharp) = if is_slow { (2000, 60, 0.03) } else { (400, 8, 0.06) };
+    let sky = |b: &mut SceneBuilder| b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();
+    let scenes: [(&str, Tracer, f64); 6] = [
+        ("fog", room_with(|b| Some(fog(b))), 0.01),
+        (
+            "milk in fog",
+            room_with(|b| {
+                let fog = Some(fog(b));
+                block_of_milk(b, fog);
+                fog
+            }),
+            0.02,
+        ),
+        (
+            "milk under a sky",
+            room_with(|b| {
+                block_of_milk(b, None);
+                sky(b);
+                None
+            }),
+            0.02,
+        ),
+        (
+            "a lamp in milk",
+            room_with(|b| {
+                block_of_milk(b, None);
+                let lamp = cuboid(Vec3::new(-0.45, 0.45, 0.45), Vec3::new(-0.25, 0.65, 0.65), false);
+                place(b, lamp, glowing("lamp", lambert(0.3), 5.0));
+                None
+            }),
+            0.02,
+        ),
+        (
+            "smoke",
+            room_with(|b| {
+                add_ceiling_lamp(b, 5.0);
+                let sun = Vec3::new(0.3, -0.4, -0.85).normalize();
+                b.add_emitter(Emitter::Directional { direction: sun, irradiance: Rgb::WHITE }).unwrap();
+                Some(smoke(b))
+            }),
+            0.01,
+        ),
+        (
+            "a camera in milk",
+            room_with(|b| {
+                add_ceiling_lamp(b, 5.0);
+                let milk = Some(add(b, [0.05; 3], [0.5; 3], 0.7));
+                let about = cuboid(Vec3::new(-5.0, -5.0, 1.2), Vec3::new(5.0, 5.0, 9.0), false);
+                bounding(b, about, Surface::Boundary, [milk, None]);
+                milk
+            }),
+            0.01,
+        ),
+    ];
+    for (name, tracer, taken_away) in &scenes {
+        let path = PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap();
+        let truth = means((0..8).map(|seed| film(tracer, &path, size, 1, 100 + seed)));
+        let sum = |seed| {
+            let lights = set(tracer, 6000, seed, Clamp::Distance(0.02));
+            film(tracer, &FullSum::new(&lights), size, 8, seed)
+        };
+        let sums = means((1..=sets).map(sum));
+        for (k, (truth, sum)) in truth.iter().zip(&sums).enumerate() {
+            let error = truth.standard_error().hypot(sum.standard_error());
+            let (truth, sum) = (truth.mean(), sum.mean());
+            assert!(error < sharp * truth, "{name}, {k}: not sharp: {sum} for {truth} ± {error}");
+            let (low, high) = (truth * (1.0 - taken_away) - 4.4 * error, truth + 4.4 * error);
+            assert!(low <= sum && sum <= high, "{name}, {k}: {sum} for {truth} ± {error}");
+        }
+    }
+}
+
+fn estimate(
+    tracer: &Tracer,
+    lights: &LightSet,
+    method: SumMethod,
+    options: &ControlOptions,
+) -> Vec<PixelRecord> {
+    let scene = tracer.scene().clone();
+    let view = View {
+        camera: &scene.cameras()[0],
+        size: [12, 8],
+        gather: GatherOptions { points: 6, ..GatherOptions::default() },
+        seed: 2,
+    };
+    let integrator = method.integrator(lights, options).unwrap();
+    integrator.estimate(&Setting { tracer, view }, &Window::full([12, 8]))
+}
+
+fn luminance(record: &PixelRecord) -> f64 {
+    f64::from(record.radiance.luminance())
+}
+
+/// Fog with milk and smoke: three media, an interface, and transmittances that are drawn.
+fn all_media() -> Tracer {
+    room_with(|b| {
+        let fog = Some(fog(b));
+        block_of_milk(b, fog);
+        let smoke = Some(smoke(b));
+        let cell = cuboid(Vec3::new(0.2, 0.5, -0.6), Vec3::new(0.8, 1.5, 0.6), false);
+        bounding(b, cell, Surface::Boundary, [smoke, fog]);
+        fog
+    })
+}
+
+/// Whatever is clustered, however a pair is bounded and in whatever order terms are asked for: the
+/// finest cut is the whole sum, also where transmittances are drawn.
+#[test]
+fn the_finest_cut_is_the_whole_sum() {
+    let tracer = all_media();
+    let lights = LightSet::new(set(&tracer, 150, 4, Clamp::Auto));
+    let in_media = lights.set().lights().iter().filter(|l| matches!(l.kind, VplKind::Volume(_))).count();
+    assert!(in_media > 30, "{in_media}");
+    let exact = estimate(&tracer, &lights, SumMethod::Exact, &ControlOptions::default());
+    assert!(exact.iter().all(|record| record.claim == Claim::Exact));
+    let options = ControlOptions { error: 1e-12, max_pairs: Some(1 << 20), ..ControlOptions::default() };
+    let has_interval = |method| [SumMethod::Sakai2018, SumMethod::Iwasaki2019].contains(&method);
+    for method in [
+        SumMethod::Lightcuts,
+        SumMethod::Mdlc,
+        SumMethod::Sakai2018,
+        SumMethod::Iwasaki2019,
+        SumMethod::Tashika(Promise::Calibrated),
+        SumMethod::Tashika(Promise::Certified),
+    ] {
+        let mut complete = 0;
+        for (found, exact) in estimate(&tracer, &lights, method, &options).iter().zip(&exact) {
+            assert_ne!(found.stop, Stop::Budget, "{method}");
+            // Where all samples are alike.
+            if found.stop == Stop::RuleMet && has_interval(method) {
+                continue;
+            }
+            complete += 1;
+            // Pair by pair terms are rounded, after their probability was divided out and multiplied in
+            // again; samples of tables once more.
+            let off = (luminance(found) - luminance(exact)).abs();
+            assert!(
+                off <= 2e-6 * luminance(exact),
+                "{method}: {} for {}",
+                luminance(found),
+                luminance(exact)
+            );
+        }
+        assert!(complete > if has_interval(method) { 30 } else { 80 }, "{method}: {complete}");
+    }
+}
+
+/// Cuts are estimates of the sum: right on average where they are unbiased at a fixed cut, and within
+/// the intervals where these are claimed.
+#[test]
+fn cuts_estimate_the_sum_and_keep_their_claims() {
+    let tracer = all_media();
+    let lights = LightSet::new(set(&tracer, 20_000, 4, Clamp::Auto));
+    let exact = estimate(&tracer, &lights, SumMethod::Exact, &ControlOptions::default());
+    let mean = |records: &[PixelRecord]| records.iter().map(luminance).sum::<f64>();
+    let options = |seed| ControlOptions { error: 0.05, seed, ..ControlOptions::default() };
+    let mut ratio = Moments::default();
+    for seed in 1..=12 {
+        ratio.push(mean(&estimate(&tracer, &lights, SumMethod::Mdlc, &options(seed))) / mean(&exact));
+    }
+    assert!(ratio.standard_error() < 0.01, "{} ± {}", ratio.mean(), ratio.standard_error());
+    let off = (ratio.mean() - 1.0).abs();
+    assert!(off < 4.4 * ratio.standard_error(), "{} ± {}", ratio.mean(), ratio.standard_error());
+    for (promise, kept_at_least) in [(Promise::Calibrated, 0.9), (Promise::Certified, 1.0)] {
+        let (mut claimed, mut kept) = (0.0, 0.0);
+        for seed in 1..=3 {
+            let found = estimate(&tracer, &lights, SumMethod::Tashika(promise), &options(seed));
+            for (found, exact) in found.iter().zip(&exact).filter(|(found, _)| found.claim == promise.claim())
+            {
+                claimed += 1.0;
+                let off = (luminance(found) - luminance(exact)).abs();
+                kept += f64::from(u8::from(off <= f64::from(found.half_width) + 1e-6 * luminance(exact)));
+            }
+        }
+        assert!(claimed > 200.0, "{promise}: {claimed}");
+        // Of a confidence of 95 %.
+        assert!(kept >= kept_at_least * claimed, "{promise}: {kept} of {claimed}");
+    }
+}
+
+#[test]
+fn threads_and_tiles_change_no_bit() {
+    let run = |threads: usize, parts: bool| {
+        with_threads(threads, || {
+            let tracer = all_media();
+            let lights = LightSet::new(set(&tracer, 3000, 4, Clamp::Auto));
+            let scene = tracer.scene().clone();
+            let setting = Setting { tracer: &tracer, view: view(&scene, [12, 8], 4, 2) };
+            let options = ControlOptions::default();
+            let methods = [SumMethod::Exact, SumMethod::Mdlc, SumMethod::Tashika(Promise::Calibrated)];
+            let tiles = if parts { 4 } else { 1 };
+            let radiance = |method: SumMethod| {
+                let integrator = method.integrator(&lights, &options).unwrap();
+                let mut pixels = Vec::new();
+                for y in (0..8).step_by(8 / tiles as usize) {
+                    let tile = Window { x: 0, y, width: 12, height: 8 / tiles };
+                    pixels.extend(
+                        integrator.estimate(&setting, &tile).into_iter().map(|r| (r.radiance, r.rays)),
+                    );
+                }
+                pixels
+            };
+            (lights.set().clone(), methods.map(radiance))
+        })
+        .unwrap()
+    };
+    let one = run(1, false);
+    assert!(one == run(3, false) && one == run(2, true));
+}
+
+/// Light from infinity does not come through fog without an end, and light paths that begin there
+/// leave nothing.
+#[test]
+fn nothing_comes_from_infinity_through_endless_fog() {
+    let tracer = room_with(|b| {
+        b.set_environment(Environment::constant(Rgb::WHITE)).unwrap();
+        b.add_emitter(Emitter::Directional { direction: Vec3::NEG_Y, irradiance: Rgb::WHITE }).unwrap();
+        Some(add(b, [0.02; 3], [0.2; 3], 0.4))
+    });
+    let lights = set(&tracer, 500, 1, Clamp::Auto);
+    assert!(lights.lights().iter().all(|light| light.kind == VplKind::Directional));
+    let image = film(&tracer, &FullSum::new(&lights), [4, 4], 4, 1);
+    assert!(colors(&image).into_iter().all(|c| c.is_black()));
+}
+
+/// Where light begins is told by interfaces and cameras, which must agree.
+#[test]
+fn cameras_that_disagree_about_the_outside_are_refused_by_name() {
+    let mut b = diffuse_room();
+    let fog = fog(&mut b);
+    b.add_camera(Camera { name: "other".into(), medium: Some(fog), ..room_camera() }).unwrap();
+    let tracer = tracer(b);
+    let said = VplSet::trace(&tracer, &VplOptions::default()).unwrap_err().to_string();
+    assert!(
+        said.contains("main") && said.contains("other") && said.contains("the same medium outside"),
+        "{said}"
+    );
+}
