@@ -48,6 +48,7 @@ use glam::Vec4;
 
 use super::light::upper_relative;
 use super::{LightBounds, LightShape};
+use crate::math::elementary::exp;
 use crate::math::{Aabb, Cone, UNIT_ROUNDOFF, Vec3};
 
 /// Where the lights of a cluster lie, seen from the points of a box.
@@ -186,6 +187,19 @@ pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: 
     let squared = towards.lower_squared_distance().max(clamp_distance * clamp_distance);
     let geometric = shape / squared.max(SMALLEST_SQUARED_DISTANCE);
     if matches!(lights.shape, LightShape::Mixed { .. }) { geometric.max(1.0) } else { geometric }
+}
+
+/// Relative error of an optical thickness that is allowed for, and of the exponential of it: far above
+/// the few roundings of a distance, a product and [`exp`].
+const TRANSMITTANCE: f32 = 64.0 * UNIT_ROUNDOFF;
+
+/// At least the share of light that comes from a light to a point through a medium that takes so much
+/// of it everywhere, in any channel.
+///
+/// * `least_extinction`: of all channels (m⁻¹); with `d_min` at most any distance, it is `exp(−σ d_min)`.
+pub fn upper_transmittance(least_extinction: f32, towards: &Towards) -> f32 {
+    let thickness = least_extinction * towards.lower_squared_distance().sqrt();
+    (exp(-thickness * (1.0 - TRANSMITTANCE)) * (1.0 + TRANSMITTANCE)).min(1.0)
 }
 
 /// The point of a box nearest to the origin.

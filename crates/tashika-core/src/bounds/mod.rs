@@ -18,7 +18,7 @@ pub(crate) mod tests;
 pub use analytic::UpperAnalytic;
 pub use constant::UpperConstant;
 pub use cube_map::UpperCubeMap;
-pub use geometry::{Towards, upper_geometric};
+pub use geometry::{Towards, upper_geometric, upper_transmittance};
 pub use light::{LightBounds, LightShape};
 pub use material::UpperMaterial;
 pub use reflector::Reflector;

@@ -44,6 +44,7 @@ pub struct ContributionKernel<'s> {
     glass: Glass,
     /// By which lights of images shine.
     maps: &'s [AimedMap],
+    least_extinction: f32,
 }
 
 /// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the
@@ -68,7 +69,12 @@ impl<'s> ContributionKernel<'s> {
     /// With the geometric term held below `clamp_distance` (m); zero for no clamp. Without a
     /// [scene](Self::within) for lights that are not images.
     pub const fn new(clamp_distance: f32) -> Self {
-        Self { clamp_squared: clamp_distance * clamp_distance, glass: Glass::Passes, maps: &[] }
+        Self {
+            clamp_squared: clamp_distance * clamp_distance,
+            glass: Glass::Passes,
+            maps: &[],
+            least_extinction: 0.0,
+        }
     }
 
     /// The same for lights of this scene, some of which may shine by its maps.
@@ -87,6 +93,18 @@ impl<'s> ContributionKernel<'s> {
     #[must_use]
     pub const fn with_glass(self, glass: Glass) -> Self {
         Self { glass, ..self }
+    }
+
+    /// The same where all segments lose light by at least this extinction (m⁻¹): for bounds, as
+    /// transmittances are evaluated elsewhere ([`media`](crate::media)).
+    #[must_use]
+    pub const fn dimmed(self, least_extinction: f32) -> Self {
+        Self { least_extinction, ..self }
+    }
+
+    /// What all segments lose light by at least (m⁻¹).
+    pub const fn least_extinction(&self) -> f32 {
+        self.least_extinction
     }
 
     /// Distance below which the geometric term no longer grows (m).

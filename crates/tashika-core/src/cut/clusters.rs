@@ -2,11 +2,12 @@
 //! from.
 //!
 //! ```text
-//! R = I_C W_G M_ub G_ub          ≥ luminance of I_C W_G · M G V for every member (W·m⁻²·sr⁻¹)
+//! R = I_C W_G M_ub G_ub T_ub     ≥ luminance of I_C W_G · M G V for every member (W·m⁻²·sr⁻¹)
 //! ```
 //!
 //! `I_C` is the sum of the luminances of the cluster's lights, `W_G` the sum of the largest
-//! channels of the weights of its points, `M_ub` bounds the largest channel of the material term. A
+//! channels of the weights of its points, `M_ub` bounds the largest channel of the material term, and
+//! `T_ub` what is left of light in fog that is the same everywhere, else 1. A
 //! member `(i, j)` drawn with probability `I_i / I_C · w_j / W_G`, divided by that probability, has
 //! a luminance of at most `R`, since visibility is at most 1.
 //!
@@ -17,7 +18,9 @@
 use std::ops::Range;
 
 use super::terms::Term;
-use crate::bounds::{Reflector, Towards, UpperMaterial, UpperScattering, upper_geometric};
+use crate::bounds::{
+    Reflector, Towards, UpperMaterial, UpperScattering, upper_geometric, upper_transmittance,
+};
 use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
 use crate::math::Vec3;
@@ -198,11 +201,15 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         let geometric = upper_geometric(&lights, &towards, self.contribution.clamp_distance());
         // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a
         // bound.
-        let own = if geometric > 0.0 {
+        let mut own = if geometric > 0.0 {
             (geometric * self.points.material(pair.points).upper_material(&towards)).next_up()
         } else {
             0.0
         };
+        let extinction = self.contribution.least_extinction();
+        if extinction > 0.0 {
+            own = (own * upper_transmittance(extinction, &towards)).next_up();
+        }
         Pair { upper: KernelBound(own.min(pair.upper.0)), ..pair }
     }
 }

@@ -24,7 +24,8 @@
 //!   of the direction in which the path came times the mean cosine of the phase function. Time does
 //!   not exist here.
 //! * In media the source marches along rays; here camera paths and light paths draw where they are
-//!   scattered. Transmittance counts in terms and is 1 in bounds.
+//!   scattered. Transmittance is bounded by that of the nearest distance where one
+//!   homogeneous medium is everywhere, else by 1.
 //! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of
 //!   directions. A bound is the smaller of a pair's own and its parent's.
 //! * Lights from infinity are split before gather points. Luminance decides.

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
+use super::Setting;
 use crate::color::{Controlled, RgbSum};
+use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::tree::LightTree;
 use crate::vpl::Provenance;
@@ -14,6 +16,16 @@ pub(super) struct Lights<'a> {
     pub tree: &'a LightTree,
     /// Where they come from, with the clamp that belongs to them.
     pub provenance: &'a Provenance,
+}
+
+impl Lights<'_> {
+    /// What evaluates, and bounds, their contributions to what a view sees.
+    pub fn kernel<'s>(&self, setting: &Setting<'s>) -> ContributionKernel<'s> {
+        let (scene, about) = (setting.tracer.scene(), setting.view.camera.medium);
+        ContributionKernel::new(self.provenance.clamp_distance)
+            .within(scene)
+            .dimmed(scene.least_extinction(about))
+    }
 }
 
 /// What an error is the distance from.

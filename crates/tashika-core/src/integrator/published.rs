@@ -7,7 +7,6 @@
 use super::{Claim, ControlOptions, Estimates, HalfWidths, Lights, PixelRecord, Setting, Stop};
 use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
-use crate::contribution::ContributionKernel;
 use crate::cut::{Clusters, Cut, CutEnd, CutEstimate, CutMemory, PairEstimates, StoppingRule, gather_tree};
 use crate::film::{Metadata, Window, keys};
 use crate::gather::GatherPoint;
@@ -137,8 +136,7 @@ impl Published<'_> {
         stream: Stream,
         memory: &mut CutMemory,
     ) -> CutEstimate {
-        let contribution =
-            ContributionKernel::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
+        let contribution = self.lights.kernel(setting);
         let points = gather_tree::<B>(points);
         let clusters = Clusters { lights: self.lights.tree, points: &points, contribution };
         let cut = Cut::published(clusters, S::default(), setting.tracer, stream, memory);

@@ -63,13 +63,15 @@ impl Segments {
         self.left.clear();
         self.left.resize(batch.len(), Rgb::BLACK);
         for Fan { apex, targets } in batch.fans() {
-            for k in targets.start as usize..targets.end as usize {
-                if visibility[k] > 0.0 {
-                    let (place, medium) = (batch.targets()[k], self.media[k]);
+            let of_fan = targets.start as usize..targets.end as usize;
+            let places = batch.targets()[of_fan.clone()].iter().zip(&self.media[of_fan.clone()]);
+            let free = visibility[of_fan.clone()].iter().zip(&mut self.left[of_fan]);
+            for ((&place, &medium), (&visible, left)) in places.zip(free) {
+                if visible > 0.0 {
                     let key = key_of(place, *apex);
                     let mut stream = Stream::new(key, Purpose::Transmittance, 0);
                     let (media, _) = along_segment(tracer, (place, medium), *apex, (key, share), &mut stream);
-                    self.left[k] = media * visibility[k];
+                    *left = media * visible;
                 }
             }
         }

@@ -226,6 +226,18 @@ impl Scene {
         self.has_interfaces
     }
 
+    /// What every segment of the scene loses light by at least, for a camera that stands in a medium: the
+    /// least extinction of any channel (m⁻¹), where that medium is everywhere and the same; else zero.
+    pub fn least_extinction(&self, about: Option<MediumId>) -> f32 {
+        match about.map(|medium| &self.media[medium.index()]) {
+            Some(medium) if !self.has_interfaces && medium.density().is_none() => {
+                let Rgb { r, g, b } = medium.extinction();
+                r.min(g).min(b)
+            }
+            _ => 0.0,
+        }
+    }
+
     /// Looks what there is.
     pub(super) fn count_media(&mut self) {
         let is_placed = |mesh: usize| self.instances.iter().any(|i| i.mesh.index() == mesh);

@@ -139,7 +139,7 @@ pub fn luminances(film: &Film) -> Vec<f64> {
 }
 
 /// Methods that sum VPLs refuse a scene that moves before they begin, by a message that is as `asked`
-/// for; what the default promises path tracing keeps.
+/// for; what the default promises path tracing keeps, but for certificates.
 pub fn only_paths_render(tracer: &Tracer, asked: impl Fn(&str)) {
     let refused = |error: Option<Error>| asked(&error.expect("refused").to_string());
     let renderer = || Renderer::on(tracer).size([4, 4]);
@@ -155,18 +155,17 @@ pub fn only_paths_render(tracer: &Tracer, asked: impl Fn(&str)) {
     let setting = Setting { tracer, view: view(tracer.scene(), [4, 4], 1, 1) };
     let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
     refused(render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false)).err());
-    paths_keep_what_the_default_promises(tracer, asked);
+    paths_keep_what_the_default_promises(tracer);
+    refused(renderer().claim(ClaimName::Certified).prepare().err());
 }
 
 /// Of a scene with media or motion, what the default promises is kept by path tracing, but for
-/// certificates, which are refused by a message that is as `asked` for.
-pub fn paths_keep_what_the_default_promises(tracer: &Tracer, asked: impl Fn(&str)) {
-    let refused = |error: Option<Error>| asked(&error.expect("refused").to_string());
+/// certificates, which are about sums.
+pub fn paths_keep_what_the_default_promises(tracer: &Tracer) {
     let renderer = || Renderer::on(tracer).size([4, 4]);
     let image = renderer().paths(1).render().unwrap();
     assert!(image.complete);
     assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
     let audited = renderer().claim(ClaimName::Audited);
     assert!(matches!(audited.prepare().unwrap().method(), Method::Audited { lights: None, .. }));
-    refused(audited.claim(ClaimName::Certified).prepare().err());
 }

@@ -13,7 +13,7 @@ use tashika::integrator::{GuidedLights, PathStop, PathTracer, Setting, Truth};
 use tashika::math::elementary::exp_f64;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render, with_threads};
-use tashika::request::MethodName;
+use tashika::request::{ClaimName, MethodName};
 use tashika::scene::{
     Camera, Emitter, Environment, Interface, Material, Medium, MediumId, MeshData, Scene, SceneBuilder,
     Surface,
@@ -402,7 +402,9 @@ fn methods_that_know_no_media_refuse_them_and_name_those_that_do() {
     let asked = |said: &str| {
         assert!(said.contains("expected path, or truth vpl") && said.contains("fog"), "{said}");
     };
-    paths_keep_what_the_default_promises(&tracer, asked);
+    paths_keep_what_the_default_promises(&tracer);
+    let certified = Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Certified).prepare().unwrap();
+    assert!(certified.method().is_of_a_sum());
     let renderer = || Renderer::on(&tracer).size([4, 4]).vpls(200);
     for method in MethodName::all().filter(|method| method.of_lights().is_some()) {
         let image = renderer().method(method).truth(Truth::Vpl).render().unwrap();

@@ -186,7 +186,7 @@ fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
 fn sums_over_vpls_are_what_paths_find() {
     let size = [8, 6];
     let is_slow = std::env::var_os("TASHIKA_SLOW_TESTS").is_some();
-    let (count, sets, sharp) = if is_slow { (2000, 60, 0.03) } else { (400, 8, 0.06) };
+    let (count, sets, sharp) = if is_slow { (2000, 60, 0.03) } else { (400, 8, 0.12) };
     let sky = |b: &mut SceneBuilder| b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();
     let scenes: [(&str, Tracer, f64); 6] = [
         ("fog", room_with(|b| Some(fog(b))), 0.01),

@@ -5,12 +5,13 @@ use super::cases::{KINDS, log_uniform, random_point, reflected};
 use super::many;
 use crate::bounds::{
     LightBounds, LightShape, Towards, UpperAnalytic, UpperMaterial, UpperScattering, upper_geometric,
+    upper_transmittance,
 };
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
-use crate::math::elementary::sin_cos;
+use crate::math::elementary::{exp, sin_cos};
 use crate::math::{Aabb, Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::scene::MediumId;
@@ -111,6 +112,33 @@ fn bounds_of_media_hold_and_are_sharp() {
     let [median, most] = [ratios[ratios.len() / 2], ratios[ratios.len() - 1]];
     assert!(median < 1.001 && most < 1.2, "{median}, {most}");
     assert!(checked > 100_000, "{checked}");
+}
+
+/// No distance of a pair of clusters lets more through than the bound; that of a single pair is sharp.
+#[test]
+fn bounds_of_transmittance_hold_and_are_sharp() {
+    let mut s = Stream::new(13, Purpose::Test, 0);
+    let mut dimmed = 0;
+    for round in 0..many(20_000) {
+        let single = round % 3 == 0;
+        let size = if single { 0.0 } else { log_uniform(&mut s, 1e-3, 3.0) };
+        let between = warp::sphere(s.uniform_2()) * log_uniform(&mut s, 1e-3, 1e3);
+        let (lights, points) = (a_box(between, size, &mut s), a_box(Vec3::ZERO, size, &mut s));
+        let sigma = log_uniform(&mut s, 1e-4, 1e2);
+        let bounds = LightBounds { aabb: lights, shape: LightShape::Omni };
+        let upper = upper_transmittance(sigma, &Towards::between(&bounds, &points));
+        assert!(upper <= 1.0);
+        for _ in 0..4 {
+            let metres = inside(&points, &mut s).distance(inside(&lights, &mut s));
+            let left = exp(-sigma * metres);
+            assert!(left <= upper, "{left} > {upper}: {lights:?}, {points:?}, {sigma}");
+            // Of a thickness of up to 80 it is off by 80 times what is allowed for.
+            assert!(!single || upper <= left * 1.001 + f32::MIN_POSITIVE, "{upper} for {left}");
+            dimmed += u32::from((0.1..0.9).contains(&upper));
+        }
+    }
+    assert!(dimmed > 5_000, "{dimmed}");
+    assert_eq!(upper_transmittance(3.0, &Towards::Any), 1.0);
 }
 
 /// Points of both kinds together are bounded by the larger of the two, and those on surfaces alone as

@@ -12,6 +12,7 @@ use crate::bsdf::{Bsdf, Conductor, ConductorFresnel, HenyeyGreenstein, Lambert, 
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
+use crate::math::elementary::exp;
 use crate::math::{Frame, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::scene::{Falloff, FalloffShape, MediumId};
@@ -124,7 +125,10 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
             _ => (lights_in_media(200, &mut s), points_in_media(12, &mut s)),
         };
         let points = gather_tree::<B>(&points);
-        let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
+        // In fog that takes least of the last channel.
+        let sigma = if round % 4 == 1 { Rgb::new(1.5, 0.7, 0.4) } else { Rgb::BLACK };
+        let contribution = TRANSPORT.dimmed(sigma.b);
+        let clusters = Clusters { lights: &lights, points: &points, contribution };
         let mut memory = RefinementMemory::default();
         let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
         cut(&mut refinement, 1500);
@@ -134,7 +138,12 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
             for i in c.first..c.first + c.count {
                 for j in g.first..g.first + g.count {
                     let (light, point) = (lights.light(i), points.point(j));
-                    let term = f64::from(TRANSPORT.unoccluded(point, &light).luminance());
+                    let metres = match light.kind {
+                        VplKind::Directional => f32::INFINITY,
+                        _ => light.position.distance(point.position),
+                    };
+                    let left = sigma.map(|sigma| if sigma > 0.0 { exp(-sigma * metres) } else { 1.0 });
+                    let term = f64::from((TRANSPORT.unoccluded(point, &light) * left).luminance());
                     let drawn_from = f64::from(light.intensity.luminance())
                         * f64::from(point.weight.max_channel())
                         / (lights.luminance(c) * f64::from(g.weight));

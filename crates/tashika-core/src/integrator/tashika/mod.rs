@@ -47,7 +47,6 @@ use super::{
 };
 use crate::bounds::UpperAnalytic;
 use crate::color::RgbSum;
-use crate::contribution::ContributionKernel;
 use crate::cut::{
     CellVisibility, Clusters, CutMemory, InheritedCut, Pilot, PilotVisibility, Rank, StrataOptions,
     VisibilityPrior, gather_tree,
@@ -166,8 +165,7 @@ impl<'a> Tashika<'a> {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let number = u64::from(y) << 32 | u64::from(x);
         let key = rng::key(self.options.seed, Purpose::Cut, number);
-        let contribution =
-            ContributionKernel::new(self.lights.provenance.clamp_distance).within(setting.tracer.scene());
+        let contribution = self.lights.kernel(setting);
         let points = gather_tree::<UpperAnalytic>(&pixel.points);
         let clusters = Clusters { lights: self.lights.tree, points: &points, contribution };
         let samples = Stream::new(key, Purpose::Cut, 0);
@@ -289,9 +287,8 @@ impl Integrator for Tashika<'_> {
 impl OfView<'_> {
     /// What the neighbourhood of a cell sees of the lights.
     fn about(&self, cell: [u32; 2]) -> CellVisibility<'_> {
-        let (Setting { tracer, view }, Lights { tree, provenance }) = (self.setting, self.method.lights);
-        let contribution = ContributionKernel::new(provenance.clamp_distance).within(tracer.scene());
-        let pilot = Pilot { tracer, view, lights: tree, contribution };
+        let (Setting { tracer, view }, lights) = (self.setting, self.method.lights);
+        let pilot = Pilot { tracer, view, lights: lights.tree, contribution: lights.kernel(&self.setting) };
         let visibility = self.pilot.get_or_init(|| PilotVisibility::new(&pilot, self.method.options.seed));
         visibility.about(&pilot, cell)
     }
