@@ -23,16 +23,16 @@
 //! * Gather points are split in the middle of position and of normal or mirror direction, in media
 //!   of the direction in which the path came times the mean cosine of the phase function. Time does
 //!   not exist here.
-//! * In media the source marches along rays; here camera paths and light paths draw where they are
-//!   scattered. Transmittance is bounded by that of the nearest distance where one
-//!   homogeneous medium is everywhere, else by 1.
+//! * In media gather points and VPLs are where paths were drawn to be scattered, by free flights.
+//!   Transmittance is bounded by that of the nearest distance where one homogeneous medium is
+//!   everywhere, else by 1.
 //! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of
 //!   directions. A bound is the smaller of a pair's own and its parent's.
 //! * Lights from infinity are split before gather points. Luminance decides.
 //! * "The estimate" is without emission seen directly. No claim: nothing is said of how sure the
 //!   result is.
 //!
-//! Tested by the suite's `cuts`.
+//! Tested by the suite's `cuts` and `volume_lights`.
 
 use super::{ControlOptions, Estimates, Integrator, Lights, Published, Scope, Setting};
 use crate::bounds::UpperAnalytic;
