@@ -402,8 +402,7 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// Media are told, rendered by paths unless a sum over VPLs is asked for, and refused by what knows
-/// neither before it begins.
+/// Media are told, and rendered by paths, or as the sum over VPLs where that is asked for.
 #[test]
 fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let folder = Folder::new();
@@ -426,9 +425,11 @@ fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let small = "render fog.pbrt --size 4x4 -o fog.exr";
     folder.run("vpl fog.pbrt --vpls 300 -o fog.vpl --json vpl.json").succeeds();
     assert!(folder.json("vpl.json")["kinds"]["volume"].as_u64().unwrap() > 100);
-    folder.run(&format!("{small} --lights fog.vpl")).fails(2, &["--method", "expected path", "fog"]);
+    folder
+        .run(&format!("{small} --truth transport --vpl-file fog.vpl"))
+        .fails(2, &["--method", "expected path", "fog"]);
     for method in ["exact", "mdlc"] {
-        folder.run(&format!("{small} --method {method} --lights fog.vpl")).succeeds();
+        folder.run(&format!("{small} --method {method} --vpl-file fog.vpl")).succeeds();
     }
     let image = folder.run(&format!("{small} --paths 4 --vpls 100"));
     assert!(!image.succeeds().stderr.contains("--paths means"), "{}", image.stderr);
