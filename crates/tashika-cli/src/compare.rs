@@ -131,7 +131,7 @@ fn work(plan: &ComparePlan, meter: &Meter) -> Result<Outcome, Failure> {
         write_file(path, &error_image(&comparison).png())?;
     }
     if let Some(path) = &plan.html {
-        let facts = CompareFacts { tolerance_from: from, command: Some(typed_command()) };
+        let facts = CompareFacts { tolerance_from: from, command: Some(typed_command()), tone: plan.tone };
         let page = compare_page(&comparison, image, reference, &facts);
         write_file(path, page.as_bytes())?;
     }

@@ -78,9 +78,19 @@ fn planes_of_light_groups_are_merged_and_kept_in_checkpoints() {
     assert!(bytes("merged.exr") == bytes("whole.exr"));
     let film = tashika::io::read_exr(&folder.join("whole.exr")).unwrap();
     assert!(film.planes().iter().any(|plane| plane.name().starts_with("light_")));
-    let output = run(folder, "render builtin:tiny --size 8x6 --groups each -o a.exr");
+    let output = run(folder, "render builtin:tiny --size 8x6 --truth vpl --groups each -o a.exr");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(2) && said.contains("method path"), "{said}");
+    // Beside pixels that claim, by paths of their own, which are not said in vain.
+    let render =
+        "render builtin:tiny --size 20x15 --error 50% --vpls 2000 --paths 4 --groups each --accept-budget -q";
+    for (options, name) in [("", "all"), ("--tiles 1/2", "one"), ("--tiles 2/2", "two")] {
+        let output = run(folder, &format!("{render} {options} -o {name}.exr"));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && !said.contains("paths"), "{said}");
+    }
+    succeeds(folder, "merge one.exr two.exr -o both.exr -q --accept-budget");
+    assert!(bytes("both.exr") == bytes("all.exr"));
 }
 
 #[test]

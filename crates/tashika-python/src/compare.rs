@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tashika::film::Tone;
 use tashika::io::write_file;
 use tashika::report::{
     self, Claims, CompareFacts, Intervals, Named, Tolerance, ToleranceFrom, compare_page, error_image,
@@ -219,13 +220,16 @@ impl Comparison {
         array(py, self.found.errors.iter().copied(), &[window.height as usize, window.width as usize])
     }
 
-    /// Writes the picture of the error (`.png`), or a page with both images (`.html`).
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    /// Writes the picture of the error (`.png`), or a page with both images (`.html`), which begins with
+    /// the tone mapping `tonemap`, as that of `Image.save`.
+    #[pyo3(signature = (path, *, tonemap="natural"))]
+    fn save(&self, py: Python<'_>, path: PathBuf, tonemap: &str) -> PyResult<()> {
+        let tone: Tone = tonemap.parse().map_err(raised)?;
         let (found, image, reference) = (&self.found, self.image.get(), self.reference.get());
         py.detach(|| match ending(&path).as_str() {
             "png" => Some(write_file(&path, &error_image(found).png())),
             "html" => {
-                let facts = CompareFacts { tolerance_from: self.error_from, command: None };
+                let facts = CompareFacts { tolerance_from: self.error_from, command: None, tone };
                 let page = compare_page(found, named(image), named(reference), &facts);
                 Some(write_file(&path, page.as_bytes()))
             }

@@ -64,9 +64,11 @@ use crate::words;
 ///   the metadata, and "object_id" and "material_id", the number of what covers most of a pixel.
 /// - `motion_vectors`: True adds the plane "motion", how far what a pixel shows goes on the film while
 ///   the shutter is open: pixels to the right, and up.
-/// - `groups`, with `method` "path": "each", or {"key": ["lamp", …], …}, names of objects or materials
-///   that emit, of lights, or "environment": planes "light_key" of what each group gives, which add up
-///   to the radiance, and "light_key_standard_error". Lights that are not named are "light_rest".
+/// - `groups`: "each", or {"key": ["lamp", …], …}, names of objects or materials
+///   that emit, of lights, or "environment": planes "light_key" of what each group gives, and
+///   "light_key_standard_error". Lights that are not named are "light_rest". With `method` "path" they add
+///   up to the radiance; with the default method `paths` (64) of their own tell them, so that they do
+///   but for both errors.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the
 ///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
@@ -137,6 +139,7 @@ pub fn render(
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp)?;
     let request = Request {
+        groups_asked: groups.is_some(),
         method: words::method(method)?,
         claim: claim.map(words::claim).transpose()?,
         truth: truth.map(|name| words::named("truth", name, &Truth::ALL)).transpose()?,

@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -126,6 +127,15 @@ def test_groups_of_lights_add_up(tiny: tashika.Scene) -> None:
     for wrong in ({"key": ["no such lamp"]}, "all", 3):
         with pytest.raises(tashika.OptionError, match="groups"):
             tashika.render(tiny, groups=wrong, **options)
+    # Beside pixels that claim they are those of as many paths.
+    claims = {"size": (16, 12), "error": 0.5, "vpls": 2000}
+    plain = tashika.render(tiny, **claims)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        beside = tashika.render(tiny, groups="each", paths=8, **claims)
+    assert all(np.array_equal(beside[name], plain[name]) for name in plain)
+    assert all(np.array_equal(beside[name], each[name]) for name in groups)
+    assert beside.metadata["light.groups.paths"] == 8
 
 
 def test_shares_of_tiles_are_the_image(tiny: tashika.Scene, image: tashika.Image) -> None:
@@ -196,7 +206,8 @@ def test_comparisons_tell_errors_and_claims(
     assert image.coverage(exact, error=1e-6)["within"] < ours.within_tolerance
     assert "base64," in ours._repr_html_() and "within 2 % of the reference" in repr(ours)
     ours.save(tmp_path / "error.png")
-    ours.save(tmp_path / "error.html")
+    ours.save(tmp_path / "error.html", tonemap="filmic")
+    assert "<option selected>filmic</option>" in (tmp_path / "error.html").read_text(encoding="utf-8")
     with pytest.raises(tashika.InputError, match="an image of 16x12 pixels"):
         tashika.compare(image, tashika.render(tiny, size=(8, 6), vpls=10))
     other = tmp_path / "other.exr"

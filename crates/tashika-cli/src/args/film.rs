@@ -44,9 +44,10 @@ pub struct PlaneArgs {
     #[arg(long, help_heading = "Output")]
     pub motion_vectors: bool,
 
-    /// Add layers of what each group of lights gives, with --method path: lights of each name apart, or
-    /// GROUP=NAME,NAME with names of objects or materials that emit, of lights, or environment; may be
-    /// said several times, other lights are the group rest
+    /// Add layers of what each group of lights gives: lights of each name apart, or GROUP=NAME,NAME with
+    /// names of objects or materials that emit, of lights, or environment; may be said several times,
+    /// other lights are the group rest. With --method path they add up to the picture; with the default
+    /// method --paths of their own tell them, and no layer claims anything
     #[arg(long, value_name = "each|GROUP=NAME,...", help_heading = "Output")]
     pub groups: Vec<String>,
 }

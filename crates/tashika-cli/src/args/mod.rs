@@ -648,6 +648,11 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE.html", help_heading = "Output")]
     pub html: Option<PathBuf>,
 
+    /// Tone mapping that the page begins with, as for `render`; the page has all of them. Numbers,
+    /// and the picture of the error, do not depend on it
+    #[arg(long, value_name = "natural|linear|filmic|aces|agx", default_value_t, help_heading = "Output")]
+    pub tonemap: Tone,
+
     #[command(flatten)]
     pub common: CommonArgs,
 }

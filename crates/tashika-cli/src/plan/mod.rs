@@ -297,6 +297,8 @@ pub struct ComparePlan {
     pub picture: Option<PathBuf>,
     /// Page to write.
     pub html: Option<PathBuf>,
+    /// How radiance is shown there at first.
+    pub tone: Tone,
     /// What every command has.
     pub common: Common,
 }
@@ -320,6 +322,7 @@ impl ComparePlan {
             absolute: args.absolute,
             picture: args.picture.clone(),
             html: args.html.clone(),
+            tone: args.tonemap,
             common,
         })
     }

@@ -202,6 +202,7 @@ fn request(args: &RenderArgs) -> Result<Request, Failure> {
         confidence: args.confidence,
         max_pairs: args.max_pairs,
         paths: args.paths,
+        groups_asked: !args.planes.groups.is_empty(),
         lights_given: args.source.vpl_file.is_some(),
         vpls: args.source.lights.vpls,
         clamp: args.source.lights.clamp.clamp,

@@ -15,6 +15,7 @@ mod path_tracer;
 mod published;
 mod sakai2018;
 mod tashika;
+mod with_planes;
 
 pub use crate::film::{Claim, HalfWidths, PixelRecord, Stop};
 pub use full_sum::FullSum;
@@ -24,6 +25,7 @@ pub use options::{ControlOptions, MANY_PAIRS, Truth};
 pub use path_samples::{PathSamples, SamplePaths};
 pub use path_tracer::{PathStop, PathTracer};
 pub use tashika::{Ingredient, Promise};
+pub use with_planes::WithPlanes;
 
 use iwasaki2019::Iwasaki2019;
 use lightcuts::Lightcuts;

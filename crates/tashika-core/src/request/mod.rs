@@ -94,6 +94,9 @@ pub struct Request {
     pub max_pairs: Option<u64>,
     /// Paths a pixel, of path tracing; with an error or a calibrated claim, at most.
     pub paths: Option<u64>,
+    /// Whether planes of what groups of lights give are wanted; where pixels are not by paths themselves,
+    /// `paths` of their own tell them.
+    pub groups_asked: bool,
     /// Whether the VPLs are there already, rather than to be traced.
     pub lights_given: bool,
     /// VPLs to trace.
@@ -123,6 +126,7 @@ impl Default for Request {
             confidence: None,
             max_pairs: None,
             paths: None,
+            groups_asked: false,
             lights_given: false,
             vpls: None,
             clamp: None,
@@ -260,6 +264,15 @@ impl Request {
         count.map(Some).ok_or_else(|| Error::option("paths", said, format!("1 to {}", u32::MAX)))
     }
 
+    /// The paths a pixel that tell what groups of lights give, where its radiance comes otherwise: what
+    /// was said, or 64.
+    ///
+    /// # Errors
+    /// As [`path_count`](Self::path_count).
+    pub fn paths_of_groups(&self) -> Result<u32> {
+        Ok(self.path_count()?.unwrap_or(PATHS))
+    }
+
     /// What the method makes of a sum over VPLs; none is path tracing.
     fn sum_method(&self) -> Option<SumMethod> {
         match (self.method.of_lights(), self.claim.and_then(ClaimName::promise)) {
@@ -384,7 +397,7 @@ impl Request {
             ("clamp", self.clamp.is_some() && is_path),
             ("lights", self.lights_given && is_path),
             ("gather", self.gather.is_some() && is_path),
-            ("paths", self.paths.is_some() && (!is_path || is_audited)),
+            ("paths", self.paths.is_some() && !self.groups_asked && (!is_path || is_audited)),
             ("error", self.error.is_some() && is_exact),
             ("control", self.control.is_some() && !(is_ours || until)),
             ("absolute", self.absolute.is_some() && !(is_ours || until)),

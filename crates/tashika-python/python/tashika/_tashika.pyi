@@ -302,7 +302,12 @@ class Comparison:
     def intervals(self) -> dict[str, Any] | None: ...
     @property
     def errors(self) -> NDArray[np.float64]: ...
-    def save(self, path: _Path) -> None: ...
+    def save(
+        self,
+        path: _Path,
+        *,
+        tonemap: Literal["natural", "linear", "filmic", "aces", "agx"] = "natural",
+    ) -> None: ...
 
 def load(
     path: _Path,

@@ -2,7 +2,7 @@
 
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::compare::{Comparison, Named, Tolerance, ToleranceFrom};
-use crate::film::{percent_of_share, percent_of_tolerance};
+use crate::film::{Tone, percent_of_share, percent_of_tolerance};
 use crate::summary::summary;
 
 /// What the page of a comparison says beyond what was found.
@@ -12,6 +12,8 @@ pub struct CompareFacts {
     pub tolerance_from: ToleranceFrom,
     /// What was typed.
     pub command: Option<String>,
+    /// Tone mapping that the page begins with.
+    pub tone: Tone,
 }
 
 /// The page of a comparison of these two films.
@@ -47,6 +49,7 @@ pub fn compare_page(
         film: image.film,
         reference: Some(reference.film),
     }]);
+    page.tone = facts.tone;
     page.tolerance = Some(tolerance);
     page.rows = summary(comparison).into_iter().map(|(label, text)| (label.to_owned(), text)).collect();
     page.plots = vec![Plot::shares(

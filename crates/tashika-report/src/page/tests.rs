@@ -309,9 +309,10 @@ fn a_comparison_has_the_reference_beside_each_image_once() {
     let named = |name, film| Named { name: Path::new(name), film };
     let (a, b) = (named("a.exr", &film), named("b.exr", &reference));
     let comparison = compare(a, b, &Tolerance { relative: 0.02, absolute: 0.0 }).unwrap();
-    let facts = CompareFacts { tolerance_from: ToleranceFrom::Asked, command: None };
+    let facts = CompareFacts { tolerance_from: ToleranceFrom::Asked, command: None, tone: Tone::Filmic };
     let page = compare_page(&comparison, a, b, &facts);
     assert!(page.contains("95.8 % of the pixels are within 2 % of the reference"));
+    assert_eq!(page.matches("<option selected>filmic</option>").count(), 1);
     let held = data(&page);
     assert_eq!((held["tolerance"].as_f64(), held["images"].as_array().unwrap().len()), (Some(0.02), 1));
     let second = 24 + 7;
@@ -340,7 +341,12 @@ fn a_comparison_says_where_its_tolerance_is_from() {
     let named = Named { name: Path::new("a.exr"), film: &film };
     let page = |tolerance_from, absolute| {
         let comparison = compare(named, named, &Tolerance { relative: 0.05, absolute }).unwrap();
-        compare_page(&comparison, named, named, &CompareFacts { tolerance_from, command: None })
+        compare_page(
+            &comparison,
+            named,
+            named,
+            &CompareFacts { tolerance_from, command: None, tone: Tone::default() },
+        )
     };
     for (from, words) in [
         (ToleranceFrom::Asked, "The tolerance of 5 % is what was asked for."),

@@ -35,6 +35,8 @@ pub use prepared::{Lights, Prepared};
 
 use std::sync::Arc;
 
+use prepared::Grouped;
+
 use crate::accel::Tracer;
 use crate::color::Controlled;
 use crate::error::{Error, Result};
@@ -179,7 +181,9 @@ impl<'a> Renderer<'a> {
     }
 
     /// Adds planes of what each group of lights gives, by path tracing (see
-    /// [`PathTracer::with_groups`](crate::integrator::PathTracer::with_groups)). Default: none.
+    /// [`PathTracer::with_groups`](crate::integrator::PathTracer::with_groups)): by the paths of the
+    /// pixels, or, with the default method, by [others](Request::paths_of_groups) beside what claims.
+    /// Default: none.
     #[must_use]
     pub fn light_groups(self, grouping: LightGrouping) -> Self {
         Self { groups: Some(grouping), ..self }
@@ -368,7 +372,11 @@ impl<'a> Renderer<'a> {
 
     fn resolve(&self) -> Result<(Resolved, Framed)> {
         let scene = self.tracer.scene();
-        let request = Request { lights_given: self.lights.is_some(), ..self.request.clone() };
+        let request = Request {
+            lights_given: self.lights.is_some(),
+            groups_asked: self.groups.is_some(),
+            ..self.request.clone()
+        };
         let first = &scene.cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
         let resolved = request.in_scene(scene).resolve()?;
@@ -377,12 +385,18 @@ impl<'a> Renderer<'a> {
     }
 
     /// The groups of the scene's lights, for a method that can tell what each of them gives.
-    fn grouped(&self, grouping: &LightGrouping, method: &Method) -> Result<(LightGrouping, LightGroups)> {
-        if !matches!(method, Method::Path { .. }) {
-            let expected = "none but with method path, not audited: other methods choose what they draw for all lights together";
-            return Err(Error::option("groups", grouping, expected));
-        }
-        Ok((grouping.clone(), LightGroups::new(self.tracer.scene(), grouping)?))
+    fn grouped(&self, grouping: &LightGrouping, method: &Method) -> Result<Grouped> {
+        let paths = match method {
+            Method::Path { .. } => None,
+            Method::Transport { truth: Truth::Transport, .. } => Some(self.request.paths_of_groups()?),
+            _ => {
+                let expected = "none but with a picture of light transport, by the default method or by method path, \
+                                that is not audited: others are not the sum of what lights give";
+                return Err(Error::option("groups", grouping, expected));
+            }
+        };
+        let groups = LightGroups::new(self.tracer.scene(), grouping)?;
+        Ok(Grouped { grouping: grouping.clone(), groups, paths })
     }
 
     /// The lights that the method needs.

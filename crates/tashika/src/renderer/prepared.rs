@@ -11,6 +11,7 @@ use crate::film::{Film, Window, keys};
 use crate::gather::{GatherOptions, View};
 use crate::integrator::{
     ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
+    WithPlanes,
 };
 use crate::reconstruction::Smoother;
 use crate::render::{
@@ -43,6 +44,15 @@ impl Lights {
     }
 }
 
+/// Groups of lights, of which planes tell what they give.
+#[derive(Clone)]
+pub(super) struct Grouped {
+    pub grouping: LightGrouping,
+    pub groups: LightGroups,
+    /// Paths of a pixel that tell it, if those of the pixel itself do not.
+    pub paths: Option<u32>,
+}
+
 /// One view of a scene with its lights, ready to be rendered: what
 /// [`Renderer::prepare`](super::Renderer::prepare) gives.
 ///
@@ -65,7 +75,7 @@ pub struct Prepared<'a> {
     pub(super) share: TileShare,
     pub(super) mattes: Option<u32>,
     pub(super) motion: bool,
-    pub(super) groups: Option<(LightGrouping, LightGroups)>,
+    pub(super) groups: Option<Grouped>,
     pub(super) gather: GatherOptions,
     pub(super) seed: u64,
     pub(super) method: Method,
@@ -120,12 +130,19 @@ impl Prepared<'_> {
                 method.integrator(lights, options)?
             }
             (Method::Transport { options, .. } | Method::Audited { options, .. }, Lights::Guided(lights)) => {
-                Box::new(LightTransport::new(&self.tracer, lights, options))
+                let transport = LightTransport::new(&self.tracer, lights, options);
+                match &self.groups {
+                    Some(Grouped { groups, paths: Some(paths), .. }) => {
+                        let tracer = self.path_tracer(PathStop::Count(*paths))?;
+                        Box::new(WithPlanes::new(transport, tracer.with_groups(groups)))
+                    }
+                    _ => Box::new(transport),
+                }
             }
             (Method::Path { stop, .. }, _) => {
                 let tracer = self.path_tracer(self.in_view(*stop)?)?;
                 Box::new(match &self.groups {
-                    Some((_, groups)) => tracer.with_groups(groups),
+                    Some(Grouped { groups, .. }) => tracer.with_groups(groups),
                     None => tracer,
                 })
             }
@@ -199,8 +216,11 @@ impl Prepared<'_> {
         let mut film = blank(&setting, integrator.as_ref(), &options)?;
         self.method.describe(film.metadata_mut());
         self.change.describe(film.metadata_mut());
-        if let Some((grouping, _)) = &self.groups {
+        if let Some(Grouped { grouping, paths, .. }) = &self.groups {
             film.metadata_mut().set(keys::LIGHT_GROUPS, grouping.to_string());
+            if let Some(paths) = paths {
+                film.metadata_mut().set(keys::LIGHT_GROUPS_PATHS, *paths);
+            }
         }
         let begun = begin(film)?;
         let phase = Phase::Pixels {

@@ -1,5 +1,5 @@
 //! Groups of lights: planes that add up to the picture, each of which is the picture by the lights of
-//! the group alone.
+//! the group alone. Beside pixels that claim an interval they are by other paths.
 
 use std::sync::Arc;
 
@@ -8,6 +8,7 @@ use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
 use tashika::film::{Film, Plane, planes};
+use tashika::integrator::Truth;
 use tashika::math::Vec3;
 use tashika::render::{TileShare, with_threads};
 use tashika::request::{ClaimName, MethodName, Request};
@@ -117,6 +118,41 @@ fn a_picture_with_groups_is_not_reconstructed() {
     assert!(!is_reconstructed(renderer().light_groups(LightGrouping::Each).render().unwrap().film));
 }
 
+/// Beside pixels of the default method planes are those of path tracing with as many paths, and the pixels
+/// what they are without planes; both have the same mean, within their errors.
+#[test]
+fn planes_beside_claims_are_those_of_paths() {
+    let renderer = |paths| {
+        let renderer = Renderer::new(room([true; 4], false)).size(SIZE).seed(5).error(0.1).vpls(20_000);
+        if paths > 0 { renderer.paths(paths).light_groups(LightGrouping::Each) } else { renderer }
+    };
+    let [plain, film] = [0, 256].map(|paths| renderer(paths).render().unwrap().film);
+    let prepared = renderer(256).prepare().unwrap();
+    assert!(prepared.unused().is_empty(), "{:?}", prepared.unused());
+    assert_eq!(film.planes()[..plain.planes().len()], *plain.planes());
+    assert_eq!(film.metadata().number("light.groups.paths"), Some(256.0));
+    assert_eq!(film.metadata().text("method"), Some("tashika"));
+    let by_paths =
+        by_paths(room([true; 4], false), 256, 5).light_groups(LightGrouping::Each).render().unwrap().film;
+    let (mut sums, mut whole, mut variance) = (0.0, 0.0, 0.0);
+    for light in LIGHTS {
+        assert_eq!(plane(&film, light), plane(&by_paths, light));
+        assert!(by_paths.metadata().get("light.groups.paths").is_none());
+    }
+    for (x, y) in film.window().pixels() {
+        let luminance = |plane: &Plane| {
+            let [r, g, b] = plane.f32_at(x, y).try_into().unwrap();
+            f64::from(Rgb::new(r, g, b).luminance())
+        };
+        sums += LIGHTS.iter().map(|light| luminance(plane(&film, light))).sum::<f64>();
+        whole += luminance(film.plane("").unwrap());
+        let error = |film: &Film| f64::from(film.plane("standard_error").unwrap().f32_at(x, y)[0]);
+        variance += error(&film).powi(2) + error(&by_paths).powi(2);
+    }
+    assert!((sums - whole).abs() < 5.0 * variance.sqrt(), "{sums} for {whole}, {variance}");
+    assert!(variance.sqrt() < 0.02 * whole, "{whole} ± {}", variance.sqrt());
+}
+
 /// The mean of a plane over the image, over several seeds, is that of pictures by that light alone.
 #[test]
 fn a_plane_is_the_picture_by_its_lights_alone() {
@@ -197,12 +233,16 @@ fn groups_are_the_same_for_threads_and_shares_and_other_methods_refuse_them() {
     };
     let audited = Some(ClaimName::Audited);
     for request in [
-        Request::default(),
         Request::of_a_sum(),
+        Request { truth: Some(Truth::Clamped), ..Request::default() },
+        Request { claim: audited, ..Request::default() },
         Request { method: "path".parse().unwrap(), claim: audited, ..Request::default() },
     ] {
         let said = refusal(request);
-        assert!(said.starts_with("groups = each; expected none but with method path"), "{said}");
+        assert!(
+            said.starts_with("groups = each; expected none but with a picture of light transport"),
+            "{said}"
+        );
     }
 }
 

@@ -100,6 +100,7 @@ keys! {
     PATHS_FIRST "paths.first" Making, "paths a pixel before its first look at the error";
     PATHS_MOST "paths.most" Making, "most paths a pixel";
     LIGHT_GROUPS "light.groups" Making, "groups of lights that were asked for";
+    LIGHT_GROUPS_PATHS "light.groups.paths" Making, "paths a pixel that tell what they give, where pixels are not by paths";
     MAX_DEPTH "max_depth" Making, "longest path (segments)";
     WINDOW "window" Making, "the part of the image that was asked for: x,y,width,height (pixels)";
     PIXELS "pixels" Making, "pixels, if they were named one by one";

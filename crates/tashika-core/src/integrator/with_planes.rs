@@ -1,0 +1,61 @@
+//! The pixels of one integrator, with planes beside them that another fills.
+//!
+//! Who claims an interval clusters the light of all emitters, and has no say in what each gives. Planes
+//! of that come by paths of their own: an estimate of the same quantity, so that their sum and the
+//! radiance have the same expectation, and differ by both errors.
+//!
+//! # Guarantee
+//! Records are those of the first alone, bit for bit. Held to this by the suite's `light_groups`.
+
+use super::{Estimates, Integrator, PixelRecord, PlaneBeside, Setting};
+use crate::film::{Metadata, Window};
+
+/// One integrator's pixels with another's [planes](Integrator::planes_beside).
+pub struct WithPlanes<'a> {
+    pixels: Box<dyn Integrator + 'a>,
+    planes: Box<dyn Integrator + 'a>,
+}
+
+impl<'a> WithPlanes<'a> {
+    /// The pixels of the one, and the planes beside of the other; of its pixels nothing is told.
+    pub fn new(pixels: impl Integrator + 'a, planes: impl Integrator + 'a) -> Self {
+        Self { pixels: Box::new(pixels), planes: Box::new(planes) }
+    }
+}
+
+impl Integrator for WithPlanes<'_> {
+    fn name(&self) -> &'static str {
+        self.pixels.name()
+    }
+
+    fn renders_all(&self) -> bool {
+        self.pixels.renders_all() && self.planes.renders_all()
+    }
+
+    fn describe(&self, metadata: &mut Metadata) {
+        self.pixels.describe(metadata);
+    }
+
+    fn planes_beside(&self) -> Vec<PlaneBeside> {
+        self.planes.planes_beside()
+    }
+
+    fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
+        Box::new(OfView { pixels: self.pixels.begin(setting), planes: self.planes.begin(setting) })
+    }
+}
+
+struct OfView<'v> {
+    pixels: Box<dyn Estimates + 'v>,
+    planes: Box<dyn Estimates + 'v>,
+}
+
+impl Estimates for OfView<'_> {
+    fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
+        self.pixels.tile(tile)
+    }
+
+    fn tile_with_beside(&self, tile: &Window) -> (Vec<PixelRecord>, Vec<f32>) {
+        (self.pixels.tile(tile), self.planes.tile_with_beside(tile).1)
+    }
+}
