@@ -1,7 +1,7 @@
 //! Every command of the book, run in small.
 //!
 //! In a block of `sh` each line is a command; those of `tashika` are run in the order of the
-//! chapter, in a folder of the chapter that has the book's room. Sizes, tolerances and times are made
+//! chapter, in a folder of the chapter that has the book's room and the scenes of its gallery. Sizes, tolerances and times are made
 //! small; all else is as it is printed. A picture may run out of its budget (exit code 4).
 
 use std::fs;
@@ -49,7 +49,10 @@ fn every_command_of_the_book_works() {
     for chapter in chapters() {
         let text = fs::read_to_string(source().join(&chapter)).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        fs::copy(source().join("room.gltf"), folder.path().join("room.gltf")).unwrap();
+        fs::create_dir(folder.path().join("gallery")).unwrap();
+        for scene in ["room.gltf", "gallery/fog.pbrt", "gallery/fan.xml", "gallery/marbles.usda"] {
+            fs::copy(source().join(scene), folder.path().join(scene)).unwrap();
+        }
         for command in commands(&text) {
             let words = small(&command);
             assert_eq!(words[0], "tashika", "{}: {command}", chapter.display());
