@@ -9,6 +9,7 @@
 
 use super::{Estimates, Integrator, PixelRecord, PlaneBeside, Setting};
 use crate::film::{Metadata, Window};
+use crate::scene::Abilities;
 
 /// One integrator's pixels with another's [planes](Integrator::planes_beside).
 pub struct WithPlanes<'a> {
@@ -28,8 +29,9 @@ impl Integrator for WithPlanes<'_> {
         self.pixels.name()
     }
 
-    fn renders_all(&self) -> bool {
-        self.pixels.renders_all() && self.planes.renders_all()
+    fn abilities(&self) -> Abilities {
+        let [pixels, planes] = [self.pixels.abilities(), self.planes.abilities()];
+        Abilities { media: pixels.media && planes.media, motion: pixels.motion && planes.motion }
     }
 
     fn describe(&self, metadata: &mut Metadata) {
