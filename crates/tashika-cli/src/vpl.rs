@@ -20,6 +20,8 @@ use crate::summary::{Rows, counted, write_json};
 struct Report<'a> {
     count: u64,
     kinds: Kinds,
+    /// Times that the lights are of.
+    instants: usize,
     provenance: &'a Provenance,
     /// Seconds for tracing or reading.
     seconds: f64,
@@ -71,6 +73,7 @@ pub fn tell(common: &Common, set: &VplSet, seconds: f64, file: Option<&Path>) ->
     let report = Report {
         count: set.len() as u64,
         kinds: kinds(set),
+        instants: set.instants().len(),
         provenance: set.provenance(),
         seconds,
         file: file.map(Path::to_owned),
@@ -126,6 +129,9 @@ fn rows(report: &Report<'_>) -> Rows {
         "paths",
         format!("{}, at most {} surfaces long, seed {}", HumanCount(p.paths), p.max_depth, p.seed),
     );
+    if report.instants > 1 {
+        rows.push("instants", format!("{}, each with lights of its own", report.instants));
+    }
     rows.push(
         "clamp",
         if p.clamp_distance > 0.0 { format!("{:.4} m", p.clamp_distance) } else { "off".to_owned() },

@@ -32,7 +32,7 @@ use crate::words;
 /// ```
 #[pyfunction]
 #[pyo3(signature = (
-    scene, pixels, *, camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, filter=None,
+    scene, pixels, *, camera=None, size=None, vpls=None, gather=None, clamp=None, instants=None, seed=1, threads=0, filter=None,
     progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
@@ -45,6 +45,7 @@ pub fn exact<'py>(
     vpls: Option<&Bound<'py, PyAny>>,
     gather: Option<u64>,
     clamp: Option<&Bound<'py, PyAny>>,
+    instants: Option<u64>,
     seed: u64,
     threads: usize,
     filter: Option<&str>,
@@ -52,7 +53,7 @@ pub fn exact<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let scene = scene.get();
     let camera = scene.camera(camera)?;
-    let sum = Sum::of(vpls, clamp, gather, filter, seed)?;
+    let sum = Sum::of(vpls, clamp, instants, gather, filter, seed)?;
     let framing = Framing { size, crop: None };
     framing.of(camera).map_err(raised)?;
     let rendered = attended(py, threads, progress, |watch| {
@@ -85,7 +86,7 @@ pub fn exact<'py>(
 #[pyfunction]
 #[pyo3(signature = (
     scene, *, methods=None, errors=vec![0.02], confidences=vec![0.5, 0.8, 0.9, 0.95, 0.99], pixels=Some(200), seeds=1, by=Vec::new(),
-    camera=None, size=None, vpls=None, gather=None, clamp=None, seed=1, threads=0, max_pairs=None, filter=None,
+    camera=None, size=None, vpls=None, gather=None, clamp=None, instants=None, seed=1, threads=0, max_pairs=None, filter=None,
     progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
@@ -103,6 +104,7 @@ pub fn coverage<'py>(
     vpls: Option<&Bound<'py, PyAny>>,
     gather: Option<u64>,
     clamp: Option<&Bound<'py, PyAny>>,
+    instants: Option<u64>,
     seed: u64,
     threads: usize,
     max_pairs: Option<u64>,
@@ -117,7 +119,7 @@ pub fn coverage<'py>(
     let framing = Framing { size, crop: None };
     let size = framing.of(camera).map_err(raised)?.size;
     let chosen = Pixels::of(Window::full(size), pixels, seed).map_err(raised)?;
-    let sum = Sum::of(vpls, clamp, gather, filter, seed)?;
+    let sum = Sum::of(vpls, clamp, instants, gather, filter, seed)?;
     let measured = attended(py, threads, progress, |watch| {
         let prepared = sum.renderer(scene, camera).framing(framing).prepare()?;
         measure(&prepared, &chosen, &cells, &by, watch)
@@ -135,11 +137,12 @@ impl Sum {
     fn of(
         vpls: Option<&Bound<'_, PyAny>>,
         clamp: Option<&Bound<'_, PyAny>>,
+        instants: Option<u64>,
         gather: Option<u64>,
         filter: Option<&str>,
         seed: u64,
     ) -> PyResult<Self> {
-        let (given, of_lights) = vpls::said(vpls, clamp)?;
+        let (given, of_lights) = vpls::said(vpls, clamp, instants)?;
         let filter = filter.map(words::filter).transpose()?;
         let method = SumMethod::Exact.into();
         let request = Request { method, gather, filter, seed, ..of_lights };

@@ -48,7 +48,8 @@ use crate::words;
 ///   (the sum over one set, the default for certified claims and for a `VplSet`) or "clamped";
 ///   `max_pairs`: largest cut, pairs and paths with "transport".
 /// - `vpls`: a `VplSet`, or how many to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
-///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `gather`: gather points a pixel (51 at 0.05,
+///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `instants`: at how many times these look at what
+///   moves (32); `gather`: gather points a pixel (51 at 0.05,
 ///   128 at 0.02; 4 with `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris",
 ///   where these, or paths, are.
 /// - `quality`: "draft" and "good" are audited pictures, within 0.1 and 0.05, "final" has each
@@ -93,7 +94,7 @@ use crate::words;
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
     paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
     focus_distance=None, blades=None, blade_rotation=None, quality=None, share=None, assurance=None, audit=None,
-    time=None, denoiser=None, cryptomatte=None, groups=None, motion_vectors=false
+    time=None, denoiser=None, cryptomatte=None, groups=None, motion_vectors=false, instants=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -135,9 +136,10 @@ pub fn render(
     cryptomatte: Option<&Bound<'_, PyAny>>,
     groups: Option<&Bound<'_, PyAny>>,
     motion_vectors: bool,
+    instants: Option<u64>,
 ) -> PyResult<Image> {
     let scene = scene.get();
-    let (given, of_lights) = vpls::said(vpls, clamp)?;
+    let (given, of_lights) = vpls::said(vpls, clamp, instants)?;
     let request = Request {
         groups_asked: groups.is_some(),
         method: words::method(method)?,

@@ -142,6 +142,22 @@ impl VplSet {
         array(py, self.0.set().lights().iter().map(|light| light.kind.number() as u32), &[self.0.set().len()])
     }
 
+    /// When the lights are: shares of the time that the shutter is open, float32; of a scene that stands
+    /// a single one.
+    #[getter]
+    fn instants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let shares = self.0.set().instants().shares();
+        array(py, shares.iter().copied(), &[shares.len()])
+    }
+
+    /// For each light its place among `instants`, uint32 of shape (n,).
+    #[getter]
+    fn instant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let set = self.0.set();
+        let number = |instant: usize| std::iter::repeat_n(instant as u32, set.at(instant).len());
+        array(py, (0..set.instants().len()).flat_map(number).collect::<Vec<_>>().into_iter(), &[set.len()])
+    }
+
     /// Where the set came from: scene, seed, counts, clamp distance (m).
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -167,21 +183,23 @@ fn as_many<T>(name: &str, rows: Vec<T>, count: usize) -> PyResult<Vec<T>> {
 }
 
 /// Traces the virtual point lights of a scene: about `count` of them, with a `clamp` of `"auto"`,
-/// `"off"` or a distance in metres.
+/// `"off"` or a distance in metres; where things move while the shutter is open, at `instants` times (32).
 ///
 /// The same arguments give the same lights; `threads` (0: one a core) do not matter.
 #[pyfunction]
-#[pyo3(signature = (scene, *, count=None, seed=1, clamp=None, threads=0))]
+#[pyo3(signature = (scene, *, count=None, seed=1, clamp=None, instants=None, threads=0))]
 pub fn vpls(
     py: Python<'_>,
     scene: &Bound<'_, Scene>,
     count: Option<u64>,
     seed: u64,
     clamp: Option<&Bound<'_, PyAny>>,
+    instants: Option<u64>,
     threads: usize,
 ) -> PyResult<VplSet> {
     let clamp = clamp.map(words::clamp).transpose()?;
-    let options = Request { vpls: count, clamp, seed, ..Request::default() }.lights().map_err(raised)?;
+    let options =
+        Request { vpls: count, clamp, instants, seed, ..Request::default() }.lights().map_err(raised)?;
     let scene = scene.get();
     attended(py, threads, None, |_| vpl::VplSet::trace(scene.tracer(), &options)).map(VplSet::new)
 }
@@ -191,10 +209,14 @@ pub fn vpls(
 pub fn said(
     vpls: Option<&Bound<'_, PyAny>>,
     clamp: Option<&Bound<'_, PyAny>>,
+    instants: Option<u64>,
 ) -> PyResult<(Option<Py<VplSet>>, Request)> {
     let given = vpls.and_then(|value| value.cast::<VplSet>().ok()).map(|set| set.clone().unbind());
     if let (Some(_), Some(clamp)) = (&given, clamp) {
         return Err(option("clamp", clamp.str()?, "nothing beside a VplSet, which has its own"));
+    }
+    if let (Some(_), Some(instants)) = (&given, instants) {
+        return Err(option("instants", instants, "nothing beside a VplSet, which has its own"));
     }
     let number = |value: &Bound<'_, PyAny>| {
         let expected = "a VplSet, or a number of lights to trace";
@@ -204,6 +226,7 @@ pub fn said(
         lights_given: given.is_some(),
         vpls: vpls.filter(|_| given.is_none()).map(number).transpose()?,
         clamp: clamp.map(words::clamp).transpose()?,
+        instants,
         ..Request::default()
     };
     Ok((given, request))

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use tashika::experiment::Grouping;
 use tashika::integrator::SumMethod;
 
-use super::{ClampArgs, CommonArgs, FilterArgs, GatherArgs, LightArgs, SourceArgs, StageArgs};
+use super::{CommonArgs, FilterArgs, GatherArgs, LightArgs, SetArgs, SourceArgs, StageArgs};
 use crate::values;
 
 const COVERAGE_EXAMPLES: &str = "\
@@ -189,10 +189,10 @@ pub struct SeedArgs {
     pub vpls: u64,
 
     #[command(flatten)]
-    pub clamp: ClampArgs,
+    pub set: SetArgs,
 
     /// Virtual point lights from a file that `tashika vpl` wrote, instead of tracing them
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp", "instants"], help_heading = "Light")]
     pub vpl_file: Option<PathBuf>,
 
     #[command(flatten)]
@@ -232,7 +232,7 @@ pub struct ScalingArgs {
     pub vpls: Vec<u64>,
 
     #[command(flatten)]
-    pub clamp: ClampArgs,
+    pub set: SetArgs,
 
     #[command(flatten)]
     pub tolerance: ToleranceArgs,

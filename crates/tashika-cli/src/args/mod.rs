@@ -397,7 +397,7 @@ pub struct SourceArgs {
 
     /// Virtual point lights from a file that `tashika vpl` or --write-vpls wrote, instead of
     /// tracing them
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp"], help_heading = "Light")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vpls", "clamp", "instants"], help_heading = "Light")]
     pub vpl_file: Option<PathBuf>,
 }
 
@@ -409,16 +409,22 @@ pub struct LightArgs {
     pub vpls: Option<u64>,
 
     #[command(flatten)]
-    pub clamp: ClampArgs,
+    pub set: SetArgs,
 }
 
+/// How a set of virtual point lights is made.
 #[derive(Debug, ClapArgs)]
-pub struct ClampArgs {
+pub struct SetArgs {
     /// Distance in metres below which a virtual point light grows no brighter; auto follows their
     /// spacing, off leaves bright spots [default: auto]
     #[arg(long, value_name = "auto|off|METRES", value_parser = values::clamp, allow_negative_numbers = true,
         help_heading = "Light")]
     pub clamp: Option<Clamp>,
+
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light",
+        help = format!("Times at which lights and pixels look at what moves while the shutter is open, of \
+            sums over one set of lights; more: smoother blur [default: {}]", VplOptions::default().instants))]
+    pub instants: Option<u64>,
 }
 
 /// What every command has.

@@ -82,7 +82,7 @@ impl Job {
             let mut line = vec![program.clone()];
             line.extend(without(&words, &QUIET));
             line.extend(["--write-vpls", &lights_file, "--quiet"].map(str::to_owned));
-            words = without(&words, &["--vpls", "--clamp", "--truth"]);
+            words = without(&words, &["--vpls", "--clamp", "--instants", "--truth"]);
             words.extend(["--vpl-file".to_owned(), lights_file.clone()]);
             if let Some(truth) = truth {
                 words.extend(["--truth".to_owned(), truth.to_string()]);

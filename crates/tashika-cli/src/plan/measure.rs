@@ -177,7 +177,8 @@ impl SeedPlan {
         let request = Request {
             // Of a file, that is how many there are.
             vpls: args.vpl_file.is_none().then_some(args.vpls),
-            clamp: args.clamp.clamp,
+            clamp: args.set.clamp,
+            instants: args.set.instants,
             gather: Some(args.gather),
             filter: args.filter.filter,
             seed: args.measure.seed,
@@ -213,7 +214,8 @@ pub struct ScalingPlan {
 impl ScalingPlan {
     fn new(args: &ScalingArgs) -> Result<Self, Failure> {
         let request = Request {
-            clamp: args.clamp.clamp,
+            clamp: args.set.clamp,
+            instants: args.set.instants,
             filter: args.filter.filter,
             seed: args.measure.seed,
             ..Request::of_a_sum()

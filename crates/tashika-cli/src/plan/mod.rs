@@ -145,7 +145,8 @@ impl Asked {
     fn of_a_sum(source: &SourceArgs, gather: &GatherArgs, seed: u64) -> Result<Self, Failure> {
         let request = Request {
             vpls: source.lights.vpls,
-            clamp: source.lights.clamp.clamp,
+            clamp: source.lights.set.clamp,
+            instants: source.lights.set.instants,
             gather: gather.points,
             filter: gather.filter.filter,
             seed,
@@ -252,7 +253,8 @@ impl VplPlan {
             let typed = [
                 ("--output", args.output.is_some()),
                 ("--vpls", args.lights.vpls.is_some()),
-                ("--clamp", args.lights.clamp.clamp.is_some()),
+                ("--clamp", args.lights.set.clamp.is_some()),
+                ("--instants", args.lights.set.instants.is_some()),
                 ("--seed", args.seed.is_some()),
                 ("--at", args.scene_args.at.is_some()),
                 ("--shutter", args.scene_args.shutter.is_some()),
@@ -269,8 +271,13 @@ impl VplPlan {
         }
         let scene = SceneSource::new(args.input.as_deref(), &args.scene_args)?;
         let seed = args.seed.unwrap_or(VplOptions::default().seed);
-        let request =
-            Request { vpls: args.lights.vpls, clamp: args.lights.clamp.clamp, seed, ..Request::default() };
+        let request = Request {
+            vpls: args.lights.vpls,
+            clamp: args.lights.set.clamp,
+            instants: args.lights.set.instants,
+            seed,
+            ..Request::default()
+        };
         let options = request.lights()?;
         let output = args.output.as_deref().map(|path| with_ending(path, "vpl")).transpose()?;
         let outputs: Vec<&Path> = output.as_deref().into_iter().collect();

@@ -48,7 +48,8 @@ impl TransportPlan {
             // For the strictest.
             error: args.error.iter().copied().min_by(f64::total_cmp),
             vpls: args.lights.vpls,
-            clamp: args.lights.clamp.clamp,
+            clamp: args.lights.set.clamp,
+            instants: args.lights.set.instants,
             gather: args.gather.points,
             filter: args.gather.filter.filter,
             seed: args.seed,

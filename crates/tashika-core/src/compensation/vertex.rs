@@ -201,6 +201,7 @@ mod tests {
             weight: Rgb::WHITE,
             medium: None,
             phase: None,
+            instant: 0,
         };
         let summed = Bsdf::Lambert(Lambert { reflectance: bsdf.vpl_reflectance(point.wo) });
         let vertex = Vertex::first(&point, Some(&summed));

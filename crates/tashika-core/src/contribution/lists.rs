@@ -195,6 +195,7 @@ mod tests {
             weight: Rgb::new(s.uniform(), s.uniform(), s.uniform()),
             medium: None,
             phase: None,
+            instant: 0,
         }
     }
 

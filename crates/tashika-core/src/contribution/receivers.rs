@@ -148,6 +148,7 @@ mod tests {
             weight: Rgb::WHITE,
             medium: None,
             phase: None,
+            instant: 0,
         }
     }
 

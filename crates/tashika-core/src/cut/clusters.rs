@@ -83,13 +83,12 @@ pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<Upper
 }
 
 impl<B: UpperMaterial> Clusters<'_, B> {
-    /// All terms as one pair; `None` if there are none.
-    pub fn root(&self) -> Option<Pair> {
-        Some(self.bounded(Pair {
-            light: self.lights.root()?,
-            points: self.points.root()?,
-            upper: KernelBound(f32::INFINITY),
-        }))
+    /// All terms as a pair for each instant.
+    pub fn roots(&self) -> impl Iterator<Item = Pair> {
+        self.points.roots().iter().filter_map(|&(instant, points)| {
+            let light = self.lights.root_at(instant)?;
+            Some(self.bounded(Pair { light, points, upper: KernelBound(f32::INFINITY) }))
+        })
     }
 
     /// The bound `R` of the luminance of a drawn term.

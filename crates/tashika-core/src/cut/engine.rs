@@ -54,7 +54,8 @@ pub(super) struct Epoch {
 }
 
 impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
-    /// The cut of a single pair, as published methods begin; `None` if the sum has no terms.
+    /// The cut of a single pair, or of one for each instant, as published methods begin; `None` if the sum
+    /// has no terms.
     pub fn published(
         clusters: Clusters<'a, B>,
         strata: S,
@@ -82,7 +83,8 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         epoch: &'a mut Epoch,
     ) -> Self {
         epoch.splits.clear();
-        let mut cut = Self { refinement, strata, tracer, stream, pairs: 1, segments: 0, epoch };
+        let pairs = refinement.roots() as u64;
+        let mut cut = Self { refinement, strata, tracer, stream, pairs, segments: 0, epoch };
         cut.complete(0);
         cut
     }
@@ -109,7 +111,7 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
             strata.draw(refinement, number, stream, batch);
             ends.push(batch.values().len() as u32);
         }
-        batch.trace(self.tracer);
+        batch.trace(self.tracer, refinement.clusters().lights.instants());
         self.segments += batch.segments();
         let mut begin = 0;
         let of_pair = |(number, &end): (usize, &u32)| {
@@ -125,6 +127,11 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         self.pairs
     }
 
+    /// Pairs that the cut began with: numbers 0 to this.
+    pub(super) fn roots(&self) -> usize {
+        self.refinement.roots()
+    }
+
     /// Segments traced.
     pub fn segments(&self) -> u64 {
         self.segments
@@ -132,7 +139,8 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
 
     /// Terms of the whole sum.
     pub fn terms(&self) -> u64 {
-        self.refinement.clusters().terms(&self.refinement.pairs()[0])
+        let (clusters, roots) = (self.refinement.clusters(), &self.refinement.pairs()[..self.roots()]);
+        roots.iter().map(|root| clusters.terms(root)).sum()
     }
 
     /// The splits of the last epoch, in order.

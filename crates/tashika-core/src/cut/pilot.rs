@@ -5,7 +5,8 @@
 //! tree. For every cell and cluster [`TRIALS`] segments are traced,
 //! from gather points of random pixels of the cell to lights of the cluster. Which lights these are
 //! is drawn once an image: so they lie next to each other in memory, and all segments from a point
-//! are a fan whose neighbours have most of their way in common. For a pixel, trials of its own cell
+//! are a fan whose neighbours have most of their way in common; points are of the instant of the lights.
+//! For a pixel, trials of its own cell
 //! and of the eight about it count. From the root of the light tree down,
 //!
 //! ```text
@@ -23,6 +24,8 @@
 //! is a function of the image and its place, not of who asks first. So what a pixel learns here is
 //! independent of all samples of its estimate.
 
+use std::ops::Range;
+
 use super::rank::VisibilityPrior;
 use crate::accel::{Apex, SegmentBatch, Tracer};
 use crate::bounds::LightShape;
@@ -32,6 +35,7 @@ use crate::guidance::{Grid, key_of, pixels_of, random_pixel};
 use crate::math::Vec3;
 use crate::media::Segments;
 use crate::rng::{self, Purpose, Stream};
+use crate::scene::Instants;
 use crate::tree::{LightCluster, LightTree};
 use crate::vpl::{Vpl, VplKind};
 
@@ -67,10 +71,12 @@ pub struct Pilot<'a> {
 #[derive(Debug)]
 pub struct PilotVisibility {
     /// Of all clusters of lights whose visibility is known, those that trials are for and all
-    /// above, depth first: the place of the parent; the root is its own.
+    /// above, depth first: the place of the parent; roots are their own.
     parents: Vec<u32>,
     /// Clusters that trials are for, each with its place.
     clusters: Vec<(u32, LightCluster)>,
+    /// Which of these are of each instant.
+    of_instants: Vec<Range<usize>>,
     /// Lights of the clusters, of which cells next to each other have different ones: cluster by
     /// cluster one for each point of a cell.
     representatives: [Vec<[Vpl; TRIALS as usize]>; SETS],
@@ -124,19 +130,25 @@ impl PilotVisibility {
             lights.split(CLUSTERS, |cluster| importance(lights, cluster, &probes)).into_iter().peekable();
         let mut place_of = vec![u32::MAX; lights.clusters()];
         let (mut parents, mut clusters) = (Vec::new(), Vec::new());
-        // With the place above.
-        let mut waiting: Vec<(u32, LightCluster)> = lights.root().map(|root| (0, root)).into_iter().collect();
-        while let Some((above, cluster)) = waiting.pop() {
-            let place = parents.len() as u32;
-            parents.push(above);
-            if chosen.next_if_eq(&cluster).is_some() {
-                clusters.push((place, cluster));
-                fill(lights, cluster, place, &mut place_of);
-            } else {
-                place_of[cluster.number()] = place;
-                let children = lights.children(&cluster).into_iter().flatten();
-                waiting.extend(children.rev().map(|child| (place, child)));
+        let mut of_instants = vec![0..0; lights.instants().len()];
+        // With the place above; roots have none.
+        let mut waiting = Vec::new();
+        for (instant, root) in lights.roots() {
+            let first = clusters.len();
+            waiting.push((None, root));
+            while let Some((above, cluster)) = waiting.pop() {
+                let place = parents.len() as u32;
+                parents.push(above.unwrap_or(place));
+                if chosen.next_if_eq(&cluster).is_some() {
+                    clusters.push((place, cluster));
+                    fill(lights, cluster, place, &mut place_of);
+                } else {
+                    place_of[cluster.number()] = place;
+                    let children = lights.children(&cluster).into_iter().flatten();
+                    waiting.extend(children.rev().map(|child| (Some(place), child)));
+                }
             }
+            of_instants[usize::from(instant)] = first..clusters.len();
         }
         let mut stream = Stream::new(seed, Purpose::Guidance, 2);
         let mut draw = |cluster| lights.light(lights.draw(cluster, stream.uniform_f64()));
@@ -144,7 +156,7 @@ impl PilotVisibility {
             clusters.iter().map(|(_, cluster)| [(); TRIALS as usize].map(|()| draw(cluster))).collect()
         });
         let cells = Grid::new(pilot.view.size);
-        Self { parents, clusters, representatives, place_of, cells, seed }
+        Self { parents, clusters, of_instants, representatives, place_of, cells, seed }
     }
 
     /// What is known about a cell.
@@ -157,14 +169,16 @@ impl PilotVisibility {
                 *trials += f32::from(tally.trials);
             }
         }
+        let parent_of = |place: usize| Some(self.parents[place] as usize).filter(|&parent| parent < place);
         for place in (1..sums.len()).rev() {
             let [visible, trials] = sums[place];
-            let parent = &mut sums[self.parents[place] as usize];
+            let Some(parent) = parent_of(place) else { continue };
+            let parent = &mut sums[parent];
             *parent = [parent[0] + visible, parent[1] + trials];
         }
         let mut visibility: Vec<f32> = Vec::with_capacity(sums.len());
         for (place, [visible, trials]) in sums.into_iter().enumerate() {
-            let above = if place == 0 { 0.5 } else { visibility[self.parents[place] as usize] };
+            let above = parent_of(place).map_or(0.5, |parent| visibility[parent]);
             visibility.push((PARENT_WEIGHT * above + visible) / (PARENT_WEIGHT + trials));
         }
         let pixels = pixels_of(cell, pilot.view.size).area();
@@ -180,55 +194,79 @@ impl PilotVisibility {
         let window = pixels_of([column, row], pilot.view.size);
         let key = key_of([column, row], self.seed);
         let mut stream = Stream::new(key, Purpose::Guidance, 0);
-        let mut points = Vec::new();
-        for trial in 0..TRIALS {
-            let pixel = random_pixel(&window, &mut stream);
-            points.extend(one_point(pilot, pixel, key.wrapping_add(u64::from(trial))));
-        }
-        // What reflects nothing needs no light.
-        points.retain(|point| !point.albedo().is_black());
-        let mut batch = SegmentBatch::new(pilot.contribution.glass());
-        let mut in_media = Segments::default();
-        let has_media = pilot.tracer.scene().has_media() || points.iter().any(|point| point.medium.is_some());
-        // Clusters of the segments, in the order of the batch.
-        let mut of_segments: Vec<u32> = Vec::new();
-        let mut targets = Vec::new();
         let representatives = &self.representatives[(column % 2 + 2 * (row % 2)) as usize];
+        let mut seen = vec![(0.0_f32, 0); self.clusters.len()];
+        let mut segments = 0;
+        for (instant, clusters) in (0..).zip(&self.of_instants) {
+            let instants = pilot.lights.instants().only(instant);
+            let mut points = Vec::new();
+            for trial in 0..TRIALS {
+                let pixel = random_pixel(&window, &mut stream);
+                let number = u64::from(instant) * u64::from(TRIALS) + u64::from(trial);
+                points.extend(one_point(pilot, pixel, &instants, key.wrapping_add(number)));
+            }
+            // What reflects nothing needs no light.
+            points.retain(|point| !point.albedo().is_black());
+            let trials = pilot.look(&points, instants.shares()[0], |trial| {
+                clusters.clone().map(move |cluster| (cluster as u32, &representatives[cluster][trial]))
+            });
+            for &(cluster, v) in &trials {
+                let (visible, trials) = &mut seen[cluster as usize];
+                *visible += v;
+                *trials += 1;
+            }
+            segments += trials.len() as u64;
+        }
+        let tally = |(visible, trials): (f32, u8)| Tally { visible: (visible * PARTS).round() as u8, trials };
+        Cell { tallies: seen.into_iter().map(tally).collect(), segments }
+    }
+}
+
+impl Pilot<'_> {
+    /// What is seen of lights, which are told for each of some points with a number each, after a share
+    /// of the time that the shutter is open: a number and a visibility for each that can light the
+    /// point at all.
+    fn look<'l, L: Iterator<Item = (u32, &'l Vpl)>>(
+        &self,
+        points: &[GatherPoint],
+        share: f32,
+        lights: impl Fn(usize) -> L,
+    ) -> Vec<(u32, f32)> {
+        let mut batch = SegmentBatch::new(self.contribution.glass());
+        let mut in_media = Segments::default();
+        let has_media = self.tracer.scene().has_media() || points.iter().any(|point| point.medium.is_some());
+        // Numbers of the segments, in the order of the batch.
+        let mut numbers: Vec<u32> = Vec::new();
+        let mut targets = Vec::new();
         for (trial, point) in points.iter().enumerate() {
-            let lights = (0..).zip(representatives.iter().map(|lights| &lights[trial]));
-            for (cluster, light) in lights.filter(|(_, light)| pilot.contribution.is_facing(point, light)) {
+            for (number, light) in
+                lights(trial).filter(|(_, light)| self.contribution.is_facing(point, light))
+            {
                 // Fans about the point are faster, but media are asked about from it.
                 if light.kind == VplKind::Directional || has_media {
                     batch.push_fan(light.apex(), [point.position]);
                     in_media.push(point.medium);
-                    of_segments.push(cluster);
+                    numbers.push(number);
                 } else {
-                    targets.push((cluster, light.position));
+                    targets.push((number, light.position));
                 }
             }
-            of_segments.extend(targets.iter().map(|(cluster, _)| cluster));
+            numbers.extend(targets.iter().map(|(number, _)| number));
             batch.push_fan(Apex::Point(point.position), targets.drain(..).map(|(_, position)| position));
         }
         let mut visibility = Vec::new();
-        pilot.tracer.visibility(&batch, &mut visibility);
+        self.tracer.visibility_at(&batch, share, &mut visibility);
         if has_media {
-            let passing = in_media.passing(pilot.tracer, &batch, 0.0, &visibility);
+            let passing = in_media.passing(self.tracer, &batch, share, &visibility);
             visibility = passing.iter().map(|passing| passing.luminance()).collect();
         }
-        let mut seen = vec![(0.0_f32, 0); self.clusters.len()];
-        for (cluster, v) in of_segments.into_iter().zip(visibility) {
-            let (visible, trials) = &mut seen[cluster as usize];
-            *visible += v;
-            *trials += 1;
-        }
-        let tally = |(visible, trials): (f32, u8)| Tally { visible: (visible * PARTS).round() as u8, trials };
-        Cell { tallies: seen.into_iter().map(tally).collect(), segments: batch.len() as u64 }
+        numbers.into_iter().zip(visibility).collect()
     }
 }
 
-/// A gather point of a pixel; none where nothing gathers.
-fn one_point(pilot: &Pilot<'_>, pixel: [u32; 2], seed: u64) -> Option<GatherPoint> {
-    pilot.view.samples(pilot.tracer, pixel, 1, seed).points.into_iter().next()
+/// A gather point of a pixel at one of some instants; none where nothing gathers.
+fn one_point(pilot: &Pilot<'_>, pixel: [u32; 2], instants: &Instants, seed: u64) -> Option<GatherPoint> {
+    pilot.view.by(1, seed).pixel_at(pilot.tracer, pixel, instants).points.into_iter().next()
 }
 
 /// Points of random pixels of the whole image.
@@ -236,7 +274,8 @@ fn probes(pilot: &Pilot<'_>, seed: u64) -> Vec<Vec3> {
     let mut stream = Stream::new(seed, Purpose::Guidance, 1);
     let point = |number: u64| {
         let pixel = pilot.view.size.map(|side| stream.below(side.into()) as u32);
-        one_point(pilot, pixel, rng::key(seed, Purpose::Guidance, number)).map(|point| point.position)
+        one_point(pilot, pixel, pilot.lights.instants(), rng::key(seed, Purpose::Guidance, number))
+            .map(|point| point.position)
     };
     (0..PROBES).filter_map(point).collect()
 }

@@ -69,6 +69,7 @@ pub struct Refinement<'a, B> {
     clusters: Clusters<'a, B>,
     options: RefinementOptions<'a>,
     memory: &'a mut RefinementMemory,
+    roots: usize,
 }
 
 /// Memory of a [`Refinement`], which the next one uses again.
@@ -83,20 +84,20 @@ pub struct RefinementMemory {
 }
 
 impl<'a, B: UpperMaterial> Refinement<'a, B> {
-    /// The cut of a single pair; `None` if the sum has no terms.
+    /// The cut of a single pair, or one for each instant; `None` if the sum has no terms.
     pub fn new(
         clusters: Clusters<'a, B>,
         options: RefinementOptions<'a>,
         memory: &'a mut RefinementMemory,
     ) -> Option<Self> {
-        let root = clusters.root()?;
         memory.table.clear();
         memory.pairs.clear();
         memory.infos.clear();
         memory.waiting.clear();
-        let mut refinement = Self { clusters, options, memory };
-        refinement.add(root, None);
-        Some(refinement)
+        let mut refinement = Self { clusters, options, memory, roots: 0 };
+        clusters.roots().for_each(|root| refinement.add(root, None));
+        refinement.roots = refinement.memory.pairs.len();
+        (refinement.roots > 0).then_some(refinement)
     }
 
     /// What the pairs are pairs of.
@@ -104,7 +105,12 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         &self.clusters
     }
 
-    /// All pairs ever made, by number; the first is the root.
+    /// How many pairs there were before any was split: one for each instant.
+    pub fn roots(&self) -> usize {
+        self.roots
+    }
+
+    /// All pairs ever made, by number; the first are the roots.
     pub fn pairs(&self) -> &[Pair] {
         &self.memory.pairs
     }

@@ -83,7 +83,7 @@ impl StoppingRule {
         max_pairs: u64,
     ) -> CutEstimate {
         let mut now = CutEstimate::default();
-        now.add(&cut, 0);
+        (0..cut.roots() as u32).for_each(|root| now.add(&cut, root));
         loop {
             let wanted = ((now.pairs as f64 * EPOCH_SHARE) as u64).max(MIN_EPOCH);
             cut.grow((now.pairs + wanted).min(max_pairs));

@@ -1,10 +1,11 @@
 //! Single terms of a pixel's sum, evaluated in batches: one batch of shadow segments for all of
-//! them.
+//! an instant.
 
 use super::clusters::Clusters;
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::Rgb;
 use crate::media::Segments;
+use crate::scene::Instants;
 
 /// One term: a light and a gather point, as places in the sorted orders of their trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,21 +22,32 @@ pub struct Term {
 #[derive(Clone, Debug, Default)]
 pub struct TermBatch {
     values: Vec<Rgb>,
-    /// Which terms have a segment.
-    traced: Vec<u32>,
+    glass: Glass,
+    /// By instant.
+    traced: Vec<Traced>,
+}
+
+/// The segments of an instant.
+#[derive(Clone, Debug, Default)]
+struct Traced {
+    /// Which terms they are of.
+    terms: Vec<u32>,
     segments: SegmentBatch,
-    visibility: Vec<f32>,
     in_media: Segments,
+    visibility: Vec<f32>,
 }
 
 impl TermBatch {
     /// Forgets all terms but keeps the memory; `glass`: what it does to the segments that follow.
     pub fn clear(&mut self, glass: Glass) {
         self.values.clear();
-        self.traced.clear();
-        self.segments.clear();
-        self.in_media.clear();
-        self.segments.glass = glass;
+        self.glass = glass;
+        for traced in &mut self.traced {
+            traced.terms.clear();
+            traced.segments.clear();
+            traced.segments.glass = glass;
+            traced.in_media.clear();
+        }
     }
 
     /// Adds a term times `factor` (one over its probability).
@@ -43,30 +55,39 @@ impl TermBatch {
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
         let value = clusters.contribution.unoccluded(point, &light).map(|c| (f64::from(c) * factor) as f32);
         if !value.is_black() {
-            self.traced.push(self.values.len() as u32);
-            self.segments.push_fan(light.apex(), [point.position]);
-            self.in_media.push(point.medium);
+            let instant = usize::from(point.instant);
+            if instant >= self.traced.len() {
+                let empty = || Traced { segments: SegmentBatch::new(self.glass), ..Traced::default() };
+                self.traced.resize_with(instant + 1, empty);
+            }
+            let traced = &mut self.traced[instant];
+            traced.terms.push(self.values.len() as u32);
+            traced.segments.push_fan(light.apex(), [point.position]);
+            traced.in_media.push(point.medium);
         }
         self.values.push(value);
     }
 
     /// How many segments there are.
     pub fn segments(&self) -> u64 {
-        self.segments.len() as u64
+        self.traced.iter().map(|traced| traced.segments.len() as u64).sum()
     }
 
-    /// Takes visibility into account, and what media leave of light.
-    pub fn trace(&mut self, tracer: &Tracer) {
-        tracer.visibility(&self.segments, &mut self.visibility);
-        if self.in_media.matter(tracer) {
-            let passing = self.in_media.passing(tracer, &self.segments, 0.0, &self.visibility);
-            for (&term, &v) in self.traced.iter().zip(passing) {
-                self.values[term as usize] *= v;
+    /// Takes visibility into account, and what media leave of light, at these instants.
+    pub fn trace(&mut self, tracer: &Tracer, instants: &Instants) {
+        for (Traced { terms, segments, in_media, visibility }, &share) in
+            self.traced.iter_mut().zip(instants.shares()).filter(|(traced, _)| !traced.terms.is_empty())
+        {
+            tracer.visibility_at(segments, share, visibility);
+            if in_media.matter(tracer) {
+                for (&term, &v) in terms.iter().zip(in_media.passing(tracer, segments, share, visibility)) {
+                    self.values[term as usize] *= v;
+                }
+            } else {
+                for (&term, &v) in terms.iter().zip(&*visibility) {
+                    self.values[term as usize] *= v;
+                }
             }
-            return;
-        }
-        for (&term, &v) in self.traced.iter().zip(&self.visibility) {
-            self.values[term as usize] *= v;
         }
     }
 

@@ -15,9 +15,9 @@
 //! A surface that both gathers and is specular, scatters to both sides, or is one of two materials,
 //! does one of these at random ([`Scatter`]): the last of the four numbers chooses.
 
+mod camera_path;
 mod filter;
 mod first;
-mod in_media;
 mod options;
 
 #[cfg(test)]
@@ -26,6 +26,7 @@ mod tests;
 pub use filter::Filter;
 pub use options::GatherOptions;
 
+use camera_path::{CameraPath, End, MAX_CHAIN, Media};
 use glam::{Vec2, Vec3};
 
 use crate::accel::Tracer;
@@ -34,7 +35,7 @@ use crate::color::Rgb;
 use crate::film::PixelRecord;
 use crate::math::{Frame, Ray};
 use crate::rng::{self, Purpose};
-use crate::scene::{Camera, CameraSample, MediumId, Part, Scene, SurfacePoint};
+use crate::scene::{Camera, CameraSample, Instants, MediumId, Part, Scene, SurfacePoint};
 
 /// A point that gathers light from all VPLs: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +56,8 @@ pub struct GatherPoint {
     pub medium: Option<MediumId>,
     /// How the medium scatters, of a point that lies in it, and not on a surface.
     pub phase: Option<HenyeyGreenstein>,
+    /// Number of the instant that it is of, and so the lights that light it ([`Instants`]).
+    pub instant: u16,
 }
 
 impl GatherPoint {
@@ -76,6 +79,7 @@ impl GatherPoint {
             weight,
             medium: Some(medium),
             phase: Some(phase),
+            instant: 0,
         }
     }
 
@@ -137,10 +141,6 @@ pub struct SeenSample {
     pub point: Option<u32>,
 }
 
-/// Specular surfaces after which a camera path is given up; what it would have seen is missing from
-/// the image.
-const MAX_CHAIN: u32 = 32;
-
 /// Everything that defines the gather points of an image.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
@@ -158,9 +158,13 @@ impl View<'_> {
     /// The camera ray of sample `index` of pixel `(x, y)`, if the film shows anything there, and
     /// the key of the sample's random decisions.
     pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Option<Ray>, u64) {
+        self.camera_ray_at(pixel, index, || self.time(pixel, index))
+    }
+
+    /// The same at a time that is asked for if the camera moves.
+    fn camera_ray_at(&self, pixel: [u32; 2], index: u32, time: impl FnOnce() -> f32) -> (Option<Ray>, u64) {
         let key = self.pixel_key(pixel);
         let u = sobol_burley::sample_4d(index, 0, key as u32);
-        let time = || self.time(pixel, index);
         (self.ray_through(pixel, u, time), rng::key(key, Purpose::Gather, u64::from(index)))
     }
 
@@ -184,34 +188,51 @@ impl View<'_> {
         rng::key(self.seed, Purpose::Gather, u64::from(pixel[1]) << 32 | u64::from(pixel[0]))
     }
 
+    /// The view by so many camera samples of another seed.
+    #[must_use]
+    pub fn by(&self, count: u32, seed: u64) -> Self {
+        Self { gather: GatherOptions { points: count, ..self.gather }, seed, ..*self }
+    }
+
     /// The sum of one pixel over so many camera samples of another seed.
     pub fn samples(&self, tracer: &Tracer, pixel: [u32; 2], count: u32, seed: u64) -> PixelSum {
-        let gather = GatherOptions { points: count, ..self.gather };
-        View { gather, seed, ..*self }.pixel(tracer, pixel)
+        self.by(count, seed).pixel(tracer, pixel)
     }
 
     /// What the first surfaces of one pixel are, over so many camera samples of another seed: of those
     /// that are seen through all media.
     pub fn features(&self, tracer: &Tracer, pixel: [u32; 2], count: u32, seed: u64) -> Features {
-        let gather = GatherOptions { points: count, ..self.gather };
-        View { gather, seed, ..*self }.sum(tracer, pixel, false).features
+        self.by(count, seed).sum(tracer, pixel, Media::SeenThrough, None).features
     }
 
-    /// The sum of one pixel.
+    /// The sum of one pixel of a scene that stands.
     pub fn pixel(&self, tracer: &Tracer, pixel: [u32; 2]) -> PixelSum {
-        self.sum(tracer, pixel, tracer.scene().has_media() || self.camera.medium.is_some())
+        self.sum(tracer, pixel, Media::Count, None)
     }
 
-    /// The sum of one pixel, by paths that media scatter if these count.
-    fn sum(&self, tracer: &Tracer, pixel: [u32; 2], has_media: bool) -> PixelSum {
+    /// The sum of one pixel, each of whose samples is at one of some instants; where nothing moves and
+    /// there is one instant, the camera goes on at all times.
+    pub fn pixel_at(&self, tracer: &Tracer, pixel: [u32; 2], instants: &Instants) -> PixelSum {
+        let is_still = instants.is_single() && !tracer.scene().moves();
+        self.sum(tracer, pixel, Media::Count, (!is_still).then_some(instants))
+    }
+
+    /// The sum of one pixel; without instants, each sample is at a time of its own.
+    fn sum(&self, tracer: &Tracer, pixel: [u32; 2], media: Media, instants: Option<&Instants>) -> PixelSum {
         let n = self.gather.points;
-        let moves = tracer.scene().moves();
         let mut sum = PixelSum::default();
         let mut met = 0u32;
         let weight = 1.0 / n as f32;
         sum.samples.reserve_exact(n as usize);
         for index in 0..n {
-            let (ray, key) = self.camera_ray(pixel, index);
+            let time = || self.time(pixel, index);
+            let (instant, share) = match instants {
+                Some(instants) => instants.draw(time()),
+                None if tracer.scene().moves() => (0, time()),
+                None => (0, 0.0),
+            };
+            let (ray, key) =
+                self.camera_ray_at(pixel, index, || if instants.is_some() { share } else { time() });
             let [x, y, ..] = sobol_burley::sample_4d(index, 0, self.pixel_key(pixel) as u32);
             // Each surface has a sequence of its own: projections of one long sequence to
             // dimensions that far apart would be worse than random.
@@ -220,14 +241,9 @@ impl View<'_> {
                     rng::key(self.pixel_key(pixel), Purpose::Gather, u64::MAX - u64::from(bounce));
                 sobol_burley::sample_4d(index, 0, of_surface as u32)
             };
-            let time = if moves { self.time(pixel, index) } else { 0.0 };
-            let end = match ray {
-                None => End::NOTHING,
-                Some(ray) if has_media => {
-                    in_media::follow(tracer, time, (ray, self.camera.medium), key, choices)
-                }
-                Some(ray) => follow(tracer, time, ray, key, choices),
-            };
+            let end = ray.map_or(End::NOTHING, |ray| {
+                CameraPath { tracer, share, media, key }.follow((ray, self.camera.medium), choices)
+            });
             sum.background += end.background * weight;
             sum.samples.push(SeenSample {
                 place: [x, y],
@@ -236,6 +252,7 @@ impl View<'_> {
             });
             if let Some(mut point) = end.point {
                 point.weight *= weight;
+                point.instant = instant;
                 sum.features.albedo += point.albedo() * weight;
                 sum.points.push(point);
             }
@@ -252,62 +269,6 @@ impl View<'_> {
         }
         sum
     }
-}
-
-struct First {
-    distance: f32,
-    normal: Vec3,
-}
-
-struct End {
-    point: Option<GatherPoint>,
-    background: Rgb,
-    first: Option<First>,
-}
-
-impl End {
-    /// Of a sample that sees nothing.
-    const NOTHING: Self = Self { point: None, background: Rgb::BLACK, first: None };
-}
-
-/// Follows a camera ray through specular surfaces to one that is not, after a share of the time that
-/// the shutter is open.
-fn follow(tracer: &Tracer, share: f32, mut ray: Ray, key: u64, choices: impl Fn(u32) -> [f32; 4]) -> End {
-    let scene = tracer.scene();
-    let mut weight = Rgb::WHITE;
-    let mut end = End::NOTHING;
-    for bounce in 0..MAX_CHAIN {
-        let Some(hit) = tracer.closest_hit_at(&ray, key.wrapping_add(u64::from(bounce)), share) else {
-            if let Some(e) = scene.environment() {
-                end.background += weight * e.radiance(ray.direction.normalize());
-            }
-            break;
-        };
-        let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
-        let outgoing = -ray.direction;
-        end.background += weight * scene.emitted(&surface, outgoing);
-        if bounce == 0 {
-            let (_, normal) = surface.normals_seen_from(outgoing);
-            end.first = Some(First { distance: hit.t, normal });
-        }
-        let [a, b, c, choice] = choices(bounce);
-        match Scatter::at(scene, &surface, outgoing, choice) {
-            Scatter::Gathers(mut point) => {
-                point.weight *= weight;
-                end.point = Some(point);
-                break;
-            }
-            Scatter::Specular(specular) => {
-                let Some((next, factor)) = specular.step([a, b, c]) else { break };
-                weight *= factor;
-                if weight.is_black() {
-                    break;
-                }
-                ray = next;
-            }
-        }
-    }
-    end
 }
 
 /// What a path does at a surface: one of its [parts](crate::scene::Part).
@@ -350,6 +311,7 @@ impl Scatter {
             weight: Rgb::gray(weight),
             medium: None,
             phase: None,
+            instant: 0,
         })
     }
 }

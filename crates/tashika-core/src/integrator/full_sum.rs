@@ -4,12 +4,15 @@
 //! L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i
 //! ```
 //!
-//! Summed in `f64`, in the order (VPL, gather point), so that the result does not depend on tiles.
+//! over VPLs and gather points of the same instant. Summed in `f64`, in the order (instant, VPL, gather
+//! point), so that the result does not depend on tiles.
 //! Work goes VPL by VPL: all points of a tile make one fan of segments to it, the order in which
 //! rays are fastest.
 
+use std::ops::Range;
+
 use super::{Claim, Estimates, Integrator, PixelRecord, Setting, Stop};
-use crate::accel::SegmentBatch;
+use crate::accel::{SegmentBatch, Tracer};
 use crate::color::RgbSum;
 use crate::contribution::{ContributionKernel, Receivers};
 use crate::film::{Metadata, Window, keys};
@@ -40,11 +43,11 @@ impl Integrator for FullSum<'_> {
     }
 
     fn abilities(&self) -> Abilities {
-        Abilities::STILL_MEDIA
+        Abilities::ALL
     }
 
     fn describe(&self, metadata: &mut Metadata) {
-        super::describe_lights(self.lights.provenance(), metadata);
+        super::describe_lights(self.lights.provenance(), self.lights.instants(), metadata);
         metadata.set(keys::PAIRS_ARE, "terms of the sum");
     }
 
@@ -55,101 +58,112 @@ impl Integrator for FullSum<'_> {
 
 impl FullSum<'_> {
     fn tile(&self, setting: &Setting<'_>, tile: &Window) -> Vec<PixelRecord> {
+        let instants = self.lights.instants();
         let pixels: Vec<PixelSum> =
-            tile.pixels().map(|(x, y)| setting.view.pixel(setting.tracer, [x, y])).collect();
-        let contribution =
-            ContributionKernel::new(self.lights.provenance().clamp_distance).within(setting.tracer.scene());
-        let mut sums = Sums::new(&pixels, tile.width as usize);
-        let mut batch = SegmentBatch::default();
-        // For each segment its gather point, and for each fan its light and its number of segments.
-        let mut points: Vec<u32> = Vec::new();
-        let mut fans: Vec<(u32, u32)> = Vec::new();
-        let mut visibility = Vec::new();
-        let mut in_media = Segments::default();
-        for (number, light) in self.lights.lights().iter().enumerate() {
-            let start = points.len();
-            sums.receivers.facing(light, &mut points);
-            // Lights that nobody faces leave no trace.
-            if points.len() > start {
-                batch.push_fan(
-                    light.apex(),
-                    points[start..].iter().map(|&j| sums.points[j as usize].position),
-                );
-                fans.push((number as u32, (points.len() - start) as u32));
-                points[start..].iter().for_each(|&j| in_media.push(sums.points[j as usize].medium));
-            }
-            if batch.len() >= BATCH || number + 1 == self.lights.len() {
-                setting.tracer.visibility(&batch, &mut visibility);
-                let passing = in_media
-                    .matter(setting.tracer)
-                    .then(|| in_media.passing(setting.tracer, &batch, 0.0, &visibility));
-                let mut segments = points.iter().zip(&visibility).enumerate();
-                for &(light, count) in &fans {
-                    let light = &self.lights.lights()[light as usize];
-                    for (k, (&j, &v)) in segments.by_ref().take(count as usize) {
-                        sums.rays[sums.pixel_of[j as usize] as usize] += 1;
-                        if v > 0.0 {
-                            let unoccluded = contribution.unoccluded(&sums.points[j as usize], light);
-                            let term = passing.map_or(unoccluded * v, |passing| unoccluded * passing[k]);
-                            sums.totals[sums.pixel_of[j as usize] as usize].add(term);
-                        }
-                    }
-                }
-                batch.clear();
-                in_media.clear();
-                points.clear();
-                fans.clear();
+            tile.pixels().map(|(x, y)| setting.view.pixel_at(setting.tracer, [x, y], instants)).collect();
+        let mut sums = vec![Sum::default(); pixels.len()];
+        for (instant, &share) in (0..).zip(instants.shares()) {
+            let points = Points::new(&pixels, tile.width as usize, instant);
+            if !points.all.is_empty() {
+                self.add(setting.tracer, &points, self.lights.at(instant.into()), share, &mut sums);
             }
         }
         pixels
             .iter()
-            .enumerate()
-            .map(|(i, pixel)| {
-                let mut total = sums.totals[i];
+            .zip(sums)
+            .map(|(pixel, Sum { mut total, pairs, rays })| {
                 total.add(pixel.background);
                 PixelRecord {
                     radiance: total.total(),
                     claim: Claim::Exact,
                     stop: Stop::Complete,
-                    pairs: self.lights.len() as u64 * pixel.points.len() as u64,
-                    rays: sums.rays[i],
+                    pairs,
+                    rays,
                     ..pixel.features.into()
                 }
             })
             .collect()
     }
+
+    /// Adds what the lights of an instant, after a share of the time, give to the points of it.
+    fn add(&self, tracer: &Tracer, points: &Points, lights: Range<usize>, share: f32, sums: &mut [Sum]) {
+        let contribution =
+            ContributionKernel::new(self.lights.provenance().clamp_distance).within(tracer.scene());
+        let mut batch = SegmentBatch::default();
+        // For each segment its gather point, and for each fan its light and its number of segments.
+        let mut facing: Vec<u32> = Vec::new();
+        let mut fans: Vec<(u32, u32)> = Vec::new();
+        let mut visibility = Vec::new();
+        let mut in_media = Segments::default();
+        for &pixel in &points.pixel_of {
+            sums[pixel as usize].pairs += lights.len() as u64;
+        }
+        for number in lights.clone() {
+            let light = &self.lights.lights()[number];
+            let start = facing.len();
+            points.receivers.facing(light, &mut facing);
+            // Lights that nobody faces leave no trace.
+            if facing.len() > start {
+                let places = facing[start..].iter().map(|&j| points.all[j as usize].position);
+                batch.push_fan(light.apex(), places);
+                fans.push((number as u32, (facing.len() - start) as u32));
+                facing[start..].iter().for_each(|&j| in_media.push(points.all[j as usize].medium));
+            }
+            if batch.len() >= BATCH || number + 1 == lights.end {
+                tracer.visibility_at(&batch, share, &mut visibility);
+                let passing =
+                    in_media.matter(tracer).then(|| in_media.passing(tracer, &batch, share, &visibility));
+                let mut segments = facing.iter().zip(&visibility).enumerate();
+                for &(light, count) in &fans {
+                    let light = &self.lights.lights()[light as usize];
+                    for (k, (&j, &v)) in segments.by_ref().take(count as usize) {
+                        let sum = &mut sums[points.pixel_of[j as usize] as usize];
+                        sum.rays += 1;
+                        if v > 0.0 {
+                            let unoccluded = contribution.unoccluded(&points.all[j as usize], light);
+                            sum.total.add(passing.map_or(unoccluded * v, |passing| unoccluded * passing[k]));
+                        }
+                    }
+                }
+                batch.clear();
+                in_media.clear();
+                facing.clear();
+                fans.clear();
+            }
+        }
+    }
 }
 
-/// All gather points of a tile, and what has come to its pixels so far.
-struct Sums {
-    points: Vec<GatherPoint>,
+/// What has come to a pixel so far.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    total: RgbSum,
+    pairs: u64,
+    rays: u64,
+}
+
+/// All gather points of a tile that are of an instant.
+struct Points {
+    all: Vec<GatherPoint>,
     receivers: Receivers,
     pixel_of: Vec<u32>,
-    totals: Vec<RgbSum>,
-    rays: Vec<u64>,
 }
 
 /// Side of the blocks of pixels whose points follow each other: segments that are traced together
 /// are then close in both directions.
 const BLOCK: usize = 4;
 
-impl Sums {
-    /// Nothing yet, of pixels in rows of `width`.
-    fn new(pixels: &[PixelSum], width: usize) -> Self {
+impl Points {
+    /// Those of pixels in rows of `width`.
+    fn new(pixels: &[PixelSum], width: usize, instant: u16) -> Self {
         let mut order: Vec<usize> = (0..pixels.len()).collect();
         order.sort_by_key(|&i| (i / width / BLOCK, i % width / BLOCK, i));
-        let mut points = Vec::new();
+        let mut all = Vec::new();
         let mut pixel_of = Vec::new();
         for i in order {
-            points.extend_from_slice(&pixels[i].points);
-            pixel_of.resize(points.len(), i as u32);
+            all.extend(pixels[i].points.iter().filter(|point| point.instant == instant));
+            pixel_of.resize(all.len(), i as u32);
         }
-        Self {
-            receivers: Receivers::new(&points),
-            points,
-            pixel_of,
-            totals: vec![RgbSum::default(); pixels.len()],
-            rays: vec![0; pixels.len()],
-        }
+        Self { receivers: Receivers::new(&all), all, pixel_of }
     }
 }

@@ -70,7 +70,7 @@ impl Integrator for Iwasaki2019<'_> {
     }
 
     fn abilities(&self) -> Abilities {
-        Abilities::STILL_MEDIA
+        Abilities::ALL
     }
 
     fn describe(&self, metadata: &mut Metadata) {

@@ -62,7 +62,7 @@ impl Integrator for Lightcuts<'_> {
     }
 
     fn abilities(&self) -> Abilities {
-        Abilities::STILL_MEDIA
+        Abilities::ALL
     }
 
     fn describe(&self, metadata: &mut Metadata) {

@@ -39,11 +39,11 @@ use tashika::Tashika;
 use crate::accel::Tracer;
 use crate::film::{Metadata, Window, keys};
 use crate::gather::View;
-use crate::scene::Abilities;
+use crate::scene::{Abilities, Instants};
 use crate::vpl::Provenance;
 
 /// Writes into a film's metadata where the lights come from.
-fn describe_lights(p: &Provenance, metadata: &mut Metadata) {
+fn describe_lights(p: &Provenance, instants: &Instants, metadata: &mut Metadata) {
     metadata.set(keys::TRUTH, Truth::Vpl.to_string());
     metadata.set(keys::VPLS, p.direct + p.indirect);
     metadata.set(keys::VPLS_REQUESTED, p.requested);
@@ -55,6 +55,9 @@ fn describe_lights(p: &Provenance, metadata: &mut Metadata) {
     metadata.set(keys::VPLS_SCENE, p.scene.as_str());
     metadata.set(keys::VPLS_CLAMP_DISTANCE, f64::from(p.clamp_distance));
     metadata.set(keys::VPLS_GLOSSY_SHARE, f64::from(p.glossy_share));
+    if !instants.is_single() {
+        metadata.set(keys::VPLS_INSTANTS, instants.len() as u64);
+    }
 }
 
 /// A plane that an integrator fills beside those of [`PixelRecord`].

@@ -57,7 +57,7 @@ impl Integrator for Nabata2016<'_> {
     }
 
     fn abilities(&self) -> Abilities {
-        Abilities::STILL_MEDIA
+        Abilities::ALL
     }
 
     fn describe(&self, metadata: &mut Metadata) {

@@ -52,7 +52,7 @@ pub(super) struct Published<'a> {
 impl Published<'_> {
     /// Writes down what the result depends on.
     pub(super) fn describe(&self, metadata: &mut Metadata) {
-        super::describe_lights(self.lights.provenance, metadata);
+        super::describe_lights(self.lights.provenance, self.lights.tree.instants(), metadata);
         metadata.set(keys::MAX_PAIRS, self.max_pairs);
         metadata.set(keys::PAIRS_ARE, "pairs of clusters");
         metadata.set(keys::CUT_SEED, self.seed);
@@ -85,7 +85,7 @@ impl Published<'_> {
         [x, y]: [u32; 2],
         memory: &mut CutMemory,
     ) -> PixelRecord {
-        let pixel = setting.view.pixel(setting.tracer, [x, y]);
+        let pixel = setting.view.pixel_at(setting.tracer, [x, y], self.lights.tree.instants());
         let key = rng::key(self.seed, Purpose::Cut, u64::from(y) << 32 | u64::from(x));
         let mut cut = |points: &[GatherPoint], number: u64| {
             self.cut::<B, S>(setting, points, Stream::new(key, Purpose::Cut, number), memory)

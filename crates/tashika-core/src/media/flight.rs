@@ -30,6 +30,10 @@ use crate::math::elementary::ln;
 use crate::rng::Stream;
 use crate::scene::Medium;
 
+/// Highest probability with which a path goes on after being scattered in a medium, where roulette may
+/// end it: media that absorb nothing would keep it for ever.
+pub const MAX_SURVIVAL_IN_MEDIUM: f32 = 0.999;
+
 /// What becomes of a path on its way to the next surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flight {

@@ -19,7 +19,7 @@ mod null_collisions;
 mod outside;
 mod segments;
 
-pub use flight::{Flight, fly, transmittance};
+pub use flight::{Flight, MAX_SURVIVAL_IN_MEDIUM, fly, transmittance};
 pub use outside::Outside;
 pub use segments::{Segments, along_segment};
 

@@ -143,7 +143,7 @@ impl Method {
     pub fn abilities(&self) -> Abilities {
         match self {
             Self::Audited { lights: None, .. } | Self::Path { .. } => Abilities::ALL,
-            Self::Sum { .. } => Abilities::STILL_MEDIA,
+            Self::Sum { .. } => Abilities::ALL,
             Self::Transport { .. } | Self::Audited { lights: Some(_), .. } => Abilities::STILL_SURFACES,
         }
     }

@@ -103,6 +103,8 @@ pub struct Request {
     pub vpls: Option<u64>,
     /// Distance below which a VPL grows no brighter.
     pub clamp: Option<Clamp>,
+    /// Times at which one set of VPLs looks at what moves.
+    pub instants: Option<u64>,
     /// Gather points a pixel.
     pub gather: Option<u64>,
     /// The pixel filter, of paths too.
@@ -130,6 +132,7 @@ impl Default for Request {
             lights_given: false,
             vpls: None,
             clamp: None,
+            instants: None,
             gather: None,
             filter: None,
             seed: 1,
@@ -345,6 +348,7 @@ impl Request {
         let options = VplOptions {
             count: self.vpls.unwrap_or(count),
             clamp: self.clamp.unwrap_or(default.clamp),
+            instants: self.instants.map_or(default.instants, saturated),
             seed: self.seed,
             ..default
         };
@@ -395,6 +399,7 @@ impl Request {
         let said_in_vain = [
             ("vpls", self.vpls.is_some() && is_path),
             ("clamp", self.clamp.is_some() && is_path),
+            ("instants", self.instants.is_some() && (is_path || self.is_about_all_sets())),
             ("lights", self.lights_given && is_path),
             ("gather", self.gather.is_some() && is_path),
             ("paths", self.paths.is_some() && !self.groups_asked && (!is_path || is_audited)),

@@ -25,6 +25,7 @@ fn all_said() -> Request {
         paths: Some(5),
         vpls: Some(300),
         clamp: Some(Clamp::Off),
+        instants: Some(8),
         gather: Some(3),
         filter: Some(Filter::Tent),
         seed: 9,
@@ -218,7 +219,7 @@ fn each_method_says_what_means_nothing_to_it() {
     for method in [SumMethod::Nabata2016, SumMethod::Sakai2018, SumMethod::Iwasaki2019] {
         assert_eq!(unused(method.into(), None), [&["paths"][..], &ours_alone, &of_ours].concat());
     }
-    let of_lights = ["vpls", "clamp", "gather"];
+    let of_lights = ["vpls", "clamp", "instants", "gather"];
     let of_vpls = ["truth", "max_pairs"];
     assert_eq!(unused(MethodName::Path, None), [&of_lights[..], &of_vpls].concat());
     let counted = Request { method: MethodName::Path, error: None, claim: None, ..all_said() };

@@ -53,9 +53,8 @@ pub(super) struct Sorted {
     pub(super) spans: Vec<Span>,
 }
 
-/// Sorts the lights that have luminance into a tree.
-pub(super) fn sort(lights: &[Vpl], builder: LightTreeBuilder) -> Sorted {
-    assert!(lights.len() < 1 << 31, "light trees have fewer than 2³¹ lights");
+/// Sorts the lights that have luminance into a tree, which stands in sorted order from `begin` on.
+pub(super) fn sort(lights: &[Vpl], begin: u32, builder: LightTreeBuilder) -> Sorted {
     let groups: Vec<(Emission, Vec<Item>)> = (0..VplKind::COUNT)
         .map(|kind| (Emission::of_kind(kind, lights), items_of_kind(kind, lights)))
         .filter(|(_, items)| !items.is_empty())
@@ -66,15 +65,15 @@ pub(super) fn sort(lights: &[Vpl], builder: LightTreeBuilder) -> Sorted {
     let mut rest = spans.as_mut_slice();
     let last = groups.len().saturating_sub(1);
     for (group, (emission, mut items)) in groups.into_iter().enumerate() {
-        let first = order.len();
+        let first = begin + order.len() as u32;
         if group < last {
-            rest[0] = Span { first: first as u32, count: (total - first) as u32 };
+            rest[0] = Span { first, count: (total - order.len()) as u32 };
             rest = &mut rest[1..];
         }
         let (own, others) = rest.split_at_mut(2 * items.len() - 1);
         match builder {
-            LightTreeBuilder::TopDown => top_down::build(&mut items, own, first as u32, &emission),
-            LightTreeBuilder::Agglomerative => agglomerative::build(&mut items, own, first as u32, &emission),
+            LightTreeBuilder::TopDown => top_down::build(&mut items, own, first, &emission),
+            LightTreeBuilder::Agglomerative => agglomerative::build(&mut items, own, first, &emission),
         }
         rest = others;
         order.extend(items.into_iter().map(|item| item.light));
@@ -82,7 +81,7 @@ pub(super) fn sort(lights: &[Vpl], builder: LightTreeBuilder) -> Sorted {
     Sorted { order, spans }
 }
 
-/// The inner nodes of the tree over sorted lights, in depth-first order.
+/// The inner nodes of the trees over sorted lights, tree after tree, each in depth-first order.
 pub(super) fn nodes(lights: &LightRows, spans: &[Span]) -> Vec<LightNode> {
     let inner: Vec<Inner> = spans
         .par_iter()

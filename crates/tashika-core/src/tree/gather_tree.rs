@@ -1,4 +1,5 @@
-//! The gather tree: a binary tree over the gather points of one pixel.
+//! The gather tree: a binary tree over the gather points of one pixel, or one for each instant that they
+//! are of.
 //!
 //! Points are split in six dimensions (Walter 2006, section 4.1): position (m), and a direction
 //! scaled by the diagonal of the box about all points, so that a turn by one radian counts as much
@@ -13,6 +14,8 @@
 //!
 //! # Held to this by
 //! `tree::tests::gather`.
+
+use smallvec::SmallVec;
 
 use super::prefix::PrefixSums;
 use crate::bsdf::Bsdf;
@@ -47,6 +50,8 @@ pub struct GatherTree<B> {
     /// Where each was among those that were given.
     sources: Vec<u32>,
     pub(super) sums: PrefixSums,
+    /// Numbers of the nodes that have no parent, each with its instant, in the order of these.
+    roots: SmallVec<[(u16, u32); 4]>,
 }
 
 /// What is split: position and scaled direction.
@@ -67,7 +72,16 @@ impl<B: Clone> GatherTree<B> {
         merge: impl Fn(&mut B, &B),
     ) -> Self {
         let mut items = items(points);
-        let spans = sort(&mut items);
+        // One after the other, the trees of all instants.
+        items.sort_by_key(|item| points[item.point as usize].instant);
+        let (mut spans, mut roots, mut first) = (Vec::new(), SmallVec::new(), 0);
+        for of_instant in
+            items.chunk_by_mut(|a, b| points[a.point as usize].instant == points[b.point as usize].instant)
+        {
+            roots.push((points[of_instant[0].point as usize].instant, spans.len() as u32));
+            sort(of_instant, first, &mut spans);
+            first += of_instant.len();
+        }
         let points: Vec<GatherPoint> = items.iter().map(|item| points[item.point as usize]).collect();
         let sums = PrefixSums::new(points.iter().map(|point| point.weight.max_channel()));
         let mut nodes: Vec<GatherNode> = Vec::with_capacity(spans.len());
@@ -99,19 +113,26 @@ impl<B: Clone> GatherTree<B> {
             nodes[k].weight = weights[k] as f32;
         }
         let sources = items.into_iter().map(|item| item.point).collect();
-        Self { nodes, materials, points, sources, sums }
+        Self { nodes, materials, points, sources, sums, roots }
     }
 }
 
 impl<B> GatherTree<B> {
-    /// All nodes, the root first, children after their parents; empty if no point has weight.
+    /// All nodes, tree after tree, each with its root first and children after their parents; empty if no
+    /// point has weight.
     pub fn nodes(&self) -> &[GatherNode] {
         &self.nodes
     }
 
-    /// Number of the root; `None` if there are no points.
+    /// Number of the root of the first tree, the only one where nothing moves; `None` if there are no
+    /// points.
     pub fn root(&self) -> Option<u32> {
-        (!self.nodes.is_empty()).then_some(0)
+        self.roots.first().map(|(_, root)| *root)
+    }
+
+    /// Numbers of all roots, each with the number of its instant.
+    pub fn roots(&self) -> &[(u16, u32)] {
+        &self.roots
     }
 
     /// Bound of the material of a node's points.
@@ -181,22 +202,22 @@ fn direction(point: &GatherPoint) -> Vec3 {
     }
 }
 
-/// Sorts items into a tree: first item and number of items of each node, depth first.
-fn sort(items: &mut [Item]) -> Vec<[u32; 2]> {
-    let mut spans = Vec::with_capacity((2 * items.len()).saturating_sub(1));
+/// Sorts items, which stand from `begin` on, into a tree: adds first item and number of items of each
+/// node, depth first.
+fn sort(items: &mut [Item], begin: usize, spans: &mut Vec<[u32; 2]>) {
+    spans.reserve((2 * items.len()).saturating_sub(1));
     let mut waiting = Vec::with_capacity(64);
     if !items.is_empty() {
         waiting.push((0, items.len(), 0));
     }
     while let Some((first, count, depth)) = waiting.pop() {
-        spans.push([first as u32, count as u32]);
+        spans.push([(begin + first) as u32, count as u32]);
         if count > 1 {
             let left = split(&mut items[first..first + count], depth);
             waiting.push((first + left, count - left, depth + 1));
             waiting.push((first, left, depth + 1));
         }
     }
-    spans
 }
 
 /// Puts the items of the left child first, and says how many they are: at least one and not all.

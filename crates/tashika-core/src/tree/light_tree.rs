@@ -7,6 +7,7 @@ use std::ops::Range;
 use super::build;
 use super::prefix::PrefixSums;
 use crate::bounds::LightBounds;
+use crate::scene::Instants;
 use crate::vpl::{LightRows, Vpl, VplSet};
 
 /// How a light tree is built.
@@ -61,7 +62,8 @@ pub(super) struct LightNode {
     pub(super) left: u32,
 }
 
-/// A tree over the lights of a set, all kinds under one root.
+/// A tree over the lights of a set, all kinds of an instant under one root: where there are several
+/// instants, it is a tree for each, side by side.
 ///
 /// Only nodes of several lights are kept: about 120 bytes a light in all, with the lights.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +71,9 @@ pub struct LightTree {
     pub(super) nodes: Vec<LightNode>,
     pub(super) lights: LightRows,
     pub(super) sums: PrefixSums,
+    /// By instant.
+    roots: Vec<Option<LightCluster>>,
+    instants: Instants,
     dropped: usize,
 }
 
@@ -79,19 +84,57 @@ impl LightTree {
     /// Runs on the current thread pool; the result does not depend on it. The set must have fewer
     /// than 2³¹ lights.
     pub fn build(set: &VplSet, builder: LightTreeBuilder) -> Self {
-        let build::Sorted { order, spans } = build::sort(set.lights(), builder);
-        let lights = LightRows::new(order.iter().map(|light| set.lights()[*light as usize]));
-        drop(order);
+        assert!(set.len() < 1 << 31, "light trees have fewer than 2³¹ lights");
+        let instants = set.instants().clone();
+        let mut lights = LightRows::with_capacity(set.len());
+        let mut spans = Vec::new();
+        let mut counts = Vec::with_capacity(instants.len());
+        for instant in 0..instants.len() {
+            let of_instant = &set.lights()[set.at(instant)];
+            let first = lights.len();
+            let sorted = build::sort(of_instant, first as u32, builder);
+            lights.push_instant(sorted.order.iter().map(|light| of_instant[*light as usize]));
+            if spans.is_empty() {
+                spans = sorted.spans;
+            } else {
+                spans.extend(sorted.spans);
+            }
+            counts.push((lights.len() - first) as u32);
+        }
         let nodes = build::nodes(&lights, &spans);
         drop(spans);
+        let (mut first, mut inner) = (0, 0);
+        let roots = counts.into_iter().map(|count| {
+            let node = if count == 1 { nodes.len() as u32 + first } else { inner };
+            let root = (count > 0).then_some(LightCluster { first, count, node });
+            (first, inner) = (first + count, inner + count.saturating_sub(1));
+            root
+        });
+        let roots = roots.collect();
         let sums = PrefixSums::new(lights.luminances(0..lights.len()));
-        Self { nodes, dropped: set.len() - lights.len(), lights, sums }
+        Self { nodes, dropped: set.len() - lights.len(), lights, sums, roots, instants }
     }
 
-    /// The cluster of all lights; `None` if there are none.
+    /// The cluster of all lights of an instant; `None` if there are none.
+    pub fn root_at(&self, instant: u16) -> Option<LightCluster> {
+        self.roots.get(usize::from(instant)).copied().flatten()
+    }
+
+    /// The cluster of all lights of the first instant, the only one where nothing moves; `None` if there
+    /// are none.
     pub fn root(&self) -> Option<LightCluster> {
-        let count = self.lights.len() as u32;
-        (count > 0).then_some(LightCluster { first: 0, count, node: 0 })
+        self.root_at(0)
+    }
+
+    /// The clusters of all lights of an instant, in the order of their lights, each with the number of
+    /// the instant.
+    pub fn roots(&self) -> impl DoubleEndedIterator<Item = (u16, LightCluster)> {
+        (0..=u16::MAX).zip(&self.roots).filter_map(|(instant, root)| Some((instant, (*root)?)))
+    }
+
+    /// The times that lights are of.
+    pub fn instants(&self) -> &Instants {
+        &self.instants
     }
 
     /// The two halves of a cluster, of which the first has the first lights; `None` of a single
@@ -142,7 +185,7 @@ impl LightTree {
 
     /// All clusters, each followed by those in its first half, then by those in its second.
     pub fn depth_first(&self) -> impl Iterator<Item = LightCluster> {
-        let mut waiting: Vec<LightCluster> = self.root().into_iter().collect();
+        let mut waiting: Vec<LightCluster> = self.roots().map(|(_, root)| root).rev().collect();
         std::iter::from_fn(move || {
             let next = waiting.pop()?;
             waiting.extend(self.children(&next).into_iter().flatten().rev());
@@ -156,7 +199,7 @@ impl LightTree {
         let mut chosen = Vec::new();
         // Numbers that are not negative are in the order of their bits.
         let entry = |cluster: LightCluster| (importance(&cluster).to_bits(), cluster);
-        let mut waiting: BinaryHeap<(u64, LightCluster)> = self.root().into_iter().map(entry).collect();
+        let mut waiting: BinaryHeap<_> = self.roots().map(|(_, root)| entry(root)).collect();
         while waiting.len() + chosen.len() < most {
             let Some((_, cluster)) = waiting.pop() else { break };
             match self.children(&cluster) {

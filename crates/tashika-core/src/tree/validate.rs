@@ -31,12 +31,22 @@ impl LightTree {
     /// # Errors
     /// Says which node is wrong, and in what.
     pub fn validate(&self) -> Result<(), String> {
-        let expected = self.lights.len().saturating_sub(1);
+        let expected = self.lights.len() - self.roots().count();
         if self.nodes.len() != expected {
             return Err(format!("{} inner nodes; expected {expected}", self.nodes.len()));
         }
         validate_sums(&self.sums, self.lights.luminances(0..self.lights.len()))?;
-        let mut waiting: Vec<LightCluster> = self.root().into_iter().collect();
+        let mut end = 0;
+        for (instant, root) in self.roots() {
+            if root.first != end {
+                return Err(format!("the lights of instant {instant} begin at {}, not {end}", root.first));
+            }
+            end += root.count;
+        }
+        if end as usize != self.lights.len() {
+            return Err(format!("{end} lights under roots, of {}", self.lights.len()));
+        }
+        let mut waiting: Vec<LightCluster> = self.roots().map(|(_, root)| root).collect();
         while let Some(cluster) = waiting.pop() {
             let wrong = |what: &str| Err(format!("{cluster:?}: {what}"));
             let bounds = self.bounds(&cluster);
@@ -72,7 +82,14 @@ impl<B> GatherTree<B> {
             count: node.count,
             children: node.children,
         });
-        validate_shape(shapes, self.points.len())?;
+        validate_shape(shapes, self.roots().iter().map(|(_, root)| *root), self.points.len())?;
+        for &(instant, root) in self.roots() {
+            let node = &self.nodes[root as usize];
+            let points = &self.points[node.first as usize..(node.first + node.count) as usize];
+            if let Some(point) = points.iter().find(|point| point.instant != instant) {
+                return Err(format!("a point of instant {} in the tree of {instant}", point.instant));
+            }
+        }
         validate_sums(&self.sums, self.points.iter().map(|point| point.weight.max_channel()))?;
         for (k, node) in self.nodes.iter().enumerate() {
             let points = &self.points[node.first as usize..node.first as usize + node.count as usize];
@@ -89,20 +106,27 @@ impl<B> GatherTree<B> {
     }
 }
 
-/// Ranges of nodes in depth-first order over `items` items.
-fn validate_shape(nodes: impl ExactSizeIterator<Item = Shape>, items: usize) -> Result<(), String> {
-    let expected = (2 * items).saturating_sub(1);
-    if nodes.len() != expected {
-        return Err(format!("{} nodes over {items} items; expected {expected}", nodes.len()));
-    }
+/// Ranges of nodes in depth-first order over `items` items, in a tree below each root.
+fn validate_shape(
+    nodes: impl Iterator<Item = Shape>,
+    roots: impl Iterator<Item = u32>,
+    items: usize,
+) -> Result<(), String> {
+    let all: Vec<Shape> = nodes.collect();
     // What depth-first order says comes next: number, first item, and number of items where the
     // parent knows it.
-    let mut nodes = (0..).zip(nodes).peekable();
     let mut waiting: Vec<(u32, u32, u32)> = Vec::new();
-    if nodes.peek().is_some() {
-        waiting.push((0, 0, items as u32));
+    let (mut expected, mut end) = (0, 0);
+    for root in roots {
+        let Some(node) = all.get(root as usize) else { return Err(format!("no node {root}, a root")) };
+        waiting.push((root, end, node.count));
+        expected += 2 * node.count as usize - 1;
+        end += node.count;
     }
-    let all: Vec<Shape> = nodes.map(|(_, node)| node).collect();
+    if end as usize != items || all.len() != expected {
+        return Err(format!("{} nodes over {end} of {items} items; expected {expected}", all.len()));
+    }
+    waiting.reverse();
     for (k, node) in (0u32..).zip(&all) {
         let wrong = |what: String| Err(format!("node {k}: {what}"));
         let Some((number, first, count)) = waiting.pop() else {
@@ -126,7 +150,10 @@ fn validate_shape(nodes: impl ExactSizeIterator<Item = Shape>, items: usize) -> 
             }
         }
     }
-    Ok(())
+    match waiting.pop() {
+        None => Ok(()),
+        Some((number, ..)) => Err(format!("node {number} is missing")),
+    }
 }
 
 fn validate_sums(sums: &PrefixSums, weights: impl ExactSizeIterator<Item = f32>) -> Result<(), String> {

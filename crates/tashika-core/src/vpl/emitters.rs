@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::{Vpl, VplKind};
 use crate::color::Rgb;
-use crate::scene::{AimedMap, Emitter, Environment, InstanceId, LightId, Scene};
+use crate::scene::{AimedMap, Emitter, Environment, InstanceId, Instants, LightId, Scene};
 use crate::stats::Discrete;
 use crate::warp;
 
@@ -245,12 +245,23 @@ impl<'s> EmitterSampler<'s> {
 
     /// The same, with the number of its source.
     pub(super) fn sample_source(&self, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
-        self.all.as_ref().map(|d| self.draw(d, u, v))
+        self.sample_at(Instants::STILL, u, v)
     }
 
     /// Draws from surfaces and the environment only.
     pub fn sample_extended(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
-        self.extended.as_ref().map(|d| self.draw(d, u, v).1)
+        self.sample_extended_at(Instants::STILL, u, v)
+    }
+
+    /// The same as [`sample_at`](Self::sample_at) draws from all.
+    pub fn sample_extended_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<LightSample> {
+        let (source, probability, rest) = self.extended.as_ref()?.sample(u);
+        Some(self.draw_from_at(share, source, probability, rest, v))
+    }
+
+    /// Whether anything shines that is no point and no single direction.
+    pub fn has_extended(&self) -> bool {
+        self.extended.is_some()
     }
 
     /// The maps by which emitters of images shine.
@@ -266,7 +277,7 @@ impl<'s> EmitterSampler<'s> {
     /// Density with which [`EmitterSampler::sample`] draws a point on one emitting side of a
     /// triangle (m⁻²).
     pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
-        self.pdf_on_triangle_at(0.5, instance, triangle)
+        self.pdf_on_triangle_at(Instants::STILL, instance, triangle)
     }
 
     /// Density with which [`EmitterSampler::sample_at`] draws a point on one emitting side of a
@@ -330,15 +341,10 @@ impl<'s> EmitterSampler<'s> {
         self.scene.environment()
     }
 
-    fn draw(&self, distribution: &Discrete, u: f64, v: [f32; 2]) -> (usize, LightSample) {
-        let (i, probability, rest) = distribution.sample(u);
-        (i, self.draw_from(i, probability, rest, v))
-    }
-
     /// Draws from one source, that has been chosen with some probability; `rest` may choose a side,
     /// `v` the place.
     pub(super) fn draw_from(&self, source: usize, probability: f64, rest: f64, v: [f32; 2]) -> LightSample {
-        self.draw_from_at(0.5, source, probability, rest, v)
+        self.draw_from_at(Instants::STILL, source, probability, rest, v)
     }
 
     fn draw_from_at(

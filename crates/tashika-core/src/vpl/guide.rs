@@ -47,19 +47,33 @@ impl LightGuide {
         ]
     }
 
-    /// A light on or towards the emitters that have an extent; `u` in `[0, 1)` is the stratum's.
-    pub(super) fn place(&self, emitters: &EmitterSampler<'_>, u: f64, s: &mut Stream) -> Option<Vpl> {
+    /// A light on or towards the emitters that have an extent, after a `share` of the time that the
+    /// shutter is open; `u` in `[0, 1)` is the stratum's.
+    pub(super) fn place(
+        &self,
+        emitters: &EmitterSampler<'_>,
+        share: f32,
+        u: f64,
+        s: &mut Stream,
+    ) -> Option<Vpl> {
         let ([u, a, b], density) = match &self.direct {
             Some(direct) => direct.sample(u, s.uniform_3()),
             None => ([u, s.uniform().into(), s.uniform().into()], 1.0),
         };
-        let mut light = emitters.sample_extended(u, [a as f32, b as f32])?.light;
+        let mut light = emitters.sample_extended_at(share, u, [a as f32, b as f32])?.light;
         light.intensity = light.intensity / density as f32;
         Some(light)
     }
 
-    /// A ray of emission and the flux that it stands for; `u` in `[0, 1)` is the stratum's.
-    pub(super) fn ray(&self, emitters: &EmitterSampler<'_>, u: f64, s: &mut Stream) -> Option<Emitted> {
+    /// A ray of emission and the flux that it stands for, after a `share` of the time that the shutter is
+    /// open; `u` in `[0, 1)` is the stratum's.
+    pub(super) fn ray(
+        &self,
+        emitters: &EmitterSampler<'_>,
+        share: f32,
+        u: f64,
+        s: &mut Stream,
+    ) -> Option<Emitted> {
         let (numbers, density) = match &self.emission {
             Some(emission) => {
                 let [a, b, c] = s.uniform_3();
@@ -73,7 +87,7 @@ impl LightGuide {
         };
         let [u, rest @ ..] = numbers;
         let [a, b, c, d] = rest.map(|x| x as f32);
-        let LightSample { light, .. } = emitters.sample(u, [a, b])?;
+        let (_, LightSample { light, .. }) = emitters.sample_at(share, u, [a, b])?;
         let (center, radius) = emitters.sphere();
         let (ray, flux) = light.emit([c, d], center, radius, emitters.maps());
         let from_infinity = light.kind == VplKind::Directional;

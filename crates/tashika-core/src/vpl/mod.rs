@@ -9,10 +9,12 @@ mod emitter_clusters;
 mod emitters;
 mod guide;
 mod light;
+mod options;
+mod order;
+mod reflect;
 mod rows;
 mod trace;
 mod walk;
-mod walk_in_media;
 
 #[cfg(test)]
 mod tests;
@@ -23,11 +25,14 @@ pub use emitter_clusters::EmitterClusters;
 pub use emitters::{EmitterSampler, LightSample};
 pub use guide::LightGuide;
 pub use light::{Vpl, VplKind};
+pub use options::{Emission, VplOptions};
 pub use rows::LightRows;
-pub use trace::{Emission, LightTracer, VplOptions};
+pub use trace::LightTracer;
+
+use std::ops::Range;
 
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Instants, Scene};
 use serde::{Deserialize, Serialize};
 
 /// Where a set of VPLs came from, and what belongs to it.
@@ -54,22 +59,58 @@ pub struct Provenance {
     pub glossy_share: f32,
 }
 
-/// A finite set of lights.
+/// A finite set of lights: at one time, or at each of several [`Instants`] a set of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VplSet {
     lights: Vec<Vpl>,
+    instants: Instants,
+    /// Where the lights of each instant end.
+    ends: Vec<usize>,
     provenance: Provenance,
 }
 
 impl VplSet {
-    /// A set made elsewhere.
+    /// A set made elsewhere, of a scene that stands.
     pub fn new(lights: Vec<Vpl>, provenance: Provenance) -> Self {
-        Self { lights, provenance }
+        Self { ends: vec![lights.len()], lights, instants: Instants::default(), provenance }
     }
 
-    /// The lights. Neighbours in this order are near each other in space.
+    /// A set made elsewhere, of lights that stand instant by instant, so many at each; `None` if these are
+    /// not as many numbers as instants, or more or fewer lights in all than there are.
+    pub fn at_instants(
+        lights: Vec<Vpl>,
+        instants: Instants,
+        counts: &[u64],
+        provenance: Provenance,
+    ) -> Option<Self> {
+        let mut end = 0_u64;
+        let ends = counts.iter().map(|count| {
+            end = end.saturating_add(*count);
+            end as usize
+        });
+        let ends: Vec<usize> = ends.collect();
+        (end == lights.len() as u64 && ends.len() == instants.len()).then_some(Self {
+            lights,
+            instants,
+            ends,
+            provenance,
+        })
+    }
+
+    /// The lights, instant by instant. Neighbours of an instant are near each other in space.
     pub fn lights(&self) -> &[Vpl] {
         &self.lights
+    }
+
+    /// The times at which they are.
+    pub fn instants(&self) -> &Instants {
+        &self.instants
+    }
+
+    /// The places of the lights of an instant.
+    pub fn at(&self, instant: usize) -> Range<usize> {
+        let first = if instant == 0 { 0 } else { self.ends[instant - 1] };
+        first..self.ends[instant]
     }
 
     /// Where they came from.

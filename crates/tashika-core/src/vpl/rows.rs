@@ -16,28 +16,51 @@ const NUMBERS: usize = 9;
 /// fewer.
 pub(crate) type Columns = [[f32; MOST_LANES]; NUMBERS];
 
-/// Lights that stand kind by kind, each in a row of 36 bytes: one that is drawn among millions
-/// takes a line or two of a cache.
-#[derive(Clone, Debug, PartialEq)]
+/// Lights that stand instant by instant, and of each kind by kind, each in a row of 36 bytes: one that is
+/// drawn among millions takes a line or two of a cache.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightRows {
     rows: Vec<[f32; NUMBERS]>,
-    /// Where each kind ends, by [number](VplKind::number).
-    ends: [usize; VplKind::COUNT],
+    /// By instant.
+    kinds: Vec<Kinds>,
     /// Of the spots and images.
     cones: Vec<VplKind>,
     /// Of the lights in media.
     phases: Vec<HenyeyGreenstein>,
 }
 
+/// Where the kinds of the lights of an instant are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Kinds {
+    /// Where each kind ends, by [number](VplKind::number).
+    ends: [usize; VplKind::COUNT],
+    /// What has to be taken from the place of a spot or image to find its cone.
+    before_cones: usize,
+    /// The same of the lights in media.
+    before_phases: usize,
+}
+
 impl LightRows {
-    /// Of lights that stand in the order of the [numbers](VplKind::number) of their kinds.
+    /// Of lights of one instant, in the order of the [numbers](VplKind::number) of their kinds.
     ///
     /// # Panics
-    /// If they do not.
+    /// If they are in another.
     pub fn new(lights: impl ExactSizeIterator<Item = Vpl>) -> Self {
-        let mut rows = Vec::with_capacity(lights.len());
-        let mut ends = [0; VplKind::COUNT];
-        let (mut cones, mut phases) = (Vec::new(), Vec::new());
+        let mut rows = Self::with_capacity(lights.len());
+        rows.push_instant(lights);
+        rows
+    }
+
+    /// Room for so many lights.
+    pub fn with_capacity(lights: usize) -> Self {
+        Self { rows: Vec::with_capacity(lights), ..Self::default() }
+    }
+
+    /// Adds the lights of the next instant, as [`Self::new`].
+    pub fn push_instant(&mut self, lights: impl Iterator<Item = Vpl>) {
+        let Self { rows, cones, phases, .. } = self;
+        let mut ends = [rows.len(); VplKind::COUNT];
+        let (cones_before, phases_before) = (cones.len(), phases.len());
         let mut last = 0;
         for light in lights {
             let kind = light.kind.number();
@@ -53,7 +76,11 @@ impl LightRows {
                 VplKind::Omni | VplKind::Oriented | VplKind::Directional => {}
             }
         }
-        Self { rows, ends, cones, phases }
+        let [_, oriented, _, directional, _] = ends;
+        // Wherever there is one, it stands behind as many lights as cones, or phases, before it.
+        let kinds =
+            Kinds { ends, before_cones: oriented - cones_before, before_phases: directional - phases_before };
+        self.kinds.push(kinds);
     }
 
     /// How many lights there are.
@@ -95,10 +122,10 @@ impl LightRows {
             + self.phases.capacity() * size_of::<HenyeyGreenstein>()
     }
 
-    /// Parts of a range whose lights are of one kind, each with the kind of its first.
+    /// Parts of a range of one instant whose lights are of one kind, each with the kind of its first.
     pub(crate) fn runs(&self, lights: Range<usize>) -> impl Iterator<Item = (VplKind, Range<usize>)> {
         let mut first = lights.start;
-        self.ends.into_iter().filter_map(move |end| {
+        self.kinds_about(first).ends.into_iter().filter_map(move |end| {
             let run = first..end.clamp(first, lights.end);
             first = run.end;
             (!run.is_empty()).then(|| (self.kind(run.start), run))
@@ -117,15 +144,26 @@ impl LightRows {
         columns
     }
 
+    /// The kinds of the instant of a light.
+    #[inline]
+    fn kinds_about(&self, light: usize) -> &Kinds {
+        if let [only] = &self.kinds[..] {
+            return only;
+        }
+        let instant = self.kinds.partition_point(|kinds| kinds.ends[VplKind::COUNT - 1] <= light);
+        &self.kinds[instant.min(self.kinds.len() - 1)]
+    }
+
     #[inline]
     fn kind(&self, light: usize) -> VplKind {
-        let [omni, oriented, spots, directional, _] = self.ends;
+        let &Kinds { ends, before_cones, before_phases } = self.kinds_about(light);
+        let [omni, oriented, spots, directional, _] = ends;
         match light {
             _ if light < omni => VplKind::Omni,
             _ if light < oriented => VplKind::Oriented,
-            _ if light < spots => self.cones[light - oriented],
+            _ if light < spots => self.cones[light - before_cones],
             _ if light < directional => VplKind::Directional,
-            _ => VplKind::Volume(self.phases[light - directional]),
+            _ => VplKind::Volume(self.phases[light - before_phases]),
         }
     }
 }

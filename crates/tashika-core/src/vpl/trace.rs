@@ -25,7 +25,11 @@
 //! I(ω') = Φ/P · p(ω·ω')        W·sr⁻¹
 //! ```
 //!
-//! and goes on by drawing from it ([`walk_in_media`](super::walk_in_media)).
+//! and goes on by drawing from it ([`walk`](super::walk)).
+//!
+//! # Time
+//! Where things move while the shutter is open, each of a number of [`Instants`] has a set of its own,
+//! with its share of the VPLs, that stands for all light there is then.
 //!
 //! # Number
 //! Stopping at a number would bias the set: a long last path would be cut more often than a short
@@ -39,102 +43,21 @@
 
 use rayon::prelude::*;
 
-use super::walk::{Trail, trace_paths};
-use super::{Clamp, EmitterSampler, LightGuide, Provenance, Vpl, VplKind, VplSet};
+use super::order::sort_by_place;
+use super::walk::{LightPaths, Trail};
+use super::{Clamp, Emission, EmitterSampler, LightGuide, Provenance, Vpl, VplOptions, VplSet};
 use crate::accel::Tracer;
-use crate::error::{Error, Result};
-use crate::math::Aabb;
+use crate::error::Result;
 use crate::media::Outside;
-use crate::rng::{Purpose, Stream};
-use crate::scene::Abilities;
+use crate::rng::{self, Purpose, Stream};
+use crate::scene::Instants;
 
-/// Which emitters light paths start from, and how many direct VPLs each has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Emission {
-    /// In proportion to power. Light from infinity has the power of all that enters the sphere
-    /// about the scene, most of which may miss what can be seen of it.
-    #[default]
-    ByPower,
-    /// Emitters in the scene, and light from infinity, by how much light of either reaches surfaces
-    /// as a pilot finds it; among those of a kind by power. Where few light paths leave VPLs, on
-    /// metals say, the set stays smaller sooner.
-    ByUse,
-}
-
-impl Emission {
-    /// Most light paths for each VPL that was asked for: where nearly all light misses the scene,
-    /// the set stays smaller.
-    fn max_paths_per_vpl(self) -> u64 {
-        match self {
-            Self::ByPower => 256,
-            Self::ByUse => 4,
-        }
-    }
-}
-
-/// How a set of VPLs is made.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VplOptions {
-    /// How many VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping.
-    /// Default: 5000.
-    pub count: u64,
-    /// Seed of the light paths.
-    pub seed: u64,
-    /// Longest light path, in surfaces met; 0 to 1000. Zero: direct light only. Being scattered in a
-    /// medium does not count. Default: 64.
-    pub max_depth: u32,
-    /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1:
-    /// at 0 their direct light is left out, at 1 all indirect light. Default: 0.25.
-    pub direct_share: f32,
-    /// Which emitters have them. Default: by power.
-    pub emission: Emission,
-    /// Distance below which the geometric term no longer grows.
-    pub clamp: Clamp,
-}
-
-impl Default for VplOptions {
-    fn default() -> Self {
-        Self {
-            count: 5000,
-            seed: 1,
-            max_depth: 64,
-            direct_share: 0.25,
-            emission: Emission::ByPower,
-            clamp: Clamp::Auto,
-        }
-    }
-}
-
-/// Largest number of VPLs (4.8 GB).
-const MAX_COUNT: u64 = 100_000_000;
 /// Light paths of the first pilot.
 const PILOT_PATHS: u64 = 4096;
 /// VPLs from which a pilot knows the number to about 6 %.
 const PILOT_LIGHTS: usize = 256;
 /// Light paths of the last pilot: what one path in 250,000 does not meet is left out.
 const MAX_PILOT_PATHS: u64 = PILOT_PATHS * 8 * 8;
-
-impl VplOptions {
-    /// Surfaces that a path of light meets at most, that which the camera sees included.
-    pub fn path_depth(&self) -> u32 {
-        self.max_depth + 1
-    }
-
-    /// # Errors
-    /// Names the option that is out of range, and the range.
-    pub fn validate(&self) -> Result<()> {
-        if !(1..=MAX_COUNT).contains(&self.count) {
-            return Err(Error::option("vpls", self.count, format!("1 to {MAX_COUNT}")));
-        }
-        if self.max_depth > 1000 {
-            return Err(Error::option("max_depth", self.max_depth, "0 to 1000"));
-        }
-        if !(0.0..=1.0).contains(&self.direct_share) {
-            return Err(Error::option("direct_share", self.direct_share, "0 to 1"));
-        }
-        self.clamp.validate()
-    }
-}
 
 impl VplSet {
     /// Traces a set from the emitters of the tracer's scene, in parallel on the current thread
@@ -166,7 +89,6 @@ impl<'s> LightTracer<'s> {
     /// As [`VplSet::trace`].
     pub fn new(tracer: &'s Tracer, options: &VplOptions) -> Result<Self> {
         options.validate()?;
-        tracer.scene().check_method("one of VPLs", Abilities::STILL_MEDIA)?;
         if tracer.scene().has_media() {
             Outside::check(tracer)?;
         }
@@ -204,50 +126,78 @@ impl<'s> LightTracer<'s> {
 
     /// The set of this seed, traced in parallel on the current thread pool.
     pub fn trace(&self, seed: u64) -> VplSet {
-        let mut direct: Vec<Vpl> = self.emitters.punctual().collect();
-        let (drawn, trail, paths) = self.draw(self.options.count, seed, direct.len() as u64);
-        direct.extend(drawn);
-        self.set(direct, trail, paths, seed)
+        self.sets(seed, |count, moment| {
+            let mut direct: Vec<Vpl> = self.emitters.punctual().collect();
+            let (drawn, trail, paths) = self.draw(count, moment, direct.len() as u64);
+            direct.extend(drawn);
+            (direct, trail, paths)
+        })
     }
 
     /// The same without direct VPLs: what surfaces reflect.
     pub fn trace_indirect(&self, seed: u64) -> VplSet {
-        let paths = self.paths(self.options.count, self.options.count);
-        self.set(Vec::new(), self.trace_paths(seed, Purpose::LightPath, paths), paths, seed)
+        self.sets(seed, |count, moment| {
+            let paths = self.paths(count, count);
+            (Vec::new(), self.follow(moment, Purpose::LightPath, paths), paths)
+        })
     }
 
-    fn set(&self, mut lights: Vec<Vpl>, trail: Trail, paths: u64, seed: u64) -> VplSet {
-        let Self { tracer, options, .. } = self;
-        lights.retain(|l| !l.intensity.is_black());
-        let direct = lights.len() as u64;
-        lights.extend(trail.lights);
-        let scene = tracer.scene();
-        sort_by_place(&mut lights, scene.bounds());
-        debug_assert!(lights.iter().all(|l| l.intensity.is_valid()));
+    /// The times that sets of this seed are of.
+    fn instants(&self, seed: u64) -> Instants {
+        if self.tracer.scene().moves() {
+            Instants::spread(self.options.instants, seed)
+        } else {
+            Instants::default()
+        }
+    }
 
-        let provenance = Provenance {
+    /// The set whose direct VPLs, trail and number of paths at each moment, for so many VPLs, are told.
+    fn sets(&self, seed: u64, at: impl Fn(u64, Moment) -> (Vec<Vpl>, Trail, u64)) -> VplSet {
+        let Self { tracer, options, .. } = self;
+        let scene = tracer.scene();
+        let instants = self.instants(seed);
+        let count = options.count.div_ceil(instants.len() as u64);
+        let mut provenance = Provenance {
             scene: scene.name().to_owned(),
             seed,
             requested: options.count,
-            direct,
-            indirect: lights.len() as u64 - direct,
-            paths,
             max_depth: options.max_depth,
-            clamp_distance: options.clamp.distance(&lights, seed),
-            glossy_share: if trail.reflected > 0.0 {
-                (1.0 - trail.diffuse / trail.reflected).clamp(0.0, 1.0) as f32
-            } else {
-                0.0
-            },
+            ..Provenance::default()
         };
-        VplSet::new(lights, provenance)
+        let (mut all, mut counts) = (Vec::new(), Vec::with_capacity(instants.len()));
+        let (mut clamp, mut diffuse, mut reflected) = (0.0, 0.0, 0.0);
+        for (number, &share) in (0..).zip(instants.shares()) {
+            let seed = if number == 0 { seed } else { rng::key(seed, Purpose::Shutter, number) };
+            let (mut lights, trail, paths) = at(count, Moment { seed, share });
+            lights.retain(|l| !l.intensity.is_black());
+            provenance.direct += lights.len() as u64;
+            provenance.indirect += trail.lights.len() as u64;
+            provenance.paths += paths;
+            (diffuse, reflected) = (diffuse + trail.diffuse, reflected + trail.reflected);
+            lights.extend(trail.lights);
+            sort_by_place(&mut lights, scene.bounds());
+            debug_assert!(lights.iter().all(|l| l.intensity.is_valid()));
+            clamp += options.clamp.distance(&lights, seed);
+            counts.push(lights.len() as u64);
+            if all.is_empty() {
+                all = lights;
+            } else {
+                all.append(&mut lights);
+            }
+        }
+        provenance.clamp_distance = clamp / instants.len() as f32;
+        if reflected > 0.0 {
+            provenance.glossy_share = (1.0 - diffuse / reflected).clamp(0.0, 1.0) as f32;
+        }
+        VplSet::at_instants(all, instants, &counts, provenance).expect("lights were counted")
     }
 
     /// The VPLs of a set of about `count` by what they are drawn with: each direct VPL by itself,
     /// and those that a light path leaves together; without emitters that are points, which are in
     /// every set.
     pub fn drawn_together(&self, count: u64, seed: u64) -> Vec<Vec<Vpl>> {
-        let (direct, trail, _) = self.draw(count, seed, self.emitters.punctual().count() as u64);
+        let moment = Moment { seed, share: Instants::STILL };
+        let (direct, trail, _) = self.draw(count, moment, self.emitters.punctual().count() as u64);
         let mut groups: Vec<Vec<Vpl>> = direct.into_iter().map(|light| vec![light]).collect();
         let mut lights = trail.lights.into_iter();
         groups.extend(trail.counts.into_iter().map(|count| lights.by_ref().take(count as usize).collect()));
@@ -256,13 +206,17 @@ impl<'s> LightTracer<'s> {
 
     /// So many direct VPLs: on emitting surfaces, and directions of the environment.
     pub fn on_emitters(&self, count: u64, seed: u64) -> Vec<Vpl> {
-        if self.emitters.sample_extended(0.0, [0.5; 2]).is_none() {
+        self.on_emitters_at(Moment { seed, share: Instants::STILL }, count)
+    }
+
+    fn on_emitters_at(&self, Moment { seed, share }: Moment, count: u64) -> Vec<Vpl> {
+        if !self.emitters.has_extended() {
             return Vec::new();
         }
         let light = |i: u64| {
             let mut s = Stream::new(seed, Purpose::DirectLight, i);
             let u = (i as f64 + s.uniform_f64()) / count as f64;
-            let mut light = self.guide.place(&self.emitters, u, &mut s)?;
+            let mut light = self.guide.place(&self.emitters, share, u, &mut s)?;
             light.intensity = light.intensity / count as f32;
             Some(light)
         };
@@ -272,17 +226,17 @@ impl<'s> LightTracer<'s> {
     /// The first VPL of each of so many light paths that came to it from an emitter over mirrors or
     /// through solid glass.
     pub fn after_bent_ways(&self, paths: u64, seed: u64) -> Vec<Vpl> {
-        let trail = self.trace_paths(seed, Purpose::LightPath, paths);
+        let trail = self.follow(Moment { seed, share: Instants::STILL }, Purpose::LightPath, paths);
         trail.bent.into_iter().map(|number| trail.lights[number as usize]).collect()
     }
 
     /// Direct VPLs, what light paths leave, and how many paths there are, beside so many emitters
     /// that are points.
-    fn draw(&self, count: u64, seed: u64, punctual: u64) -> (Vec<Vpl>, Trail, u64) {
+    fn draw(&self, count: u64, moment: Moment, punctual: u64) -> (Vec<Vpl>, Trail, u64) {
         let Self { options, emitters, .. } = self;
         // However many lights are points: half of the count goes to what has to be sampled.
         let rest = count.saturating_sub(punctual).max(count.div_ceil(2));
-        let has_extended = emitters.sample_extended(0.0, [0.5; 2]).is_some();
+        let has_extended = emitters.has_extended();
         let share = f64::from(options.direct_share);
         // However small the count: neither kind of light is left out, unless the share says so.
         let mut direct =
@@ -291,7 +245,7 @@ impl<'s> LightTracer<'s> {
         if paths == 0 && has_extended {
             direct = rest;
         }
-        (self.on_emitters(direct, seed), self.trace_paths(seed, Purpose::LightPath, paths), paths)
+        (self.on_emitters_at(moment, direct), self.follow(moment, Purpose::LightPath, paths), paths)
     }
 
     /// How many light paths leave about `wanted` VPLs: at least one where there may be indirect
@@ -316,7 +270,8 @@ impl<'s> LightTracer<'s> {
         let most = options.count.saturating_mul(options.emission.max_paths_per_vpl()).min(MAX_PILOT_PATHS);
         let mut paths = PILOT_PATHS;
         loop {
-            let left = self.trace_paths(options.seed, Purpose::LightPathPilot, paths).lights.len();
+            let moment = Moment { seed: options.seed, share: Instants::STILL };
+            let left = self.follow(moment, Purpose::LightPathPilot, paths).lights.len();
             if left >= PILOT_LIGHTS || paths >= most {
                 return left as f64 / paths as f64;
             }
@@ -324,10 +279,19 @@ impl<'s> LightTracer<'s> {
         }
     }
 
-    fn trace_paths(&self, seed: u64, purpose: Purpose, paths: u64) -> Trail {
+    fn follow(&self, Moment { seed, share }: Moment, purpose: Purpose, paths: u64) -> Trail {
         let Self { tracer, emitters, guide, .. } = self;
-        trace_paths(tracer, emitters, guide, &VplOptions { seed, ..self.options.clone() }, purpose, paths)
+        LightPaths { tracer, emitters, guide, max_depth: self.options.max_depth, seed, share }
+            .follow(purpose, paths)
     }
+}
+
+/// When light is looked at, and by which random numbers.
+#[derive(Clone, Copy)]
+struct Moment {
+    seed: u64,
+    /// A share of the time that the shutter is open, 0 to 1.
+    share: f32,
 }
 
 /// Least share of the light paths that a kind of emitters has.
@@ -342,14 +306,15 @@ impl<'s> EmitterSampler<'s> {
     pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
         let reflected = |kinds: [f64; 2]| {
             let emitters = EmitterSampler::new(tracer.scene()).weighted(kinds);
-            let trail = trace_paths(
+            let paths = LightPaths {
                 tracer,
-                &emitters,
-                &LightGuide::default(),
-                options,
-                Purpose::LightPathPilot,
-                PILOT_PATHS,
-            );
+                emitters: &emitters,
+                guide: &LightGuide::default(),
+                max_depth: options.max_depth,
+                seed: options.seed,
+                share: Instants::STILL,
+            };
+            let trail = paths.follow(Purpose::LightPathPilot, PILOT_PATHS);
             trail.diffuse + trail.reflected
         };
         let fluxes = [reflected([1.0, 0.0]), reflected([0.0, 1.0])];
@@ -357,50 +322,4 @@ impl<'s> EmitterSampler<'s> {
         let shares = fluxes.map(|flux| if sum > 0.0 { (flux / sum).max(LEAST_SHARE) } else { 0.5 });
         EmitterSampler::new(tracer.scene()).weighted(shares).with_share_for_each(SHARE_FOR_EACH)
     }
-}
-
-/// Sorts lights by kind, then along a Z-order curve through `bounds` (directional ones through the
-/// directions).
-fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
-    let size = bounds.size().max_element().max(f32::MIN_POSITIVE);
-    let code = |l: &Vpl| {
-        let (kind, unit) = match l.kind {
-            VplKind::Omni => (0, (l.position - bounds.lo) / size),
-            VplKind::Spot(_) | VplKind::Image(_) => (1, (l.position - bounds.lo) / size),
-            VplKind::Directional => (2, l.direction * 0.5 + 0.5),
-            VplKind::Oriented => (3, (l.position - bounds.lo) / size),
-            VplKind::Volume(_) => (4, (l.position - bounds.lo) / size),
-        };
-        (kind, morton(unit.to_array()))
-    };
-    let mut places: Vec<_> = lights.par_iter().map(code).zip(0..lights.len() as u32).collect();
-    places.par_sort_unstable();
-    // In place: a second list of lights would be most of what is in memory by then.
-    let mut from: Vec<u32> = places.into_iter().map(|(_, from)| from).collect();
-    for first in 0..lights.len() {
-        let moved = lights[first];
-        let mut to = first;
-        loop {
-            let source = std::mem::replace(&mut from[to], to as u32) as usize;
-            if source == first {
-                lights[to] = moved;
-                break;
-            }
-            lights[to] = lights[source];
-            to = source;
-        }
-    }
-}
-
-/// 20 bits of each coordinate in `[0, 1]`, interleaved.
-fn morton(unit: [f32; 3]) -> u64 {
-    let spread = |v: f32| {
-        let mut x = (v.clamp(0.0, 1.0) * ((1 << 20) - 1) as f32) as u64;
-        x = (x | x << 32) & 0x001f_0000_0000_ffff;
-        x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-        x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-        x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-        (x | x << 2) & 0x1249_2492_4924_9249
-    };
-    spread(unit[0]) | spread(unit[1]) << 1 | spread(unit[2]) << 2
 }

@@ -1,27 +1,46 @@
-//! Light paths: from the emitters over the surfaces, leaving a VPL wherever light is reflected
-//! diffusely. What they are for and what they guarantee is in
+//! Light paths: from the emitters over the surfaces and through media, leaving a VPL wherever light is
+//! reflected diffusely or scattered. What they are for and what they guarantee is in
 //! [`trace`](super::trace).
+//!
+//! A path draws on its way to each surface whether it is scattered before ([`fly`]). Where it is, it
+//! leaves a VPL of what is scattered and goes on by the phase function. It begins in the medium that
+//! [`Outside`] tells; interfaces tell which one it is in from there on, and boundaries that are nothing
+//! else are passed. Being scattered, and passing such a boundary, do not count as surfaces: Russian
+//! roulette by the flux that is left ends paths in media, with a cap near one.
+//!
+//! # Held to this by
+//! `vpl::tests`, and the suite's `furnace`, `volume_lights` and `moving_lights`.
 
 use std::f32::consts::PI;
-
-use glam::Vec3;
 
 use rayon::prelude::*;
 
 use super::guide::Emitted;
-use super::walk_in_media::{Begun, walk_in_media};
-use super::{EmitterSampler, LightGuide, Vpl, VplKind, VplOptions, carried_cos};
+use super::reflect::{Scattered, goes_on, leave};
+use super::{EmitterSampler, LightGuide, Vpl, VplKind};
 use crate::accel::Tracer;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
-use crate::math::{Frame, Ray};
-use crate::media::Outside;
+use crate::math::Ray;
+use crate::media::{Flight, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Outside, fly};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::{Part, SurfacePoint};
-use crate::warp;
+use crate::scene::{MediumId, Part};
 
 /// Light paths traced as one piece of parallel work.
 const CHUNK: u64 = 1024;
+
+/// What light paths are followed with.
+#[derive(Clone, Copy)]
+pub(super) struct LightPaths<'a> {
+    pub(super) tracer: &'a Tracer,
+    pub(super) emitters: &'a EmitterSampler<'a>,
+    pub(super) guide: &'a LightGuide,
+    /// Surfaces that a path meets at most.
+    pub(super) max_depth: u32,
+    pub(super) seed: u64,
+    /// When they are: a share of the time that the shutter is open, 0 to 1.
+    pub(super) share: f32,
+}
 
 /// VPLs of one or more paths, and what became of the flux.
 #[derive(Default)]
@@ -38,308 +57,147 @@ pub(super) struct Trail {
     pub(super) reflected: f64,
 }
 
-/// Follows so many light paths, in parallel on the current thread pool.
-pub(super) fn trace_paths(
-    tracer: &Tracer,
-    emitters: &EmitterSampler<'_>,
-    guide: &LightGuide,
-    options: &VplOptions,
-    purpose: Purpose,
-    paths: u64,
-) -> Trail {
-    let outside = tracer.scene().has_media().then(|| Outside::new(tracer));
-    let chunks: Vec<Trail> = (0..paths.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let mut trail = Trail::default();
-            for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(paths) {
-                let mut s = Stream::new(options.seed, purpose, i);
-                // Stratified over the emitters.
-                let u = (i as f64 + s.uniform_f64()) / paths as f64;
-                if let Some(Emitted { ray, flux, from_infinity }) = guide.ray(emitters, u, &mut s) {
-                    let key = rng::key(options.seed, purpose, i);
-                    let before = trail.lights.len();
-                    let flux = flux / paths as f32;
-                    match outside {
-                        None => walk(tracer, ray, flux, options.max_depth, key, &mut s, &mut trail),
-                        Some(outside) => {
-                            let begun = Begun::new(tracer, outside, ray, flux, from_infinity, key, &mut s);
-                            walk_in_media(tracer, begun, options.max_depth, key, &mut s, &mut trail);
-                        }
-                    }
-                    trail.counts.push((trail.lights.len() - before) as u32);
-                }
-            }
-            trail
-        })
-        .collect();
-    // In the order of the paths, whichever thread traced them.
-    let lights = chunks.iter().map(|t| t.lights.len()).sum();
-    let all = Trail { lights: Vec::with_capacity(lights), ..Trail::default() };
-    chunks.into_iter().fold(all, |mut all, t| {
-        all.bent.extend(t.bent.iter().map(|number| number + all.lights.len() as u32));
-        all.lights.extend(t.lights);
-        all.counts.extend(t.counts);
-        all.diffuse += t.diffuse;
-        all.reflected += t.reflected;
-        all
-    })
-}
-
-/// Follows one light path and leaves VPLs.
-fn walk(
-    tracer: &Tracer,
-    mut ray: Ray,
-    mut flux: Rgb,
-    max_depth: u32,
-    key: u64,
-    s: &mut Stream,
-    trail: &mut Trail,
-) {
-    let scene = tracer.scene();
-    // Of the way since the emitter.
-    let (mut is_specular, mut is_bent) = (true, false);
-    for depth in 0..max_depth {
-        if flux.is_black() {
-            return;
-        }
-        let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(u64::from(depth))) else { return };
-        let point = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
-        let incoming = -ray.direction;
-        let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
-        flux *= weight;
-        leave(&point, &bsdf, through, incoming, flux, is_specular && is_bent, trail);
-        let Some(Scattered { direction, factor, specular }) = goes_on(&point, &bsdf, through, incoming, s)
-        else {
-            return;
-        };
-        let next = flux * factor;
-        if specular.is_none() {
-            trail.reflected += f64::from(next.luminance());
-        }
-        is_specular &= specular.is_some();
-        let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && specular == Some(Lobe::SpecularTransmission);
-        is_bent |= !is_pane;
-        let survival = (next.max_channel() / flux.max_channel()).min(1.0);
-        if s.uniform() >= survival {
-            return;
-        }
-        flux = next / survival;
-        ray = Ray::new(point.leave(direction), direction);
+impl Trail {
+    /// With what others left after it.
+    fn followed_by(mut self, next: Self) -> Self {
+        let before = self.lights.len() as u32;
+        self.bent.extend(next.bent.iter().map(|number| number + before));
+        self.lights.extend(next.lights);
+        self.counts.extend(next.counts);
+        self.diffuse += next.diffuse;
+        self.reflected += next.reflected;
+        self
     }
 }
 
-/// Leaves what a part of a surface reflects, or transmits, diffusely of so much flux.
-///
-/// * `is_bent`: whether that came from an emitter by mirrors and glass alone, not all of them panes.
-pub(super) fn leave(
-    point: &SurfacePoint,
-    bsdf: &Bsdf,
-    through: bool,
-    incoming: Vec3,
+/// A path that leaves an emitter.
+struct Begun {
+    ray: Ray,
+    /// W.
     flux: Rgb,
-    is_bent: bool,
-    trail: &mut Trail,
-) {
-    let carried = carried_cos(point, bsdf, incoming);
-    if carried.is_black() {
-        return;
-    }
-    let (normal, _) = point.normals_towards(if through { -incoming } else { incoming });
-    let intensity = flux * carried / normal.dot(incoming).abs();
-    trail.diffuse += f64::from(intensity.luminance() * PI);
-    if is_bent {
-        trail.bent.push(trail.lights.len() as u32);
-    }
-    let position = point.leave(normal);
-    trail.lights.push(Vpl { position, direction: normal, intensity, kind: VplKind::Oriented });
+    medium: Option<MediumId>,
 }
 
-/// How a light path goes on.
-pub(super) struct Scattered {
-    /// Unit vector.
-    pub(super) direction: Vec3,
-    /// Of the flux.
-    pub(super) factor: Rgb,
-    /// The single direction that it is, if it is one.
-    pub(super) specular: Option<Lobe>,
-}
-
-/// From a part of a surface, by drawing from the whole of its scattering.
-pub(super) fn goes_on(
-    point: &SurfacePoint,
-    bsdf: &Bsdf,
-    through: bool,
-    incoming: Vec3,
-    s: &mut Stream,
-) -> Option<Scattered> {
-    if bsdf.is_specular() {
-        reflected_or_bent(point, bsdf, incoming, s)
-    } else {
-        scattered(point, bsdf, through, incoming, s)
-    }
-}
-
-/// At a mirror or glass.
-fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut Stream) -> Option<Scattered> {
-    let (ng, ns) = (point.geometric_normal, point.shading_normal);
-    // Light that arrives at the back of the shading normal is reflected by neither normal's rule.
-    let (cos_ng, cos_ns) = (ng.dot(incoming), ns.dot(incoming));
-    if cos_ng * cos_ns <= 0.0 {
-        return None;
-    }
-    let frame = point.frame(ns);
-    let sample = bsdf.sample(frame.to_local(incoming), s.uniform_3())?;
-    let direction = frame.to_world(sample.wi).normalize();
-    let (out_ng, out_ns) = (ng.dot(direction), ns.dot(direction));
-    let adjoint = (cos_ns * out_ng) / (cos_ng * out_ns);
-    (out_ng * out_ns > 0.0).then(|| Scattered {
-        direction,
-        factor: sample.weight * adjoint,
-        specular: Some(sample.lobe),
-    })
-}
-
-/// Share of directions that are drawn by the cosine with the geometric normal where the shading
-/// normal differs.
-const BY_GEOMETRY: f32 = 0.5;
-
-/// At any other surface: by the kernel with which a viewer in the direction that the light takes
-/// sees it,
-///
-/// ```text
-/// Φ' = Φ f(ω', ω) |n_s·ω| |n_g·ω'| / (|n_g·ω| p(ω'))
-/// ```
-///
-/// (Veach 1997, section 5.3; `n_s` as [seen from](SurfacePoint::normals_seen_from) `ω'`).
-/// Directions are drawn about the shading normal *and* about the geometric one: those that only one
-/// of the two faces carry light as well.
-fn scattered(
-    point: &SurfacePoint,
-    bsdf: &Bsdf,
-    through: bool,
-    incoming: Vec3,
-    s: &mut Stream,
-) -> Option<Scattered> {
-    let (ng, ns) = point.normals_towards(incoming);
-    // Light that goes through leaves as if it were reflected, mirrored to behind the surface.
-    let mirrored = Vec3::new(1.0, 1.0, if through { -1.0 } else { 1.0 });
-    let by_geometry = Frame::about(if through { -ng } else { ng });
-    let by_shading = point.frame(ns);
-    let wo = by_shading.to_local(incoming);
-    let share = match (matches!(bsdf, Bsdf::Lambert(_)) || wo.z <= 0.0, ng == ns) {
-        (true, _) => 1.0,
-        (false, true) => 0.0,
-        (false, false) => BY_GEOMETRY,
-    };
-    let (choice, u) = (s.uniform(), s.uniform_3());
-    let direction = if choice < share {
-        by_geometry.to_world(warp::cosine_hemisphere([u[1], u[2]]))
-    } else {
-        by_shading.to_world(bsdf.sample(wo, u)?.wi * mirrored)
-    };
-    let direction = direction.normalize();
-    let cos = by_geometry.n.dot(direction);
-    if cos <= 0.0 {
-        return None;
-    }
-    let mut density = share * warp::cosine_hemisphere_pdf(cos);
-    if share < 1.0 {
-        density += (1.0 - share) * bsdf.pdf(wo, by_shading.to_local(direction) * mirrored);
-    }
-    let (_, seen) = point.normals_seen_from(direction);
-    let frame = point.frame(if through { -seen } else { seen });
-    let viewer = frame.to_local(direction) * mirrored;
-    let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming));
-    let factor = kernel * (cos / (ng.dot(incoming) * density));
-    factor.is_valid().then_some(Scattered { direction, factor, specular: None })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::bsdf::{Clearcoat, CoatModel, Lambert, Layered, Plastic, Sheen};
-    use crate::scene::{InstanceId, TurnedAway};
-    use crate::stats::Moments;
-
-    /// What goes to a part of the directions is the kernel's integral over it, whatever directions
-    /// are drawn from: also behind the shading normal, from before it and from behind it, and
-    /// through the surface.
-    #[test]
-    fn scattered_light_is_what_viewers_see() {
-        let ns = Vec3::new(0.8, 0.0, 0.6);
-        let point = |turned_away| SurfacePoint {
-            position: Vec3::ZERO,
-            error: Vec3::ZERO,
-            geometric_normal: Vec3::Z,
-            shading_normal: ns,
-            tangent: None,
-            uv: glam::Vec2::ZERO,
-            instance: InstanceId::at(0),
-            turned_away,
-        };
-        let lambert = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
-        let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, facets: 0.4.into() };
-        let plastic = Bsdf::Plastic(plastic);
-        // Not the same for light that goes the other way.
-        let layered = Layered::over(&lambert).unwrap();
-        let coat = Clearcoat { amount: 1.0, alpha: 0.4, model: CoatModel::Layer };
-        let coat = Bsdf::Layered(Layered { coat, ..layered });
-        let sheen = Sheen { color: Rgb::WHITE, roughness: 0.4 };
-        let cloth = Bsdf::Layered(Layered { sheen, ..layered });
-        let (flat, opposite) = ((TurnedAway::Flat, Vec3::Z), (TurnedAway::Opposite, -ns));
-        for (bsdf, through, (rule, stand_in)) in [
-            (lambert, false, flat),
-            (lambert, true, flat),
-            (plastic, false, flat),
-            (lambert, false, opposite),
-            (lambert, true, opposite),
-            (plastic, true, flat),
-            (plastic, false, opposite),
-            (plastic, true, opposite),
-            (coat, false, flat),
-            (coat, false, opposite),
-            (cloth, false, flat),
-            (cloth, false, opposite),
-        ] {
-            let point = point(rule);
-            for incoming in [Vec3::new(0.48, 0.64, 0.6), Vec3::new(-0.96, 0.0, 0.28)] {
-                let side = if through { -1.0 } else { 1.0 };
-                let is_behind = |direction: Vec3| direction.dot(ns) * side < 0.0;
-                let (mut found, mut expected) = ([Moments::default(); 2], [Moments::default(); 2]);
-                let mut s = Stream::new(3, Purpose::Test, 0);
-                for _ in 0..200_000 {
-                    let to = |behind: bool, direction: Vec3, value: f32| {
-                        if is_behind(direction) == behind { f64::from(value) } else { 0.0 }
-                    };
-                    let drawn = scattered(&point, &bsdf, through, incoming, &mut s);
-                    let (direction, factor) =
-                        drawn.map_or((Vec3::Z, 0.0), |drawn| (drawn.direction, drawn.factor.r));
-                    let even = warp::sphere(s.uniform_2());
-                    let mut value = 0.0;
-                    if even.z * side > 0.0 {
-                        let seen = if is_behind(even) { stand_in * side } else { ns * side };
-                        let frame = Frame::about(seen * side);
-                        let viewer = frame.to_local(even) * Vec3::new(1.0, 1.0, side);
-                        let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming)).r;
-                        value = kernel * even.z.abs() / incoming.z * 4.0 * PI;
-                    }
-                    for behind in [0, 1] {
-                        found[behind].push(to(behind == 1, direction, factor));
-                        expected[behind].push(to(behind == 1, even, value));
+impl LightPaths<'_> {
+    /// Follows so many paths, in parallel on the current thread pool.
+    pub(super) fn follow(&self, purpose: Purpose, paths: u64) -> Trail {
+        let outside = self.tracer.scene().has_media().then(|| Outside::new(self.tracer));
+        let chunks: Vec<Trail> = (0..paths.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let mut trail = Trail::default();
+                for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(paths) {
+                    let mut s = Stream::new(self.seed, purpose, i);
+                    // Stratified over the emitters.
+                    let u = (i as f64 + s.uniform_f64()) / paths as f64;
+                    if let Some(mut emitted) = self.guide.ray(self.emitters, self.share, u, &mut s) {
+                        let key = rng::key(self.seed, purpose, i);
+                        let before = trail.lights.len();
+                        emitted.flux = emitted.flux / paths as f32;
+                        self.walk(self.begun(emitted, outside, key, &mut s), key, &mut s, &mut trail);
+                        trail.counts.push((trail.lights.len() - before) as u32);
                     }
                 }
-                for (found, expected) in found.iter().zip(expected) {
-                    let error = found.standard_error().hypot(expected.standard_error());
-                    let difference = (found.mean() - expected.mean()).abs();
-                    assert!(
-                        difference <= 4.5 * error && error < 0.02,
-                        "{bsdf:?} {through} {incoming}: {} ± {error} for {}",
-                        found.mean(),
-                        expected.mean()
-                    );
+                trail
+            })
+            .collect();
+        // In the order of the paths, whichever thread traced them.
+        let lights = chunks.iter().map(|t| t.lights.len()).sum();
+        let all = Trail { lights: Vec::with_capacity(lights), ..Trail::default() };
+        chunks.into_iter().fold(all, Trail::followed_by)
+    }
+
+    /// A path in its first medium, with what media leave of light that comes from infinity.
+    fn begun(&self, emitted: Emitted, outside: Option<Outside>, key: u64, s: &mut Stream) -> Begun {
+        let Emitted { ray, flux, from_infinity } = emitted;
+        match outside {
+            None => Begun { ray, flux, medium: None },
+            Some(outside) if from_infinity => {
+                Begun { ray, flux: flux * outside.arriving(self.tracer, &ray, s), medium: outside.medium() }
+            }
+            Some(outside) => {
+                Begun { ray, flux, medium: outside.medium_at(self.tracer, &ray, key, self.share) }
+            }
+        }
+    }
+
+    /// Follows one path and leaves VPLs.
+    fn walk(&self, begun: Begun, key: u64, s: &mut Stream, trail: &mut Trail) {
+        let Begun { mut ray, mut flux, mut medium } = begun;
+        let scene = self.tracer.scene();
+        // Of the way since the emitter.
+        let (mut is_specular, mut is_bent) = (true, false);
+        // Surfaces that the path has met; times that it was scattered, anywhere; boundaries passed since.
+        let (mut depth, mut turned, mut passed) = (0, 0_u32, 0);
+        while !flux.is_black() {
+            // Holes are the same along a straight line.
+            let hit = self.tracer.closest_hit_at(&ray, key.wrapping_add(u64::from(turned)), self.share);
+            if let Some(medium) = medium.map(|m| &scene.media()[m.index()]).filter(|m| !m.is_clear()) {
+                let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
+                match fly(medium, flux, &ray, distance, s) {
+                    Flight::Passed { weight } => flux = weight,
+                    Flight::Scattered { after, weight } => {
+                        let position = ray.at(after);
+                        trail.lights.push(Vpl {
+                            position,
+                            direction: ray.direction,
+                            intensity: weight / (4.0 * PI),
+                            kind: VplKind::Volume(medium.phase),
+                        });
+                        let survival =
+                            (weight.max_channel() / flux.max_channel()).min(MAX_SURVIVAL_IN_MEDIUM);
+                        if s.uniform() >= survival {
+                            return;
+                        }
+                        flux = weight / survival;
+                        ray = Ray::new(position, medium.phase.sample(ray.direction, s.uniform_2()).0);
+                        is_specular = false;
+                        turned = turned.saturating_add(1);
+                        passed = 0;
+                        continue;
+                    }
                 }
             }
+            let Some(hit) = hit else { return };
+            let point = scene.surface_point_at(self.share, hit.instance, hit.triangle, hit.barycentric);
+            if scene.is_boundary(&point) {
+                medium = scene.medium_beyond(&point, ray.direction, medium);
+                ray = Ray::new(point.leave(ray.direction), ray.direction);
+                passed += 1;
+                if passed > MOST_PASSED {
+                    return;
+                }
+                continue;
+            }
+            if depth == self.max_depth {
+                return;
+            }
+            let incoming = -ray.direction;
+            let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
+            flux *= weight;
+            leave(&point, &bsdf, through, incoming, flux, is_specular && is_bent, trail);
+            let Some(Scattered { direction, factor, specular }) =
+                goes_on(&point, &bsdf, through, incoming, s)
+            else {
+                return;
+            };
+            let next = flux * factor;
+            if specular.is_none() {
+                trail.reflected += f64::from(next.luminance());
+            }
+            is_specular &= specular.is_some();
+            let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && specular == Some(Lobe::SpecularTransmission);
+            is_bent |= !is_pane;
+            let survival = (next.max_channel() / flux.max_channel()).min(1.0);
+            if s.uniform() >= survival {
+                return;
+            }
+            flux = next / survival;
+            medium = scene.medium_beyond(&point, direction, medium);
+            ray = Ray::new(point.leave(direction), direction);
+            depth += 1;
+            turned = turned.saturating_add(1);
+            passed = 0;
         }
     }
 }

@@ -194,6 +194,10 @@ class VplSet:
     @property
     def kinds(self) -> NDArray[np.uint32]: ...
     @property
+    def instants(self) -> NDArray[np.float32]: ...
+    @property
+    def instant(self) -> NDArray[np.uint32]: ...
+    @property
     def provenance(self) -> dict[str, Any]: ...
     @classmethod
     def from_arrays(
@@ -329,6 +333,7 @@ def vpls(
     count: int | None = None,
     seed: int = 1,
     clamp: _Clamp | None = None,
+    instants: int | None = None,
     threads: int = 0,
 ) -> VplSet: ...
 def render(
@@ -370,6 +375,7 @@ def render(
     cryptomatte: bool | int | None = None,
     groups: str | dict[str, list[str]] | None = None,
     motion_vectors: bool = False,
+    instants: int | None = None,
 ) -> Image: ...
 def exact(
     scene: Scene,
@@ -380,6 +386,7 @@ def exact(
     vpls: _Vpls | None = None,
     gather: int | None = None,
     clamp: _Clamp | None = None,
+    instants: int | None = None,
     seed: int = 1,
     threads: int = 0,
     filter: _Filter | None = None,
@@ -402,6 +409,7 @@ def coverage(
     vpls: _Vpls | None = None,
     gather: int | None = None,
     clamp: _Clamp | None = None,
+    instants: int | None = None,
     seed: int = 1,
     threads: int = 0,
     max_pairs: int | None = None,

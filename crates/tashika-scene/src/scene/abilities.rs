@@ -17,8 +17,6 @@ pub struct Abilities {
 impl Abilities {
     /// Neither.
     pub const STILL_SURFACES: Self = Self { media: false, motion: false };
-    /// Media, in which all stands still.
-    pub const STILL_MEDIA: Self = Self { media: true, motion: false };
     /// Everything.
     pub const ALL: Self = Self { media: true, motion: true };
 }
@@ -37,7 +35,7 @@ impl Scene {
         let expected = if let Some([open, close]) = self.shutter().filter(|_| !abilities.motion) {
             let moving = "things in it move while the shutter is open";
             format!(
-                "path, as {moving} ({open} to {close} s), which nothing else renders; at one time all stands still"
+                "path, or truth vpl, as {moving} ({open} to {close} s): all of their light is found by paths, or estimated as a sum over one set of VPLs; at one time all stands still"
             )
         } else if self.has_media() && !abilities.media {
             let named: Vec<&str> = self.media().iter().map(|m| m.name.as_str()).take(3).collect();

@@ -1,41 +1,63 @@
 //! VPL sets as files, so that all methods and machines render the same lights.
 //!
 //! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the
-//! provenance as JSON, number of VPLs (u64), then 48 bytes each: position, direction, intensity (3
+//! provenance as JSON, number of VPLs (u64), then 48 bytes each, instant by instant: position, direction, intensity (3
 //! × f32), kind (u32: 0 omni, 1 oriented, 2 spot, 3 directional, 4, 5 and 7 spots with other
 //! fall-offs, 6 image, 8 in a medium), cosines of the inner and outer cone (f32, zero unless spot; of
 //! an image the number of its map as u32, and the cosine; in a medium the asymmetry of its phase
 //! function, and zero). The maps are the scene's: a set is for the scene that
-//! it was traced in. The length must be exactly that.
+//! it was traced in. The length must be exactly that. Version 1 is of a scene that stands; in version 2
+//! the provenance has `instants` beside, for each its share of the time and its number of VPLs.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::write_file;
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::scene::{Beam, Falloff, FalloffShape};
+use crate::scene::{Beam, Falloff, FalloffShape, Instants};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
 const MAGIC: &[u8; 8] = b"TASHIKAV";
-const VERSION: u32 = 1;
+/// Of sets of one instant, and of others.
+const VERSIONS: [u32; 2] = [1, 2];
 const RECORD: usize = 48;
 /// Longest provenance that is read (bytes).
 const MAX_PROVENANCE: u32 = 1 << 20;
+
+/// The provenance as it is written.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    #[serde(flatten)]
+    provenance: Provenance,
+    /// Share of the time, and number of VPLs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    instants: Vec<(f32, u64)>,
+}
 
 /// Writes a VPL set; the file appears whole or not at all.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be written.
 pub fn save_vpls(path: &Path, set: &VplSet) -> Result<()> {
-    let provenance = serde_json::to_vec(set.provenance()).map_err(|e| Error::io(path, e.into()))?;
+    let is_still = set.instants().is_single();
+    let of_instants = set.instants().shares().iter().enumerate();
+    let head = Head {
+        provenance: set.provenance().clone(),
+        instants: of_instants
+            .filter(|_| !is_still)
+            .map(|(instant, share)| (*share, set.at(instant).len() as u64))
+            .collect(),
+    };
+    let provenance = serde_json::to_vec(&head).map_err(|e| Error::io(path, e.into()))?;
     let mut bytes = Vec::with_capacity(24 + provenance.len() + RECORD * set.len());
     bytes.extend_from_slice(MAGIC);
-    bytes.extend_from_slice(&VERSION.to_le_bytes());
+    bytes.extend_from_slice(&VERSIONS[usize::from(!is_still)].to_le_bytes());
     bytes.extend_from_slice(&(provenance.len() as u32).to_le_bytes());
     bytes.extend_from_slice(&provenance);
     bytes.extend_from_slice(&(set.len() as u64).to_le_bytes());
@@ -74,8 +96,10 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
     }
     let word = |i: usize| u32::from_le_bytes([head[i], head[i + 1], head[i + 2], head[i + 3]]);
     let (version, provenance_length) = (word(8), word(12));
-    if version != VERSION {
-        return Err(Error::invalid(at(), format!("version {version}"), format!("version {VERSION}")));
+    if !VERSIONS.contains(&version) {
+        let [still, moving] = VERSIONS;
+        let expected = format!("version {still} or {moving}");
+        return Err(Error::invalid(at(), format!("version {version}"), expected));
     }
     if provenance_length > MAX_PROVENANCE {
         return Err(Error::invalid(
@@ -86,7 +110,7 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
     }
     let mut provenance = vec![0; provenance_length as usize];
     input.read_exact(&mut provenance).map_err(cut("provenance"))?;
-    let provenance: Provenance = serde_json::from_slice(&provenance).map_err(|e| {
+    let Head { provenance, instants } = serde_json::from_slice(&provenance).map_err(|e| {
         Error::invalid(at(), format!("a provenance that is not understood ({e})"), "that of a VPL file")
     })?;
     if !(provenance.clamp_distance >= 0.0 && provenance.clamp_distance.is_finite()) {
@@ -119,7 +143,18 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
             )
         })?);
     }
-    Ok(VplSet::new(lights, provenance))
+    if version == VERSIONS[0] {
+        return Ok(VplSet::new(lights, provenance));
+    }
+    let (shares, counts): (Vec<f32>, Vec<u64>) = instants.into_iter().unzip();
+    let at_instants = |instants| VplSet::at_instants(lights, instants, &counts, provenance);
+    Instants::new(shares).and_then(at_instants).ok_or_else(|| {
+        let expected = format!(
+            "1 to {} shares of the time in ascending order, whose numbers of VPLs add up to {count}",
+            Instants::MOST
+        );
+        Error::invalid(at(), "other instants", expected)
+    })
 }
 
 const SPOT_SHAPES: [FalloffShape; 4] =
@@ -206,12 +241,47 @@ mod tests {
         )
     }
 
+    /// The same lights at three instants, of which one has none.
+    fn moving() -> VplSet {
+        let (lights, provenance) = (set().lights().to_vec(), set().provenance().clone());
+        let instants = Instants::new(vec![0.1, 0.5, 0.75]).unwrap();
+        VplSet::at_instants(lights, instants, &[2, 0, 3], provenance).unwrap()
+    }
+
     #[test]
     fn sets_come_back_bit_by_bit() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.vpl");
-        save_vpls(&path, &set()).unwrap();
-        assert_eq!(load_vpls(&path).unwrap(), set());
+        for (set, version) in [(set(), 1), (moving(), 2)] {
+            save_vpls(&path, &set).unwrap();
+            assert_eq!(load_vpls(&path).unwrap(), set);
+            assert_eq!(std::fs::read(&path).unwrap()[8], version);
+        }
+    }
+
+    #[test]
+    fn instants_that_cannot_be_are_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.vpl");
+        save_vpls(&path, &moving()).unwrap();
+        let whole = String::from_utf8_lossy(&std::fs::read(&path).unwrap()[16..]).into_owned();
+        let found = r#""instants":[[0.1,2],[0.5,0],[0.75,3]]"#;
+        assert!(whole.contains(found), "{whole}");
+        for wrong in [
+            r#""instants":[[0.1,2],[0.5,1],[0.75,3]]"#,
+            r#""instants":[[0.9,2],[0.5,0],[0.75,3]]"#,
+            r#""instants":[[0.1,2],[0.5,0],[7.75,3]]"#,
+            r#""instonts":[[0.1,2],[0.5,0],[0.75,3]]"#,
+        ] {
+            let bytes = std::fs::read(&path).unwrap();
+            let at = bytes.windows(found.len()).position(|window| window == found.as_bytes()).unwrap();
+            let damaged = dir.path().join("b.vpl");
+            let mut changed = bytes.clone();
+            changed[at..at + wrong.len()].copy_from_slice(wrong.as_bytes());
+            std::fs::write(&damaged, changed).unwrap();
+            let message = load_vpls(&damaged).unwrap_err().to_string();
+            assert!(message.contains("other instants") && message.contains("add up to 5"), "{message}");
+        }
     }
 
     #[test]

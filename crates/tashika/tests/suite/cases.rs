@@ -6,16 +6,15 @@ use std::sync::atomic::AtomicBool;
 use tashika::Renderer;
 use tashika::accel::Tracer;
 use tashika::color::Rgb;
-use tashika::error::{Error, Location};
+use tashika::error::Location;
 use tashika::film::{Film, Window, keys};
 use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{FullSum, Integrator, Setting};
+use tashika::integrator::{Integrator, Setting};
 use tashika::io::LoadOptions;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render};
 use tashika::request::{ClaimName, Method, MethodName};
 use tashika::scene::{Camera, Emission, Material, MeshData, Scene, SceneBuilder, Surface};
-use tashika::vpl::{Provenance, VplOptions, VplSet};
 
 /// Reads scenes that name files that are not there.
 pub fn lenient() -> LoadOptions {
@@ -136,27 +135,6 @@ pub fn film_of(tracer: &Tracer, integrator: &dyn Integrator, view: View<'_>) -> 
 /// Luminances of the image.
 pub fn luminances(film: &Film) -> Vec<f64> {
     film.colors().unwrap().map(|c| f64::from(c.luminance())).collect()
-}
-
-/// Methods that sum VPLs refuse a scene that moves before they begin, by a message that is as `asked`
-/// for; what the default promises path tracing keeps, but for certificates.
-pub fn only_paths_render(tracer: &Tracer, asked: impl Fn(&str)) {
-    let refused = |error: Option<Error>| asked(&error.expect("refused").to_string());
-    let renderer = || Renderer::on(tracer).size([4, 4]);
-    let named =
-        MethodName::all().filter(|method| ![MethodName::Path, MethodName::default()].contains(method));
-    for method in named {
-        let renderer = renderer().method(method);
-        refused(renderer.prepare().err());
-        refused(renderer.trace_lights().err());
-    }
-    refused(VplSet::trace(tracer, &VplOptions::default()).err());
-    let none = VplSet::new(Vec::new(), Provenance::default());
-    let setting = Setting { tracer, view: view(tracer.scene(), [4, 4], 1, 1) };
-    let options = RenderOptions { window: Window::full([4, 4]), share: TileShare::default() };
-    refused(render(&setting, &FullSum::new(&none), &options, &|_| (), &AtomicBool::new(false)).err());
-    paths_keep_what_the_default_promises(tracer);
-    refused(renderer().claim(ClaimName::Certified).prepare().err());
 }
 
 /// Of a scene with media or motion, what the default promises is kept by path tracing, but for

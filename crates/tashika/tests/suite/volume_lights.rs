@@ -4,13 +4,8 @@
 use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
-use tashika::film::{Claim, Film, Window};
-use tashika::gather::{GatherOptions, View};
-use tashika::integrator::{
-    ControlOptions, FullSum, PathStop, PathTracer, PixelRecord, Promise, Setting, Stop, SumMethod,
-};
+use tashika::integrator::FullSum;
 use tashika::math::Vec3;
-use tashika::render::with_threads;
 use tashika::scene::{Camera, Emitter, Environment, Material, MediumId, Scattered, SceneBuilder, Surface};
 use tashika::stats::Moments;
 use tashika::tree::LightSet;
@@ -18,23 +13,16 @@ use tashika::vpl::{Clamp, VplKind, VplOptions, VplSet};
 
 use crate::cases::{
     add_ceiling_lamp, builder, cuboid, diffuse_room, diffuse_walls, film, glowing, lambert, parallelogram,
-    place, room_camera, tracer, view,
+    place, room_camera, tracer,
 };
 use crate::grid_media;
 use crate::media::{
     ALBEDO, EXTINCTION, add, assert_means, barely_scattering, bounding, colors, needle, scattered_once,
 };
-
-fn set(tracer: &Tracer, count: u64, seed: u64, clamp: Clamp) -> VplSet {
-    VplSet::trace(tracer, &VplOptions { count, seed, clamp, ..VplOptions::default() }).unwrap()
-}
-
-/// The whole sum over the emitters of a scene alone.
-fn directly_lit(tracer: &Tracer, direct: u64, size: [u32; 2], points: u32) -> Film {
-    let options = VplOptions { count: direct, max_depth: 0, clamp: Clamp::Off, ..VplOptions::default() };
-    let lights = VplSet::trace(tracer, &options).unwrap();
-    film(tracer, &FullSum::new(&lights), size, points, 3)
-}
+use crate::sums::{
+    assert_cuts_keep_their_claims, assert_finest_cuts_are_whole, assert_same_bits,
+    assert_sums_are_what_paths_find, directly_lit, set,
+};
 
 /// A point light beside the axis of a camera in fog, at gather points in it.
 #[test]
@@ -46,7 +34,7 @@ fn light_that_is_scattered_once_is_that_of_quadrature() {
     let expected = EXTINCTION.map(|sigma| {
         scattered_once(f64::from(sigma), 40.0 / f64::from(sigma), [0.4, -0.3, -1.0], |d, _| 1.0 / (d * d))
     });
-    let found = directly_lit(&tracer(b), 1, [16, 16], 1000);
+    let found = directly_lit(&tracer(b), 1, [16, 16], 1000, 3);
     assert_means(&found, expected, f64::from(ALBEDO) + 1e-4, 0.01, "a point");
 }
 
@@ -69,7 +57,7 @@ fn a_lamp_in_fog_is_that_of_quadrature() {
         all.map(|(y, z)| scattered_once(f64::from(sigma), 2.0, from(y, z), of)).sum::<f64>()
             / f64::from(cells * cells)
     });
-    let found = directly_lit(&tracer(b), 2000, [16, 16], 200);
+    let found = directly_lit(&tracer(b), 2000, [16, 16], 200, 3);
     // Midpoints of 1/24 m at a distance of 1/4 m; the lamp's VPLs are spread evenly over its length,
     // and at random over its width: half a per cent.
     assert_means(&found, expected, f64::from(ALBEDO) + 1e-3 + 5e-3, 0.01, "a lamp");
@@ -163,30 +151,12 @@ fn smoke(b: &mut SceneBuilder) -> MediumId {
     grid_media::add(b, [[0.1, 0.2, 0.3], [0.8, 0.6, 0.4]], -0.3, Some(density), Scattered::Evenly)
 }
 
-/// Mean by channel of the lower half of an image, which does not show the lamp at the ceiling, of
-/// several of them, and its standard error.
-fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
-    let mut means = [Moments::default(); 3];
-    for image in images {
-        let pixels = colors(&image);
-        let pixels = &pixels[pixels.len() / 2..];
-        for (k, of_channel) in means.iter_mut().enumerate() {
-            let sum: f64 = pixels.iter().map(|c| f64::from(c[k])).sum();
-            of_channel.push(sum / pixels.len() as f64);
-        }
-    }
-    means
-}
-
 /// The sum over VPLs in fog, in and about blocks of milk and smoke, with lamps inside and outside and
 /// with light from infinity, is what paths find. Means of the image, of several sets against paths: at
 /// 4.4 standard errors, and within what a clamp of 2 cm takes away of VPLs in the medium: a share of
 /// `σ_s` times two thirds of it, 5 % in the milk, of what is scattered twice there.
 #[test]
 fn sums_over_vpls_are_what_paths_find() {
-    let size = [8, 6];
-    let is_slow = std::env::var_os("TASHIKA_SLOW_TESTS").is_some();
-    let (count, sets, sharp) = if is_slow { (2000, 60, 0.03) } else { (400, 8, 0.12) };
     let sky = |b: &mut SceneBuilder| b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();
     let scenes: [(&str, Tracer, f64); 6] = [
         ("fog", room_with(|b| Some(fog(b))), 0.01),
@@ -241,42 +211,8 @@ fn sums_over_vpls_are_what_paths_find() {
         ),
     ];
     for (name, tracer, taken_away) in &scenes {
-        let path = PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap();
-        let truth = means((0..8).map(|seed| film(tracer, &path, size, 1, 100 + seed)));
-        let sum = |seed| {
-            let lights = set(tracer, 6000, seed, Clamp::Distance(0.02));
-            film(tracer, &FullSum::new(&lights), size, 8, seed)
-        };
-        let sums = means((1..=sets).map(sum));
-        for (k, (truth, sum)) in truth.iter().zip(&sums).enumerate() {
-            let error = truth.standard_error().hypot(sum.standard_error());
-            let (truth, sum) = (truth.mean(), sum.mean());
-            assert!(error < sharp * truth, "{name}, {k}: not sharp: {sum} for {truth} ± {error}");
-            let (low, high) = (truth * (1.0 - taken_away) - 4.4 * error, truth + 4.4 * error);
-            assert!(low <= sum && sum <= high, "{name}, {k}: {sum} for {truth} ± {error}");
-        }
+        assert_sums_are_what_paths_find(name, tracer, *taken_away);
     }
-}
-
-fn estimate(
-    tracer: &Tracer,
-    lights: &LightSet,
-    method: SumMethod,
-    options: &ControlOptions,
-) -> Vec<PixelRecord> {
-    let scene = tracer.scene().clone();
-    let view = View {
-        camera: &scene.cameras()[0],
-        size: [12, 8],
-        gather: GatherOptions { points: 6, ..GatherOptions::default() },
-        seed: 2,
-    };
-    let integrator = method.integrator(lights, options).unwrap();
-    integrator.estimate(&Setting { tracer, view }, &Window::full([12, 8]))
-}
-
-fn luminance(record: &PixelRecord) -> f64 {
-    f64::from(record.radiance.luminance())
 }
 
 /// Fog with milk and smoke: three media, an interface, and transmittances that are drawn.
@@ -291,109 +227,25 @@ fn all_media() -> Tracer {
     })
 }
 
-/// Whatever is clustered, however a pair is bounded and in whatever order terms are asked for: the
-/// finest cut is the whole sum, also where transmittances are drawn.
+/// Also where transmittances are drawn.
 #[test]
 fn the_finest_cut_is_the_whole_sum() {
     let tracer = all_media();
     let lights = LightSet::new(set(&tracer, 150, 4, Clamp::Auto));
     let in_media = lights.set().lights().iter().filter(|l| matches!(l.kind, VplKind::Volume(_))).count();
     assert!(in_media > 30, "{in_media}");
-    let exact = estimate(&tracer, &lights, SumMethod::Exact, &ControlOptions::default());
-    assert!(exact.iter().all(|record| record.claim == Claim::Exact));
-    let options = ControlOptions { error: 1e-12, max_pairs: Some(1 << 20), ..ControlOptions::default() };
-    let has_interval = |method| [SumMethod::Sakai2018, SumMethod::Iwasaki2019].contains(&method);
-    for method in [
-        SumMethod::Lightcuts,
-        SumMethod::Mdlc,
-        SumMethod::Sakai2018,
-        SumMethod::Iwasaki2019,
-        SumMethod::Tashika(Promise::Calibrated),
-        SumMethod::Tashika(Promise::Certified),
-    ] {
-        let mut complete = 0;
-        for (found, exact) in estimate(&tracer, &lights, method, &options).iter().zip(&exact) {
-            assert_ne!(found.stop, Stop::Budget, "{method}");
-            // Where all samples are alike.
-            if found.stop == Stop::RuleMet && has_interval(method) {
-                continue;
-            }
-            complete += 1;
-            // Pair by pair terms are rounded, after their probability was divided out and multiplied in
-            // again; samples of tables once more.
-            let off = (luminance(found) - luminance(exact)).abs();
-            assert!(
-                off <= 2e-6 * luminance(exact),
-                "{method}: {} for {}",
-                luminance(found),
-                luminance(exact)
-            );
-        }
-        assert!(complete > if has_interval(method) { 30 } else { 80 }, "{method}: {complete}");
-    }
+    assert_finest_cuts_are_whole(&tracer, &lights);
 }
 
-/// Cuts are estimates of the sum: right on average where they are unbiased at a fixed cut, and within
-/// the intervals where these are claimed.
 #[test]
 fn cuts_estimate_the_sum_and_keep_their_claims() {
     let tracer = all_media();
-    let lights = LightSet::new(set(&tracer, 20_000, 4, Clamp::Auto));
-    let exact = estimate(&tracer, &lights, SumMethod::Exact, &ControlOptions::default());
-    let mean = |records: &[PixelRecord]| records.iter().map(luminance).sum::<f64>();
-    let options = |seed| ControlOptions { error: 0.05, seed, ..ControlOptions::default() };
-    let mut ratio = Moments::default();
-    for seed in 1..=12 {
-        ratio.push(mean(&estimate(&tracer, &lights, SumMethod::Mdlc, &options(seed))) / mean(&exact));
-    }
-    assert!(ratio.standard_error() < 0.01, "{} ± {}", ratio.mean(), ratio.standard_error());
-    let off = (ratio.mean() - 1.0).abs();
-    assert!(off < 4.4 * ratio.standard_error(), "{} ± {}", ratio.mean(), ratio.standard_error());
-    for (promise, kept_at_least) in [(Promise::Calibrated, 0.9), (Promise::Certified, 1.0)] {
-        let (mut claimed, mut kept) = (0.0, 0.0);
-        for seed in 1..=3 {
-            let found = estimate(&tracer, &lights, SumMethod::Tashika(promise), &options(seed));
-            for (found, exact) in found.iter().zip(&exact).filter(|(found, _)| found.claim == promise.claim())
-            {
-                claimed += 1.0;
-                let off = (luminance(found) - luminance(exact)).abs();
-                kept += f64::from(u8::from(off <= f64::from(found.half_width) + 1e-6 * luminance(exact)));
-            }
-        }
-        assert!(claimed > 200.0, "{promise}: {claimed}");
-        // Of a confidence of 95 %.
-        assert!(kept >= kept_at_least * claimed, "{promise}: {kept} of {claimed}");
-    }
+    assert_cuts_keep_their_claims(&tracer, &LightSet::new(set(&tracer, 20_000, 4, Clamp::Auto)));
 }
 
 #[test]
 fn threads_and_tiles_change_no_bit() {
-    let run = |threads: usize, parts: bool| {
-        with_threads(threads, || {
-            let tracer = all_media();
-            let lights = LightSet::new(set(&tracer, 3000, 4, Clamp::Auto));
-            let scene = tracer.scene().clone();
-            let setting = Setting { tracer: &tracer, view: view(&scene, [12, 8], 4, 2) };
-            let options = ControlOptions::default();
-            let methods = [SumMethod::Exact, SumMethod::Mdlc, SumMethod::Tashika(Promise::Calibrated)];
-            let tiles = if parts { 4 } else { 1 };
-            let radiance = |method: SumMethod| {
-                let integrator = method.integrator(&lights, &options).unwrap();
-                let mut pixels = Vec::new();
-                for y in (0..8).step_by(8 / tiles as usize) {
-                    let tile = Window { x: 0, y, width: 12, height: 8 / tiles };
-                    pixels.extend(
-                        integrator.estimate(&setting, &tile).into_iter().map(|r| (r.radiance, r.rays)),
-                    );
-                }
-                pixels
-            };
-            (lights.set().clone(), methods.map(radiance))
-        })
-        .unwrap()
-    };
-    let one = run(1, false);
-    assert!(one == run(3, false) && one == run(2, true));
+    assert_same_bits(all_media);
 }
 
 /// Light from infinity does not come through fog without an end, and light paths that begin there

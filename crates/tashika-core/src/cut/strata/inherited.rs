@@ -103,7 +103,7 @@ pub(super) struct Sample {
 }
 
 impl<'a, B: UpperMaterial> InheritedCut<'a, B> {
-    /// The cut of a single pair; `None` if the sum has no terms.
+    /// The cut of a single pair, or of one for each instant; `None` if the sum has no terms.
     ///
     /// * `stream`: where samples come from; nothing that ranks pairs may draw from it.
     pub fn new(
@@ -122,7 +122,7 @@ impl<'a, B: UpperMaterial> InheritedCut<'a, B> {
         memory.samples.clear();
         memory.whole_terms.clear();
         memory.summaries.clear();
-        memory.strata.push(Samples::default());
+        memory.strata.resize_with(refinement.roots(), Samples::default);
         let strata = InheritedStrata { options, whole: RgbSum::default(), memory };
         Some(Self::begin(refinement, strata, tracer, stream, epoch))
     }

@@ -32,7 +32,7 @@ use crate::rng::Stream;
 /// A way to estimate pairs: in each epoch it is given all splits, then asked to draw, then given
 /// the values.
 ///
-/// The root comes of no split; it is drawn like any other pair.
+/// Roots come of no split; they are drawn like any other pair.
 pub trait Strata<B> {
     /// A pair gave way to two: what they take over from it.
     fn split(&mut self, _: &Refinement<'_, B>, _: &Split, _: &mut Stream) {}

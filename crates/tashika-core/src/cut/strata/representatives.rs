@@ -20,7 +20,7 @@ use crate::rng::Stream;
 pub struct Representatives {
     /// Of each pair; none where it contributes nothing.
     terms: Vec<Option<Term>>,
-    /// Of each pair after the root.
+    /// Of each pair after the roots.
     parents: Vec<u32>,
     estimates: Vec<PairEstimate>,
 }
@@ -36,7 +36,7 @@ impl<B: UpperMaterial> Strata<B> for Representatives {
         let mut term = None;
         if refinement.info(k).upper.0 > 0.0 {
             let fresh = clusters.draw(pair, stream);
-            let of_parent = self.parent_of(k).and_then(|parent| self.terms[parent]);
+            let of_parent = self.parent_of(refinement, k).and_then(|parent| self.terms[parent]);
             let kept = of_parent.map_or(fresh, |parent| {
                 let (points, lights) = clusters.members(pair);
                 let light =
@@ -60,7 +60,7 @@ impl<B: UpperMaterial> Strata<B> for Representatives {
         for (number, values) in values {
             if let [y] = values {
                 self.estimates[number].radiance = *y;
-            } else if let (Some(_), Some(parent)) = (self.terms[number], self.parent_of(number)) {
+            } else if let (Some(_), Some(parent)) = (self.terms[number], self.parent_of(refinement, number)) {
                 let share = (weight(number) / weight(parent)) as f32;
                 self.estimates[number].radiance = self.estimates[parent].radiance * share;
             }
@@ -75,7 +75,7 @@ impl<B: UpperMaterial> PairEstimates<B> for Representatives {
 }
 
 impl Representatives {
-    fn parent_of(&self, number: usize) -> Option<usize> {
-        Some(self.parents[number.checked_sub(1)?] as usize)
+    fn parent_of<B: UpperMaterial>(&self, refinement: &Refinement<'_, B>, number: usize) -> Option<usize> {
+        Some(self.parents[number.checked_sub(refinement.roots())?] as usize)
     }
 }

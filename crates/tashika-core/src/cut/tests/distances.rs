@@ -32,6 +32,7 @@ fn matt(position: Vec3) -> GatherPoint {
         weight: Rgb::WHITE,
         medium: None,
         phase: None,
+        instant: 0,
     }
 }
 
@@ -42,7 +43,7 @@ fn the_mean_square_over_a_plane_is_told() {
     for height in [0.001, 0.3, 3.0] {
         let points = gather_tree::<UpperAnalytic>(&[matt(Vec3::new(0.0, 0.0, height))]);
         let clusters = Clusters { lights: &lights, points: &points, contribution };
-        let pair = clusters.root().unwrap();
+        let pair = clusters.roots().next().unwrap();
         let squared = |d: f32| d.max(clamp_distance * clamp_distance);
         let square_of = |light: usize| {
             let geometric =

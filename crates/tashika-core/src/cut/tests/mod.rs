@@ -75,6 +75,7 @@ fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
             weight: Rgb::from(s.uniform_3()).map(|c| 0.1 + c),
             medium: None,
             phase: None,
+            instant: 0,
         }
     };
     (0..n).map(|_| point(s)).collect()
@@ -187,7 +188,7 @@ fn points_of_hardly_any_weight_are_drawn() {
     points[1].weight = Rgb::gray(1.0 / (1 << 25) as f32);
     let (lights, tree) = (lights(1, &mut s), gather_tree::<UpperConstant>(&points));
     let clusters = Clusters { lights: &lights, points: &tree, contribution: TRANSPORT };
-    let root = clusters.root().unwrap();
+    let root = clusters.roots().next().unwrap();
     // The probability that none of so many is the faint one is e⁻¹⁶, whichever end it is at.
     let is_faint = |point: u32| tree.source(point) == 1;
     assert!((0..1_u64 << 29).any(|_| is_faint(clusters.draw(&root, &mut s).point)));
@@ -241,7 +242,7 @@ fn nothing_times_anything_is_no_sum() {
     let mut s = Stream::new(6, Purpose::Test, 8);
     let (no_lights, no_points) = (lights(0, &mut s), gather_tree::<UpperAnalytic>(&[]));
     let (lights, points) = (lights(3, &mut s), gather_tree::<UpperAnalytic>(&points(3, &mut s)));
-    let root = |lights, points| Clusters { lights, points, contribution: TRANSPORT }.root();
+    let root = |lights, points| Clusters { lights, points, contribution: TRANSPORT }.roots().next();
     assert!(root(&no_lights, &points).is_none() && root(&lights, &no_points).is_none());
     assert!(root(&lights, &points).is_some());
 }

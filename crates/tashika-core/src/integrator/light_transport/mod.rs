@@ -45,6 +45,7 @@ use crate::cut::{CellVisibility, CutMemory, Pilot, PilotVisibility};
 use crate::film::{Metadata, Window, keys};
 use crate::guidance::cell_of;
 use crate::rng::{self, Purpose};
+use crate::scene::Instants;
 use crate::vpl::EmitterSampler;
 
 use estimate::Common;
@@ -137,7 +138,7 @@ impl Integrator for LightTransport<'_> {
     }
 
     fn describe(&self, metadata: &mut Metadata) {
-        super::describe_lights(self.lights.provenance(), metadata);
+        super::describe_lights(self.lights.provenance(), &Instants::default(), metadata);
         let o = &self.options;
         metadata.set(keys::TRUTH, self.lights.truth().to_string());
         metadata.set(keys::ERROR, o.error);

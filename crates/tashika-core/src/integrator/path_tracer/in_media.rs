@@ -30,14 +30,11 @@ use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
-use crate::media::{Flight, MOST_PASSED, along_segment, fly};
+use crate::media::{Flight, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, along_segment, fly};
 use crate::rng::Stream;
 use crate::scene::{LightId, Medium, MediumId};
 use crate::vpl::Vpl;
 use crate::warp::balance;
-
-/// Highest probability of going on after being scattered.
-const MAX_SURVIVAL_IN_MEDIUM: f32 = 0.999;
 
 /// A path on its way.
 struct Path {

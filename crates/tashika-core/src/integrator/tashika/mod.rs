@@ -162,7 +162,7 @@ impl<'a> Tashika<'a> {
         visibility: Option<&CellVisibility<'_>>,
         memory: &mut CutMemory,
     ) -> PixelRecord {
-        let pixel = setting.view.pixel(setting.tracer, [x, y]);
+        let pixel = setting.view.pixel_at(setting.tracer, [x, y], self.lights.tree.instants());
         let number = u64::from(y) << 32 | u64::from(x);
         let key = rng::key(self.options.seed, Purpose::Cut, number);
         let contribution = self.lights.kernel(setting);
@@ -263,11 +263,11 @@ impl Integrator for Tashika<'_> {
     }
 
     fn abilities(&self) -> Abilities {
-        Abilities::STILL_MEDIA
+        Abilities::ALL
     }
 
     fn describe(&self, metadata: &mut Metadata) {
-        super::describe_lights(self.lights.provenance, metadata);
+        super::describe_lights(self.lights.provenance, self.lights.tree.instants(), metadata);
         let o = &self.options;
         metadata.set(keys::ERROR, o.error);
         metadata.set(keys::CONTROL, o.controlled.to_string());

@@ -18,6 +18,7 @@ fn gather_point(position: Vec3, normal: Vec3, weight: f32) -> GatherPoint {
         weight: Rgb::gray(weight),
         medium: None,
         phase: None,
+        instant: 0,
     }
 }
 
@@ -70,6 +71,27 @@ fn trees_are_valid_and_merge_the_materials_of_their_points() {
             assert_eq!(tree.material(k), &expected, "case {case}, node {k}");
         }
     }
+}
+
+/// Points of several instants are never in one node.
+#[test]
+fn instants_have_their_own_trees() {
+    let mut points = random(100, 5);
+    for (number, point) in points.iter_mut().enumerate() {
+        point.instant = [7, 2, 0, 2][number % 4];
+    }
+    points[8].instant = 9;
+    let tree = tree_of(&points);
+    tree.validate().unwrap();
+    let mut seen = Vec::new();
+    for &(instant, root) in tree.roots() {
+        let node = &tree.nodes()[root as usize];
+        assert!((0..node.count).all(|k| tree.point(node.first + k).instant == instant));
+        let of_instant = points.iter().filter(|p| p.instant == instant && !p.weight.is_black());
+        assert_eq!(node.count as usize, of_instant.count());
+        seen.push(instant);
+    }
+    assert_eq!(seen, [0, 2, 7, 9]);
 }
 
 #[test]

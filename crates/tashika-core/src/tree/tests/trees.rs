@@ -6,8 +6,9 @@ use crate::color::Rgb;
 use crate::math::elementary::powf;
 use crate::math::{Cone, Vec3};
 use crate::rng::{Purpose, Stream};
+use crate::scene::Instants;
 use crate::tree::{LightCluster, LightTree, LightTreeBuilder};
-use crate::vpl::{LightRows, Vpl, VplKind};
+use crate::vpl::{LightRows, Provenance, Vpl, VplKind, VplSet};
 use crate::warp;
 
 /// Levels below the root.
@@ -101,6 +102,46 @@ fn trees_are_valid_and_hold_every_light_once() {
             let limit = 64 + lit.len().max(1).ilog2() as usize;
             assert!(depth(&tree) <= limit, "{builder:?}, {name}: {} levels", depth(&tree));
         }
+    }
+}
+
+/// Of lights at several instants, each has the tree that it would have alone, some of none and of one.
+#[test]
+fn instants_have_their_own_trees() {
+    let counts = [40, 0, 1, 300, 1, 5000, 0];
+    let of_instants = counts.map(|n| mixed(n, 4));
+    let lights = of_instants.concat();
+    let shares: Vec<f32> = (0..7u8).map(|k| f32::from(k) / 7.0).collect();
+    let counts = counts.map(|n| n as u64);
+    let set_at = |counts: &[u64]| {
+        let instants = Instants::new(shares.clone()).unwrap();
+        VplSet::at_instants(lights.clone(), instants, counts, Provenance::default())
+    };
+    assert!(set_at(&counts[..6]).is_none() && set_at(&[1; 7]).is_none());
+    let all = set_at(&counts).unwrap();
+    for builder in BUILDERS {
+        let tree = LightTree::build(&all, builder);
+        tree.validate().unwrap();
+        assert_eq!(tree.roots().count(), 5);
+        let mut clusters = 0;
+        for (instant, of_instant) in (0..).zip(&of_instants) {
+            let alone = LightTree::build(&set(of_instant.clone()), builder);
+            let (root, own) = (tree.root_at(instant), alone.root());
+            assert_eq!(root.map(|root| root.count), own.map(|root| root.count));
+            let mut waiting: Vec<_> = root.into_iter().zip(own).collect();
+            while let Some((a, b)) = waiting.pop() {
+                clusters += 1;
+                assert_eq!(tree.bounds(&a), alone.bounds(&b), "{builder:?}, {instant}");
+                assert_eq!(tree.luminance(&a).to_bits(), alone.luminance(&b).to_bits());
+                assert_eq!(tree.light(a.first), alone.light(b.first));
+                let halves = tree.children(&a).into_iter().flatten();
+                waiting.extend(halves.zip(alone.children(&b).into_iter().flatten()));
+            }
+        }
+        assert_eq!(clusters, tree.clusters());
+        assert_eq!(tree.depth_first().count(), clusters);
+        assert_eq!(tree.split(9, |cluster| f64::from(cluster.count)).len(), 9);
+        assert_eq!(tree.split(3, |_| 1.0).len(), 5, "each instant has one");
     }
 }
 

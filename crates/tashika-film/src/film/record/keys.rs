@@ -85,6 +85,7 @@ keys! {
     VPLS_MAX_DEPTH "vpls.max_depth" Sum, "longest light path (segments)";
     VPLS_SCENE "vpls.scene" Sum, "name of the scene in which they were traced";
     VPLS_CLAMP_DISTANCE "vpls.clamp_distance_m" Sum, "distance below which the geometric term is clamped (m)";
+    VPLS_INSTANTS "vpls.instants" Sum, "times at which lights and pixels look at what moves";
     VPLS_GLOSSY_SHARE "vpls.glossy_share" Sum, "share of the glossy reflection that VPLs carry";
     ERROR "error" Making, "relative error that is allowed, 0 to 1";
     ERROR_ABSOLUTE "error_absolute" Making, "error that is enough where it is dark (W·m⁻²·sr⁻¹)";

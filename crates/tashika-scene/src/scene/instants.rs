@@ -1,0 +1,124 @@
+//! The times at which light is summed over lights while the shutter is open.
+//!
+//! ```text
+//! L = ∫₀¹ L(t) dt ≈ 1/T Σ_k L(t_k)          t_k drawn in [k/T, (k+1)/T)
+//! ```
+//!
+//! Lights and gather points that are summed over have to be of one time, so both are of the same few
+//! *instants* (Walter et al. 2006): each light path and each camera sample has one of them,
+//! and a light lights a point of its own instant only. Times are told as shares of the time that the
+//! shutter is open.
+//!
+//! # Guarantee
+//! Over the seeds of the instants, the mean of the sum over them is the integral over all times. A
+//! function of number and seed.
+//!
+//! # Held to this by
+//! The tests below; the suite's `moving_lights`.
+
+use crate::rng::{Purpose, Stream};
+
+/// The instants of a sum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instants {
+    /// Number of the first.
+    first: u16,
+    /// In ascending order, each from 0 to 1; at least one.
+    shares: Vec<f32>,
+}
+
+impl Default for Instants {
+    /// The one of a scene that stands.
+    fn default() -> Self {
+        Self { first: 0, shares: vec![Self::STILL] }
+    }
+}
+
+impl Instants {
+    /// The share of the time at which those look who ask for none: all the same where nothing moves.
+    pub const STILL: f32 = 0.5;
+    /// Most of them.
+    pub const MOST: u32 = 1024;
+
+    /// `count` of them, of which each `count`-th of the time has one, drawn by a seed.
+    ///
+    /// # Panics
+    /// If `count` is not 1 to [`Self::MOST`].
+    pub fn spread(count: u32, seed: u64) -> Self {
+        assert!((1..=Self::MOST).contains(&count), "1 to {} instants", Self::MOST);
+        let mut stream = Stream::new(seed, Purpose::Shutter, 0);
+        let share = |k: u32| (f64::from(k) + stream.uniform_f64()) / f64::from(count);
+        Self { first: 0, shares: (0..count).map(share).map(|share| share as f32).collect() }
+    }
+
+    /// Those at these shares of the time: 1 to [`Self::MOST`], each from 0 to 1, in ascending order; `None`
+    /// of others.
+    pub fn new(shares: Vec<f32>) -> Option<Self> {
+        let can_be = (1..=Self::MOST as usize).contains(&shares.len())
+            && shares.is_sorted()
+            && shares.iter().all(|share| (0.0..=1.0).contains(share));
+        can_be.then_some(Self { first: 0, shares })
+    }
+
+    /// The shares of the time at which they are.
+    pub fn shares(&self) -> &[f32] {
+        &self.shares
+    }
+
+    /// How many there are.
+    #[expect(clippy::len_without_is_empty, reason = "there is at least one")]
+    pub fn len(&self) -> usize {
+        self.shares.len()
+    }
+
+    /// Whether there is one and never was another, as of a scene that stands.
+    pub fn is_single(&self) -> bool {
+        self.first == 0 && self.len() == 1
+    }
+
+    /// The one for a uniform number: its number, and its share of the time.
+    pub fn draw(&self, u: f32) -> (u16, f32) {
+        let place = ((u * self.shares.len() as f32) as usize).min(self.shares.len() - 1);
+        (self.first + place as u16, self.shares[place])
+    }
+
+    /// One of them, which keeps its number.
+    #[must_use]
+    pub fn only(&self, number: u16) -> Self {
+        Self { first: number, shares: vec![self.shares[usize::from(number - self.first)]] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_part_of_the_time_has_one() {
+        for count in [1, 2, 7, 32] {
+            let mut sum = 0.0;
+            for seed in 0..200 {
+                let instants = Instants::spread(count, seed);
+                assert_eq!(instants.len(), count as usize);
+                for (k, &share) in instants.shares().iter().enumerate() {
+                    assert_eq!((share * count as f32).floor().min(count as f32 - 1.0), k as f32);
+                    assert_eq!(instants.draw((k as f32 + 0.5) / count as f32), (k as u16, share));
+                    assert_eq!(instants.only(k as u16).draw(0.99), (k as u16, share));
+                    sum += share * share;
+                }
+                assert_eq!(Instants::new(instants.shares().to_vec()).unwrap(), instants);
+            }
+            // ∫ t² dt, with a standard error of at most 0.3/√200 for a single one.
+            let mean = sum / (200 * count) as f32;
+            assert!((mean - 1.0 / 3.0).abs() < 0.08 / count as f32, "{count}: {mean}");
+        }
+        assert_eq!(Instants::default().draw(0.999), (0, 0.5));
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused() {
+        for shares in [vec![], vec![-0.1], vec![0.5, 0.2], vec![f32::NAN], vec![0.0; 1025], vec![1.5]] {
+            assert!(Instants::new(shares.clone()).is_none(), "{shares:?}");
+        }
+    }
+}
