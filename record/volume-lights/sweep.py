@@ -1,6 +1,6 @@
 """Pairs and rays of a pixel against its gather points: a row of the record for each number of them.
 
-    python3 record/volume-lights/sweep.py target/release/tashika
+    python3 record/volume-lights/sweep.py target/release/tashika [SCENE]
 """
 
 import json
@@ -13,22 +13,23 @@ SCENE = Path(__file__).parent / "hall.pbrt"
 METHODS = (["mdlc"], ["tashika", "--truth", "vpl"])
 
 
-def work(program: str, method: list[str], points: int, folder: str) -> dict:
+def work(program: str, scene: str, method: list[str], points: int, folder: str) -> dict:
     report = Path(folder) / "report.json"
     options = f"--error 10% --max-pairs 1000000 --vpls 20000 --clamp 0.2 --gather {points} --size 24x15"
-    command = [program, "render", str(SCENE), "--method", *method, *options.split()]
+    command = [program, "render", scene, "--method", *method, *options.split()]
     command += ["-o", str(Path(folder) / "film.exr"), "--json", str(report)]
     subprocess.run(command, check=True, capture_output=True)
     return json.loads(report.read_text())
 
 
 def main() -> None:
+    program, scene = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else str(SCENE)
     print("| gather points | terms | mdlc: pairs | rays | tashika: pairs | rays |")
     with tempfile.TemporaryDirectory() as folder:
         for points in (16, 32, 64, 128, 256, 512, 1024):
             row = [points]
             for method in METHODS:
-                told = work(sys.argv[1], method, points, folder)
+                told = work(program, scene, method, points, folder)
                 assert told["budget_hit"] == 0, told
                 row += [] if len(row) > 1 else [points * told["lights"]["count"]]
                 row += [told["pairs_per_pixel"], told["rays_per_pixel"]]

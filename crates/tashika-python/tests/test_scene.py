@@ -333,8 +333,20 @@ def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:
     blurred = tashika.load(tmp_path / "s.pbrt", shutter=(1, 2))
     methods = [tashika.render(s, size=(4, 4), vpls=100).metadata["method"] for s in (later, blurred)]
     assert methods[0] != "path" and methods[1] == "path"
-    with pytest.raises(tashika.OptionError, match="at one time all stands still"):
-        tashika.render(blurred, size=(4, 4), claim="certified")
+    assert (tashika.vpls(later, count=50).instants == [0.5]).all()
+    lights = tashika.vpls(blurred, count=200, instants=4)
+    assert [int(4 * share) for share in lights.instants] == [0, 1, 2, 3]
+    assert lights.instant.shape == (len(lights),) and set(lights.instant) <= {0, 1, 2, 3}
+    assert (np.diff(lights.instant.astype(int)) >= 0).all()
+    lights.save(tmp_path / "moving.vpl")
+    again = tashika.VplSet.load(tmp_path / "moving.vpl")
+    sums = [tashika.render(blurred, size=(4, 4), vpls=v, claim="certified") for v in (lights, again)]
+    assert (sums[0]["radiance"] == sums[1]["radiance"]).all()
+    assert sums[0].metadata["vpls.instants"] == 4
+    with pytest.raises(tashika.OptionError, match="instants = 0; expected 1 to 1024"):
+        tashika.vpls(blurred, instants=0)
+    with pytest.raises(tashika.OptionError, match="instants"):
+        tashika.render(blurred, size=(4, 4), vpls=lights, instants=8)
     with pytest.raises(tashika.OptionError, match="at = inf; expected a finite number of seconds"):
         tashika.load(tmp_path / "s.pbrt", at=float("inf"))
 

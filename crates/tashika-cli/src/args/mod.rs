@@ -160,7 +160,7 @@ pub struct SceneArgs {
 
     /// From when to when the shutter of cameras is open, in seconds from --at, from each of the
     /// --frames, or from 0: a camera that moves meanwhile is blurred, and so are things that move,
-    /// by path tracing
+    /// by path tracing or in sums over one set of lights
     /// [default: with a time closed; else as the file says, pbrt and Mitsuba]
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = values::shutter, allow_hyphen_values = true,
         help_heading = "Scene")]
