@@ -32,10 +32,9 @@ use crate::bounds::LightShape;
 use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, View};
 use crate::guidance::{Grid, key_of, pixels_of, random_pixel};
-use crate::math::Vec3;
+use crate::math::{Instants, Vec3};
 use crate::media::Segments;
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::Instants;
 use crate::tree::{LightCluster, LightTree};
 use crate::vpl::{Vpl, VplKind};
 

@@ -4,8 +4,8 @@
 use super::clusters::Clusters;
 use crate::accel::{Glass, SegmentBatch, Tracer};
 use crate::color::Rgb;
+use crate::math::Instants;
 use crate::media::Segments;
-use crate::scene::Instants;
 
 /// One term: a light and a gather point, as places in the sorted orders of their trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -33,9 +33,9 @@ use crate::accel::Tracer;
 use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert, Lobe};
 use crate::color::Rgb;
 use crate::film::PixelRecord;
-use crate::math::{Frame, Ray};
+use crate::math::{Frame, Instants, Ray};
 use crate::rng::{self, Purpose};
-use crate::scene::{Camera, CameraSample, Instants, MediumId, Part, Scene, SurfacePoint};
+use crate::scene::{Camera, CameraSample, MediumId, Part, Scene, SurfacePoint};
 
 /// A point that gathers light from all VPLs: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]

@@ -39,7 +39,8 @@ use tashika::Tashika;
 use crate::accel::Tracer;
 use crate::film::{Metadata, Window, keys};
 use crate::gather::View;
-use crate::scene::{Abilities, Instants};
+use crate::math::Instants;
+use crate::scene::Abilities;
 use crate::vpl::Provenance;
 
 /// Writes into a film's metadata where the lights come from.

@@ -15,8 +15,6 @@
 //! # Held to this by
 //! `tree::tests::gather`.
 
-use smallvec::SmallVec;
-
 use super::prefix::PrefixSums;
 use crate::bsdf::Bsdf;
 use crate::gather::GatherPoint;
@@ -51,7 +49,7 @@ pub struct GatherTree<B> {
     sources: Vec<u32>,
     pub(super) sums: PrefixSums,
     /// Numbers of the nodes that have no parent, each with its instant, in the order of these.
-    roots: SmallVec<[(u16, u32); 4]>,
+    roots: Vec<(u16, u32)>,
 }
 
 /// What is split: position and scaled direction.
@@ -74,7 +72,7 @@ impl<B: Clone> GatherTree<B> {
         let mut items = items(points);
         // One after the other, the trees of all instants.
         items.sort_by_key(|item| points[item.point as usize].instant);
-        let (mut spans, mut roots, mut first) = (Vec::new(), SmallVec::new(), 0);
+        let (mut spans, mut roots, mut first) = (Vec::new(), Vec::new(), 0);
         for of_instant in
             items.chunk_by_mut(|a, b| points[a.point as usize].instant == points[b.point as usize].instant)
         {

@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::build;
 use super::prefix::PrefixSums;
 use crate::bounds::LightBounds;
-use crate::scene::Instants;
+use crate::math::Instants;
 use crate::vpl::{LightRows, Vpl, VplSet};
 
 /// How a light tree is built.

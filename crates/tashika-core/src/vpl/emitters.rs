@@ -7,7 +7,8 @@ use glam::Vec3;
 
 use super::{Vpl, VplKind};
 use crate::color::Rgb;
-use crate::scene::{AimedMap, Emitter, Environment, InstanceId, Instants, LightId, Scene};
+use crate::math::Instants;
+use crate::scene::{AimedMap, Emitter, Environment, InstanceId, LightId, Scene};
 use crate::stats::Discrete;
 use crate::warp;
 

@@ -32,7 +32,8 @@ pub use trace::LightTracer;
 use std::ops::Range;
 
 use crate::error::{Error, Result};
-use crate::scene::{Instants, Scene};
+use crate::math::Instants;
+use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Where a set of VPLs came from, and what belongs to it.

@@ -2,7 +2,7 @@
 
 use super::Clamp;
 use crate::error::{Error, Result};
-use crate::scene::Instants;
+use crate::math::Instants;
 
 /// Which emitters light paths start from, and how many direct VPLs each has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

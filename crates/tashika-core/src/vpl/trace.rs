@@ -48,9 +48,9 @@ use super::walk::{LightPaths, Trail};
 use super::{Clamp, Emission, EmitterSampler, LightGuide, Provenance, Vpl, VplOptions, VplSet};
 use crate::accel::Tracer;
 use crate::error::Result;
+use crate::math::Instants;
 use crate::media::Outside;
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::Instants;
 
 /// Light paths of the first pilot.
 const PILOT_PATHS: u64 = 4096;
@@ -145,7 +145,8 @@ impl<'s> LightTracer<'s> {
     /// The times that sets of this seed are of.
     fn instants(&self, seed: u64) -> Instants {
         if self.tracer.scene().moves() {
-            Instants::spread(self.options.instants, seed)
+            let mut stream = Stream::new(seed, Purpose::Shutter, 0);
+            Instants::spread(self.options.instants, || stream.uniform_f64())
         } else {
             Instants::default()
         }

@@ -20,7 +20,8 @@ use super::write_file;
 use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::scene::{Beam, Falloff, FalloffShape, Instants};
+use crate::math::Instants;
+use crate::scene::{Beam, Falloff, FalloffShape};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
 const MAGIC: &[u8; 8] = b"TASHIKAV";

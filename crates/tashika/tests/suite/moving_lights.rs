@@ -5,8 +5,8 @@ use tashika::accel::Tracer;
 use tashika::color::Rgb;
 use tashika::gather::{GatherOptions, View};
 use tashika::integrator::FullSum;
-use tashika::math::Vec3;
-use tashika::scene::{Camera, Emitter, Falloff, FalloffShape, Instants, Material};
+use tashika::math::{Instants, Vec3};
+use tashika::scene::{Camera, Emitter, Falloff, FalloffShape, Material};
 use tashika::stats::Moments;
 use tashika::tree::LightSet;
 use tashika::vpl::{Clamp, Vpl, VplKind, VplOptions, VplSet};
@@ -130,7 +130,7 @@ fn each_instant_has_all_of_the_light() {
 fn gather_points_are_of_the_instants() {
     let tracer = moving(false);
     let scene = tracer.scene().clone();
-    let instants = Instants::spread(4, 9);
+    let instants = Instants::spread(4, || 0.3);
     let view = view(&scene, [8, 8], 64, 3);
     for pixel in [[2, 3], [4, 5]] {
         let sum = view.pixel_at(&tracer, pixel, &instants);

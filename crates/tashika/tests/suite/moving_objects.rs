@@ -346,7 +346,7 @@ fn what_knows_no_time_refuses_what_moves_and_says_what_renders_it() {
     paths_keep_what_the_default_promises(&tracer);
     let view = view(tracer.scene(), [4, 4], 1, 1);
     let lights = GuidedLights::trace(&tracer, &VplOptions::default(), Truth::Transport, &view);
-    let said = lights.err().expect("refused").to_string();
+    let said = lights.expect_err("refused").to_string();
     for expected in ["expected path, or truth vpl", "(1 to 2 s)", "at one time all stands still"] {
         assert!(said.contains(expected), "{said}");
     }

@@ -44,8 +44,8 @@ use crate::contribution::ContributionKernel;
 use crate::cut::{CellVisibility, CutMemory, Pilot, PilotVisibility};
 use crate::film::{Metadata, Window, keys};
 use crate::guidance::cell_of;
+use crate::math::Instants;
 use crate::rng::{self, Purpose};
-use crate::scene::Instants;
 use crate::vpl::EmitterSampler;
 
 use estimate::Common;

@@ -210,7 +210,7 @@ pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
     ("crates/tashika-core/src/request/mod.rs", &["max_pairs"], OPTION),
     ("crates/tashika-core/src/integrator/options.rs", &["max_pairs"], OPTION),
     ("crates/tashika-core/src/integrator/path_tracer/mod.rs", &["max_depth"], OPTION),
-    ("crates/tashika-core/src/vpl/trace.rs", &["max_depth"], OPTION),
+    ("crates/tashika-core/src/vpl/options.rs", &["max_depth"], OPTION),
 ];
 
 /// Why such a name stands elsewhere.

@@ -10,13 +10,10 @@
 //! shutter is open.
 //!
 //! # Guarantee
-//! Over the seeds of the instants, the mean of the sum over them is the integral over all times. A
-//! function of number and seed.
+//! The mean of the sum over instants that are [drawn](Instants::spread) is the integral over all times.
 //!
 //! # Held to this by
 //! The tests below; the suite's `moving_lights`.
-
-use crate::rng::{Purpose, Stream};
 
 /// The instants of a sum.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,14 +37,14 @@ impl Instants {
     /// Most of them.
     pub const MOST: u32 = 1024;
 
-    /// `count` of them, of which each `count`-th of the time has one, drawn by a seed.
+    /// `count` of them, of which each `count`-th of the time has one, where the next uniform number in
+    /// `[0, 1)` says.
     ///
     /// # Panics
     /// If `count` is not 1 to [`Self::MOST`].
-    pub fn spread(count: u32, seed: u64) -> Self {
+    pub fn spread(count: u32, mut uniform: impl FnMut() -> f64) -> Self {
         assert!((1..=Self::MOST).contains(&count), "1 to {} instants", Self::MOST);
-        let mut stream = Stream::new(seed, Purpose::Shutter, 0);
-        let share = |k: u32| (f64::from(k) + stream.uniform_f64()) / f64::from(count);
+        let share = |k: u32| (f64::from(k) + uniform()) / f64::from(count);
         Self { first: 0, shares: (0..count).map(share).map(|share| share as f32).collect() }
     }
 
@@ -97,8 +94,8 @@ mod tests {
     fn each_part_of_the_time_has_one() {
         for count in [1, 2, 7, 32] {
             let mut sum = 0.0;
-            for seed in 0..200 {
-                let instants = Instants::spread(count, seed);
+            for draw in 0..200 {
+                let instants = Instants::spread(count, || (f64::from(draw) + 0.5) / 200.0);
                 assert_eq!(instants.len(), count as usize);
                 for (k, &share) in instants.shares().iter().enumerate() {
                     assert_eq!((share * count as f32).floor().min(count as f32 - 1.0), k as f32);
@@ -108,9 +105,9 @@ mod tests {
                 }
                 assert_eq!(Instants::new(instants.shares().to_vec()).unwrap(), instants);
             }
-            // ∫ t² dt, with a standard error of at most 0.3/√200 for a single one.
+            // ∫ t² dt, by the midpoints of 200 parts of each.
             let mean = sum / (200 * count) as f32;
-            assert!((mean - 1.0 / 3.0).abs() < 0.08 / count as f32, "{count}: {mean}");
+            assert!((mean - 1.0 / 3.0).abs() < 1e-5, "{count}: {mean}");
         }
         assert_eq!(Instants::default().draw(0.999), (0, 0.5));
     }
