@@ -121,7 +121,7 @@ fn what_is_said_arrives() {
         max_pairs: Some(7),
         seed: 9,
     };
-    let lights = VplOptions { count: 300, clamp: Clamp::Off, seed: 9, ..VplOptions::default() };
+    let lights = VplOptions { count: 300, clamp: Clamp::Off, instants: 8, seed: 9, ..VplOptions::default() };
     let found = resolved(&all_said());
     let method = SumMethod::Tashika(Promise::Calibrated);
     assert_eq!(found.method, Method::Sum { method, lights: Some(lights.clone()), options });
@@ -131,7 +131,7 @@ fn what_is_said_arrives() {
     let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
     assert_eq!(found.method, Method::Transport { lights: Some(lights), truth, options, is_picture: false });
-    assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
+    assert_eq!((found.gather, found.unused), (gather, vec!["instants", "paths"]));
 
     let of_paths = Request { method: MethodName::Path, ..all_said() };
     let stop = PathStop::Calibrated { options, most: 5 };
@@ -140,7 +140,7 @@ fn what_is_said_arrives() {
     let stop = PathStop::Until { options, first: 5, most: 5 };
     assert_eq!(found.method, Method::Path { stop, is_picture: false });
     assert_eq!(found.gather.filter, Filter::Tent);
-    assert_eq!(found.unused, ["vpls", "clamp", "gather", "claim", "truth", "max_pairs"]);
+    assert_eq!(found.unused, ["vpls", "clamp", "instants", "gather", "claim", "truth", "max_pairs"]);
 
     let certified = Request { claim: Some(ClaimName::Certified), lights_given: true, ..Request::default() };
     let method = SumMethod::Tashika(Promise::Certified);
