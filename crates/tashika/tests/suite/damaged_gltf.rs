@@ -48,8 +48,29 @@ fn rich() -> Document {
     });
     let glossy = json!({ "glossinessFactor": 0.5, "specularFactor": [0.5, 0.5, 0.5], "specularGlossinessTexture": { "index": texture } });
     d.push("materials", json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": glossy } }));
-    let second = json!({ "attributes": { "POSITION": 0, "NORMAL": normals, "TEXCOORD_0": 2, "COLOR_0": normals }, "material": 1 });
-    d.push("meshes", json!({ "primitives": [second] }));
+    let joints = d.view(&[0, 1, 0, 0].repeat(3));
+    let joints = d.push(
+        "accessors",
+        json!({ "bufferView": joints, "componentType": 5121, "count": 3, "type": "VEC4" }),
+    );
+    let weights = d.view(&[200, 55, 0, 0].repeat(3));
+    let weights = d.push(
+        "accessors",
+        json!({ "bufferView": weights, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC4" }),
+    );
+    let unit: Vec<u8> = (0..16).flat_map(|k| f32::from(u8::from(k % 5 == 0)).to_le_bytes()).collect();
+    let binds = d.view(&unit.repeat(2));
+    let binds = d
+        .push("accessors", json!({ "bufferView": binds, "componentType": 5126, "count": 2, "type": "MAT4" }));
+    d.push("skins", json!({ "joints": [1, 2], "inverseBindMatrices": binds, "skeleton": 1 }));
+    let second = json!({
+        "attributes": {
+            "POSITION": 0, "NORMAL": normals, "TEXCOORD_0": 2, "COLOR_0": normals,
+            "JOINTS_0": joints, "WEIGHTS_0": weights,
+        },
+        "targets": [{ "POSITION": normals, "NORMAL": normals }, { "POSITION": 0 }], "material": 1,
+    });
+    d.push("meshes", json!({ "primitives": [second], "weights": [0.5, 0.25] }));
     d.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 0.75, "znear": 0.1 } }]);
     d.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [
         { "type": "spot", "intensity": 2, "range": 9, "spot": { "innerConeAngle": 0.25, "outerConeAngle": 0.5 } },
@@ -59,7 +80,7 @@ fn rich() -> Document {
         { "camera": 0, "children": [0], "translation": [0, 0, 4] },
         { "extensions": { "KHR_lights_punctual": { "light": 0 } }, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] },
     ]);
-    d.push("nodes", json!({ "mesh": 1, "camera": 1, "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": normals } } } }));
+    d.push("nodes", json!({ "mesh": 1, "skin": 0, "weights": [0.5, 1.0], "camera": 1, "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": normals } } } }));
     d.push(
         "cameras",
         json!({ "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0.1, "zfar": 9 } }),
@@ -70,15 +91,18 @@ fn rich() -> Document {
     let times = d.push("accessors", number(times, 2, "SCALAR"));
     let turns = d.push("accessors", number(turns_view, 6, "VEC4"));
     let places = d.push("accessors", number(turns_view, 2, "VEC3"));
+    let amounts = d.push("accessors", number(turns_view, 4, "SCALAR"));
     d.json["animations"] = json!([{
         "channels": [
             { "sampler": 0, "target": { "node": 1, "path": "rotation" } },
             { "sampler": 1, "target": { "node": 0, "path": "translation" } },
             { "sampler": 1, "target": { "node": 0, "path": "scale" } },
+            { "sampler": 2, "target": { "node": 3, "path": "weights" } },
         ],
         "samplers": [
             { "input": times, "output": turns, "interpolation": "CUBICSPLINE" },
             { "input": times, "output": places },
+            { "input": times, "output": amounts },
         ],
     }]);
     d.json["scenes"] = json!([{ "nodes": [1, 2, 3] }]);

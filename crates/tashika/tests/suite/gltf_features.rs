@@ -6,7 +6,7 @@ use tashika::io::{Feature, LoadOptions, Support, features};
 use tashika::scene::NoteKind;
 
 use super::gltf::{Document, load_in, notes};
-use super::{gltf_environment, gltf_profiles};
+use super::{gltf_environment, gltf_profiles, gltf_shapes};
 use crate::cases::lenient;
 
 fn rows() -> &'static [Feature] {
@@ -50,7 +50,12 @@ fn example(kind: &str, name: &str) -> Document {
         ("scene", "animations") => d.json["animations"] = json!([{ "channels": [], "samplers": [] }]),
         ("animation", path) => {
             let (values, times) = (d.view(&[255; 4]), d.view(&[0; 4]));
-            let kind = if path == "rotation" { "VEC4" } else { "VEC3" };
+            let kind = match path {
+                "rotation" => "VEC4",
+                "weights" => "SCALAR",
+                _ => "VEC3",
+            };
+            d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
             let input = json!({ "bufferView": times, "componentType": 5126, "count": 1, "type": "SCALAR" });
             let output = json!({ "bufferView": values, "componentType": 5121, "normalized": true, "count": 1, "type": kind });
             let (input, output) = (d.push("accessors", input), d.push("accessors", output));
@@ -63,12 +68,25 @@ fn example(kind: &str, name: &str) -> Document {
             d.json["nodes"][0]["matrix"] = json!([2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1]);
         }
         ("node", "rotation") => d.json["nodes"][0]["rotation"] = json!([0, 1, 0, 0]),
-        ("node", "skin") => {
-            d.json["skins"] = json!([{ "joints": [0] }]);
-            d.json["nodes"][0]["skin"] = json!(0);
+        ("node", "skin") | ("skin", _) | ("attribute", "JOINTS_0" | "WEIGHTS_0") => {
+            d = gltf_shapes::skinned();
+            d.json["skins"][0]["skeleton"] = json!(1);
         }
-        ("primitive", "targets") => {
+        ("primitive", "targets") | ("target", "POSITION") => {
             d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
+        }
+        ("node" | "mesh", "weights") => {
+            d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
+            let list = if kind == "node" { "nodes" } else { "meshes" };
+            d.json[list][0]["weights"] = json!([1]);
+        }
+        ("target", "NORMAL") => {
+            d = example("attribute", "NORMAL");
+            d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0, "NORMAL": 0 }]);
+        }
+        ("target", "TANGENT") => {
+            d.json["materials"][0]["normalTexture"] = json!({ "index": 0 });
+            d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "TANGENT": 0 }]);
         }
         ("primitive", mode) => {
             let modes =

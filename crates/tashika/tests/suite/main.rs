@@ -23,6 +23,7 @@ mod gltf_environment;
 mod gltf_features;
 mod gltf_materials;
 mod gltf_profiles;
+mod gltf_shapes;
 mod gltf_structure;
 mod grid_media;
 mod hard_light;

@@ -8,7 +8,7 @@
 //! # Guarantee
 //! No byte outside the view is read, and nothing is allocated for elements whose bytes are not
 //! there. Elements without bytes, the zeros of accessors without a view, are limited to
-//! [`MAX_ZERO_ELEMENTS`].
+//! [`MAX_ZERO_ELEMENTS`], or to the vertices that a morph target moves.
 //!
 //! # Held to this by
 //! The tests below; `gltf::strided_normalized_and_sparse_accessors`,
@@ -96,6 +96,17 @@ impl Source<'_> {
         expected: Type,
         at: Location,
     ) -> Result<Accessor<'_>> {
+        self.accessor_beside(index, expected, 0, at)
+    }
+
+    /// The same beside one of so many elements that is there: it may have as many without bytes.
+    pub fn accessor_beside(
+        &self,
+        index: json::Index<json::Accessor>,
+        expected: Type,
+        beside: usize,
+        at: Location,
+    ) -> Result<Accessor<'_>> {
         let accessor = &self.root.accessors[index.value()];
         let (Checked::Valid(component), Checked::Valid(found)) = (accessor.component_type, accessor.type_)
         else {
@@ -118,9 +129,10 @@ impl Source<'_> {
                 let offset = accessor.byte_offset.unwrap_or_default().0;
                 Some(Strided::new(self.view(view)?, offset, count, size, &what, &at)?)
             }
-            None if count > MAX_ZERO_ELEMENTS => {
+            None if count > MAX_ZERO_ELEMENTS.max(beside as u64) => {
                 let found = format!("{what}: {count} elements without a buffer view");
-                return Err(Error::invalid(at, found, format!("at most {MAX_ZERO_ELEMENTS}")));
+                let most = MAX_ZERO_ELEMENTS.max(beside as u64);
+                return Err(Error::invalid(at, found, format!("at most {most}")));
             }
             None => None,
         };
@@ -196,34 +208,45 @@ impl Accessor<'_> {
     /// The vectors of `range`, which must lie below [`Self::count`]; `N` must match the type asked
     /// for.
     pub fn vectors<const N: usize>(&self, range: Range<usize>) -> Result<Vec<[f32; N]>> {
-        let vector = |bytes: &[u8]| -> [f32; N] {
-            let size = self.component.size();
+        let size = self.component.size();
+        self.read(range, [0.0; N], |bytes| {
             std::array::from_fn(|c| number(self.component, self.normalized, &bytes[c * size..][..size]))
-        };
-        let mut vectors = match &self.elements {
-            Some(elements) => range.clone().map(|i| vector(elements.element(i))).collect(),
-            None => vec![[0.0; N]; range.len()],
+        })
+    }
+
+    /// The elements of `range`; `zero` is that of no bytes.
+    fn read<T: Clone>(&self, range: Range<usize>, zero: T, element: impl Fn(&[u8]) -> T) -> Result<Vec<T>> {
+        let mut all = match &self.elements {
+            Some(elements) => range.clone().map(|i| element(elements.element(i))).collect(),
+            None => vec![zero; range.len()],
         };
         self.replace_sparse(|i, bytes| {
             if range.contains(&i) {
-                vectors[i - range.start] = vector(bytes);
+                all[i - range.start] = element(bytes);
             }
         })?;
-        Ok(vectors)
+        Ok(all)
     }
 
     /// The elements as indices.
     pub fn indices(&self) -> Result<Vec<u32>> {
-        if !matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32) {
-            let found = format!("indices of type {:?}", self.component);
-            return Err(Error::invalid(self.at.clone(), found, "U8, U16 or U32"));
+        self.expect_unsigned()?;
+        self.read(0..self.count, 0, unsigned)
+    }
+
+    /// The elements of `range`, as [`vectors`](Self::vectors) has them, as vectors of indices.
+    pub fn index_vectors<const N: usize>(&self, range: Range<usize>) -> Result<Vec<[u32; N]>> {
+        self.expect_unsigned()?;
+        let size = self.component.size();
+        self.read(range, [0; N], |bytes| std::array::from_fn(|c| unsigned(&bytes[c * size..][..size])))
+    }
+
+    fn expect_unsigned(&self) -> Result<()> {
+        if matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32) {
+            return Ok(());
         }
-        let mut indices = match &self.elements {
-            Some(elements) => (0..self.count).map(|i| unsigned(elements.element(i))).collect(),
-            None => vec![0; self.count],
-        };
-        self.replace_sparse(|i, bytes| indices[i] = unsigned(bytes))?;
-        Ok(indices)
+        let found = format!("indices of type {:?}", self.component);
+        Err(Error::invalid(self.at.clone(), found, "U8, U16 or U32"))
     }
 
     /// Calls `replace` with each replaced element, which is in range.

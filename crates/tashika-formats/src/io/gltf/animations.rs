@@ -1,4 +1,4 @@
-//! Animations: where nodes are at a time.
+//! Animations: where nodes are at a time, and the weights of their morph targets.
 //!
 //! All animations of a file go on together from the time zero, each once; where two move the same
 //! property of a node, the first one counts. Between two keys `k` and `k + 1`, with `Δ` the time
@@ -11,7 +11,8 @@
 //! ```
 //!
 //! with the tangents `a`, towards a key, and `b`, away from it; rotations are made unit quaternions
-//! again. Before the first key it is the first one's value, after the last the last one's.
+//! again. Before the first key it is the first one's value, after the last the last one's. Weights
+//! have a number for each morph target at each key (section 3.11).
 //!
 //! # Guarantee
 //! Of a file that is loaded without a time nothing of its animations is read but when they begin
@@ -19,7 +20,7 @@
 //! often as they are named, so that work is bounded by what may be read.
 //!
 //! # Held to this by
-//! The test module `gltf_animations`.
+//! The test modules `gltf_animations` and `gltf_shapes`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,6 +30,7 @@ use gltf::json::accessor::Type;
 use serde::Deserialize;
 
 use super::features::met;
+use super::morphs;
 use super::nodes::unit_quaternion;
 use super::source::Source;
 use crate::error::{Error, Location, Result};
@@ -42,6 +44,15 @@ pub(super) struct Pose {
     pub translation: Option<DVec3>,
     pub rotation: Option<DQuat>,
     pub scale: Option<DVec3>,
+}
+
+/// What animations say at a time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Poses {
+    /// Where nodes are.
+    pub places: BTreeMap<usize, Pose>,
+    /// The weights of nodes with morph targets, one for each.
+    pub weights: BTreeMap<usize, Vec<f32>>,
 }
 
 /// What of an animation is read.
@@ -111,16 +122,16 @@ pub(super) fn tell_span(source: &Source<'_>, animations: &[serde_json::Value], b
     }
 }
 
-/// Where the nodes are that animations move, at a time (s); of all nodes, or of those of a set.
+/// What animations say of nodes at a time (s); of all nodes, or of those of a set.
 pub(super) fn at(
     source: &Source<'_>,
     animations: &[serde_json::Value],
     seconds: f64,
     only: Option<&BTreeSet<usize>>,
     builder: &mut SceneBuilder,
-) -> Result<BTreeMap<usize, Pose>> {
+) -> Result<Poses> {
     let mut reading =
-        Reading { source, seconds, only, builder, moments: BTreeMap::new(), poses: BTreeMap::new() };
+        Reading { source, seconds, only, builder, moments: BTreeMap::new(), poses: Poses::default() };
     for (i, animation) in animations.iter().enumerate() {
         let item = format!("animations[{i}]");
         let animation = Animation::deserialize(animation).map_err(|e| {
@@ -141,7 +152,7 @@ struct Reading<'r, 'a> {
     builder: &'r mut SceneBuilder,
     /// Of accessors of times; none of those without keys.
     moments: BTreeMap<u32, Option<Moment>>,
-    poses: BTreeMap<usize, Pose>,
+    poses: Poses,
 }
 
 impl Reading<'_, '_> {
@@ -154,10 +165,8 @@ impl Reading<'_, '_> {
         let path = channel.target.path.as_str();
         met("animation", path, at(".target.path"), self.builder)?;
         // What has no node is left to extensions, as the specification says.
-        let Some(node) = channel.target.node.filter(|_| matches!(path, "translation" | "rotation" | "scale"))
-        else {
-            return Ok(());
-        };
+        let is_read = matches!(path, "translation" | "rotation" | "scale" | "weights");
+        let Some(node) = channel.target.node.filter(|_| is_read) else { return Ok(()) };
         let nodes = &self.source.root.nodes;
         let Some(target) = nodes.get(node) else {
             let expected = format!("an index below {}", nodes.len());
@@ -166,16 +175,23 @@ impl Reading<'_, '_> {
         if self.only.is_some_and(|only| !only.contains(&node)) {
             return Ok(());
         }
-        if target.matrix.is_some() {
+        if path != "weights" && target.matrix.is_some() {
             let message = "animations of nodes with a matrix: left out";
             self.builder.note(NoteKind::Repaired, message, at(".target.node"));
             return Ok(());
         }
-        let pose = self.poses.get(&node).copied().unwrap_or_default();
+        let targets = target.mesh.map_or(0, |mesh| morphs::targets(&self.source.root.meshes[mesh.value()]));
+        if path == "weights" && targets == 0 {
+            let message = "animated weights of nodes without morph targets: left out";
+            self.builder.note(NoteKind::Repaired, message, at(".target.node"));
+            return Ok(());
+        }
+        let pose = self.poses.places.get(&node).copied().unwrap_or_default();
         let is_taken = match path {
             "translation" => pose.translation.is_some(),
             "rotation" => pose.rotation.is_some(),
-            _ => pose.scale.is_some(),
+            "scale" => pose.scale.is_some(),
+            _ => self.poses.weights.contains_key(&node),
         };
         if is_taken {
             let message = "animations of what another one moves already: left out";
@@ -185,6 +201,11 @@ impl Reading<'_, '_> {
         let Some(moment) = self.moment(sampler.input, at(".sampler"))? else { return Ok(()) };
         let place = at(".sampler");
         let pose = match path {
+            "weights" => {
+                let weights = self.weights(sampler, moment, targets, &place)?;
+                self.poses.weights.insert(node, weights);
+                return Ok(());
+            }
             "rotation" => {
                 let rotation = self.rotation(sampler, moment, &place)?;
                 Pose { rotation: Some(rotation), ..pose }
@@ -198,7 +219,7 @@ impl Reading<'_, '_> {
                 }
             }
         };
-        self.poses.insert(node, pose);
+        self.poses.places.insert(node, pose);
         Ok(())
     }
 
@@ -273,20 +294,9 @@ impl Reading<'_, '_> {
         expected: Type,
         at: &Location,
     ) -> Result<Values<N>> {
-        let (each, own) = if sampler.interpolation == Interpolation::CubicSpline { (3, 1) } else { (1, 0) };
-        let count = moment.keys.saturating_mul(each);
+        let count = moment.keys.saturating_mul(sampler.each());
         let all = self.vectors::<N>(sampler.output, expected, Some(count), at)?;
-        let value = |key: usize, which: usize| -> Result<[f64; N]> {
-            let value = all[each * key + which];
-            if value.iter().all(|x| x.is_finite()) {
-                return Ok(value.map(f64::from));
-            }
-            let found = format!("accessors[{}] with the value {value:?}", sampler.output);
-            Err(Error::invalid(at.clone(), found, "finite numbers"))
-        };
-        let last = moment.after.map_or(moment.before, |(after, ..)| after);
-        let tangents = if each == 3 { [value(moment.before, 2)?, value(last, 0)?] } else { [[0.0; N]; 2] };
-        Ok(Values { ends: [value(moment.before, own)?, value(last, own)?], tangents })
+        sampler.values(moment, |element| all[element], at)
     }
 
     fn value<const N: usize>(
@@ -296,12 +306,19 @@ impl Reading<'_, '_> {
         expected: Type,
         at: &Location,
     ) -> Result<[f64; N]> {
-        let values = self.values::<N>(sampler, moment, expected, at)?;
-        Ok(match (sampler.interpolation, moment.after) {
-            (Interpolation::Step, _) | (_, None) => values.ends[0],
-            (Interpolation::Linear, Some((_, u, _))) => values.combined([1.0 - u, u, 0.0, 0.0]),
-            (Interpolation::CubicSpline, Some((_, u, between))) => values.spline(u, between),
-        })
+        Ok(self.values::<N>(sampler, moment, expected, at)?.between(sampler, moment))
+    }
+
+    /// The weights of so many morph targets: each element of a sampler's output has one for each.
+    fn weights(&self, sampler: &Sampler, moment: Moment, targets: usize, at: &Location) -> Result<Vec<f32>> {
+        let count = moment.keys.saturating_mul(sampler.each()).saturating_mul(targets);
+        let all = self.vectors::<1>(sampler.output, Type::Scalar, Some(count), at)?;
+        let weight = |target: usize| {
+            let values = sampler.values(moment, |element| all[element * targets + target], at)?;
+            let [weight] = values.between(sampler, moment);
+            Ok(weight as f32)
+        };
+        (0..targets).map(weight).collect()
     }
 
     fn rotation(&mut self, sampler: &Sampler, moment: Moment, at: &Location) -> Result<DQuat> {
@@ -328,7 +345,45 @@ struct Values<const N: usize> {
     tangents: [[f64; N]; 2],
 }
 
+impl Sampler {
+    /// Elements of the output for each key: its value, or that between two tangents.
+    fn each(&self) -> usize {
+        if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 }
+    }
+
+    /// What it has at the two keys about a moment, of elements that must be finite.
+    fn values<const N: usize>(
+        &self,
+        moment: Moment,
+        element: impl Fn(usize) -> [f32; N],
+        at: &Location,
+    ) -> Result<Values<N>> {
+        let value = |key: usize, which: usize| -> Result<[f64; N]> {
+            let value = element(self.each() * key + which);
+            if value.iter().all(|x| x.is_finite()) {
+                return Ok(value.map(f64::from));
+            }
+            let found = format!("accessors[{}] with the value {value:?}", self.output);
+            Err(Error::invalid(at.clone(), found, "finite numbers"))
+        };
+        let last = moment.after.map_or(moment.before, |(after, ..)| after);
+        let is_spline = self.interpolation == Interpolation::CubicSpline;
+        let tangents = if is_spline { [value(moment.before, 2)?, value(last, 0)?] } else { [[0.0; N]; 2] };
+        let own = usize::from(is_spline);
+        Ok(Values { ends: [value(moment.before, own)?, value(last, own)?], tangents })
+    }
+}
+
 impl<const N: usize> Values<N> {
+    /// The value at the moment.
+    fn between(&self, sampler: &Sampler, moment: Moment) -> [f64; N] {
+        match (sampler.interpolation, moment.after) {
+            (Interpolation::Step, _) | (_, None) => self.ends[0],
+            (Interpolation::Linear, Some((_, u, _))) => self.combined([1.0 - u, u, 0.0, 0.0]),
+            (Interpolation::CubicSpline, Some((_, u, between))) => self.spline(u, between),
+        }
+    }
+
     /// The sum of ends and tangents with these weights.
     fn combined(&self, weights: [f64; 4]) -> [f64; N] {
         let [w0, w1, w2, w3] = weights;

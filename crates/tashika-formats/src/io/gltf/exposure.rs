@@ -61,7 +61,7 @@ impl Exposure {
             |node: &usize| root[*node].camera.is_some() || root[*node].mesh.is_some() || lights(node);
         let only: BTreeSet<usize> = (0..root.len()).filter(is_seen).flat_map(above).collect();
         let time = |k: u32| open + f64::from(k) / f64::from(STEPS) * (close - open);
-        let moments = (0..=STEPS).map(|k| Ok((time(k), at(time(k), Some(&only))?)));
+        let moments = (0..=STEPS).map(|k| Ok((time(k), at(time(k), Some(&only))?.places)));
         let moments: Vec<(f64, BTreeMap<usize, Pose>)> = moments.collect::<Result<_>>()?;
         let stands =
             |node: &usize| moments.iter().all(|(_, poses)| poses.get(node) == moments[0].1.get(node));

@@ -28,14 +28,23 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "translation", Full, "at a time: STEP, LINEAR and CUBICSPLINE; all animations of a file together";
         "rotation", Full, "at a time, by slerp";
         "scale", Full, "at a time";
-        "weights", Ignored, "the base mesh is shown, without morph targets";
+        "weights", Full, "at a time: the weights of morph targets";
         "pointer", Ignored, "what it moves stays as it is";
     }
     "node" => {
         "mesh", Full, "instances of a mesh that is read once; axes and metres as they are";
         "matrix", Full, "transform";
         "rotation", Full, "transform, with translation and scale";
-        "skin", Ignored, "the bind pose is shown";
+        "skin", Full, "vertices follow its joints; the node's own transform has no effect on them";
+        "weights", Full, "of morph targets, in place of the mesh's";
+    }
+    "mesh" => {
+        "weights", Full, "of morph targets";
+    }
+    "skin" => {
+        "joints", Full, "where the nodes are, at a time or as the file has them";
+        "inverseBindMatrices", Full, "matrices; without them the identity";
+        "skeleton", Full, "a hint without effect on the picture";
     }
     "primitive" => {
         "TRIANGLES", Full, "triangles, with or without indices";
@@ -45,12 +54,19 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "LINES", Ignored, "left out";
         "LINE_LOOP", Ignored, "left out";
         "LINE_STRIP", Ignored, "left out";
-        "targets", Ignored, "the base mesh is shown, without morph targets";
+        "targets", Full, "morph targets, by their weights";
+    }
+    "target" => {
+        "POSITION", Full, "differences of vertices";
+        "NORMAL", Full, "differences of shading normals; flat shading follows the vertices";
+        "TANGENT", Ignored, "tangents follow the texture coordinates of the surface as it is";
     }
     "attribute" => {
         "POSITION", Full, "vertices";
         "NORMAL", Full, "shading normals; flat shading without them";
         "TEXCOORD_0", Full, "texture coordinates; any set can be chosen";
+        "JOINTS_0", Full, "joints that a vertex follows, of all sets";
+        "WEIGHTS_0", Full, "by how much, made to add up to one";
         "TANGENT", Ignored,
             "normal maps and brushed surfaces take their tangents from the texture coordinates";
         "COLOR_0", Approximated, "the mean over the primitive multiplies the base colour";

@@ -1,7 +1,7 @@
 //! Meshes: each primitive becomes one mesh of the scene.
 //!
-//! Input: a mesh of the document. Output: the ids of its primitives' meshes, read once however many
-//! nodes show them. Only the range of vertices between the smallest and the largest index is read,
+//! Input: a mesh of the document and its shape. Output: the ids of its primitives' meshes, read once
+//! for each shape however many nodes show them. Only the range of vertices between the smallest and the largest index is read,
 //! so that primitives that share one large vertex buffer do not each copy all of it.
 //!
 //! Triangle `i` of a strip is `(i, i + 1 + i mod 2, i + 2 − i mod 2)`, of a fan `(i + 1, i + 2, 0)`
@@ -15,6 +15,8 @@
 //! The tests below; `gltf_materials::vertex_colours_*`,
 //! `gltf::a_mesh_is_read_once_and_placed_twice`, `gltf::strips_fans_and_ranges_of_vertices`.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::ops::Range;
 
 use glam::{Vec2, Vec3};
@@ -26,7 +28,9 @@ use gltf::json::validation::Checked;
 use super::extensions::refuse_compressed;
 use super::features::met;
 use super::materials::{Materials, NO_TINT, Tint};
+use super::shapes::{Shape, ShapeKey};
 use super::source::Source;
+use super::vertices::{Vertices, Wanted};
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
@@ -35,154 +39,164 @@ use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
 /// for a texture transform to keep it finite.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
+/// What a primitive became.
+#[derive(Clone, Copy)]
+pub(super) struct Part {
+    pub mesh: MeshId,
+    /// Whether it is in world space, where its joints have taken it.
+    pub is_placed: bool,
+}
+
 /// The meshes read so far.
 pub(super) struct Meshes {
-    read: Vec<Option<Vec<MeshId>>>,
+    read: BTreeMap<(usize, ShapeKey), Vec<Part>>,
     materials: Materials,
 }
 
 impl Meshes {
     /// None read yet.
-    pub fn new(source: &Source<'_>) -> Self {
-        Self { read: vec![None; source.root.meshes.len()], materials: Materials::default() }
+    pub fn new() -> Self {
+        Self { read: BTreeMap::new(), materials: Materials::default() }
     }
 
-    /// The meshes that the primitives of mesh `index` became.
+    /// What the primitives of mesh `index` became in a shape.
     pub fn get(
         &mut self,
         source: &Source<'_>,
         builder: &mut SceneBuilder,
         index: usize,
-    ) -> Result<&[MeshId]> {
-        let read = match self.read[index].take() {
-            Some(read) => read,
-            None => {
-                let mut read = Vec::new();
-                for primitive in 0..source.root.meshes[index].primitives.len() {
-                    read.extend(self.primitive(source, builder, index, primitive)?);
-                }
-                read
-            }
+        shape: &Shape,
+    ) -> Result<&[Part]> {
+        let vacant = match self.read.entry((index, shape.key())) {
+            Entry::Occupied(read) => return Ok(read.into_mut()),
+            Entry::Vacant(vacant) => vacant,
         };
-        Ok(self.read[index].insert(read))
+        let mut read = Vec::new();
+        for primitive in 0..source.root.meshes[index].primitives.len() {
+            read.extend(read_primitive(&mut self.materials, source, builder, (index, primitive), shape)?);
+        }
+        Ok(vacant.insert(read))
+    }
+}
+
+/// One primitive; nothing, with a note, if it has no triangles.
+fn read_primitive(
+    materials: &mut Materials,
+    source: &Source<'_>,
+    builder: &mut SceneBuilder,
+    (mesh, index): (usize, usize),
+    shape: &Shape,
+) -> Result<Option<Part>> {
+    let document = &source.root.meshes[mesh];
+    let primitive = &document.primitives[index];
+    let item = format!("meshes[{mesh}].primitives[{index}]");
+    let at = |field: &str| source.at(format!("{item}{field}"));
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let Some(assembly) = Assembly::of(primitive.mode) else {
+        met("primitive", mode_name(primitive.mode), at(".mode"), builder)?;
+        return Ok(None);
+    };
+    let Some(positions) = attribute(Semantic::Positions) else {
+        let message = "primitives without POSITION: left out";
+        builder.note(NoteKind::Repaired, message, at(".attributes"));
+        return Ok(None);
+    };
+    if let Some(extensions) = &primitive.extensions
+        && source.root.accessors[positions.value()].buffer_view.is_none()
+    {
+        refuse_compressed(&extensions.others, &at(".extensions"))?;
+    }
+    let positions = source.accessor(positions, Type::Vec3, at(".attributes.POSITION"))?;
+    let indices = match primitive.indices {
+        Some(i) => Some(source.accessor(i, Type::Scalar, at(".indices"))?.indices()?),
+        None => None,
+    };
+    let corners = indices.as_ref().map_or(positions.count(), Vec::len);
+    if u32::try_from(corners).is_err() {
+        return Err(Error::invalid(at(""), format!("{corners} corners"), "less than 2³²"));
+    }
+    if assembly.triangles(corners) == 0 {
+        builder.note(NoteKind::Repaired, "primitives without a triangle: left out", at(""));
+        return Ok(None);
+    }
+    if assembly == Assembly::Separate && !corners.is_multiple_of(3) {
+        builder.note(NoteKind::Repaired, "corners after the last whole triangle: left out", at(""));
+    }
+    let range = vertex_range(indices.as_deref(), corners);
+    if range.end > positions.count() {
+        let found = format!("vertex index {}", range.end - 1);
+        return Err(Error::invalid(at(".indices"), found, format!("an index below {}", positions.count())));
     }
 
-    /// One primitive; nothing, with a note, if it has no triangles.
-    fn primitive(
-        &mut self,
-        source: &Source<'_>,
-        builder: &mut SceneBuilder,
-        mesh: usize,
-        index: usize,
-    ) -> Result<Option<MeshId>> {
-        let document = &source.root.meshes[mesh];
-        let primitive = &document.primitives[index];
-        let item = format!("meshes[{mesh}].primitives[{index}]");
-        let at = |field: &str| source.at(format!("{item}{field}"));
-        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
-        if primitive.targets.as_ref().is_some_and(|t| !t.is_empty()) {
-            met("primitive", "targets", at(".targets"), builder)?;
+    let tint = match attribute(Semantic::Colors(0)) {
+        Some(colors) => {
+            let at = at(".attributes.COLOR_0");
+            let colors = read_colors(source, colors, positions.count(), range.clone(), &at)?;
+            let used: Box<dyn Iterator<Item = usize>> = match &indices {
+                Some(indices) => Box::new(indices.iter().map(|&i| i as usize - range.start)),
+                None => Box::new(0..corners),
+            };
+            tint(&colors, used, &at, builder)?
         }
-        let Some(assembly) = Assembly::of(primitive.mode) else {
-            met("primitive", mode_name(primitive.mode), at(".mode"), builder)?;
-            return Ok(None);
-        };
-        let Some(positions) = attribute(Semantic::Positions) else {
-            let message = "primitives without POSITION: left out";
-            builder.note(NoteKind::Repaired, message, at(".attributes"));
-            return Ok(None);
-        };
-        if let Some(extensions) = &primitive.extensions
-            && source.root.accessors[positions.value()].buffer_view.is_none()
-        {
-            refuse_compressed(&extensions.others, &at(".extensions"))?;
-        }
-        let positions = source.accessor(positions, Type::Vec3, at(".attributes.POSITION"))?;
-        let indices = match primitive.indices {
-            Some(i) => Some(source.accessor(i, Type::Scalar, at(".indices"))?.indices()?),
-            None => None,
-        };
-        let corners = indices.as_ref().map_or(positions.count(), Vec::len);
-        if u32::try_from(corners).is_err() {
-            return Err(Error::invalid(at(""), format!("{corners} corners"), "less than 2³²"));
-        }
-        if assembly.triangles(corners) == 0 {
-            builder.note(NoteKind::Repaired, "primitives without a triangle: left out", at(""));
-            return Ok(None);
-        }
-        if assembly == Assembly::Separate && !corners.is_multiple_of(3) {
-            builder.note(NoteKind::Repaired, "corners after the last whole triangle: left out", at(""));
-        }
-        let range = vertex_range(indices.as_deref(), corners);
-        if range.end > positions.count() {
-            let found = format!("vertex index {}", range.end - 1);
-            return Err(Error::invalid(
-                at(".indices"),
-                found,
-                format!("an index below {}", positions.count()),
-            ));
-        }
-
-        let tint = match attribute(Semantic::Colors(0)) {
-            Some(colors) => {
-                let at = at(".attributes.COLOR_0");
-                let colors = read_colors(source, colors, positions.count(), range.clone(), &at)?;
-                let used: Box<dyn Iterator<Item = usize>> = match &indices {
-                    Some(indices) => Box::new(indices.iter().map(|&i| i as usize - range.start)),
-                    None => Box::new(0..corners),
-                };
-                tint(&colors, used, &at, builder)?
-            }
-            None => NO_TINT,
-        };
-        let wanted = primitive.material.map(|m| m.value());
-        let material = self.materials.get(source, builder, wanted, tint)?;
-        let has_map = wanted.is_some_and(|i| source.root.materials[i].normal_texture.is_some());
-        if (has_map || material.is_brushed) && attribute(Semantic::Tangents).is_some() {
-            met("attribute", "TANGENT", at(".attributes.TANGENT"), builder)?;
-        }
-        let uvs = material.uv_set.and_then(|set| attribute(Semantic::TexCoords(set)).map(|uvs| (set, uvs)));
-        if material.uv_set.is_some() && uvs.is_none() {
-            let message = "textured or brushed primitives without the texture coordinates that their material wants: one texel, or any direction, is used";
-            builder.note(NoteKind::Approximated, message, at(".attributes"));
-        }
-        let normals = attribute(Semantic::Normals);
-        let floats = 3 + if normals.is_some() { 3 } else { 0 } + if uvs.is_some() { 2 } else { 0 };
-        let numbers = range.len() as u64 * floats + assembly.triangles(corners) as u64 * 3;
-        source.geometry_budget.take(numbers * 4, &at(""))?;
-
-        let count = positions.count();
-        let normals = match normals {
-            Some(normals) => {
-                let normals = source.accessor(normals, Type::Vec3, at(".attributes.NORMAL"))?;
-                normals.expect_count(count)?.vectors(range.clone())?
-            }
-            None => Vec::new(),
-        };
-        let uvs = match uvs {
-            Some((set, uvs)) => {
-                let uvs = source.accessor(uvs, Type::Vec2, at(&format!(".attributes.TEXCOORD_{set}")))?;
-                uvs.expect_count(count)?.vectors(range.clone())?
-            }
-            None => Vec::new(),
-        };
-        let first = range.start as u32;
-        let triangles = match &indices {
-            Some(indices) => assembly.assemble(corners, |i| indices[i] - first),
-            None => assembly.assemble(corners, |i| i as u32),
-        };
-        let data = MeshData {
-            name: name_of_part(document, mesh, index),
-            positions: positions.vectors(range)?.into_iter().map(Vec3::from_array).collect(),
-            normals: normals.into_iter().map(Vec3::from_array).collect(),
-            uvs: uvs
-                .into_iter()
-                .map(|uv: [f32; 2]| Vec2::from_array(uv).clamp(-FARTHEST_UV, FARTHEST_UV))
-                .collect(),
-            triangles,
-        };
-        builder.add_mesh(data, material.id).map(Some)
+        None => NO_TINT,
+    };
+    let wanted = primitive.material.map(|m| m.value());
+    let material = materials.get(source, builder, wanted, tint)?;
+    let has_map = wanted.is_some_and(|i| source.root.materials[i].normal_texture.is_some());
+    if (has_map || material.is_brushed) && attribute(Semantic::Tangents).is_some() {
+        met("attribute", "TANGENT", at(".attributes.TANGENT"), builder)?;
     }
+    let moves_tangents = primitive.targets.iter().flatten().any(|target| target.tangents.is_some());
+    if (has_map || material.is_brushed) && moves_tangents {
+        met("target", "TANGENT", at(".targets"), builder)?;
+    }
+    let uvs = material.uv_set.and_then(|set| attribute(Semantic::TexCoords(set)).map(|uvs| (set, uvs)));
+    if material.uv_set.is_some() && uvs.is_none() {
+        let message = "textured or brushed primitives without the texture coordinates that their material wants: one texel, or any direction, is used";
+        builder.note(NoteKind::Approximated, message, at(".attributes"));
+    }
+    let normals = attribute(Semantic::Normals);
+    let floats = 3 + if normals.is_some() { 3 } else { 0 } + if uvs.is_some() { 2 } else { 0 };
+    let numbers = range.len() as u64 * floats + assembly.triangles(corners) as u64 * 3;
+    source.geometry_budget.take(numbers * 4, &at(""))?;
+
+    let count = positions.count();
+    let normals = match normals {
+        Some(normals) => {
+            let normals = source.accessor(normals, Type::Vec3, at(".attributes.NORMAL"))?;
+            normals.expect_count(count)?.vectors(range.clone())?
+        }
+        None => Vec::new(),
+    };
+    let uvs = match uvs {
+        Some((set, uvs)) => {
+            let uvs = source.accessor(uvs, Type::Vec2, at(&format!(".attributes.TEXCOORD_{set}")))?;
+            uvs.expect_count(count)?.vectors(range.clone())?
+        }
+        None => Vec::new(),
+    };
+    let first = range.start as u32;
+    let triangles = match &indices {
+        Some(indices) => assembly.assemble(corners, |i| indices[i] - first),
+        None => assembly.assemble(corners, |i| i as u32),
+    };
+    let vectors = |of: Vec<[f32; 3]>| of.into_iter().map(Vec3::from_array).collect();
+    let vertices =
+        Vertices { positions: vectors(positions.vectors(range.clone())?), normals: vectors(normals) };
+    let wanted = Wanted { primitive, item: &item, count, range };
+    let (shapes, is_placed) = shape.applied(source, &wanted, vertices, builder)?;
+    let data = MeshData {
+        name: name_of_part(document, mesh, index),
+        positions: shapes[0].positions.clone(),
+        normals: shapes[0].normals.clone(),
+        uvs: uvs
+            .into_iter()
+            .map(|uv: [f32; 2]| Vec2::from_array(uv).clamp(-FARTHEST_UV, FARTHEST_UV))
+            .collect(),
+        triangles,
+    };
+    let mesh = builder.add_mesh(data, material.id)?;
+    Ok(Some(Part { mesh, is_placed }))
 }
 
 /// What a mesh is called: by its place, if it has no name.

@@ -10,6 +10,7 @@
 //! | [`nodes`], [`animations`], [`instancing`] | what stands where |
 //! | [`exposure`] | what moves while the shutter is open |
 //! | [`meshes`] | primitives into meshes |
+//! | [`shapes`], [`morphs`], [`skins`], [`vertices`] | what shapes they have |
 //! | [`materials`], [`textures`] | materials with their extensions |
 //! | [`cameras`], [`lights`], [`light_profiles`], [`image_light`] | cameras and lights |
 //!
@@ -20,7 +21,8 @@
 //! texture image that cannot be read is only noted.
 //!
 //! # Held to this by
-//! The test modules `gltf`, `gltf_animations`, `gltf_features`, `gltf_materials`, `gltf_structure` and `damaged_gltf`.
+//! The test modules `gltf`, `gltf_animations`, `gltf_features`, `gltf_materials`, `gltf_shapes`, `gltf_structure`
+//! and `damaged_gltf`.
 //!
 //! [^gltf]: Khronos Group. "glTF 2.0 Specification." ISO/IEC 12113:2022.
 //!
@@ -39,20 +41,26 @@ mod light_profiles;
 mod lights;
 mod materials;
 mod meshes;
+mod morphs;
 mod nodes;
+mod shapes;
+mod skins;
 mod source;
 mod textures;
 mod uri;
+mod vertices;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use glam::DAffine3;
 
+use self::animations::Poses;
 use self::exposure::Exposure;
 use self::features::met;
 use self::light_profiles::Profiles;
 use self::meshes::Meshes;
 use self::nodes::PlacedNode;
+use self::shapes::Shapes;
 use self::source::Source;
 use super::SceneFiles;
 use crate::error::{Location, Result};
@@ -73,10 +81,10 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     animations::tell_span(&source, &animated, &mut builder);
     let poses = match files.options().time() {
         Some(seconds) => animations::at(&source, &animated, seconds, None, &mut builder)?,
-        None if animated.is_empty() => BTreeMap::new(),
+        None if animated.is_empty() => Poses::default(),
         None => {
             met("scene", "animations", file.item("animations"), &mut builder)?;
-            BTreeMap::new()
+            Poses::default()
         }
     };
     let exposure = match files.options().exposure(None) {
@@ -84,11 +92,12 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         None => None,
     };
     image_light::add(&source, &mut builder)?;
-    let mut meshes = Meshes::new(&source);
+    let mut meshes = Meshes::new();
+    let mut shapes = Shapes::new(&source, &[&poses])?;
     let mut camera_names = BTreeSet::new();
     let mut profiles = Profiles::default();
-    for placed in nodes::place(&source, &poses, &mut builder)? {
-        place_mesh(&source, &placed, exposure.as_ref(), &mut meshes, &mut builder)?;
+    for placed in nodes::place(&source, &poses.places, &mut builder)? {
+        place_mesh(&source, &placed, exposure.as_ref(), (&mut meshes, &mut shapes), &mut builder)?;
         cameras::add(&source, &placed, exposure.as_ref(), &mut camera_names, &mut builder)?;
         lights::add(&source, &placed, &mut builder)?;
         profiles.add(&source, &placed, &mut builder)?;
@@ -100,26 +109,41 @@ fn place_mesh(
     source: &Source<'_>,
     placed: &PlacedNode,
     exposure: Option<&Exposure>,
-    meshes: &mut Meshes,
+    (meshes, shapes): (&mut Meshes, &mut Shapes),
     builder: &mut SceneBuilder,
 ) -> Result<()> {
     let node = &source.root.nodes[placed.index];
     let Some(mesh) = node.mesh else { return Ok(()) };
-    if node.skin.is_some() {
-        met("node", "skin", source.at(format!("nodes[{}].skin", placed.index)), builder)?;
-    }
-    let parts = meshes.get(source, builder, mesh.value())?;
+    let shape = shapes.of(source, placed.index, builder)?;
+    let parts = meshes.get(source, builder, mesh.value(), &shape)?;
     match node.name.as_deref().filter(|name| !name.is_empty()) {
         Some(name) => builder.begin_object(name),
         None => builder.begin_unnamed_object(&meshes::name(&source.root.meshes[mesh.value()], mesh.value())),
     }
-    if let Some(exposure) = exposure
-        && let Some(keys) = exposure.of_moving(source, placed.index)
-    {
-        return place_moving(source, placed, (keys, exposure.shutter), parts, builder);
+    let of_joints: Vec<MeshId> = parts.iter().filter(|part| part.is_placed).map(|part| part.mesh).collect();
+    let of_node: Vec<MeshId> = parts.iter().filter(|part| !part.is_placed).map(|part| part.mesh).collect();
+    if !of_joints.is_empty() {
+        let world = PlacedNode { index: placed.index, to_world: DAffine3::IDENTITY };
+        place_still(source, &world, &of_joints, builder)?;
     }
-    for to_world in instancing::placements(source, placed, parts.len(), builder)? {
-        for &mesh in parts {
+    if of_node.is_empty() && !of_joints.is_empty() {
+        return Ok(());
+    }
+    match exposure.and_then(|exposure| Some((exposure.of_moving(source, placed.index)?, exposure.shutter))) {
+        Some(moving) => place_moving(source, placed, moving, &of_node, builder),
+        None => place_still(source, placed, &of_node, builder),
+    }
+}
+
+/// The meshes of a node that stands.
+fn place_still(
+    source: &Source<'_>,
+    placed: &PlacedNode,
+    meshes: &[MeshId],
+    builder: &mut SceneBuilder,
+) -> Result<()> {
+    for to_world in instancing::placements(source, placed, meshes.len(), builder)? {
+        for &mesh in meshes {
             builder.add_instance(mesh, to_world.as_affine3a())?;
         }
     }

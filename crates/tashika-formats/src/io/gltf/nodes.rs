@@ -33,6 +33,21 @@ pub(super) struct PlacedNode {
     pub to_world: DAffine3,
 }
 
+/// Where each node of the document is, node to world, as of poses; those on or below a cycle are at the
+/// origin. What is wrong with them is said where they are placed.
+pub(super) fn everywhere(source: &Source<'_>, poses: &BTreeMap<usize, Pose>) -> Result<Vec<DAffine3>> {
+    let nodes = &source.root.nodes;
+    let parents = parents(source)?;
+    let mut to_world = vec![DAffine3::IDENTITY; nodes.len()];
+    let mut to_visit: Vec<usize> = (0..nodes.len()).filter(|&i| parents[i].is_none()).collect();
+    while let Some(index) = to_visit.pop() {
+        let parent = parents[index].map_or(DAffine3::IDENTITY, |parent| to_world[parent]);
+        to_world[index] = parent * placed(&nodes[index], poses.get(&index));
+        to_visit.extend(children(&nodes[index]));
+    }
+    Ok(to_world)
+}
+
 /// The nodes of the scene to be rendered, parents before children, in the order of the file: the
 /// default scene, else the first, else everything.
 pub(super) fn place(

@@ -1,0 +1,124 @@
+//! The shapes of meshes: by the weights of their [morph targets](super::morphs) and the joints of
+//! their [skins](super::skins), as of a time.
+//!
+//! Nodes whose meshes have the same weights and the same skin share them.
+//!
+//! Held to this by the test module `gltf_shapes`.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use glam::DAffine3;
+
+use super::animations::Poses;
+use super::morphs;
+use super::nodes;
+use super::skins::{self, Influences};
+use super::source::Source;
+use super::vertices::{Vertices, Wanted};
+use crate::error::Result;
+use crate::scene::SceneBuilder;
+
+/// What tells shapes of one mesh apart: the skin, and the bits of the weights at each moment; no
+/// weights where all are zero.
+pub(super) type ShapeKey = (Option<usize>, Vec<Vec<u32>>);
+
+/// A shape at each of the moments.
+#[derive(Default)]
+pub(super) struct Shape {
+    /// By moment; none at any if all are zero.
+    weights: Vec<Vec<f32>>,
+    skin: Option<Skin>,
+}
+
+struct Skin {
+    index: usize,
+    /// By moment and joint.
+    joints: Rc<[Vec<DAffine3>]>,
+}
+
+/// The shapes of a document's nodes.
+pub(super) struct Shapes {
+    /// What animations say, and where all nodes are if there are skins.
+    moments: Vec<(BTreeMap<usize, Vec<f32>>, Vec<DAffine3>)>,
+    /// Those asked for so far.
+    skins: BTreeMap<usize, Rc<[Vec<DAffine3>]>>,
+}
+
+impl Shapes {
+    /// As of poses at one moment, or at several.
+    pub fn new(source: &Source<'_>, moments: &[&Poses]) -> Result<Self> {
+        let has_skins = !source.root.skins.is_empty();
+        let moment = |poses: &&Poses| {
+            let places = if has_skins { nodes::everywhere(source, &poses.places)? } else { Vec::new() };
+            Ok((poses.weights.clone(), places))
+        };
+        let moments = moments.iter().map(moment).collect::<Result<Vec<_>>>()?;
+        Ok(Self { moments, skins: BTreeMap::new() })
+    }
+
+    /// The shape of the mesh of a node.
+    pub fn of(&mut self, source: &Source<'_>, node: usize, builder: &mut SceneBuilder) -> Result<Shape> {
+        let still = morphs::weights(source, node, builder)?;
+        let weights =
+            |(animated, _): &(BTreeMap<usize, Vec<f32>>, _)| animated.get(&node).unwrap_or(&still).clone();
+        let mut weights: Vec<Vec<f32>> = self.moments.iter().map(weights).collect();
+        if weights.iter().flatten().all(|weight| *weight == 0.0) {
+            weights.clear();
+        }
+        let Some(index) = source.root.nodes[node].skin.map(|skin| skin.value()) else {
+            return Ok(Shape { weights, skin: None });
+        };
+        let joints = match self.skins.get(&index) {
+            Some(joints) => Rc::clone(joints),
+            None => {
+                let of = |(_, places): &(_, Vec<DAffine3>)| skins::joints(source, index, places, builder);
+                let joints: Rc<[_]> = self.moments.iter().map(of).collect::<Result<Vec<_>>>()?.into();
+                self.skins.insert(index, Rc::clone(&joints));
+                joints
+            }
+        };
+        Ok(Shape { weights, skin: Some(Skin { index, joints }) })
+    }
+}
+
+impl Shape {
+    pub fn key(&self) -> ShapeKey {
+        let bits = |weights: &Vec<f32>| weights.iter().map(|weight| weight.to_bits()).collect();
+        (self.skin.as_ref().map(|skin| skin.index), self.weights.iter().map(bits).collect())
+    }
+
+    /// The vertices of a primitive at each moment, once if they are the same at all of them, and
+    /// whether they are in world space.
+    pub fn applied(
+        &self,
+        source: &Source<'_>,
+        wanted: &Wanted<'_>,
+        vertices: Vertices,
+        builder: &mut SceneBuilder,
+    ) -> Result<(Vec<Vertices>, bool)> {
+        let influences = match &self.skin {
+            Some(skin) => Influences::of(source, wanted, skin.joints.first().map_or(0, Vec::len), builder)?,
+            None => None,
+        };
+        let moments = self.weights.len().max(self.skin.as_ref().map_or(0, |skin| skin.joints.len()));
+        if moments == 0 {
+            return Ok((vec![vertices], false));
+        }
+        let mut all: Vec<Vertices> = Vec::with_capacity(moments);
+        for moment in 0..moments {
+            let mut moved = vertices.clone();
+            if let Some(weights) = self.weights.get(moment) {
+                morphs::apply(source, wanted, weights, &mut moved)?;
+            }
+            if let (Some(influences), Some(skin)) = (&influences, &self.skin) {
+                influences.apply(&skin.joints[moment], &mut moved);
+            }
+            all.push(moved);
+        }
+        if all.iter().all(|vertices| *vertices == all[0]) {
+            all.truncate(1);
+        }
+        Ok((all, influences.is_some()))
+    }
+}
