@@ -5,6 +5,10 @@
 //! transform of that time. What stands is walked through before, by code that knows no time: of what
 //! a ray meets, the nearer of both counts; of what a segment passes, the product.
 //!
+//! The tree of a mesh that deforms has boxes that hold its triangles at all times, and leaves with
+//! those of both ends of the time: where a walk comes to a leaf, its triangles are put
+//! [between](Block::towards).
+//!
 //! Segments walk alone here: those of a path are few.
 //!
 //! Held to this by `accel::tests`.
@@ -13,7 +17,8 @@ use super::Hit;
 use super::bvh::Bvh;
 use super::segments::{Apex, SegmentBatch};
 use super::single::{Instances, Nearest, Place, Segment, Waiting, pass_placed};
-use super::trees::{Placed, Tree, Trees};
+use super::trees::{Met, Placed, Tree, Trees};
+use super::triangle::Block;
 use crate::math::Ray;
 use crate::math::simd::F32x8;
 use crate::scene::{InstanceId, Scene};
@@ -57,6 +62,35 @@ impl Instances for Moved<'_> {
 
     fn tree(&self, number: u32) -> &Tree {
         &self.trees.shared[number as usize]
+    }
+
+    #[inline(always)]
+    fn deformed<'t>(&self, tree: &'t Tree) -> Option<Deformed<'t>> {
+        (!tree.closing.is_empty()).then_some(Deformed { tree, share: self.share })
+    }
+}
+
+/// The tree of a mesh that deforms, after a share of the time.
+pub(super) struct Deformed<'t> {
+    tree: &'t Tree,
+    share: f32,
+}
+
+impl Met for Deformed<'_> {
+    type Block<'b>
+        = Block
+    where
+        Self: 'b;
+
+    #[inline(always)]
+    fn tree(&self) -> &Tree {
+        self.tree
+    }
+
+    #[inline(always)]
+    fn block<F: F32x8>(&self, leaf: u32) -> Block {
+        let leaf = leaf as usize;
+        self.tree.blocks[leaf].towards::<F>(&self.tree.closing[leaf], self.share)
     }
 }
 

@@ -7,9 +7,10 @@ use glam::Vec3;
 use super::Hit;
 use super::beam::{Slope, limit};
 use super::bvh::{Bvh, MAX_WAITING, Node};
+use super::moving::Deformed;
 use super::occluders::{Leaf, Occluders};
 use super::segments::Glass;
-use super::trees::{Placed, Tree, Trees};
+use super::trees::{Met, Placed, Tree, Trees};
 use super::triangle::{Block, Lines, Triangle, barycentric, blocked, flag, met};
 use crate::math::simd::{F32x8, WIDTH, each, for_bits};
 use crate::math::{Ray, Real};
@@ -141,6 +142,9 @@ pub(super) trait Instances {
 
     /// A tree of shared meshes.
     fn tree(&self, number: u32) -> &Tree;
+
+    /// It as it is then, if it deforms.
+    fn deformed<'t>(&self, tree: &'t Tree) -> Option<Deformed<'t>>;
 }
 
 /// Those that stand.
@@ -162,6 +166,11 @@ impl<'a> Instances for Standing<'a> {
     #[inline(always)]
     fn tree(&self, number: u32) -> &Tree {
         &self.0.shared[number as usize]
+    }
+
+    #[inline(always)]
+    fn deformed<'t>(&self, _: &'t Tree) -> Option<Deformed<'t>> {
+        None
     }
 }
 
@@ -219,8 +228,11 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
             let local = s.in_space_of::<BOUNDED>(p);
             let place = Place { instance: Some(p.instance), ..*place };
             let tree = instances.tree(p.tree);
-            let mut occluder = Leaf::default();
-            visible = pass::<F, BOUNDED>(tree, 0, &local, visible, &place, &mut waiting.below, &mut occluder);
+            let (below, mut occluder) = (&mut waiting.below, Leaf::default());
+            visible = match instances.deformed(tree) {
+                None => pass::<F, BOUNDED>(tree, 0, &local, visible, &place, below, &mut occluder),
+                Some(tree) => pass::<F, BOUNDED>(&tree, 0, &local, visible, &place, below, &mut occluder),
+            };
             if visible <= 0.0 {
                 return 0.0;
             }
@@ -271,7 +283,7 @@ pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
 /// is the leaf where it ended.
 #[inline(always)]
 pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
-    tree: &Tree,
+    of: &impl Met,
     root: u32,
     s: &Segment,
     mut visible: f32,
@@ -279,6 +291,7 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     waiting: &mut Stack<f32>,
     occluder: &mut Leaf,
 ) -> f32 {
+    let tree = of.tree();
     if tree.nodes.is_empty() {
         return visible;
     }
@@ -300,8 +313,8 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
             F::prefetch(&tree.nodes[node.first[slot] as usize]);
         });
         for_bits!(leaves, below WIDTH, |slot| {
-            let block = &tree.blocks[node.first[slot] as usize];
-            visible = pass_block::<F, BOUNDED>(block, &lines, s, visible, place);
+            let block = of.block::<F>(node.first[slot]);
+            visible = pass_block::<F, BOUNDED>(block.borrow(), &lines, s, visible, place);
             if visible <= 0.0 {
                 *occluder = Leaf { node: number, slot: slot as u32 };
                 return 0.0;
@@ -374,7 +387,11 @@ impl Nearest<'_> {
                 let placed = instances.placed(number ^ LEAF);
                 let p: &Placed = placed.borrow();
                 let local = s.in_space_of::<false>(p);
-                self.look::<F>(instances.tree(p.tree), &local, Some(p.instance), &mut waiting.below);
+                let (tree, instance) = (instances.tree(p.tree), Some(p.instance));
+                match instances.deformed(tree) {
+                    None => self.look::<F>(tree, &local, instance, &mut waiting.below),
+                    Some(tree) => self.look::<F>(&tree, &local, instance, &mut waiting.below),
+                }
                 continue;
             }
             let node = &instances.top().nodes[number as usize];
@@ -385,7 +402,14 @@ impl Nearest<'_> {
 
     /// Looks for a nearer one in one tree.
     #[inline(always)]
-    fn look<F: F32x8>(&mut self, tree: &Tree, s: &Segment, instance: Option<u32>, waiting: &mut Stack<f32>) {
+    fn look<F: F32x8>(
+        &mut self,
+        of: &impl Met,
+        s: &Segment,
+        instance: Option<u32>,
+        waiting: &mut Stack<f32>,
+    ) {
+        let tree = of.tree();
         if tree.nodes.is_empty() {
             return;
         }
@@ -404,7 +428,8 @@ impl Nearest<'_> {
                 push_sorted(node, met, near, waiting, &mut top);
                 continue;
             }
-            let block = &tree.blocks[(number ^ LEAF) as usize];
+            let block = of.block::<F>(number ^ LEAF);
+            let block: &Block = block.borrow();
             let (mut met, parameters) = met::<F>(&block.corners(), &lines);
             if met == 0 {
                 continue;

@@ -11,7 +11,7 @@ use crate::math::Ray;
 use crate::math::elementary::powf;
 use crate::math::motion::Track;
 use crate::rng::{Purpose, Stream};
-use crate::scene::{Alpha, AlphaMode, Material, MeshData, SceneBuilder, Surface, has_normal};
+use crate::scene::{Alpha, AlphaMode, Material, MeshData, MeshShape, SceneBuilder, Surface, has_normal};
 
 type Corners = [Vec3; 3];
 
@@ -527,20 +527,24 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
     }
 }
 
-/// Triangles that stand, and soups that turn and go on while the shutter is open, each with the track
-/// that it goes by.
+/// Triangles that stand, and soups that turn and go on while the shutter is open, each as it is when
+/// that opens and when it closes, with the track that it goes by. Every other one deforms, and every
+/// fourth only that.
 struct MovingSoups {
     tracer: Tracer,
     standing: Vec<Corners>,
-    movers: Vec<(Vec<Corners>, Track)>,
+    movers: Vec<([Vec<Corners>; 2], Track)>,
 }
 
 impl MovingSoups {
     /// All triangles after a share of the time.
     fn at(&self, share: f32) -> Vec<Corners> {
-        let moved = self.movers.iter().flat_map(|(triangles, track)| {
+        let moved = self.movers.iter().flat_map(|([open, close], track)| {
             let map = track.at(3.0 + f64::from(share)).as_affine3a();
-            triangles.iter().map(move |c| c.map(|v| map.transform_point3(v)))
+            let corners = move |(a, b): (&Corners, &Corners)| {
+                [0, 1, 2].map(|k| map.transform_point3(a[k].lerp(b[k], share)))
+            };
+            open.iter().zip(close).map(corners)
         });
         self.standing.iter().copied().chain(moved).collect()
     }
@@ -557,18 +561,30 @@ fn moving_soups(stream: &mut Stream, opacity: f32) -> MovingSoups {
     let still = b.add_mesh(mesh(&standing), material).unwrap();
     b.add_instance(still, Affine3A::IDENTITY).unwrap();
     let mut movers = Vec::new();
-    for _ in 0..12 {
+    for number in 0..12 {
         let triangles = soup(stream, 12, 0.2);
-        let mesh = b.add_mesh(mesh(&triangles), material).unwrap();
+        let mut closing = triangles.clone();
+        if number % 2 == 1 {
+            closing.iter_mut().flatten().for_each(|v| *v += point(stream, 0.4));
+        }
+        let shape = MeshShape { positions: closing.concat(), ..MeshShape::default() };
+        let mesh = b.add_deforming_mesh(mesh(&triangles), shape, [3.0, 4.0], material).unwrap();
         let mut end = |seconds: f64| {
             let turn = Quat::from_vec4(point(stream, 1.0).extend(0.6).normalize());
             let map = Affine3A::from_scale_rotation_translation(Vec3::splat(0.5), turn, point(stream, 0.8));
             let linear = map.matrix3.as_dmat3();
             (seconds, DAffine3 { matrix3: linear, translation: map.translation.as_dvec3() })
         };
-        let track = Track::new([end(3.0), end(4.0)]).unwrap();
-        b.add_moving_instance(mesh, track.clone(), [3.0, 4.0]).unwrap().unwrap();
-        movers.push((triangles, track));
+        let (first, second) = (end(3.0), end(4.0));
+        let track = if number % 4 == 1 {
+            b.add_instance(mesh, first.1.as_affine3a()).unwrap().unwrap();
+            Track::new([first]).unwrap()
+        } else {
+            let track = Track::new([first, second]).unwrap();
+            b.add_moving_instance(mesh, track.clone(), [3.0, 4.0]).unwrap().unwrap();
+            track
+        };
+        movers.push(([triangles, closing], track));
     }
     MovingSoups { tracer: Tracer::new(Arc::new(b.build().unwrap())), standing, movers }
 }
@@ -580,8 +596,8 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
     let mut s = Stream::new(31, Purpose::Test, 0);
     let soups = moving_soups(&mut s, 1.0);
     let (t, plain) = (&soups.tracer, soups.tracer.plain());
-    let mut judged = [0; 3];
-    for _ in 0..60 {
+    let mut judged = [0; 4];
+    for _ in 0..90 {
         let share = s.uniform();
         let all = soups.at(share);
         for _ in 0..200 {
@@ -601,7 +617,9 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
                 assert!((f64::from(hit.t) - exact).abs() < 1e-4 * (1.0 + exact), "{hit:?} for {exact}");
                 let p = t.scene().surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
                 assert!((p.position - ray.at(hit.t)).length() < 1e-5, "the surface is where it was met");
-                judged[usize::from(t.scene().motion_of(hit.instance).is_some())] += 1;
+                let deforms = t.scene().mesh_of(hit.instance).deforms().is_some();
+                let kind = usize::from(t.scene().motion_of(hit.instance).is_some()) + usize::from(deforms);
+                judged[kind] += 1;
             }
         }
         for infinite in [false, true] {
@@ -623,7 +641,7 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
                     blocked_exactly(apex, *x, 1.0, &all)
                 };
                 if let Some(blocked) = exact {
-                    judged[2] += usize::from(blocked);
+                    judged[3] += usize::from(blocked);
                     assert_eq!(*v, if blocked { 0.0 } else { 1.0 }, "{fan:?} to {x:?} at {share}");
                 }
             }

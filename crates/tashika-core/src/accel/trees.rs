@@ -1,6 +1,8 @@
 //! The trees of a scene: one over what is placed once, and one a shared mesh below a tree of
 //! instances that stand and [one](super::moving) of those that move.
 
+use std::borrow::Borrow;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -8,10 +10,9 @@ use super::bvh::{Bvh, Node};
 use super::moving::{Mover, Moving};
 use super::split::Item;
 use super::triangle::{Block, Triangle, flag};
-use crate::math::simd::WIDTH;
-use crate::math::simd::each;
+use crate::math::simd::{F32x8, WIDTH, each};
 use crate::math::{Aabb, GAMMA_4, Real};
-use crate::scene::{Instance, InstanceId, Mesh, Scene, has_normal};
+use crate::scene::{Instance, InstanceId, Mesh, Scene, box_between, has_normal};
 
 /// Everything that is walked through.
 #[derive(Debug)]
@@ -32,7 +33,10 @@ pub(super) struct Trees {
 #[derive(Debug)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
+    /// Of a mesh that deforms, as it is when the shutter opens.
     pub blocks: Vec<Block>,
+    /// The same triangles when it closes; none if the mesh does not deform.
+    pub closing: Vec<Block>,
     triangles: u64,
 }
 
@@ -79,16 +83,38 @@ impl Placed {
 
 impl Tree {
     /// Over items that `triangle` knows by their numbers.
-    fn build(mut items: Vec<Item>, triangle: impl Fn([u32; 2]) -> Triangle + Sync) -> Self {
+    fn build(items: Vec<Item>, triangle: impl Fn([u32; 2]) -> Triangle + Sync) -> Self {
+        let (nodes, leaves, numbers) = Self::sort(items);
+        let blocks = Self::blocks(&leaves, &numbers, triangle);
+        Self { nodes, blocks, closing: Vec::new(), triangles: numbers.len() as u64 }
+    }
+
+    /// Over items with boxes that hold them at all times, of which `triangle` knows where they are
+    /// after a share of the time.
+    fn build_deforming(items: Vec<Item>, triangle: impl Fn(f32, [u32; 2]) -> Triangle + Sync) -> Self {
+        let (nodes, leaves, numbers) = Self::sort(items);
+        let at = |share: f32| Self::blocks(&leaves, &numbers, |numbers| triangle(share, numbers));
+        Self { nodes, blocks: at(0.0), closing: at(1.0), triangles: numbers.len() as u64 }
+    }
+
+    /// The nodes over items, their leaves, and the numbers of the items in order.
+    fn sort(mut items: Vec<Item>) -> (Vec<Node>, Vec<(u32, u32)>, Vec<[u32; 2]>) {
         let Bvh { nodes, leaves } = Bvh::build(&mut items, LEAF_TRIANGLES);
         // Without the boxes, which would be in memory together with the blocks.
-        let numbers: Vec<[u32; 2]> = items.par_iter().map(Item::numbers).collect();
-        drop(items);
+        let numbers = items.par_iter().map(Item::numbers).collect();
+        (nodes, leaves, numbers)
+    }
+
+    fn blocks(
+        leaves: &[(u32, u32)],
+        numbers: &[[u32; 2]],
+        triangle: impl Fn([u32; 2]) -> Triangle + Sync,
+    ) -> Vec<Block> {
         let block = |&(first, count): &(u32, u32)| {
             let numbers = &numbers[first as usize..][..count as usize];
             Block::new(numbers.iter().map(|&numbers| triangle(numbers)))
         };
-        Self { nodes, blocks: leaves.par_iter().map(block).collect(), triangles: numbers.len() as u64 }
+        leaves.par_iter().map(block).collect()
     }
 
     /// How many triangles there are.
@@ -98,7 +124,34 @@ impl Tree {
 
     /// Memory (bytes).
     pub fn bytes(&self) -> u64 {
-        (size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])) as u64
+        let blocks = size_of_val(&self.blocks[..]) + size_of_val(&self.closing[..]);
+        (size_of_val(&self.nodes[..]) + blocks) as u64
+    }
+}
+
+/// Triangles in a tree, where a walk meets them.
+pub(super) trait Met {
+    type Block<'b>: Borrow<Block>
+    where
+        Self: 'b;
+
+    fn tree(&self) -> &Tree;
+
+    /// The triangles of a leaf.
+    fn block<F: F32x8>(&self, leaf: u32) -> Self::Block<'_>;
+}
+
+impl Met for Tree {
+    type Block<'b> = &'b Block;
+
+    #[inline(always)]
+    fn tree(&self) -> &Tree {
+        self
+    }
+
+    #[inline(always)]
+    fn block<F: F32x8>(&self, leaf: u32) -> &Block {
+        &self.blocks[leaf as usize]
     }
 }
 
@@ -150,14 +203,20 @@ impl Trees {
             })
         };
         let build = |(mesh, flags): &(&Mesh, u32)| {
+            let number = 0..mesh.triangles().len() as u32;
+            let triangle = |v, [instance, index]: [u32; 2]| Triangle { v, instance, index, flags: *flags };
+            if mesh.deforms().is_some() {
+                let around = |share, index| Aabb::of_points(mesh.corners_at(share, index));
+                let item =
+                    |index| Item::new(&box_between(around(0.0, index), around(1.0, index)), [0, index]);
+                let items = number.into_par_iter().map(item).collect();
+                return Tree::build_deforming(items, |share, numbers| {
+                    triangle(mesh.corners_at(share, numbers[1]), numbers)
+                });
+            }
             let item = |index| Item::new(&Aabb::of_points(mesh.corners(index)), [0, index]);
-            let items = (0..mesh.triangles().len() as u32).into_par_iter().map(item).collect();
-            Tree::build(items, |[instance, index]| Triangle {
-                v: mesh.corners(index),
-                instance,
-                index,
-                flags: *flags,
-            })
+            let items = number.into_par_iter().map(item).collect();
+            Tree::build(items, |numbers| triangle(mesh.corners(numbers[1]), numbers))
         };
         let of_moving = |mover: &Mover| scene.box_of(&scene.instances()[mover.instance.index()]);
         let of_placed = |p: &Placed| world_box(&scene.instances()[p.instance as usize], scene);

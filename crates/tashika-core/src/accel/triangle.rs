@@ -74,6 +74,21 @@ impl Block {
         each!(|corner| each!(|axis| F::load(&self.v[corner][axis])))
     }
 
+    /// The same triangles with corners after a share of the way to those of another block, as
+    /// [`between`](crate::scene::between) has them, to the same bits.
+    #[inline(always)]
+    pub fn towards<F: F32x8>(&self, other: &Self, share: f32) -> Self {
+        let (of_self, of_other) = (F::splat(1.0 - share), F::splat(share));
+        let mut block = *self;
+        for corner in 0..3 {
+            for axis in 0..3 {
+                let (a, b) = (F::load(&self.v[corner][axis]), F::load(&other.v[corner][axis]));
+                block.v[corner][axis] = (a * of_self + b * of_other).array();
+            }
+        }
+        block
+    }
+
     /// As often the same as a vector has places.
     #[inline(always)]
     pub fn corners_of<F: Vector>(&self, slot: usize) -> [Vectors3<F>; 3] {

@@ -147,6 +147,12 @@ impl Track {
         Self::new(self.keys.iter().map(|key| (key.seconds, key.map * first)))
     }
 
+    /// Whether it has one key only: the same map at all times.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        self.keys.len() == 1
+    }
+
     /// Memory of the keys (bytes).
     pub fn bytes(&self) -> u64 {
         size_of_val(&self.keys[..]) as u64

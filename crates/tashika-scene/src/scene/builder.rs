@@ -9,7 +9,7 @@ use super::object_names::{Numbered, ObjectNames};
 use super::{
     AimedMap, Beam, Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId,
     IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface,
-    Texture, TextureId, TurnedAway, check,
+    Texture, TextureId, TurnedAway, check, deformation,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -181,6 +181,14 @@ impl SceneBuilder {
     /// Wrong indices and attribute counts are errors; triangles that cannot be rendered are left
     /// out and noted.
     pub fn add_mesh(&mut self, data: MeshData, material: MaterialId) -> Result<MeshId> {
+        self.check_mesh(&data, material)?;
+        let name = data.name.clone();
+        let (mesh, repairs) = Mesh::repair(data, material);
+        Ok(self.push_mesh(mesh, repairs, &name))
+    }
+
+    /// Refuses wrong indices and counts.
+    pub(super) fn check_mesh(&self, data: &MeshData, material: MaterialId) -> Result<()> {
         let at = self.origin.clone().item(format!("mesh {}", data.name));
         let vertices = data.positions.len();
         if let Some(i) = data.triangles.iter().flatten().find(|&&i| i as usize >= vertices) {
@@ -206,7 +214,12 @@ impl SceneBuilder {
                 "a material of this scene",
             ));
         }
-        let (mesh, repairs) = Mesh::repair(data, material);
+        Ok(())
+    }
+
+    /// Takes over a mesh and says what was repaired.
+    pub(super) fn push_mesh(&mut self, mesh: Mesh, repairs: MeshRepairs, name: &str) -> MeshId {
+        let at = self.origin.clone().item(format!("mesh {name}"));
         let MeshRepairs { not_finite, degenerate, normals, uvs } = repairs;
         let repaired = NoteKind::Repaired;
         let notes = &mut self.scene.notes;
@@ -225,12 +238,22 @@ impl SceneBuilder {
         notes.push_many(repaired, "texture coordinates that are not finite: set to 0", at, uvs);
         self.scene.triangles_without_area += degenerate;
         self.scene.meshes.push(mesh);
-        Ok(MeshId(self.scene.meshes.len() as u32 - 1))
+        MeshId(self.scene.meshes.len() as u32 - 1)
     }
 
     /// Places a mesh. The transform must be finite and invertible; one that flattens the mesh is
     /// left out and noted.
     pub fn add_instance(&mut self, mesh: MeshId, to_world: Affine3A) -> Result<Option<InstanceId>> {
+        if let Some(shutter) = self.scene.meshes.get(mesh.index()).and_then(Mesh::deforms)
+            && let Some(track) = deformation::standing(&to_world)
+        {
+            return self.add_moving_instance(mesh, track, shutter);
+        }
+        self.place(mesh, to_world)
+    }
+
+    /// Places a mesh that stands, or in the middle of its motion.
+    pub(super) fn place(&mut self, mesh: MeshId, to_world: Affine3A) -> Result<Option<InstanceId>> {
         let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
         if mesh.index() >= self.scene.meshes.len() {
             return Err(Error::invalid(at, format!("mesh {}", mesh.index()), "a mesh of this scene"));

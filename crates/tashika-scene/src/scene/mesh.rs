@@ -2,6 +2,7 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
+use super::deformation::Deformation;
 use super::{Interface, MaterialId, MeshId};
 use crate::math::Aabb;
 
@@ -43,6 +44,8 @@ pub struct Mesh {
     pub(super) uvs: Vec<Vec2>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) bounds: Aabb,
+    /// While the shutter is open, if it does; the vertices are those of the middle then.
+    pub(super) deformation: Option<Box<Deformation>>,
     /// Material of all its triangles.
     pub material: MaterialId,
     /// What is on either side of it, if that is said.
@@ -105,7 +108,7 @@ impl Mesh {
             + size_of_val(&self.normals[..])
             + size_of_val(&self.uvs[..])
             + size_of_val(&self.triangles[..]);
-        bytes as u64
+        bytes as u64 + self.deformation.as_ref().map_or(0, |deformation| deformation.bytes())
     }
 
     /// Name for messages.
@@ -113,7 +116,7 @@ impl Mesh {
         &self.name
     }
 
-    /// Box around the vertices that triangles use (m, object space).
+    /// Box around the vertices that triangles use (m, object space), at all times.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -126,23 +129,30 @@ impl Mesh {
 
     /// Takes over `data`, leaving out what cannot be rendered; indices must be in range.
     pub(super) fn repair(data: MeshData, material: MaterialId) -> (Self, MeshRepairs) {
+        Self::repair_with(data, material, |_| [])
+    }
+
+    /// The same of triangles with other corners at other times, by their indices: one is left out
+    /// where any of all corners is not finite, or it never has an area.
+    pub(super) fn repair_with<const N: usize>(
+        data: MeshData,
+        material: MaterialId,
+        others: impl Fn(&[u32; 3]) -> [[Vec3; 3]; N],
+    ) -> (Self, MeshRepairs) {
         let mut repairs = MeshRepairs::default();
         let MeshData { name, positions, mut normals, mut uvs, mut triangles } = data;
         triangles.retain(|t| {
             let v = t.map(|i| positions[i as usize]);
-            if !v.iter().all(|p| p.is_finite()) {
+            let others = others(t);
+            if !v.iter().chain(others.iter().flatten()).all(|p| p.is_finite()) {
                 repairs.not_finite += 1;
                 return false;
             }
-            repairs.degenerate += u64::from(!has_normal(&v));
-            has_normal(&v)
+            let has_area = has_normal(&v) || others.iter().any(has_normal);
+            repairs.degenerate += u64::from(!has_area);
+            has_area
         });
-        for n in &mut normals {
-            let unit = n.normalize_or_zero();
-            repairs.normals += u64::from(unit == Vec3::ZERO || !unit.is_finite());
-            // A zero normal stands for the face's, see `Scene::surface_point`.
-            *n = if unit.is_finite() { unit } else { Vec3::ZERO };
-        }
+        repairs.normals = Self::repair_normals(&mut normals);
         for uv in &mut uvs {
             if !uv.is_finite() {
                 repairs.uvs += 1;
@@ -150,7 +160,20 @@ impl Mesh {
             }
         }
         let bounds = Aabb::of_points(triangles.iter().flatten().map(|&i| positions[i as usize]));
-        (Self { name, positions, normals, uvs, triangles, bounds, material, interface: None }, repairs)
+        let (deformation, interface) = (None, None);
+        (Self { name, positions, normals, uvs, triangles, bounds, deformation, material, interface }, repairs)
+    }
+
+    /// Makes normals unit vectors, or zero where they have no direction; how many are that.
+    pub(super) fn repair_normals(normals: &mut [Vec3]) -> u64 {
+        let mut lost = 0;
+        for n in normals {
+            let unit = n.normalize_or_zero();
+            lost += u64::from(unit == Vec3::ZERO || !unit.is_finite());
+            // A zero normal stands for the face's, see `Scene::surface_point`.
+            *n = if unit.is_finite() { unit } else { Vec3::ZERO };
+        }
+        lost
     }
 }
 

@@ -6,7 +6,8 @@
 //!
 //! A moving instance is its mesh's own surface, met by transforming rays as of their time; its
 //! corners never lie in world space, as those of [baked](Instance::is_baked) ones do. What asks
-//! without a time (a box, a list) has it in the middle of the time.
+//! without a time (a box, a list) has it in the middle of the time. An instance of a mesh that
+//! [deforms](super::deformation) moves too, wherever it is.
 //!
 //! # Guarantee
 //! Past [`SceneBuilder::build`] all instances that move do so while one and the same shutter is open,
@@ -17,7 +18,7 @@
 
 use glam::{Affine3A, DAffine3, DMat3};
 
-use super::{Instance, InstanceId, MeshId, NoteKind, Scene, SceneBuilder};
+use super::{Instance, InstanceId, Mesh, MeshId, NoteKind, Scene, SceneBuilder};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::math::motion::Track;
@@ -50,6 +51,9 @@ impl Motion {
 
     /// An instance that moves so, after a share of the time.
     fn placed(&self, instance: &Instance, share: f32) -> Instance {
+        if self.track.is_still() {
+            return *instance;
+        }
         let to_world = self.pose(share);
         Instance { to_world, to_object: inverse(&to_world), ..*instance }
     }
@@ -87,6 +91,11 @@ impl SceneBuilder {
             let expected = format!("{open} to {close} s, as for the instances before");
             return Err(Error::invalid(at(), found(), expected));
         }
+        let deforms = self.scene.meshes.get(mesh.index()).and_then(Mesh::deforms);
+        if let Some([open, close]) = deforms.filter(|other| *other != shutter) {
+            let expected = format!("{open} to {close} s, as the mesh deforms");
+            return Err(Error::invalid(at(), found(), expected));
+        }
         if !track.can_place() {
             let message =
                 "instances that move with a transform that cannot be inverted at all times: left out";
@@ -95,8 +104,12 @@ impl SceneBuilder {
             return Ok(None);
         }
         let middle = track.at(open + 0.5 * (close - open)).as_affine3a();
-        let placed = self.add_instance(mesh, middle)?;
-        if let (Some(id), Some(motion)) = (placed, Motion::between(track, shutter)) {
+        let placed = self.place(mesh, middle)?;
+        let motion = match deforms {
+            Some(_) => Some(Motion { track, shutter }),
+            None => Motion::between(track, shutter),
+        };
+        if let (Some(id), Some(motion)) = (placed, motion) {
             let instance = &mut self.scene.instances[id.index()];
             instance.motion = Some(self.scene.motions.len() as u32);
             instance.to_object = inverse(&instance.to_world);
@@ -113,7 +126,7 @@ impl Scene {
         self.instances[instance.index()].motion.map(|motion| &self.motions[motion as usize])
     }
 
-    /// Whether any instance moves while the shutter is open.
+    /// Whether any instance moves or deforms while the shutter is open.
     #[inline]
     pub fn moves(&self) -> bool {
         !self.motions.is_empty()

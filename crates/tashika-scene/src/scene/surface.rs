@@ -87,24 +87,27 @@ impl SurfacePoint {
     }
 }
 
+/// The share of the time that what asks without one means.
+const MIDDLE: f32 = 0.5;
+
 impl Scene {
     /// World corners of a triangle (m): the surface itself of a baked instance.
     #[inline]
     pub fn world_corners(&self, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
-        self.corners_of(&self.instances[instance.index()], triangle)
+        self.corners_of(&self.instances[instance.index()], MIDDLE, triangle)
     }
 
     /// World corners of a triangle (m) after a share of the time that the shutter is open, 0 to 1.
     pub fn world_corners_at(&self, share: f32, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
         match self.moved(instance, share) {
             None => self.world_corners(instance, triangle),
-            Some(placed) => self.corners_of(&placed, triangle),
+            Some(placed) => self.corners_of(&placed, share, triangle),
         }
     }
 
     #[inline]
-    fn corners_of(&self, placed: &Instance, triangle: u32) -> [Vec3; 3] {
-        let corners = self.meshes[placed.mesh.index()].corners(triangle);
+    fn corners_of(&self, placed: &Instance, share: f32, triangle: u32) -> [Vec3; 3] {
+        let corners = self.meshes[placed.mesh.index()].corners_at(share, triangle);
         if placed.is_identity() { corners } else { corners.map(|v| placed.to_world.transform_point3(v)) }
     }
 
@@ -113,7 +116,7 @@ impl Scene {
     /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`, and
     /// `γ₄ (|M| |vᵢ| + |t|)` for the corners themselves if the instance is transformed.
     pub fn surface_point(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> SurfacePoint {
-        self.point_on(&self.instances[instance.index()], instance, triangle, b)
+        self.point_on(&self.instances[instance.index()], MIDDLE, instance, triangle, b)
     }
 
     /// The same after a share of the time that the shutter is open, 0 to 1.
@@ -127,20 +130,29 @@ impl Scene {
     ) -> SurfacePoint {
         match self.moved(instance, share) {
             None => self.surface_point(instance, triangle, b),
-            Some(placed) => self.point_on(&placed, instance, triangle, b),
+            Some(placed) => self.point_on(&placed, share, instance, triangle, b),
         }
     }
 
-    fn point_on(&self, placed: &Instance, instance: InstanceId, triangle: u32, b: [f32; 3]) -> SurfacePoint {
+    /// A point of an instance that is placed as it is after a share of the time; of meshes that do not
+    /// deform the share means nothing.
+    fn point_on(
+        &self,
+        placed: &Instance,
+        share: f32,
+        instance: InstanceId,
+        triangle: u32,
+        b: [f32; 3],
+    ) -> SurfacePoint {
         let mesh = self.mesh_of(instance);
         let indices = mesh.triangles[triangle as usize].map(|i| i as usize);
-        let w = self.corners_of(placed, triangle);
+        let w = self.corners_of(placed, share, triangle);
         let position = w[0] * b[0] + w[1] * b[1] + w[2] * b[2];
         let mut error = GAMMA_7 * ((w[0] * b[0]).abs() + (w[1] * b[1]).abs() + (w[2] * b[2]).abs());
         if !placed.is_identity() {
             let m = placed.to_world.matrix3;
-            let largest =
-                indices.iter().map(|&i| mesh.positions[i].abs()).reduce(Vec3::max).unwrap_or(Vec3::ZERO);
+            let [p, q, r] = mesh.corners_at(share, triangle).map(Vec3::abs);
+            let largest = p.max(q).max(r);
             let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| Vec3::from(c).abs());
             let moved = columns[0] * largest.x + columns[1] * largest.y + columns[2] * largest.z;
             error += GAMMA_4 * (moved + Vec3::from(placed.to_world.translation).abs());
@@ -151,13 +163,14 @@ impl Scene {
         let mut n = if placed.baked {
             (w[1] - w[0]).cross(w[2] - w[0]) * if placed.mirrored { -1.0 } else { 1.0 }
         } else {
-            let v = mesh.corners(triangle);
+            let v = mesh.corners_at(share, triangle);
             normal_to_world((v[1] - v[0]).cross(v[2] - v[0]))
         }
         .normalize_or(Vec3::Z);
         let mut shading_normal = n;
         if !mesh.normals.is_empty() {
-            let object: Vec3 = indices.iter().zip(b).map(|(&i, b)| mesh.normals[i] * b).sum();
+            let normals = mesh.normals_at(share, triangle);
+            let object: Vec3 = normals.into_iter().zip(b).map(|(n, b)| n * b).sum();
             let unit = normal_to_world(object).normalize_or_zero();
             if unit != Vec3::ZERO {
                 shading_normal = unit;
@@ -286,7 +299,7 @@ impl Scene {
         let moved = self.moved(instance, share);
         let placed = moved.as_ref().unwrap_or(&self.instances[instance.index()]);
         let direction = placed.to_world.transform_vector3(local_direction);
-        let corners = || self.corners_of(placed, triangle);
+        let corners = || self.corners_of(placed, share, triangle);
         self.stopped_between(corners, instance, triangle, b, direction, solid_glass)
     }
 

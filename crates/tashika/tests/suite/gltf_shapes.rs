@@ -307,6 +307,79 @@ fn further_sets_count_and_weights_add_up_to_one() {
     assert!((tip - Vec3::new(2.5, 2.0, 0.0)).length() < 1e-6, "the mean of 0 to 5: {tip}");
 }
 
+fn exposed(d: &Document, shutter: [f64; 2]) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let options = LoadOptions { shutter: Some(shutter), ..LoadOptions::default() };
+    load_in(folder.path(), "scene.glb", &d.glb(), &options).unwrap()
+}
+
+/// World corners of the first triangle of an instance after a share of the time.
+fn corners_at(scene: &Scene, instance: usize, share: f32) -> [Vec3; 3] {
+    scene.world_corners_at(share, scene.instance_ids().nth(instance).unwrap(), 0)
+}
+
+#[track_caller]
+fn assert_close(found: [Vec3; 3], expected: [Vec3; 3], what: &str) {
+    for (found, expected) in found.iter().zip(expected) {
+        assert!(
+            (*found - expected).length() < 5e-6 * (1.0 + expected.length()),
+            "{what}: {found} for {expected}"
+        );
+    }
+}
+
+/// One node morphs and goes along, one stands and morphs, one has weights that are not animated, one a
+/// skin whose joint turns.
+#[test]
+fn shapes_change_while_the_shutter_is_open() {
+    let mut d = morphing();
+    d.json["meshes"][0]["weights"] = json!([0.5, 0.5]);
+    d.push("nodes", json!({ "mesh": 0, "translation": [0, 0, 9] }));
+    d.push("nodes", json!({ "mesh": 0 }));
+    let weights = [[0.0], [1.0], [1.0], [-1.0]];
+    animate(&mut d, (0, "weights"), "LINEAR", &[0.0, 4.0], &weights);
+    animate(&mut d, (0, "translation"), "LINEAR", &[0.0, 4.0], &[[0.0; 3], [8.0, 0.0, 0.0]]);
+    animate(&mut d, (1, "weights"), "LINEAR", &[0.0, 4.0], &weights);
+    let at = |seconds: f32| morphed([0.25 * seconds, 1.0 - 0.5 * seconds]);
+    let scene = exposed(&d, [1.0, 3.0]);
+    assert_eq!((scene.shutter(), notes(&scene)), (Some([1.0, 3.0]), Vec::new()));
+    // The mesh has two shapes: that of the first two nodes, and that of the third.
+    assert_eq!((scene.meshes().len(), scene.instances().len()), (2, 3));
+    let deform: Vec<bool> = scene.meshes().iter().map(|mesh| mesh.deforms().is_some()).collect();
+    assert_eq!(deform, [true, false]);
+    for share in [0.0, 0.25, 0.5, 1.0_f32] {
+        let (seconds, what) = (1.0 + 2.0 * share, format!("after {share}"));
+        assert_close(corners_at(&scene, 0, share), at(seconds).map(|v| v + Vec3::X * 2.0 * seconds), &what);
+        assert_close(corners_at(&scene, 1, share), at(seconds).map(|v| v + Vec3::Z * 9.0), &what);
+        assert_close(corners_at(&scene, 2, share), morphed([0.5, 0.5]), &what);
+    }
+    assert_eq!(scene.time(), Some(2.0));
+    // After the last key nothing goes on, and closed at once nothing does either.
+    for still in [exposed(&d, [4.0, 5.0]), exposed(&d, [2.0, 2.0]), load_at(&d, Some(2.0)).unwrap()] {
+        assert!(!still.moves());
+    }
+    assert_corners(&exposed(&d, [4.0, 5.0]), 0, at(4.0), "at the end");
+    assert_corners(&exposed(&d, [2.0, 2.0]), 0, at(2.0), "closed at once");
+
+    let mut d = skinned();
+    animate(&mut d, (3, "rotation"), "LINEAR", &[0.0, 2.0], &[[0.0, 0.0, 0.0, 1.0], QUARTER]);
+    // That of the node of the mesh has no effect.
+    animate(&mut d, (0, "translation"), "LINEAR", &[0.0, 2.0], &[[0.0; 3], [9.0; 3]]);
+    let scene = exposed(&d, [0.0, 1.0]);
+    assert!(notes(&scene).is_empty() && scene.instances().len() == 1 && scene.moves());
+    let eighth = Affine3A::from_quat(Quat::IDENTITY.slerp(Quat::from_array(QUARTER), 0.5));
+    let (open, close) = (bent(Affine3A::IDENTITY), bent(eighth));
+    let id = scene.instance_ids().next().unwrap();
+    for share in [0.0, 0.3, 1.0_f32] {
+        // The last triangle has the vertices 4, 3 and 5.
+        let expected = [4, 3, 5].map(|v| open[v].0.lerp(close[v].0, share));
+        assert_close(scene.world_corners_at(share, id, 3), expected, &format!("bent after {share}"));
+        let tip = scene.surface_point_at(share, id, 3, [1.0, 0.0, 0.0]);
+        let normal = open[4].1.lerp(close[4].1, share).normalize();
+        assert!((tip.shading_normal - normal).length() < 1e-5, "{}", tip.shading_normal);
+    }
+}
+
 #[test]
 fn what_is_wrong_with_weights_and_joints_is_said() {
     // Weights for one target too many, and for one too few.

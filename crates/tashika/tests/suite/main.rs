@@ -11,6 +11,7 @@ mod damaged_mitsuba;
 mod damaged_obj;
 mod damaged_pbrt;
 mod damaged_usd;
+mod deforming;
 mod determinism;
 mod features;
 mod filters;

@@ -7,14 +7,18 @@
 //! goes around a point goes along chords: with a whole turn while the shutter is open, half a percent
 //! of the radius off at most.
 //!
+//! What [deforms](super::shapes) is looked at when the shutter opens and when it closes, and goes in
+//! straight lines between: turns of joints along chords, and what comes back meanwhile not at all.
+//!
 //! Held to this by `gltf_animations::cameras_move_while_the_shutter_is_open`,
-//! `gltf_animations::meshes_move_while_the_shutter_is_open`.
+//! `gltf_animations::meshes_move_while_the_shutter_is_open`,
+//! `gltf_shapes::shapes_change_while_the_shutter_is_open`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 
-use super::animations::{self, Pose};
+use super::animations::{self, Pose, Poses};
 use super::nodes;
 use super::source::Source;
 use crate::error::{Location, Result};
@@ -30,6 +34,8 @@ pub(super) struct Exposure {
     parents: Vec<Option<usize>>,
     /// Times (s), and the poses of the nodes above cameras, meshes and lights.
     moments: Vec<(f64, BTreeMap<usize, Pose>)>,
+    /// What animations say of these nodes, and of joints, when it opens and when it closes.
+    pub ends: [Poses; 2],
     /// Those of these nodes that move.
     moving: BTreeSet<usize>,
 }
@@ -59,7 +65,18 @@ impl Exposure {
             |node: &usize| root[*node].extensions.as_ref().is_some_and(|e| e.khr_lights_punctual.is_some());
         let is_seen =
             |node: &usize| root[*node].camera.is_some() || root[*node].mesh.is_some() || lights(node);
-        let only: BTreeSet<usize> = (0..root.len()).filter(is_seen).flat_map(above).collect();
+        // Each with all above it, which end where one is there already.
+        let add = |node: usize, all: &mut BTreeSet<usize>| {
+            above(node).take_while(|&node| all.insert(node)).for_each(drop);
+        };
+        let mut only = BTreeSet::new();
+        (0..root.len()).filter(is_seen).for_each(|node| add(node, &mut only));
+        let mut with_joints = only.clone();
+        let skins = (0..root.len()).filter_map(|node| root[node].skin.map(|skin| skin.value()));
+        for skin in skins.collect::<BTreeSet<_>>() {
+            source.root.skins[skin].joints.iter().for_each(|joint| add(joint.value(), &mut with_joints));
+        }
+        let ends = [at(open, Some(&with_joints))?, at(close, Some(&with_joints))?];
         let time = |k: u32| open + f64::from(k) / f64::from(STEPS) * (close - open);
         let moments = (0..=STEPS).map(|k| Ok((time(k), at(time(k), Some(&only))?.places)));
         let moments: Vec<(f64, BTreeMap<usize, Pose>)> = moments.collect::<Result<_>>()?;
@@ -73,7 +90,7 @@ impl Exposure {
                 builder.note(NoteKind::Approximated, message, source.at(format!("nodes[{node}]")));
             }
         }
-        Ok(Some(Self { shutter, parents, moments, moving }))
+        Ok(Some(Self { shutter, parents, moments, ends, moving }))
     }
 
     /// How a node moves, if it does: times (s) and transforms to the world.

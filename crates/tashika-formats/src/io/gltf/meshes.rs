@@ -28,12 +28,11 @@ use gltf::json::validation::Checked;
 use super::extensions::refuse_compressed;
 use super::features::met;
 use super::materials::{Materials, NO_TINT, Tint};
-use super::shapes::{Shape, ShapeKey};
+use super::shapes::{Shape, ShapeKey, Wanted};
 use super::source::Source;
-use super::vertices::{Vertices, Wanted};
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
-use crate::scene::{MeshData, MeshId, NoteKind, SceneBuilder};
+use crate::scene::{MeshData, MeshId, MeshShape, NoteKind, SceneBuilder};
 
 /// Largest texture coordinate: far beyond where `f32` still tells texels apart, and small enough
 /// for a texture transform to keep it finite.
@@ -51,12 +50,14 @@ pub(super) struct Part {
 pub(super) struct Meshes {
     read: BTreeMap<(usize, ShapeKey), Vec<Part>>,
     materials: Materials,
+    /// From when to when the shutter is open (s), if it is.
+    shutter: Option<[f64; 2]>,
 }
 
 impl Meshes {
     /// None read yet.
-    pub fn new() -> Self {
-        Self { read: BTreeMap::new(), materials: Materials::default() }
+    pub fn new(shutter: Option<[f64; 2]>) -> Self {
+        Self { read: BTreeMap::new(), materials: Materials::default(), shutter }
     }
 
     /// What the primitives of mesh `index` became in a shape.
@@ -73,7 +74,13 @@ impl Meshes {
         };
         let mut read = Vec::new();
         for primitive in 0..source.root.meshes[index].primitives.len() {
-            read.extend(read_primitive(&mut self.materials, source, builder, (index, primitive), shape)?);
+            read.extend(read_primitive(
+                &mut self.materials,
+                source,
+                builder,
+                (index, primitive),
+                (shape, self.shutter),
+            )?);
         }
         Ok(vacant.insert(read))
     }
@@ -85,7 +92,7 @@ fn read_primitive(
     source: &Source<'_>,
     builder: &mut SceneBuilder,
     (mesh, index): (usize, usize),
-    shape: &Shape,
+    (shape, shutter): (&Shape, Option<[f64; 2]>),
 ) -> Result<Option<Part>> {
     let document = &source.root.meshes[mesh];
     let primitive = &document.primitives[index];
@@ -182,20 +189,25 @@ fn read_primitive(
     };
     let vectors = |of: Vec<[f32; 3]>| of.into_iter().map(Vec3::from_array).collect();
     let vertices =
-        Vertices { positions: vectors(positions.vectors(range.clone())?), normals: vectors(normals) };
+        MeshShape { positions: vectors(positions.vectors(range.clone())?), normals: vectors(normals) };
     let wanted = Wanted { primitive, item: &item, count, range };
     let (shapes, is_placed) = shape.applied(source, &wanted, vertices, builder)?;
+    let mut shapes = shapes.into_iter();
+    let MeshShape { positions, normals } = shapes.next().unwrap_or_default();
     let data = MeshData {
         name: name_of_part(document, mesh, index),
-        positions: shapes[0].positions.clone(),
-        normals: shapes[0].normals.clone(),
+        positions,
+        normals,
         uvs: uvs
             .into_iter()
             .map(|uv: [f32; 2]| Vec2::from_array(uv).clamp(-FARTHEST_UV, FARTHEST_UV))
             .collect(),
         triangles,
     };
-    let mesh = builder.add_mesh(data, material.id)?;
+    let mesh = match (shapes.next(), shutter) {
+        (Some(closing), Some(shutter)) => builder.add_deforming_mesh(data, closing, shutter, material.id)?,
+        _ => builder.add_mesh(data, material.id)?,
+    };
     Ok(Some(Part { mesh, is_placed }))
 }
 

@@ -10,7 +10,7 @@
 //! | [`nodes`], [`animations`], [`instancing`] | what stands where |
 //! | [`exposure`] | what moves while the shutter is open |
 //! | [`meshes`] | primitives into meshes |
-//! | [`shapes`], [`morphs`], [`skins`], [`vertices`] | what shapes they have |
+//! | [`shapes`], [`morphs`], [`skins`] | what shapes they have |
 //! | [`materials`], [`textures`] | materials with their extensions |
 //! | [`cameras`], [`lights`], [`light_profiles`], [`image_light`] | cameras and lights |
 //!
@@ -48,7 +48,6 @@ mod skins;
 mod source;
 mod textures;
 mod uri;
-mod vertices;
 
 use std::collections::BTreeSet;
 
@@ -92,8 +91,11 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         None => None,
     };
     image_light::add(&source, &mut builder)?;
-    let mut meshes = Meshes::new();
-    let mut shapes = Shapes::new(&source, &[&poses])?;
+    let mut meshes = Meshes::new(exposure.as_ref().map(|exposure| exposure.shutter));
+    let mut shapes = match &exposure {
+        Some(Exposure { ends: [open, close], .. }) => Shapes::new(&source, &[open, close])?,
+        None => Shapes::new(&source, &[&poses])?,
+    };
     let mut camera_names = BTreeSet::new();
     let mut profiles = Profiles::default();
     for placed in nodes::place(&source, &poses.places, &mut builder)? {

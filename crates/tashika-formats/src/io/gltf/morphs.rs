@@ -19,10 +19,10 @@ use glam::Vec3;
 use gltf::json;
 use gltf::json::accessor::Type;
 
+use super::shapes::Wanted;
 use super::source::Source;
-use super::vertices::{Vertices, Wanted};
 use crate::error::{Error, Result};
-use crate::scene::{NoteKind, SceneBuilder};
+use crate::scene::{MeshShape, NoteKind, SceneBuilder};
 
 /// How many targets a mesh has.
 pub(super) fn targets(mesh: &json::Mesh) -> usize {
@@ -56,7 +56,7 @@ pub(super) fn apply(
     source: &Source<'_>,
     wanted: &Wanted<'_>,
     weights: &[f32],
-    vertices: &mut Vertices,
+    vertices: &mut MeshShape,
 ) -> Result<()> {
     let targets = wanted.primitive.targets.iter().flatten();
     for (i, (target, &weight)) in targets.zip(weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0)

@@ -1,23 +1,36 @@
 //! The shapes of meshes: by the weights of their [morph targets](super::morphs) and the joints of
 //! their [skins](super::skins), as of a time.
 //!
-//! Nodes whose meshes have the same weights and the same skin share them.
+//! Nodes whose meshes have the same weights and the same skin share them. While the shutter is open
+//! there are two: when it opens and when it closes, between which vertices go in straight lines.
 //!
 //! Held to this by the test module `gltf_shapes`.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::rc::Rc;
 
 use glam::DAffine3;
+use gltf::json;
 
 use super::animations::Poses;
 use super::morphs;
 use super::nodes;
 use super::skins::{self, Influences};
 use super::source::Source;
-use super::vertices::{Vertices, Wanted};
 use crate::error::Result;
-use crate::scene::SceneBuilder;
+use crate::scene::{MeshShape, SceneBuilder};
+
+/// Which vertices of a primitive are wanted.
+pub(super) struct Wanted<'w> {
+    pub primitive: &'w json::mesh::Primitive,
+    /// Where the primitive stands in the file.
+    pub item: &'w str,
+    /// How many there are.
+    pub count: usize,
+    /// Those that triangles use.
+    pub range: Range<usize>,
+}
 
 /// What tells shapes of one mesh apart: the skin, and the bits of the weights at each moment; no
 /// weights where all are zero.
@@ -94,9 +107,9 @@ impl Shape {
         &self,
         source: &Source<'_>,
         wanted: &Wanted<'_>,
-        vertices: Vertices,
+        vertices: MeshShape,
         builder: &mut SceneBuilder,
-    ) -> Result<(Vec<Vertices>, bool)> {
+    ) -> Result<(Vec<MeshShape>, bool)> {
         let influences = match &self.skin {
             Some(skin) => Influences::of(source, wanted, skin.joints.first().map_or(0, Vec::len), builder)?,
             None => None,
@@ -105,8 +118,12 @@ impl Shape {
         if moments == 0 {
             return Ok((vec![vertices], false));
         }
-        let mut all: Vec<Vertices> = Vec::with_capacity(moments);
+        let mut all: Vec<MeshShape> = Vec::with_capacity(moments);
+        let bytes = size_of_val(&vertices.positions[..]) + size_of_val(&vertices.normals[..]);
         for moment in 0..moments {
+            if moment > 0 {
+                source.geometry_budget.take(bytes as u64, &source.at(wanted.item))?;
+            }
             let mut moved = vertices.clone();
             if let Some(weights) = self.weights.get(moment) {
                 morphs::apply(source, wanted, weights, &mut moved)?;

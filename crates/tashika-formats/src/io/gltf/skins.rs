@@ -21,10 +21,10 @@ use gltf::json::accessor::Type;
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 
+use super::shapes::Wanted;
 use super::source::Source;
-use super::vertices::{Vertices, Wanted};
 use crate::error::{Error, Result};
-use crate::scene::{NoteKind, SceneBuilder};
+use crate::scene::{MeshShape, NoteKind, SceneBuilder};
 
 /// Where the joints of a skin take what is bound to them: a map for each, to the world, as of where
 /// all nodes are.
@@ -142,7 +142,7 @@ impl Influences {
     }
 
     /// Takes the vertices with the joints.
-    pub fn apply(&self, joints: &[DAffine3], vertices: &mut Vertices) {
+    pub fn apply(&self, joints: &[DAffine3], vertices: &mut MeshShape) {
         for v in 0..vertices.positions.len() {
             let m = self.map(joints, v);
             vertices.positions[v] = m.transform_point3(vertices.positions[v].as_dvec3()).as_vec3();
