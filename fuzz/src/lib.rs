@@ -35,9 +35,12 @@ pub fn load(files: &[(&str, &[u8])]) {
     for (name, bytes) in files {
         fs::write(folder.path().join(name), bytes).expect("a file");
     }
-    match load_scene(&folder.path().join(files[0].0), &options()) {
-        Ok(scene) => look(scene),
-        Err(error) => assert!(!error.to_string().is_empty()),
+    // Once at a time, and once while a shutter is open about it.
+    for shutter in [None, Some([-0.25, 0.25])] {
+        match load_scene(&folder.path().join(files[0].0), &LoadOptions { shutter, ..options() }) {
+            Ok(scene) => look(scene),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
     }
 }
 
@@ -69,7 +72,7 @@ fn look(scene: Scene) {
         return;
     }
     let tracer = Tracer::new(Arc::new(scene));
-    if tracer.scene().has_media() {
+    if tracer.scene().needs_paths() {
         let few = Renderer::on(&tracer).size([2, 2]).method(MethodName::Path).paths(2);
         let film = few.render().expect("valid options").film;
         assert!(film.colors().expect("colours").all(|c| c.is_valid()));

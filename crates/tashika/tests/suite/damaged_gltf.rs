@@ -91,7 +91,8 @@ fn rich() -> Document {
     let times = d.push("accessors", number(times, 2, "SCALAR"));
     let turns = d.push("accessors", number(turns_view, 6, "VEC4"));
     let places = d.push("accessors", number(turns_view, 2, "VEC3"));
-    let amounts = d.push("accessors", number(turns_view, 4, "SCALAR"));
+    let amounts = d.view(&bytes(&[0.0, 0.25, 0.5, 1.0]));
+    let amounts = d.push("accessors", number(amounts, 4, "SCALAR"));
     d.json["animations"] = json!([{
         "channels": [
             { "sampler": 0, "target": { "node": 1, "path": "rotation" } },
@@ -114,6 +115,11 @@ fn rich() -> Document {
 /// Options by which animations are read too.
 fn moving() -> LoadOptions {
     LoadOptions { at: Some(0.5), ..LoadOptions::default() }
+}
+
+/// Options by which shapes are read at both ends of a time.
+fn exposed() -> LoadOptions {
+    LoadOptions { shutter: Some([-0.25, 0.25]), ..moving() }
 }
 
 /// The opaque surface of the first mesh, below all layers.
@@ -172,6 +178,8 @@ fn the_undamaged_file_is_sound() {
     // Three instances of the second mesh; an image each for colours, numbers, red and opacity.
     assert_eq!((scene.meshes().len(), scene.instances().len(), scene.images().len()), (2, 4, 4));
     assert_eq!((scene.cameras().len(), scene.emitters().len(), scene.area_emitters().count()), (2, 1, 1));
+    let exposed = load_in(folder.path(), "m.glb", &rich().glb(), &exposed()).unwrap();
+    assert!(exposed.meshes().iter().any(|mesh| mesh.deforms().is_some()));
     let material = &scene.materials()[scene.meshes()[0].material.index()];
     assert!(material.alpha.is_some() && material.normal.is_some());
     assert!(matches!(material.surface, Surface::Mix { .. }));
@@ -211,7 +219,7 @@ fn mutated_bytes_do_not_panic() {
     let folder = tempfile::tempdir().unwrap();
     let mut numbers = Numbers(1);
     let mut errors = 0;
-    for _ in 0..4000 {
+    for round in 0..4000 {
         let mut mutated = whole.clone();
         for _ in 0..=numbers.below(4) {
             let place = numbers.below(mutated.len());
@@ -221,7 +229,8 @@ fn mutated_bytes_do_not_panic() {
                 _ => b"0123456789-{}[]\",:"[numbers.below(18)],
             };
         }
-        errors += usize::from(load_in(folder.path(), "m.glb", &mutated, &moving()).is_err());
+        let options = if round % 2 == 0 { moving() } else { exposed() };
+        errors += usize::from(load_in(folder.path(), "m.glb", &mutated, &options).is_err());
     }
     assert!((400..3990).contains(&errors), "{errors}: the mutations are neither harmless nor all fatal");
 }

@@ -71,7 +71,7 @@ fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
         for k in 0..20_000 {
             let share = [0.0, 0.25, 0.5, 0.8, 1.0][k % 5];
             let direction = Vec3::from(stream.uniform_3()) - 0.5;
-            let ray = Ray::new(Vec3::new(0.0, 1.2, 0.8), direction);
+            let ray = Ray::new(Vec3::new(-0.5, 1.25, 0.1), direction);
             let (Some(one), Some(other)) =
                 (a.closest_hit_at(&ray, 0, share), b.closest_hit_at(&ray, 0, share))
             else {

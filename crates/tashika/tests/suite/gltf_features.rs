@@ -84,6 +84,9 @@ fn example(kind: &str, name: &str) -> Document {
             d = example("attribute", "NORMAL");
             d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0, "NORMAL": 0 }]);
         }
+        ("target", "TEXCOORD_0" | "COLOR_0") => {
+            d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }, { name: 0 }]);
+        }
         ("target", "TANGENT") => {
             d.json["materials"][0]["normalTexture"] = json!({ "index": 0 });
             d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "TANGENT": 0 }]);

@@ -22,11 +22,13 @@
 //! # Held to this by
 //! `damaged_gltf`: truncation at each length, mutations, deep nesting, indices out of range.
 
+use std::collections::BTreeMap;
+
 use gltf::json::mesh::Semantic;
 use gltf::json::validation::{Checked, Error as Fault, Validate};
 use gltf::json::{self, Index, Path, Root};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::extensions;
 use crate::error::{Error, Location, Result};
@@ -38,6 +40,8 @@ pub(super) struct Parsed<'a> {
     pub root: Root,
     /// The animations, not looked into.
     pub animations: Vec<serde_json::Value>,
+    /// What morph targets move beside positions, normals and tangents, and the first place of each.
+    pub other_targets: BTreeMap<String, String>,
     /// The binary chunk of a `.glb`.
     pub binary: Option<&'a [u8]>,
 }
@@ -89,6 +93,41 @@ struct SceneNodes {
     nodes: Vec<Index<json::Node>>,
 }
 
+/// The names of what morph targets move, which the crate's types do not keep.
+#[derive(Deserialize)]
+struct Targets {
+    meshes: Vec<TargetsOfMesh>,
+}
+
+#[derive(Deserialize)]
+struct TargetsOfMesh {
+    primitives: Vec<TargetsOfPrimitive>,
+}
+
+#[derive(Deserialize)]
+struct TargetsOfPrimitive {
+    #[serde(default)]
+    targets: Option<Vec<BTreeMap<String, IgnoredAny>>>,
+}
+
+impl Targets {
+    fn others(self) -> BTreeMap<String, String> {
+        let mut others = BTreeMap::new();
+        for (m, mesh) in self.meshes.into_iter().enumerate() {
+            for (p, primitive) in mesh.primitives.into_iter().enumerate() {
+                for (t, target) in primitive.targets.into_iter().flatten().enumerate() {
+                    let known = ["POSITION", "NORMAL", "TANGENT"];
+                    for name in target.into_keys().filter(|name| !known.contains(&name.as_str())) {
+                        let place = || format!("meshes[{m}].primitives[{p}].targets[{t}]");
+                        others.entry(name).or_insert_with(place);
+                    }
+                }
+            }
+        }
+        others
+    }
+}
+
 /// Parses and checks a file.
 pub(super) fn parse<'a>(bytes: &'a [u8], file: &Location) -> Result<Parsed<'a>> {
     let (text, binary) = if bytes.starts_with(b"glTF") { split_binary(bytes, file)? } else { (bytes, None) };
@@ -122,7 +161,10 @@ pub(super) fn parse<'a>(bytes: &'a [u8], file: &Location) -> Result<Parsed<'a>> 
         ..Root::default()
     };
     validate(&root, text, file)?;
-    Ok(Parsed { root, animations: body.animations, binary })
+    let has_targets = root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| p.targets.is_some());
+    let other_targets =
+        if has_targets { from_json::<Targets>(text, file)?.others() } else { BTreeMap::new() };
+    Ok(Parsed { root, animations: body.animations, other_targets, binary })
 }
 
 /// The JSON and the binary chunk of a `.glb`; both lie inside `bytes`.

@@ -60,6 +60,8 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "POSITION", Full, "differences of vertices";
         "NORMAL", Full, "differences of shading normals; flat shading follows the vertices";
         "TANGENT", Ignored, "tangents follow the texture coordinates of the surface as it is";
+        "TEXCOORD_0", Ignored, "texture coordinates stay as they are";
+        "COLOR_0", Ignored, "vertex colours stay as they are";
     }
     "attribute" => {
         "POSITION", Full, "vertices";

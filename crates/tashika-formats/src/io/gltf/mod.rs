@@ -75,6 +75,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut parsed = container::parse(&bytes, &file)?;
     let mut builder = SceneBuilder::new(files.name(), file.clone());
     extensions::note_unhandled(&parsed.root, &file, &mut builder)?;
+    morphs::tell_others(&file, std::mem::take(&mut parsed.other_targets), &mut builder)?;
     let animated = std::mem::take(&mut parsed.animations);
     let source = Source::new(files, parsed);
     animations::tell_span(&source, &animated, &mut builder);

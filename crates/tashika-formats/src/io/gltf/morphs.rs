@@ -15,14 +15,32 @@
 //! # Held to this by
 //! The test module `gltf_shapes`.
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 use gltf::json;
 use gltf::json::accessor::Type;
 
+use super::features::met;
 use super::shapes::Wanted;
 use super::source::Source;
-use crate::error::{Error, Result};
+use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
 use crate::scene::{MeshShape, NoteKind, SceneBuilder};
+
+/// Says what targets move that stays as it is.
+pub(super) fn tell_others(
+    file: &Location,
+    others: BTreeMap<String, String>,
+    builder: &mut SceneBuilder,
+) -> Result<()> {
+    for (name, place) in others {
+        let row = ["TEXCOORD_", "COLOR_"].into_iter().find(|set| name.starts_with(set));
+        let row = row.map_or_else(|| shown(&name), |set| format!("{set}0"));
+        met("target", &row, file.clone().item(place), builder)?;
+    }
+    Ok(())
+}
 
 /// How many targets a mesh has.
 pub(super) fn targets(mesh: &json::Mesh) -> usize {
