@@ -679,17 +679,24 @@ fn what_moves_lets_light_pass_by_its_opacity() {
     assert!(met > 50, "several are met: {met}");
 }
 
-/// What a pane reflects depends on its slope, which a stretch changes.
+/// What a pane reflects depends on its slope, which a stretch changes, of the instance or of the mesh.
 #[test]
 fn a_pane_that_is_stretched_lets_light_pass_as_it_does_then() {
     let map = |x: f64| DAffine3::from_scale(DVec3::new(x, 1.0, 1.0));
     let track = Track::new([(3.0, map(0.2)), (4.0, map(4.0))]).unwrap();
-    let pane = |at: Option<f64>| {
+    let pane = |at: Option<f64>, deforms: bool| {
         let mut b = SceneBuilder::new("test", Location::default());
         let (reflectance, transmittance) = (Rgb::WHITE.into(), Rgb::WHITE.into());
         let glass = Surface::ThinGlass { ior: 1.5, reflectance, transmittance, facets: 0.0.into() };
         let material = b.add_material(Material::new("pane", glass)).unwrap();
         let corners = [Vec3::new(-9.0, -9.0, -9.0), Vec3::new(9.0, -9.0, 9.0), Vec3::new(0.0, 9.0, 0.0)];
+        if deforms {
+            let [open, close] = [0.2, 4.0].map(|x| corners.map(|v| Vec3::new(x * v.x, v.y, v.z)));
+            let closing = MeshShape { positions: close.to_vec(), ..MeshShape::default() };
+            let mesh = b.add_deforming_mesh(mesh(&[open]), closing, [3.0, 4.0], material).unwrap();
+            b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+            return Tracer::new(Arc::new(b.build().unwrap()));
+        }
         let mesh = b.add_mesh(mesh(&[corners]), material).unwrap();
         match at {
             None => b.add_moving_instance(mesh, track.clone(), [3.0, 4.0]).unwrap(),
@@ -697,16 +704,18 @@ fn a_pane_that_is_stretched_lets_light_pass_as_it_does_then() {
         };
         Tracer::new(Arc::new(b.build().unwrap()))
     };
-    let moving = pane(None);
     let mut batch = SegmentBatch::default();
     batch.push_fan(Apex::Point(Vec3::new(0.0, 0.0, 1.0)), [Vec3::new(0.0, 0.0, -1.0)]);
-    let mut passes = Vec::new();
-    for share in [0.0, 0.3, 0.9_f32] {
-        let (mut found, mut expected) = (Vec::new(), Vec::new());
-        moving.visibility_at(&batch, share, &mut found);
-        pane(Some(3.0 + f64::from(share))).visibility(&batch, &mut expected);
-        assert!((found[0] - expected[0]).abs() < 1e-5, "{share}: {found:?} for {expected:?}");
-        passes.push(found[0]);
+    for deforms in [false, true] {
+        let moving = pane(None, deforms);
+        let mut passes = Vec::new();
+        for share in [0.0, 0.3, 0.9_f32] {
+            let (mut found, mut expected) = (Vec::new(), Vec::new());
+            moving.visibility_at(&batch, share, &mut found);
+            pane(Some(3.0 + f64::from(share)), false).visibility(&batch, &mut expected);
+            assert!((found[0] - expected[0]).abs() < 1e-5, "{share}: {found:?} for {expected:?}");
+            passes.push(found[0]);
+        }
+        assert!(passes[2] - passes[0] > 0.1, "steep, it reflects more: {passes:?}");
     }
-    assert!(passes[2] - passes[0] > 0.1, "steep, it reflects more: {passes:?}");
 }
