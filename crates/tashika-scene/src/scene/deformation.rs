@@ -262,7 +262,9 @@ mod tests {
         let mut s = crate::rng::Stream::new(1, crate::rng::Purpose::Test, 0);
         for _ in 0..20_000 {
             let mut place = || (Vec3::from(s.uniform_3()) - 0.5) * 3.0 + 1000.0;
-            let (from, to) = (place(), place());
+            let (from, mut to) = (place(), place());
+            // The same place is not met exactly on the way.
+            to.y = from.y;
             let held = box_between(Aabb::of_points([from]), Aabb::of_points([to]));
             let share = s.uniform();
             assert!(held.contains(between(from, to, share)), "{from} to {to} at {share}");
