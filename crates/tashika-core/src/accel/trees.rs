@@ -84,37 +84,17 @@ impl Placed {
 impl Tree {
     /// Over items that `triangle` knows by their numbers.
     fn build(items: Vec<Item>, triangle: impl Fn([u32; 2]) -> Triangle + Sync) -> Self {
-        let (nodes, leaves, numbers) = Self::sort(items);
-        let blocks = Self::blocks(&leaves, &numbers, triangle);
-        Self { nodes, blocks, closing: Vec::new(), triangles: numbers.len() as u64 }
+        let sorted = Sorted::new(items);
+        let blocks = sorted.blocks(triangle);
+        Self { nodes: sorted.nodes, blocks, closing: Vec::new(), triangles: sorted.numbers.len() as u64 }
     }
 
     /// Over items with boxes that hold them at all times, of which `triangle` knows where they are
     /// after a share of the time.
     fn build_deforming(items: Vec<Item>, triangle: impl Fn(f32, [u32; 2]) -> Triangle + Sync) -> Self {
-        let (nodes, leaves, numbers) = Self::sort(items);
-        let at = |share: f32| Self::blocks(&leaves, &numbers, |numbers| triangle(share, numbers));
-        Self { nodes, blocks: at(0.0), closing: at(1.0), triangles: numbers.len() as u64 }
-    }
-
-    /// The nodes over items, their leaves, and the numbers of the items in order.
-    fn sort(mut items: Vec<Item>) -> (Vec<Node>, Vec<(u32, u32)>, Vec<[u32; 2]>) {
-        let Bvh { nodes, leaves } = Bvh::build(&mut items, LEAF_TRIANGLES);
-        // Without the boxes, which would be in memory together with the blocks.
-        let numbers = items.par_iter().map(Item::numbers).collect();
-        (nodes, leaves, numbers)
-    }
-
-    fn blocks(
-        leaves: &[(u32, u32)],
-        numbers: &[[u32; 2]],
-        triangle: impl Fn([u32; 2]) -> Triangle + Sync,
-    ) -> Vec<Block> {
-        let block = |&(first, count): &(u32, u32)| {
-            let numbers = &numbers[first as usize..][..count as usize];
-            Block::new(numbers.iter().map(|&numbers| triangle(numbers)))
-        };
-        leaves.par_iter().map(block).collect()
+        let sorted = Sorted::new(items);
+        let [blocks, closing] = [0.0, 1.0].map(|share| sorted.blocks(|numbers| triangle(share, numbers)));
+        Self { nodes: sorted.nodes, blocks, closing, triangles: sorted.numbers.len() as u64 }
     }
 
     /// How many triangles there are.
@@ -126,6 +106,32 @@ impl Tree {
     pub fn bytes(&self) -> u64 {
         let blocks = size_of_val(&self.blocks[..]) + size_of_val(&self.closing[..]);
         (size_of_val(&self.nodes[..]) + blocks) as u64
+    }
+}
+
+/// Nodes over items in order.
+struct Sorted {
+    nodes: Vec<Node>,
+    /// The first item of each leaf, and how many there are.
+    leaves: Vec<(u32, u32)>,
+    /// Those of the items.
+    numbers: Vec<[u32; 2]>,
+}
+
+impl Sorted {
+    fn new(mut items: Vec<Item>) -> Self {
+        let Bvh { nodes, leaves } = Bvh::build(&mut items, LEAF_TRIANGLES);
+        // Without the boxes, which would be in memory together with the blocks.
+        let numbers = items.par_iter().map(Item::numbers).collect();
+        Self { nodes, leaves, numbers }
+    }
+
+    fn blocks(&self, triangle: impl Fn([u32; 2]) -> Triangle + Sync) -> Vec<Block> {
+        let block = |&(first, count): &(u32, u32)| {
+            let numbers = &self.numbers[first as usize..][..count as usize];
+            Block::new(numbers.iter().map(|&numbers| triangle(numbers)))
+        };
+        self.leaves.par_iter().map(block).collect()
     }
 }
 

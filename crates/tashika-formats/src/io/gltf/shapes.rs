@@ -50,10 +50,17 @@ struct Skin {
     joints: Rc<[Vec<DAffine3>]>,
 }
 
+/// What shapes follow at a time.
+struct Moment {
+    /// Those that animations say.
+    weights: BTreeMap<usize, Vec<f32>>,
+    /// Where all nodes are, if there are skins.
+    places: Vec<DAffine3>,
+}
+
 /// The shapes of a document's nodes.
 pub(super) struct Shapes {
-    /// What animations say, and where all nodes are if there are skins.
-    moments: Vec<(BTreeMap<usize, Vec<f32>>, Vec<DAffine3>)>,
+    moments: Vec<Moment>,
     /// Those asked for so far.
     skins: BTreeMap<usize, Rc<[Vec<DAffine3>]>>,
 }
@@ -64,7 +71,7 @@ impl Shapes {
         let has_skins = !source.root.skins.is_empty();
         let moment = |poses: &&Poses| {
             let places = if has_skins { nodes::everywhere(source, &poses.places)? } else { Vec::new() };
-            Ok((poses.weights.clone(), places))
+            Ok(Moment { weights: poses.weights.clone(), places })
         };
         let moments = moments.iter().map(moment).collect::<Result<Vec<_>>>()?;
         Ok(Self { moments, skins: BTreeMap::new() })
@@ -73,8 +80,7 @@ impl Shapes {
     /// The shape of the mesh of a node.
     pub fn of(&mut self, source: &Source<'_>, node: usize, builder: &mut SceneBuilder) -> Result<Shape> {
         let still = morphs::weights(source, node, builder)?;
-        let weights =
-            |(animated, _): &(BTreeMap<usize, Vec<f32>>, _)| animated.get(&node).unwrap_or(&still).clone();
+        let weights = |moment: &Moment| moment.weights.get(&node).unwrap_or(&still).clone();
         let mut weights: Vec<Vec<f32>> = self.moments.iter().map(weights).collect();
         if weights.iter().flatten().all(|weight| *weight == 0.0) {
             weights.clear();
@@ -85,7 +91,7 @@ impl Shapes {
         let joints = match self.skins.get(&index) {
             Some(joints) => Rc::clone(joints),
             None => {
-                let of = |(_, places): &(_, Vec<DAffine3>)| skins::joints(source, index, places, builder);
+                let of = |moment: &Moment| skins::joints(source, index, &moment.places, builder);
                 let joints: Rc<[_]> = self.moments.iter().map(of).collect::<Result<Vec<_>>>()?.into();
                 self.skins.insert(index, Rc::clone(&joints));
                 joints
