@@ -15,9 +15,10 @@ use tashika::scene::{
 use tashika::stats::Moments;
 
 use crate::cases::{
-    add_ceiling_lamp, builder, cuboid, diffuse_room, film, glowing, lambert, luminances, only_paths_render,
-    parallelogram, place, tracer, view,
+    add_ceiling_lamp, builder, cuboid, diffuse_room, film, glowing, lambert, luminances, parallelogram,
+    paths_keep_what_the_default_promises, place, tracer, view,
 };
+use crate::sums::assert_sums_are_what_paths_find;
 
 /// When the shutter is open (s).
 const SHUTTER: [f64; 2] = [1.0, 2.0];
@@ -239,11 +240,12 @@ fn what_deforms_is_seen_as_the_mean_of_its_shapes() {
     assert!(far > pixels / 10, "{far} pixels differ from those of the middle");
 }
 
+/// Lights and gather points of an instant lie on the mesh as it is then.
 #[test]
-fn other_methods_refuse_what_deforms() {
-    only_paths_render(&Tracer::new(stage(None).into()), |said| {
-        assert!(said.contains("expected path") && said.contains("(1 to 2 s)"), "{said}");
-    });
+fn sums_over_instants_are_what_paths_find() {
+    let tracer = Tracer::new(stage(None).into());
+    assert_sums_are_what_paths_find("deforming", &tracer, 0.02);
+    paths_keep_what_the_default_promises(&tracer);
 }
 
 /// A floor that is drawn out along x about the middle, to three times its width, seen from above: what
