@@ -32,11 +32,33 @@ pub struct Scene {
     tracer: OnceLock<Tracer>,
     /// Of its last render of light transport, so that shares of an image have them in common.
     lights: LightCache,
+    /// Where it was read from, and how.
+    source: Option<Source>,
+}
+
+/// What a scene is read from.
+struct Source {
+    path: PathBuf,
+    changes: LightChanges,
+    options: LoadOptions,
+    /// Whether what departs from the file is refused.
+    strict: bool,
+}
+
+impl Source {
+    fn read(self, py: Python<'_>) -> PyResult<Scene> {
+        let scene = py.detach(|| open_scene(&self.path, &self.changes, &self.options)).map_err(raised)?;
+        if let (true, Some(note)) = (self.strict, scene.notes().first_departure()) {
+            let expected = "nothing that departs from the file, because of strict=True";
+            return Err(raised(Error::invalid(note.first, note.message, expected)));
+        }
+        Ok(Scene { source: Some(self), ..Scene::new(scene) })
+    }
 }
 
 impl Scene {
     pub(crate) fn new(scene: scene::Scene) -> Self {
-        Self { scene: Arc::new(scene), tracer: OnceLock::new(), lights: LightCache::default() }
+        Self { scene: Arc::new(scene), tracer: OnceLock::new(), lights: LightCache::default(), source: None }
     }
 
     /// Rays; the tree for them is built when it is first needed, on the current pool.
@@ -147,6 +169,24 @@ impl Scene {
         self.scene.time()
     }
 
+    /// The scene as it is at another time, in seconds, with the shutter open from and to the seconds
+    /// from then that `shutter` says: read anew from its file, all else as it was loaded. Raises what
+    /// `load` does, and `OptionError` for a scene that is of no file.
+    ///
+    /// ```python
+    /// >>> scene = tashika.load("builtin:tiny")
+    /// >>> scene.at(2).time is None  # nothing in it moves
+    /// True
+    /// ```
+    #[pyo3(signature = (seconds, *, shutter=None))]
+    fn at(&self, py: Python<'_>, seconds: f64, shutter: Option<[f64; 2]>) -> PyResult<Self> {
+        let Some(Source { path, changes, options, strict }) = &self.source else {
+            return Err(option("at", seconds, "a scene that was loaded: this one was built"));
+        };
+        let options = LoadOptions { at: Some(seconds), shutter, ..options.clone() };
+        Source { path: path.clone(), changes: changes.clone(), options, strict: *strict }.read(py)
+    }
+
     /// The lights that `load` was asked for in place of what the file says.
     #[getter]
     fn light_changes(&self) -> Vec<String> {
@@ -176,7 +216,7 @@ impl Scene {
 /// `at` is the time in seconds that a scene is loaded as it is at, if anything in its file moves;
 /// `Scene.animated_seconds` says from when to when it does. `shutter` is from when to when the
 /// shutter of cameras is open, in seconds from `at` or 0: those that move meanwhile are blurred, and
-/// so are things that move, by path tracing.
+/// so are things that move, by path tracing and in sums over one set of lights.
 /// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words
 /// of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
 /// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on
@@ -216,12 +256,7 @@ pub fn load(
             .map_err(raised)?,
     };
     let options = LoadOptions { allow_outside, allow_missing, at, shutter, ..LoadOptions::default() };
-    let scene = py.detach(|| open_scene(&path, &changes, &options)).map_err(raised)?;
-    if let (true, Some(note)) = (strict, scene.notes().first_departure()) {
-        let expected = "nothing that departs from the file, because of strict=True";
-        return Err(raised(Error::invalid(note.first, note.message, expected)));
-    }
-    Ok(Scene::new(scene))
+    Source { path, changes, options, strict }.read(py)
 }
 
 /// A scene that needs no file: `"room"`, furnished and glossy, or `"tiny"`, a box with two blocks

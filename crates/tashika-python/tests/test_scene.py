@@ -347,8 +347,15 @@ def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:
         tashika.vpls(blurred, instants=0)
     with pytest.raises(tashika.OptionError, match="instants"):
         tashika.render(blurred, size=(4, 4), vpls=lights, instants=8)
+    again = still.at(2)
+    assert again.time == 2 and again.animated_seconds == [1, 3]
+    pictures = [tashika.render(s, size=(8, 4), vpls=100)["depth"] for s in (still, later, again)]
+    assert (pictures[1] == pictures[2]).all() and (pictures[0] != pictures[1]).any()
+    assert tashika.render(again.at(0, shutter=(1, 2)), size=(4, 4), paths=4).metadata["method"] == "path"
     with pytest.raises(tashika.OptionError, match="at = inf; expected a finite number of seconds"):
         tashika.load(tmp_path / "s.pbrt", at=float("inf"))
+    with pytest.raises(tashika.OptionError, match="at = 1; expected a scene that was loaded"):
+        tashika.Scene.build([tashika.Mesh(FLOOR, QUAD, material=tashika.Material.diffuse(1))]).at(1)
 
 
 def test_lights_that_are_asked_for_are_beside_the_scenes_or_instead(tmp_path: Path) -> None:

@@ -112,7 +112,8 @@ impl<'s> EmitterSampler<'s> {
             for (triangle, luminance) in luminances.into_iter().enumerate() {
                 let area = area(scene.world_corners(instance, triangle as u32));
                 let sides = if emission.two_sided { 2.0 } else { 1.0 };
-                weights.push(f64::from(PI * area * sides * luminance.max(floor)));
+                let meanwhile = mean_area(scene, instance, triangle as u32).unwrap_or(area);
+                weights.push(f64::from(PI * meanwhile * sides * luminance.max(floor)));
                 let two_sided = emission.two_sided;
                 sources.push(Source::Triangle { instance, triangle: triangle as u32, area, two_sided });
             }
@@ -225,7 +226,8 @@ impl<'s> EmitterSampler<'s> {
     }
 
     /// The same with emitters that move where they are after a `share` of the time that the shutter
-    /// is open, 0 to 1. They are chosen in proportion to their power in the middle of it. With the
+    /// is open, 0 to 1. They are chosen in proportion to the mean of their power at its ends and in its
+    /// middle. With the
     /// number of the source, for [`light_of`](Self::light_of).
     pub fn sample_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         let (source, probability, rest) = self.all.as_ref()?.sample(u);
@@ -387,6 +389,14 @@ impl<'s> EmitterSampler<'s> {
             }
         }
     }
+}
+
+/// Mean area of a triangle that moves (m²): one may have none at a time and shine at others.
+fn mean_area(scene: &Scene, instance: InstanceId, triangle: u32) -> Option<f32> {
+    scene.motion_of(instance)?;
+    let times = [0.0, Instants::STILL, 1.0];
+    let sum: f32 = times.map(|share| area(scene.world_corners_at(share, instance, triangle))).iter().sum();
+    Some(sum / times.len() as f32)
 }
 
 fn area(w: [Vec3; 3]) -> f32 {

@@ -11,7 +11,7 @@ use crate::error::Location;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{
     Alpha, AlphaMode, Emission, Emitter, Environment, Falloff, FalloffShape, Image, Material, MeshData,
-    Pixels, Scene, SceneBuilder, Surface, builtin,
+    MeshShape, Pixels, Scene, SceneBuilder, Surface, builtin,
 };
 use crate::stats::Moments;
 
@@ -51,6 +51,27 @@ fn assert_mean(m: &Moments, expected: f64) {
     let error = 5.0 * m.standard_error() + 1e-5 * expected;
     assert!((m.mean() - expected).abs() < error, "{} ± {} for {expected}", m.mean(), m.standard_error());
     assert!(error < 0.1 * expected, "sharp: {error} of {expected}");
+}
+
+/// A lamp that is turned inside out has no area in the middle of the time, and shines before and after.
+#[test]
+fn lamps_without_area_in_the_middle_are_drawn() {
+    let mut b = SceneBuilder::new("lamp", Location::default());
+    let mut material = Material::new("lamp", Surface::Lambert { reflectance: Rgb::BLACK.into() });
+    material.emission = Some(Emission { radiance: Rgb::gray(RADIANCE).into(), two_sided: false });
+    let material = b.add_material(material).unwrap();
+    let open = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let closing = MeshShape { positions: vec![Vec3::ZERO, Vec3::X, Vec3::NEG_Y], ..MeshShape::default() };
+    let data = MeshData { positions: open.to_vec(), triangles: vec![[0, 1, 2]], ..MeshData::default() };
+    let mesh = b.add_deforming_mesh(data, closing, [0.0, 1.0], material).unwrap();
+    b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+    let scene = b.build().unwrap();
+    let emitters = EmitterSampler::new(&scene);
+    for (share, area) in [(0.0, 0.5), (0.25, 0.25), (1.0, 0.5_f32)] {
+        let (_, sample) = emitters.sample_at(share, 0.3, [0.2, 0.6]).expect("it is drawn");
+        let found = sample.light.intensity.r;
+        assert!((found - RADIANCE * area).abs() < 1e-5, "{share}: {found}");
+    }
 }
 
 /// One sample stands for all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω`
