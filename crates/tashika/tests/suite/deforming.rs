@@ -244,7 +244,7 @@ fn what_deforms_is_seen_as_the_mean_of_its_shapes() {
 #[test]
 fn sums_over_instants_are_what_paths_find() {
     let tracer = Tracer::new(stage(None).into());
-    assert_sums_are_what_paths_find("deforming", &tracer, 0.02);
+    assert_sums_are_what_paths_find("deforming", &tracer, 0.02, 128);
     paths_keep_what_the_default_promises(&tracer);
 }
 

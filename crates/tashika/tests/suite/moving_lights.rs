@@ -31,7 +31,7 @@ fn set_at(tracer: &Tracer, count: u64, instants: u32) -> VplSet {
 #[test]
 fn sums_over_instants_are_what_paths_find() {
     for fog in [false, true] {
-        assert_sums_are_what_paths_find(&format!("fog {fog}"), &moving(fog), 0.02);
+        assert_sums_are_what_paths_find(&format!("fog {fog}"), &moving(fog), 0.02, 8);
     }
 }
 

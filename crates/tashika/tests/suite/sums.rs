@@ -44,7 +44,9 @@ fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
 
 /// The sum over VPLs is what paths find. Means of the image, of several sets against paths: at 4.4
 /// standard errors, and within the share that a clamp of 2 cm takes away.
-pub fn assert_sums_are_what_paths_find(name: &str, tracer: &Tracer, taken_away: f64) {
+///
+/// * `points`: gather points a pixel; many where a small lamp is seen.
+pub fn assert_sums_are_what_paths_find(name: &str, tracer: &Tracer, taken_away: f64, points: u32) {
     let size = [8, 6];
     let is_slow = std::env::var_os("TASHIKA_SLOW_TESTS").is_some();
     let (count, sets, sharp) = if is_slow { (2000, 60, 0.03) } else { (400, 8, 0.12) };
@@ -52,7 +54,7 @@ pub fn assert_sums_are_what_paths_find(name: &str, tracer: &Tracer, taken_away: 
     let truth = means((0..8).map(|seed| film(tracer, &path, size, 1, 100 + seed)));
     let sum = |seed| {
         let lights = set(tracer, 6000, seed, Clamp::Distance(0.02));
-        film(tracer, &FullSum::new(&lights), size, 8, seed)
+        film(tracer, &FullSum::new(&lights), size, points, seed)
     };
     let sums = means((1..=sets).map(sum));
     for (k, (truth, sum)) in truth.iter().zip(&sums).enumerate() {
