@@ -144,10 +144,16 @@ fn cameras_are_blurred_while_the_shutter_is_open() {
     assert!(told.contains("the shutter open from 0.0000 to 1.0000 s: rendered by path tracing"), "{told}");
     let still = succeeds(folder, &format!("{SMALL} --at 1 -o s.exr"));
     assert!(!still.contains("shutter"), "{still}");
-    // The shape moves too, which is for path tracing alone.
+    // The shape moves too, which is for path tracing, or sums at instants.
     assert_eq!(film.metadata().text("method"), Some("path"));
-    let (code, said) = run(folder, "render s.xml --shutter 0,1 --method mdlc -o m.exr");
-    assert!(code == Some(2) && said.contains("expected path, as things in it move"), "{said}");
+    succeeds(folder, "render s.xml --shutter 0,1 --method mdlc --vpls 200 --instants 4 -o m.exr");
+    let film = read_exr(&folder.join("m.exr")).unwrap();
+    assert_eq!(film.metadata().text("method"), Some("mdlc"));
+    assert_eq!(film.metadata().number("vpls.instants"), Some(4.0));
+    let told = succeeds(folder, "vpl s.xml --shutter 0,1 --vpls 200 --instants 4");
+    assert!(told.contains("4, each with lights of its own"), "{told}");
+    let (code, said) = run(folder, "render s.xml --shutter 0,1 --method mdlc --instants 0 -o m.exr");
+    assert!(code == Some(2) && said.contains("instants"), "{said}");
 }
 
 #[test]
