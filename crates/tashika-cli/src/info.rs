@@ -305,7 +305,7 @@ fn rows(report: &Report) -> Rows {
         let moving =
             if all == 1 { "the instance".to_owned() } else { format!("{moving} of {all} instances") };
         let meanwhile = format!("{moving}, with the shutter open from {open:.4} to {close:.4} s");
-        rows.push("", format!("{meanwhile}: rendered by path tracing"));
+        rows.push("", format!("{meanwhile}: rendered by path tracing, or as a sum over VPLs"));
     }
     for (i, camera) in report.cameras.iter().enumerate() {
         let size = camera.resolution.map_or("no size given".to_owned(), |[w, h]| format!("{w}x{h}"));
