@@ -127,7 +127,7 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         self.pairs
     }
 
-    /// Pairs that the cut began with: numbers 0 to this.
+    /// How many pairs the cut began with: those of the lowest numbers.
     pub(super) fn roots(&self) -> usize {
         self.refinement.roots()
     }

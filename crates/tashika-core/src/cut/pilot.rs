@@ -7,10 +7,10 @@
 //! is drawn once an image: so they lie next to each other in memory, and all segments from a point
 //! are a fan whose neighbours have most of their way in common; points are of the instant of the lights.
 //! For a pixel, trials of its own cell
-//! and of the eight about it count. From the root of the light tree down,
+//! and of the eight about it count. From the roots of the light tree down,
 //!
 //! ```text
-//! p_node = (s p_parent + Σ V) / (s + trials)          p above the root: ½
+//! p_node = (s p_parent + Σ V) / (s + trials)          p above a root: ½
 //! ```
 //!
 //! with the trials of all clusters under the node, so that what few trials leave open is decided by
@@ -222,9 +222,11 @@ impl PilotVisibility {
 }
 
 impl Pilot<'_> {
-    /// What is seen of lights, which are told for each of some points with a number each, after a share
-    /// of the time that the shutter is open: a number and a visibility for each that can light the
-    /// point at all.
+    /// Visibility of lights from points, after a share of the time that the shutter is open.
+    ///
+    /// * `lights`: of the point of a place in `points`, each with a number of the caller's.
+    ///
+    /// Returns number and visibility of each light that can light its point at all.
     fn look<'l, L: Iterator<Item = (u32, &'l Vpl)>>(
         &self,
         points: &[GatherPoint],

@@ -35,7 +35,7 @@ pub(super) const MAX_CHAIN: u32 = 32;
 pub(super) enum Media {
     /// They scatter and absorb.
     Count,
-    /// Nothing.
+    /// Nothing: what is behind them is looked for.
     SeenThrough,
 }
 

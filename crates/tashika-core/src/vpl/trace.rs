@@ -152,7 +152,9 @@ impl<'s> LightTracer<'s> {
         }
     }
 
-    /// The set whose direct VPLs, trail and number of paths at each moment, for so many VPLs, are told.
+    /// The set of all instants.
+    ///
+    /// * `at`: direct VPLs, trail and number of light paths of one, for about so many VPLs.
     fn sets(&self, seed: u64, at: impl Fn(u64, Moment) -> (Vec<Vpl>, Trail, u64)) -> VplSet {
         let Self { tracer, options, .. } = self;
         let scene = tracer.scene();
