@@ -18,6 +18,7 @@ use crate::cases::{
     add_ceiling_lamp, builder, cuboid, diffuse_room, film, glowing, lambert, luminances, parallelogram,
     paths_keep_what_the_default_promises, place, tracer, view,
 };
+use crate::moving_objects::assert_seen_as_the_mean;
 use crate::sums::assert_sums_are_what_paths_find;
 
 /// When the shutter is open (s).
@@ -204,40 +205,9 @@ fn stage(at: Option<f32>) -> Scene {
     b.build().unwrap()
 }
 
-/// Of each pixel over several seeds, the picture of what deforms, and the mean of those of its shapes at
-/// many times: as one within their common error.
 #[test]
 fn what_deforms_is_seen_as_the_mean_of_its_shapes() {
-    const SEEDS: u64 = 12;
-    const TIMES: u32 = 12;
-    const SIZE: [u32; 2] = [8, 8];
-    let deforming = Tracer::new(stage(None).into());
-    let at = |k: u32| (k as f32 + 0.5) / TIMES as f32;
-    let still: Vec<Tracer> = (0..TIMES).map(|k| Tracer::new(stage(Some(at(k))).into())).collect();
-    let pixels = (SIZE[0] * SIZE[1]) as usize;
-    let mut differences = vec![Moments::default(); pixels];
-    let mut image = Moments::default();
-    let mut mean = 0.0;
-    for seed in 0..SEEDS {
-        let mut difference = luminances(&paths(&deforming, 480, SIZE, seed));
-        mean += difference.iter().sum::<f64>() / (SEEDS as f64 * pixels as f64);
-        for (k, tracer) in (0..).zip(&still) {
-            let still = luminances(&paths(tracer, 40, SIZE, 1000 + seed * u64::from(TIMES) + k));
-            difference.iter_mut().zip(still).for_each(|(d, l)| *d -= l / f64::from(TIMES));
-        }
-        image.push(difference.iter().sum::<f64>() / pixels as f64);
-        differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
-    }
-    // As in `moving_objects::what_moves_is_seen_as_the_mean_of_where_it_stands`.
-    let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 5e-3 * mean);
-    let worst = differences.iter().map(off).fold(0.0, f64::max);
-    assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
-    assert!(worst < 7.5 && off(&image) < 7.5, "{worst}, the image {}", off(&image));
-    // It is not what it would be without.
-    let standing = luminances(&paths(&Tracer::new(stage(Some(0.5)).into()), 500, SIZE, 1));
-    let blurred = luminances(&paths(&deforming, 500, SIZE, 1));
-    let far = standing.iter().zip(&blurred).filter(|(a, b)| (*a - *b).abs() > 0.1 * mean).count();
-    assert!(far > pixels / 10, "{far} pixels differ from those of the middle");
+    assert_seen_as_the_mean("shapes", stage(None), |share| stage(Some(share as f32)));
 }
 
 /// Lights and gather points of an instant lie on the mesh as it is then.

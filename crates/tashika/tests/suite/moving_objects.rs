@@ -233,44 +233,50 @@ pub fn workshop(at: Option<f64>, fog: bool) -> Scene {
     b.build().unwrap()
 }
 
-/// Of each pixel over several seeds, the picture of what moves, and the mean of those in which it
-/// stands where it is at many times: as one within their common error.
-#[test]
-fn what_moves_is_seen_as_the_mean_of_where_it_stands() {
+/// Holds the picture of what moves to the mean of those in which it stands where it is, at the shares of
+/// the time that `standing` is asked for: of each pixel over several seeds, as one within their common
+/// error.
+pub fn assert_seen_as_the_mean(what: &str, moving: Scene, standing: impl Fn(f64) -> Scene) {
     const SEEDS: u64 = 12;
     const TIMES: u32 = 12;
     const SIZE: [u32; 2] = [8, 8];
-    for fog in [false, true] {
-        let moving = Tracer::new(workshop(None, fog).into());
-        let at = |k: u32| 1.0 + (f64::from(k) + 0.5) / f64::from(TIMES);
-        let still: Vec<Tracer> = (0..TIMES).map(|k| Tracer::new(workshop(Some(at(k)), fog).into())).collect();
-        let pixels = (SIZE[0] * SIZE[1]) as usize;
-        let mut differences = vec![Moments::default(); pixels];
-        let mut image = Moments::default();
-        let mut mean = 0.0;
-        for seed in 0..SEEDS {
-            let mut difference = luminances(&paths(&moving, 480, SIZE, seed));
-            mean += difference.iter().sum::<f64>() / (SEEDS as f64 * pixels as f64);
-            for (k, tracer) in (0..).zip(&still) {
-                let still = luminances(&paths(tracer, 40, SIZE, 1000 + seed * u64::from(TIMES) + k));
-                difference.iter_mut().zip(still).for_each(|(d, l)| *d -= l / f64::from(TIMES));
-            }
-            image.push(difference.iter().sum::<f64>() / pixels as f64);
-            differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
+    let moving = Tracer::new(moving.into());
+    let at = |k: u32| (f64::from(k) + 0.5) / f64::from(TIMES);
+    let still: Vec<Tracer> = (0..TIMES).map(|k| Tracer::new(standing(at(k)).into())).collect();
+    let pixels = (SIZE[0] * SIZE[1]) as usize;
+    let mut differences = vec![Moments::default(); pixels];
+    let mut image = Moments::default();
+    let mut mean = 0.0;
+    for seed in 0..SEEDS {
+        let mut difference = luminances(&paths(&moving, 480, SIZE, seed));
+        mean += difference.iter().sum::<f64>() / (SEEDS as f64 * pixels as f64);
+        for (k, tracer) in (0..).zip(&still) {
+            let still = luminances(&paths(tracer, 40, SIZE, 1000 + seed * u64::from(TIMES) + k));
+            difference.iter_mut().zip(still).for_each(|(d, l)| *d -= l / f64::from(TIMES));
         }
-        // Student's t of 11 degrees: 7.5 is passed with probability 1.2·10⁻⁵, of 130 numbers with
-        // 2·10⁻³; the seeds are fixed. 0.5 % of the mean are for what the middles of 12 parts are off
-        // from all times.
-        let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 5e-3 * mean);
-        let worst = differences.iter().map(off).fold(0.0, f64::max);
-        assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
-        assert!(worst < 7.5, "fog {fog}: a pixel is {worst} standard errors off");
-        assert!(off(&image) < 7.5, "fog {fog}: the image is {} standard errors off", off(&image));
-        // It is not what it would be without motion.
-        let standing = luminances(&paths(&Tracer::new(workshop(Some(1.5), fog).into()), 500, SIZE, 1));
-        let blurred = luminances(&paths(&moving, 500, SIZE, 1));
-        let far = standing.iter().zip(&blurred).filter(|(a, b)| (*a - *b).abs() > 0.1 * mean).count();
-        assert!(far > pixels / 10, "fog {fog}: {far} pixels differ from those of things that stand");
+        image.push(difference.iter().sum::<f64>() / pixels as f64);
+        differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
+    }
+    // Student's t of 11 degrees: 7.5 is passed with probability 1.2·10⁻⁵, of 130 numbers with
+    // 2·10⁻³; the seeds are fixed. 0.5 % of the mean are for what the middles of 12 parts are off
+    // from all times.
+    let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 5e-3 * mean);
+    let worst = differences.iter().map(off).fold(0.0, f64::max);
+    assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
+    assert!(worst < 7.5, "{what}: a pixel is {worst} standard errors off");
+    assert!(off(&image) < 7.5, "{what}: the image is {} standard errors off", off(&image));
+    // It is not what it would be without motion.
+    let middle = luminances(&paths(&Tracer::new(standing(0.5).into()), 500, SIZE, 1));
+    let blurred = luminances(&paths(&moving, 500, SIZE, 1));
+    let far = middle.iter().zip(&blurred).filter(|(a, b)| (*a - *b).abs() > 0.1 * mean).count();
+    assert!(far > pixels / 10, "{what}: {far} pixels differ from those of things that stand");
+}
+
+#[test]
+fn what_moves_is_seen_as_the_mean_of_where_it_stands() {
+    for fog in [false, true] {
+        let standing = |share: f64| workshop(Some(1.0 + share), fog);
+        assert_seen_as_the_mean(&format!("fog {fog}"), workshop(None, fog), standing);
     }
 }
 
