@@ -72,9 +72,10 @@ impl Shell {
         self.command(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), args)
     }
 
-    /// Builds the program; where it is.
+    /// Builds the program; where it is. The examples beside it have it built with what tests need of
+    /// other crates, so that these are not built again.
     pub fn program(&self) -> Outcome<PathBuf> {
-        self.cargo("build --locked --release").run()?;
+        self.cargo("build --locked --release --bins --examples").run()?;
         let told = self.cargo("metadata --locked --no-deps --format-version 1").output()?;
         let told: serde_json::Value = serde_json::from_str(&told).map_err(|e| e.to_string())?;
         let target = told["target_directory"].as_str().ok_or("cargo metadata names no target directory")?;

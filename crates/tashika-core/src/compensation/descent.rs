@@ -8,8 +8,8 @@
 //!
 //! with its luminance `I`, the distance `d` of the middle of its box, the spread `s` of lights
 //! about it, and the cosines at the surface and at the lights where they are greatest: at the
-//! surface over the box; at the lights over the directions to the ball about the box and the cone
-//! of their normals. Where a cluster is small for its distance and its lights face about one way,
+//! surface over the box, and 1 in a medium; at the lights over the directions to the ball about the
+//! box and the cone of their normals. Where a cluster is small for its distance and its lights face about one way,
 //! one of them is drawn by its luminance.
 //!
 //! # Guarantee
@@ -18,7 +18,7 @@
 
 use super::places::Receiver;
 use crate::bounds::{LightBounds, LightShape, Towards, upper_geometric};
-use crate::math::{Aabb, Cone};
+use crate::math::{Aabb, Cone, Vec3};
 use crate::tree::{LightCluster, LightTree};
 
 /// Root mean square distance of lights from the middle of their box, over its diagonal. Chosen.
@@ -101,15 +101,17 @@ impl Descent<'_> {
                 return self.of_others(cluster, &bounds);
             }
         };
-        let Receiver { position, normal } = *self.receiver;
+        let Receiver { position, normal, .. } = *self.receiver;
         let half = 0.5 * bounds.aabb.size();
         let to = bounds.aabb.lo + half - position;
         let (squared, radius_squared) = (to.length_squared(), half.length_squared());
         let distance = squared.sqrt().max(f32::MIN_POSITIVE);
         let radius = radius_squared.sqrt();
         // The farthest that the box is in front of the surface.
-        let in_front = normal.dot(to) + normal.abs().dot(half);
-        let at_surface = (in_front / distance + ROUNDING * (1.0 + radius / distance)).clamp(0.0, 1.0);
+        let in_front = |normal: Vec3| normal.dot(to) + normal.abs().dot(half);
+        let at_surface = normal.map_or(1.0, |normal| {
+            (in_front(normal) / distance + ROUNDING * (1.0 + radius / distance)).clamp(0.0, 1.0)
+        });
         let of_normals = |cone: Cone| upper_cos(-cone.axis.dot(to) / distance, cone.cos, radius / distance);
         let at_lights = normals.map_or(1.0, |cone| of_normals(cone) + ROUNDING);
         let spread = 4.0 * SPREAD * SPREAD * radius_squared;
@@ -132,7 +134,7 @@ impl Descent<'_> {
             (bounds.aabb.center().distance_squared(at) + spread * spread).sqrt()
         };
         let geometric = upper_geometric(bounds, &towards, self.clamp_distance.max(about));
-        let cos = towards.upper_cos(&Cone::of(self.receiver.normal));
+        let cos = self.receiver.normal.map_or(1.0, |normal| towards.upper_cos(&Cone::of(normal)));
         let value = self.lights.luminance(cluster) * f64::from(geometric * cos);
         Importance { value, is_small: false }
     }
@@ -155,9 +157,9 @@ fn upper_cos(cos_theta: f32, cos_beta: f32, sin_alpha: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::HenyeyGreenstein;
     use crate::color::Rgb;
     use crate::contribution::ContributionKernel;
-    use crate::math::Vec3;
     use crate::rng::{Purpose, Stream};
     use crate::tree::LightTreeBuilder;
     use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
@@ -178,13 +180,15 @@ mod tests {
     }
 
     fn receiver(s: &mut Stream) -> Receiver {
-        let position = Vec3::from(s.uniform_3());
-        match s.below(3) {
-            0 => Receiver { position, normal: (Vec3::from(s.uniform_3()) - 0.5).normalize() },
-            1 => Receiver { position: Vec3::new(position.x, position.y, 0.0), normal: Vec3::Z },
+        let at = Vec3::from(s.uniform_3());
+        let (position, normal) = match s.below(4) {
+            0 => (at, Some((Vec3::from(s.uniform_3()) - 0.5).normalize())),
+            1 => (Vec3::new(at.x, at.y, 0.0), Some(Vec3::Z)),
             // Just before the lights' plane, and all but in it.
-            _ => Receiver { position: Vec3::new(1e-7, position.y, position.z), normal: Vec3::NEG_X },
-        }
+            2 => (Vec3::new(1e-7, at.y, at.z), Some(Vec3::NEG_X)),
+            _ => (at, None),
+        };
+        Receiver { position, normal, medium: None }
     }
 
     #[test]
@@ -192,14 +196,15 @@ mod tests {
         let mut s = Stream::new(1, Purpose::Test, 0);
         let contribution = ContributionKernel::new(0.05);
         let mut given = 0;
-        for kind in [VplKind::Oriented, VplKind::Omni] {
+        let volume = VplKind::Volume(HenyeyGreenstein { asymmetry: 0.6 });
+        for kind in [VplKind::Oriented, VplKind::Omni, volume] {
             let lights = lights(&mut s, kind);
             for _ in 0..200 {
                 let receiver = receiver(&mut s);
                 let descent = Descent { lights: &lights, clamp_distance: 0.05, receiver: &receiver };
                 let gives = |light: u32| {
                     let link = contribution.link(receiver.position, &lights.light(light));
-                    link.geometric * receiver.normal.dot(link.towards_light) > 0.0
+                    link.geometric * receiver.cos(link.towards_light) > 0.0
                 };
                 let giving: Vec<bool> = (0..300).map(gives).collect();
                 given += giving.iter().filter(|gives| **gives).count();
@@ -219,8 +224,11 @@ mod tests {
         let mut s = Stream::new(2, Purpose::Test, 0);
         let lights = lights(&mut s, VplKind::Oriented);
         // So far away that clusters are small, and near.
-        for position in [Vec3::new(0.5, 0.5, 4.0), Vec3::splat(0.5)] {
-            let receiver = Receiver { position, normal: Vec3::NEG_Z };
+        let far = Vec3::new(0.5, 0.5, 4.0);
+        for (position, normal) in
+            [(far, Some(Vec3::NEG_Z)), (Vec3::splat(0.5), Some(Vec3::NEG_Z)), (far, None)]
+        {
+            let receiver = Receiver { position, normal, medium: None };
             let descent = Descent { lights: &lights, clamp_distance: 0.05, receiver: &receiver };
             let mut found = vec![(0.0, 0.0); 300];
             for _ in 0..DRAWS {

@@ -16,7 +16,6 @@
 //! Σ_i c_i² = E [(c_k/p_k)² p_k]          VPL k is drawn with probability p_k and gives c_k
 //! ```
 
-use super::places::Receiver;
 use super::vertex::{Kernel, Vertex};
 use super::{Arrives, Compensation, EmittersAt, LightingContext};
 use crate::bsdf::Bsdf;
@@ -108,7 +107,7 @@ impl Compensation<'_> {
     /// What lights that are drawn at a gather point give, and the sum of the squares of what each VPL
     /// gives (luminance²).
     fn drawn(&mut self, vertex: &Vertex, draws: Draws, numbers: Numbers, stream: &mut Stream) -> (Rgb, f64) {
-        let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
+        let receiver = vertex.receiver();
         let LightingContext { emitters, choices, tracer, .. } = self.lit;
         let choice = choices.map(|choices| &choices.emitters);
         let emitters = EmittersAt::new(emitters, choice, &receiver);
@@ -128,14 +127,13 @@ impl Compensation<'_> {
             arrive.extend(arrives.map(|arrives| arrives.share(draws.vpls as f32)));
         }
         self.rays += arrive.len() as u64;
-        self.batch.clear();
+        self.shadows.clear();
         for Arrives { light, .. } in &arrive {
-            self.batch.push_fan(light.apex(), [vertex.position()]);
+            self.shadows.push((vertex.position(), vertex.medium()), light.apex());
         }
-        tracer.visibility(&self.batch, &mut self.visibility);
         let (mut radiance, mut squares) = (Rgb::BLACK, 0.0);
-        for (arrives, visible) in arrive.iter().zip(&self.visibility) {
-            let value = arrives.value * *visible;
+        for (arrives, passing) in arrive.iter().zip(self.shadows.trace(tracer)) {
+            let value = arrives.value * *passing;
             let luminance = f64::from(value.luminance());
             radiance += value;
             squares += luminance * luminance * arrives.probability * f64::from(draws.vpls);

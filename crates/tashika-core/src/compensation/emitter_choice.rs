@@ -181,7 +181,8 @@ mod tests {
             bent: None,
         };
         let mut s = Stream::new(1, Purpose::Test, 0);
-        let on_floor = |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Vec3::Z };
+        let on_floor =
+            |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Some(Vec3::Z), medium: None };
         let met = (0..2000).map(|_| on_floor(-2.0 * s.uniform() - 0.01, 4.0 * s.uniform() - 2.0)).collect();
         let choice = EmitterChoice::learn(&lit, met, 3);
         let mut batch = SegmentBatch::new(lit.contribution.glass());
@@ -198,7 +199,7 @@ mod tests {
                         assert!((sample.pdf.unwrap() / density - 1.0).abs() < 1e-3);
                     }
                     let link = lit.contribution.link(receiver.position, &light);
-                    let cos = receiver.normal.dot(link.towards_light).max(0.0);
+                    let cos = receiver.cos(link.towards_light);
                     batch.clear();
                     batch.push_fan(light.apex(), [receiver.position]);
                     tracer.visibility(&batch, &mut visibility);

@@ -57,14 +57,16 @@ mod vpl_choice;
 
 use glam::Vec3;
 
-use crate::accel::{Glass, SegmentBatch, Tracer};
+use crate::accel::{Glass, Tracer};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::contribution::{ContributionKernel, Link};
 use crate::gather::{GatherPoint, Scatter};
 use crate::guidance::BentLight;
 use crate::math::Ray;
+use crate::media::{Flight, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Shadows, fly};
 use crate::rng::Stream;
+use crate::scene::MediumId;
 use crate::tree::LightTree;
 use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
 use crate::warp::balance;
@@ -126,8 +128,7 @@ pub struct Compensation<'a> {
     lit: LightingContext<'a>,
     /// How VPLs are clamped beyond the gather point.
     beyond: ContributionKernel<'a>,
-    batch: SegmentBatch,
-    visibility: Vec<f32>,
+    shadows: Shadows,
     rays: u64,
     /// Of the last path.
     bent: Bent,
@@ -175,8 +176,7 @@ impl<'a> Compensation<'a> {
         Self {
             lit,
             beyond,
-            batch: SegmentBatch::new(Glass::SolidStops),
-            visibility: Vec::new(),
+            shadows: Shadows::new(Glass::SolidStops),
             rays: 0,
             bent: Bent::default(),
             squares_of_vpls: 0.0,
@@ -229,10 +229,13 @@ impl<'a> Compensation<'a> {
         let certain = if lights.is_some() { CERTAIN_BESIDE_VPLS } else { CERTAIN_DEPTH };
         // A path from a dark surface is worth as much to its pixel as one from a bright one.
         let whole = vertex.importance_albedo();
-        for depth in 0..self.lit.max_depth {
+        // Where the path was scattered before, and how many surfaces are among these.
+        let (mut depth, mut surfaces) = (0_u32, 0);
+        while surfaces < self.lit.max_depth {
             let Some(rest) = vertex.probability_of_rest() else { break };
-            if let Some(bent) = self.lit.bent {
-                let radiance = bent.importance_radiance(vertex.position(), vertex.geometric_normal());
+            let receiver = vertex.receiver();
+            if let Some((bent, normal)) = self.lit.bent.zip(receiver.normal) {
+                let radiance = bent.importance_radiance(vertex.position(), normal);
                 let there = radiance * f64::from((weight * vertex.amplitude()).luminance());
                 self.bent.expected[usize::from(depth > 0)] += there;
             }
@@ -243,7 +246,8 @@ impl<'a> Compensation<'a> {
                     survival = survival.sqrt();
                 }
                 if depth > CERTAIN_DEPTH {
-                    survival = survival.min(MAX_SURVIVAL);
+                    let most = if vertex.is_in_medium() { MAX_SURVIVAL_IN_MEDIUM } else { MAX_SURVIVAL };
+                    survival = survival.min(most);
                 }
                 if stream.uniform() >= survival {
                     break;
@@ -255,7 +259,6 @@ impl<'a> Compensation<'a> {
             let (kernel, probability) =
                 if of_kernel < rest { (Kernel::Rest, rest) } else { (Kernel::Carried, 1.0 - rest) };
             weight = weight / probability;
-            let receiver = Receiver { position: vertex.position(), normal: vertex.geometric_normal() };
             let LightingContext { emitters, choices, .. } = self.lit;
             let choice = choices.map(|choices| &choices.emitters);
             let emitters = EmittersAt::new(emitters, choice, &receiver);
@@ -290,10 +293,13 @@ impl<'a> Compensation<'a> {
             };
             let ray = Ray::new(vertex.position(), direction);
             let path_key = key.wrapping_add(decided);
-            let Some(next) = self.follow(ray, &way, path_key, &mut weight, &mut radiance, stream) else {
+            let begun = (ray, vertex.medium());
+            let Some(next) = self.follow(begun, &way, path_key, &mut weight, &mut radiance, stream) else {
                 break;
             };
-            decided += u64::from(self.lit.max_depth);
+            decided = decided.wrapping_add(self.lit.max_depth.into());
+            surfaces += u32::from(!vertex.is_in_medium());
+            depth = depth.saturating_add(1);
             vertex = next;
         }
         let of_point = f64::from(point.weight.luminance());
@@ -302,10 +308,11 @@ impl<'a> Compensation<'a> {
         point.weight * radiance
     }
 
-    /// Follows a ray to the next surface that is not specular, and adds what is emitted on the way.
+    /// Follows a ray that begins in a medium to where it is scattered, at a surface that is not
+    /// specular or before, and adds what is emitted on the way.
     fn follow(
         &mut self,
-        mut ray: Ray,
+        (mut ray, mut medium): (Ray, Option<MediumId>),
         way: &Way<'_>,
         key: u64,
         weight: &mut Rgb,
@@ -315,9 +322,32 @@ impl<'a> Compensation<'a> {
         let LightingContext { tracer, max_depth, .. } = self.lit;
         let scene = tracer.scene();
         let mut is_straight = true;
-        for step in 0..u64::from(max_depth) {
+        // Specular surfaces that it has met, and boundaries passed since.
+        let (mut step, mut passed) = (0, 0);
+        while step < max_depth && passed < MOST_PASSED {
             self.rays += 1;
-            let Some(hit) = tracer.closest_hit(&ray, key.wrapping_add(step)) else {
+            let hit = tracer.closest_hit(&ray, key.wrapping_add(step.into()));
+            if let Some((id, filling)) =
+                medium.map(|id| (id, &scene.media()[id.index()])).filter(|(_, filling)| !filling.is_clear())
+            {
+                let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
+                // Weights have signs, chances have none.
+                let before = weight.map(f32::abs);
+                let flight = fly(filling, before, &ray, distance, stream);
+                let (Flight::Passed { weight: left } | Flight::Scattered { weight: left, .. }) = flight;
+                *weight = left.zip(*weight, f32::copysign);
+                if weight.is_black() {
+                    return None;
+                }
+                if let Flight::Scattered { after, .. } = flight {
+                    let position = ray.at(after);
+                    let point =
+                        GatherPoint::in_medium(position, ray.direction, filling.phase, id, Rgb::WHITE);
+                    let carried = self.carried(way, is_straight, position);
+                    return Some(Vertex::next_in_medium(&point, self.lit.lights.map(|_| 1.0 - carried)));
+                }
+            }
+            let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
                     let d = ray.direction.normalize();
                     let share = match (is_straight, way.is_carried && self.carries_emitters()) {
@@ -334,18 +364,14 @@ impl<'a> Compensation<'a> {
             };
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
             let outgoing = -ray.direction;
-            let squared = way.from.distance_squared(surface.position);
-            let carried = if is_straight && way.is_carried {
-                self.contribution(way.sums_vpls).share(squared)
-            } else {
-                0.0
-            };
+            let carried = self.carried(way, is_straight, surface.position);
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let on_area = way.drawn * way.emitters.pdf_on_triangle(hit.instance, hit.triangle);
                 let carried = if self.carries_emitters() { carried } else { 0.0 };
                 let share = if is_straight && on_area > 0.0 {
                     let cos = surface.geometric_normal.dot(outgoing).abs();
+                    let squared = way.from.distance_squared(surface.position);
                     (1.0 - carried) * balance(way.density, on_area * squared / cos.max(f32::MIN_POSITIVE))
                 } else {
                     1.0
@@ -355,21 +381,40 @@ impl<'a> Compensation<'a> {
                     self.bent.found += f64::from((*weight * emitted).luminance());
                 }
             }
+            if scene.is_boundary(&surface) {
+                medium = scene.medium_beyond(&surface, ray.direction, medium);
+                ray = Ray::new(surface.leave(ray.direction), ray.direction);
+                passed += 1;
+                continue;
+            }
             match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
                 Scatter::Specular(specular) => {
                     let (next, factor) = specular.step(stream.uniform_3())?;
                     is_straight &= specular.passes_straight(next.direction);
                     *weight *= factor;
+                    medium = scene.medium_beyond(&surface, next.direction, medium);
                     ray = next;
+                    step += 1;
+                    passed = 0;
                 }
-                Scatter::Gathers(point) => {
+                Scatter::Gathers(mut point) => {
                     *weight *= point.weight;
+                    point.medium = scene.medium_beyond(&surface, point.geometric_normal, medium);
                     let left = self.lit.lights.map(|_| 1.0 - carried);
                     return Some(Vertex::next(&point, &surface, left));
                 }
             }
         }
         None
+    }
+
+    /// The share that VPLs carry of light that comes to where a way began from a place on it.
+    fn carried(&self, way: &Way<'_>, is_straight: bool, place: Vec3) -> f32 {
+        if is_straight && way.is_carried {
+            self.contribution(way.sums_vpls).share(way.from.distance_squared(place))
+        } else {
+            0.0
+        }
     }
 
     /// Whether VPLs stand for light of emitters, too.
@@ -460,14 +505,12 @@ impl<'a> Compensation<'a> {
     /// What arrives of it.
     fn unblocked(&mut self, Arrives { light, value, .. }: Arrives, vertex: &Vertex) -> Rgb {
         self.rays += 1;
-        self.batch.clear();
-        self.batch.push_fan(light.apex(), [vertex.position()]);
-        self.lit.tracer.visibility(&self.batch, &mut self.visibility);
-        value * self.visibility[0]
+        let place = (vertex.position(), vertex.medium());
+        value * self.shadows.trace_one(self.lit.tracer, place, light.apex())
     }
 }
 
-/// What a light gives to a surface if nothing is in its way (W·m⁻²·sr⁻¹).
+/// What a light gives to where a path is scattered if nothing is in its way (W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug)]
 struct Arrives {
     light: Vpl,

@@ -1,27 +1,37 @@
-//! Places in a scene: surfaces that are near to each other and face the same way.
+//! Places in a scene: surfaces that are near to each other and face the same way, and parts of media.
 //!
 //! A k-d tree (Bentley 1975) over position and normal of surfaces that were met: always halved at
 //! the median of the coordinate that varies most, where positions are measured in their own spread.
 
 use glam::Vec3;
 
+use crate::scene::MediumId;
+
 /// About how many places there are, if enough was met.
 const PLACES: usize = 512;
 /// Surfaces of a place below which it is not divided: they would tell nothing new.
 const FEWEST: usize = 32;
 
-/// A surface that receives light.
+/// What receives light: a surface, or a place in a medium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// Position (m).
     pub position: Vec3,
-    /// Unit normal on the side that receives.
-    pub normal: Vec3,
+    /// Unit normal of a surface on the side that receives. Media receive from all around.
+    pub normal: Option<Vec3>,
+    /// The medium that light comes through at last.
+    pub medium: Option<MediumId>,
 }
 
 impl Receiver {
+    /// Cosine by which a surface receives light from a unit direction; in a medium 1.
+    pub fn cos(&self, direction: Vec3) -> f32 {
+        self.normal.map_or(1.0, |normal| normal.dot(direction).max(0.0))
+    }
+
+    /// Where media are, normals are as far from each other as from none.
     fn coordinate(&self, axis: usize) -> f32 {
-        if axis < 3 { self.position[axis] } else { self.normal[axis - 3] }
+        if axis < 3 { self.position[axis] } else { self.normal.map_or(0.0, |normal| normal[axis - 3]) }
     }
 }
 
@@ -123,8 +133,9 @@ mod tests {
     fn surfaces_are_found_in_their_places() {
         let mut s = Stream::new(1, Purpose::Test, 0);
         let mut one = || {
-            let normal = if s.uniform() < 0.5 { Vec3::Z } else { Vec3::NEG_Z };
-            Receiver { position: Vec3::new(s.uniform(), s.uniform(), 0.0), normal }
+            let normal = [Some(Vec3::Z), Some(Vec3::NEG_Z), None][s.below(3) as usize];
+            let position = Vec3::new(s.uniform(), s.uniform(), 0.0);
+            Receiver { position, normal, medium: None }
         };
         let met: Vec<Receiver> = (0..10_000).map(|_| one()).collect();
         let (places, of_places) = Places::divide(met.clone());
@@ -141,7 +152,7 @@ mod tests {
     /// What cannot be told apart stays one place, however much there is of it.
     #[test]
     fn the_same_surface_many_times_is_one_place() {
-        let one = Receiver { position: Vec3::ONE, normal: Vec3::X };
+        let one = Receiver { position: Vec3::ONE, normal: Some(Vec3::X), medium: None };
         let (places, of_places) = Places::divide(vec![one; 1000]);
         assert_eq!((of_places.len(), places.of(&one)), (1, Some(0)));
     }

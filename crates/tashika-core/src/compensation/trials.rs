@@ -4,15 +4,17 @@
 //! q_c ∝ √(m_c v_c)      m_c = mean (I_c G cos θ)²      v_c = (s + Σ V) / (s + n)
 //! ```
 //!
-//! from `n` lights drawn from the cluster `c` and surfaces of the place, with their visibility `V`:
-//! about the root of the second moment of a cluster, which is the best there is (least variance:
-//! Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen which was not.
+//! from `n` lights drawn from the cluster `c` and receivers of the place, with the share `V` of their
+//! light that gets there: about the root of the second moment of a cluster, which is the best there
+//! is (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen
+//! which was not. In media `cos θ` is 1.
 
 use rayon::prelude::*;
 
 use super::places::Receiver;
-use crate::accel::{SegmentBatch, Tracer};
+use crate::accel::Tracer;
 use crate::contribution::ContributionKernel;
+use crate::media::Shadows;
 use crate::rng::{Purpose, Stream};
 use crate::stats::Discrete;
 use crate::vpl::Vpl;
@@ -60,7 +62,7 @@ impl Trials<'_> {
         draw: &impl Fn(usize, &mut Stream) -> Option<Drawn>,
         stream: &mut Stream,
     ) -> Option<Discrete> {
-        let mut batch = SegmentBatch::new(self.contribution.glass());
+        let mut shadows = Shadows::new(self.contribution.glass());
         let mut squares = Vec::with_capacity(self.clusters * self.lights);
         for cluster in 0..self.clusters {
             for _ in 0..self.lights {
@@ -68,26 +70,24 @@ impl Trials<'_> {
                 let mut value = 0.0;
                 if let Some(Drawn { light, luminance }) = draw(cluster, stream) {
                     let link = self.contribution.link(receiver.position, &light);
-                    let cos = receiver.normal.dot(link.towards_light).max(0.0);
-                    value = luminance * f64::from(link.geometric * cos);
+                    value = luminance * f64::from(link.geometric * receiver.cos(link.towards_light));
                     // Unclamped, and at the very place of the surface, it is no number.
                     value = if value.is_finite() { value } else { 0.0 };
                     if value > 0.0 {
-                        batch.push_fan(light.apex(), [receiver.position]);
+                        shadows.push((receiver.position, receiver.medium), light.apex());
                     }
                 }
                 squares.push(value * value);
             }
         }
-        let mut visibility = Vec::new();
-        self.tracer.visibility(&batch, &mut visibility);
-        let mut visibility = visibility.into_iter();
+        let mut passing = shadows.trace(self.tracer).iter();
         let share = |squares: &[f64]| {
             let mut unoccluded = 0.0;
             let (mut seen, mut trials) = (0.0, 0.0);
             for square in squares.iter().filter(|square| **square > 0.0) {
                 unoccluded += square;
-                seen += f64::from(visibility.next().expect("one for each that is not zero"));
+                let passing = passing.next().expect("one for each that is not zero");
+                seen += f64::from(passing.max_channel());
                 trials += 1.0;
             }
             (unoccluded / squares.len() as f64 * (HOPE + seen) / (HOPE + trials)).sqrt()

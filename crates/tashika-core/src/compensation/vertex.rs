@@ -1,14 +1,17 @@
-//! A surface on a path, and the two kernels that it scatters by.
+//! Where a path is scattered, at a surface or in a medium, and the two kernels that does it by.
+//!
+//! Of a phase function all is carried: what is scattered in a medium is what its VPLs send out.
 
 use glam::Vec3;
 
+use super::places::Receiver;
 use crate::bsdf::{Bsdf, Lambert, glossy_probability};
 use crate::color::Rgb;
 use crate::gather::GatherPoint;
-use crate::scene::SurfacePoint;
+use crate::scene::{MediumId, SurfacePoint};
 use crate::vpl::carried_cos;
 
-/// A share of a surface's scattering.
+/// A share of the scattering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kernel {
     /// `c`: what sums over VPLs are made with, or what VPLs send out.
@@ -24,11 +27,13 @@ enum Carried {
     Summed(Bsdf),
     /// At a surface that has VPLs.
     BySurface(SurfacePoint),
+    /// In a medium that has VPLs.
+    ByMedium,
     /// Where there are no VPLs.
     Nothing,
 }
 
-/// A surface on a path.
+/// Where a path is scattered.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
     point: GatherPoint,
@@ -50,8 +55,14 @@ impl Vertex {
             point: *point,
             carried: summed.map_or(Carried::Nothing, |summed| Carried::Summed(*summed)),
             amplitude: 1.0,
-            has_rest: summed != Some(&point.bsdf),
+            has_rest: summed.is_none() || (point.phase.is_none() && summed != Some(&point.bsdf)),
         }
+    }
+
+    /// A place in a medium after it. If there are VPLs, the share `left` of `c` is left.
+    pub(super) fn next_in_medium(point: &GatherPoint, left: Option<f32>) -> Self {
+        let Some(amplitude) = left else { return Self::first(point, None) };
+        Self { point: *point, carried: Carried::ByMedium, amplitude, has_rest: false }
     }
 
     /// A surface after it. If there are VPLs, the share `left` of `c` is left.
@@ -73,8 +84,20 @@ impl Vertex {
         self.point.position
     }
 
-    pub(super) fn geometric_normal(&self) -> Vec3 {
-        self.point.geometric_normal
+    /// As a receiver of light.
+    pub(super) fn receiver(&self) -> Receiver {
+        let GatherPoint { position, geometric_normal, medium, phase, .. } = self.point;
+        Receiver { position, normal: phase.is_none().then_some(geometric_normal), medium }
+    }
+
+    /// Whether it is in a medium, not at a surface.
+    pub(super) fn is_in_medium(&self) -> bool {
+        self.point.phase.is_some()
+    }
+
+    /// The medium that it is in, or on the side of its surface that it is scattered to.
+    pub(super) fn medium(&self) -> Option<MediumId> {
+        self.point.medium
     }
 
     /// How much of `c` is left for paths.
@@ -84,13 +107,16 @@ impl Vertex {
 
     /// About the albedos of what is left of `c`, and of `g`.
     fn importance_albedos(&self) -> [f32; 2] {
+        if self.is_in_medium() {
+            return if self.has_rest { [0.0, 1.0] } else { [self.amplitude, 0.0] };
+        }
         let bsdf = &self.point.bsdf;
         let diffuse = bsdf.vpl_reflectance(self.point.wo).max_channel();
         let all = bsdf.albedo().max_channel();
         let carried = match &self.carried {
             Carried::Nothing => return [0.0, all],
             Carried::Summed(summed) if summed == bsdf => all,
-            Carried::Summed(_) | Carried::BySurface(_) => diffuse,
+            Carried::Summed(_) | Carried::BySurface(_) | Carried::ByMedium => diffuse,
         };
         let rest = if self.has_rest { bsdf.importance_gloss(self.point.wo).max(LEAST_GLOSS) } else { 0.0 };
         [self.amplitude * carried, rest]
@@ -108,7 +134,16 @@ impl Vertex {
     }
 
     fn is_above(&self, direction: Vec3) -> bool {
-        self.point.geometric_normal.dot(direction) > 0.0
+        self.is_in_medium() || self.point.geometric_normal.dot(direction) > 0.0
+    }
+
+    /// All of its scattering of light from a unit direction, with the cosine of a surface (sr⁻¹).
+    fn scattered(&self, direction: Vec3) -> Rgb {
+        let point = &self.point;
+        match point.phase {
+            Some(phase) => Rgb::gray(phase.density(point.before().dot(direction))),
+            None => point.bsdf.eval_cos(point.wo, point.frame.to_local(direction)),
+        }
     }
 
     /// What is left of `c` for light from a unit direction (sr⁻¹).
@@ -123,9 +158,11 @@ impl Vertex {
     fn whole_carried_cos(&self, direction: Vec3) -> Rgb {
         let point = &self.point;
         match &self.carried {
+            Carried::Nothing => Rgb::BLACK,
+            _ if self.is_in_medium() => self.scattered(direction),
             Carried::Summed(summed) => summed.eval_cos(point.wo, point.frame.to_local(direction)),
             Carried::BySurface(surface) => carried_cos(surface, &point.bsdf, direction),
-            Carried::Nothing => Rgb::BLACK,
+            Carried::ByMedium => unreachable!("only in media"),
         }
     }
 
@@ -134,9 +171,7 @@ impl Vertex {
         if !self.is_above(direction) {
             return Rgb::BLACK;
         }
-        let point = &self.point;
-        let whole = point.bsdf.eval_cos(point.wo, point.frame.to_local(direction));
-        whole - self.whole_carried_cos(direction)
+        self.scattered(direction) - self.whole_carried_cos(direction)
     }
 
     /// A kernel for light from a unit direction (sr⁻¹).
@@ -147,13 +182,13 @@ impl Vertex {
         }
     }
 
-    /// What directions of a kernel are drawn from.
+    /// What directions of a kernel are drawn from at a surface.
     fn drawn_from(&self, kernel: Kernel) -> Bsdf {
         match (kernel, &self.carried) {
             (Kernel::Rest, Carried::Nothing) => self.point.bsdf,
             (Kernel::Rest, _) => self.point.bsdf.mostly_gloss(),
             (Kernel::Carried, Carried::Summed(summed)) => *summed,
-            (Kernel::Carried, Carried::BySurface(_) | Carried::Nothing) => {
+            (Kernel::Carried, Carried::BySurface(_) | Carried::ByMedium | Carried::Nothing) => {
                 Bsdf::Lambert(Lambert { reflectance: Rgb::WHITE })
             }
         }
@@ -161,16 +196,24 @@ impl Vertex {
 
     /// Density with which [`Vertex::sample`] draws a unit direction (sr⁻¹).
     pub(super) fn density(&self, kernel: Kernel, direction: Vec3) -> f32 {
-        self.drawn_from(kernel).pdf(self.point.wo, self.point.frame.to_local(direction))
+        match self.point.phase {
+            Some(phase) => phase.density(self.point.before().dot(direction)),
+            None => self.drawn_from(kernel).pdf(self.point.wo, self.point.frame.to_local(direction)),
+        }
     }
 
     /// The direction for a kernel that three uniform numbers draw, its density (sr⁻¹), and the kernel over it; none if the path ends.
     pub(super) fn sample(&self, kernel: Kernel, u: [f32; 3]) -> Option<(Vec3, f32, Rgb)> {
         let Self { point, .. } = self;
-        let sample = self.drawn_from(kernel).sample(point.wo, u)?;
-        let direction = point.frame.to_world(sample.wi).normalize();
+        let (direction, density) = match point.phase {
+            Some(phase) => phase.sample(point.before(), [u[0], u[1]]),
+            None => {
+                let sample = self.drawn_from(kernel).sample(point.wo, u)?;
+                (point.frame.to_world(sample.wi).normalize(), sample.pdf)
+            }
+        };
         let value = self.value(kernel, direction);
-        Some((direction, sample.pdf, value / sample.pdf)).filter(|_| !value.is_black())
+        Some((direction, density, value / density)).filter(|_| !value.is_black())
     }
 }
 

@@ -157,7 +157,8 @@ mod tests {
         let mut s = Stream::new(1, Purpose::Test, 0);
         let (tracer, lights) = (two_halves(), lights(&mut s));
         let contribution = ContributionKernel::new(0.1).with_glass(Glass::SolidStops);
-        let on_floor = |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Vec3::Z };
+        let on_floor =
+            |x: f32, y: f32| Receiver { position: Vec3::new(x, y, 0.0), normal: Some(Vec3::Z), medium: None };
         let met = (0..2000).map(|_| on_floor(-2.0 * s.uniform() - 0.01, 4.0 * s.uniform() - 2.0)).collect();
         let choice = VplChoice::learn(&lights, &tracer, contribution, met, 3).unwrap();
         for (receiver, is_known) in [(on_floor(-0.7, 0.4), true), (on_floor(0.9, -0.3), false)] {
@@ -169,7 +170,7 @@ mod tests {
                 batch.clear();
                 batch.push_fan(light.apex(), [receiver.position]);
                 tracer.visibility(&batch, &mut visibility);
-                let cos = receiver.normal.dot(link.towards_light).max(0.0);
+                let cos = receiver.cos(link.towards_light);
                 f64::from(light.intensity.luminance() * link.geometric * cos * visibility[0])
             };
             let truth: f64 = (0..4000).map(&mut value).sum();

@@ -36,7 +36,7 @@ impl BentLight {
     /// Traces light paths; none if no light comes that way. Runs on the current thread pool.
     pub fn learn(tracing: &LightTracer<'_>, seed: u64) -> Option<Self> {
         let lights = tracing.after_bent_ways(PATHS, seed);
-        let radius = RADIUS * Clamp::Auto.distance(&lights, seed);
+        let radius = RADIUS * Clamp::Auto.distance(&lights, &tracing.tracer().scene().bounds(), seed);
         (radius > 0.0).then(|| Self::of(lights, radius))
     }
 

@@ -13,9 +13,10 @@
 
 use rayon::prelude::*;
 
-use crate::accel::{Glass, SegmentBatch};
+use crate::accel::Glass;
 use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, View};
+use crate::media::Shadows;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::{LightTracer, Provenance, Vpl};
 
@@ -61,19 +62,18 @@ fn correlation_at(
     point: &GatherPoint,
     groups: &[Vec<Vpl>],
 ) -> Option<f64> {
-    let mut batch = SegmentBatch::new(contribution.glass());
+    let mut shadows = Shadows::new(contribution.glass());
     let unoccluded = |light: &Vpl| f64::from(contribution.unoccluded(point, light).luminance());
     for light in groups.iter().flatten().filter(|light| unoccluded(light) > 0.0) {
-        batch.push_fan(light.apex(), [point.position]);
+        shadows.push((point.position, point.medium), light.apex());
     }
-    let mut visibility = Vec::new();
-    tracing.tracer().visibility(&batch, &mut visibility);
-    let mut visibility = visibility.into_iter();
+    let mut passing = shadows.trace(tracing.tracer()).iter();
     let (mut together, mut apart) = (0.0, 0.0);
     for group in groups {
         let mut sum = 0.0;
         for value in group.iter().map(unoccluded).filter(|value| *value > 0.0) {
-            let value = value * f64::from(visibility.next().expect("one for each that is not zero"));
+            let passing = passing.next().expect("one for each that is not zero");
+            let value = value * f64::from(passing.max_channel());
             sum += value;
             apart += value * value;
         }

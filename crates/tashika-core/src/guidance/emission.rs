@@ -14,12 +14,14 @@
 
 use rayon::prelude::*;
 
-use crate::accel::{Glass, SegmentBatch, Tracer};
+use crate::accel::{Glass, Tracer};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, Scatter, View};
 use crate::math::Ray;
+use crate::media::{Flight, MOST_PASSED, Shadows, fly};
 use crate::rng::{self, Purpose, Stream};
+use crate::scene::MediumId;
 use crate::stats::Weighted;
 use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
 
@@ -55,8 +57,7 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
         .into_par_iter()
         .map(|chunk| {
             let mut learned = Learned::default();
-            let mut walk =
-                Walk { tracer, emitters, batch: SegmentBatch::new(Glass::Passes), visibility: vec![] };
+            let mut walk = Walk { tracer, emitters, shadows: Shadows::new(Glass::Passes) };
             for path in chunk * CHUNK..(chunk + 1) * CHUNK {
                 walk.follow(view, rng::key(seed, Purpose::Guidance, path), &mut learned);
             }
@@ -104,8 +105,7 @@ struct Learned {
 struct Walk<'a> {
     tracer: &'a Tracer,
     emitters: &'a EmitterSampler<'a>,
-    batch: SegmentBatch,
-    visibility: Vec<f32>,
+    shadows: Shadows,
 }
 
 impl Walk<'_> {
@@ -116,14 +116,15 @@ impl Walk<'_> {
         let part = part[1].min(PARTS - 1) * PARTS + part[0].min(PARTS - 1);
         let ([a, b], [c, d]) = (s.uniform_2(), s.uniform_2());
         let time = || Stream::new(key, Purpose::Shutter, 0).uniform();
-        let Some(mut ray) = view.ray_through(pixel, [a, b, c, d], time) else {
+        let Some(ray) = view.ray_through(pixel, [a, b, c, d], time) else {
             learned.paths.push((part, 0.0));
             return;
         };
+        let mut begun = (ray, view.camera.medium);
         let mut weight = Rgb::WHITE;
         let mut radiance = 0.0;
         for depth in 0..MOST_SURFACES {
-            let Some(point) = self.next_point(ray, key.wrapping_add(depth.into()), &mut weight, &mut s)
+            let Some(point) = self.next_point(begun, key.wrapping_add(depth.into()), &mut weight, &mut s)
             else {
                 break;
             };
@@ -150,36 +151,79 @@ impl Walk<'_> {
                     });
                 }
             }
-            let Some(next) = point.bsdf.sample(point.wo, s.uniform_3()) else { break };
-            let direction = point.frame.to_world(next.wi).normalize();
-            if point.geometric_normal.dot(direction) <= 0.0 {
-                break;
-            }
-            let survival = next.weight.max_channel().min(1.0);
-            if s.uniform() >= survival {
-                break;
-            }
-            weight *= next.weight / survival;
-            ray = Ray::new(point.position, direction);
+            let (direction, factor) = if let Some(phase) = point.phase {
+                (phase.sample(point.before(), s.uniform_2()).0, Rgb::WHITE)
+            } else {
+                let Some(next) = point.bsdf.sample(point.wo, s.uniform_3()) else { break };
+                let direction = point.frame.to_world(next.wi).normalize();
+                if point.geometric_normal.dot(direction) <= 0.0 {
+                    break;
+                }
+                let survival = next.weight.max_channel().min(1.0);
+                if s.uniform() >= survival {
+                    break;
+                }
+                (direction, next.weight / survival)
+            };
+            weight *= factor;
+            begun = (Ray::new(point.position, direction), point.medium);
         }
         learned.paths.push((part, radiance));
     }
 
-    /// The next point that gathers.
-    fn next_point(&self, mut ray: Ray, key: u64, weight: &mut Rgb, s: &mut Stream) -> Option<GatherPoint> {
+    /// The next point that gathers, of a ray that begins in a medium.
+    fn next_point(
+        &self,
+        (mut ray, mut medium): (Ray, Option<MediumId>),
+        key: u64,
+        weight: &mut Rgb,
+        s: &mut Stream,
+    ) -> Option<GatherPoint> {
         let scene = self.tracer.scene();
-        for step in 0..MOST_SPECULAR {
-            let hit = self.tracer.closest_hit(&ray, rng::key(key, Purpose::Opacity, step.into()))?;
+        let (mut step, mut passed) = (0, 0);
+        while step < MOST_SPECULAR && passed < MOST_PASSED {
+            let hit = self.tracer.closest_hit(&ray, rng::key(key, Purpose::Opacity, step.into()));
+            if let Some((id, filling)) =
+                medium.map(|id| (id, &scene.media()[id.index()])).filter(|(_, filling)| !filling.is_clear())
+            {
+                match fly(filling, *weight, &ray, hit.map_or(f32::INFINITY, |hit| hit.t), s) {
+                    Flight::Passed { weight: left } => *weight = left,
+                    Flight::Scattered { after, weight: left } => {
+                        *weight = left;
+                        let place = ray.at(after);
+                        return Some(GatherPoint::in_medium(
+                            place,
+                            ray.direction,
+                            filling.phase,
+                            id,
+                            Rgb::WHITE,
+                        ));
+                    }
+                }
+                if weight.is_black() {
+                    return None;
+                }
+            }
+            let hit = hit?;
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
+            if scene.is_boundary(&surface) {
+                medium = scene.medium_beyond(&surface, ray.direction, medium);
+                ray = Ray::new(surface.leave(ray.direction), ray.direction);
+                passed += 1;
+                continue;
+            }
             match Scatter::at(scene, &surface, -ray.direction, s.uniform()) {
                 Scatter::Gathers(point) => {
                     *weight *= point.weight;
-                    return Some(GatherPoint { weight: Rgb::WHITE, ..point });
+                    let medium = scene.medium_beyond(&surface, point.geometric_normal, medium);
+                    return Some(GatherPoint { weight: Rgb::WHITE, medium, ..point });
                 }
                 Scatter::Specular(specular) => {
                     let (next, factor) = specular.step(s.uniform_3())?;
                     *weight *= factor;
+                    medium = scene.medium_beyond(&surface, next.direction, medium);
                     ray = next;
+                    step += 1;
                 }
             }
         }
@@ -196,10 +240,8 @@ impl Walk<'_> {
         if given <= 0.0 {
             return None;
         }
-        self.batch.clear();
-        self.batch.push_fan(light.apex(), [point.position]);
-        self.tracer.visibility(&self.batch, &mut self.visibility);
-        let given = given * self.visibility[0];
+        let passing = self.shadows.trace_one(self.tracer, (point.position, point.medium), light.apex());
+        let given = given * passing.max_channel();
         (given > 0.0).then_some((light, given))
     }
 }

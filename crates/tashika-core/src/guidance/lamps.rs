@@ -12,9 +12,10 @@
 //! A lamp of many pixels is seen by any sample, and told more exactly so; this is to know where
 //! samples are too few.
 
-use crate::accel::{Glass, SegmentBatch};
+use crate::accel::Glass;
 use crate::gather::View;
 use crate::math::Vec3;
+use crate::media::Shadows;
 use crate::scene::CameraSample;
 use crate::vpl::{LightTracer, Vpl, VplKind};
 
@@ -38,20 +39,18 @@ impl SeenLamps {
         if view.camera.lens.radius > 0.0 || view.camera.motion.is_some() {
             return None;
         }
-        let mut batch = SegmentBatch::new(Glass::SolidStops);
+        let mut shadows = Shadows::new(Glass::SolidStops);
         let mut seen = Vec::new();
         for light in tracing.on_emitters(POINTS, seed) {
             if let Some((pixel, luminance, eye)) = from_eye(&light, view) {
-                batch.push_fan(light.apex(), [eye]);
+                shadows.push((eye, view.camera.medium), light.apex());
                 seen.push((pixel, luminance));
             }
         }
-        let mut visibility = Vec::new();
-        tracing.tracer().visibility(&batch, &mut visibility);
         let [width, height] = view.size;
         let mut pixels = vec![0.0; width as usize * height as usize];
-        for ((pixel, luminance), visible) in seen.into_iter().zip(visibility) {
-            pixels[pixel] += luminance * visible;
+        for ((pixel, luminance), passing) in seen.into_iter().zip(shadows.trace(tracing.tracer())) {
+            pixels[pixel] += luminance * passing.max_channel();
         }
         pixels.iter().any(|luminance| *luminance > 0.0).then_some(Self { pixels, width })
     }

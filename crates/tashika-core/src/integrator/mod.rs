@@ -92,7 +92,7 @@ pub trait Integrator: Sync {
 
     /// What it renders beside surfaces that stand still in vacuum.
     fn abilities(&self) -> Abilities {
-        Abilities::STILL_SURFACES
+        Abilities::STILL
     }
 
     /// Writes into a film's metadata what the result depends on beyond the setting.

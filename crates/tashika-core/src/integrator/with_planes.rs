@@ -31,7 +31,7 @@ impl Integrator for WithPlanes<'_> {
 
     fn abilities(&self) -> Abilities {
         let [pixels, planes] = [self.pixels.abilities(), self.planes.abilities()];
-        Abilities { media: pixels.media && planes.media, motion: pixels.motion && planes.motion }
+        Abilities { motion: pixels.motion && planes.motion }
     }
 
     fn describe(&self, metadata: &mut Metadata) {

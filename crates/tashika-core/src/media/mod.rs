@@ -6,7 +6,7 @@
 //! * [`transmittance`]: what is left of light along a part of a ray in one medium.
 //! * [`Segments`]: the same along whole batches of shadow segments, from interface to interface:
 //!   the coloured companion of [`Tracer::visibility`](crate::accel::Tracer::visibility), which is
-//!   asked for in scenes with media only.
+//!   asked for in scenes with media only. [`Shadows`] are both, for single segments.
 //! * [`Outside`]: the medium that a light path begins in.
 //!
 //! A scene without media takes none of this code.
@@ -18,10 +18,12 @@ mod flight;
 mod null_collisions;
 mod outside;
 mod segments;
+mod shadows;
 
 pub use flight::{Flight, MAX_SURVIVAL_IN_MEDIUM, fly, transmittance};
 pub use outside::Outside;
 pub use segments::{Segments, along_segment};
+pub use shadows::Shadows;
 
 /// Boundaries and other surfaces that one straight line passes at most: a path or segment ends
 /// there.

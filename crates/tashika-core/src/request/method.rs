@@ -144,7 +144,7 @@ impl Method {
         match self {
             Self::Audited { lights: None, .. } | Self::Path { .. } => Abilities::ALL,
             Self::Sum { .. } => Abilities::ALL,
-            Self::Transport { .. } | Self::Audited { lights: Some(_), .. } => Abilities::STILL_SURFACES,
+            Self::Transport { .. } | Self::Audited { lights: Some(_), .. } => Abilities::STILL,
         }
     }
 

@@ -158,12 +158,12 @@ impl Request {
         Self { truth: Some(Truth::Vpl), ..Self::default() }
     }
 
-    /// The same of this scene. If it [needs paths](Scene::needs_paths), what the default method
-    /// promises, of each pixel or of the picture, is kept by path tracing; other requests stay as they
-    /// are.
+    /// The same of this scene. If it [moves](Scene::moves) or has media that [scatter](Scene::scatters),
+    /// what the default method promises of light transport, of each pixel or of the picture, is kept by
+    /// path tracing; other requests stay as they are.
     #[must_use]
     pub fn in_scene(&self, scene: &Scene) -> Self {
-        if scene.needs_paths() { self.by_paths() } else { self.clone() }
+        if scene.moves() || scene.scatters() { self.by_paths() } else { self.clone() }
     }
 
     fn by_paths(&self) -> Self {
@@ -171,7 +171,7 @@ impl Request {
         if is_default
             && !self.lights_given
             && self.claim != Some(ClaimName::Certified)
-            && self.is_about_all_sets()
+            && self.truth() == Truth::Transport
         {
             // Who says how many paths, and no error, asks for these.
             let is_count = self.paths.is_some() && self.error.is_none();

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::{Vpl, VplKind};
 use crate::bsdf::HenyeyGreenstein;
 use crate::error::{Error, Result};
+use crate::math::Aabb;
 use crate::math::elementary::powf;
 use crate::rng::{Purpose, Stream};
 
@@ -15,7 +16,8 @@ pub enum Clamp {
     /// From the spacing of the VPLs, so that it vanishes as their number grows: twice the radius of
     /// the disk for which a VPL stands. At that distance a VPL of a uniformly bright wall adds at
     /// most a quarter of what the whole wall can. In media it is twice the radius of the ball for
-    /// which a VPL there stands, if that is larger.
+    /// which a VPL there stands, if that is larger: of those in the box about all surfaces, since fog
+    /// without an end has most of its VPLs where nobody looks.
     #[default]
     Auto,
     /// No clamp: unbiased, with bright spots where VPLs touch surfaces.
@@ -47,15 +49,18 @@ impl Clamp {
         }
     }
 
-    /// The distance (m) for a set of lights; zero for no clamp.
-    pub(crate) fn distance(&self, lights: &[Vpl], seed: u64) -> f32 {
+    /// The distance (m) for a set of lights of a scene whose surfaces a box holds; zero for no clamp.
+    pub(crate) fn distance(&self, lights: &[Vpl], surfaces: &Aabb, seed: u64) -> f32 {
         match *self {
             Self::Off => 0.0,
             Self::Distance(d) => d,
             Self::Auto => {
-                let on_surfaces = median_spacing(lights, VplKind::Oriented.number(), 2, seed);
+                let of = |kind: VplKind| lights.iter().filter(move |l| l.kind.number() == kind.number());
+                let places = of(VplKind::Oriented).map(|l| l.position).collect();
+                let on_surfaces = median_spacing(places, 2, seed);
                 let volume = VplKind::Volume(HenyeyGreenstein::default());
-                let in_volumes = median_spacing(lights, volume.number(), 3, seed);
+                let places = of(volume).map(|l| l.position).filter(|p| surfaces.contains(*p)).collect();
+                let in_volumes = median_spacing(places, 3, seed);
                 let on_surfaces = on_surfaces.map_or(0.0, |d| d * CLAMP_PER_MEDIAN);
                 in_volumes.map_or(0.0, |d| d * CLAMP_PER_MEDIAN_IN_VOLUMES).max(on_surfaces)
             }
@@ -63,18 +68,16 @@ impl Clamp {
     }
 }
 
-/// Median distance (m) from a VPL of a kind to the nearest other, estimated on subsets; `None` for
-/// fewer than two.
+/// Median distance (m) from a place to the nearest other, estimated on subsets; `None` for fewer than
+/// two.
 ///
 /// * `dimensions`: of what they are spread over.
-fn median_spacing(lights: &[Vpl], kind: usize, dimensions: u32, seed: u64) -> Option<f32> {
-    let of_kind: Vec<Vec3> = lights.iter().filter(|l| l.kind.number() == kind).map(|l| l.position).collect();
-    let n = of_kind.len();
+fn median_spacing(mut candidates: Vec<Vec3>, dimensions: u32, seed: u64) -> Option<f32> {
+    let n = candidates.len();
     if n < 2 {
         return None;
     }
     let mut stream = Stream::new(seed, Purpose::Subset, 0);
-    let mut candidates = of_kind;
     let kept = n.min(CANDIDATES);
     for i in 0..kept {
         let j = i + stream.below((n - i) as u64) as usize;
@@ -123,27 +126,34 @@ mod tests {
 
     #[test]
     fn in_volumes_it_is_two_radii_of_a_vpls_ball() {
+        let room = Aabb { lo: Vec3::ZERO, hi: Vec3::new(2.0, 3.0, 1.0) };
         for n in [2_000, 50_000, 200_000] {
             let expected = 2.0 * powf(6.0 * 0.75 / (std::f32::consts::PI * n as f32), 1.0 / 3.0);
-            let found = Clamp::Auto.distance(&fog(n), 3);
+            // Most of them far from all surfaces.
+            let far = fog(3 * n).into_iter().map(|l| Vpl { position: 100.0 * l.position - 50.0, ..l });
+            let far: Vec<Vpl> = far.filter(|l| !room.contains(l.position)).collect();
+            assert!(far.len() > 2 * n);
+            let found = Clamp::Auto.distance(&[fog(n), far].concat(), &room, 3);
             // The median of 512 distances has a relative standard error of about 2 %; balls at the
             // border reach out.
             assert!((found / expected - 1.0).abs() < 0.12, "{n}: {found} for {expected}");
-            let of_both = Clamp::Auto.distance(&[fog(n), wall(n)].concat(), 3);
-            assert_eq!(of_both, found.max(Clamp::Auto.distance(&wall(n), 3)));
+            let of_both = Clamp::Auto.distance(&[fog(n), wall(n)].concat(), &room, 3);
+            let of_fog = Clamp::Auto.distance(&fog(n), &room, 3);
+            assert_eq!(of_both, of_fog.max(Clamp::Auto.distance(&wall(n), &room, 3)));
         }
     }
 
     #[test]
     fn the_automatic_clamp_is_two_radii_of_a_vpls_disk() {
+        let nowhere = Aabb { lo: Vec3::ZERO, hi: Vec3::ZERO };
         for n in [2_000, 50_000, 200_000] {
             let expected = 2.0 * (6.0 / (std::f32::consts::PI * n as f32)).sqrt();
-            let found = Clamp::Auto.distance(&wall(n), 3);
+            let found = Clamp::Auto.distance(&wall(n), &nowhere, 3);
             // The median of 512 distances has a relative standard error of about 3 %.
             assert!((found / expected - 1.0).abs() < 0.12, "{n}: {found} for {expected}");
         }
-        assert_eq!(Clamp::Auto.distance(&wall(1), 3), 0.0);
-        assert_eq!(Clamp::Distance(0.3).distance(&wall(9), 3), 0.3);
+        assert_eq!(Clamp::Auto.distance(&wall(1), &nowhere, 3), 0.0);
+        assert_eq!(Clamp::Distance(0.3).distance(&wall(9), &nowhere, 3), 0.3);
         assert!(Clamp::Distance(-1.0).validate().is_err() && Clamp::Distance(f32::NAN).validate().is_err());
     }
 }

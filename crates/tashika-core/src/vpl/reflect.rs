@@ -48,6 +48,20 @@ pub(super) struct Scattered {
     pub(super) factor: Rgb,
     /// The single direction that it is, if it is one.
     pub(super) specular: Option<Lobe>,
+    /// What a flux is worth of basic radiance there, over what it was before.
+    pub(super) basic: f64,
+}
+
+/// `1/η²` into glass of index `η`, its inverse out of it: what viewers know is *basic* radiance, `L/η²`
+/// (Nicodemus 1963), while flux stays what it is ([`crate::bsdf::Glass`]).
+fn basic_after(bsdf: &Bsdf, lobe: Lobe, is_entering: bool) -> f64 {
+    match bsdf {
+        Bsdf::Glass(glass) if lobe == Lobe::SpecularTransmission => {
+            let squared = f64::from(glass.ior) * f64::from(glass.ior);
+            if is_entering { squared.recip() } else { squared }
+        }
+        _ => 1.0,
+    }
 }
 
 /// From a part of a surface, by drawing from the whole of its scattering.
@@ -82,6 +96,7 @@ fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut 
         direction,
         factor: sample.weight * adjoint,
         specular: Some(sample.lobe),
+        basic: basic_after(bsdf, sample.lobe, cos_ng > 0.0),
     })
 }
 
@@ -137,7 +152,7 @@ fn scattered(
     let viewer = frame.to_local(direction) * mirrored;
     let kernel = bsdf.eval_cos(viewer, frame.to_local(incoming));
     let factor = kernel * (cos / (ng.dot(incoming) * density));
-    factor.is_valid().then_some(Scattered { direction, factor, specular: None })
+    factor.is_valid().then_some(Scattered { direction, factor, specular: None, basic: 1.0 })
 }
 
 #[cfg(test)]

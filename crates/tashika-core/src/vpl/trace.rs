@@ -180,7 +180,7 @@ impl<'s> LightTracer<'s> {
             lights.extend(trail.lights);
             sort_by_place(&mut lights, scene.bounds());
             debug_assert!(lights.iter().all(|l| l.intensity.is_valid()));
-            clamp += options.clamp.distance(&lights, seed);
+            clamp += options.clamp.distance(&lights, &scene.bounds(), seed);
             counts.push(lights.len() as u64);
             if all.is_empty() {
                 all = lights;

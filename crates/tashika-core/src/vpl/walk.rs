@@ -125,6 +125,8 @@ impl LightPaths<'_> {
     fn walk(&self, begun: Begun, key: u64, s: &mut Stream, trail: &mut Trail) {
         let Begun { mut ray, mut flux, mut medium } = begun;
         let scene = self.tracer.scene();
+        // What flux is worth of basic radiance here; exactly 1 again outside of all glass.
+        let mut basic = 1.0_f64;
         // Of the way since the emitter.
         let (mut is_specular, mut is_bent) = (true, false);
         // Surfaces that the path has met; times that it was scattered, anywhere; boundaries passed since.
@@ -141,7 +143,7 @@ impl LightPaths<'_> {
                         trail.lights.push(Vpl {
                             position,
                             direction: ray.direction,
-                            intensity: weight / (4.0 * PI),
+                            intensity: weight / (4.0 * PI) * basic as f32,
                             kind: VplKind::Volume(medium.phase),
                         });
                         let survival =
@@ -175,15 +177,13 @@ impl LightPaths<'_> {
             let incoming = -ray.direction;
             let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
             flux *= weight;
-            leave(&point, &bsdf, through, incoming, flux, is_specular && is_bent, trail);
-            let Some(Scattered { direction, factor, specular }) =
-                goes_on(&point, &bsdf, through, incoming, s)
-            else {
-                return;
-            };
+            leave(&point, &bsdf, through, incoming, flux * basic as f32, is_specular && is_bent, trail);
+            let Some(next) = goes_on(&point, &bsdf, through, incoming, s) else { return };
+            let Scattered { direction, factor, specular, .. } = next;
+            basic *= next.basic;
             let next = flux * factor;
             if specular.is_none() {
-                trail.reflected += f64::from(next.luminance());
+                trail.reflected += f64::from(next.luminance()) * basic;
             }
             is_specular &= specular.is_some();
             let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && specular == Some(Lobe::SpecularTransmission);

@@ -15,8 +15,9 @@
 //! from the camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux,
 //! and both get the same weight, so that one function serves both. The two factors of a path that
 //! enters and leaves a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance
-//! wherever camera, lights and lit surfaces are in the outer medium. A surface or a light *inside*
-//! the glass would need the factor `η²` (Veach 1997, section 5.2).
+//! wherever camera and lights are in the outer medium. What light paths leave inside the glass is
+//! divided by `η²` there, so that viewers see basic radiance of surfaces and media in it too. An
+//! emitter *inside* the glass would need the factor (Veach 1997, section 5.2).
 //!
 //! # Held to this by
 //! The tests below.

@@ -220,6 +220,11 @@ impl Scene {
         self.has_media
     }
 
+    /// Whether any of these media scatters light.
+    pub fn scatters(&self) -> bool {
+        self.has_media && self.media.iter().any(Medium::scatters)
+    }
+
     /// Whether any surface has an interface.
     #[inline]
     pub fn has_interfaces(&self) -> bool {

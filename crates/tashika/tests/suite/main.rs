@@ -56,6 +56,7 @@ mod stored_pixels;
 mod sums;
 mod textures;
 mod tidy;
+mod transport_in_media;
 mod udim;
 mod usd;
 mod usd_features;

@@ -46,7 +46,7 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     let room = end_to_end::check(shell, &program)?;
     shell.step("the examples");
     for example in ["render", "own_method", "certificate"] {
-        shell.cargo("run --locked --release --quiet -p tashika --example").arg(example).run()?;
+        shell.command(program.with_file_name("examples").join(example), "").run()?;
     }
     shell.step("files in other readers");
     let python = python_of_readers(shell)?;
@@ -96,10 +96,9 @@ fn others(shell: &Shell) -> Outcome<()> {
         return Ok(());
     }
     shell.step("other machines, older compilers");
-    for target in OTHER_MACHINES {
-        shell.command("rustup", "target add").arg(target).run_quietly()?;
-        shell.cargo("check --locked --release --package tashika-cli --target").arg(target).run()?;
-    }
+    shell.command("rustup", "target add").args(OTHER_MACHINES).run_quietly()?;
+    let targets = OTHER_MACHINES.iter().flat_map(|target| ["--target", target]);
+    shell.cargo("check --locked --release --package tashika-cli").args(targets).run()?;
     let manifest = fs::read_to_string(shell.root().join("Cargo.toml")).map_err(|e| e.to_string())?;
     let oldest = manifest
         .lines()

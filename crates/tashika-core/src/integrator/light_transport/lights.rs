@@ -50,7 +50,7 @@ fn farther(truth: Truth, clamp: Clamp) -> f32 {
 
 /// What emission matters to the view, and the options that tell how it is drawn.
 fn learn<'t>(tracer: &'t Tracer, options: &VplOptions, view: &View<'_>) -> Result<(VplOptions, Guided<'t>)> {
-    tracer.scene().check_method("tashika", Abilities::STILL_SURFACES)?;
+    tracer.scene().check_method("tashika", Abilities::STILL)?;
     let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
     let tracing = LightTracer::new(tracer, &options)?;
     let guided = learn_light_guide(tracing, view, rng::key(options.seed, Purpose::Guidance, 0));

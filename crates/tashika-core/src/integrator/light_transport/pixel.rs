@@ -189,7 +189,14 @@ impl<'a, 'v> Pixel<'a, 'v> {
     /// window that is mirrored by a rim fills a thousandth of the pixel.
     fn is_emission_rare(&mut self, samples: u32) -> bool {
         let common = self.common;
-        if !common.compensates || common.sees_lamps(self.at) {
+        if !common.compensates {
+            return false;
+        }
+        // Through what scatters, it is chance whether a sample meets it.
+        if common.setting.tracer.scene().scatters() {
+            return true;
+        }
+        if common.sees_lamps(self.at) {
             return false;
         }
         // Where none of the neighbours has met any there is hardly any.

@@ -1,0 +1,59 @@
+//! Single shadow segments, each from a place to a light, and what gets along them.
+
+use super::Segments;
+use crate::accel::{Apex, Glass, SegmentBatch, Tracer};
+use crate::color::Rgb;
+use crate::math::Vec3;
+use crate::scene::MediumId;
+
+/// Shadow segments that are traced together, with what surfaces and media let pass.
+#[derive(Clone, Debug)]
+pub struct Shadows {
+    batch: SegmentBatch,
+    in_media: Segments,
+    visibility: Vec<f32>,
+    passing: Vec<Rgb>,
+}
+
+impl Shadows {
+    /// None yet.
+    pub fn new(glass: Glass) -> Self {
+        Self {
+            batch: SegmentBatch::new(glass),
+            in_media: Segments::default(),
+            visibility: Vec::new(),
+            passing: Vec::new(),
+        }
+    }
+
+    /// Forgets all segments but keeps the memory.
+    pub fn clear(&mut self) {
+        self.batch.clear();
+        self.in_media.clear();
+    }
+
+    /// Adds the segment from a place, whose side towards the light is in `medium`, to a light.
+    pub fn push(&mut self, (place, medium): (Vec3, Option<MediumId>), light: Apex) {
+        self.batch.push_fan(light, [place]);
+        self.in_media.push(medium);
+    }
+
+    /// The share of light that gets along each segment, by channel in `[0, 1]`, in the order in which
+    /// they were added; in a scene where nothing moves.
+    pub fn trace(&mut self, tracer: &Tracer) -> &[Rgb] {
+        tracer.visibility(&self.batch, &mut self.visibility);
+        if self.in_media.matter(tracer) {
+            return self.in_media.passing(tracer, &self.batch, 0.0, &self.visibility);
+        }
+        self.passing.clear();
+        self.passing.extend(self.visibility.iter().map(|visible| Rgb::gray(*visible)));
+        &self.passing
+    }
+
+    /// The same of a single segment.
+    pub fn trace_one(&mut self, tracer: &Tracer, from: (Vec3, Option<MediumId>), light: Apex) -> Rgb {
+        self.clear();
+        self.push(from, light);
+        self.trace(tracer)[0]
+    }
+}
