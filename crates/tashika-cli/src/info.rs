@@ -44,6 +44,8 @@ struct Report {
     media: Vec<MediumReport>,
     /// Whether any view or light may meet a medium that does something: path tracing renders it.
     has_media: bool,
+    /// Whether media scatter light.
+    scatters: bool,
     /// Corners of the box around everything (m).
     bounds: [[f32; 3]; 2],
     notes: Vec<NoteReport>,
@@ -211,6 +213,7 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
             })
             .collect(),
         has_media: scene.has_media(),
+        scatters: scene.scatters(),
         bounds: [bounds.lo.to_array(), bounds.hi.to_array()],
         notes: notes(scene),
     }
@@ -333,8 +336,8 @@ fn rows(report: &Report) -> Rows {
         let label = if i == 0 { "media" } else { "" };
         rows.push(label, format!("{name}: absorption {a}, scattering {s} per metre, g = {asymmetry}{grids}"));
     }
-    if report.has_media {
-        rows.push("", "rendered by path tracing, or as a sum over VPLs");
+    if report.scatters {
+        rows.push("", "rendered by path tracing, or by VPLs where the truth is named (--truth)");
     }
     if report.notes.is_empty() {
         rows.push("notes", "none: the scene is rendered as its file says");

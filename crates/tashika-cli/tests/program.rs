@@ -402,7 +402,7 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// Media are told, and rendered by paths, or as the sum over VPLs where that is asked for.
+/// Media are told, and rendered by paths, or by VPLs where that is asked for.
 #[test]
 fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let folder = Folder::new();
@@ -415,7 +415,7 @@ fn media_are_told_and_rendered_by_paths_and_as_sums() {
         "fog: absorption 0.0011",
         "scattering 0.1000 0.2000 0.3000 per metre",
         "in fog",
-        "rendered by path tracing, or as a sum over VPLs",
+        "rendered by path tracing, or by VPLs where the truth is named (--truth)",
     ] {
         assert!(info.succeeds().stdout.contains(words), "{words:?} is not in: {}", info.stdout);
     }
@@ -425,9 +425,11 @@ fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let small = "render fog.pbrt --size 4x4 -o fog.exr";
     folder.run("vpl fog.pbrt --vpls 300 -o fog.vpl --json vpl.json").succeeds();
     assert!(folder.json("vpl.json")["kinds"]["volume"].as_u64().unwrap() > 100);
-    folder
-        .run(&format!("{small} --truth transport --vpl-file fog.vpl"))
-        .fails(2, &["--method", "expected path", "fog"]);
+    for lights in ["--vpl-file fog.vpl", "--vpls 300"] {
+        folder.run(&format!("{small} --truth transport {lights} --max-pairs 500 --json vpls.json"));
+        let json = folder.json("vpls.json");
+        assert_eq!((&json["method"], &json["truth"]), (&"tashika".into(), &"transport".into()), "{lights}");
+    }
     for method in ["exact", "mdlc"] {
         folder.run(&format!("{small} --method {method} --vpl-file fog.vpl")).succeeds();
     }

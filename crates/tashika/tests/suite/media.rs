@@ -410,8 +410,11 @@ fn every_method_renders_media() {
     assert_eq!(method.as_deref(), Some("tashika"));
     let tracer = Tracer::new(foggy_room().into());
     paths_keep_what_the_default_promises(&tracer);
-    let clamped = renderer(&tracer).truth(Truth::Clamped).render().unwrap();
-    assert_eq!(clamped.film.metadata().text(keys::TRUTH), Some("clamped"));
+    for (truth, name) in [(Truth::Clamped, "clamped"), (Truth::Transport, "transport")] {
+        let image = renderer(&tracer).truth(truth).render().unwrap();
+        let said = |key| image.film.metadata().text(key);
+        assert_eq!([said(keys::METHOD), said(keys::TRUTH)], [Some("tashika"), Some(name)]);
+    }
     let certified = Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Certified).prepare().unwrap();
     assert!(certified.method().is_of_a_sum());
     for method in MethodName::all().filter(|method| method.of_lights().is_some()) {
