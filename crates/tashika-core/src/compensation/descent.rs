@@ -9,8 +9,8 @@
 //! with its luminance `I`, the distance `d` of the middle of its box, the spread `s` of lights
 //! about it, and the cosines at the surface and at the lights where they are greatest: at the
 //! surface over the box, and 1 in a medium; at the lights over the directions to the ball about the
-//! box and the cone of their normals. Where a cluster is small for its distance and its lights face about one way,
-//! one of them is drawn by its luminance.
+//! box and the cone of their normals. Where a cluster is small for its distance and its lights face
+//! about one way, one of them is drawn by its luminance.
 //!
 //! # Guarantee
 //! What can give anything has a probability above zero. Held to this by the tests of

@@ -33,6 +33,9 @@
 //! that holds it. So shares sum to one over every path: `κ + (1 − κ)` for `c` after `c`, and 1 for
 //! all else, which VPLs do not carry.
 //!
+//! Paths fly in media (`media::fly`), and may be scattered there before they meet a surface: of a place
+//! in a medium the phase function is `c`, and `g` is nothing. Segments lose what media take.
+//!
 //! Where there is no set of VPLs, nothing is carried: the last row is all there is, and the paths
 //! are those of a path tracer.
 //!
@@ -44,7 +47,8 @@
 //! With the sum over a set of VPLs whose expectation is the light by `c` (an unbiased trace, solid
 //! glass that stops segments), the expectation over sets and paths is light transport itself, but
 //! for paths longer than the most surfaces, and for what neither can find: a point or a single
-//! direction of light seen by a bent way only. Held to this by the suite's `light_transport`.
+//! direction of light seen by a bent way only. Held to this by the suite's `light_transport` and
+//! `transport_in_media`.
 
 mod choices;
 mod descent;
@@ -330,6 +334,9 @@ impl<'a> Compensation<'a> {
             if let Some((id, filling)) =
                 medium.map(|id| (id, &scene.media()[id.index()])).filter(|(_, filling)| !filling.is_clear())
             {
+                if weight.is_black() {
+                    return None;
+                }
                 let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
                 // Weights have signs, chances have none.
                 let before = weight.map(f32::abs);

@@ -1,6 +1,6 @@
 //! Places in a scene: surfaces that are near to each other and face the same way, and parts of media.
 //!
-//! A k-d tree (Bentley 1975) over position and normal of surfaces that were met: always halved at
+//! A k-d tree (Bentley 1975) over position and normal of what was met, zero in media: always halved at
 //! the median of the coordinate that varies most, where positions are measured in their own spread.
 
 use glam::Vec3;
@@ -29,7 +29,6 @@ impl Receiver {
         self.normal.map_or(1.0, |normal| normal.dot(direction).max(0.0))
     }
 
-    /// Where media are, normals are as far from each other as from none.
     fn coordinate(&self, axis: usize) -> f32 {
         if axis < 3 { self.position[axis] } else { self.normal.map_or(0.0, |normal| normal[axis - 3]) }
     }

@@ -1,4 +1,4 @@
-//! Where a path is scattered, at a surface or in a medium, and the two kernels that does it by.
+//! Where a path is scattered, at a surface or in a medium, and the two kernels that do it.
 //!
 //! Of a phase function all is carried: what is scattered in a medium is what its VPLs send out.
 

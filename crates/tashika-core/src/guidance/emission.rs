@@ -186,22 +186,17 @@ impl Walk<'_> {
             if let Some((id, filling)) =
                 medium.map(|id| (id, &scene.media()[id.index()])).filter(|(_, filling)| !filling.is_clear())
             {
+                if weight.is_black() {
+                    return None;
+                }
                 match fly(filling, *weight, &ray, hit.map_or(f32::INFINITY, |hit| hit.t), s) {
                     Flight::Passed { weight: left } => *weight = left,
                     Flight::Scattered { after, weight: left } => {
                         *weight = left;
-                        let place = ray.at(after);
-                        return Some(GatherPoint::in_medium(
-                            place,
-                            ray.direction,
-                            filling.phase,
-                            id,
-                            Rgb::WHITE,
-                        ));
+                        let (place, before) = (ray.at(after), ray.direction);
+                        let point = GatherPoint::in_medium(place, before, filling.phase, id, Rgb::WHITE);
+                        return Some(point);
                     }
-                }
-                if weight.is_black() {
-                    return None;
                 }
             }
             let hit = hit?;

@@ -90,7 +90,7 @@ pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;
 
-    /// What it renders beside surfaces that stand still in vacuum.
+    /// What it renders beside what stands still.
     fn abilities(&self) -> Abilities {
         Abilities::STILL
     }

@@ -139,7 +139,7 @@ impl Method {
         }
     }
 
-    /// What it renders beside surfaces that stand still in vacuum.
+    /// What it renders beside what stands still.
     pub fn abilities(&self) -> Abilities {
         match self {
             Self::Audited { lights: None, .. } | Self::Path { .. } => Abilities::ALL,
