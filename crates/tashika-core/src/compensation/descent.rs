@@ -204,7 +204,7 @@ mod tests {
                 let descent = Descent { lights: &lights, clamp_distance: 0.05, receiver: &receiver };
                 let gives = |light: u32| {
                     let link = contribution.link(receiver.position, &lights.light(light));
-                    link.geometric * receiver.cos(link.towards_light) > 0.0
+                    link.geometric * receiver.cosine(link.towards_light) > 0.0
                 };
                 let giving: Vec<bool> = (0..300).map(gives).collect();
                 given += giving.iter().filter(|gives| **gives).count();

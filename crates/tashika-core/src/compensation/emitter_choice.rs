@@ -199,7 +199,7 @@ mod tests {
                         assert!((sample.pdf.unwrap() / density - 1.0).abs() < 1e-3);
                     }
                     let link = lit.contribution.link(receiver.position, &light);
-                    let cos = receiver.cos(link.towards_light);
+                    let cos = receiver.cosine(link.towards_light);
                     batch.clear();
                     batch.push_fan(light.apex(), [receiver.position]);
                     tracer.visibility(&batch, &mut visibility);

@@ -25,7 +25,7 @@ pub struct Receiver {
 
 impl Receiver {
     /// Cosine by which a surface receives light from a unit direction; in a medium 1.
-    pub fn cos(&self, direction: Vec3) -> f32 {
+    pub fn cosine(&self, direction: Vec3) -> f32 {
         self.normal.map_or(1.0, |normal| normal.dot(direction).max(0.0))
     }
 

@@ -70,7 +70,7 @@ impl Trials<'_> {
                 let mut value = 0.0;
                 if let Some(Drawn { light, luminance }) = draw(cluster, stream) {
                     let link = self.contribution.link(receiver.position, &light);
-                    value = luminance * f64::from(link.geometric * receiver.cos(link.towards_light));
+                    value = luminance * f64::from(link.geometric * receiver.cosine(link.towards_light));
                     // Unclamped, and at the very place of the surface, it is no number.
                     value = if value.is_finite() { value } else { 0.0 };
                     if value > 0.0 {

@@ -170,7 +170,7 @@ mod tests {
                 batch.clear();
                 batch.push_fan(light.apex(), [receiver.position]);
                 tracer.visibility(&batch, &mut visibility);
-                let cos = receiver.cos(link.towards_light);
+                let cos = receiver.cosine(link.towards_light);
                 f64::from(light.intensity.luminance() * link.geometric * cos * visibility[0])
             };
             let truth: f64 = (0..4000).map(&mut value).sum();

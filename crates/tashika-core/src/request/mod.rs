@@ -161,7 +161,7 @@ impl Request {
     /// The same of this scene. What the default method promises of light transport, of each pixel or of
     /// the picture, is kept by path tracing if the scene [moves](Scene::moves), and, unless the truth was
     /// named, if its media [scatter](Scene::scatters): there sums over VPLs are faster in most pixels, and
-    /// leave some without a claim. Other requests stay as they are.
+    /// leave some wider than was asked. Other requests stay as they are.
     #[must_use]
     pub fn in_scene(&self, scene: &Scene) -> Self {
         let is_by_paths = scene.moves() || (scene.scatters() && self.truth.is_none());
