@@ -242,7 +242,9 @@ mod tests {
             assert!((0.99..1.000_01).contains(&all), "{all}");
             for (times, said) in found {
                 let error = (said / DRAWS as f64).sqrt();
-                assert!((times - said).abs() <= 5.0 * error, "{times} ± {error}: {said}");
+                // Of lights that hardly give anything, one may come where 0.02 are expected.
+                let rare = 3.0 / DRAWS as f64;
+                assert!((times - said).abs() <= 5.0 * error + rare, "{times} ± {error}: {said}");
             }
         }
     }
