@@ -16,6 +16,7 @@ use crate::warp;
 
 /// Leaves what a part of a surface reflects, or transmits, diffusely of so much flux.
 ///
+/// * `flux`: as it is worth to viewers ([`Scattered::basic`]).
 /// * `is_bent`: whether that came from an emitter by mirrors and glass alone, not all of them panes.
 pub(super) fn leave(
     point: &SurfacePoint,
