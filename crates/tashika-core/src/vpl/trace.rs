@@ -16,7 +16,8 @@
 //! takes would see it, with Russian roulette by the flux that is left. The expected sum over the
 //! VPLs, unclamped, is the light transported by all paths whose last surface before the receiver
 //! reflects diffusely, or whose last place before it is in a medium. Surfaces whose diffuse part depends on the outgoing direction (coats) leave
-//! a VPL of the same flux with a plain cosine lobe.
+//! a VPL of the same flux with a plain cosine lobe. Inside glass of index `η` VPLs have `I/η²`, which is
+//! what viewers outside know of them.
 //!
 //! Where a path of flux `Φ` is scattered in a medium, it leaves a VPL that shines by the phase
 //! function `p` of the medium about the direction `ω` that the light came along,
