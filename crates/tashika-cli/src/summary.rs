@@ -156,7 +156,7 @@ pub struct Seconds {
     pub audit: f64,
     /// The reconstruction of a picture.
     pub reconstruction: f64,
-    /// The mattes of objects and materials, and motion vectors.
+    /// The mattes of objects and materials, and planes of what camera rays meet first.
     pub mattes: f64,
     /// Writing the files.
     pub write: f64,

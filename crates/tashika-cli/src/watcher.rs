@@ -148,7 +148,7 @@ impl Observer for Watcher<'_> {
             Phase::Vpls { .. } => &mut seconds.vpls,
             Phase::LightTree => &mut seconds.trees,
             Phase::Reconstruction => &mut seconds.reconstruction,
-            Phase::Mattes | Phase::Motion => &mut seconds.mattes,
+            Phase::Mattes | Phase::FirstSurfaces => &mut seconds.mattes,
             Phase::Audit { .. } => &mut seconds.audit,
             Phase::OtherSet => &mut seconds.other_set,
             _ => &mut seconds.render,
@@ -205,6 +205,6 @@ fn of_pass(film: &Film) -> Option<String> {
 fn can_be_ended(phase: &Phase) -> bool {
     matches!(
         phase,
-        Phase::Pixels { .. } | Phase::Mattes | Phase::Motion | Phase::Audit { .. } | Phase::OtherSet
+        Phase::Pixels { .. } | Phase::Mattes | Phase::FirstSurfaces | Phase::Audit { .. } | Phase::OtherSet
     )
 }

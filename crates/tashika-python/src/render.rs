@@ -65,6 +65,8 @@ use crate::words;
 ///   the metadata, and "object_id" and "material_id", the number of what covers most of a pixel.
 /// - `motion_vectors`: True adds the plane "motion", how far what a pixel shows goes on the film while
 ///   the shutter is open: pixels to the right, and up.
+///   Where something moves there is the plane "time", when what is in front is there, and where there
+///   are media "transmittance", what they leave of the light of the first surface.
 /// - `groups`: "each", or {"key": ["lamp", …], …}, names of objects or materials
 ///   that emit, of lights, or "environment": planes "light_key" of what each group gives, and
 ///   "light_key_standard_error". Lights that are not named are "light_rest". With `method` "path" they add

@@ -28,7 +28,7 @@ use crate::scene::MediumId;
 
 /// Specular surfaces after which a camera path is given up; what it would have seen is missing from
 /// the image.
-pub(super) const MAX_CHAIN: u32 = 32;
+const MAX_CHAIN: u32 = 32;
 
 /// What media do to camera paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

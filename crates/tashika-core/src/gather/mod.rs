@@ -26,7 +26,7 @@ mod tests;
 pub use filter::Filter;
 pub use options::GatherOptions;
 
-use camera_path::{CameraPath, End, MAX_CHAIN, Media};
+use camera_path::{CameraPath, End, Media};
 use glam::{Vec2, Vec3};
 
 use crate::accel::Tracer;

@@ -5,18 +5,18 @@
 //! bit for any number of threads, any window and any share of the tiles.
 
 mod fill;
+mod first_surfaces;
 mod mattes;
 mod merge;
-mod motion;
 mod pictures;
 mod tiles;
 
 #[cfg(test)]
 mod tests;
 
+pub use first_surfaces::{add_motion, add_time, add_transmittance};
 pub use mattes::add_mattes;
 pub use merge::{Merged, Merger};
-pub use motion::add_motion;
 pub use pictures::{begin_pictures, picture_tiles, resume_pictures};
 pub use tiles::TileShare;
 

@@ -31,8 +31,9 @@ pub enum Phase {
     Reconstruction,
     /// Adding mattes to a film that is rendered.
     Mattes,
-    /// Adding motion vectors to a film that is rendered.
-    Motion,
+    /// Adding planes of what camera rays meet first to a film that is rendered: motion vectors, times and
+    /// what media leave of light.
+    FirstSurfaces,
     /// Computing the truth of pixels at random.
     Audit {
         /// Name of what computes it.

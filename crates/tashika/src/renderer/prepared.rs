@@ -15,7 +15,8 @@ use crate::integrator::{
 };
 use crate::reconstruction::Smoother;
 use crate::render::{
-    Begun, Finished, RenderOptions, Rendered, TileShare, add_mattes, add_motion, blank, resume,
+    Begun, Finished, RenderOptions, Rendered, TileShare, add_mattes, add_motion, add_time, add_transmittance,
+    blank, resume,
 };
 use crate::request::{CameraChange, Method};
 use crate::scene::{Camera, LightGrouping, LightGroups};
@@ -187,19 +188,33 @@ impl Prepared<'_> {
     pub fn render_from(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
         let mut rendered = self.render_radiance(begin)?;
         if let Some(ranks) = self.mattes {
-            let samples = self.matte_samples();
+            let samples = self.seen_samples();
             during(self.observer, Phase::Mattes, || {
                 add_mattes(&self.setting(), &mut rendered.film, samples, ranks);
             });
         }
-        if self.motion {
-            during(self.observer, Phase::Motion, || add_motion(&self.setting(), &mut rendered.film));
+        let scene = self.tracer.scene();
+        let blurs = scene.moves() || self.camera.motion.is_some();
+        if self.motion || blurs || scene.has_media() {
+            let (setting, samples) = (self.setting(), self.seen_samples());
+            during(self.observer, Phase::FirstSurfaces, || {
+                if self.motion {
+                    add_motion(&setting, &mut rendered.film);
+                }
+                if blurs {
+                    add_time(&setting, &mut rendered.film, samples);
+                }
+                if scene.has_media() {
+                    add_transmittance(&setting, &mut rendered.film, samples);
+                }
+            });
         }
         Ok(rendered)
     }
 
-    /// Camera samples of a pixel's mattes: those of its gather points, if it is made of them.
-    fn matte_samples(&self) -> u32 {
+    /// Camera samples of a pixel's mattes, time and transmittance: those of its gather points, if it is
+    /// made of them.
+    fn seen_samples(&self) -> u32 {
         const OF_PATHS: u32 = 64;
         match self.method {
             Method::Sum { .. } | Method::Transport { .. } => self.gather.points,

@@ -44,7 +44,7 @@ impl Witness {
             Phase::Pixels { .. } => "pixels",
             Phase::Reconstruction => "reconstruction",
             Phase::Mattes => "mattes",
-            Phase::Motion => "motion",
+            Phase::FirstSurfaces => "first surfaces",
             Phase::Audit { .. } => "audit",
             Phase::OtherSet => "other",
         };

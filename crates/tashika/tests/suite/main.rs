@@ -15,6 +15,7 @@ mod deforming;
 mod determinism;
 mod features;
 mod filters;
+mod first_surfaces;
 mod formats;
 mod formula_materials;
 mod furnace;

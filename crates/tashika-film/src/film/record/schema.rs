@@ -15,7 +15,7 @@ use crate::math::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// As colours, exposed as a radiance is.
+    /// As colours: a radiance exposed, a share as it is.
     Color,
     /// Each channel relative to the radiance: errors and half-widths.
     Relative,
@@ -311,6 +311,12 @@ schema! {
         MOTION F32 "motion" ["x", "y"] "pixel",
             Shown::Value, in_pages false, "motion",
             "how far the surface at the pixel's centre goes on the film from shutter open to shutter close: pixels to the right, and up";
+        TIME F32 "time" ["t"] "1",
+            Shown::Value, in_pages true, "time in front",
+            "when the object in front is there: the mean time of the camera samples that meet it, as a share of the time that the shutter is open; 0 where there is none";
+        TRANSMITTANCE F32 "transmittance" ["R", "G", "B"] "1",
+            Shown::Color, in_pages true, "transmittance",
+            "what media leave of the light of the first surface on its way to the camera";
         REFERENCE F32 "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages false, "reference",
             "what errors are measured from";

@@ -266,7 +266,22 @@ const Views = (() => {
     const coded = (id, label, list, names, value) =>
       add(id, label, { kind: "code", planes: names, paint: codes(list)(value), legend: () => ({ codes: list.map(({ label, color }) => [label, color]) }) });
     const isColor = ({ name, channels }) => ROWS.get(name)?.shown === "color" || channels.join("") === "RGB";
-    for (const { name } of [...planes.values()].filter(isColor)) {
+    for (const { name, unit } of [...planes.values()].filter(isColor)) {
+      if (unit === "1") {
+        // Shares of light are what they are, however the picture is exposed.
+        add(name, ROWS.get(name)?.label ?? name, {
+          kind: "share",
+          planes: [name],
+          paint: ([[r, g = r, b = r]], out) => {
+            for (let i = 0; i < r.length; i++) {
+              TONES.linear(r[i], g[i], b[i], out, 4 * i);
+              out[4 * i + 3] = 255;
+            }
+          },
+          legend: () => null,
+        });
+        continue;
+      }
       add(name || "estimate", ROWS.get(name)?.label ?? name, {
         kind: "radiance",
         planes: [name],
