@@ -68,9 +68,8 @@ use crate::contribution::{ContributionKernel, Link};
 use crate::gather::{GatherPoint, Scatter};
 use crate::guidance::BentLight;
 use crate::math::Ray;
-use crate::media::{Flight, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Shadows, fly};
+use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Shadows};
 use crate::rng::Stream;
-use crate::scene::MediumId;
 use crate::tree::LightTree;
 use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
 use crate::warp::balance;
@@ -295,9 +294,8 @@ impl<'a> Compensation<'a> {
                 emitters,
                 drawn: drawn.map_or(1.0, |drawn| drawn.draws.emitters as f32),
             };
-            let ray = Ray::new(vertex.position(), direction);
             let path_key = key.wrapping_add(decided);
-            let begun = (ray, vertex.medium());
+            let begun = Leg { ray: Ray::new(vertex.position(), direction), medium: vertex.medium() };
             let Some(next) = self.follow(begun, &way, path_key, &mut weight, &mut radiance, stream) else {
                 break;
             };
@@ -312,11 +310,11 @@ impl<'a> Compensation<'a> {
         point.weight * radiance
     }
 
-    /// Follows a ray that begins in a medium to where it is scattered, at a surface that is not
-    /// specular or before, and adds what is emitted on the way.
+    /// Follows a ray to where it is scattered, at a surface that is not specular or before, and adds what
+    /// is emitted on the way.
     fn follow(
         &mut self,
-        (mut ray, mut medium): (Ray, Option<MediumId>),
+        mut leg: Leg,
         way: &Way<'_>,
         key: u64,
         weight: &mut Rgb,
@@ -330,33 +328,23 @@ impl<'a> Compensation<'a> {
         let (mut step, mut passed) = (0, 0);
         while step < max_depth && passed < MOST_PASSED {
             self.rays += 1;
-            let hit = tracer.closest_hit(&ray, key.wrapping_add(step.into()));
-            if let Some((id, filling)) =
-                medium.map(|id| (id, &scene.media()[id.index()])).filter(|(_, filling)| !filling.is_clear())
-            {
-                if weight.is_black() {
-                    return None;
-                }
-                let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
+            let hit = tracer.closest_hit(&leg.ray, key.wrapping_add(step.into()));
+            if leg.medium.is_some() {
                 // Weights have signs, chances have none.
-                let before = weight.map(f32::abs);
-                let flight = fly(filling, before, &ray, distance, stream);
-                let (Flight::Passed { weight: left } | Flight::Scattered { weight: left, .. }) = flight;
-                *weight = left.zip(*weight, f32::copysign);
-                if weight.is_black() {
+                let (left, scattering) = leg.fly(scene, hit.as_ref(), weight.map(f32::abs), stream);
+                if left.is_black() {
                     return None;
                 }
-                if let Flight::Scattered { after, .. } = flight {
-                    let position = ray.at(after);
-                    let point =
-                        GatherPoint::in_medium(position, ray.direction, filling.phase, id, Rgb::WHITE);
-                    let carried = self.carried(way, is_straight, position);
+                *weight = left.zip(*weight, f32::copysign);
+                if let Some(at) = scattering {
+                    let carried = self.carried(way, is_straight, at.place);
+                    let point = GatherPoint::in_medium(&at, Rgb::WHITE);
                     return Some(Vertex::next_in_medium(&point, self.lit.lights.map(|_| 1.0 - carried)));
                 }
             }
             let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
-                    let d = ray.direction.normalize();
+                    let d = leg.ray.direction.normalize();
                     let share = match (is_straight, way.is_carried && self.carries_emitters()) {
                         (false, _) => 1.0,
                         (true, true) => 0.0,
@@ -370,7 +358,7 @@ impl<'a> Compensation<'a> {
                 return None;
             };
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
-            let outgoing = -ray.direction;
+            let outgoing = -leg.ray.direction;
             let carried = self.carried(way, is_straight, surface.position);
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
@@ -389,8 +377,7 @@ impl<'a> Compensation<'a> {
                 }
             }
             if scene.is_boundary(&surface) {
-                medium = scene.medium_beyond(&surface, ray.direction, medium);
-                ray = Ray::new(surface.leave(ray.direction), ray.direction);
+                leg = leg.beyond(scene, &surface);
                 passed += 1;
                 continue;
             }
@@ -399,14 +386,13 @@ impl<'a> Compensation<'a> {
                     let (next, factor) = specular.step(stream.uniform_3())?;
                     is_straight &= specular.passes_straight(next.direction);
                     *weight *= factor;
-                    medium = scene.medium_beyond(&surface, next.direction, medium);
-                    ray = next;
+                    leg = leg.onward(scene, &surface, next);
                     step += 1;
                     passed = 0;
                 }
                 Scatter::Gathers(mut point) => {
                     *weight *= point.weight;
-                    point.medium = scene.medium_beyond(&surface, point.geometric_normal, medium);
+                    point.medium = scene.medium_beyond(&surface, point.geometric_normal, leg.medium);
                     let left = self.lit.lights.map(|_| 1.0 - carried);
                     return Some(Vertex::next(&point, &surface, left));
                 }

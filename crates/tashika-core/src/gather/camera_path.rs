@@ -1,6 +1,6 @@
 //! Camera paths: through specular surfaces and media to where light is gathered.
 //!
-//! A path draws on its way to each surface whether a medium scatters it before ([`fly`]), and where one
+//! A path draws on its way to each surface whether a medium scatters it before ([`Leg::fly`]), and where one
 //! does, gathers there:
 //!
 //! ```text
@@ -21,10 +21,8 @@ use glam::Vec3;
 use super::{GatherPoint, Scatter};
 use crate::accel::Tracer;
 use crate::color::Rgb;
-use crate::math::Ray;
-use crate::media::{Flight, MOST_PASSED, fly};
+use crate::media::{Leg, MOST_PASSED};
 use crate::rng::{Purpose, Stream};
-use crate::scene::MediumId;
 
 /// Specular surfaces after which a camera path is given up; what it would have seen is missing from
 /// the image.
@@ -72,14 +70,10 @@ pub(super) struct CameraPath<'a> {
 }
 
 impl CameraPath<'_> {
-    /// Follows a camera ray that begins in a medium.
+    /// Follows a camera ray.
     ///
     /// * `choices`: four uniform numbers for each surface.
-    pub fn follow(
-        self,
-        (mut ray, mut medium): (Ray, Option<MediumId>),
-        choices: impl Fn(u32) -> [f32; 4],
-    ) -> End {
+    pub fn follow(self, mut leg: Leg, choices: impl Fn(u32) -> [f32; 4]) -> End {
         let Self { tracer, share, media, key } = self;
         let scene = tracer.scene();
         let mut stream = Stream::new(key, Purpose::Gather, 0);
@@ -88,38 +82,30 @@ impl CameraPath<'_> {
         // Surfaces met, boundaries passed in all, and the way so far (m).
         let (mut bounce, mut passed, mut way) = (0, 0, 0.0);
         while bounce < MAX_CHAIN && passed < MOST_PASSED {
-            let hit = tracer.closest_hit_at(&ray, key.wrapping_add(u64::from(bounce)), share);
-            let filling = medium.map(|id| (id, &scene.media()[id.index()]));
-            if let Some((id, filling)) = filling.filter(|(_, m)| media == Media::Count && !m.is_clear()) {
-                let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
-                match fly(filling, weight, &ray, distance, &mut stream) {
-                    Flight::Passed { weight: left } => weight = left,
-                    Flight::Scattered { after, weight } => {
-                        if !weight.is_black() {
-                            let (place, before) = (ray.at(after), ray.direction);
-                            end.point =
-                                Some(GatherPoint::in_medium(place, before, filling.phase, id, weight));
-                        }
-                        break;
-                    }
-                }
-                if weight.is_black() {
+            let hit = tracer.closest_hit_at(&leg.ray, key.wrapping_add(u64::from(bounce)), share);
+            if media == Media::Count {
+                let (left, scattering) = leg.fly(scene, hit.as_ref(), weight, &mut stream);
+                if left.is_black() {
                     break;
                 }
+                if let Some(at) = scattering {
+                    end.point = Some(GatherPoint::in_medium(&at, left));
+                    break;
+                }
+                weight = left;
             }
             let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
-                    end.background += weight * e.radiance(ray.direction.normalize());
+                    end.background += weight * e.radiance(leg.ray.direction.normalize());
                 }
                 break;
             };
             way += hit.t;
             let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
-            let outgoing = -ray.direction;
+            let outgoing = -leg.ray.direction;
             end.background += weight * scene.emitted(&surface, outgoing);
             if scene.is_boundary(&surface) {
-                medium = scene.medium_beyond(&surface, ray.direction, medium);
-                ray = Ray::new(surface.leave(ray.direction), ray.direction);
+                leg = leg.beyond(scene, &surface);
                 passed += 1;
                 continue;
             }
@@ -131,7 +117,7 @@ impl CameraPath<'_> {
             match Scatter::at(scene, &surface, outgoing, choice) {
                 Scatter::Gathers(mut point) => {
                     point.weight *= weight;
-                    point.medium = scene.medium_beyond(&surface, point.geometric_normal, medium);
+                    point.medium = scene.medium_beyond(&surface, point.geometric_normal, leg.medium);
                     end.point = Some(point);
                     break;
                 }
@@ -141,8 +127,7 @@ impl CameraPath<'_> {
                     if weight.is_black() {
                         break;
                     }
-                    medium = scene.medium_beyond(&surface, next.direction, medium);
-                    ray = next;
+                    leg = leg.onward(scene, &surface, next);
                 }
             }
             bounce += 1;

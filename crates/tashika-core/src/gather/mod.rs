@@ -34,6 +34,7 @@ use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert, Lobe};
 use crate::color::Rgb;
 use crate::film::PixelRecord;
 use crate::math::{Frame, Instants, Ray};
+use crate::media::{Leg, Scattering};
 use crate::rng::{self, Purpose};
 use crate::scene::{Camera, CameraSample, MediumId, Part, Scene, SurfacePoint};
 
@@ -61,17 +62,10 @@ pub struct GatherPoint {
 }
 
 impl GatherPoint {
-    /// A point in a medium, where light is scattered into a path that came along the unit direction
-    /// `before` from the viewer.
-    pub fn in_medium(
-        position: Vec3,
-        before: Vec3,
-        phase: HenyeyGreenstein,
-        medium: MediumId,
-        weight: Rgb,
-    ) -> Self {
+    /// A point in a medium, where light is scattered into a path that came from the viewer.
+    pub fn in_medium(&Scattering { place, before, medium, phase }: &Scattering, weight: Rgb) -> Self {
         Self {
-            position,
+            position: place,
             geometric_normal: -before,
             frame: Frame::about(-before),
             wo: Vec3::Z,
@@ -242,7 +236,8 @@ impl View<'_> {
                 sobol_burley::sample_4d(index, 0, of_surface as u32)
             };
             let end = ray.map_or(End::NOTHING, |ray| {
-                CameraPath { tracer, share, media, key }.follow((ray, self.camera.medium), choices)
+                let leg = Leg { ray, medium: self.camera.medium };
+                CameraPath { tracer, share, media, key }.follow(leg, choices)
             });
             sum.background += end.background * weight;
             sum.samples.push(SeenSample {

@@ -19,9 +19,8 @@ use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, Scatter, View};
 use crate::math::Ray;
-use crate::media::{Flight, MOST_PASSED, Shadows, fly};
+use crate::media::{Leg, MOST_PASSED, Shadows};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::MediumId;
 use crate::stats::Weighted;
 use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
 
@@ -120,7 +119,7 @@ impl Walk<'_> {
             learned.paths.push((part, 0.0));
             return;
         };
-        let mut begun = (ray, view.camera.medium);
+        let mut begun = Leg { ray, medium: view.camera.medium };
         let mut weight = Rgb::WHITE;
         let mut radiance = 0.0;
         for depth in 0..MOST_SURFACES {
@@ -166,58 +165,39 @@ impl Walk<'_> {
                 (direction, next.weight / survival)
             };
             weight *= factor;
-            begun = (Ray::new(point.position, direction), point.medium);
+            begun = Leg { ray: Ray::new(point.position, direction), medium: point.medium };
         }
         learned.paths.push((part, radiance));
     }
 
-    /// The next point that gathers, of a ray that begins in a medium.
-    fn next_point(
-        &self,
-        (mut ray, mut medium): (Ray, Option<MediumId>),
-        key: u64,
-        weight: &mut Rgb,
-        s: &mut Stream,
-    ) -> Option<GatherPoint> {
+    /// The next point that gathers.
+    fn next_point(&self, mut leg: Leg, key: u64, weight: &mut Rgb, s: &mut Stream) -> Option<GatherPoint> {
         let scene = self.tracer.scene();
         let (mut step, mut passed) = (0, 0);
         while step < MOST_SPECULAR && passed < MOST_PASSED {
-            let hit = self.tracer.closest_hit(&ray, rng::key(key, Purpose::Opacity, step.into()));
-            if let Some((id, filling)) =
-                medium.map(|id| (id, &scene.media()[id.index()])).filter(|(_, filling)| !filling.is_clear())
-            {
-                if weight.is_black() {
-                    return None;
-                }
-                match fly(filling, *weight, &ray, hit.map_or(f32::INFINITY, |hit| hit.t), s) {
-                    Flight::Passed { weight: left } => *weight = left,
-                    Flight::Scattered { after, weight: left } => {
-                        *weight = left;
-                        let (place, before) = (ray.at(after), ray.direction);
-                        let point = GatherPoint::in_medium(place, before, filling.phase, id, Rgb::WHITE);
-                        return Some(point);
-                    }
-                }
+            let hit = self.tracer.closest_hit(&leg.ray, rng::key(key, Purpose::Opacity, step.into()));
+            let (left, scattering) = leg.fly(scene, hit.as_ref(), *weight, s);
+            *weight = left;
+            if let Some(at) = scattering {
+                return Some(GatherPoint::in_medium(&at, Rgb::WHITE));
             }
             let hit = hit?;
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
             if scene.is_boundary(&surface) {
-                medium = scene.medium_beyond(&surface, ray.direction, medium);
-                ray = Ray::new(surface.leave(ray.direction), ray.direction);
+                leg = leg.beyond(scene, &surface);
                 passed += 1;
                 continue;
             }
-            match Scatter::at(scene, &surface, -ray.direction, s.uniform()) {
+            match Scatter::at(scene, &surface, -leg.ray.direction, s.uniform()) {
                 Scatter::Gathers(point) => {
                     *weight *= point.weight;
-                    let medium = scene.medium_beyond(&surface, point.geometric_normal, medium);
+                    let medium = scene.medium_beyond(&surface, point.geometric_normal, leg.medium);
                     return Some(GatherPoint { weight: Rgb::WHITE, medium, ..point });
                 }
                 Scatter::Specular(specular) => {
                     let (next, factor) = specular.step(s.uniform_3())?;
                     *weight *= factor;
-                    medium = scene.medium_beyond(&surface, next.direction, medium);
-                    ray = next;
+                    leg = leg.onward(scene, &surface, next);
                     step += 1;
                 }
             }

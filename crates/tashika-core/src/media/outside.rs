@@ -12,8 +12,8 @@
 //! # Held to this by
 //! The suite's `volume_lights`.
 
-use super::MOST_PASSED;
 use super::flight::transmittance;
+use super::{Leg, MOST_PASSED};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::{Error, Result};
@@ -89,16 +89,16 @@ impl Outside {
 /// scene.
 fn outside_of(tracer: &Tracer, camera: &Camera) -> Option<MediumId> {
     let scene = tracer.scene();
-    let mut medium = camera.medium;
+    let medium = camera.medium;
     if !scene.has_interfaces() {
         return medium;
     }
-    let Some(mut ray) = camera.central_ray(Vec2::splat(0.5), 0.0, [1, 1]) else { return medium };
+    let Some(ray) = camera.central_ray(Vec2::splat(0.5), 0.0, [1, 1]) else { return medium };
+    let mut leg = Leg { ray, medium };
     for _ in 0..MOST_PASSED {
-        let Some(hit) = tracer.closest_hit_at(&ray, 0, 0.0) else { break };
+        let Some(hit) = tracer.closest_hit_at(&leg.ray, 0, 0.0) else { break };
         let surface = scene.surface_point_at(0.0, hit.instance, hit.triangle, hit.barycentric);
-        medium = scene.medium_beyond(&surface, ray.direction, medium);
-        ray = Ray::new(surface.leave(ray.direction), ray.direction);
+        leg = leg.beyond(scene, &surface);
     }
-    medium
+    leg.medium
 }

@@ -2,7 +2,7 @@
 //! reflected diffusely or scattered. What they are for and what they guarantee is in
 //! [`trace`](super::trace).
 //!
-//! A path draws on its way to each surface whether it is scattered before ([`fly`]). Where it is, it
+//! A path draws on its way to each surface whether it is scattered before ([`Leg::fly`]). Where it is, it
 //! leaves a VPL of what is scattered and goes on by the phase function. It begins in the medium that
 //! [`Outside`] tells; interfaces tell which one it is in from there on, and boundaries that are nothing
 //! else are passed. Being scattered, and passing such a boundary, do not count as surfaces: Russian
@@ -22,9 +22,9 @@ use crate::accel::Tracer;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
 use crate::math::Ray;
-use crate::media::{Flight, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Outside, fly};
+use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Outside};
 use crate::rng::{self, Purpose, Stream};
-use crate::scene::{MediumId, Part};
+use crate::scene::Part;
 
 /// Light paths traced as one piece of parallel work.
 const CHUNK: u64 = 1024;
@@ -72,10 +72,9 @@ impl Trail {
 
 /// A path that leaves an emitter.
 struct Begun {
-    ray: Ray,
+    leg: Leg,
     /// W.
     flux: Rgb,
-    medium: Option<MediumId>,
 }
 
 impl LightPaths<'_> {
@@ -111,19 +110,21 @@ impl LightPaths<'_> {
     fn begun(&self, emitted: Emitted, outside: Option<Outside>, key: u64, s: &mut Stream) -> Begun {
         let Emitted { ray, flux, from_infinity } = emitted;
         match outside {
-            None => Begun { ray, flux, medium: None },
-            Some(outside) if from_infinity => {
-                Begun { ray, flux: flux * outside.arriving(self.tracer, &ray, s), medium: outside.medium() }
-            }
+            None => Begun { leg: Leg { ray, medium: None }, flux },
+            Some(outside) if from_infinity => Begun {
+                leg: Leg { ray, medium: outside.medium() },
+                flux: flux * outside.arriving(self.tracer, &ray, s),
+            },
             Some(outside) => {
-                Begun { ray, flux, medium: outside.medium_at(self.tracer, &ray, key, self.share) }
+                let medium = outside.medium_at(self.tracer, &ray, key, self.share);
+                Begun { leg: Leg { ray, medium }, flux }
             }
         }
     }
 
     /// Follows one path and leaves VPLs.
     fn walk(&self, begun: Begun, key: u64, s: &mut Stream, trail: &mut Trail) {
-        let Begun { mut ray, mut flux, mut medium } = begun;
+        let Begun { mut leg, mut flux } = begun;
         let scene = self.tracer.scene();
         // What flux is worth of basic radiance here; exactly 1 again outside of all glass.
         let mut basic = 1.0_f64;
@@ -133,38 +134,32 @@ impl LightPaths<'_> {
         let (mut depth, mut turned, mut passed) = (0, 0_u32, 0);
         while !flux.is_black() {
             // Holes are the same along a straight line.
-            let hit = self.tracer.closest_hit_at(&ray, key.wrapping_add(u64::from(turned)), self.share);
-            if let Some(medium) = medium.map(|m| &scene.media()[m.index()]).filter(|m| !m.is_clear()) {
-                let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
-                match fly(medium, flux, &ray, distance, s) {
-                    Flight::Passed { weight } => flux = weight,
-                    Flight::Scattered { after, weight } => {
-                        let position = ray.at(after);
-                        trail.lights.push(Vpl {
-                            position,
-                            direction: ray.direction,
-                            intensity: weight / (4.0 * PI) * basic as f32,
-                            kind: VplKind::Volume(medium.phase),
-                        });
-                        let survival =
-                            (weight.max_channel() / flux.max_channel()).min(MAX_SURVIVAL_IN_MEDIUM);
-                        if s.uniform() >= survival {
-                            return;
-                        }
-                        flux = weight / survival;
-                        ray = Ray::new(position, medium.phase.sample(ray.direction, s.uniform_2()).0);
-                        is_specular = false;
-                        turned = turned.saturating_add(1);
-                        passed = 0;
-                        continue;
-                    }
+            let key = key.wrapping_add(u64::from(turned));
+            let hit = self.tracer.closest_hit_at(&leg.ray, key, self.share);
+            let (left, scattering) = leg.fly(scene, hit.as_ref(), flux, s);
+            if let Some(at) = scattering {
+                trail.lights.push(Vpl {
+                    position: at.place,
+                    direction: at.before,
+                    intensity: left / (4.0 * PI) * basic as f32,
+                    kind: VplKind::Volume(at.phase),
+                });
+                let survival = (left.max_channel() / flux.max_channel()).min(MAX_SURVIVAL_IN_MEDIUM);
+                if s.uniform() >= survival {
+                    return;
                 }
+                flux = left / survival;
+                leg.ray = Ray::new(at.place, at.phase.sample(at.before, s.uniform_2()).0);
+                is_specular = false;
+                turned = turned.saturating_add(1);
+                passed = 0;
+                continue;
             }
+            flux = left;
             let Some(hit) = hit else { return };
             let point = scene.surface_point_at(self.share, hit.instance, hit.triangle, hit.barycentric);
             if scene.is_boundary(&point) {
-                medium = scene.medium_beyond(&point, ray.direction, medium);
-                ray = Ray::new(point.leave(ray.direction), ray.direction);
+                leg = leg.beyond(scene, &point);
                 passed += 1;
                 if passed > MOST_PASSED {
                     return;
@@ -174,7 +169,7 @@ impl LightPaths<'_> {
             if depth == self.max_depth {
                 return;
             }
-            let incoming = -ray.direction;
+            let incoming = -leg.ray.direction;
             let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
             flux *= weight;
             leave(&point, &bsdf, through, incoming, flux * basic as f32, is_specular && is_bent, trail);
@@ -193,8 +188,7 @@ impl LightPaths<'_> {
                 return;
             }
             flux = next / survival;
-            medium = scene.medium_beyond(&point, direction, medium);
-            ray = Ray::new(point.leave(direction), direction);
+            leg = leg.onward(scene, &point, Ray::new(point.leave(direction), direction));
             depth += 1;
             turned = turned.saturating_add(1);
             passed = 0;

@@ -4,7 +4,7 @@
 //! L(x, ω) = T(d) L_surface + ∫₀^d T(t) σ_s ∫ p(ω·ω') L(x + t ω, ω') dω' dt          (W·m⁻²·sr⁻¹)
 //! ```
 //!
-//! [`fly`] draws whether a path is scattered before it gets to the next surface. Where it is, light
+//! [`Leg::fly`] draws whether a path is scattered before it gets to the next surface. Where it is, light
 //! is sampled as at a surface: from the emitters, along a segment on which the media take what they
 //! take, and by following the phase function of Henyey and Greenstein, weighed by the balance
 //! heuristic over the two densities of a direction. The chance of getting there is not in these:
@@ -30,16 +30,15 @@ use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::Scatter;
 use crate::math::{Ray, Vec3};
-use crate::media::{Flight, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, along_segment, fly};
+use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Scattering, along_segment};
 use crate::rng::Stream;
-use crate::scene::{LightId, Medium, MediumId};
+use crate::scene::{LightId, MediumId};
 use crate::vpl::Vpl;
 use crate::warp::balance;
 
 /// A path on its way.
 struct Path {
-    ray: Ray,
-    medium: Option<MediumId>,
+    leg: Leg,
     weight: Rgb,
     /// Density of the direction, if drawing from the emitters could have found it too.
     density: Option<f32>,
@@ -71,7 +70,8 @@ impl Tracing<'_> {
         let scene = self.tracer.scene();
         let contribution = ContributionKernel::default().within(scene);
         let mut radiance = Rgb::BLACK;
-        let mut path = Path { ray, medium, weight: Rgb::WHITE, density: None, drawn_at: ray.origin };
+        let mut path =
+            Path { leg: Leg { ray, medium }, weight: Rgb::WHITE, density: None, drawn_at: ray.origin };
         // Surfaces that the path has met; times that it was scattered, anywhere; boundaries that it
         // has passed since.
         let (mut depth, mut scattered, mut passed) = (0, 0_u32, 0);
@@ -79,40 +79,33 @@ impl Tracing<'_> {
             self.rays += 1;
             // Holes are the same along a straight line.
             let key = key.wrapping_add(u64::from(scattered));
-            let hit = self.tracer.closest_hit_at(&path.ray, key, self.share);
-            if let Some(medium) = path.medium.map(|m| &scene.media()[m.index()]).filter(|m| !m.is_clear()) {
-                let distance = hit.map_or(f32::INFINITY, |hit| hit.t);
-                match fly(medium, path.weight, &path.ray, distance, stream) {
-                    Flight::Passed { weight } => path.weight = weight,
-                    Flight::Scattered { after, weight } => {
-                        path.weight = weight;
-                        let position = path.ray.at(after);
-                        self.gathers = true;
-                        self.light_in_medium(&mut radiance, &path, medium, position, key, stream);
-                        let (direction, density) =
-                            medium.phase.sample(path.ray.direction, stream.uniform_2());
-                        path.ray = Ray::new(position, direction);
-                        path.density = Some(density);
-                        path.drawn_at = position;
-                        scattered = scattered.saturating_add(1);
-                        passed = 0;
-                        if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {
-                            break;
-                        }
-                        continue;
-                    }
+            let hit = self.tracer.closest_hit_at(&path.leg.ray, key, self.share);
+            let (weight, scattering) = path.leg.fly(scene, hit.as_ref(), path.weight, stream);
+            path.weight = weight;
+            if let Some(at) = scattering {
+                self.gathers = true;
+                self.light_in_medium(&mut radiance, weight, &at, key, stream);
+                let (direction, density) = at.phase.sample(at.before, stream.uniform_2());
+                path.leg.ray = Ray::new(at.place, direction);
+                path.density = Some(density);
+                path.drawn_at = at.place;
+                scattered = scattered.saturating_add(1);
+                passed = 0;
+                if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {
+                    break;
                 }
+                continue;
             }
             let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
-                    let d = path.ray.direction.normalize();
+                    let d = path.leg.ray.direction.normalize();
                     let mis = path.density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
                     self.found(&mut radiance, LightId::Environment, path.weight * e.radiance(d) * mis);
                 }
                 break;
             };
             let surface = self.surface(&hit);
-            let outgoing = -path.ray.direction;
+            let outgoing = -path.leg.ray.direction;
             let emitted = scene.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let (density, drawn_at) = (path.density, path.drawn_at);
@@ -120,9 +113,7 @@ impl Tracing<'_> {
                 self.found(&mut radiance, LightId::Instance(hit.instance), path.weight * emitted * mis);
             }
             if scene.is_boundary(&surface) {
-                let direction = path.ray.direction;
-                path.medium = scene.medium_beyond(&surface, direction, path.medium);
-                path.ray = Ray::new(surface.leave(direction), direction);
+                path.leg = path.leg.beyond(scene, &surface);
                 passed += 1;
                 if passed > MOST_PASSED {
                     break;
@@ -139,14 +130,13 @@ impl Tracing<'_> {
                         path.density = None;
                     }
                     path.weight *= factor;
-                    path.medium = scene.medium_beyond(&surface, next.direction, path.medium);
-                    path.ray = next;
+                    path.leg = path.leg.onward(scene, &surface, next);
                 }
                 Scatter::Gathers(mut point) => {
                     self.gathers = true;
                     path.weight *= point.weight;
                     point.weight = path.weight;
-                    let beyond = |direction| scene.medium_beyond(&surface, direction, path.medium);
+                    let beyond = |direction| scene.medium_beyond(&surface, direction, path.leg.medium);
                     if let Some((source, sample)) = self.light(stream) {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
@@ -168,9 +158,8 @@ impl Tracing<'_> {
                     }
                     path.weight *= next.weight;
                     path.density = Some(next.pdf);
-                    path.medium = beyond(direction);
-                    path.ray = Ray::new(point.position, direction);
-                    path.drawn_at = path.ray.origin;
+                    path.leg = path.leg.onward(scene, &surface, Ray::new(point.position, direction));
+                    path.drawn_at = point.position;
                 }
             }
             depth += 1;
@@ -187,23 +176,22 @@ impl Tracing<'_> {
     fn light_in_medium(
         &mut self,
         radiance: &mut Rgb,
-        path: &Path,
-        medium: &Medium,
-        position: Vec3,
+        weight: Rgb,
+        &Scattering { place, before, medium, phase }: &Scattering,
         key: u64,
         stream: &mut Stream,
     ) {
         let Some((source, sample)) = self.light(stream) else { return };
         let light = &sample.light;
-        let link = ContributionKernel::default().within(self.tracer.scene()).link(position, light);
-        let phase = |towards: Vec3| medium.phase.density(path.ray.direction.dot(towards));
-        let scattered = phase(link.towards_light) * link.geometric;
-        let unoccluded = path.weight * (light.intensity * link.tint) * scattered;
+        let link = ContributionKernel::default().within(self.tracer.scene()).link(place, light);
+        let density = |towards: Vec3| phase.density(before.dot(towards));
+        let scattered = density(link.towards_light) * link.geometric;
+        let unoccluded = weight * (light.intensity * link.tint) * scattered;
         if unoccluded.is_black() {
             return;
         }
-        let mis = weight_of_light(&sample, position, phase);
-        let given = unoccluded * self.passing(position, light, path.medium, key, mis, stream);
+        let mis = weight_of_light(&sample, place, density);
+        let given = unoccluded * self.passing(place, light, Some(medium), key, mis, stream);
         let light = self.emitters.light_of(source);
         self.found(radiance, light, given);
     }
