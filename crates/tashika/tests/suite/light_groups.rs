@@ -89,7 +89,7 @@ fn planes_add_up_to_the_picture() {
         let renderer = || by_paths(room([true; 4], in_fog), 16, 3);
         let plain = renderer().render().unwrap().film;
         let film = renderer().light_groups(grouped(words)).render().unwrap().film;
-        assert_eq!(film.planes()[..plain.planes().len()], *plain.planes(), "{words:?}");
+        assert!(plain.planes().iter().all(|plane| film.plane(plane.name()) == Some(plane)), "{words:?}");
         let groups = if words == ["each"] { LIGHTS.to_vec() } else { vec!["out", "in", "rest"] };
         assert_eq!(film.planes().len(), plain.planes().len() + 2 * groups.len());
         let of_all = film.plane("").unwrap();

@@ -63,5 +63,6 @@ mod usd;
 mod usd_features;
 mod usd_lights;
 mod usd_materials;
+mod usd_materialx;
 mod usd_meshes;
 mod volume_lights;

@@ -34,6 +34,27 @@ fn texture(name: &str, more: &str) -> String {
     )
 }
 
+/// A quad of a material of MaterialX, whose surface has these inputs, beside other nodes.
+fn materialx(definition: &str, inputs: &str, nodes: &str) -> String {
+    let st = "texCoord2f[] primvars:st = [(0, 0)] ( interpolation = \"constant\" )";
+    let mesh = quad("W", &format!("rel material:binding = </M>\n {st}"));
+    format!(
+        "{mesh}def Material \"M\" {{
+    token outputs:mtlx:surface.connect = </M/S.outputs:out>
+    def Shader \"S\" {{\n uniform token info:id = \"{definition}\"\n{inputs}\n }}
+    {nodes}
+}}"
+    )
+}
+
+/// The same of a Standard Surface with a node `T` for its colour.
+fn with_node(definition: &str, inputs: &str, more: &str) -> String {
+    let node = format!("def Shader \"T\" {{ uniform token info:id = \"{definition}\"\n {inputs} }}\n{more}");
+    materialx(STANDARD, "color3f inputs:base_color.connect = </M/T.outputs:out>", &node)
+}
+
+const STANDARD: &str = "ND_standard_surface_surfaceshader";
+
 /// A quad and a light of that type.
 fn light(kind: &str, inputs: &str) -> String {
     let light = format!("def {kind} \"L\" {{\n {inputs}\n }}\n");
@@ -113,8 +134,8 @@ fn example(kind: &str, name: &str) -> String {
             quad("W", "rel material:binding:collection:a = [</W.collection:a>, </M>]")
         }
         ("material", "UsdPreviewSurface") => surface("", ""),
-        ("material", "MaterialX" | "another surface") => {
-            let output = if name == "MaterialX" { "outputs:mtlx:surface" } else { "outputs:surface" };
+        ("material", "another surface of MaterialX" | "another surface") => {
+            let output = if name == "another surface" { "outputs:surface" } else { "outputs:mtlx:surface" };
             let shader = "def Shader \"S\" { uniform token info:id = \"standard_surface\" }";
             quad("W", "rel material:binding = </M>")
                 + &format!("def Material \"M\" {{ token {output}.connect = </M/S.outputs:out>\n {shader} }}")
@@ -140,6 +161,50 @@ fn example(kind: &str, name: &str) -> String {
             "def Shader \"R\" { uniform token info:id = \"Noise\" }",
         ),
         ("UsdPreviewSurface", _) => surface(&format!("float inputs:{name} = 0.5"), ""),
+        ("MaterialX", "standard_surface" | "open_pbr_surface" | "gltf_pbr" | "ND_UsdPreviewSurface") => {
+            let definition = if name.starts_with("ND_") { name.to_owned() } else { format!("ND_{name}") };
+            materialx(&format!("{definition}_surfaceshader"), "", "")
+        }
+        ("MaterialX", "image") => with_node("ND_image_color3", "asset inputs:file = @t.pfm@", ""),
+        ("MaterialX", "place2d") => with_node(
+            "ND_image_color3",
+            "asset inputs:file = @t.pfm@\n float2 inputs:texcoord.connect = </M/P.outputs:out>",
+            "def Shader \"P\" { uniform token info:id = \"ND_place2d_vector2\"\n float2 inputs:scale = (2, 2) }",
+        ),
+        ("MaterialX", "multiply") => {
+            with_node("ND_multiply_color3FA", "color3f inputs:in1 = (0.5, 0.5, 0)\n float inputs:in2 = 0.5", "")
+        }
+        ("MaterialX", "normalmap") => materialx(
+            STANDARD,
+            "float3 inputs:normal.connect = </M/N.outputs:out>",
+            "def Shader \"N\" { uniform token info:id = \"ND_normalmap_float\"\n float3 inputs:in.connect = </M/T.outputs:out> }
+    def Shader \"T\" { uniform token info:id = \"ND_image_vector3\"\n asset inputs:file = @t.pfm@ }",
+        ),
+        ("MaterialX", "subsurface") => materialx(STANDARD, "float inputs:subsurface = 0.5", ""),
+        ("MaterialX", "transmission depth") => {
+            materialx(STANDARD, "float inputs:transmission = 1\n float inputs:transmission_depth = 0.5", "")
+        }
+        ("MaterialX", "textures of the tint of solid glass") => materialx(
+            STANDARD,
+            "float inputs:transmission = 1\n color3f inputs:transmission_color.connect = </M/T.outputs:out>",
+            "def Shader \"T\" { uniform token info:id = \"ND_image_color3\"\n asset inputs:file = @t.pfm@ }",
+        ),
+        ("MaterialX", "diffuse roughness") => materialx(STANDARD, "float inputs:diffuse_roughness = 0.5", ""),
+        ("MaterialX", "anisotropy") => materialx(STANDARD, "float inputs:specular_anisotropy = 0.5", ""),
+        ("MaterialX", "scattering inside") => {
+            materialx(STANDARD, "float inputs:transmission = 0.5\n color3f inputs:transmission_scatter = (0, 0.1, 0)", "")
+        }
+        ("MaterialX", "dispersion") => materialx(STANDARD, "float inputs:transmission = 0.5\n float inputs:transmission_dispersion = 20", ""),
+        ("MaterialX", "extra roughness") => {
+            materialx(STANDARD, "float inputs:transmission = 0.5\n float inputs:transmission_extra_roughness = 0.5", "")
+        }
+        ("MaterialX", "colour and index of the coat") => materialx(STANDARD, "float inputs:coat = 1\n float inputs:coat_IOR = 1.6", ""),
+        ("MaterialX", "normals of the coat") => materialx(
+            STANDARD,
+            "float inputs:coat = 1\n float3 inputs:coat_normal.connect = </M/T.outputs:out>",
+            "def Shader \"T\" { uniform token info:id = \"ND_image_vector3\"\n asset inputs:file = @t.pfm@ }",
+        ),
+        ("MaterialX", "thin film") => materialx(STANDARD, "float inputs:thin_film_thickness = 300", ""),
         ("UsdUVTexture", "file" | "wrapS") => textured("token inputs:wrapS = \"mirror\"", ""),
         ("UsdUVTexture", "scale") => textured("float4 inputs:scale = (0.5, 1, 1, 1)", ""),
         ("UsdUVTexture", "sourceColorSpace") => textured("token inputs:sourceColorSpace = \"raw\"", ""),

@@ -201,7 +201,7 @@ fn prims_without_a_material_show_their_colour() {
     let materialx = quad(
         "W",
         "rel material:binding = </M>\n color3f[] primvars:displayColor = [(1, 0.5, 0)]",
-    ) + "def Material \"M\" { token outputs:mtlx:surface.connect = </M/S.outputs:out>\n def Shader \"S\" { uniform token info:id = \"ND_standard_surface_surfaceshader\" } }";
+    ) + "def Material \"M\" { token outputs:mtlx:surface.connect = </M/S.outputs:out>\n def Shader \"S\" { uniform token info:id = \"ND_lama_surface\" } }";
     assert_eq!(color(&materialx), (Rgb::new(1.0, 0.5, 0.0), 1));
 }
 

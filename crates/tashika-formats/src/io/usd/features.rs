@@ -85,7 +85,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "material:binding", Full, "also of prims above, with `bindMaterialAs`; `material:binding:full` before others";
         "material:binding:collection", Ignored, "what is bound without collections is used";
         "UsdPreviewSurface", Full, "metallic-roughness, under a clear coat";
-        "MaterialX", Ignored, "the `UsdPreviewSurface` of the same material is used, or else the prim's `displayColor`";
+        "another surface of MaterialX", Ignored, "the `UsdPreviewSurface` of the same material is used, or else the prim's `displayColor`, or grey";
         "another surface", Ignored, "the prim's `displayColor`, or grey";
         "outputs:volume", Ignored, "there is no medium";
     }
@@ -104,6 +104,27 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "occlusion", Full, "light is computed, so it is not needed";
         "UsdPrimvarReader as a value", Approximated, "its fallback, or that of the input";
         "another shader", Ignored, "the input's fallback is used";
+    }
+    "MaterialX" => {
+        "standard_surface", Full, "base, gloss, sheen, coat, glass, emission and opacity, where all of its nodes are understood or there is no `UsdPreviewSurface`";
+        "open_pbr_surface", Full, "the same; `emission_luminance` is radiance";
+        "gltf_pbr", Full, "the same, as in glTF";
+        "ND_UsdPreviewSurface", Full, "as `UsdPreviewSurface`";
+        "image", Full, "a texture, as `tiledimage` and `gltf_image`, with `colorSpace`: sRGB or linear; without one, colours are sRGB";
+        "place2d", Full, "mapped texture coordinates, of `texcoord`, `geompropvalue` and readers; also `multiply`";
+        "multiply", Full, "also `mix`, `invert`, `constant`, `convert`, `dot`, `extract` and `separate`";
+        "normalmap", Full, "a normal map";
+        "subsurface", Approximated, "light leaves where it enters: that share of the base has the colour";
+        "transmission depth", Approximated, "the root of the tint at each crossing";
+        "textures of the tint of solid glass", Ignored, "the factor is used";
+        "diffuse roughness", Ignored, "the base is Lambertian";
+        "anisotropy", Ignored, "facets are as rough in all directions";
+        "scattering inside", Ignored, "nothing is scattered inside of glass";
+        "dispersion", Ignored, "one index for all colours";
+        "extra roughness", Ignored, "glass is as rough as it reflects";
+        "colour and index of the coat", Ignored, "a clear coat of index 1.5";
+        "normals of the coat", Ignored, "those of the surface";
+        "thin film", Ignored, "there is no film";
     }
     "UsdUVTexture" => {
         "file", Full, "a texture, also in tiles (`<UDIM>`)";

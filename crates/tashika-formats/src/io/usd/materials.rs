@@ -1,4 +1,8 @@
-//! Materials: `UsdPreviewSurface`.
+//! Materials: `UsdPreviewSurface`, and which of its surfaces a material is.
+//!
+//! A material may have one for each renderer. Those of MaterialX (`outputs:mtlx:surface`,
+//! [`materialx`](super::materialx)) are meant by their authors, of which `UsdPreviewSurface` is what others
+//! see: they are taken where all of their nodes are understood, or where there is nothing else.
 //!
 //! ```text
 //! metallic workflow    base diffuseColor, F₀ = ((n − 1)/(n + 1))² of what is no metal
@@ -10,7 +14,7 @@
 //! pane of the index of refraction that light passes straight, and with the mode `presence` nothing.
 //!
 //! A material that several prims are made of in the same way is read once. One that is not there,
-//! or has no `UsdPreviewSurface`, is the prim's `displayColor`, or grey.
+//! or has no surface that is read, is the prim's `displayColor`, or grey.
 //!
 //! Held to this by `usd_materials` of the suite.
 
@@ -18,11 +22,12 @@ use std::collections::BTreeMap;
 
 use super::Stage;
 use super::features::met;
+use super::inputs::Reading;
 use super::layers::LayerId;
+use super::models::Model;
 use super::network::Source;
 use super::prim::Prim;
 use super::sites::Node;
-use super::textures::{Content, Found};
 use super::value::Text;
 use crate::bsdf::CoatModel;
 use crate::color::Rgb;
@@ -30,10 +35,7 @@ use crate::error::Result;
 use crate::io::dielectrics::{normal_reflectance, single_face};
 use crate::io::mixes;
 use crate::io::principled::metallic_roughness;
-use crate::scene::{
-    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, NormalInput, NoteKind,
-    Surface,
-};
+use crate::scene::{Alpha, AlphaMode, Emission, FloatInput, Material, MaterialId, NoteKind, Surface};
 
 /// What a mesh adds to its material.
 #[derive(Clone, Copy, Debug)]
@@ -60,15 +62,13 @@ pub(super) struct Materials {
     colors: BTreeMap<[u32; 3], UsedMaterial>,
 }
 
+/// Whether a shader is a `UsdPreviewSurface`, by its own name or by that of MaterialX.
+fn is_preview(id: &str) -> bool {
+    id == "UsdPreviewSurface" || id.starts_with("ND_UsdPreviewSurface_surfaceshader")
+}
+
 /// What is said of a prim and of those below it.
 type Identity = Vec<(LayerId, u32)>;
-
-/// A material being read.
-struct Reading {
-    shader: Prim,
-    name: String,
-    uv: Option<Text>,
-}
 
 impl Stage<'_> {
     /// The material of that path, or what is there without one.
@@ -87,8 +87,12 @@ impl Stage<'_> {
         if let Some(known) = self.materials.read.get(&key) {
             return Ok(known.clone());
         }
-        let mut reading = Reading { shader, name: path.to_string(), uv: None };
-        let material = self.read_material(&mut reading, look)?;
+        let id = self.shader(&shader)?;
+        let mut reading = Reading::new(shader, path.to_string());
+        let material = match Model::of(&id) {
+            Some(model) => self.read_model(&mut reading, model, look)?,
+            None => self.read_preview(&mut reading, look)?,
+        };
         let used = UsedMaterial { id: self.builder.add_material(material)?, uv: reading.uv };
         self.materials.read.insert(key, used.clone());
         Ok(used)
@@ -118,28 +122,36 @@ impl Stage<'_> {
             return Ok(None);
         };
         let at = self.at(&prim);
-        let shader = match self.source(&prim, "outputs:surface")? {
-            Some(Source::Output(shader, _)) => Some(shader),
-            _ => None,
-        };
+        let [ours, preview] =
+            ["outputs:mtlx:surface", "outputs:surface"].map(|name| self.surface(&prim, name));
+        let (ours, preview) = (ours?, preview?);
         if !self.connections(&prim, "outputs:volume").is_empty() {
             met("material", "outputs:volume", at.clone(), &mut self.builder)?;
         }
-        if let Some(shader) = shader
-            && &*self.shader(&shader)? == "UsdPreviewSurface"
-        {
-            if !self.connections(&prim, "outputs:displacement").is_empty() {
-                met("UsdPreviewSurface", "displacement", at, &mut self.builder)?;
-            }
-            let mut identity = prim.identity();
-            self.identify(&node, &prim, &mut identity)?;
-            return Ok(Some((shader, identity)));
+        let is_understood = match &ours {
+            Some(shader) => self.is_understood(shader)?,
+            None => false,
+        };
+        let (first, second) = if is_understood { (ours, preview) } else { (preview, ours) };
+        let Some(shader) = first.or(second) else {
+            let is_materialx = self.properties(&prim).iter().any(|name| name.starts_with("outputs:mtlx"));
+            let row = if is_materialx { "another surface of MaterialX" } else { "another surface" };
+            met("material", row, at, &mut self.builder)?;
+            return Ok(None);
+        };
+        if !self.connections(&prim, "outputs:displacement").is_empty() {
+            met("UsdPreviewSurface", "displacement", at, &mut self.builder)?;
         }
-        let outputs = self.properties(&prim);
-        let is_materialx = outputs.iter().any(|name| name.starts_with("outputs:mtlx"));
-        let row = if is_materialx { "MaterialX" } else { "another surface" };
-        met("material", row, at, &mut self.builder)?;
-        Ok(None)
+        let mut identity = prim.identity();
+        self.identify(&node, &prim, &mut identity)?;
+        Ok(Some((shader, identity)))
+    }
+
+    /// The shader of a surface of a material, if it is one that is read.
+    fn surface(&mut self, material: &Prim, output: &str) -> Result<Option<Prim>> {
+        let Some(Source::Output(shader, _)) = self.source(material, output)? else { return Ok(None) };
+        let id = self.shader(&shader)?;
+        Ok((is_preview(&id) || Model::of(&id).is_some()).then_some(shader))
     }
 
     fn identify(&mut self, node: &Node, prim: &Prim, identity: &mut Identity) -> Result<()> {
@@ -153,26 +165,26 @@ impl Stage<'_> {
         Ok(())
     }
 
-    fn read_material(&mut self, r: &mut Reading, look: Look) -> Result<Material> {
+    fn read_preview(&mut self, r: &mut Reading, look: Look) -> Result<Material> {
         let base_color = self.color(r, "diffuseColor", Rgb::gray(0.18), 1.0)?;
-        let roughness = self.float(r, "roughness", 0.5)?;
+        let roughness = self.float(r, "roughness", 0.5, 1.0)?;
         let is_specular = self.input_number(&r.shader, "inputs:useSpecularWorkflow", 0.0)? != 0.0;
         let ior = self.input_number(&r.shader, "inputs:ior", 1.5)?.clamp(0.0, 1e3) as f32;
         let (metallic, f0) = if is_specular {
             (0.0.into(), self.color(r, "specularColor", Rgb::BLACK, 1.0)?)
         } else {
-            (self.float(r, "metallic", 0.0)?, Rgb::gray(normal_reflectance(ior)).into())
+            (self.float(r, "metallic", 0.0, 1.0)?, Rgb::gray(normal_reflectance(ior)).into())
         };
         let mut surface = metallic_roughness(base_color, metallic, roughness, f0);
-        let coat = self.float(r, "clearcoat", 0.0)?;
+        let coat = self.float(r, "clearcoat", 0.0, 1.0)?;
         if coat.factor > 0.0 {
-            let coat_roughness = self.float(r, "clearcoatRoughness", 0.01)?;
+            let coat_roughness = self.float(r, "clearcoatRoughness", 0.01, 1.0)?;
             let alpha = self.builder.power(coat_roughness, 2.0)?;
             let base = Material::new(format!("{} below its coat", r.name), surface);
             let base = self.builder.add_material(base)?;
             surface = Surface::Clearcoat { base, amount: coat, alpha, model: CoatModel::Layer };
         }
-        let opacity = self.float(r, "opacity", 1.0)?;
+        let opacity = self.float(r, "opacity", 1.0, 1.0)?;
         let threshold = self.input_number(&r.shader, "inputs:opacityThreshold", 0.0)? as f32;
         let mut alpha = None;
         if opacity.texture.is_some() || opacity.factor < 1.0 {
@@ -188,7 +200,7 @@ impl Stage<'_> {
         let emission = self.color(r, "emissiveColor", Rgb::BLACK, f32::MAX)?;
         let emission = (!emission.factor.is_black())
             .then_some(Emission { radiance: emission, two_sided: look.is_double_sided });
-        let normal = self.normal(r)?;
+        let normal = self.normal(r, "normal")?;
         let displacement = self.source(&r.shader, "inputs:displacement")?;
         if !matches!(&displacement, None | Some(Source::Value(_)))
             || matches!(&displacement, Some(Source::Value(value)) if value.number().is_some_and(|n| n != 0.0))
@@ -222,129 +234,5 @@ impl Stage<'_> {
         }
         let parts = [(format!("{}, clear", r.name), pane), (format!("{}, opaque", r.name), surface)];
         mixes::mix(&mut self.builder, parts, opacity)
-    }
-
-    /// What a colour input is, brought into the range from 0 to `most`.
-    fn color(&mut self, r: &mut Reading, name: &str, fallback: Rgb, most: f32) -> Result<ColorInput> {
-        let input = format!("inputs:{name}");
-        match self.source(&r.shader, &input)? {
-            None => Ok(fallback.into()),
-            Some(Source::Value(value)) => {
-                let color = match (value.tuple::<3>(), value.number()) {
-                    (Some(color), _) => Rgb::from(color.map(|c| c as f32)),
-                    (None, Some(grey)) => Rgb::gray(grey as f32),
-                    (None, None) => fallback,
-                };
-                Ok(self.in_range(r, &input, color, most).into())
-            }
-            Some(Source::Output(shader, output)) => {
-                let found = self.shader_texture(&shader, &output, Content::Color)?;
-                Ok(match found {
-                    Some(Found::Texture(lookup)) => {
-                        let [red, green, blue, _] = lookup.scale;
-                        self.wants(r, &lookup.uv)?;
-                        if output.len() == 1 {
-                            let at = self.at_property(&r.shader, &input);
-                            met("UsdUVTexture", "one channel as a colour", at, &mut self.builder)?;
-                        }
-                        let factor = self.in_range(r, &input, Rgb::new(red, green, blue), most);
-                        ColorInput { factor, texture: Some(lookup.texture) }
-                    }
-                    Some(Found::Fallback([red, green, blue, _])) => {
-                        self.in_range(r, &input, Rgb::new(red, green, blue), most).into()
-                    }
-                    None => fallback.into(),
-                })
-            }
-        }
-    }
-
-    /// What a number from 0 to 1 is.
-    fn float(&mut self, r: &mut Reading, name: &str, fallback: f32) -> Result<FloatInput> {
-        let input = format!("inputs:{name}");
-        match self.source(&r.shader, &input)? {
-            None => Ok(fallback.into()),
-            Some(Source::Value(value)) => {
-                let number = value.number().map_or(fallback, |n| n as f32);
-                Ok(self.in_range(r, &input, Rgb::gray(number), 1.0).r.into())
-            }
-            Some(Source::Output(shader, output)) => {
-                let found = self.shader_texture(&shader, &output, Content::Number)?;
-                Ok(match found {
-                    Some(Found::Texture(lookup)) => {
-                        self.wants(r, &lookup.uv)?;
-                        let which = match lookup.channel {
-                            Channel::G => 1,
-                            Channel::B => 2,
-                            Channel::A => 3,
-                            Channel::R | Channel::Luminance => 0,
-                        };
-                        let factor = self.in_range(r, &input, Rgb::gray(lookup.scale[which]), 1.0).r;
-                        FloatInput { factor, texture: Some((lookup.texture, lookup.channel)) }
-                    }
-                    Some(Found::Fallback([red, green, blue, opacity])) => {
-                        let value = match &*output {
-                            "g" => green,
-                            "b" => blue,
-                            "a" => opacity,
-                            _ => red,
-                        };
-                        self.in_range(r, &input, Rgb::gray(value), 1.0).r.into()
-                    }
-                    None => fallback.into(),
-                })
-            }
-        }
-    }
-
-    fn normal(&mut self, r: &mut Reading) -> Result<Option<NormalInput>> {
-        let Some(Source::Output(shader, output)) = self.source(&r.shader, "inputs:normal")? else {
-            return Ok(None);
-        };
-        let found = self.shader_texture(&shader, &output, Content::Normal)?;
-        let Some(Found::Texture(lookup)) = found else { return Ok(None) };
-        self.wants(r, &lookup.uv)?;
-        Ok(Some(NormalInput::Map { texture: lookup.texture, scale: 1.0 }))
-    }
-
-    /// What an output of a shader is, if that is a texture; else a note.
-    fn shader_texture(&mut self, shader: &Prim, output: &str, content: Content) -> Result<Option<Found>> {
-        let id = self.shader(shader)?;
-        if &*id == "UsdUVTexture" {
-            return self.texture(shader, output, content).map(Some);
-        }
-        let at = self.at(shader);
-        let is_reader = id.starts_with("UsdPrimvarReader");
-        let row = if is_reader { "UsdPrimvarReader as a value" } else { "another shader" };
-        met("UsdPreviewSurface", row, at, &mut self.builder)?;
-        if is_reader {
-            let value = self.plain_input(shader, "inputs:fallback")?;
-            let color = value.as_ref().and_then(|v| v.tuple::<3>()).map(|c| c.map(|c| c as f32));
-            let number = value.as_ref().and_then(|v| v.number()).map(|n| [n as f32; 3]);
-            if let Some([red, green, blue]) = color.or(number) {
-                return Ok(Some(Found::Fallback([red, green, blue, red])));
-            }
-        }
-        Ok(None)
-    }
-
-    /// Takes note of the coordinates that a texture wants: a mesh has one set.
-    fn wants(&mut self, r: &mut Reading, uv: &Text) -> Result<()> {
-        if r.uv.get_or_insert_with(|| uv.clone()) != uv {
-            let at = self.at(&r.shader);
-            met("UsdUVTexture", "second set of coordinates", at, &mut self.builder)?;
-        }
-        Ok(())
-    }
-
-    /// A colour in its range, with a note if it was not.
-    fn in_range(&mut self, r: &Reading, input: &str, color: Rgb, most: f32) -> Rgb {
-        let within = color.map(|v| if v.is_nan() { 0.0 } else { v.clamp(0.0, most) });
-        if within != color {
-            let message = "inputs of materials that are out of range: the nearest allowed is used";
-            let at = self.at_property(&r.shader, input);
-            self.builder.note(NoteKind::Repaired, message, at);
-        }
-        within
     }
 }

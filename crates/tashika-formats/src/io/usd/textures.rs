@@ -1,14 +1,10 @@
-//! Textures: `UsdUVTexture` with what gives it its coordinates.
+//! Textures: `UsdUVTexture`, whose value is `scale · texel + bias`, and the images of MaterialX.
 //!
-//! A texture's value is `scale · texel + bias`. Coordinates come from a `UsdPrimvarReader`, perhaps
-//! through `UsdTransform2d`, which scales, turns counter-clockwise and moves, in this order, where
-//! `v` runs up.
-//!
-//! Held to this by `usd_materials` of the suite.
+//! Held to this by `usd_materials` and `usd_materialx` of the suite.
 
 use std::collections::BTreeMap;
 
-use glam::{Mat3, Vec3};
+use glam::Mat3;
 
 use super::Stage;
 use super::features::met;
@@ -22,17 +18,10 @@ use crate::io::assets::{decode, kind, reason, unreadable_image};
 use crate::io::images::Encoding;
 use crate::io::textures::between;
 use crate::io::udim::Picture;
-use crate::math::elementary::sin_cos;
-use crate::scene::{Channel, Image, NoteKind, TextureId, UvTransform, Wrap};
+use crate::scene::{Channel, Image, NoteKind, TextureId, Wrap};
 
 /// Images in archives, by their place and encoding; none that could not be read.
 pub(super) type Packed = BTreeMap<(Place, Encoding), Result<Picture, (NoteKind, String)>>;
-
-/// Most transforms one after the other.
-const MAX_TRANSFORMS: usize = 8;
-
-/// Largest coefficient of a texture transform.
-const MAX_COEFFICIENT: f32 = 1e6;
 
 /// What a texture is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,40 +115,15 @@ impl Stage<'_> {
         Ok(found)
     }
 
-    /// What an output of a texture shader is.
+    /// What an output of a `UsdUVTexture` is.
     pub fn texture(&mut self, shader: &Prim, output: &str, content: Content) -> Result<Found> {
         let fallback = self.input_tuple(shader, "inputs:fallback", [0.0, 0.0, 0.0, 1.0])?.map(|n| n as f32);
+        let Some(picture) = self.picture_of(shader, content)? else { return Ok(Found::Fallback(fallback)) };
         let at = self.at_property(shader, "inputs:file");
-        let file = match self.source(shader, "inputs:file")? {
-            Some(Source::Value(value)) => value.text().cloned().filter(|file| !file.is_empty()),
-            _ => None,
-        };
-        let layer = self.asset(shader, "inputs:file")?.map(|(_, layer)| layer);
-        let layer = layer.or_else(|| shader.opinions().first().map(|opinion| opinion.0));
-        let (Some(file), Some(layer)) = (file, layer) else {
-            self.builder.note(NoteKind::Repaired, "textures without a file: their fallback is used", at);
-            return Ok(Found::Fallback(fallback));
-        };
-        let encoding = match self.color_space(shader)?.as_deref() {
-            Some("raw") => Encoding::Linear,
-            Some("sRGB") => Encoding::Srgb,
-            _ if content == Content::Color => Encoding::Srgb,
-            _ => {
-                if content == Content::Number {
-                    met("UsdUVTexture", "sourceColorSpace auto", at.clone(), &mut self.builder)?;
-                }
-                Encoding::Linear
-            }
-        };
-        let picture = match self.picture(&file, layer, encoding, &at)? {
-            Ok(picture) => picture,
-            Err((kind, why)) => {
-                self.builder.note(kind, unreadable_image(&file, &why, "its fallback is used"), at);
-                return Ok(Found::Fallback(fallback));
-            }
-        };
-        let wrap = [self.wrap(shader, "inputs:wrapS")?, self.wrap(shader, "inputs:wrapT")?];
-        let (uv, transform) = self.coordinates(shader)?;
+        // Without a word it is that of the file, which has none, but in MaterialX.
+        let wrap = if self.shader(shader)?.starts_with("ND_") { Wrap::Repeat } else { Wrap::Black };
+        let wrap = [self.wrap(shader, "inputs:wrapS", wrap)?, self.wrap(shader, "inputs:wrapT", wrap)?];
+        let (uv, transform) = self.coordinates(shader, "inputs:st", Mat3::IDENTITY)?;
         let mut texture = self.builder.add_texture(picture.texture(|how| {
             let mut how = how;
             (how.wrap, how.transform) = (wrap, transform);
@@ -196,74 +160,83 @@ impl Stage<'_> {
         Ok(Found::Texture(Lookup { texture, scale: factor.map(|s| s.max(0.0)), channel, uv }))
     }
 
+    /// What a texture of MaterialX is: an image, one in tiles, or one of glTF.
+    pub fn image(&mut self, shader: &Prim, content: Content) -> Result<Found> {
+        let fallback = self.plain_input(shader, "inputs:default")?;
+        let fallback = fallback.and_then(|value| match (value.tuple::<3>(), value.number()) {
+            (Some([r, g, b]), _) => Some([r, g, b, 1.0]),
+            (None, Some(n)) => Some([n, n, n, 1.0]),
+            (None, None) => value.tuple::<4>(),
+        });
+        let fallback = fallback.unwrap_or([0.0, 0.0, 0.0, 1.0]).map(|n| n as f32);
+        let Some(picture) = self.picture_of(shader, content)? else { return Ok(Found::Fallback(fallback)) };
+        let wrap = [
+            self.wrap(shader, "inputs:uaddressmode", Wrap::Repeat)?,
+            self.wrap(shader, "inputs:vaddressmode", Wrap::Repeat)?,
+        ];
+        let placed = self.placed(shader)?;
+        let (uv, transform) = self.coordinates(shader, "inputs:texcoord", placed)?;
+        let texture = self.builder.add_texture(picture.texture(|mut how| {
+            (how.wrap, how.transform) = (wrap, transform);
+            how
+        }))?;
+        Ok(Found::Texture(Lookup { texture, scale: [1.0; 4], channel: Channel::R, uv }))
+    }
+
+    /// The picture of a texture shader; nothing, with a note, if there is none that can be read.
+    fn picture_of(&mut self, shader: &Prim, content: Content) -> Result<Option<Picture>> {
+        let at = self.at_property(shader, "inputs:file");
+        let file = match self.source(shader, "inputs:file")? {
+            Some(Source::Value(value)) => value.text().cloned().filter(|file| !file.is_empty()),
+            _ => None,
+        };
+        let layer = self.asset(shader, "inputs:file")?.map(|(_, layer)| layer);
+        let layer = layer.or_else(|| shader.opinions().first().map(|opinion| opinion.0));
+        let (Some(file), Some(layer)) = (file, layer) else {
+            self.builder.note(NoteKind::Repaired, "textures without a file: their fallback is used", at);
+            return Ok(None);
+        };
+        let encoding = match self.color_space(shader)?.as_deref() {
+            Some("raw") => Encoding::Linear,
+            Some("sRGB") => Encoding::Srgb,
+            _ if content == Content::Color => Encoding::Srgb,
+            _ => {
+                if content == Content::Number && !self.shader(shader)?.starts_with("ND_") {
+                    met("UsdUVTexture", "sourceColorSpace auto", at.clone(), &mut self.builder)?;
+                }
+                Encoding::Linear
+            }
+        };
+        match self.picture(&file, layer, encoding, &at)? {
+            Ok(picture) => Ok(Some(picture)),
+            Err((kind, why)) => {
+                self.builder.note(kind, unreadable_image(&file, &why, "its fallback is used"), at);
+                Ok(None)
+            }
+        }
+    }
+
     /// How a file's numbers are meant: the texture's word, or the file's own.
     fn color_space(&mut self, shader: &Prim) -> Result<Option<Text>> {
         let said = self.input_word(shader, "inputs:sourceColorSpace")?.filter(|word| &**word != "auto");
         Ok(said.or_else(|| {
             let of_file = self.field(shader, "inputs:file", |property| property.color_space.clone());
             of_file.map(|space| {
-                let is_raw = matches!(&*space, "raw" | "Raw" | "data" | "identity" | "linear" | "lin_rec709");
+                let is_raw = matches!(&*space, "raw" | "Raw" | "data" | "identity" | "none")
+                    || space.starts_with("lin");
                 if is_raw { Text::from("raw") } else { Text::from("sRGB") }
             })
         }))
     }
 
-    fn wrap(&mut self, shader: &Prim, name: &str) -> Result<Wrap> {
+    fn wrap(&mut self, shader: &Prim, name: &str, fallback: Wrap) -> Result<Wrap> {
         Ok(match self.input_word(shader, name)?.as_deref() {
+            None => fallback,
             Some("clamp") => Wrap::Clamp,
             Some("mirror") => Wrap::Mirror,
-            Some("repeat") => Wrap::Repeat,
-            // `useMetadata` of a file without any, and `black`.
-            _ => Wrap::Black,
+            Some("repeat" | "periodic") => Wrap::Repeat,
+            // `useMetadata` of a file without any, `black`, and `constant`.
+            Some(_) => Wrap::Black,
         })
-    }
-
-    /// Which coordinates a texture looks up, and how they are mapped; `v` of the map runs down.
-    fn coordinates(&mut self, shader: &Prim) -> Result<(Text, UvTransform)> {
-        let mut map = Mat3::IDENTITY;
-        let (mut at, mut name) = (shader.clone(), "inputs:st");
-        for _ in 0..MAX_TRANSFORMS {
-            let Some(Source::Output(prim, _)) = self.source(&at, name)? else { break };
-            match &*self.shader(&prim)? {
-                "UsdTransform2d" => {
-                    map *= self.transform(&prim)?;
-                    (at, name) = (prim, "inputs:in");
-                }
-                "UsdPrimvarReader_float2" => {
-                    let uv = self.input_word(&prim, "inputs:varname")?;
-                    return Ok((uv.unwrap_or_else(|| "st".into()), self.downward(map, shader)));
-                }
-                _ => {
-                    let place = self.at(&prim);
-                    met("UsdUVTexture", "st from another shader", place, &mut self.builder)?;
-                    break;
-                }
-            }
-        }
-        Ok(("st".into(), self.downward(map, shader)))
-    }
-
-    fn transform(&mut self, prim: &Prim) -> Result<Mat3> {
-        let [sx, sy] = self.input_tuple(prim, "inputs:scale", [1.0; 2])?.map(|n| n as f32);
-        let [x, y] = self.input_tuple(prim, "inputs:translation", [0.0; 2])?.map(|n| n as f32);
-        let (sin, cos) = sin_cos((self.input_number(prim, "inputs:rotation", 0.0)? as f32).to_radians());
-        Ok(Mat3::from_cols(
-            Vec3::new(cos * sx, sin * sx, 0.0),
-            Vec3::new(-sin * sy, cos * sy, 0.0),
-            Vec3::new(x, y, 1.0),
-        ))
-    }
-
-    /// The same map where `v` runs down.
-    fn downward(&mut self, map: Mat3, shader: &Prim) -> UvTransform {
-        let flip = Mat3::from_cols(Vec3::X, Vec3::NEG_Y, Vec3::new(0.0, 1.0, 1.0));
-        let map = flip * map * flip;
-        if map.is_finite() && map.to_cols_array().iter().all(|c| c.abs() <= MAX_COEFFICIENT) {
-            return UvTransform(map);
-        }
-        let message = "texture transforms that are not finite or huge: left out";
-        let at = self.at(shader);
-        self.builder.note(NoteKind::Repaired, message, at);
-        UvTransform::default()
     }
 }
