@@ -49,7 +49,7 @@ fn material(scene: &Scene) -> &Material {
     scene.material_of(scene.instance_ids().next().unwrap())
 }
 
-fn base_color(scene: &Scene) -> ColorInput {
+fn color_of(scene: &Scene) -> ColorInput {
     let Surface::MetallicRoughness { base_color, .. } = material(scene).surface else { panic!() };
     base_color
 }
@@ -211,7 +211,7 @@ fn networks_of_nodes_have_the_values_of_their_formulas() {
     // Colours without a word are sRGB.
     let plain =
         scene(STANDARD, "color3f inputs:base_color.connect = </M/I.outputs:out>", &image("I", "color3", ""));
-    let grey = at(&plain, base_color(&plain), [0.75, 0.25])[0];
+    let grey = at(&plain, color_of(&plain), [0.75, 0.25])[0];
     assert!((grey - 0.0331).abs() < 1e-3, "{grey}");
     let map = image("I", "vector3", "")
         + &node(
@@ -231,7 +231,7 @@ fn textures_are_placed_as_their_nodes_say() {
         let found =
             scene(STANDARD, "color3f inputs:base_color.connect = </M/I.outputs:out>", &(texture + more));
         assert_eq!(notes(&found), []);
-        let texture = base_color(&found).texture.unwrap();
+        let texture = color_of(&found).texture.unwrap();
         let tashika::scene::Texture::Image(image) = found.textures().nodes[texture.index()] else { panic!() };
         // Where v runs up again.
         move |u: f32, v: f32| {
@@ -277,7 +277,7 @@ fn the_surface_that_is_understood_is_taken() {
             + &node("U", "UsdPreviewSurface", "color3f inputs:diffuseColor = (0, 0, 1)")
             + nodes;
         let found = load(&bound(outputs, &shaders));
-        (base_color(&found).factor.to_array(), notes(&found).len())
+        (color_of(&found).factor.to_array(), notes(&found).len())
     };
     let both = "token outputs:mtlx:surface.connect = </M/S.outputs:out>\n token outputs:surface.connect = </M/U.outputs:surface>";
     let constant = node("C", "ND_constant_color3", "color3f inputs:value = (1, 0, 0)");
@@ -293,7 +293,7 @@ fn the_surface_that_is_understood_is_taken() {
 fn endless_networks_end() {
     let circle = node("A", "ND_invert_color3", "color3f inputs:in.connect = </M/A.outputs:out>");
     let found = scene(STANDARD, "color3f inputs:base_color.connect = </M/A.outputs:out>", &circle);
-    assert_eq!((base_color(&found), notes(&found).len()), (Rgb::gray(0.8).into(), 1));
+    assert_eq!((color_of(&found), notes(&found).len()), (Rgb::gray(0.8).into(), 1));
     let mut doubling = node("N0", "ND_constant_color3", "color3f inputs:value = (1, 1, 1)");
     for n in 1..64 {
         let from = n - 1;
@@ -304,4 +304,82 @@ fn endless_networks_end() {
     }
     let found = scene(STANDARD, "color3f inputs:base_color.connect = </M/N63.outputs:out>", &doubling);
     assert!(!notes(&found).is_empty());
+}
+
+/// A document with a graph that has an input, inherited words and a node that is not there.
+const DOCUMENT: &str = r#"<?xml version="1.0"?>
+<materialx version="1.39" colorspace="lin_rec709" fileprefix="./">
+  <nodegraph name="NG_paint">
+    <input name="tint" type="color3" value="0.5, 1, 0.25"/>
+    <image name="I" type="color3"><input name="file" type="filename" value="t.tga" colorspace="srgb_texture"/></image>
+    <multiply name="P" type="color3">
+      <input name="in1" type="color3" nodename="I"/><input name="in2" type="color3" interfacename="tint"/>
+    </multiply>
+    <output name="color" type="color3" nodename="P"/>
+  </nodegraph>
+  <standard_surface name="SR_paint" type="surfaceshader">
+    <input name="base" type="float" value="1"/>
+    <input name="base_color" type="color3" nodegraph="NG_paint" output="color"/>
+    <input name="coat" type="float" value="0.5"/>
+  </standard_surface>
+  <surfacematerial name="Paint" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="SR_paint"/>
+  </surfacematerial>
+  <open_pbr_surface name="SR_lamp" type="surfaceshader">
+    <input name="emission_luminance" type="float" value="10"/>
+    <input name="emission_color" type="color3" value="0.5, 0, 1" colorspace="srgb_texture"/>
+    <input name="base_color" type="color3" nodename="gone"/>
+  </open_pbr_surface>
+  <surfacematerial name="Lamp" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="SR_lamp"/>
+  </surfacematerial>
+</materialx>
+"#;
+
+/// A quad of a material of [`DOCUMENT`], or of another file in its place.
+fn referring(material: &str, document: &str) -> tashika::error::Result<Scene> {
+    let text = quad(
+        "W",
+        "rel material:binding = </M>
+    texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = \"vertex\" )",
+    ) + &format!("def \"M\" ( references = @look.mtlx@</MaterialX/Materials/{material}> ) {{ }}");
+    load_with(&text, &[("look.mtlx", document.as_bytes()), ("t.tga", &tga())], &LoadOptions::default())
+}
+
+#[test]
+fn documents_that_stages_refer_to_are_read() {
+    let paint = referring("Paint", DOCUMENT).unwrap();
+    assert_eq!(notes(&paint), []);
+    let Surface::Clearcoat { base, amount, .. } = material(&paint).surface else { panic!() };
+    assert_eq!(amount, 0.5.into());
+    let Surface::MetallicRoughness { base_color, .. } = paint.materials()[base.index()].surface else {
+        panic!()
+    };
+    near(at(&paint, base_color, [0.25, 0.75]), [0.5, 0.0, 0.0]);
+    near(at(&paint, base_color, [0.75, 0.75]), [0.0, 1.0, 0.0]);
+    // A fifth of the way from black to white, decoded.
+    assert!((at(&paint, base_color, [0.75, 0.25])[1] - 0.0331).abs() < 1e-3);
+    let lamp = referring("Lamp", DOCUMENT).unwrap();
+    let radiance = material(&lamp).emission.unwrap().radiance.factor.to_array();
+    assert!((radiance[0] - 2.1404).abs() < 1e-3 && radiance[1..] == [0.0, 10.0], "{radiance:?}");
+    assert_eq!((color_of(&lamp), notes(&lamp).len()), (Rgb::gray(0.8).into(), 1), "a node is not there");
+}
+
+#[test]
+fn damaged_documents_are_refused_with_their_line() {
+    let told = |document: &str| referring("Paint", document).unwrap_err().to_string();
+    let error = told(&DOCUMENT.replace("</nodegraph>", "</graph>"));
+    assert!(error.contains("look.mtlx:10") && error.contains("XML"), "{error}");
+    let error = told("<?xml version=\"1.0\"?><scene/>");
+    assert!(error.contains("<scene>") && error.contains("materialx"), "{error}");
+    // Any other damage is a scene or an error.
+    let bytes = DOCUMENT.as_bytes();
+    for at in 0..bytes.len() {
+        let mut damaged = bytes.to_vec();
+        damaged[at] = [b'<', b'"', b' ', 0xff][at % 4];
+        let text = String::from_utf8_lossy(&damaged).into_owned();
+        for material in ["Paint", "Lamp"] {
+            drop(referring(material, &text));
+        }
+    }
 }

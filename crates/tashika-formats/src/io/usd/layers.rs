@@ -18,6 +18,7 @@ use super::layer::{Layer, PrimSpec};
 use super::package::{self, Package};
 use super::text;
 use super::value::Text;
+use super::xml;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::io::assets::{kind, reason};
@@ -261,6 +262,8 @@ impl<'f> Layers<'f> {
         }
         let layer = if bytes.get().starts_with(binary::MAGIC) {
             binary::parse(bytes, name, self.files.options().max_file_bytes)?
+        } else if xml::is_document(bytes.get()) {
+            xml::parse(bytes.get(), name)?
         } else {
             text::parse(bytes.get(), name)?
         };

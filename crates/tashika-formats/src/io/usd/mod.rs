@@ -51,6 +51,7 @@ mod textures;
 mod value;
 mod walk;
 mod xform;
+mod xml;
 
 use std::collections::{BTreeMap, BTreeSet};
 

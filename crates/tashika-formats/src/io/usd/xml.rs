@@ -1,0 +1,263 @@
+//! `.mtlx`: layers of MaterialX, which stages refer to for materials.
+//!
+//! A document becomes what USD's own reader makes of it: a material `/MaterialX/Materials/NAME` for each
+//! `surfacematerial`, with the nodes and node graphs that it uses below it. A node is a `Shader` whose
+//! `info:id` is the node definition, `ND_CATEGORY_TYPE` where the file names none. Looks are left to the
+//! stage, which binds materials itself.
+//!
+//! # Guarantee
+//! Any bytes give a layer, or an error with its line. Each material has a node at most once; no more than
+//! [`MAX_NODES`] are made in all.
+//!
+//! # Differences from the format
+//! Other files (`xi:include`) are not read: a node that is not there is one that is not understood.
+//!
+//! Source: [^materialx2024]. Held to this by `usd_materialx` and `damaged_usd` of the suite.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::Path;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use super::layer::{Layer, Metadata, PrimSpec, Property, Specifier, Stored};
+use super::value::{ListOp, Text, Value};
+use crate::color::srgb_decode;
+use crate::error::{Error, Location, Result};
+use crate::io::text::{decoded, utf8_or_latin1};
+
+/// Nodes of all materials together at most.
+const MAX_NODES: usize = 1 << 16;
+
+/// Whether a file is a document of MaterialX.
+pub(super) fn is_document(bytes: &[u8]) -> bool {
+    let bytes = decoded(bytes);
+    let start = bytes.trim_ascii_start();
+    start.starts_with(b"<?xml") || start.starts_with(b"<materialx") || start.starts_with(b"<!--")
+}
+
+/// Reads a document.
+pub(super) fn parse(bytes: &[u8], name: &Path) -> Result<Layer> {
+    let bytes = decoded(bytes);
+    let text = utf8_or_latin1(&bytes);
+    let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(&text, options).map_err(|error| {
+        let at = Location { line: Some(error.pos().row), ..Location::file(name) };
+        Error::invalid(at, format!("XML that is damaged: {error}"), "a document of MaterialX")
+    })?;
+    let root = document.root_element();
+    if root.tag_name().name() != "materialx" {
+        let found = format!("the root element <{}>", root.tag_name().name());
+        return Err(Error::invalid(Location::file(name), found, "<materialx version=\"…\">"));
+    }
+    let layer = Layer {
+        name: name.to_owned(),
+        prims: vec![PrimSpec::default()],
+        metadata: Metadata { default_prim: Some("MaterialX".into()), ..Metadata::default() },
+        binary: None,
+    };
+    let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+    let scopes = elements(root).filter(|node| is(node, "nodegraph")).chain([root]);
+    let all = scopes.flat_map(|scope| elements(scope).map(move |node| (scope, node)));
+    let by_name = all
+        .filter_map(|(scope, node)| Some(((scope.range().start, node.attribute("name")?), node)))
+        .collect();
+    let mut making = Making { root, layer, lines, by_name, graphs: BTreeSet::new() };
+    let top = making.prim(0, "MaterialX", None, None);
+    let materials = making.prim(top, "Materials", None, None);
+    for material in elements(root).filter(|node| is(node, "surfacematerial")) {
+        making.material(materials, material)?;
+    }
+    Ok(making.layer)
+}
+
+fn elements<'a, 'd>(of: Node<'a, 'd>) -> impl Iterator<Item = Node<'a, 'd>> {
+    of.children().filter(Node::is_element)
+}
+
+fn is(node: &Node<'_, '_>, tag: &str) -> bool {
+    node.tag_name().name() == tag
+}
+
+/// What an element or one about it says.
+fn inherited<'a>(node: Node<'a, '_>, attribute: &str) -> Option<&'a str> {
+    node.ancestors().find_map(|about| about.attribute(attribute))
+}
+
+struct Making<'a, 'd> {
+    root: Node<'a, 'd>,
+    layer: Layer,
+    /// Where lines begin.
+    lines: Vec<usize>,
+    /// By where the document or the graph begins that they are in.
+    by_name: BTreeMap<(usize, &'a str), Node<'a, 'd>>,
+    /// Node graphs of the material that is being made.
+    graphs: BTreeSet<String>,
+}
+
+/// A node that is yet to be made: the elements beside it, the prim that it lies below and its path, and
+/// its name.
+struct Waiting<'a, 'd> {
+    scope: Node<'a, 'd>,
+    below: u32,
+    path: String,
+    name: String,
+}
+
+impl<'a, 'd> Making<'a, 'd> {
+    fn line(&self, node: Node<'_, '_>) -> u32 {
+        self.lines.partition_point(|&start| start <= node.range().start) as u32
+    }
+
+    fn named(&self, scope: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
+        self.by_name.get(&(scope.range().start, name)).copied()
+    }
+
+    fn prim(&mut self, below: u32, name: &str, type_name: Option<&str>, of: Option<Node<'_, '_>>) -> u32 {
+        let line = of.map(|node| self.line(node));
+        let type_name = type_name.map(Text::from);
+        let index =
+            self.layer.push(PrimSpec { line, specifier: Specifier::Def, type_name, ..PrimSpec::default() });
+        self.layer.prims[below as usize].add_child(&name.into(), index);
+        index
+    }
+
+    fn property(&mut self, prim: u32, name: &str, property: Property) {
+        self.layer.prims[prim as usize].properties.insert(name.into(), property);
+    }
+
+    fn material(&mut self, materials: u32, material: Node<'a, 'd>) -> Result<()> {
+        let Some(name) = material.attribute("name") else { return Ok(()) };
+        let path = format!("/MaterialX/Materials/{name}");
+        let prim = self.prim(materials, name, Some("Material"), Some(material));
+        self.graphs.clear();
+        let mut waiting = VecDeque::new();
+        let scope = self.root;
+        for input in elements(material).filter(|input| is(input, "input")) {
+            let of = Waiting { scope, below: prim, path: path.clone(), name: name.to_owned() };
+            let property = self.input(input, &of, (prim, &path), &mut waiting);
+            if input.attribute("name") == Some("surfaceshader") {
+                self.property(prim, "outputs:mtlx:surface", property);
+            }
+        }
+        while let Some(node) = waiting.pop_front() {
+            self.node(&node, (prim, &path), &mut waiting)?;
+        }
+        Ok(())
+    }
+
+    /// Makes a node, unless its material has it.
+    fn node(
+        &mut self,
+        waiting: &Waiting<'a, 'd>,
+        material: (u32, &str),
+        more: &mut VecDeque<Waiting<'a, 'd>>,
+    ) -> Result<()> {
+        let Waiting { scope, below, path, name } = waiting;
+        if self.layer.prims[*below as usize].by_name.contains_key(name.as_str()) {
+            return Ok(());
+        }
+        if self.layer.prims.len() >= MAX_NODES {
+            let found = format!("more than {MAX_NODES} nodes");
+            return Err(Error::invalid(Location::file(&self.layer.name), found, "fewer"));
+        }
+        let node = self.named(*scope, name);
+        let prim = self.prim(*below, name, Some("Shader"), node);
+        let Some(node) = node else { return Ok(()) };
+        let kind = node.attribute("type").unwrap_or_default();
+        let id = match node.attribute("nodedef") {
+            Some(definition) => definition.to_owned(),
+            None => format!("ND_{}_{kind}", node.tag_name().name()),
+        };
+        let id = Stored::Value(Value::Text(id.into()));
+        self.property(prim, "info:id", Property { value: Some(id), ..Property::default() });
+        for input in elements(node).filter(|input| is(input, "input")) {
+            let Some(input_name) = input.attribute("name") else { continue };
+            let of = Waiting { scope: *scope, below: *below, path: path.clone(), name: name.clone() };
+            let mut property = self.input(input, &of, material, more);
+            if kind.starts_with("color") && input.attribute("type") == Some("filename") {
+                property.color_space = inherited(input, "colorspace").map(Text::from);
+            }
+            self.property(prim, &format!("inputs:{input_name}"), property);
+        }
+        Ok(())
+    }
+
+    /// The value of an input, or where it comes from, which then waits to be made.
+    fn input(
+        &mut self,
+        input: Node<'a, 'd>,
+        of: &Waiting<'a, 'd>,
+        material: (u32, &str),
+        more: &mut VecDeque<Waiting<'a, 'd>>,
+    ) -> Property {
+        let line = Some(self.line(input));
+        let output = input.attribute("output").unwrap_or("out");
+        let from = |path: String| Property {
+            line,
+            connections: ListOp { explicit: Some(vec![path.into()]), ..ListOp::default() },
+            ..Property::default()
+        };
+        if let Some(graph) = input.attribute("nodegraph") {
+            self.graph(graph, material, more);
+            return from(format!("{}/{graph}.outputs:{output}", material.1));
+        }
+        if let Some(node) = input.attribute("nodename") {
+            let Waiting { scope, below, ref path, .. } = *of;
+            more.push_back(Waiting { scope, below, path: path.clone(), name: node.to_owned() });
+            return from(format!("{path}/{node}.outputs:{output}"));
+        }
+        if let Some(name) = input.attribute("interfacename") {
+            return from(format!("{}.inputs:{name}", of.path));
+        }
+        let value = input.attribute("value").map(|text| Stored::Value(value(text, input)));
+        Property { line, value, ..Property::default() }
+    }
+
+    /// Makes a node graph of a material, unless it is there.
+    fn graph(&mut self, name: &str, material: (u32, &str), more: &mut VecDeque<Waiting<'a, 'd>>) {
+        if self.graphs.contains(name) {
+            return;
+        }
+        let root = self.root;
+        let Some(graph) = self.named(root, name).filter(|node| is(node, "nodegraph")) else { return };
+        let prim = self.prim(material.0, name, Some("NodeGraph"), Some(graph));
+        self.graphs.insert(name.to_owned());
+        let path = format!("{}/{name}", material.1);
+        for port in elements(graph) {
+            let Some(port_name) = port.attribute("name") else { continue };
+            let (scope, below, path, prefix) = match port.tag_name().name() {
+                // What comes into a graph is beside it, what goes out in it.
+                "input" => (root, material.0, material.1.to_owned(), "inputs"),
+                "output" => (graph, prim, path.clone(), "outputs"),
+                _ => continue,
+            };
+            let of = Waiting { scope, below, path, name: port_name.to_owned() };
+            let property = self.input(port, &of, material, more);
+            self.property(prim, &format!("{prefix}:{port_name}"), property);
+        }
+    }
+}
+
+/// A value of the type that an input says.
+fn value(text: &str, input: Node<'_, '_>) -> Value {
+    let kind = input.attribute("type").unwrap_or_default();
+    let numbers = || {
+        let all = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+        all.map(|word| word.parse::<f64>().ok()).collect::<Option<Vec<f64>>>()
+    };
+    match kind {
+        "filename" => {
+            Value::Text(format!("{}{text}", inherited(input, "fileprefix").unwrap_or_default()).into())
+        }
+        "boolean" => Value::Number(f64::from(u8::from(text.trim() == "true"))),
+        "float" | "integer" => text.trim().parse().map_or(Value::Other, Value::Number),
+        _ if kind.starts_with("color") => numbers().map_or(Value::Other, |mut all| {
+            if inherited(input, "colorspace").is_some_and(|space| space.starts_with("srgb")) {
+                all.iter_mut().take(3).for_each(|v| *v = f64::from(srgb_decode(*v as f32)));
+            }
+            Value::Tuple(all)
+        }),
+        _ if kind.starts_with("vector") => numbers().map_or(Value::Other, Value::Tuple),
+        _ => Value::Text(text.into()),
+    }
+}
