@@ -44,6 +44,8 @@ def test_a_camera_stands_in_what_absorbs():
     scene = tashika.Scene.build([LAMP], camera=CAMERA.within(dark))
     expected = [2 * math.exp(-4 * sigma) for sigma in (0.1, 0.2, 0.5)]
     np.testing.assert_allclose(radiance(scene), expected, rtol=1e-4)
+    left = tashika.render(scene, method="path", paths=1)["transmittance"]
+    np.testing.assert_allclose(left, np.broadcast_to(np.array(expected) / 2, left.shape), rtol=1e-4)
     clear = tashika.Scene.build([LAMP], camera=CAMERA)
     np.testing.assert_allclose(radiance(clear), [2, 2, 2], rtol=1e-5)
 
