@@ -1,8 +1,9 @@
 //! Materials: `UsdPreviewSurface`, and which of its surfaces a material is.
 //!
-//! A material may have one for each renderer. Those of MaterialX (`outputs:mtlx:surface`,
-//! [`materialx`](super::materialx)) are meant by their authors, of which `UsdPreviewSurface` is what others
-//! see: they are taken where all of their nodes are understood, or where there is nothing else.
+//! A material may have two: one of MaterialX (`outputs:mtlx:surface`, [`materialx`](super::materialx)),
+//! which is what its author sees, and a `UsdPreviewSurface`, often a rough likeness, for programs that do
+//! not know it. That of MaterialX is taken where all of its nodes are understood, or where there is nothing
+//! else.
 //!
 //! ```text
 //! metallic workflow    base diffuseColor, F₀ = ((n − 1)/(n + 1))² of what is no metal
@@ -62,11 +63,6 @@ pub(super) struct Materials {
     colors: BTreeMap<[u32; 3], UsedMaterial>,
 }
 
-/// Whether a shader is a `UsdPreviewSurface`, by its own name or by that of MaterialX.
-fn is_preview(id: &str) -> bool {
-    id == "UsdPreviewSurface" || id.starts_with("ND_UsdPreviewSurface_surfaceshader")
-}
-
 /// What is said of a prim and of those below it.
 type Identity = Vec<(LayerId, u32)>;
 
@@ -122,17 +118,17 @@ impl Stage<'_> {
             return Ok(None);
         };
         let at = self.at(&prim);
-        let [ours, preview] =
+        let [materialx, preview] =
             ["outputs:mtlx:surface", "outputs:surface"].map(|name| self.surface(&prim, name));
-        let (ours, preview) = (ours?, preview?);
+        let (materialx, preview) = (materialx?, preview?);
         if !self.connections(&prim, "outputs:volume").is_empty() {
             met("material", "outputs:volume", at.clone(), &mut self.builder)?;
         }
-        let is_understood = match &ours {
+        let is_understood = match &materialx {
             Some(shader) => self.is_understood(shader)?,
             None => false,
         };
-        let (first, second) = if is_understood { (ours, preview) } else { (preview, ours) };
+        let (first, second) = if is_understood { (materialx, preview) } else { (preview, materialx) };
         let Some(shader) = first.or(second) else {
             let is_materialx = self.properties(&prim).iter().any(|name| name.starts_with("outputs:mtlx"));
             let row = if is_materialx { "another surface of MaterialX" } else { "another surface" };
@@ -235,4 +231,9 @@ impl Stage<'_> {
         let parts = [(format!("{}, clear", r.name), pane), (format!("{}, opaque", r.name), surface)];
         mixes::mix(&mut self.builder, parts, opacity)
     }
+}
+
+/// Whether a shader is a `UsdPreviewSurface`, by its own name or by that of MaterialX.
+fn is_preview(id: &str) -> bool {
+    id == "UsdPreviewSurface" || id.starts_with("ND_UsdPreviewSurface_surfaceshader")
 }
