@@ -191,7 +191,7 @@ fn networks_of_nodes_have_the_values_of_their_formulas() {
         + &node(
             "X",
             "ND_mix_color3",
-            "color3f inputs:bg = (1, 1, 1)\n color3f inputs:fg.connect = </M/V.outputs:out>\n float inputs:mix = 0.5",
+            "color3f inputs:bg = (1, 1, 1)\n color3f inputs:fg.connect = </M/V.outputs:out>\n float inputs:mix = 0.25",
         )
         + &node("E", "ND_separate3_color3", "color3f inputs:in.connect = </M/I.outputs:out>");
     let inputs = "color3f inputs:base_color.connect = </M/X.outputs:out>
@@ -201,10 +201,10 @@ fn networks_of_nodes_have_the_values_of_their_formulas() {
     let Surface::MetallicRoughness { base_color: mixed, roughness, .. } = material(&found).surface else {
         panic!()
     };
-    // Red above on the left, where v is up: (1 + (1 − p ∘ (1, 0, 0))) / 2, and so on.
-    near(at(&found, mixed, [0.25, 0.75]), [0.75, 1.0, 1.0]);
-    near(at(&found, mixed, [0.75, 0.75]), [1.0, 0.5, 1.0]);
-    near(at(&found, mixed, [0.75, 0.25]), [0.95, 0.9, 0.975]);
+    // Red above on the left, where v is up: ¾ + ¼ (1 − p), p the texel times the colour.
+    near(at(&found, mixed, [0.25, 0.75]), [0.875, 1.0, 1.0]);
+    near(at(&found, mixed, [0.75, 0.75]), [1.0, 0.75, 1.0]);
+    near(at(&found, mixed, [0.75, 0.25]), [0.975, 0.95, 0.9875]);
     assert_eq!(roughness.texture.unwrap().1, Channel::G);
     let rough = |u, v: f32| roughness.at(found.textures(), Vec2::new(u, 1.0 - v));
     assert!((rough(0.75, 0.75) - 1.0).abs() < 1e-6 && rough(0.25, 0.75).abs() < 1e-6);

@@ -12,6 +12,8 @@
 //!
 //! Names with `ND_` are MaterialX's node definitions, as `usd_materialx` of the suite has them.
 
+use std::collections::BTreeSet;
+
 use super::Stage;
 use super::features::met;
 use super::inputs::Reading;
@@ -193,7 +195,8 @@ impl Stage<'_> {
                     Some(Given { factor, texture: Some(lookup.texture), channel, is_one_channel })
                 }
                 Found::Fallback(factor) => {
-                    Some(Given { is_one_channel: false, ..of_fallback(factor, output) })
+                    let given = Given { factor, ..Rgb::WHITE.into() };
+                    Some(Given { is_one_channel: false, ..given.only(output) })
                 }
             }),
             Kind::Image => Ok(match self.image(shader, content)? {
@@ -272,7 +275,7 @@ impl Stage<'_> {
     /// Whether all that a shader's inputs come from is understood, but for tangents, which nothing is made
     /// of.
     pub fn is_understood(&mut self, shader: &Prim) -> Result<bool> {
-        let mut seen = std::collections::BTreeSet::new();
+        let mut seen = BTreeSet::new();
         let mut waiting = vec![shader.clone()];
         while let Some(prim) = waiting.pop() {
             if !seen.insert(prim.path.clone()) {
@@ -292,10 +295,4 @@ impl Stage<'_> {
         }
         Ok(true)
     }
-}
-
-/// What stands for a texture.
-fn of_fallback(factor: [f32; 4], output: &str) -> Given {
-    let given = Given { factor, ..Rgb::WHITE.into() };
-    if output.len() == 1 { given.only(output) } else { given }
 }
