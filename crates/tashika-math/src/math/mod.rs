@@ -19,3 +19,15 @@ pub use instants::Instants;
 pub use ray::Ray;
 pub use rounding::{GAMMA_4, GAMMA_7, UNIT_ROUNDOFF, gamma, offset_from_surface};
 pub use simd::Real;
+
+#[cfg(test)]
+mod tests {
+    use super::Quat;
+
+    /// Vector code of `glam`, which would not give the same bits on all machines, aligns its types to 16
+    /// bytes.
+    #[test]
+    fn vectors_and_matrices_are_computed_number_by_number() {
+        assert_eq!([align_of::<Quat>(), align_of::<glam::Vec4>()], [4; 2]);
+    }
+}
