@@ -19,6 +19,8 @@ mod first_surfaces;
 mod formats;
 mod formula_materials;
 mod furnace;
+mod fuzz_seeds;
+mod fuzzing;
 mod gltf;
 mod gltf_animations;
 mod gltf_environment;
