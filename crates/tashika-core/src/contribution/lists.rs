@@ -147,6 +147,7 @@ mod tests {
     };
     use crate::color::Rgb;
     use crate::math::Frame;
+    use crate::media::Scattering;
     use crate::rng::{Purpose, Stream};
     use crate::scene::{Falloff, MediumId};
     use crate::vpl::Vpl;
@@ -201,8 +202,9 @@ mod tests {
 
     fn point_in_medium(s: &mut Stream) -> GatherPoint {
         let phase = HenyeyGreenstein { asymmetry: 1.8 * s.uniform() - 0.9 };
-        let (position, before) = (Vec3::from(s.uniform_3()), warp::sphere(s.uniform_2()).normalize());
-        GatherPoint::in_medium(position, before, phase, MediumId::at(0), Rgb::from(s.uniform_3()))
+        let (place, before) = (Vec3::from(s.uniform_3()), warp::sphere(s.uniform_2()).normalize());
+        let at = Scattering { place, before, medium: MediumId::at(0), phase };
+        GatherPoint::in_medium(&at, Rgb::from(s.uniform_3()))
     }
 
     fn light(s: &mut Stream, shaped: bool) -> Vpl {

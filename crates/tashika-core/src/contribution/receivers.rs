@@ -133,6 +133,7 @@ mod tests {
     use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert};
     use crate::color::Rgb;
     use crate::math::Frame;
+    use crate::media::Scattering;
     use crate::rng::{Purpose, Stream};
     use crate::scene::MediumId;
     use crate::warp;
@@ -166,8 +167,9 @@ mod tests {
                     if k % 3 == 0 {
                         return of_surface;
                     }
-                    let (at, before) = (of_surface.position, of_surface.frame.n);
-                    GatherPoint::in_medium(at, before, phase, MediumId::at(0), Rgb::WHITE)
+                    let (place, before) = (of_surface.position, of_surface.frame.n);
+                    let at = Scattering { place, before, medium: MediumId::at(0), phase };
+                    GatherPoint::in_medium(&at, Rgb::WHITE)
                 })
                 .collect();
             let kind = [VplKind::Omni, VplKind::Oriented, VplKind::Volume(phase)][round % 3];

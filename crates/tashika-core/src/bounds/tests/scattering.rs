@@ -13,6 +13,7 @@ use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
 use crate::math::elementary::{exp, sin_cos};
 use crate::math::{Aabb, Cone, Vec3};
+use crate::media::Scattering;
 use crate::rng::{Purpose, Stream};
 use crate::scene::MediumId;
 use crate::vpl::{Vpl, VplKind};
@@ -66,8 +67,10 @@ fn bounds_of_media_hold_and_are_sharp() {
             .collect();
         let points: Vec<GatherPoint> = (0..lights.len())
             .map(|_| {
-                let (position, before) = (inside(&points_in, &mut s), near(before, spread, &mut s));
-                GatherPoint::in_medium(position, before, asymmetry(h, &mut s), MediumId::at(0), Rgb::WHITE)
+                let (place, before) = (inside(&points_in, &mut s), near(before, spread, &mut s));
+                let phase = asymmetry(h, &mut s);
+                let at = Scattering { place, before, medium: MediumId::at(0), phase };
+                GatherPoint::in_medium(&at, Rgb::WHITE)
             })
             .collect();
         let of_light = |light: &Vpl| {

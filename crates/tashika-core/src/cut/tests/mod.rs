@@ -14,6 +14,7 @@ use crate::contribution::ContributionKernel;
 use crate::gather::GatherPoint;
 use crate::math::elementary::exp;
 use crate::math::{Frame, Vec3};
+use crate::media::Scattering;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{Falloff, FalloffShape, MediumId};
 use crate::tree::{LightTree, LightTreeBuilder};
@@ -100,8 +101,9 @@ fn points_in_media(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
     let before = Vec3::new(-0.6, -0.1, -0.79).normalize();
     for point in points.iter_mut().skip(n / 2) {
         let phase = HenyeyGreenstein { asymmetry: [0.7, -0.5, 0.0][s.below(3) as usize] };
-        let position = point.position - before * s.uniform();
-        *point = GatherPoint::in_medium(position, before, phase, MediumId::at(0), point.weight);
+        let place = point.position - before * s.uniform();
+        let at = Scattering { place, before, medium: MediumId::at(0), phase };
+        *point = GatherPoint::in_medium(&at, point.weight);
     }
     points
 }
