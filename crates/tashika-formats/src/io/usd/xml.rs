@@ -14,7 +14,7 @@
 //!
 //! Source: [^materialx2024]. Held to this by `usd_materialx` and `damaged_usd` of the suite.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
 use roxmltree::{Document, Node, ParsingOptions};
@@ -61,7 +61,7 @@ pub(super) fn parse(bytes: &[u8], name: &Path) -> Result<Layer> {
     let by_name = all
         .filter_map(|(scope, node)| Some(((scope.range().start, node.attribute("name")?), node)))
         .collect();
-    let mut making = Making { root, layer, lines, by_name, graphs: BTreeSet::new() };
+    let mut making = Making { root, layer, lines, by_name };
     let top = making.prim(0, "MaterialX", None, None);
     let materials = making.prim(top, "Materials", None, None);
     for material in elements(root).filter(|node| is(node, "surfacematerial")) {
@@ -90,11 +90,9 @@ struct Making<'a, 'd> {
     lines: Vec<usize>,
     /// By where the document or the graph begins that they are in.
     by_name: BTreeMap<(usize, &'a str), Node<'a, 'd>>,
-    /// Node graphs of the material that is being made.
-    graphs: BTreeSet<String>,
 }
 
-/// A node that is yet to be made: the elements beside it, the prim that it lies below and its path, and
+/// A node or a graph that is yet to be made: the elements beside it, the prim that it lies below and its path, and
 /// its name.
 struct Waiting<'a, 'd> {
     scope: Node<'a, 'd>,
@@ -129,29 +127,23 @@ impl<'a, 'd> Making<'a, 'd> {
         let Some(name) = material.attribute("name") else { return Ok(()) };
         let path = format!("/MaterialX/Materials/{name}");
         let prim = self.prim(materials, name, Some("Material"), Some(material));
-        self.graphs.clear();
         let mut waiting = VecDeque::new();
         let scope = self.root;
         for input in elements(material).filter(|input| is(input, "input")) {
             let of = Waiting { scope, below: prim, path: path.clone(), name: name.to_owned() };
-            let property = self.input(input, &of, (prim, &path), &mut waiting);
+            let property = self.input(input, &of, &mut waiting);
             if input.attribute("name") == Some("surfaceshader") {
                 self.property(prim, "outputs:mtlx:surface", property);
             }
         }
         while let Some(node) = waiting.pop_front() {
-            self.node(&node, (prim, &path), &mut waiting)?;
+            self.node(&node, &mut waiting)?;
         }
         Ok(())
     }
 
-    /// Makes a node, unless its material has it.
-    fn node(
-        &mut self,
-        waiting: &Waiting<'a, 'd>,
-        material: (u32, &str),
-        more: &mut VecDeque<Waiting<'a, 'd>>,
-    ) -> Result<()> {
+    /// Makes a node or a graph, unless its material has it.
+    fn node(&mut self, waiting: &Waiting<'a, 'd>, more: &mut VecDeque<Waiting<'a, 'd>>) -> Result<()> {
         let Waiting { scope, below, path, name } = waiting;
         if self.layer.prims[*below as usize].by_name.contains_key(name.as_str()) {
             return Ok(());
@@ -161,6 +153,10 @@ impl<'a, 'd> Making<'a, 'd> {
             return Err(Error::invalid(Location::file(&self.layer.name), found, "fewer"));
         }
         let node = self.named(*scope, name);
+        if let Some(graph) = node.filter(|node| is(node, "nodegraph")) {
+            self.graph(graph, waiting, more);
+            return Ok(());
+        }
         let prim = self.prim(*below, name, Some("Shader"), node);
         let Some(node) = node else { return Ok(()) };
         let kind = node.attribute("type").unwrap_or_default();
@@ -173,7 +169,7 @@ impl<'a, 'd> Making<'a, 'd> {
         for input in elements(node).filter(|input| is(input, "input")) {
             let Some(input_name) = input.attribute("name") else { continue };
             let of = Waiting { scope: *scope, below: *below, path: path.clone(), name: name.clone() };
-            let mut property = self.input(input, &of, material, more);
+            let mut property = self.input(input, &of, more);
             if kind.starts_with("color") && input.attribute("type") == Some("filename") {
                 property.color_space = inherited(input, "colorspace").map(Text::from);
             }
@@ -187,7 +183,6 @@ impl<'a, 'd> Making<'a, 'd> {
         &mut self,
         input: Node<'a, 'd>,
         of: &Waiting<'a, 'd>,
-        material: (u32, &str),
         more: &mut VecDeque<Waiting<'a, 'd>>,
     ) -> Property {
         let line = Some(self.line(input));
@@ -197,11 +192,7 @@ impl<'a, 'd> Making<'a, 'd> {
             connections: ListOp { explicit: Some(vec![path.into()]), ..ListOp::default() },
             ..Property::default()
         };
-        if let Some(graph) = input.attribute("nodegraph") {
-            self.graph(graph, material, more);
-            return from(format!("{}/{graph}.outputs:{output}", material.1));
-        }
-        if let Some(node) = input.attribute("nodename") {
+        if let Some(node) = input.attribute("nodegraph").or(input.attribute("nodename")) {
             let Waiting { scope, below, ref path, .. } = *of;
             more.push_back(Waiting { scope, below, path: path.clone(), name: node.to_owned() });
             return from(format!("{path}/{node}.outputs:{output}"));
@@ -213,26 +204,26 @@ impl<'a, 'd> Making<'a, 'd> {
         Property { line, value, ..Property::default() }
     }
 
-    /// Makes a node graph of a material, unless it is there.
-    fn graph(&mut self, name: &str, material: (u32, &str), more: &mut VecDeque<Waiting<'a, 'd>>) {
-        if self.graphs.contains(name) {
-            return;
-        }
-        let root = self.root;
-        let Some(graph) = self.named(root, name).filter(|node| is(node, "nodegraph")) else { return };
-        let prim = self.prim(material.0, name, Some("NodeGraph"), Some(graph));
-        self.graphs.insert(name.to_owned());
-        let path = format!("{}/{name}", material.1);
+    /// Makes a node graph.
+    fn graph(
+        &mut self,
+        graph: Node<'a, 'd>,
+        waiting: &Waiting<'a, 'd>,
+        more: &mut VecDeque<Waiting<'a, 'd>>,
+    ) {
+        let Waiting { scope, below, path, name } = waiting;
+        let prim = self.prim(*below, name, Some("NodeGraph"), Some(graph));
+        let inside = format!("{path}/{name}");
         for port in elements(graph) {
             let Some(port_name) = port.attribute("name") else { continue };
             let (scope, below, path, prefix) = match port.tag_name().name() {
                 // What comes into a graph is beside it, what goes out in it.
-                "input" => (root, material.0, material.1.to_owned(), "inputs"),
-                "output" => (graph, prim, path.clone(), "outputs"),
+                "input" => (*scope, *below, path, "inputs"),
+                "output" => (graph, prim, &inside, "outputs"),
                 _ => continue,
             };
-            let of = Waiting { scope, below, path, name: port_name.to_owned() };
-            let property = self.input(port, &of, material, more);
+            let of = Waiting { scope, below, path: path.clone(), name: port_name.to_owned() };
+            let property = self.input(port, &of, more);
             self.property(prim, &format!("{prefix}:{port_name}"), property);
         }
     }
