@@ -288,6 +288,20 @@ fn the_surface_that_is_understood_is_taken() {
     assert_eq!(material(&noise, alone), ([0.8; 3], 1));
 }
 
+/// Numbers that no material has are brought to the nearest that one may have, with a note.
+#[test]
+fn numbers_out_of_range_are_repaired() {
+    let inputs = "float inputs:base = 3\n color3f inputs:base_color = (0.5, 2, -1)\n float inputs:sheen = 7
+ float inputs:coat = 2\n float inputs:specular = 1000\n float inputs:specular_IOR = -4\n float inputs:emission = 1e38
+ color3f inputs:emission_color = (1e30, 0, 0)\n float inputs:transmission = 9\n float inputs:specular_roughness = nan";
+    for definition in [STANDARD, OPEN, GLTF] {
+        let found = scene(definition, inputs, "");
+        assert!(!notes(&found).is_empty(), "{definition}");
+    }
+    let bright = scene(STANDARD, "float inputs:base = 3\n color3f inputs:base_color = (0.5, 1, 0)", "");
+    assert_eq!((color_of(&bright), notes(&bright).len()), (Rgb::new(0.5, 1.0, 0.0).into(), 1));
+}
+
 /// A network that goes round in circles, and one that doubles with each node, end.
 #[test]
 fn endless_networks_end() {

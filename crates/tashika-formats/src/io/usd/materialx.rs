@@ -32,7 +32,9 @@ use crate::io::dielectrics::{normal_reflectance, rendered, single_face};
 use crate::io::mixes::either;
 use crate::io::principled::metallic_roughness;
 use crate::io::textures::{mix, product};
-use crate::scene::{Alpha, AlphaMode, ColorInput, Emission, FloatInput, Material, MaterialId, Surface};
+use crate::scene::{
+    Alpha, AlphaMode, Channel, ColorInput, Emission, FloatInput, Material, MaterialId, Surface,
+};
 
 impl Stage<'_> {
     /// A material of one of these models.
@@ -80,29 +82,51 @@ impl Stage<'_> {
 
     fn base_color(&mut self, r: &mut Reading, model: &Model) -> Result<ColorInput> {
         let color = self.color(r, model.base_color.0, Rgb::gray(model.base_color.1), 1.0)?;
-        let mut color = self.weighted(r, model.base, color)?;
+        let mut color = match model.base {
+            Some(weight) => self.weighted(r, weight, color, 1.0)?,
+            None => color,
+        };
         if let Some([weight, below]) = model.subsurface {
             let amount = self.float(r, weight.0, weight.1, 1.0)?;
             if amount.factor > 0.0 {
                 let at = self.at_property(&r.shader, &format!("inputs:{}", weight.0));
                 met("MaterialX", "subsurface", at, &mut self.builder)?;
                 let below = self.color(r, below.0, Rgb::gray(below.1), 1.0)?;
-                color = mix(&mut self.builder, [color, below], as_color(amount))?;
+                let amount = self.as_color(r, amount)?;
+                color = mix(&mut self.builder, [color, below], amount)?;
             }
         }
         Ok(color)
     }
 
-    /// A colour times its weight.
-    fn weighted(&mut self, r: &mut Reading, weight: Option<Input>, color: ColorInput) -> Result<ColorInput> {
-        let Some((name, fallback)) = weight else { return Ok(color) };
-        let weight = self.float(r, name, fallback, f32::MAX)?;
-        product(&mut self.builder, color, as_color(weight))
+    /// A colour times its weight, which is brought into the range from 0 to `most`.
+    fn weighted(
+        &mut self,
+        r: &mut Reading,
+        (name, fallback): Input,
+        color: ColorInput,
+        most: f32,
+    ) -> Result<ColorInput> {
+        let weight = self.float(r, name, fallback, most)?;
+        let weight = self.as_color(r, weight)?;
+        product(&mut self.builder, color, weight)
+    }
+
+    /// The colour that has a number in all channels; of a texture, its own.
+    fn as_color(&mut self, r: &Reading, FloatInput { factor, texture }: FloatInput) -> Result<ColorInput> {
+        if texture.is_some_and(|(_, channel)| channel != Channel::R) {
+            let at = self.at(&r.shader);
+            met("UsdUVTexture", "one channel as a colour", at, &mut self.builder)?;
+        }
+        Ok(ColorInput { factor: Rgb::gray(factor), texture: texture.map(|(texture, _)| texture) })
     }
 
     fn fuzzy(&mut self, r: &mut Reading, model: &Model, below: Surface) -> Result<Surface> {
         let color = self.color(r, model.sheen_color.0, Rgb::gray(model.sheen_color.1), 1.0)?;
-        let color = self.weighted(r, model.sheen.map(|name| (name, 0.0)), color)?;
+        let color = match model.sheen {
+            Some(weight) => self.weighted(r, (weight, 0.0), color, 1.0)?,
+            None => color,
+        };
         if color.factor.is_black() {
             return Ok(below);
         }
@@ -179,7 +203,7 @@ impl Stage<'_> {
     fn emitted(&mut self, r: &mut Reading, model: &Model) -> Result<ColorInput> {
         let (name, fallback) = model.emission_color;
         let color = self.color(r, name, Rgb::gray(fallback), f32::MAX)?;
-        let mut radiance = self.weighted(r, Some(model.emission), color)?;
+        let mut radiance = self.weighted(r, model.emission, color, f32::MAX)?;
         radiance.factor = radiance.factor.map(|v| v.min(f32::MAX));
         Ok(radiance)
     }
@@ -213,9 +237,4 @@ fn differs(source: Option<&Source>, fallback: f64, neutral: f64) -> bool {
         },
         None => fallback != neutral,
     }
-}
-
-/// The colour that has a number in all channels; of a texture, its own.
-fn as_color(FloatInput { factor, texture }: FloatInput) -> ColorInput {
-    ColorInput { factor: Rgb::gray(factor), texture: texture.map(|(texture, _)| texture) }
 }
