@@ -2,7 +2,7 @@
 //! instance that they belong to, how they move over the film, when they are in front, and what media
 //! leave of their light.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::View;
 use crate::accel::{Apex, Hit, Tracer};
@@ -41,9 +41,9 @@ impl View<'_> {
         let met: Vec<(f32, InstanceId, f32)> = (0..samples)
             .filter_map(|index| {
                 let Look { ray, share, hit, .. } = self.look(tracer, pixel, index)?;
-                let Hit { instance, triangle, barycentric, .. } = hit?;
-                let place = tracer.scene().surface_point_at(share, instance, triangle, barycentric).position;
-                Some((place.distance(ray.origin), instance, self.time(pixel, index)))
+                let hit = hit?;
+                let distance = place(tracer, &hit, share).distance(ray.origin);
+                Some((distance, hit.instance, self.time(pixel, index)))
             })
             .collect();
         let (_, front, _) = met.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -65,14 +65,10 @@ impl View<'_> {
         let mut looks = 0;
         for Look { ray, key, share, hit } in (0..samples).filter_map(|index| self.look(tracer, pixel, index))
         {
-            let end = hit.map_or(
-                Apex::Direction(ray.direction),
-                |Hit { instance, triangle, barycentric, .. }| {
-                    Apex::Point(
-                        tracer.scene().surface_point_at(share, instance, triangle, barycentric).position,
-                    )
-                },
-            );
+            let end = match hit {
+                Some(hit) => Apex::Point(place(tracer, &hit, share)),
+                None => Apex::Direction(ray.direction),
+            };
             let mut stream = Stream::new(key, Purpose::Transmittance, 0);
             let from = (ray.origin, self.camera.medium);
             sum += along_segment(tracer, from, end, (key, share), &mut stream).0;
@@ -105,13 +101,15 @@ impl View<'_> {
         let key = rng::key(self.pixel_key(pixel), Purpose::Gather, 0);
         let seen = match first_hit(tracer, ray, key, MIDDLE) {
             None => Seen::Direction(ray.direction),
-            Some(Hit { instance, triangle, barycentric, .. }) => {
-                let place = |share| scene.surface_point_at(share, instance, triangle, barycentric).position;
-                Seen::Place { open: place(0.0), close: place(1.0) }
-            }
+            Some(hit) => Seen::Place { open: place(tracer, &hit, 0.0), close: place(tracer, &hit, 1.0) },
         };
         self.camera.way_on_film(seen, self.size).unwrap_or(Vec2::ZERO)
     }
+}
+
+/// Where what was hit is after a share of the time that the shutter is open.
+fn place(tracer: &Tracer, hit: &Hit, share: f32) -> Vec3 {
+    tracer.scene().surface_point_at(share, hit.instance, hit.triangle, hit.barycentric).position
 }
 
 /// The first surface that is one, after a share of the time that the shutter is open. Holes are the same

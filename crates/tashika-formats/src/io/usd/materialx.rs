@@ -169,12 +169,13 @@ impl Stage<'_> {
             None => base_color,
         };
         let facets = self.builder.power(roughness, 2.0)?.into();
-        let is_pane = match model.pane {
-            Pane::Where(name) => self.input_number(&r.shader, &format!("inputs:{name}"), 0.0)? != 0.0,
-            Pane::Without(name) => self.input_number(&r.shader, &format!("inputs:{name}"), 0.0)? == 0.0,
+        let (Pane::Where(name) | Pane::Without(name)) = model.pane;
+        let said = self.input_number(&r.shader, &format!("inputs:{name}"), 0.0)?;
+        let pane = match model.pane {
+            Pane::Where(_) => (said != 0.0).then_some(ior),
+            Pane::Without(_) => (said == 0.0).then(|| single_face(ior)),
         };
-        let glass = if is_pane {
-            let ior = if matches!(model.pane, Pane::Without(_)) { single_face(ior) } else { ior };
+        let glass = if let Some(ior) = pane {
             Surface::ThinGlass { ior, reflectance: Rgb::WHITE.into(), transmittance: tint, facets }
         } else {
             if tint.texture.is_some() {
@@ -210,11 +211,11 @@ impl Stage<'_> {
 
     /// Opacity, where it is not one.
     fn stopped(&mut self, r: &mut Reading, model: &Model) -> Result<Option<Alpha>> {
-        let mode = match model.pane {
-            Pane::Where(_) => AlphaMode::Blend,
-            Pane::Without(_) => match self.input_number(&r.shader, "inputs:alpha_mode", 0.0)? {
+        let mode = match model.alpha_mode.map(|inputs| inputs.map(|name| format!("inputs:{name}"))) {
+            None => AlphaMode::Blend,
+            Some([mode, cutoff]) => match self.input_number(&r.shader, &mode, 0.0)? {
                 1.0 => {
-                    let cutoff = self.input_number(&r.shader, "inputs:alpha_cutoff", 0.5)?;
+                    let cutoff = self.input_number(&r.shader, &cutoff, 0.5)?;
                     AlphaMode::Mask { cutoff: cutoff.clamp(0.0, 1e3) as f32 }
                 }
                 2.0 => AlphaMode::Blend,

@@ -9,7 +9,7 @@ pub(super) type Input = (&'static str, f32);
 pub(super) enum Pane {
     /// Where an input is true.
     Where(&'static str),
-    /// Where an input is zero.
+    /// Where an input is zero; it reflects as one face, as glTF has it.
     Without(&'static str),
 }
 
@@ -39,6 +39,8 @@ pub(super) struct Model {
     pub emission: Input,
     pub emission_color: Input,
     pub opacity: &'static str,
+    /// Inputs that say what opacity does, as in glTF, and where a hole begins; none: it stops light.
+    pub alpha_mode: Option<[&'static str; 2]>,
     pub normal: &'static str,
     pub left_out: &'static [LeftOut],
 }
@@ -87,6 +89,7 @@ const STANDARD_SURFACE: Model = Model {
     emission: ("emission", 0.0),
     emission_color: ("emission_color", 1.0),
     opacity: "opacity",
+    alpha_mode: None,
     normal: "normal",
     left_out: &[
         LeftOut::new("diffuse_roughness", 0.0, "diffuse roughness", None),
@@ -124,6 +127,7 @@ const OPEN_PBR: Model = Model {
     emission: ("emission_luminance", 0.0),
     emission_color: ("emission_color", 1.0),
     opacity: "geometry_opacity",
+    alpha_mode: None,
     normal: "geometry_normal",
     left_out: &[
         LeftOut::new("base_diffuse_roughness", 0.0, "diffuse roughness", None),
@@ -160,6 +164,7 @@ const GLTF_PBR: Model = Model {
     emission: ("emissive_strength", 1.0),
     emission_color: ("emissive", 0.0),
     opacity: "alpha",
+    alpha_mode: Some(["alpha_mode", "alpha_cutoff"]),
     normal: "normal",
     left_out: &[
         LeftOut::new("anisotropy_strength", 0.0, "anisotropy", None),

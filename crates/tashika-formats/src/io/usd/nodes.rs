@@ -19,7 +19,7 @@ use super::features::met;
 use super::inputs::Reading;
 use super::network::Source;
 use super::prim::Prim;
-use super::textures::{Content, Found};
+use super::textures::{Content, Found, channel_of};
 use super::value::Value;
 use crate::color::Rgb;
 use crate::error::Result;
@@ -92,14 +92,7 @@ impl Given {
         ColorInput { factor: self.color(), texture: self.texture }
     }
 
-    /// The channel of that name or number.
-    fn only(self, channel: &str) -> Self {
-        let channel = match channel {
-            "outg" | "outy" | "g" | "1" => Channel::G,
-            "outb" | "outz" | "b" | "2" => Channel::B,
-            "outa" | "outw" | "a" | "3" => Channel::A,
-            _ => Channel::R,
-        };
+    fn only(self, channel: Channel) -> Self {
         Self { channel, is_one_channel: true, ..self }
     }
 }
@@ -196,7 +189,7 @@ impl Stage<'_> {
                 }
                 Found::Fallback(factor) => {
                     let given = Given { factor, ..Rgb::WHITE.into() };
-                    Some(Given { is_one_channel: false, ..given.only(output) })
+                    Some(Given { is_one_channel: false, ..given.only(channel_of(output)) })
                 }
             }),
             Kind::Image => Ok(match self.image(shader, content)? {
@@ -233,13 +226,14 @@ impl Stage<'_> {
                 Ok(Some(Given { factor: [1.0; 4], texture: Some(rest), ..given }))
             }
             Kind::Extract => {
-                let index = self.input_number(shader, "inputs:index", 0.0)?;
+                let index = self.input_number(shader, "inputs:index", 0.0)?.clamp(0.0, 3.0);
+                let channel = [Channel::R, Channel::G, Channel::B, Channel::A][index as usize];
                 let given = self.given(r, shader, "inputs:in", content)?;
-                Ok(given.map(|given| given.only(&index.to_string())))
+                Ok(given.map(|given| given.only(channel)))
             }
             Kind::Separate => {
                 let given = self.given(r, shader, "inputs:in", content)?;
-                Ok(given.map(|given| given.only(output)))
+                Ok(given.map(|given| given.only(channel_of(output))))
             }
             Kind::Reader(fallback) => {
                 met("UsdPreviewSurface", "UsdPrimvarReader as a value", at, &mut self.builder)?;

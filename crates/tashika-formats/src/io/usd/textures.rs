@@ -43,6 +43,17 @@ pub(super) struct Lookup {
     pub uv: Text,
 }
 
+/// The channel that a number is, by the name of an output, as `UsdUVTexture` and MaterialX have it; the first
+/// of several.
+pub(super) fn channel_of(output: &str) -> Channel {
+    match output {
+        "g" | "outg" | "outy" => Channel::G,
+        "b" | "outb" | "outz" => Channel::B,
+        "a" | "outa" | "outw" => Channel::A,
+        _ => Channel::R,
+    }
+}
+
 /// What a texture came to.
 pub(super) enum Found {
     Texture(Lookup),
@@ -124,19 +135,13 @@ impl Stage<'_> {
         let wrap = if self.shader(shader)?.starts_with("ND_") { Wrap::Repeat } else { Wrap::Black };
         let wrap = [self.wrap(shader, "inputs:wrapS", wrap)?, self.wrap(shader, "inputs:wrapT", wrap)?];
         let (uv, transform) = self.coordinates(shader, "inputs:st", Mat3::IDENTITY)?;
-        let mut texture = self.builder.add_texture(picture.texture(|how| {
-            let mut how = how;
+        let mut texture = self.builder.add_texture(picture.texture(|mut how| {
             (how.wrap, how.transform) = (wrap, transform);
             how
         }))?;
         let scale = self.input_tuple(shader, "inputs:scale", [1.0; 4])?.map(|n| n as f32);
         let bias = self.input_tuple(shader, "inputs:bias", [0.0; 4])?.map(|n| n as f32);
-        let channel = match output {
-            "g" => Channel::G,
-            "b" => Channel::B,
-            "a" => Channel::A,
-            _ => Channel::R,
-        };
+        let channel = channel_of(output);
         if content == Content::Normal {
             let is_usual = scale[..3] == [2.0; 3] && bias[..3] == [-1.0; 3];
             if !is_usual {
